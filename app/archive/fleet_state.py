@@ -13,6 +13,7 @@ from app.archive.module_names import KnownModule, ModuleNames, NamedModule, modu
 from app.guided.results import TITLES, GuidedVerdict
 from app.preflight.verdict import VERDICT_WORDS, Verdict, verdict_named
 from app.records.record import Record
+from app.records.verification import RecordState, verify
 from app.text.messages import UserMessage, clean, said
 from protocol.translatable import marked
 
@@ -55,18 +56,22 @@ class CheckLine:
     aircraft: str
     fingerprint: str | None
     hash: str
+    is_altered: bool = False
+    """The record is not what was sealed when the check was made."""
 
     @property
     def words(self) -> UserMessage:
         """Its verdict, and what takes from it."""
         word = said(VERDICT_WORDS[verdict_named(self.verdict)])
+        if self.is_altered:
+            return said(marked("{verdict} (record ALTERED)"), verdict=word)
         if self.is_simulated:
             return said(marked("{verdict} (simulated)"), verdict=word)
         return said(marked("{verdict} (void)"), verdict=word) if self.is_void else word
 
     @property
     def holds(self) -> bool:
-        return not self.is_void and self.verdict in (Verdict.GO.value, Verdict.READY.value)
+        return not self.is_void and not self.is_altered and self.verdict in (Verdict.GO.value, Verdict.READY.value)
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,7 +110,8 @@ def fleet_state(
         state.last_at = max((fact.made_at for fact in everything), default="")
         checks = [(fact, record) for fact in mine[FactKind.CHECK] if (record := record_of(fact)) is not None]
         state.checks = len(checks)
-        state.last_check = _last_check([check_line(fact, record) for fact, record in checks])
+        last = _last_check(checks)
+        state.last_check = check_line(*last) if last is not None else None
         records = {fact.content.get("raw") for fact in mine[FactKind.TRIGGER_RECORD]}
         state.trigger_records = len(records)
         state.unjudged = len(records - _judged(mine[FactKind.JUDGEMENT]))
@@ -119,11 +125,11 @@ def check_line(fact: Fact, record: Record) -> CheckLine:
         value = record.get(key)
         return clean(value) if isinstance(value, str) else ""
 
-    number = record.get("number")
     return CheckLine(
-        at=fact.made_at, station=fact.station, number=number if type(number) is int else 0, verdict=text("verdict"),
+        at=fact.made_at, station=fact.station, number=_number(record), verdict=text("verdict"),
         is_void=record.get("void") is not None, is_simulated=record.get("is_simulated") is True, who=text("who"),
         aircraft=text("aircraft"), fingerprint=text("fingerprint") or None, hash=text("hash"),
+        is_altered=verify(record).state in (RecordState.ALTERED, RecordState.UNREADABLE),
     )  # fmt: skip
 
 
@@ -145,14 +151,19 @@ def _by_state(
     return found
 
 
-def _last_check(lines: Sequence[CheckLine]) -> CheckLine | None:
+def _last_check(checks: Sequence[tuple[Fact, Record]]) -> tuple[Fact, Record] | None:
     """A station's last check is that of the highest number, whatever its clock said; of several stations the newest.
     A simulated one only where there is no other."""
-    real = [one for one in lines if not one.is_simulated] or lines
-    last: dict[str, CheckLine] = {}
-    for line in sorted(real, key=lambda one: one.number):
-        last[line.station] = line
-    return max(last.values(), key=lambda one: one.at, default=None)
+    real = [one for one in checks if one[1].get("is_simulated") is not True] or checks
+    last: dict[str, tuple[Fact, Record]] = {}
+    for fact, record in sorted(real, key=lambda one: _number(one[1])):
+        last[fact.station] = (fact, record)
+    return max(last.values(), key=lambda one: one[0].made_at, default=None)
+
+
+def _number(record: Record) -> int:
+    number = record.get("number")
+    return number if type(number) is int else 0
 
 
 def _judged(judgements: Sequence[Fact]) -> set[object]:

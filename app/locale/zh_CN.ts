@@ -2962,6 +2962,10 @@
         <translation>链路：丢失</translation>
     </message>
     <message>
+        <source>Links of chains that are not here yet</source>
+        <translation>本机尚缺的链条记录</translation>
+    </message>
+    <message>
         <source>List the serial ports, USB first. Opens none of them.</source>
         <translation>列出串口，USB 在前。不会打开任何串口。</translation>
     </message>
@@ -10932,6 +10936,10 @@
     <message>
         <source>{value}° rearms</source>
         <translation>{value}° 复位</translation>
+    </message>
+    <message>
+        <source>{verdict} (record ALTERED)</source>
+        <translation>{verdict}（记录已被修改）</translation>
     </message>
     <message>
         <source>{verdict} (simulated)</source>

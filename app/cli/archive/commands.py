@@ -1,7 +1,8 @@
 """`dps-s archive …`: the records of all stations, through a PostgreSQL server or a file.
 
-Exit code 0 done; 2 no such file, no archive file, or a wrong address; 3 the server cannot be used; 4 done, but
-something on the other side was altered and is left out, or the file cannot be written.
+Exit code 0 done; 1 a chain of checks is broken or altered (status), or there is no such module (report); 2 no such
+file, no archive file, or a wrong address; 3 the server cannot be used; 4 done, but something on the other side was
+altered and is left out, or the file cannot be written.
 """
 
 import argparse
@@ -31,6 +32,7 @@ from app.text.i18n import tr
 
 if TYPE_CHECKING:
     from app.archive.archive import Archive
+    from app.archive.chains import ChainState
     from app.archive.exchange import Exchanged
     from app.archive.facts import RefusedFact
 
@@ -82,6 +84,7 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
 
 
 def run_status(args: argparse.Namespace) -> int:
+    from app.archive.chains import chains_in
     from app.archive.server_setting import kept_server
     from app.stations.station import fingerprint_of
     from app.store.store import data_folder
@@ -92,13 +95,15 @@ def run_status(args: argparse.Namespace) -> int:
         status = archive.status(kept_server(data_folder()))
         fingerprint = fingerprint_of(archive.station.public)
         stations = {shown_station(key): count for key, count in status.stations.items()}
+        chains = chains_in(archive.facts)
+    is_sound = not any(one.faults for one in chains)
     if args.json:
         write_lines([as_json({
             "station": fingerprint, "facts": status.facts, "own": status.own, "stations": stations,
             "server": status.place, "not_shared": status.not_shared, "last_sync_at": status.last_at,
-            "conflicts": status.conflicts,
+            "conflicts": status.conflicts, "chains": [_chain_json(one) for one in chains],
         })])  # fmt: skip
-        return DONE
+        return DONE if is_sound else SAID_NO
     never = tr("never")
     write_lines(two_columns([
         TableRow(tr("This station"), fingerprint),
@@ -108,8 +113,12 @@ def run_status(args: argparse.Namespace) -> int:
         TableRow(tr("Not yet shared"), f"{status.not_shared}"),
         TableRow(tr("Last exchange"), status.last_at or never),
         TableRow(tr("To be settled"), f"{status.conflicts}"),
+        TableRow(tr("Links of chains that are not here yet"), f"{sum(one.missing for one in chains)}"),
     ]))  # fmt: skip
-    return DONE
+    for chain in chains:
+        for fault in chain.faults:
+            write_lines([f"{shown_station(chain.station)} {chain.module or ''}: {fault.in_words()}"])
+    return DONE if is_sound else SAID_NO
 
 
 def run_sync(args: argparse.Namespace) -> int:
@@ -221,6 +230,13 @@ def run_settle(args: argparse.Namespace) -> int:
 
 def _progress(done: "Exchanged") -> None:
     say_in_passing(tr("Sent: {sent}. Received: {received}.", sent=done.sent, received=done.received))
+
+
+def _chain_json(one: "ChainState") -> dict[str, object]:
+    return {
+        "station": shown_station(one.station), "module": one.module, "audit": one.is_audit, "count": one.count,
+        "missing": one.missing, "faults": [fault.in_english() for fault in one.faults],
+    }  # fmt: skip
 
 
 def _refused_json(one: "RefusedFact") -> dict[str, object]:

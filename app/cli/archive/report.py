@@ -136,7 +136,8 @@ def state_json(state: "ModuleToday") -> dict[str, object]:
 def _check_json(check: "CheckLine") -> dict[str, object]:
     return {
         "at": check.at, "station": shown_station(check.station), "number": check.number, "verdict": check.verdict,
-        "void": check.is_void, "simulated": check.is_simulated, "who": check.who, "aircraft": check.aircraft,
+        "void": check.is_void, "simulated": check.is_simulated,
+        "altered": check.is_altered, "who": check.who, "aircraft": check.aircraft,
         "fingerprint": check.fingerprint, "hash": check.hash,
     }  # fmt: skip
 

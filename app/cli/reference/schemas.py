@@ -170,10 +170,16 @@ _MEMBER = _object({"station": TEXT, "name": TEXT})
 
 
 def _archive_status() -> Schema:
+    chain = _object(
+        {
+            "station": TEXT, "module": _or_null(TEXT), "audit": YES_NO, "count": COUNT, "missing": COUNT,
+            "faults": _list(TEXT),
+        }
+    )  # fmt: skip
     return _object(
         {
             "station": TEXT, "facts": COUNT, "own": COUNT, "stations": _map(COUNT), "server": _or_null(TEXT),
-            "not_shared": COUNT, "last_sync_at": _or_null(_TIME), "conflicts": COUNT,
+            "not_shared": COUNT, "last_sync_at": _or_null(_TIME), "conflicts": COUNT, "chains": _list(chain),
         }
     )  # fmt: skip
 
@@ -199,7 +205,7 @@ def _archive_report() -> Schema:
     check = _object(
         {
             "at": _TIME, "station": TEXT, "number": COUNT, "verdict": TEXT, "void": YES_NO, "simulated": YES_NO,
-            "who": TEXT, "aircraft": TEXT, "fingerprint": _or_null(TEXT), "hash": TEXT,
+            "altered": YES_NO, "who": TEXT, "aircraft": TEXT, "fingerprint": _or_null(TEXT), "hash": TEXT,
         }
     )  # fmt: skip
     kinds: Schema = {

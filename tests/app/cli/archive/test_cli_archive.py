@@ -170,3 +170,23 @@ def test_the_report_says_what_is_due_and_the_whole_life_of_a_module(
         row for row in rows if row["value_name"] == "cell_voltage_v"
     ).items()
     say(capsys, "report", "--module", "nobody", code=1)
+
+
+def test_a_record_that_was_altered_in_its_own_store_is_named(
+    here: ArchiveStation, other: ArchiveStation, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Its station signed what its store held: the seal of the check itself says that it is not what was recorded."""
+    other.check("M-07", "NO-GO")
+    other.check("M-07", "NO-GO")
+    was, is_now = '"verdict":"NO-GO"', '"verdict":"GO"'
+    update = "UPDATE preflight_checks SET record = replace(record, ?, ?) WHERE number = 2"
+    other.store.database.write(update, (was, is_now))
+    _carry(capsys, other, tmp_path / "stick")
+    (module,) = told(capsys, "report", "report")["modules"]
+    assert (module["last_check"]["verdict"], module["last_check"]["altered"]) == ("GO", True)
+    assert "no_go" in [due["kind"] for due in module["due"]]
+    assert "GO (record ALTERED)" in say(capsys, "report").out
+    assert "GO (record ALTERED)" in say(capsys, "report", "--module", "M-07").out
+    (chain,) = [one for one in told(capsys, "status", "status", code=1)["chains"] if one["faults"]]
+    assert (chain["module"], chain["count"], chain["missing"]) == ("M-07", 2, 0)
+    assert chain["faults"] == ["ALTERED: verdict."]
