@@ -176,15 +176,19 @@ def test_the_viewer_shows_it(language: str, qtbot: QtBot, qapp: QApplication) ->
 
 
 def test_pictures_are_made_for_every_language_by_one_script() -> None:
-    """`docs/generate/picture_scenes.py` names what it takes, `wiring_picture.py` draws the rest."""
+    """`docs/generate/picture_scenes.py` names what it takes, the other scripts draw the rest."""
     scenes = (ROOT / "docs" / "generate" / "picture_scenes.py").read_text(encoding="utf-8")
     taken = set(re.findall(r'\.take\("([\w-]+)"', scenes))
     shown = {name for name in pictures(text_of(ENGLISH)) if name.endswith(".png")}
     assert {f"images/{name}-{ENGLISH}.png" for name in taken} == shown
-    namespace = runpy.run_path(str(ROOT / "docs" / "generate" / "wiring_picture.py"))
-    for language in LANGUAGES:
-        drawing = GUIDE / "images" / f"wiring-{language}.svg"
-        assert drawing.read_text(encoding="utf-8") == namespace["wiring_svg"](language)
+    for script, name, maker in (
+        ("wiring_picture.py", "wiring", "wiring_svg"),
+        ("trigger_pictures.py", "tilt", "triggers_svg"),
+    ):
+        namespace = runpy.run_path(str(ROOT / "docs" / "generate" / script))
+        for language in LANGUAGES:
+            drawing = GUIDE / "images" / f"{name}-{language}.svg"
+            assert drawing.read_text(encoding="utf-8") == namespace[maker](language)
 
 
 def test_the_page_on_adapters_names_what_the_udev_rule_knows() -> None:

@@ -24,7 +24,6 @@ from ui.widgets.naming import named
 
 WIDTH_PX: Final = 304
 _FACTS: Final = (
-    ("module", marked("Module")),
     ("port", marked("Port")),
     ("duration", marked("Duration")),
     ("samples", marked("Samples")),
@@ -92,9 +91,8 @@ class RecordingsDetail(QFrame):
                 label.setText("")
             return
         is_known = one.trouble is None
-        self.title.setText(when_text(one))
+        self.title.setText(" · ".join(filter(None, (when_text(one), one.module))))
         shown = {
-            "module": one.module or "—",
             "port": one.port or "—",
             "duration": stopwatch(one.duration_s) if is_known else "—",
             "samples": f"{one.sample_count:,}" if is_known else "—",

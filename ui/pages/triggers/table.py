@@ -38,11 +38,11 @@ class TriggersTable(QTableView):
         metrics = QFontMetrics(font(Size.BODY))
         heads = QFontMetrics(font(Size.SMALL, is_bold=True))
         texts = {
-            Column.WHEN: tr("boot {boot} · {uptime}", boot=255, uptime="0:00:00") + "     ",
+            Column.WHEN: tr("boot {boot} · {uptime}", boot=255, uptime="0:00:00") + "  ",
             Column.WHY: max(f"{tr('attitude')} + {tr('free fall')}", f"{tr('serial')} + PWM", key=len),
             Column.SETTINGS: "180° 2.5 g 2.55 s",
         }
         for column, text in texts.items():
             head = heads.horizontalAdvance(tr(COLUMNS[column].title)) + Space.XL
-            self.setColumnWidth(column, max(metrics.horizontalAdvance(text) + Space.L, head))
+            self.setColumnWidth(column, max(metrics.horizontalAdvance(text) + Space.M, head))
         self.viewport().update()
