@@ -284,7 +284,7 @@ class MainWindow(QMainWindow):
     def _refresh_notice(self) -> None:
         # Whoever looks at a recording needs no port either.
         page = self.stack.currentWidget()
-        is_told = self.panel.isVisible() or (isinstance(page, Page) and page.shows_link)
+        is_told = self.panel.isVisible() or not self._maker.is_done or (isinstance(page, Page) and page.shows_link)
         self.attention.is_choosing = is_told or self._services.storage.recordings.is_shown
         self.attention.refresh()
 

@@ -95,9 +95,9 @@ class Sidebar(QListWidget):
         wanted = WIDE_ROW_PX if self.is_wide else NARROW_ROW_PX
         return min(scale_in_use(), max(1.0, self._row_px() / wanted))
 
-    def _row_px(self) -> float:
+    def _row_px(self) -> int:
         """How high each row may be for all to be in sight."""
-        return max(1, self.height() - 2 * Space.XS) / max(1, self.count())
+        return max(1, self.height() - 2 * scaled(Space.XS) - 1) // max(1, self.count())
 
     def _fit(self) -> None:
         wide = self.is_wide and not self._has_little_room

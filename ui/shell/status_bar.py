@@ -1,6 +1,7 @@
 """Status bar: link statistics."""
 
 from PySide6.QtCore import QEvent, Qt
+from PySide6.QtGui import QFontMetrics
 from PySide6.QtWidgets import QFrame, QLabel, QWidget
 
 from app.diagnosis.link_state import duration
@@ -11,7 +12,7 @@ from app.text.i18n import tr
 from ui.core.connector import Connector
 from ui.core.texts import Texts
 from ui.style.icons import Icon
-from ui.style.theme import Meaning, Space
+from ui.style.theme import Meaning, Size, Space, font
 from ui.widgets.controls import control
 from ui.widgets.labels import ElidedLabel, IconLabel, TickingLabel
 from ui.widgets.layouts import in_row
@@ -63,6 +64,13 @@ class StatusBar(QFrame):
         for label in (self.figures, self.passing, self.age):
             label.setProperty("role", "small")
         self._show_fault(None)
+        self._reserve()
+
+    def _reserve(self) -> None:
+        """Room for the longest age, so that nothing beside it moves."""
+        longest = max((tr("{time} ago", time=duration(99)), tr("{time} ago", time=duration(1.9))), key=len)
+        self.age.setMinimumWidth(QFontMetrics(font(Size.SMALL)).horizontalAdvance(longest) + Space.XS)
+        self.age.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
 
     def add(self, widget: QWidget) -> None:
         """Something quiet at the right, before the age."""
@@ -102,7 +110,10 @@ class StatusBar(QFrame):
     def changeEvent(self, event: QEvent) -> None:
         super().changeEvent(event)
         if event.type() == QEvent.Type.LanguageChange:
+            self._reserve()
             self._write()
+        elif event.type() == QEvent.Type.PaletteChange and hasattr(self, "age"):
+            self._reserve()
 
     def _write(self) -> None:
         last = self._connector.last

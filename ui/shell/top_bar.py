@@ -212,7 +212,7 @@ class TopBar(QFrame):
         """Room for the widest word, so that nothing jumps when a state changes."""
         self.activation.reserve((tr("LOCKED"), tr("ACTIVE"), tr("was ACTIVE"), tr("Activation")))
         self.trigger.reserve((tr("NOT TRIGGERED"), tr("TRIGGERED")))
-        self.cell.reserve((tr("{volts:.2f} V", volts=4.0), tr("not charging")))
+        self.cell.reserve((tr("{volts:.2f} V", volts=4.0), tr("charging")))
         self.activation.name_unknown(tr("Activation"))
         self.trigger.name_unknown(tr("Trigger"))
         self.cell.name_unknown(tr("Cell"))

@@ -371,7 +371,8 @@ class StateChip(PaintedWidget):
         if not below:
             painter.drawText(room, _LEFT, above)
             return
-        half = self.height() / 2
-        painter.drawText(QRectF(left, 1, room.width(), half), _LEFT, above)
+        high, low = QFontMetricsF(one).height(), QFontMetricsF(font(Size.SMALL)).height()
+        top = (self.height() - high - low) / 2
+        painter.drawText(QRectF(left, top, room.width(), high), _LEFT, above)
         painter.setFont(font(Size.SMALL))
-        painter.drawText(QRectF(left, half - 1, room.width(), half), _LEFT, below)
+        painter.drawText(QRectF(left, top + high, room.width(), low), _LEFT, below)
