@@ -4150,10 +4150,6 @@
         <translation>页面未签名：仅其中的记录完好，请以下一行为准。</translation>
     </message>
     <message>
-        <source>Page names beside icons</source>
-        <translation>图标旁显示页面名称</translation>
-    </message>
-    <message>
         <source>Pages</source>
         <translation>页面</translation>
     </message>

@@ -28,8 +28,8 @@ class Confirm(QWidget):
         super().__init__()
         self.setObjectName(f"{name}_confirm")
         self.is_asking = False
-        self.ask = control(StepButton(), texts, f"{name}_ask", ask, tip=ask, role="danger", slot=self._ask)
-        self.go = control(StepButton(), texts, f"{name}_go", go, tip=go, role="danger", slot=self._go)
+        self.ask = control(StepButton(), texts, f"{name}_ask", ask, role="danger", slot=self._ask)
+        self.go = control(StepButton(), texts, f"{name}_go", go, role="danger", slot=self._go)
         self.cancel = control(StepButton(is_safe=True), texts, f"{name}_cancel", "Cancel", tip="Send nothing",
                               key="Esc", slot=self.withdraw)  # fmt: skip
         row = FlowRow(self)

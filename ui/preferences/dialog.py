@@ -56,7 +56,7 @@ class PreferencesDialog(QDialog):
             self.zoom.addItem(f"{percent} %", percent)
         self.sounds = control(QCheckBox(), texts, "preferences_sounds", "Sounds: triggered, lost, restarted",
                               tip="A short tone when the module triggers, falls silent or restarts")  # fmt: skip
-        self.sidebar = control(QCheckBox(), texts, "preferences_sidebar", "Wide sidebar", tip="Page names beside icons")
+        self.sidebar = control(QCheckBox(), texts, "preferences_sidebar", "Wide sidebar")
         form = QFormLayout()
         form.setHorizontalSpacing(Space.L)
         form.setVerticalSpacing(Space.M)
@@ -66,10 +66,8 @@ class PreferencesDialog(QDialog):
             label = control(QLabel(), texts, f"preferences_{name}_label", english)
             label.setBuddy(box)
             texts.bind(box.setAccessibleName, english)
-            texts.bind(box.setToolTip, english)
             form.addRow(label, box)
         texts.bind(self.language.setAccessibleName, "Language")
-        texts.bind(self.language.setToolTip, "Language")
         self.buttons = named(QDialogButtonBox(QDialogButtonBox.StandardButton.Close), "preferences_buttons")
         self.buttons.rejected.connect(self.reject)
         close: QAbstractButton = self.buttons.button(QDialogButtonBox.StandardButton.Close)

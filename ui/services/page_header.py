@@ -24,7 +24,7 @@ class PageHeader(QWidget):
         self._name, self._texts = name, texts
         self.title = control(QLabel(), texts, f"{name}_title", title, role="title")
         self._menu: QMenu | None = None
-        self.more = control(QToolButton(), texts, f"{name}_more", says="More", tip="More", picture=Icon.MORE,
+        self.more = control(QToolButton(), texts, f"{name}_more", says="More", picture=Icon.MORE,
                             role="quiet")  # fmt: skip
         self.more.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self.more.hide()

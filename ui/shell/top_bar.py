@@ -162,7 +162,7 @@ class TopBar(QFrame):
         self.setProperty("role", "bar")
         self._connector, self._naming = connector, naming
         self._in_use = in_use or LimitsInUse()
-        self.menu = control(QToolButton(), texts, "menu_button", says="Menu", tip="Menu", key="F10",
+        self.menu = control(QToolButton(), texts, "menu_button", says="Menu", key="F10",
                             picture=Icon.MENU, role="quiet")  # fmt: skip
         self.menu.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self.port = PortButton(texts)

@@ -46,8 +46,8 @@ def control(
     """`one`, complete. `text`, `says` and `tip` are English. `says` is the accessible name; that of a button with a
     text is its text, which is what somebody who speaks to the computer says, and `says` describes it.
 
-    `key` is the shortcut that its tooltip names. `role` is one of the style sheet's. `slot` is called when a button is
-    clicked, or when the press of a step counted.
+    `tip` only where it adds something to them. `key` is the shortcut that its tooltip names. `role` is one of the
+    style sheet's. `slot` is called when a button is clicked, or when the press of a step counted.
     """
     named(one, name, role)
     if isinstance(one, QAbstractButton):
@@ -68,6 +68,8 @@ def control(
         texts.bind(one.setText, text)
     if says:
         texts.bind(one.setAccessibleName, says)
+    if not tip and (key or not text) and isinstance(one, QAbstractButton):
+        tip = text or says  # one text is enough: the tooltip adds the key, or stands for the text
     if key:
         one.setProperty(_KEY, key)
         texts.bind(one.setToolTip, "{tip} ({key})", tip=_Translated(tip), key=key)

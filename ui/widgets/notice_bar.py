@@ -56,7 +56,7 @@ class NoticeBar(Banner):
         self._text.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
         self._text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._dismiss = control(QToolButton(), texts, "notice_dismiss", says="Close this message",
-                                tip="Close this message", picture=Icon.CROSS, role="quiet",
+                                picture=Icon.CROSS, role="quiet",
                                 slot=self._close)  # fmt: skip
         policy = self._dismiss.sizePolicy()
         policy.setRetainSizeWhenHidden(True)  # no other button ever lies where it comes to lie
@@ -120,7 +120,6 @@ class NoticeBar(Banner):
         button = named(StepButton() if choice.is_step else QPushButton(), f"notice_{choice.key}")
         button.setText(choice.text)
         button.setAccessibleName(choice.text)
-        button.setToolTip(choice.text)
         if choice.is_main:
             button.setProperty("role", "primary")
         # By number: the act of the notice shown now, also where an equal one replaced it.

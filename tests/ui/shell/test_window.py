@@ -233,7 +233,7 @@ def test_nothing_is_cut_off_in_a_small_window(qtbot: QtBot, qapp: QApplication, 
         assert shell.area.isHidden()  # the list of ports lies over nothing
 
 
-def test_every_control_has_a_name_and_a_tooltip(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_every_control_has_a_name_and_an_icon_a_tooltip(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with window(qapp, tmp_path) as assembly:
         with qtbot.waitSignal(assembly.window.pages_made, timeout=WAIT_MS):
             pass
@@ -248,7 +248,7 @@ def test_every_control_has_a_name_and_a_tooltip(qtbot: QtBot, qapp: QApplication
         for control in controls:
             assert control.objectName(), control
             assert control.accessibleName(), control.objectName()
-            assert control.toolTip(), control.objectName()
+            assert control.text() or control.toolTip(), control.objectName()
 
 
 def test_the_wheel_changes_nothing_that_has_not_the_focus(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
