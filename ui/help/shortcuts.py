@@ -12,7 +12,7 @@ from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.services.context import PageEntry
 from ui.services.page import Page
-from ui.widgets.controls import Shortcut
+from ui.widgets.controls import Shortcut, name_of
 from ui.widgets.document_window import DocumentWindow
 
 _NATIVE: Final = QKeySequence.SequenceFormat.NativeText
@@ -46,7 +46,7 @@ def _key_of(action: QAction) -> Key | None:
 def _words(action: QAction) -> str:
     """Of a menu its entry; of a page's key the control that does the same."""
     if isinstance(action, Shortcut):
-        return action.control.accessibleName()
+        return name_of(action.control)
     return action.text().replace("&&", "\0").replace("&", "").replace("\0", "&").rstrip(" …")
 
 

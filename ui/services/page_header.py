@@ -37,6 +37,7 @@ class PageHeader(QWidget):
     def add(self, action: QWidget) -> None:
         """One more action, at the right of those that are there."""
         self.row.insertWidget(self.row.indexOf(self.more), action)
+        self.setTabOrder(action, self.more)
 
     def add_rare(self, name: str, text: str, slot: object) -> QAction:
         """An entry of the menu behind "⋯"; `text` is English, marked."""

@@ -12,7 +12,7 @@ from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.services.context import PageEntry
 from ui.style.icons import Icon, icon
-from ui.widgets.controls import Shortcut
+from ui.widgets.controls import Shortcut, name_of
 from ui.widgets.naming import named
 
 
@@ -103,7 +103,7 @@ class Actions:
         self.page.clear()
         for one in self.page_shortcuts():
             keys = one.shortcut().toString(QKeySequence.SequenceFormat.NativeText)
-            action = self.page.addAction(f"{one.control.accessibleName().replace('&', '&&')}\t{keys}")
+            action = self.page.addAction(f"{name_of(one.control).replace('&', '&&')}\t{keys}")
             action.setObjectName(f"{one.objectName()}_entry")
             action.setEnabled(one.control.isEnabled())
             action.triggered.connect(one.trigger)

@@ -6,7 +6,7 @@ from PySide6.QtCore import QEvent, QRect, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QFontMetrics, QPainter, QPaintEvent
 from PySide6.QtWidgets import QFrame, QPushButton, QSizePolicy, QToolButton, QWidget
 
-from app.diagnosis.link_state import LinkState, LinkWords, Phase, words
+from app.diagnosis.link_state import LinkState, LinkWords, Phase, duration, words
 from app.engine.device import DeviceView
 from app.engine.target import Target
 from app.limits.out_of_limits import LimitsInUse, value_outside
@@ -22,7 +22,7 @@ from ui.widgets.controls import TEXT_GAP_PX, control
 from ui.widgets.labels import ElidedLabel
 from ui.widgets.layouts import in_row
 from ui.widgets.naming import named
-from ui.widgets.readout import StateChip
+from ui.widgets.readout import StateChip, parts_of
 from ui.widgets.recording_bar import recording_name, recording_word
 from ui.widgets.state_chips import age_of, show_activation, show_known_trigger
 
@@ -210,9 +210,11 @@ class TopBar(QFrame):
 
     def _reserve(self) -> None:
         """Room for the widest word, so that nothing jumps when a state changes."""
-        self.activation.reserve((tr("LOCKED"), tr("ACTIVE"), tr("was ACTIVE"), tr("Activation")))
-        self.trigger.reserve((tr("NOT TRIGGERED"), tr("TRIGGERED")))
-        self.cell.reserve((tr("{volts:.2f} V", volts=4.0), tr("charging")))
+        ages = tr("{time} ago", time=duration(99)), tr("{time} ago", time=duration(1.9)), tr("unknown")
+        self.activation.reserve((tr("LOCKED"), tr("ACTIVE"), tr("was ACTIVE"), tr("Activation")), below=ages)
+        self.trigger.reserve((tr("NOT TRIGGERED"), tr("TRIGGERED")), below=ages)
+        charges = (tr("{volts:.2f} V, charging", volts=4.0), tr("{volts:.2f} V, charge unknown", volts=4.0))
+        self.cell.reserve((tr("{volts:.2f} V", volts=4.0),), below=(*ages, *(parts_of(one)[1] for one in charges)))
         self.activation.name_unknown(tr("Activation"))
         self.trigger.name_unknown(tr("Trigger"))
         self.cell.name_unknown(tr("Cell"))

@@ -89,6 +89,11 @@ class ChoiceButton(QToolButton):
         self.setCheckable(True)
 
 
+def name_of(one: QWidget) -> str:
+    """What a control is called: by its accessible name, else by its text."""
+    return one.accessibleName() or (one.text() if isinstance(one, QAbstractButton) else "")
+
+
 class Shortcut(QAction):
     """A key of a page, by default for the click of a control. What it does is that control's accessible name."""
 

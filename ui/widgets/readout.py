@@ -4,6 +4,7 @@ Both are painted, so that nothing moves when a digit is added, and both are plai
 is fresh, stale or unknown.
 """
 
+import re
 from collections.abc import Iterable
 from math import ceil
 from typing import Final
@@ -19,8 +20,15 @@ from ui.style.painted_widget import Freshness, PaintedWidget
 from ui.style.shapes import hatch, pen, unknown_box
 from ui.style.theme import Meaning, Size, Space, current, font, scaled
 
+_COMMA: Final = re.compile(", |，")
 _LEFT: Final = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 _RIGHT: Final = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+
+
+def parts_of(state: str) -> tuple[str, str]:
+    """A state, and what is said of it behind a comma."""
+    word, *more = _COMMA.split(state, maxsplit=1)
+    return word, "".join(more)
 
 
 class Readout(PaintedWidget):
@@ -210,6 +218,7 @@ class StateChip(PaintedWidget):
         self._unknown = ""
         self._detail = ""
         self._reserved: tuple[str, ...] = ()
+        self._reserved_below: tuple[str, ...] = ()
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
         self._changed()
 
@@ -235,9 +244,9 @@ class StateChip(PaintedWidget):
         self.updateGeometry()
         self.update()
 
-    def reserve(self, words: Iterable[str]) -> None:
-        """Keep room for the widest of these words, so that nothing beside the chip moves."""
-        self._reserved = tuple(words)
+    def reserve(self, words: Iterable[str], *, below: Iterable[str] = ()) -> None:
+        """Keep room for the widest of these words, so that nothing beside the chip moves; `below`, in small."""
+        self._reserved, self._reserved_below = tuple(words), tuple(below)
         self.updateGeometry()
 
     def show_state(
@@ -297,20 +306,16 @@ class StateChip(PaintedWidget):
             return self._text, ""
         if self._meaning is Meaning.UNKNOWN and self._unknown:
             return self._unknown, self._word
-        word, _, more = self._word.partition(", ")
+        word, more = parts_of(self._word)
         return word, self._age or self._certain_age or more
 
     def _icon_px(self) -> int:
         return scaled(self._size + 4)
 
-    def _words_px(self) -> float:
-        above, below = self._lines
-        metrics = QFontMetricsF(font(self._size, is_bold=True))
-        return max(metrics.horizontalAdvance(above), QFontMetricsF(font(Size.SMALL)).horizontalAdvance(below))
-
     def sizeHint(self) -> QSize:
-        metrics = QFontMetricsF(font(self._size, is_bold=True))
-        words = max(self._words_px(), *(metrics.horizontalAdvance(one) for one in self._reserved), 0.0)
+        metrics, small = QFontMetricsF(font(self._size, is_bold=True)), QFontMetricsF(font(Size.SMALL))
+        words = max(metrics.horizontalAdvance(one) for one in (self._lines[0], *self._reserved))
+        words = max(words, *(small.horizontalAdvance(one) for one in self._reserved_below), 0.0)
         width = Space.S + self._icon_px() + Space.XS + 2 + words + Space.M
         return QSize(round(width) + 1, max(scaled(30), round(metrics.height()) + Space.S))
 
@@ -354,12 +359,13 @@ class StateChip(PaintedWidget):
         text = QColor(theme.muted) if is_dim else (QColor(theme.text) if is_quiet else ink)
         left = square.right() + Space.XS + 2
         room = QRectF(left, 0, self.width() - left - Space.S, self.height())
-        one = font(self._size, is_bold=True)
+        one, small = font(self._size, is_bold=True), font(Size.SMALL)
+        above, below = self._lines
+        below = QFontMetricsF(small).elidedText(below, Qt.TextElideMode.ElideRight, room.width())
         if self._meaning is Meaning.UNKNOWN or self._keeps_colour:
             # The hatching stops around the word.
-            ground = QRectF(
-                square.left() - 3, 3, square.width() + self._words_px() + Space.XS + 10, self.height() - 6.0
-            )
+            words = max(QFontMetricsF(one).horizontalAdvance(above), QFontMetricsF(small).horizontalAdvance(below))
+            ground = QRectF(square.left() - 3, 3, square.width() + words + Space.XS + 10, self.height() - 6.0)
             painter.setPen(Qt.PenStyle.NoPen)
             painter.setBrush(QColor(theme.surface))
             painter.drawRoundedRect(ground, 4, 4)
@@ -367,12 +373,11 @@ class StateChip(PaintedWidget):
         icons.draw(painter, self._icon, square, QColor(theme.muted) if is_dim else ink)
         painter.setFont(one)
         painter.setPen(text)
-        above, below = self._lines
         if not below:
             painter.drawText(room, _LEFT, above)
             return
-        high, low = QFontMetricsF(one).height(), QFontMetricsF(font(Size.SMALL)).height()
+        high, low = QFontMetricsF(one).height(), QFontMetricsF(small).height()
         top = (self.height() - high - low) / 2
         painter.drawText(QRectF(left, top, room.width(), high), _LEFT, above)
-        painter.setFont(font(Size.SMALL))
+        painter.setFont(small)
         painter.drawText(QRectF(left, top + high, room.width(), low), _LEFT, below)
