@@ -85,6 +85,7 @@ QUICK: Final = Suite(
     150,
 )  # fmt: skip
 INSTALLER: Final = Suite("Installer in a fresh Windows", ("tests/windows/test_installer.py",), None, 1500)
+_LINKS: Final = "Wine makes symbolic links that lead nowhere"
 CANNOT_BE_TOLD: Final[dict[str, str]] = {
     "tests/app/engine/test_reconnect.py::test_a_link_behind_which_an_adapter_has_come_is_left_alone": (
         "a link into /dev, which Wine follows when it is deleted"
@@ -96,7 +97,10 @@ CANNOT_BE_TOLD: Final[dict[str, str]] = {
     "tests/app/diagnosis/test_adapter_facts.py::test_the_latency_timer_and_the_rule_are_found": "a file of Linux'",
     "tests/app/simulator/test_simulator_options.py::"
     "test_lines_from_a_pipe_in_pieces_and_the_last_one_without_an_end": "pipes cannot be waited for on Windows",
-    "tests/app/cli/test_cli_shapes.py::test_csv_file_is_replaced_as_a_whole": "Wine makes links that lead nowhere",
+    "tests/app/cli/test_cli_shapes.py::test_csv_file_is_replaced_as_a_whole": _LINKS,
+    "tests/scenarios/test_hostile_input.py::test_a_link_stays_and_what_it_leads_to_is_replaced": _LINKS,
+    "tests/scenarios/test_hostile_input.py::"
+    "test_a_link_in_a_circle_and_one_of_a_stranger_in_a_shared_folder_are_refused": _LINKS,
     "tests/windows/test_com_port.py::test_the_port_is_listed": "Wine keeps no list of ports as devices",
     "tests/windows/test_com_port.py::test_a_second_program_is_told_that_the_port_is_taken": (
         "Wine lets two programs open one pseudo-terminal"

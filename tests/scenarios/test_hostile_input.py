@@ -107,7 +107,7 @@ def test_a_missing_library_of_the_system_costs_the_list_alone(monkeypatch: pytes
     monkeypatch.setitem(sys.modules, "serial.tools", None)
     monkeypatch.delitem(sys.modules, "serial.tools.list_ports", raising=False)
     with pytest.raises(port_list.PortsUnknown):
-        port_list.list_ports()
+        port_list.scan()
 
 
 # Who has the port
@@ -212,7 +212,7 @@ def test_an_adapter_cannot_steer_the_terminal_by_its_name(
     one = SimpleNamespace(device="/dev/ttyUSB0", product=ESCAPE, description=None, manufacturer=ESCAPE,
                           serial_number=ESCAPE, vid=1, pid=2, location="1-2")  # fmt: skip
     monkeypatch.setattr("serial.tools.list_ports.comports", lambda: [one])
-    for words in ["ports"], ["ports", "--json"]:
+    for words in ["ports", "--list-here"], ["ports", "--list-here", "--json"]:
         assert program.main(words) == 0
         assert capsys.readouterr().out.replace("\n", "").isprintable()
 
