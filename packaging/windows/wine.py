@@ -231,7 +231,11 @@ def _add_metadata(packages: Path) -> None:
     own = metadata.distribution(NAME)
     folder = packages / f"{NAME.replace('-', '_')}-{own.version}.dist-info"
     folder.mkdir(exist_ok=True)
-    (folder / "METADATA").write_text(own.read_text("METADATA") or "", encoding="utf-8")
+    # Where a wheel was built in this checkout, its .egg-info is found first.
+    text = own.read_text("METADATA") or own.read_text("PKG-INFO")
+    if not text:
+        raise SetupError(f"{NAME} is installed without its metadata.")
+    (folder / "METADATA").write_text(text, encoding="utf-8")
 
 
 def copy_source() -> None:
