@@ -45,7 +45,7 @@ RUST_TEXTS: Final = LICENCE_FOLDER / "rust"
 _LICENCES_OF_CRATES: Final = {"asn1": "BSD-3-Clause", "openssl-sys": "MIT", "pem": "MIT"}
 """With a text of our own in `RUST_TEXTS`; the others leave the choice of the Apache licence."""
 _RUST_LIBRARY: Final = "_rust."
-_CRATE: Final = re.compile(rb"/registry/src/[^/\0]+/([A-Za-z0-9_-]+)-(\d+\.\d+\.\d+)/")
+_CRATE: Final = re.compile(rb"[/\\]registry[/\\]src[/\\][^/\\\0]+[/\\]([A-Za-z0-9_-]+)-(\d+\.\d+\.\d+)[/\\]")
 _OPENSSL: Final = re.compile(rb"OpenSSL (\d+\.\d+\.\d+)[\w-]* \d+ \w{3} \d{4}")
 
 

@@ -158,3 +158,15 @@ def test_a_distribution_that_states_no_licence_is_named_by_us_or_stops_the_build
     assert "BSD-3-Clause" in inventory._from_distribution(numpy, ()).licence
     with pytest.raises(made["environment"].SetupError, match="nameless states no licence"):
         inventory._from_distribution(nameless, ())
+
+
+@pytest.mark.parametrize("separator", ["/", "\\"])
+def test_crates_are_found_in_what_was_built_on_any_system(
+    made: dict[str, ModuleType], tmp_path: Path, separator: str
+) -> None:
+    library = tmp_path / "_rust.so"
+    path = separator.join(["", "registry", "src", "index.crates.io-1", "asn1-0.22.0", "src", "types.rs"])
+    library.write_bytes(b"\0" + path.encode() + b"\0")
+    entry = made["bundle_contents"].Entry(f"cryptography{separator}_rust.pyd", str(library), "EXTENSION")
+    found = list(made["enclosed_parts"]._of_cryptography([entry], ()))
+    assert [(one.name, one.version) for one in found] == [("asn1", "0.22.0")]
