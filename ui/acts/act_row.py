@@ -20,8 +20,9 @@ from ui.acts.outcomes import ASKING, SameModule, motion_text, not_begun, open_co
 from ui.services.context import Services
 from ui.services.running_job import RunningJob
 from ui.style.theme import Space
-from ui.widgets.labels import text_label
+from ui.widgets.labels import ElidedLabel, text_label
 from ui.widgets.layouts import in_column, in_row
+from ui.widgets.naming import named
 from ui.widgets.notice_bar import NoticeBar
 
 ASK_WORDS: Final[Mapping[Act, str]] = {
@@ -59,7 +60,7 @@ class ActRow(QFrame):
         texts = services.texts
         self._title = text_label(f"{name}_title", "strong")
         self._effect = text_label(f"{name}_effect", "small")
-        self.live = text_label(f"{name}_live", "small")
+        self.live = named(ElidedLabel(), f"{name}_live", "small")
         self.live.setVisible(act is Act.ZERO)
         self.conditions = text_label(f"{name}_conditions", "attention")
         # In one place, one instead of the other: what is said here never changes the height of the row.

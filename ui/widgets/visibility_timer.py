@@ -10,7 +10,7 @@ class VisibilityTimer(QObject):
     """Calls `refresh` when `widget` is shown, and `tick` (as a rule the same) every `every_ms` until it is hidden;
     without `every_ms` only when it is shown.
 
-    A change of language calls `retranslate` (as a rule `refresh`), seen or not.
+    `hidden` is called when it is hidden. A change of language calls `retranslate` (as a rule `refresh`), seen or not.
     """
 
     def __init__(
@@ -21,9 +21,11 @@ class VisibilityTimer(QObject):
         every_ms: int | None = None,
         tick: Callable[[], object] | None = None,
         retranslate: Callable[[], object] | None = None,
+        hidden: Callable[[], object] | None = None,
     ) -> None:
         super().__init__(widget)
         self._refresh, self._retranslate = refresh, retranslate or refresh
+        self._hidden = hidden
         self._timer: QTimer | None = None
         if every_ms is not None:
             self._timer = QTimer(self, interval=every_ms)
@@ -49,6 +51,8 @@ class VisibilityTimer(QObject):
             case QEvent.Type.Hide:
                 if self._timer is not None:
                     self._timer.stop()
+                if self._hidden is not None:
+                    self._hidden()
             case QEvent.Type.LanguageChange:
                 self._retranslate()
         return False

@@ -102,7 +102,7 @@ class CommandsPage(Page):
             (marked("Operation"), self._corner("commands_operation", OPERATION)),
             (marked("Maintenance"), self._corner("commands_maintenance", MAINTENANCE)),
         )
-        column = in_column(state, spacing=Space.XS, margins=(Space.M, Space.S))
+        column = in_column(state, spacing=Space.XS, margins=(Space.M, 0, Space.M, Space.S))
         for english, frame in groups:
             caption = text_label(f"{frame.objectName()}_caption", "caption")
             texts.bind(caption.setText, english)
@@ -115,8 +115,9 @@ class CommandsPage(Page):
         scroll = control(QScrollArea(), texts, "commands_scroll", says="Commands")
         scroll.setWidgetResizable(True)
         scroll.setWidget(content)
+        head = in_column(self.make_header(texts, marked("Commands")), margins=(Space.M, 0))
         docked = in_column(self.ritual, margins=(Space.M, Space.XS, Space.M, Space.S))
-        in_column((scroll, 1), docked, of=self, spacing=0, margins=0)
+        in_column(head, (scroll, 1), docked, of=self, spacing=0, margins=0)
 
     def _corner(self, name: str, acts: tuple[Act, ...]) -> QFrame:
         corner = named(QFrame(), name, "danger-corner")

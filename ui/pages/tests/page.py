@@ -7,19 +7,16 @@ test, and locks the module where the test may have made it active.
 from typing import Final
 
 from PySide6.QtCore import QEvent, QObject, QSignalBlocker, QSize, Qt, QTimer
-from PySide6.QtGui import QHideEvent, QShowEvent
 from PySide6.QtWidgets import (
     QApplication,
     QCheckBox,
     QFrame,
-    QHBoxLayout,
     QLabel,
     QLineEdit,
     QListWidget,
     QListWidgetItem,
     QScrollArea,
     QStackedLayout,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -43,6 +40,7 @@ from ui.style.icons import MEANING_ICONS, icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import Shortcut, control
 from ui.widgets.labels import ElidedLabel, IconLabel, text_label
+from ui.widgets.layouts import in_column, in_row
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import Notice, NoticeBar
 from ui.widgets.sliders import WheelGuard
@@ -52,7 +50,7 @@ from ui.widgets.visibility_timer import VisibilityTimer
 REFRESH_EVERY_MS: Final = 100
 LONGEST_NAME: Final = 80
 _LIST_PX: Final = 216
-_ROW_PX: Final = 28
+_FIELD_PX: Final = 148
 
 
 class TestsPage(Page):
@@ -72,7 +70,7 @@ class TestsPage(Page):
         self.who.setMaxLength(LONGEST_NAME)
         texts.bind(self.who.setPlaceholderText, "your name")
         self.module = ModuleField("tests_module", services.naming, texts, guard)
-        self.title = named(ElidedLabel(), "tests_title", "title")
+        self.title = named(ElidedLabel(), "tests_chosen", "title")
         self.picture, self.steps, self.instruction = GuidedPicture(), StepList(), Instruction()
         self.safety = text_label("tests_safety")
         self.made_safe = named(QCheckBox(), "tests_made_safe")
@@ -89,7 +87,10 @@ class TestsPage(Page):
                                slot=self._go_on)  # fmt: skip
         self._lay_out()
         self._wire()
-        VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS, tick=self.tick, retranslate=self._retranslate)
+        VisibilityTimer(
+            self, self._on_show, every_ms=REFRESH_EVERY_MS, tick=self.tick, retranslate=self._retranslate,
+            hidden=self.work.cancel,
+        )  # fmt: skip
         self.refresh()
 
     # What is shown
@@ -234,18 +235,14 @@ class TestsPage(Page):
 
     # Leaving it
 
-    def showEvent(self, event: QShowEvent) -> None:
-        super().showEvent(event)
+    def _on_show(self) -> None:
         window = self.window()
         if self._watched is not window:
             window.installEventFilter(self)
             self._watched = window
         self.who.setText(self._services.preferences.who)
         self.work.load_last()
-
-    def hideEvent(self, event: QHideEvent) -> None:
-        super().hideEvent(event)
-        self.work.cancel()
+        self.refresh()
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         is_minimised = event.type() == QEvent.Type.WindowStateChange and self.window().isMinimized()
@@ -280,69 +277,38 @@ class TestsPage(Page):
         self.list.setSpacing(2)
         for _test in GUIDED_TESTS:
             self.list.addItem(QListWidgetItem())
-        head = QHBoxLayout()
-        head.setSpacing(Space.S)
-        head.addWidget(self.title, 1)
+        texts = self._services.texts
+        header = self.make_header(texts, marked("Tests"))
         for caption, field in ((marked("Tested by"), self.who), (marked("Module"), self.module)):
-            label = named(QLabel(), f"{field.objectName()}_caption", "small")
+            label = control(QLabel(), texts, f"{field.objectName()}_caption", caption, role="small")
             label.setBuddy(field)
-            self._services.texts.bind(label.setText, caption)
-            field.setFixedWidth(128)
-            head.addWidget(label)
-            head.addWidget(field)
+            field.setFixedWidth(_FIELD_PX)
+            header.add(label)
+            header.add(field)
         self._make_doing()
         content = named(QWidget(), "tests_content")
         self._views = QStackedLayout(content)
         self._views.addWidget(self._doing)
         self._views.addWidget(self.result)
-        scroll = self._scroll = control(QScrollArea(), self._services.texts, "tests_scroll", says="Guided test")
+        scroll = self._scroll = control(QScrollArea(), texts, "tests_scroll", says="Guided test")
         scroll.setWidgetResizable(True)
         scroll.setWidget(content)
-        foot = QHBoxLayout()
-        foot.setSpacing(Space.S)
-        foot.addStretch(1)
-        foot.addWidget(self.cancel)
-        foot.addWidget(self.primary)
-        pane = QVBoxLayout()
-        pane.setSpacing(Space.S)
-        pane.addLayout(head)
-        pane.addWidget(scroll, 1)
-        pane.addWidget(self.said)
-        pane.addLayout(foot)
-        whole = QHBoxLayout(self)
-        whole.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
-        whole.setSpacing(Space.M)
-        whole.addWidget(self.list)
-        whole.addLayout(pane, 1)
+        foot = in_row(1, self.cancel, self.primary, spacing=Space.S)
+        pane = in_column(self.title, (scroll, 1), self.said, foot, spacing=Space.S)
+        body = in_row(self.list, (pane, 1), spacing=Space.M)
+        in_column(header, (body, 1), of=self, spacing=0, margins=(Space.M, 0, Space.M, Space.S))
 
     def _make_doing(self) -> None:
         """What to do: picture and steps, the instruction, and below it what belongs to the stage."""
         self._safety_mark = IconLabel("tests_safety_mark", 20)
         self._ready = named(QFrame(), "tests_ready", "card")
-        ready = QHBoxLayout(self._ready)
-        ready.setSpacing(Space.S)
-        ready.addWidget(self._safety_mark, alignment=Qt.AlignmentFlag.AlignTop)
-        words = QVBoxLayout()
-        words.addWidget(self.safety)
-        words.addWidget(self.made_safe)
-        ready.addLayout(words, 1)
+        words = in_column(self.safety, self.made_safe)
+        in_row((self._safety_mark, Qt.AlignmentFlag.AlignTop), (words, 1), of=self._ready, spacing=Space.S)
         self._act_corner = named(QFrame(), "tests_act", "danger-corner")
-        corner = QVBoxLayout(self._act_corner)
-        corner.setContentsMargins(2, 2, 2, 2)
-        for row in self.acts.values():
-            corner.addWidget(row)
+        in_column(*self.acts.values(), of=self._act_corner, margins=2)
         self._region = QStackedLayout()
         for one in (self._ready, self.live, self._act_corner):
             self._region.addWidget(one)
-        top = QHBoxLayout()
-        top.setSpacing(Space.L)
-        top.addWidget(self.picture, alignment=Qt.AlignmentFlag.AlignTop)
-        top.addWidget(self.steps, 1)
+        top = in_row((self.picture, Qt.AlignmentFlag.AlignTop), (self.steps, 1), spacing=Space.L)
         self._doing = named(QWidget(), "tests_doing")
-        column = QVBoxLayout(self._doing)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(Space.M)
-        column.addLayout(top)
-        column.addWidget(self.instruction)
-        column.addLayout(self._region)
-        column.addStretch(1)
+        in_column(top, self.instruction, self._region, 1, of=self._doing, spacing=Space.M, margins=0)

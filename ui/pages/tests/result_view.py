@@ -3,7 +3,7 @@
 from typing import Final
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QHBoxLayout, QHeaderView, QTableView, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHeaderView, QTableView, QWidget
 
 from app.guided.results import VERDICT_WORDS, BrokenOff, GuidedResult, MeasuredValue
 from app.text.i18n import tr
@@ -15,7 +15,8 @@ from ui.style.icons import MEANING_ICONS, icon
 from ui.style.theme import Space
 from ui.widgets.controls import control
 from ui.widgets.labels import IconLabel, text_label
-from ui.widgets.naming import named
+from ui.widgets.layouts import in_column, in_row
+from ui.widgets.naming import named, set_role
 
 _ROW_PX: Final = 28
 _PAD_PX: Final = 5
@@ -52,28 +53,15 @@ class ResultView(QWidget):
         header.setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
         for place in (0, len(COLUMNS) - 1):
             header.setSectionResizeMode(place, QHeaderView.ResizeMode.ResizeToContents)
-        row = QHBoxLayout()
-        row.setSpacing(Space.S)
-        row.addWidget(self.mark)
-        row.addWidget(self.verdict, 1)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(Space.S)
-        column.addLayout(row)
-        column.addWidget(self.advice)
-        column.addWidget(self.table)
-        column.addStretch(1)
+        head = in_row(self.mark, (self.verdict, 1), spacing=Space.S)
+        in_column(head, self.advice, self.table, 1, of=self, spacing=Space.S, margins=0)
 
     def show_outcome(self, outcome: GuidedResult | BrokenOff | None) -> None:
         meaning, text = outcome_text(outcome)
         is_result = isinstance(outcome, GuidedResult)
         if outcome is not None:
             self.mark.show_icon(MEANING_ICONS[meaning], meaning)
-        role = "heading" if is_result else "title"
-        if self.verdict.property("role") != role:
-            self.verdict.setProperty("role", role)
-            self.verdict.style().unpolish(self.verdict)
-            self.verdict.style().polish(self.verdict)
+        set_role(self.verdict, "heading" if is_result else "title")
         self.verdict.setText(text)
         self.verdict.setAccessibleName(text)
         measured = outcome.measured if isinstance(outcome, GuidedResult) else ()

@@ -15,7 +15,7 @@ from ui.style.painted_widget import PaintedWidget
 from ui.style.shapes import pen
 from ui.style.theme import Meaning, Size, Space, current, font
 from ui.widgets.labels import IconLabel, text_label
-from ui.widgets.naming import named
+from ui.widgets.naming import named, set_role
 
 _MARK_PX: Final = 18
 _BAR_PX: Final = 12
@@ -86,11 +86,7 @@ class StepList(QWidget):
             if label.text() != text:
                 label.setText(text)
             label.setAccessibleName(f"{text} ({state})")
-            role = "strong" if is_now else "" if is_done else "muted"
-            if label.property("role") != role:
-                label.setProperty("role", role)
-                label.style().unpolish(label)
-                label.style().polish(label)
+            set_role(label, "strong" if is_now else "" if is_done else "muted")
             if is_done:
                 mark.show_icon(Icon.CHECK, Meaning.GOOD)
             elif is_now:
