@@ -57,6 +57,8 @@ class ArchiveExchange(QObject):
         """The one that is set."""
         self.seen: Seen | None = None
         self.trouble: UserMessage | None = None
+        self.altered = 0
+        """Rows on the server that are not what a station recorded, at the last exchange with it."""
 
     @property
     def is_running(self) -> bool:
@@ -85,12 +87,11 @@ class ArchiveExchange(QObject):
             self.refresh()
             return
         self._timer.start()
-        self.run(lambda archive, on_page: archive.sync(text, on_page=on_page))
+        self._sync(text)
 
     def sync(self) -> None:
-        server = self.server
-        if server is not None:
-            self.run(lambda archive, on_page: archive.sync(server, on_page=on_page))
+        if self.server is not None:
+            self._sync(self.server)
 
     def refresh(self) -> None:
         """Count what is not shared; no server is asked."""
@@ -101,6 +102,16 @@ class ArchiveExchange(QObject):
         server, storage = self.server, self._storage
         self._task.run(lambda running: _work(storage, server, act, running), self._take, self._fail)
         self.changed.emit()
+
+    def _sync(self, url: str, *, is_due: Callable[["Archive", str], bool] = lambda _archive, _url: True) -> None:
+        def sync(archive: "Archive", on_page: Callable[["Exchanged"], None]) -> "Exchanged | None":
+            if not is_due(archive, url):
+                return None
+            done = archive.sync(url, on_page=on_page)
+            self.altered = done.refused_count  # read by the window when this has ended
+            return done
+
+        self.run(sync)
 
     def _exchange_if_due(self) -> None:
         server = self.server

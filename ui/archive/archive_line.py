@@ -1,5 +1,7 @@
 """Quiet line in the status bar: how many records are not shared yet, and when they were last."""
 
+from typing import Final
+
 from PySide6.QtCore import QEvent, Qt
 from PySide6.QtWidgets import QToolButton
 
@@ -10,6 +12,9 @@ from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning
 from ui.widgets.controls import control
 
+SMALLEST_PX: Final = 80
+"""Where the window is narrow its text is cut, and whole in its tooltip."""
+
 
 class ArchiveLine(QToolButton):
     """Hidden without a server. A click opens the archive."""
@@ -18,6 +23,7 @@ class ArchiveLine(QToolButton):
         super().__init__()
         control(self, texts, "archive_line", says="Archive", tip="Archive", role="quiet")
         self.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        self.setMinimumWidth(SMALLEST_PX)
         self._exchange = exchange
         exchange.changed.connect(self.refresh)
         self.refresh()
@@ -34,7 +40,7 @@ class ArchiveLine(QToolButton):
             text = tr("{count} not yet shared, last {time}", count=count, time=last_time(last))
         else:
             text = tr("All shared, last {time}", time=last_time(last))
-        altered = seen.done.refused_count if seen.done is not None else 0
+        altered = self._exchange.altered
         if altered:
             text = tr("Altered on the server: {count}", count=altered)
         elif seen.status.conflicts:
@@ -42,7 +48,7 @@ class ArchiveLine(QToolButton):
         self.setIcon(icon(Icon.WARNING, Meaning.ATTENTION) if altered else icon(Icon.BUNDLE))
         self.setText(text)
         trouble = self._exchange.trouble
-        self.setToolTip(trouble.in_words() if trouble is not None else tr("Archive"))
+        self.setToolTip("\n".join((text, *(() if trouble is None else (trouble.in_words(),)))))
         self.setAccessibleName(tr("Archive: {text}", text=text))
 
     def changeEvent(self, event: QEvent) -> None:
