@@ -205,7 +205,7 @@ def _open_window(args: argparse.Namespace) -> int:
 
 def _print_report(body: str, attachment: bytes) -> bytes:
     """Qt prints; the command is handed this, and stays free of Qt."""
-    from ui.pages.preflight.report_printer import print_report
+    from ui.files.report_printer import print_report
 
     return print_report(body, attachment)
 

@@ -74,6 +74,7 @@ ROOMS = (
     "ui/pages/preflight",
     "ui/pages/tests",
     "ui/pages/commands",
+    "ui/pages/fleet",
     "ui/pages/recordings",
     "ui/pages/flights",
     "ui/pages/diagnosis",

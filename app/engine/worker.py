@@ -169,6 +169,8 @@ class Worker:
         self._reported: tuple[bool, bool] | None = None
         """Whether the module had triggered and was active, by its last report."""
         self._is_stopping = False
+        self.publish_every_s = PUBLISH_EVERY_S
+        """For what only adds to what was said before. Set by any thread."""
 
     def start(self) -> None:
         self._thread.start()
@@ -353,7 +355,7 @@ class Worker:
 
     def _publish(self) -> None:
         now = self._clock()
-        if not self._pending.is_urgent and now - self._published_at < PUBLISH_EVERY_S:
+        if not self._pending.is_urgent and now - self._published_at < self.publish_every_s:
             return
         pending, self._pending = self._pending, _Pending()
         self._published_at = now

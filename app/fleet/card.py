@@ -14,7 +14,7 @@ from app.preflight.verdict import Verdict
 from app.procedures.lock import Locked, waiting_sentence
 from app.safety.last_known import Activation, SeenActivation
 from app.text.i18n import tr
-from app.text.sentences import listed, together
+from app.text.sentences import listed
 from protocol.translatable import marked
 
 _BUSY = (Phase.OPENING, Phase.FINDING, Phase.ASKING)
@@ -29,7 +29,7 @@ class Need(Enum):
     WAS_ACTIVE = marked("It was ACTIVE when it was last heard: treat it as ACTIVE.")
     IDENTITY = marked("It may be another module: choose it and say which one it is.")
     LINK = marked("Not connected")
-    NO_GO = marked("NO-GO: {why}")
+    NO_GO = marked("Stands against it: {why}")
     OUTSIDE = marked("Out of its limit: {why}")
     ACTIVE = marked("ACTIVE without a check that holds")
     VOID = marked("Check again: {why}")
@@ -73,17 +73,13 @@ class Card:
     is_checking: bool
     lock: LockState
     need: Need
-    is_recorded: bool = False
     is_shown: bool = False
     """The other pages show this module."""
-
-    @property
-    def is_online(self) -> bool:
-        return self.link.phase is Phase.ONLINE
+    can_lock: bool = False
 
     @property
     def title(self) -> str:
-        return self.name or tr("Module without a name")
+        return self.name or tr("Unnamed")
 
     def next_step(self, now: float) -> str:
         """`need` with its reason, in the language in use."""
@@ -94,7 +90,7 @@ class Card:
                 return self.lock.failed.sentence
             case Need.LINK:
                 said = words(self.link, now)
-                return together((said.what, said.next_step))
+                return said.next_step or said.what
             case Need.NO_GO if self.verdict is not None:
                 return tr(Need.NO_GO.value, why=listed(one.in_words() for one in self.verdict.against))
             case Need.VOID if self.verdict is not None and self.verdict.void is not None:
@@ -124,8 +120,8 @@ class Member:
     verdict: HeldVerdict | None = None
     is_checking: bool = False
     lock: LockState = field(default_factory=LockState)
-    is_recorded: bool = False
     is_shown: bool = False
+    can_lock: bool = False
 
 
 def card_of(member: Member, now: float, in_use: LimitsInUse) -> Card:
@@ -147,8 +143,8 @@ def card_of(member: Member, now: float, in_use: LimitsInUse) -> Card:
         is_checking=member.is_checking,
         lock=member.lock,
         need=need_of(member, now, has_low_cell=outside is not None),
-        is_recorded=member.is_recorded,
         is_shown=member.is_shown,
+        can_lock=member.can_lock,
     )
 
 

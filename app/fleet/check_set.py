@@ -38,7 +38,7 @@ class SetMember:
 
     @property
     def title(self) -> str:
-        return clean(self.name) or tr("Module without a name")
+        return clean(self.name) or tr("Unnamed")
 
     @property
     def why(self) -> str:

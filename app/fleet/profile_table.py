@@ -58,7 +58,7 @@ class Applied(Enum):
     WRITING = marked("writing")
     NOTHING_TO_DO = marked("matches already")
     VERIFIED = marked("written and verified")
-    ACKNOWLEDGED = marked("written; some cannot be read back")
+    ACKNOWLEDGED = marked("written")
     REFUSED = marked("refused")
     FAILED = marked("FAILED")
     UNREACHABLE = marked("not reached")
@@ -100,7 +100,7 @@ def outcome_of(report: WriteReport) -> AppliedProfile:
     return AppliedProfile(Applied.VERIFIED if report.results else Applied.NOTHING_TO_DO)
 
 
-def broken_off(heard: Sequence[Written], error: Exception) -> AppliedProfile:
+def broken_off(heard: Sequence[Written], error: BaseException) -> AppliedProfile:
     """The connection was lost, or it was cancelled: what was not read back is not known."""
     if isinstance(error, Cancelled):
         text = tr("Cancelled. What was not read back is not known.")

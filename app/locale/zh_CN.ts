@@ -386,6 +386,14 @@
         <translation>添加人工检查</translation>
     </message>
     <message>
+        <source>Add port</source>
+        <translation>添加串口</translation>
+    </message>
+    <message>
+        <source>Add the port of each module. Every one gets a card with its state.</source>
+        <translation>请添加每个模块的串口，每个模块显示为一张状态卡片。</translation>
+    </message>
+    <message>
         <source>Add to a file what it lacks</source>
         <translation>将文件中缺少的内容添加到文件</translation>
     </message>
@@ -694,6 +702,10 @@
         <translation>返回实时</translation>
     </message>
     <message>
+        <source>Back to the board</source>
+        <translation>返回多模块面板</translation>
+    </message>
+    <message>
         <source>Back to the check</source>
         <translation>返回检查</translation>
     </message>
@@ -990,6 +1002,10 @@
         <translation>请重新检查：{why}</translation>
     </message>
     <message>
+        <source>Check all</source>
+        <translation>全部检查</translation>
+    </message>
+    <message>
         <source>Check cable and power, and check again.</source>
         <translation>检查线缆和电源后重新检查。</translation>
     </message>
@@ -1250,6 +1266,10 @@
         <translation>命令</translation>
     </message>
     <message>
+        <source>Compare one profile with every module, then write what differs</source>
+        <translation>将一个配置文件与所有模块比较，再写入不同的参数</translation>
+    </message>
+    <message>
         <source>Compare the settings with the profile and write what differs; or approve them.</source>
         <translation>将设置与配置文件比较并写入不同之处；或批准现有设置。</translation>
     </message>
@@ -1296,6 +1316,18 @@
     <message>
         <source>Connect again. If it fails again, save a support bundle on the Diagnosis page.</source>
         <translation>请重新连接。若再次失败，请在“诊断”页保存诊断包。</translation>
+    </message>
+    <message>
+        <source>Connect all ports</source>
+        <translation>连接所有串口</translation>
+    </message>
+    <message>
+        <source>Connect another module</source>
+        <translation>连接另一个模块</translation>
+    </message>
+    <message>
+        <source>Connect every adapter that is plugged in</source>
+        <translation>连接所有已插入的适配器</translation>
     </message>
     <message>
         <source>Connect the simulated module</source>
@@ -1556,6 +1588,10 @@
     <message>
         <source>Disarmed: the window was left. Nothing was sent.</source>
         <translation>已解除：离开了窗口。未发送任何内容。</translation>
+    </message>
+    <message>
+        <source>Discard and show the other module</source>
+        <translation>放弃更改并显示另一个模块</translation>
     </message>
     <message>
         <source>Discard edits</source>
@@ -1846,6 +1882,10 @@
         <translation>记录下来的每次会话。打开一个可在“实时”页查看。</translation>
     </message>
     <message>
+        <source>Every value is written and read back on each module. The baud rate and the serial output are left as they are; an active module is refused.</source>
+        <translation>每个参数逐一写入并回读。波特率和串口输出保持不变；已激活的模块拒绝写入。</translation>
+    </message>
+    <message>
         <source>Everything received is recorded automatically; see Recordings.</source>
         <translation>线路上的所有内容都会自动记录，见“数据记录”页。</translation>
     </message>
@@ -2020,6 +2060,10 @@
     <message>
         <source>First seen {time}.</source>
         <translation>首次读到：{time}。</translation>
+    </message>
+    <message>
+        <source>Fleet</source>
+        <translation>多模块</translation>
     </message>
     <message>
         <source>Flight</source>
@@ -2630,6 +2674,10 @@
         <translation>最后一次通信时为已激活：请按已激活对待。</translation>
     </message>
     <message>
+        <source>It was disconnected.</source>
+        <translation>已断开连接。</translation>
+    </message>
+    <message>
         <source>It was locked for {time}: judged as if it had been active.</source>
         <translation>其中锁定 {time}：按激活状态判断。</translation>
     </message>
@@ -2730,6 +2778,10 @@
         <translation>锁定</translation>
     </message>
     <message>
+        <source>LOCK ALL</source>
+        <translation>全部锁定</translation>
+    </message>
+    <message>
         <source>LOCK again</source>
         <translation>再次锁定</translation>
     </message>
@@ -2744,6 +2796,10 @@
     <message>
         <source>LOCK could not be sent: treat the module as ACTIVE. It is sent when the port comes back.</source>
         <translation>无法发送锁定指令：请将模块视为已激活。串口恢复后将自动发送。</translation>
+    </message>
+    <message>
+        <source>LOCK goes on: {names}</source>
+        <translation>正在锁定：{names}</translation>
     </message>
     <message>
         <source>LOCK is not reported yet. It is sent again when the port comes back.</source>
@@ -2994,6 +3050,14 @@
         <translation>锁定模块，通过检查启用触发，再重新激活。</translation>
     </message>
     <message>
+        <source>Lock this module at once</source>
+        <translation>立即锁定此模块</translation>
+    </message>
+    <message>
+        <source>Lock {module}</source>
+        <translation>锁定 {module}</translation>
+    </message>
+    <message>
         <source>Locking</source>
         <translation>正在锁定</translation>
     </message>
@@ -3008,6 +3072,10 @@
     <message>
         <source>Locks at once</source>
         <translation>立即锁定</translation>
+    </message>
+    <message>
+        <source>Locks every connected module at once</source>
+        <translation>立即锁定所有已连接的模块</translation>
     </message>
     <message>
         <source>Log</source>
@@ -3250,10 +3318,6 @@
         <translation>{port} 上的模块，波特率 {rate}，应答晚 {seconds:.1f} s</translation>
     </message>
     <message>
-        <source>Module without a name</source>
-        <translation>未命名模块</translation>
-    </message>
-    <message>
         <source>Module {name}</source>
         <translation>模块 {name}</translation>
     </message>
@@ -3268,6 +3332,14 @@
     <message>
         <source>More</source>
         <translation>更多</translation>
+    </message>
+    <message>
+        <source>More for this module</source>
+        <translation>此模块的更多操作</translation>
+    </message>
+    <message>
+        <source>More for {module}</source>
+        <translation>{module} 的更多操作</translation>
     </message>
     <message>
         <source>More light reads higher.</source>
@@ -3358,10 +3430,6 @@
         <translation>禁止飞行，并说明了原因：两条旧的触发记录还没有人确认。您刚刚看过它们，请在这一行确认。</translation>
     </message>
     <message>
-        <source>NO-GO: {why}</source>
-        <translation>禁止飞行：{why}</translation>
-    </message>
-    <message>
         <source>NOT CHECKED</source>
         <translation>未检查</translation>
     </message>
@@ -3376,6 +3444,10 @@
     <message>
         <source>NOT TRIGGERED</source>
         <translation>未触发</translation>
+    </message>
+    <message>
+        <source>NOT reported, treat as ACTIVE: {names}</source>
+        <translation>未报告锁定，请按已激活对待：{names}</translation>
     </message>
     <message>
         <source>Name</source>
@@ -3522,12 +3594,20 @@
         <translation>{port} 在 {rate} 波特率下没有模块应答。</translation>
     </message>
     <message>
+        <source>No module answers.</source>
+        <translation>没有模块应答。</translation>
+    </message>
+    <message>
         <source>No module connected</source>
         <translation>未连接模块</translation>
     </message>
     <message>
         <source>No module in the archive yet.</source>
         <translation>归档中尚无模块。</translation>
+    </message>
+    <message>
+        <source>No module is connected</source>
+        <translation>未连接模块</translation>
     </message>
     <message>
         <source>No new flight logs there.</source>
@@ -3974,6 +4054,10 @@
         <translation>{values} {unit} 之一。</translation>
     </message>
     <message>
+        <source>One report of the last check of all, and one of each module</source>
+        <translation>导出上次全部检查的总报告和每个模块的报告</translation>
+    </message>
+    <message>
         <source>One verdict before each flight. After each start the module cannot say whether its two triggers are enabled: this button enables them and checks everything.</source>
         <translation>每次飞行前给出一个结论。模块每次开机后无法报告两个触发是否启用：这个按钮会启用它们并检查全部项目。</translation>
     </message>
@@ -4314,6 +4398,10 @@
         <translation>伞降模块飞行前检查</translation>
     </message>
     <message>
+        <source>Pre-flight check of every module; only questions are sent</source>
+        <translation>对所有模块执行飞行前检查，仅发送查询</translation>
+    </message>
+    <message>
         <source>Pre-flight check of {count} modules</source>
         <translation>{count} 个模块的飞行前检查</translation>
     </message>
@@ -4364,6 +4452,18 @@
     <message>
         <source>Profile (*.toml)</source>
         <translation>配置文件 (*.toml)</translation>
+    </message>
+    <message>
+        <source>Profile and modules</source>
+        <translation>配置文件与模块</translation>
+    </message>
+    <message>
+        <source>Profile for all…</source>
+        <translation>统一配置文件…</translation>
+    </message>
+    <message>
+        <source>Profile “{name}”</source>
+        <translation>配置文件“{name}”</translation>
     </message>
     <message>
         <source>Profile: {name}</source>
@@ -5182,6 +5282,10 @@
         <translation>朝各个方向轻轻晃动插头和线缆。</translation>
     </message>
     <message>
+        <source>Show on the other pages</source>
+        <translation>在其他页面显示</translation>
+    </message>
+    <message>
         <source>Show only the flights that fire with the chosen thresholds</source>
         <translation>仅显示按所选阈值会触发的飞行日志</translation>
     </message>
@@ -5212,6 +5316,10 @@
     <message>
         <source>Show the whole recording (End, or a double click on the plots)</source>
         <translation>显示整段数据记录（End 键，或双击曲线）</translation>
+    </message>
+    <message>
+        <source>Shown</source>
+        <translation>当前显示</translation>
     </message>
     <message>
         <source>Shows the whole recording again after zooming in.</source>
@@ -5312,6 +5420,10 @@
     <message>
         <source>Split, pause</source>
         <translation>分段间隔</translation>
+    </message>
+    <message>
+        <source>Stands against it: {why}</source>
+        <translation>未通过：{why}</translation>
     </message>
     <message>
         <source>Start</source>
@@ -6830,6 +6942,10 @@
         <translation>仅为本次写入解锁</translation>
     </message>
     <message>
+        <source>Unnamed</source>
+        <translation>未命名</translation>
+    </message>
+    <message>
         <source>Unpin</source>
         <translation>取消固定</translation>
     </message>
@@ -7306,6 +7422,10 @@
         <translation>在已判断的 {time} 内没有达到触发条件。</translation>
     </message>
     <message>
+        <source>Write</source>
+        <translation>写入</translation>
+    </message>
+    <message>
         <source>Write 1 change</source>
         <translation>写入 1 项更改</translation>
     </message>
@@ -7330,6 +7450,10 @@
         <translation>再次写入</translation>
     </message>
     <message>
+        <source>Write to {count} modules</source>
+        <translation>写入 {count} 个模块</translation>
+    </message>
+    <message>
         <source>Write to {port} timed out: the adapter or its driver hangs.</source>
         <translation>写入 {port} 超时：适配器或其驱动程序无响应。</translation>
     </message>
@@ -7340,6 +7464,14 @@
     <message>
         <source>Write {count} changes</source>
         <translation>写入 {count} 项更改</translation>
+    </message>
+    <message>
+        <source>Writes nothing</source>
+        <translation>不写入</translation>
+    </message>
+    <message>
+        <source>Writes what differs on each module and verifies it</source>
+        <translation>写入每个模块的不同参数并验证</translation>
     </message>
     <message>
         <source>Writing: {what}</source>
@@ -10002,12 +10134,12 @@
         <translation>写入中</translation>
     </message>
     <message>
-        <source>written and verified</source>
-        <translation>已写入，已验证</translation>
+        <source>written</source>
+        <translation>已写入</translation>
     </message>
     <message>
-        <source>written; some cannot be read back</source>
-        <translation>已写入，部分无法回读</translation>
+        <source>written and verified</source>
+        <translation>已写入，已验证</translation>
     </message>
     <message>
         <source>wrong checksum</source>
@@ -10044,6 +10176,10 @@
     <message>
         <source>zero the sensor (asks for --yes)</source>
         <translation>传感器置零（需要 --yes）</translation>
+    </message>
+    <message>
+        <source>{act}: {module} on {port}</source>
+        <translation>{act}：{module}（{port}）</translation>
     </message>
     <message>
         <source>{address} is not HOST:PORT, such as 127.0.0.1:5000</source>
@@ -10090,6 +10226,10 @@
         <translation>有 {count} 项设置更改尚未写入模块。</translation>
     </message>
     <message>
+        <source>{count} changes on the Settings page are not written to the module shown there.</source>
+        <translation>设置页面有 {count} 项更改尚未写入当前显示的模块。</translation>
+    </message>
+    <message>
         <source>{count} checks</source>
         <translation>{count} 次检查</translation>
     </message>
@@ -10104,6 +10244,14 @@
     <message>
         <source>{count} kept over the power cycle. {boots}</source>
         <translation>断电重启后有 {count} 项保持。{boots}</translation>
+    </message>
+    <message>
+        <source>{count} modules</source>
+        <translation>{count} 个模块</translation>
+    </message>
+    <message>
+        <source>{count} need you</source>
+        <translation>{count} 个需要处理</translation>
     </message>
     <message>
         <source>{count} not read. {name}: {why}</source>
@@ -10160,6 +10308,10 @@
     <message>
         <source>{count} records are chosen.</source>
         <translation>已选择 {count} 条记录。</translation>
+    </message>
+    <message>
+        <source>{count} report LOCKED</source>
+        <translation>{count} 个已报告锁定</translation>
     </message>
     <message>
         <source>{count} reports recorded; Ctrl-C ends it</source>
@@ -10356,6 +10508,10 @@
     <message>
         <source>{module} · {new} new since the last visit</source>
         <translation>{module} · 上次读取后新增 {new} 条</translation>
+    </message>
+    <message>
+        <source>{module}, port {port}: {need}</source>
+        <translation>{module}，串口 {port}：{need}</translation>
     </message>
     <message>
         <source>{module}: the first visit; {count} records are kept.</source>

@@ -39,6 +39,7 @@ class _Connector(QObject):
     changed = Signal()
     batch = Signal(object)
     is_recording = False
+    whose = ""
     last = target = None
 
     def __init__(self, desk: WindowDesk) -> None:
@@ -90,7 +91,7 @@ class Checking:
         self._session = session
         self._connector, self._naming = _Connector(session.desk), _Naming()
         storage = SimpleNamespace(journal=lambda _target, _module="": NoJournal(), store=None)
-        services = SimpleNamespace(connector=self._connector, naming=self._naming, storage=storage)
+        services = SimpleNamespace(connector=self._connector, naming=self._naming, storage=storage, filed={})
         self.work = PreflightController(cast("Services", services))
         self.said: list[Standing] = []
 

@@ -30,6 +30,7 @@ from ui.acts.outcomes import ASKING, SameModule, not_begun, open_conditions, out
 from ui.acts.ritual_guard import RitualGuard
 from ui.acts.step_mark import StepMark, StepPlace
 from ui.services.context import Services
+from ui.services.module_name import whose
 from ui.services.running_job import RunningJob
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control
@@ -133,6 +134,7 @@ class RitualWidget(QFrame):
     def refresh(self) -> None:
         if self._module.is_another() and not self.is_under_way:
             self._job.dismiss()
+        self._title.setText(self._heading())
         found = open_conditions(self._services, Act.DEPLOY)
         self.conditions.setText(together(one.sentence for one in found))
         is_rehearsal = self.is_under_way and self.ritual.is_rehearsal
@@ -287,7 +289,6 @@ class RitualWidget(QFrame):
         set_role(self, "rehearsal" if is_rehearsal else "danger-corner")
         set_role(self.hold, "" if is_rehearsal else "danger")
         set_role(self.arm, "" if is_rehearsal else "danger")
-        self._title.setText(tr("REHEARSAL") if is_rehearsal else tr(TITLES[Act.DEPLOY]))
         self._effect.setText(tr("Nothing is sent.") if is_rehearsal else tr(EFFECTS[Act.DEPLOY]))
         due = {Stage.CHOSEN: 1, Stage.ARMED: 2, Stage.HOLDING: 2}.get(stage, 0)
         meaning = Meaning.INFORMATION if is_rehearsal else Meaning.DANGER
@@ -302,6 +303,15 @@ class RitualWidget(QFrame):
                 self.step.setText(tr("ARMED for {seconds:.0f} s more.", seconds=self.ritual.armed_left_s(now)))
             case _:
                 self.step.setText("")
+
+    def _heading(self) -> str:
+        """With the module and its port, where one is connected."""
+        is_rehearsal = self.is_under_way and self.ritual.is_rehearsal
+        act, target = tr("REHEARSAL") if is_rehearsal else tr(TITLES[Act.DEPLOY]), self._connector.target
+        if target is None or not self._connector.is_open:
+            return act
+        port = target.device.removeprefix("/dev/").partition("?")[0]
+        return tr("{act}: {module} on {port}", act=act, module=whose(self._services.naming.name), port=port)
 
     # Qt
 

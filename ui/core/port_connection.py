@@ -17,7 +17,7 @@ from app.engine.procedure import Procedure, Report, Result, Slept
 from app.engine.reconnect import Absence, Address, Reconnection
 from app.engine.target import Target
 from app.engine.transport import PortError
-from app.engine.worker import Batch, Connection, Job, PortState, Worker
+from app.engine.worker import PUBLISH_EVERY_S, Batch, Connection, Job, PortState, Worker
 from app.procedures.find import Found, find_rate
 from app.procedures.greet import Greeting, greet
 from app.procedures.stream import StreamSwitch, watch
@@ -29,8 +29,8 @@ from ui.core.port_watcher import PortWatcher
 
 _log = logging.getLogger(__name__)
 
-FOLLOW_EVERY_MS = 100
-"""While a port is waited for: how often it is looked whether to do something about it."""
+UNSEEN_PUBLISH_EVERY_S = 0.25
+FOLLOW_EVERY_MS = 100  # while a port is waited for: how often it is checked
 
 
 class PortConnection(QObject):
@@ -108,7 +108,7 @@ class PortConnection(QObject):
 
     @property
     def whose(self) -> str:
-        """Names what somebody connected to: the adapter, or the port. The same when it comes back by another name."""
+        """Names the adapter, or the port, that somebody connected to. The same when it comes back by another name."""
         return self._whose
 
     @property
@@ -172,10 +172,6 @@ class PortConnection(QObject):
         return self._target is not None and self._target.is_recording and self._is_wanted
 
     @property
-    def ports(self) -> PortWatcher:
-        return self._ports
-
-    @property
     def is_active(self) -> bool:
         """As far as is known the module will fire by its thresholds. A doubtful "active" counts as active; one that
         was only recorded does not."""
@@ -216,6 +212,10 @@ class PortConnection(QObject):
             self._is_forgotten, self._target = True, None
             self.forgotten.emit()
             self.changed.emit()
+
+    def set_shown(self, is_shown: bool) -> None:
+        """Whether the pages show this port; else what says nothing new comes a few times a second."""
+        self._worker.publish_every_s = PUBLISH_EVERY_S if is_shown else UNSEEN_PUBLISH_EVERY_S
 
     def find_rate(self) -> None:
         """Go through all baud rates on the open port."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from app.limits.out_of_limits import LimitsInUse
 from app.procedures.act import Armed
@@ -16,6 +17,9 @@ from ui.services.page import Page
 from ui.services.storage import PendingEdits, Storage
 from ui.style.appearance import Appearance
 from ui.style.icons import Icon
+
+if TYPE_CHECKING:
+    from app.records.filing import Filed
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +41,8 @@ class Services:
     """What measured values are compared with, wherever they are shown."""
     exchange: DraftExchange = field(default_factory=DraftExchange)
     """Drafts that are tried on what was measured."""
+    filed: "dict[str, Filed]" = field(default_factory=dict)
+    """The last check of each connected module on the Pre-flight page, by `Connector.whose`."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -62,6 +62,11 @@ class PortLock(QObject):
         return self._repeat is not None
 
     @property
+    def sent(self) -> int | None:
+        """How often it has left while it goes on, else None."""
+        return None if self._repeat is None else self._repeat.sent
+
+    @property
     def is_unproven(self) -> bool:
         """It was pressed, and the module has not reported that it is locked."""
         return self.is_going_on or self.failed is not None

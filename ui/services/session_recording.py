@@ -94,6 +94,9 @@ class SessionRecording:
         self._connector: PortConnection | None = None
         self._module = ""
         """The name of the module that is connected."""
+        self._others: list[SessionRecording] = []
+        self.shown: SessionRecording | None = None
+        """That of the port that the pages show, where it is another one."""
 
     @cached_property
     def library(self) -> "RecordingLibrary":
@@ -121,9 +124,17 @@ class SessionRecording:
         self._connector = connector
         connector.changed.connect(self._watch_wish)
 
+    def of_another_port(self) -> "SessionRecording":
+        """Records another port into the same library; stopped with this one."""
+        other = SessionRecording(self._folder)
+        self._others.append(other)
+        return other
+
     @property
     def sign(self) -> Sign:
-        """What there is to say now."""
+        """What there is to say now, of the port that the pages show."""
+        if self.shown is not None:
+            return self.shown.sign
         recorder = self._recorder
         if recorder is None:
             return Sign()
@@ -133,12 +144,18 @@ class SessionRecording:
 
     def settle(self, deadline_s: float) -> bool:
         """Whether everything that was taken is on disk within the time."""
-        return self._recorder is None or self._recorder.settle(deadline_s)
+        every = [one._recorder for one in (self, *self._others)]
+        settled = [one.settle(deadline_s) for one in every if one is not None]
+        return all(settled)
 
     def stop(self, deadline_s: float) -> bool:
         """End the recording and its thread; whether that was done in time. What was handed to the system is safe
         in any case."""
-        return self._recorder is None or self._recorder.stop(deadline_s)
+        every = [one._recorder for one in (self, *self._others) if one._recorder is not None]
+        for one in every[1:]:
+            one.stop(0.0)  # all at once
+        stopped = [one.stop(deadline_s) for one in every]
+        return all(stopped)
 
     def _take(self, batch: Batch) -> None:
         """In the worker's thread."""

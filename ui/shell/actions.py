@@ -48,7 +48,7 @@ class Actions:
         self.page.aboutToShow.connect(self._fill_page)
         self.pages = {
             entry.key: self._action(
-                view, f"act_page_{entry.key}", entry.title, f"Ctrl+{number}" if number < 10 else None
+                view, f"act_page_{entry.key}", entry.title, f"Ctrl+{number % 10}"
             )
             for number, entry in enumerate(entries, start=1)
         }

@@ -33,7 +33,7 @@ _Index = QModelIndex | QPersistentModelIndex
 
 
 class Sidebar(QListWidget):
-    """One row a page; Ctrl+1 … Ctrl+9 reach them from anywhere."""
+    """One row a page; Ctrl+1 … Ctrl+9 and Ctrl+0 reach them from anywhere."""
 
     page_wanted = Signal(str)
 
@@ -116,7 +116,7 @@ class Sidebar(QListWidget):
 
     def _name_rows(self) -> None:
         for row, entry in enumerate(self._entries):
-            key = QKeySequence(f"Ctrl+{row + 1}").toString(QKeySequence.SequenceFormat.NativeText)
+            key = QKeySequence(f"Ctrl+{(row + 1) % 10}").toString(QKeySequence.SequenceFormat.NativeText)
             title = tr(entry.title)
             self.item(row).setText(title)
             self.item(row).setToolTip(tr("{page} ({key})", page=title, key=key))

@@ -122,6 +122,11 @@ class Icon(Enum):
     REDO = '<path d="M15.5 4.5 20 9l-4.5 4.5M19.5 9H9.5a5.5 5.5 0 0 0 0 11H13"/>'
     DROP = '<path d="M12 3v13M6.5 10.8 12 16.3l5.5-5.5M4.5 20.5h15"/>'
     # Flights that fire and flights that do not, over two thresholds.
+    # Four modules side by side.
+    FLEET = (
+        '<rect x="3.5" y="4" width="7" height="7" rx="1.5"/><rect x="13.5" y="4" width="7" height="7" rx="1.5"/>'
+        '<rect x="3.5" y="13.5" width="7" height="7" rx="1.5"/><rect x="13.5" y="13.5" width="7" height="7" rx="1.5"/>'
+    )
     MAP = '<path d="M4 3.5v16.5h16.5M4 8h5.5v4h5v4H20"/><circle cx="16" cy="7" r="2.2"/>'
     BATTERY = '<rect x="1.8" y="6.8" width="17.4" height="10.4" rx="2"/><path d="M22.2 10.3v3.4"/>'
 

@@ -103,7 +103,7 @@ def test_it_holds_what_somebody_would_ask_for() -> None:
 
 
 def test_intact_in_every_form(qapp: object, tmp_path: Path) -> None:
-    from ui.pages.preflight.report_printer import print_report
+    from ui.files.report_printer import print_report
 
     for kind in ("go", "worst", "silent"):
         record = _record(kind)
@@ -176,7 +176,7 @@ def test_what_is_no_record_is_said_so(data: bytes) -> None:
 
 
 def test_a_page_that_was_altered_shows(qapp: object) -> None:
-    from ui.pages.preflight.report_printer import print_report
+    from ui.files.report_printer import print_report
 
     record = _record("worst")
     shown = page(record)
@@ -202,7 +202,7 @@ class _Tags(HTMLParser):
 
 
 def test_hostile_names_do_no_harm(qapp: object, tmp_path: Path) -> None:
-    from ui.pages.preflight.report_printer import print_report
+    from ui.files.report_printer import print_report
 
     sound = _Tags()
     sound.feed(page(_record()).decode())
@@ -230,7 +230,7 @@ def test_hostile_names_do_no_harm(qapp: object, tmp_path: Path) -> None:
 
 def test_a_hostile_record_prints_and_is_not_believed(qapp: object) -> None:
     """What somebody else made: any value of any type, in any place."""
-    from ui.pages.preflight.report_printer import print_report
+    from ui.files.report_printer import print_report
 
     for value in (None, 7, [], {}, [[1]], "<b>", {"text": "{a}", "values": {"a": {"text": "{a:9999999999}"}}}, [None]):
         record = dict.fromkeys(_record(), value) | {"format": "dps-s pre-flight record", "version": 1}
@@ -255,7 +255,7 @@ def test_ten_megabytes_are_read_in_no_time() -> None:
 @pytest.mark.parametrize("language", ["en", "zh_CN"])
 @pytest.mark.parametrize("kind", ["go", "worst", "silent"])
 def test_it_is_one_page_in_both_languages(qapp: object, language: str, kind: str) -> None:
-    from ui.pages.preflight.report_printer import print_report
+    from ui.files.report_printer import print_report
 
     set_language(language)
     pdf = print_report(body(_record(kind)), b"{}")
@@ -265,7 +265,7 @@ def test_it_is_one_page_in_both_languages(qapp: object, language: str, kind: str
 
 @pytest.mark.parametrize("text", ["检查伞绳" * 50, "word " * 40, "W" * 200])
 def test_forty_manual_items_and_every_check_failed_fit_one_page(qapp: object, text: str) -> None:
-    from ui.pages.preflight.report_printer import print_report
+    from ui.files.report_printer import print_report
 
     items = tuple(ManualItem(text) for _ in range(40))
     checked = check(Fault(frozenset(), {"mute": "yes"}, expectations={"manual": items, "profile": text}))
@@ -275,7 +275,7 @@ def test_forty_manual_items_and_every_check_failed_fit_one_page(qapp: object, te
 
 
 def test_what_cannot_fit_is_refused_and_breaks_nothing(qapp: object) -> None:
-    from ui.pages.preflight.report_printer import print_report
+    from ui.files.report_printer import print_report
 
     with pytest.raises(RuntimeError, match="one page"):
         print_report("<p>x</p>" * 5000, b"{}")

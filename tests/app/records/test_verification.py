@@ -138,7 +138,7 @@ def test_a_second_number_one_is_noticed(tmp_path: Path) -> None:
 
 
 def test_a_page_that_says_go_around_a_no_go_record(qapp: object) -> None:
-    from ui.pages.preflight.report_printer import print_report
+    from ui.files.report_printer import print_report
 
     record, go = _signed("worst"), _signed()
     honest = page(record, station())

@@ -288,6 +288,8 @@ class PreflightController(QObject):
 
     def _end_standing(self) -> None:
         if self.filed is not None:
+            self._services.filed[self._connector.whose] = self.filed
+        if self.filed is not None:
             self._evidence = self.filed.assessment.case.evidence
         self.changed.emit()
 
@@ -306,6 +308,8 @@ class PreflightController(QObject):
         self.changed.emit()
 
     def _end_filing(self) -> None:
+        if self.filed is not None:
+            self._services.filed[self._connector.whose] = self.filed
         if self.filed is not None:
             self._evidence = self.filed.assessment.case.evidence
         if self.standing in _STANDS:

@@ -22,7 +22,7 @@ from app.text.messages import clean
 from app.text.sentences import reason_of, together
 from ui.core.background_task import BackgroundTask
 from ui.files.file_dialogs import AskPath, ask_path
-from ui.pages.preflight.report_printer import print_report
+from ui.files.report_printer import print_report
 from ui.pages.preflight.stations_row import AskName, ask_name
 from ui.services.storage import Storage
 from ui.style.theme import Meaning

@@ -1,0 +1,238 @@
+"""The fleet board over fake ports: no wrong card ever, LOCK for one and for all."""
+
+import random
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QApplication, QPushButton
+from pytestqt.qtbot import QtBot
+
+from app.engine.identity import Identity, Trust
+from app.engine.procedure import Cancelled
+from app.engine.target import Target
+from app.fleet.card import Need
+from app.fleet.profile_table import Applied
+from app.safety.journal import NoJournal
+from app.safety.last_known import Activation
+from app.settings.profiles import Profile
+from tests.support.window.fake_ports import VALUES, FakePorts, FakeWorker
+from ui.core.port_connection import PortConnection
+from ui.core.texts import Texts
+from ui.pages.fleet.page import FleetPage
+from ui.services.context import Services
+from ui.services.lock import LockControl
+from ui.services.storage import Storage
+from ui.style.appearance import Appearance
+from ui.style.theme import Choice
+
+WAIT_MS = 8000
+
+
+@dataclass
+class Desk:
+    qtbot: QtBot
+    ports: FakePorts
+    page: FleetPage
+    services: Services
+    modules: list[tuple[PortConnection, FakeWorker]] = field(default_factory=list)
+
+    def plug_in(self, count: int, **values: float) -> None:
+        for number in range(len(self.modules), len(self.modules) + count):
+            self.modules.append(self.ports.plug_in(f"/dev/port{number}", **values))
+        self.settle()
+
+    def settle(self) -> None:
+        """What was said is shown."""
+        QApplication.processEvents()
+        self.page.refresh()
+
+    def card(self, connection: PortConnection) -> object:
+        return self.page._widgets[connection].card
+
+    def wait(self, is_so: Callable[[], bool]) -> None:
+        self.qtbot.waitUntil(is_so, timeout=WAIT_MS)
+
+    def click(self, button: QPushButton) -> None:
+        self.qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
+
+
+@pytest.fixture
+def desk(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Desk]:
+    ports, storage = FakePorts(), Storage(tmp_path)
+    lock = LockControl(ports.connector, lambda _target: NoJournal(""))
+    appearance = Appearance(qapp, Choice.LIGHT)
+    services = Services(ports.connector, Texts(), appearance, lock, storage)
+    services.naming.follow(ports.connector, storage)
+    page = FleetPage(services)
+    qtbot.addWidget(page)
+    page.resize(1000, 700)
+    page.show()
+    yield Desk(qtbot, ports, page, services)
+    page.hide()
+    appearance.deleteLater()
+    ports.stop()
+    storage.close()
+
+
+def test_with_no_module_the_page_says_what_to_do(desk: Desk) -> None:
+    assert desk.page.stack.currentWidget() is desk.page.empty
+    assert not desk.page.lock_all.isVisible()
+    desk.plug_in(1)
+    assert desk.page.stack.currentWidget() is desk.page.view
+    assert desk.page.lock_all.isVisible()
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_no_card_ever_shows_anything_of_another_module_or_of_before(desk: Desk, seed: int) -> None:
+    """Values, losses, returns, LOCKs and choices in any order: every card is its own module's, and of now."""
+    source = random.Random(seed)
+    desk.plug_in(6)
+    said: dict[PortConnection, dict[str, object]] = {one: dict(VALUES) for one, _ in desk.modules}
+    plugged = {one for one, _ in desk.modules}
+    was_active: set[PortConnection] = set()
+    for _ in range(150):
+        number = source.randrange(len(desk.modules))
+        connection, worker = desk.modules[number]
+        match source.choice(("say", "say", "unplug", "return", "choose", "lock", "age")):
+            case "say" if connection in plugged:
+                tilt, active = number * 10 + source.randrange(10), source.random() < 0.5
+                worker.say(tilt_deg=tilt, active=active, cell_voltage_v=3.9)
+                said[connection] |= {"tilt_deg": tilt, "active": active, "cell_voltage_v": 3.9}
+                (was_active.add if active else was_active.discard)(connection)
+            case "unplug" if connection in plugged:
+                worker.unplug()
+                plugged.discard(connection)
+            case "return" if connection not in plugged:
+                assert connection.target is not None
+                connection.connect_to(connection.target)
+                worker.say(**{key: value for key, value in said[connection].items() if key != "x"})  # type: ignore[arg-type]
+                plugged.add(connection)
+            case "choose":
+                desk.ports.connector.choose(connection)
+            case "lock":
+                desk.page._widgets[connection].lock.click()
+            case "age":
+                desk.ports.now_s += source.choice((0.3, 2.0))
+            case _:
+                continue
+        desk.settle()
+        for place, (one, _) in enumerate(desk.modules):
+            card = desk.page._widgets[one].card
+            assert card is not None
+            assert card.port == f"port{place}"
+            if one not in plugged:
+                assert (card.tilt_deg, card.cell_v) == (None, None)
+                assert card.need in (Need.LINK, Need.WAS_ACTIVE, Need.NOT_LOCKED)
+                assert (one in was_active) <= card.activation.may_fire
+            else:
+                assert card.tilt_deg in (None, said[one]["tilt_deg"])
+                if card.activation.state is Activation.LOCKED:
+                    assert said[one]["active"] is False
+        shown = [card for card in (desk.page._widgets[one].card for one, _ in desk.modules) if card and card.is_shown]
+        assert [card.port for card in shown] == [desk.ports.connector.whose.removeprefix("/dev/")]
+
+
+def test_lock_all_reaches_every_module_also_when_one_port_hangs(desk: Desk) -> None:
+    desk.plug_in(5, active=True)
+    desk.click(desk.page.lock_all)
+    assert [len(worker.wanted(is_urgent=True)) for _, worker in desk.modules] == [1] * 5
+    for _, worker in desk.modules[1:]:  # the first one hangs: its job never ends
+        worker.say(active=False)
+    desk.settle()
+    notice = desk.page.said.notice
+    assert notice is not None
+    assert "4 report LOCKED" in notice.text
+    card = desk.page._widgets[desk.modules[0][0]].card
+    assert card is not None
+    assert card.need is Need.NOT_LOCKED
+    assert card.activation.may_fire
+
+
+def test_lock_on_a_card_is_for_that_module_alone_and_chooses_nothing(desk: Desk) -> None:
+    desk.plug_in(3, active=True)
+    third, worker = desk.modules[2]
+    desk.click(desk.page._widgets[third].lock)
+    assert [len(one.wanted(is_urgent=True)) for _, one in desk.modules] == [0, 0, 1]
+    assert desk.ports.connector.current is desk.modules[0][0]
+    assert worker.opened == ["/dev/port2"]
+
+
+def test_a_click_on_a_card_shows_that_module_and_asks_where_edits_would_be_lost(desk: Desk) -> None:
+    desk.plug_in(3)
+    second, third = desk.modules[1][0], desk.modules[2][0]
+    desk.qtbot.mouseClick(desk.page._widgets[second].title, Qt.MouseButton.LeftButton)
+    assert desk.ports.connector.current is second
+    desk.services.pending_edits.count = lambda: 2
+    desk.page._widgets[third].setFocus()
+    desk.qtbot.keyClick(desk.page._widgets[third], Qt.Key.Key_Return)
+    assert desk.ports.connector.current is second
+    assert desk.page.said.button("discard") is not None
+    stay = desk.page.said.button("stay")
+    assert stay is not None
+    desk.click(stay)
+    assert desk.page.said.notice is None
+    assert desk.ports.connector.current is second
+
+
+def test_who_needs_a_person_is_first_and_nothing_moves_under_the_keyboard(desk: Desk) -> None:
+    desk.plug_in(4)
+    last = desk.page._widgets[desk.modules[3][0]]
+    first = desk.page.board.cards[0]
+    first.setFocus()
+    desk.modules[3][1].say(triggered=True)
+    desk.settle()
+    assert desk.page.board.cards[0] is first
+    desk.page.lock_all.setFocus()
+    desk.settle()
+    assert desk.page.board.cards[0] is last
+    assert last.trigger.word == "TRIGGERED"
+
+
+def test_a_group_act_sends_questions_and_settings_only_where_it_may(desk: Desk) -> None:
+    """The check asks; the profile writes settings. Nothing else that a person does here reaches several modules."""
+    desk.plug_in(3)
+    desk.modules[1][1].hand_over(identity=Identity(Trust.ANOTHER))
+    desk.settle()
+    desk.click(desk.page.check)
+    assert [len(worker.jobs) for _, worker in desk.modules] == [2, 2, 2]  # the greeting, and the check
+    assert not any(worker.wanted(is_urgent=True) for _, worker in desk.modules)
+    desk.modules[0][1].unplug()
+    desk.settle()
+    assert desk.page.checks.is_running  # one that is lost stops none of the others
+    for _, worker in desk.modules[1:]:
+        worker.end_jobs(Cancelled())
+    desk.wait(lambda: not desk.page.checks.is_running)
+    results = desk.page.checks.results
+    assert {one.verdict for one in results.values()} <= {None}
+    assert len(results) == 3
+    desk.page.profile.open(Profile(name="Show", settings={"attitude_threshold_deg": 70}))
+    desk.page.profile.apply(desk.page.members.connections)
+    states = [desk.page.profile.applied[one].state for one, _ in desk.modules]
+    assert states == [Applied.UNREACHABLE, Applied.WRITING, Applied.WRITING]
+    desk.modules[1][1].unplug()
+    desk.settle()
+    states = [desk.page.profile.applied[one].state for one, _ in desk.modules]
+    assert states == [Applied.UNREACHABLE, Applied.FAILED, Applied.WRITING]
+
+
+def test_the_last_card_that_is_disconnected_leaves_its_port_and_another_takes_the_place(desk: Desk) -> None:
+    desk.plug_in(2)
+    (first, _), (second, worker) = desk.modules
+    desk.page.members.disconnect_port(first)
+    desk.settle()
+    assert desk.ports.connector.current is second
+    assert desk.page.members.connections == (second,)
+    desk.page.members.disconnect_port(second)
+    worker.hand_over()
+    desk.settle()
+    assert desk.page.members.connections == ()
+    assert desk.page.stack.currentWidget() is desk.page.empty
+
+
+def test_a_target_that_is_open_gets_no_second_card(desk: Desk) -> None:
+    desk.plug_in(2)
+    assert desk.page.members.connect_port(Target("/dev/port1", 115200)) is desk.modules[1][0]
+    assert len(desk.page.members.connections) == 2

@@ -1,0 +1,1 @@
+"""All connected modules on one board: state, LOCK, checks and one profile for several."""

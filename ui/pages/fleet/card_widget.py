@@ -1,0 +1,239 @@
+"""One module on the fleet board: readable from two metres, clicked to show it on the other pages."""
+
+from collections.abc import Callable, Mapping
+from typing import ClassVar, Final
+
+from PySide6.QtCore import QRectF, Qt, Signal
+from PySide6.QtGui import QAccessible, QColor, QKeyEvent, QMouseEvent, QPainter, QPainterPath, QPaintEvent
+from PySide6.QtWidgets import QFrame, QMenu, QPushButton, QSizePolicy, QToolButton, QWidget
+
+from app.diagnosis.link_state import duration, words
+from app.fleet.card import Card, Need
+from app.fleet.check_set import word_of
+from app.preflight.verdict import Verdict
+from app.text.i18n import tr
+from ui.core.texts import Texts
+from ui.style.icons import MEANING_ICONS, Icon
+from ui.style.shapes import pen
+from ui.style.theme import Meaning, Size, Space, current, scaled
+from ui.widgets.controls import control
+from ui.widgets.labels import ElidedLabel, IconLabel, text_label
+from ui.widgets.layouts import in_column, in_row
+from ui.widgets.naming import named
+from ui.widgets.readout import Readout, StateChip
+from ui.widgets.state_chips import show_activation, show_known_trigger
+
+CARD_PX: Final = 344
+"""The least width of a card, at its usual size."""
+CARD_HEIGHT_PX: Final = 232
+_STRIPE_PX: Final = 5
+NEED_MEANINGS: Final[Mapping[Need, Meaning]] = {
+    Need.TRIGGERED: Meaning.DANGER,
+    Need.NOT_LOCKED: Meaning.DANGER,
+    Need.WAS_ACTIVE: Meaning.ATTENTION,
+    Need.IDENTITY: Meaning.ATTENTION,
+    Need.LINK: Meaning.ATTENTION,
+    Need.NO_GO: Meaning.DANGER,
+    Need.OUTSIDE: Meaning.ATTENTION,
+    Need.ACTIVE: Meaning.ATTENTION,
+    Need.VOID: Meaning.ATTENTION,
+    Need.CHECK: Meaning.INFORMATION,
+    Need.ACTIVATE: Meaning.INFORMATION,
+    Need.WAIT: Meaning.UNKNOWN,
+    Need.NOTHING: Meaning.GOOD,
+}
+_VERDICT_LOOKS: Final[Mapping[Verdict, tuple[Icon, Meaning]]] = {
+    Verdict.GO: (Icon.CHECK, Meaning.GOOD),
+    Verdict.READY: (Icon.LOCK, Meaning.INFORMATION),
+    Verdict.NO_GO: (Icon.DANGER, Meaning.DANGER),
+}
+
+
+class CardWidget(QFrame):
+    """Shows a `Card`; repaints only what is different from before."""
+
+    chosen = Signal()
+    """A person wants this module on the other pages."""
+    accessible_role: ClassVar = QAccessible.Role.Button
+
+    def __init__(self, texts: Texts, lock: Callable[[], object], disconnect: Callable[[], object]) -> None:
+        super().__init__()
+        named(self, "fleet_card", "card")
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setCursor(Qt.CursorShape.PointingHandCursor)
+        self.card: Card | None = None
+        self._shown: tuple[object, ...] = ()
+        self._is_pressed = False
+        self.title = named(ElidedLabel(), "fleet_name", "heading")
+        self.port = named(ElidedLabel(), "fleet_port", "small")
+        self.lock = control(QPushButton(), texts, "fleet_lock", "LOCK", tip="Lock this module at once",
+                            picture=Icon.LOCK, slot=lock)  # fmt: skip
+        self.more = control(QToolButton(), texts, "fleet_more", says="More for this module",
+                            tip="More for this module", picture=Icon.MORE, role="quiet")  # fmt: skip
+        menu = named(QMenu(self.more), "fleet_more_menu")
+        self.show_action, self.disconnect_action = menu.addAction(""), menu.addAction("")
+        self.show_action.triggered.connect(self.chosen)
+        self.disconnect_action.triggered.connect(disconnect)
+        texts.bind(self.show_action.setText, "Show on the other pages")
+        texts.bind(self.disconnect_action.setText, "Disconnect")
+        self.more.setMenu(menu)
+        self.more.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        self.activation = named(StateChip("", size=Size.TITLE), "fleet_activation")
+        self.trigger = named(StateChip(""), "fleet_trigger")
+        self.verdict = named(StateChip("", size=Size.TITLE), "fleet_verdict")
+        for chip, unknown in ((self.activation, "State unknown"), (self.trigger, "Trigger unknown")):
+            texts.bind(chip.name_unknown, unknown)
+        self.cell = named(Readout("", unit="V", template="0.00", size=Size.TITLE), "fleet_cell")
+        self.tilt = named(Readout("", unit="°", template="0.00", size=Size.TITLE), "fleet_tilt")
+        for number in (self.cell, self.tilt):
+            number.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
+        self.need_icon = IconLabel("fleet_need_icon", 18)
+        self.need = text_label("fleet_need", "strong")
+        self.need.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop)
+        self._lay_out()
+
+    @property
+    def meaning(self) -> Meaning:
+        return Meaning.UNKNOWN if self.card is None else NEED_MEANINGS[self.card.need]
+
+    def show_card(self, card: Card, now: float) -> None:
+        """Everything in the language in use; nothing is touched that is as it was."""
+        need = card.next_step(now)
+        age = ""
+        if card.verdict is not None and not card.is_checking:
+            age = tr("{time} ago", time=duration(now - card.verdict.at))
+        link = words(card.link, now).word
+        shown = (card, need, age, link, tr("Activation"))
+        if shown == self._shown and card.activation.at is None:
+            return
+        self._shown, self.card = shown, card
+        self.activation.set_caption(tr("Activation"))
+        self.trigger.set_caption(tr("Trigger"))
+        self.verdict.set_caption(tr("Verdict"))
+        self.cell.set_caption(tr("Cell"))
+        self.tilt.set_caption(tr("Tilt"))
+        self.title.setText(card.title)
+        where = f"{card.port} · {link}"
+        self.port.setText(f"{tr('Shown')} · {where}" if card.is_shown else where)
+        show_activation(self.activation, card.activation, now)
+        show_known_trigger(self.trigger, card.trigger, now)
+        self._show_numbers(card)
+        self._show_verdict(card, age)
+        self.lock.setEnabled(card.can_lock)
+        self.lock.setAccessibleName(tr("Lock {module}", module=card.title))
+        self.more.setAccessibleName(tr("More for {module}", module=card.title))
+        self.need_icon.show_icon(MEANING_ICONS[self.meaning], self.meaning)
+        self.need.setText(need)
+        self.need.setToolTip(need)
+        self.show_action.setEnabled(not card.is_shown)
+        self.setAccessibleName(tr("{module}, port {port}: {need}", module=card.title, port=card.port, need=need))
+        self.update()
+
+    def _show_numbers(self, card: Card) -> None:
+        if card.cell_v is None:
+            self.cell.show_unknown()
+        else:
+            meaning = None if card.cell_outside is None else Meaning.ATTENTION
+            note = "" if card.cell_outside is None else tr(card.cell_outside.fault.value)
+            self.cell.show_value(f"{card.cell_v:.2f}", meaning=meaning, note=note)
+        if card.tilt_deg is None:
+            self.tilt.show_unknown()
+        else:
+            self.tilt.show_value(str(card.tilt_deg))
+
+    def _show_verdict(self, card: Card, age: str) -> None:
+        held = card.verdict
+        if card.is_checking:
+            self.verdict.show_state(tr("Checking…"), Icon.CONNECTING, Meaning.INFORMATION)
+        elif held is None:
+            self.verdict.show_state(word_of(None), Icon.UNKNOWN, Meaning.UNKNOWN)
+        elif held.verdict is None:
+            self.verdict.show_state(tr("void"), MEANING_ICONS[Meaning.ATTENTION], Meaning.ATTENTION)
+        else:
+            picture, meaning = _VERDICT_LOOKS[held.verdict]
+            self.verdict.show_state(word_of(held.verdict), picture, meaning)
+        self.verdict.set_age(age)
+
+    def _lay_out(self) -> None:
+        head = in_row((in_column(self.title, self.port, spacing=0), 1), self.lock, self.more, spacing=Space.XS)
+        head.setAlignment(self.lock, Qt.AlignmentFlag.AlignTop)
+        head.setAlignment(self.more, Qt.AlignmentFlag.AlignTop)
+        states = in_column(self.activation, self.verdict, self.trigger, 1, spacing=Space.S)
+        numbers = in_column(self.cell, self.tilt, 1, spacing=Space.S)
+        values = in_row((states, 1), numbers, spacing=Space.M)
+        need = in_row(self.need_icon, (self.need, 1), spacing=Space.S)
+        need.setAlignment(self.need_icon, Qt.AlignmentFlag.AlignTop)
+        in_column(head, values, (need, 1), of=self, spacing=Space.S,
+                  margins=(Space.M + _STRIPE_PX, Space.S, Space.S, Space.S))  # fmt: skip
+
+    # Qt
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        super().paintEvent(event)
+        theme, painter = current(), QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        outline = QPainterPath()
+        outline.addRoundedRect(QRectF(self.rect()).adjusted(1, 1, -1, -1), 8, 8)
+        painter.setClipPath(outline)
+        tint = theme.tint(self.meaning)
+        painter.fillRect(0, 0, scaled(_STRIPE_PX), self.height(), QColor(tint.fill))
+        painter.setClipping(False)
+        if self.hasFocus() or (self.card is not None and self.card.is_shown):
+            painter.setPen(pen(theme.information.ink, 2, is_dashed=self.hasFocus()))
+            painter.drawPath(outline)
+        painter.end()
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        self._is_pressed = event.button() is Qt.MouseButton.LeftButton
+        event.accept()
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        was_pressed, self._is_pressed = self._is_pressed, False
+        if was_pressed and self.rect().contains(event.position().toPoint()):
+            self.chosen.emit()
+        event.accept()
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Space) and not event.isAutoRepeat():
+            self.chosen.emit()
+        else:
+            super().keyPressEvent(event)
+
+
+class Board(QWidget):
+    """Cards in as many columns as have room, in the order given."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        named(self, "fleet_board")
+        self._cards: list[CardWidget] = []
+
+    @property
+    def cards(self) -> tuple[CardWidget, ...]:
+        return tuple(self._cards)
+
+    def arrange(self, cards: list[CardWidget]) -> None:
+        """Cards that are new to the board are put on it; what is gone is the caller's to delete."""
+        if cards == self._cards:
+            return
+        before: QWidget | None = None
+        for card in cards:
+            if card.parent() is not self:
+                card.setParent(self)
+                card.show()
+            if before is not None:
+                self.setTabOrder(before, card)
+            before = card
+        self._cards = list(cards)
+        self.place()
+
+    def place(self) -> None:
+        width, gap = max(1, self.width()), int(Space.M)
+        columns = max(1, (width - gap) // (scaled(CARD_PX) + gap))
+        card_px = (width - gap * (columns + 1)) // columns
+        height = scaled(CARD_HEIGHT_PX)
+        for place, card in enumerate(self._cards):
+            row, column = divmod(place, columns)
+            card.setGeometry(gap + column * (card_px + gap), gap + row * (height + gap), card_px, height)
+        rows = -(-len(self._cards) // columns)
+        self.setMinimumHeight(gap + rows * (height + gap))

@@ -1,0 +1,222 @@
+"""Checks and profiles for several modules at once: each module by itself, none waits for another."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
+
+from PySide6.QtCore import QObject, Signal
+
+from app import version
+from app.engine.procedure import Cancelled
+from app.engine.worker import Batch, Job
+from app.fleet.check_set import SetMember
+from app.fleet.profile_table import Applied, AppliedProfile, Column, broken_off, column, outcome_of
+from app.limits.expectations import Expectations, expectations_of
+from app.preflight.evidence import Disturbance, Evidence, FrameLog
+from app.preflight.run import run_preflight
+from app.procedures.write import Written
+from app.procedures.write_all import Leave, WriteReport, write_all
+from app.records.filing import Filed, Person, file_check
+from app.settings.profiles import Profile
+from app.store.store import Store
+from app.text.i18n import tr
+from ui.core.background_task import BackgroundTask
+from ui.core.port_connection import PortConnection
+from ui.pages.fleet.members import FleetMembers, port_text
+from ui.services.context import Services
+
+
+@dataclass(slots=True)
+class _Check:
+    evidence: Evidence
+    log: FrameLog = field(default_factory=FrameLog)
+    job: Job[Any] | None = None
+    filing: BackgroundTask[Filed] | None = None
+
+
+class GroupChecks(QObject):
+    """The pre-flight check of several modules: questions only."""
+
+    changed = Signal()
+    finished = Signal()
+
+    def __init__(self, services: Services, members: FleetMembers, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._services, self._members = services, members
+        self._running: dict[PortConnection, _Check] = {}
+        self._heard: set[PortConnection] = set()
+        """Whose batches are listened to."""
+        self.profile: Profile | None = None
+        self.who = ""
+        self.results: dict[PortConnection, SetMember] = {}
+        """Of the last set."""
+        self.total = 0
+        services.connector.removed.connect(self._forget)
+
+    @property
+    def is_running(self) -> bool:
+        return bool(self._running)
+
+    def check(self, connections: Sequence[PortConnection]) -> None:
+        """Begin; what was found of the set before is gone."""
+        if self.is_running:
+            return
+        self.results = {}
+        self.total = len(connections)
+        reachable = self._members.reachable
+        for connection in connections:
+            if connection in reachable:
+                self._begin(connection)
+        for connection in connections:
+            if connection not in reachable:
+                name = self._members.name_of(connection)
+                self._finish(connection, SetMember(port_text(connection.target), name, None, tr("No module answers.")))
+        self.changed.emit()
+
+    def cancel(self) -> None:
+        for one in self._running.values():
+            if one.job is not None:
+                one.job.cancel()
+
+    def _begin(self, connection: PortConnection) -> None:
+        check = self._running[connection] = _Check(Evidence(port=connection.connection.port))
+        self._members.is_checking.add(connection)
+        name = self._members.name_of(connection)
+        journal = self._services.storage.journal(connection.target, name)
+        if connection not in self._heard:
+            self._heard.add(connection)
+            connection.batch.connect(partial(self._listen, connection))
+        procedure = run_preflight(check.evidence, is_enabling=False, journal=journal)
+        check.job = connection.run(procedure, partial(self._end, connection, name))
+
+    def _listen(self, connection: PortConnection, batch: Batch) -> None:
+        check = self._running.get(connection)
+        if check is not None and check.evidence.began_at is not None and check.filing is None:
+            began_at = check.evidence.began_at
+            check.log.feed(event for event in batch.events if event.at >= began_at)
+
+    def _end(self, connection: PortConnection, name: str, job: Job[Any]) -> None:
+        check = self._running.get(connection)
+        if check is None or job is not check.job:
+            return
+        if connection.last is not None:
+            self._listen(connection, connection.last)
+        evidence = check.evidence
+        if job.run.error is not None and evidence.disturbance is None:
+            is_cancelled = isinstance(job.run.error, Cancelled)
+            evidence.disturbance = Disturbance.INTERRUPTED if is_cancelled else Disturbance.DISCONNECTED
+        if evidence.began_at is None:
+            why = tr("Cancelled.") if isinstance(job.run.error, Cancelled) else tr("No module answers.")
+            self._finish(connection, SetMember(port_text(connection.target), name, None, why))
+            return
+        expectations = Expectations() if self.profile is None else expectations_of(self.profile)
+        store = self._services.storage.store
+        is_kept = evidence.is_complete and isinstance(store, Store)
+        work = partial(
+            file_check, evidence, expectations, Person(who=self.who, module=name or None), check.log,
+            store=store if isinstance(store, Store) and is_kept else None, program_version=version(),
+            adapter="" if connection.target is None else connection.target.identity,
+        )  # fmt: skip
+        done = partial(self._take, connection, name)
+        if isinstance(store, Store) and is_kept:
+            check.filing = BackgroundTask("dps-s check", self)
+            check.filing.run_in(store.queue, work, done)
+        else:
+            done(work())
+
+    def _take(self, connection: PortConnection, name: str, filed: Filed) -> None:
+        self._members.verdicts.keep(connection.whose, filed)
+        trouble = "" if filed.trouble is None else filed.trouble.sentence
+        self._finish(connection, SetMember(port_text(connection.target), name, filed, trouble))
+
+    def _finish(self, connection: PortConnection, member: SetMember) -> None:
+        self._running.pop(connection, None)
+        self._members.is_checking.discard(connection)
+        self.results[connection] = member
+        self.changed.emit()
+        if not self._running:
+            self.finished.emit()
+
+    def _forget(self, connection: PortConnection) -> None:
+        """It was disconnected by hand: the others go on."""
+        self._heard.discard(connection)
+        if connection in self._running:
+            member = SetMember(port_text(connection.target), "", None, tr("It was disconnected."))
+            self._finish(connection, member)
+
+
+class GroupProfile(QObject):
+    """One profile written to several modules and verified on each; an active module is refused by the engine."""
+
+    changed = Signal()
+
+    def __init__(self, services: Services, members: FleetMembers, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._services, self._members = services, members
+        self.profile: Profile | None = None
+        self.applied: dict[PortConnection, AppliedProfile] = {}
+        self._jobs: dict[PortConnection, Job[WriteReport]] = {}
+        services.connector.removed.connect(self._forget)
+
+    @property
+    def is_running(self) -> bool:
+        return bool(self._jobs)
+
+    def open(self, profile: Profile | None) -> None:
+        if not self.is_running:
+            self.profile, self.applied = profile, {}
+            self.changed.emit()
+
+    def column(self, connection: PortConnection) -> Column:
+        """The module beside the profile, as it is known now."""
+        profile = self.profile or Profile(name="", settings={})
+        return column(
+            profile, connection.device, self._services.connector.clock(), port=port_text(connection.target),
+            title=self._members.name_of(connection), is_reachable=connection in self._members.reachable,
+        )  # fmt: skip
+
+    def apply(self, connections: Sequence[PortConnection]) -> None:
+        """Write what differs on each; a failure in one stops none of the others."""
+        if self.profile is None or self.is_running:
+            return
+        self.applied = {}
+        for connection in connections:
+            self._begin(connection)
+        self.changed.emit()
+
+    def cancel(self) -> None:
+        for job in self._jobs.values():
+            job.cancel()
+
+    def _begin(self, connection: PortConnection) -> None:
+        changes = self.column(connection).changes
+        if connection not in self._members.reachable:
+            self.applied[connection] = AppliedProfile(Applied.UNREACHABLE)
+            return
+        if not changes:
+            self.applied[connection] = AppliedProfile(Applied.NOTHING_TO_DO)
+            return
+        heard: list[Written] = []
+        storage, port = self._services.storage, connection.connection.port
+        leave = Leave(
+            journal=storage.journal(connection.target, self._members.name_of(connection)),
+            armed=self._services.armed,
+            keep_snapshot=lambda snapshot: storage.keep_snapshot(snapshot, port),
+            on_written=heard.append,
+        )
+        self.applied[connection] = AppliedProfile(Applied.WRITING)
+        self._jobs[connection] = connection.run(write_all(changes, leave), partial(self._end, connection, heard))
+
+    def _end(self, connection: PortConnection, heard: list[Written], job: Job[WriteReport]) -> None:
+        if self._jobs.get(connection) is not job:
+            return
+        del self._jobs[connection]
+        error = job.run.error
+        self.applied[connection] = outcome_of(job.outcome()) if error is None else broken_off(heard, error)
+        self.changed.emit()
+
+    def _forget(self, connection: PortConnection) -> None:
+        self._jobs.pop(connection, None)
+        if self.applied.pop(connection, None) is not None:
+            self.changed.emit()

@@ -1,0 +1,348 @@
+"""Fleet page: every connected module as a card, LOCK for one and for all, checks and one profile for several."""
+
+from collections import Counter
+from functools import partial
+from pathlib import Path
+from typing import Final
+
+from PySide6.QtCore import QEvent, QSize, Qt
+from PySide6.QtGui import QResizeEvent
+from PySide6.QtWidgets import QMenu, QPushButton, QScrollArea, QStackedWidget, QToolButton, QWidget
+
+from app.engine.target import Target
+from app.fleet.card import Card, Need, by_need
+from app.fleet.check_set import check_set_target, summary, write_set_reports
+from app.fleet.profile_table import Applied, result_line
+from app.records.report_files import ReportRefused
+from app.safety.last_known import Activation
+from app.settings.profile_file import ProfileRefused, read_profile
+from app.stations.station import station_to_sign
+from app.text.i18n import tr
+from app.text.sentences import listed
+from protocol.catalogue import DEFAULT_BAUD_RATE
+from ui.core.background_task import BackgroundTask
+from ui.core.port_connection import PortConnection
+from ui.files.file_dialogs import AskOpen, AskPath, ask_path, ask_profile
+from ui.files.report_printer import print_report
+from ui.pages.fleet.card_widget import NEED_MEANINGS, Board, CardWidget
+from ui.pages.fleet.group_jobs import GroupChecks, GroupProfile
+from ui.pages.fleet.members import FleetMembers
+from ui.pages.fleet.profile_panel import ProfilePanel
+from ui.services.context import Services
+from ui.services.page import Page
+from ui.style.icons import Icon
+from ui.style.theme import Meaning, Space
+from ui.widgets.controls import control
+from ui.widgets.empty_state import EmptyState
+from ui.widgets.labels import text_label
+from ui.widgets.layouts import FlowRow, in_column
+from ui.widgets.naming import named
+from ui.widgets.notice_bar import Choice, Notice, NoticeBar
+from ui.widgets.visibility_timer import VisibilityTimer
+
+REFRESH_EVERY_MS: Final = 220
+SIMULATED: Final = "sim://module-{number}?lifelike&noise=1"
+
+
+class FleetPage(Page):
+    """Cards keep their places while the pointer is over the board: nothing moves from under a click."""
+
+    def __init__(self, services: Services, parent: QWidget | None = None) -> None:
+        super().__init__("fleet", parent)
+        self._services, self._connector = services, services.connector
+        self.ask_profile: AskOpen = ask_profile
+        self.ask_report: AskPath = ask_path
+        self.members = FleetMembers(services, self)
+        self.checks = GroupChecks(services, self.members, self)
+        self.profile = GroupProfile(services, self.members, self)
+        self._widgets: dict[PortConnection, CardWidget] = {}
+        self._said: Notice | None = None
+        self._report: BackgroundTask[tuple[Path, ...]] = BackgroundTask("dps-s set report", self)
+        self._make_controls()
+        self._lay_out()
+        self.members.changed.connect(self.refresh)
+        self.checks.changed.connect(self.refresh)
+        self.checks.finished.connect(self._end_checks)
+        self.profile.changed.connect(self._show_profile)
+        self._connector.ports.listed.connect(self._show_controls)
+        VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS)
+
+    # Making
+
+    def _make_controls(self) -> None:
+        texts = self._services.texts
+        self.summary = text_label("fleet_summary", "title")
+        self.summary.setWordWrap(False)
+        self.add = control(QToolButton(), texts, "fleet_add", "Add port", tip="Connect another module",
+                           picture=Icon.PLUG)  # fmt: skip
+        self.add.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        self.add_menu = named(QMenu(self.add), "fleet_add_menu")
+        self.add_menu.aboutToShow.connect(self._fill_add_menu)
+        self.add.setMenu(self.add_menu)
+        self.check = control(QPushButton(), texts, "fleet_check", "Check all", picture=Icon.CHECKLIST,
+                             tip="Pre-flight check of every module; only questions are sent",
+                             slot=self._check)  # fmt: skip
+        self.open_profile = control(QPushButton(), texts, "fleet_profile", "Profile for all…",
+                                    tip="Compare one profile with every module, then write what differs",
+                                    picture=Icon.SETTINGS, slot=self._choose_profile)  # fmt: skip
+        self.report = control(QPushButton(), texts, "fleet_report", "Export report…", picture=Icon.SAVE,
+                              tip="One report of the last check of all, and one of each module",
+                              slot=self._choose_report)  # fmt: skip
+        self.lock_all = control(QPushButton(), texts, "fleet_lock_all", "LOCK ALL", picture=Icon.LOCK, role="primary",
+                                tip="Locks every connected module at once", slot=self._lock_all)  # fmt: skip
+        self.said = named(NoticeBar(texts), "fleet_said")
+        self.empty = EmptyState("fleet_empty", Icon.FLEET)
+        texts.bind(self.empty.title.setText, "No module is connected")
+        texts.bind(self.empty.text.setText, "Add the port of each module. Every one gets a card with its state.")
+        self.first = control(QPushButton(), texts, "fleet_connect_all", "Connect all ports", role="primary",
+                             tip="Connect every adapter that is plugged in", slot=self._connect_all)  # fmt: skip
+        self.empty.column.insertWidget(4, self.first, 0, Qt.AlignmentFlag.AlignHCenter)
+        self.board = Board()
+        self.view = control(QScrollArea(), texts, "fleet_scroll", says="Modules")
+        self.view.setWidgetResizable(True)
+        self.view.setWidget(self.board)
+        self.view.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.panel = ProfilePanel(self._services, self.profile, self.members)
+        self.panel.closed.connect(partial(self.profile.open, None))
+
+    def _lay_out(self) -> None:
+        head = FlowRow(spacing_px=Space.S)
+        head.add(self.summary)
+        head.add_right(self.add, self.check, self.open_profile, self.report, self.lock_all)
+        self.stack = named(QStackedWidget(), "fleet_stack")
+        for one in (self.empty, self.view, self.panel):
+            self.stack.addWidget(one)
+        top = in_column(head, self.said, spacing=Space.S, margins=(Space.M, Space.S))
+        in_column(top, (self.stack, 1), of=self, spacing=0, margins=0)
+
+    # What is shown
+
+    def refresh(self) -> None:
+        connections = self.members.connections
+        for gone in [one for one in self._widgets if one not in connections]:
+            self._widgets.pop(gone).deleteLater()
+        cards = {one: self.members.card(one) for one in connections}
+        now = self._connector.clock()
+        for connection, card in cards.items():
+            self._widget(connection).show_card(card, now)
+        self._order(cards)
+        self._show_summary(list(cards.values()))
+        self._show_controls()
+        if self.profile.profile is not None:
+            self.panel.refresh()
+            self.stack.setCurrentWidget(self.panel)
+        else:
+            self.stack.setCurrentWidget(self.view if cards else self.empty)
+        self.said.show_notice(self._notice(list(cards.values())))
+
+    def _widget(self, connection: PortConnection) -> CardWidget:
+        widget = self._widgets.get(connection)
+        if widget is None:
+            lock = self._services.lock.of(connection)
+            widget = CardWidget(self._services.texts, lock.press, partial(self.members.disconnect_port, connection))
+            widget.chosen.connect(partial(self._choose, connection))
+            self._widgets[connection] = widget
+        return widget
+
+    def _order(self, cards: dict[PortConnection, Card]) -> None:
+        """Who needs a person first; not while somebody is about to click."""
+        shown = [one for one in self.board.cards if one in self._widgets.values()]
+        is_same_set = set(shown) == set(self._widgets.values())
+        is_pointed_at = self.board.underMouse() or any(card.hasFocus() for card in shown)
+        if is_same_set and is_pointed_at:
+            return
+        by_card = {id(card): self._widgets[connection] for connection, card in cards.items()}
+        self.board.arrange([by_card[id(card)] for card in by_need(cards.values())])
+
+    def _show_summary(self, cards: list[Card]) -> None:
+        parts = [tr("{count} modules", count=len(cards))] if cards else []
+        counts = Counter(card.need for card in cards)
+        if counts[Need.NOTHING]:
+            parts.append(f"{counts[Need.NOTHING]} {tr('GO')}")
+        active = sum(card.activation.may_fire for card in cards)
+        if active:
+            parts.append(f"{active} {tr('ACTIVE')}")
+        urgent = sum(count for need, count in counts.items() if NEED_MEANINGS[need] in _URGENT)
+        if urgent:
+            parts.append(tr("{count} need you", count=urgent))
+        self.summary.setText(" · ".join(parts))
+
+    def _show_controls(self) -> None:
+        has_members, is_free = bool(self.members.connections), not (self.checks.is_running or self.profile.is_running)
+        has_reachable = bool(self.members.reachable)
+        self.check.setEnabled(has_reachable and is_free)
+        self.open_profile.setEnabled(has_members and is_free)
+        self.report.setEnabled(bool(self.checks.results) and is_free and not self._report.is_running)
+        self.lock_all.setEnabled(any(one.is_open for one in self.members.connections))
+        for button in (self.check, self.open_profile, self.report, self.lock_all):
+            button.setVisible(has_members)
+        self.first.setVisible(any(not self.members.is_connected(port) for port in self._connector.ports.ports))
+
+    def _notice(self, cards: list[Card]) -> Notice | None:
+        locking = self._lock_notice(cards)
+        if locking is not None:
+            return locking
+        if self.checks.is_running:
+            text = tr("Checking {count} modules, {done} done", count=self.checks.total, done=len(self.checks.results))
+            return Notice(Meaning.INFORMATION, text, (Choice("cancel", tr("Cancel"), self.checks.cancel),))
+        if self.profile.is_running:
+            return Notice(Meaning.INFORMATION, result_line({str(n): one for n, one in enumerate(
+                self.profile.applied.values())}), (Choice("cancel", tr("Cancel"), self.profile.cancel),))  # fmt: skip
+        return self._said
+
+    def _lock_notice(self, cards: list[Card]) -> Notice | None:
+        """Each answer, for as long as one is not in."""
+        going = [card for card in cards if card.lock.sent is not None]
+        failed = [card for card in cards if card.lock.failed is not None]
+        if not going and not failed:
+            return None
+        locked = sum(card.activation.state is Activation.LOCKED for card in cards)
+        parts = [tr("{count} report LOCKED", count=locked)]
+        if going:
+            parts.append(tr("LOCK goes on: {names}", names=listed(card.title for card in going)))
+        if failed:
+            parts.append(tr("NOT reported, treat as ACTIVE: {names}", names=listed(card.title for card in failed)))
+        return Notice(Meaning.DANGER if failed else Meaning.ATTENTION, " · ".join(parts))
+
+    # What a person does
+
+    def _choose(self, connection: PortConnection) -> None:
+        """Show this module on the other pages; edits that would be lost are asked about first."""
+        count = self._services.pending_edits.count()
+        if connection is self._connector.current:
+            return
+        if count and self._connector.is_wanted:
+            discard = partial(self._discard_and_choose, connection)
+            self._say(
+                Notice(
+                    Meaning.ATTENTION,
+                    tr("{count} changes on the Settings page are not written to the module shown there.", count=count),
+                    (Choice("stay", tr("Cancel"), self._clear, is_main=True),
+                     Choice("discard", tr("Discard and show the other module"), discard, is_step=True)),
+                )
+            )  # fmt: skip
+            return
+        self._clear()
+        self._connector.choose(connection)
+
+    def _discard_and_choose(self, connection: PortConnection) -> None:
+        self._services.pending_edits.discard()
+        self._clear()
+        self._connector.choose(connection)
+
+    def _lock_all(self) -> None:
+        self._services.lock.press_all()
+        self.refresh()
+
+    def _check(self) -> None:
+        self._clear()
+        self.checks.profile = self.profile.profile
+        self.checks.check(self.members.connections)
+
+    def _end_checks(self) -> None:
+        members = tuple(self.checks.results.values())
+        is_fine = not any(one.why for one in members)
+        self._say(Notice(Meaning.INFORMATION if is_fine else Meaning.ATTENTION, summary(members), dismiss=self._clear))
+
+    def _connect_all(self) -> None:
+        self.members.connect_all(self._connector.ports.ports)
+        self.refresh()
+
+    def _connect(self, target: Target) -> None:
+        self.members.connect_port(target)
+        self.refresh()
+
+    def _fill_add_menu(self) -> None:
+        self.add_menu.clear()
+        for port in self._connector.ports.ports:
+            if not self.members.is_connected(port):
+                name = f"{port.device.removeprefix('/dev/')} {port.description}".strip()
+                target = Target(port.device, DEFAULT_BAUD_RATE, port.identity, port.description)
+                self.add_menu.addAction(name).triggered.connect(partial(self._connect, target))
+        if not self.add_menu.isEmpty():
+            self.add_menu.addAction(tr("Connect all ports")).triggered.connect(self._connect_all)
+            self.add_menu.addSeparator()
+        taken = {one.target.device for one in self.members.connections if one.target is not None}
+        number = next(n for n in range(1, 100) if SIMULATED.format(number=n) not in taken)
+        simulated = Target(SIMULATED.format(number=number), DEFAULT_BAUD_RATE)
+        self.add_menu.addAction(tr("Simulated module")).triggered.connect(partial(self._connect, simulated))
+        self._connector.ports.refresh()
+
+    def _choose_profile(self) -> None:
+        folder = Path(self._services.preferences.recent_profiles[0]).parent if (
+            self._services.preferences.recent_profiles) else Path.home()  # fmt: skip
+        path = self.ask_profile(self, folder)
+        if path is not None:
+            self.open_profile_file(path)
+
+    def open_profile_file(self, path: Path) -> None:
+        try:
+            profile = read_profile(path)
+        except ProfileRefused as refusal:
+            self._say(Notice(Meaning.ATTENTION, " ".join(refusal.sentences), dismiss=self._clear))
+            return
+        self._clear()
+        self.profile.open(profile)
+
+    def _show_profile(self) -> None:
+        if self.profile.applied and not self.profile.is_running:
+            applied = {str(number): one for number, one in enumerate(self.profile.applied.values())}
+            is_fine = all(one.state.is_fine for one in applied.values())
+            has_failed = any(one.state is Applied.FAILED for one in applied.values())
+            meaning = Meaning.GOOD if is_fine else Meaning.DANGER if has_failed else Meaning.ATTENTION
+            self._said = Notice(meaning, result_line(applied), dismiss=self._clear)
+        self.refresh()
+
+    def _choose_report(self) -> None:
+        path = self.ask_report(self, tr("Export report…"), Path.home() / "fleet.pdf", tr("Report (*.pdf)"))
+        if path is not None:
+            self.export_report(path)
+
+    def export_report(self, path: Path) -> None:
+        members = tuple(self.checks.results.values())
+        try:
+            check_set_target(path)
+        except ReportRefused as refusal:
+            self._say(Notice(Meaning.ATTENTION, str(refusal), dismiss=self._clear))
+            return
+        station = station_to_sign(self._services.storage.folder)
+        self._report.run(
+            lambda _running: write_set_reports(path, members, print_report, station),
+            lambda written: self._say(
+                Notice(Meaning.INFORMATION, tr("Written: {files}.", files=listed(one.name for one in written)),
+                       dismiss=self._clear)
+            ),
+            lambda error: self._say(
+                Notice(Meaning.DANGER, tr("The report cannot be written: {why}.", why=error), dismiss=self._clear)
+            ),
+        )  # fmt: skip
+
+    def _say(self, notice: Notice | None) -> None:
+        self._said = notice
+        self.refresh()
+
+    def _clear(self) -> None:
+        self._say(None)
+
+    def on_escape(self) -> bool:
+        if self.profile.profile is not None and not self.profile.is_running:
+            self.profile.open(None)
+            return True
+        return False
+
+    # Qt
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self.board.place()
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() in (QEvent.Type.StyleChange, QEvent.Type.FontChange) and hasattr(self, "board"):
+            self.board.place()
+
+    def minimumSizeHint(self) -> QSize:
+        return QSize(320, 240)
+
+
+_URGENT: Final = (Meaning.DANGER, Meaning.ATTENTION)
