@@ -47,9 +47,7 @@ class Actions:
         self.simulator.setCheckable(True)
         self.page.aboutToShow.connect(self._fill_page)
         self.pages = {
-            entry.key: self._action(
-                view, f"act_page_{entry.key}", entry.title, f"Ctrl+{number % 10}"
-            )
+            entry.key: self._action(view, f"act_page_{entry.key}", entry.title, f"Ctrl+{number % 10}")
             for number, entry in enumerate(entries, start=1)
         }
         view.addSeparator()
