@@ -238,6 +238,10 @@
         <translation>重启后参数丢失</translation>
     </message>
     <message>
+        <source>A row for each module, a column for each parameter</source>
+        <translation>每行一个模块，每列一个参数</translation>
+    </message>
+    <message>
         <source>A row for each setting: what the module holds, what you want, the vendor's default and advice beside the field, and what it means in the air.</source>
         <translation>每项设置一行：模块现在的值、目标值、旁边的厂家默认值和建议，以及它在空中意味着什么。</translation>
     </message>

@@ -56,7 +56,13 @@ class ProfilePanel(QWidget):
                                     tip="Writes nothing", slot=self.closed)  # fmt: skip
         self.write = control(StepButton(), texts, "fleet_profile_write", "Write", role="primary",
                              tip="Writes what differs on each module and verifies it", slot=self._apply)  # fmt: skip
-        self.table = control(QTableWidget(), texts, "fleet_profile_table", says="Profile and modules")
+        self.table = control(
+            QTableWidget(),
+            texts,
+            "fleet_profile_table",
+            says="Profile and modules",
+            tip="A row for each module, a column for each parameter",
+        )
         self.table.horizontalHeader().setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
         self.title.setWordWrap(False)
         list_rows(self.table, row_px=scaled(_ROW_PX))
