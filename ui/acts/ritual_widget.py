@@ -35,9 +35,9 @@ from ui.services.running_job import RunningJob
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control
 from ui.widgets.gestures import gestures
-from ui.widgets.labels import text_label
+from ui.widgets.labels import ElidedLabel, text_label
 from ui.widgets.layouts import FlowRow, in_column, in_row
-from ui.widgets.naming import set_role
+from ui.widgets.naming import named, set_role
 from ui.widgets.notice_bar import Notice, NoticeBar
 from ui.widgets.step_button import StepButton, is_in_sight, leave_focus
 
@@ -79,7 +79,7 @@ class RitualWidget(QFrame):
         """The clock that the ritual runs on may stand still while the computer sleeps: this one goes on."""
         self._sleeps = SleepDetector()
         texts = services.texts
-        self._title = text_label("ritual_title", "strong")
+        self._title = named(ElidedLabel(), "ritual_title", "strong")
         self._effect = text_label("ritual_effect", "small")
         self.conditions = text_label("ritual_conditions", "attention")
         # In one place, one instead of the other: what is said never changes the height of the panel.
@@ -326,7 +326,6 @@ class RitualWidget(QFrame):
         self.disarm(Input.WINDOW_LEFT)
 
     def _lay_out(self) -> None:
-        self._title.setWordWrap(False)
         for stack, widgets in ((self._reasons, (self._effect, self.conditions)), (self._place, (self.step, self.said))):
             for one in widgets:
                 stack.addWidget(one)

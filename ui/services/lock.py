@@ -256,12 +256,19 @@ class LockControl(QObject):
     def press(self, _is_checked: bool = False, *, then: Callable[[], object] | None = None) -> None:
         self._shown.press(then=then)
 
-    def press_all(self) -> int:
-        """LOCK on every open port, each by itself: none waits for another. How many it is pressed on."""
+    def press_all(self, *, then: Callable[[], object] | None = None) -> None:
+        """LOCK on every open port, each by itself: none waits for another. `then` is called when all of them report
+        that they are locked."""
         locks = [one for one in map(self.of, self._connector.connections) if one.is_possible]
+        waiting = set(locks)
+
+        def note(lock: PortLock) -> None:
+            waiting.discard(lock)
+            if not waiting and then is not None:
+                then()
+
         for one in locks:
-            one.press()
-        return len(locks)
+            one.press(then=partial(note, one))
 
     def ensure_locked(self) -> None:
         self._shown.ensure_locked()

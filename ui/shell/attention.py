@@ -55,6 +55,11 @@ class Attention(QObject):
         return self._connector.is_open and (self._connector.is_active or self._lock.is_unproven)
 
     @property
+    def is_risky_to_close(self) -> bool:
+        """As `is_risky_to_leave`, of the modules on all ports."""
+        return self.is_risky_to_leave or self._connector.is_any_active
+
+    @property
     def has_unsent(self) -> bool:
         """There are edits that leaving would lose."""
         return self._unsent.count() > 0
@@ -66,12 +71,12 @@ class Attention(QObject):
         """
         is_asked = self._question is not None and self._is_about_closing
         asks_of_edits = is_asked and self._is_still_asked == self._has_unsent_now
-        if is_asked and not (asks_of_edits and self.is_risky_to_leave):
+        if is_asked and not (asks_of_edits and self.is_risky_to_close):
             return True
         if asks_of_edits:
             self._leave_active(close, is_closing=True)
             return False
-        if not self.is_risky_to_leave and not self.has_unsent:
+        if not self.is_risky_to_close and not self.has_unsent:
             return True
         self.leave(close, is_closing=True)
         return False
@@ -104,7 +109,7 @@ class Attention(QObject):
         )
 
     def _leave_active(self, leave: Callable[[], object], *, is_closing: bool) -> None:
-        if not self.is_risky_to_leave:
+        if not (self.is_risky_to_close if is_closing else self.is_risky_to_leave):
             self._question = None
             leave()
             return
@@ -115,7 +120,7 @@ class Attention(QObject):
 
         self._ask(
             lambda: self._leaving_notice(go, is_closing=is_closing),
-            self._is_risky_now,
+            self._is_risky_to_close_now if is_closing else self._is_risky_now,
             is_closing=is_closing,
             main="lock_and_leave",
         )
@@ -134,6 +139,9 @@ class Attention(QObject):
 
     def _is_risky_now(self) -> bool:
         return self.is_risky_to_leave
+
+    def _is_risky_to_close_now(self) -> bool:
+        return self.is_risky_to_close
 
     def stay(self) -> None:
         """Do not leave after all; nothing is sent."""
@@ -212,11 +220,11 @@ class Attention(QObject):
 
     def _leaving_notice(self, go: Callable[[], None], *, is_closing: bool) -> Notice:
         notice = leaving_notice(
-            lambda: self._lock.press(then=go),
+            lambda: self._lock.press_all(then=go) if is_closing else self._lock.press(then=go),
             go,
             self.stay,
             is_closing=is_closing,
-            is_active=self._connector.is_active,
+            is_active=self._connector.is_any_active if is_closing else self._connector.is_active,
         )
         locking = self._lock.notice()
         return notice if locking is None else replace(notice, text=f"{locking.text} {notice.text}")

@@ -94,10 +94,6 @@ def _count(assembly: Assembly, modules: ManyModules, traffic: list[Traffic]) -> 
     before: list[int] = []
     while before != (before := modules.counts):
         turn_for(3.0)
-    import os
-
-    if os.environ.get("DBG"):
-        print([(c, t.asked, t.statuses, c + t.asked - t.statuses) for c, t in zip(before, traffic)], file=sys.stderr)
     sent = sum(before) + sum(one.asked for one in traffic)
     return sent, sent - sum(one.statuses for one in traffic)
 

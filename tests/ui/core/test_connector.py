@@ -98,7 +98,7 @@ def test_lock_all_reaches_every_open_port_and_waits_for_none(qtbot: QtBot, ports
     lock = LockControl(connector, lambda _target: NoJournal(""))
     wait_for(qtbot, lambda: all(one.is_open for one in connector.connections))
     assert connector.is_any_active
-    assert lock.press_all() == 3  # none of the jobs ends: all three hang
+    lock.press_all()  # none of the jobs ends: all three hang
     assert [len(one.wanted(is_urgent=True)) for one in ports.workers] == [1, 1, 1]
     assert lock.is_going_on
     connector.choose(connector.connections[1])

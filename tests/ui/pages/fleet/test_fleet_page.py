@@ -17,16 +17,20 @@ from app.fleet.card import Need
 from app.fleet.profile_table import Applied
 from app.safety.journal import NoJournal
 from app.safety.last_known import Activation
+from app.safety.ritual import Input
 from app.settings.profiles import Profile
 from tests.support.window.fake_ports import VALUES, FakePorts, FakeWorker
+from ui.acts.ritual_widget import RitualWidget
 from ui.core.port_connection import PortConnection
 from ui.core.texts import Texts
 from ui.pages.fleet.page import FleetPage
 from ui.services.context import Services
 from ui.services.lock import LockControl
 from ui.services.storage import Storage
+from ui.shell.attention import Attention
 from ui.style.appearance import Appearance
 from ui.style.theme import Choice
+from ui.widgets.notice_bar import NoticeBar
 
 WAIT_MS = 8000
 
@@ -236,3 +240,37 @@ def test_a_target_that_is_open_gets_no_second_card(desk: Desk) -> None:
     desk.plug_in(2)
     assert desk.page.members.connect_port(Target("/dev/port1", 115200)) is desk.modules[1][0]
     assert len(desk.page.members.connections) == 2
+
+
+def test_choosing_another_module_disarms_and_the_ritual_names_module_and_port(desk: Desk) -> None:
+    desk.plug_in(2, active=True)
+    naming, (second, _) = desk.services.naming, desk.modules[1]
+    naming.of(second).choose("M-02")
+    ritual = RitualWidget(desk.services)
+    desk.qtbot.addWidget(ritual)
+    ritual.show()
+    desk.qtbot.waitExposed(ritual)
+    ritual._choose(is_rehearsal=True)
+    assert ritual.is_under_way
+    desk.ports.connector.choose(second)
+    assert not ritual.is_under_way
+    assert ritual.ritual.ended_by is Input.LINK_LOST
+    ritual.refresh()
+    assert "M-02" in ritual._title.text()
+    assert "port1" in ritual._title.text()
+
+
+def test_closing_asks_while_any_module_is_active_and_locks_all_of_them(desk: Desk) -> None:
+    desk.plug_in(2)
+    bar, closed = NoticeBar(Texts()), list[bool]()
+    desk.qtbot.addWidget(bar)
+    attention = Attention(desk.ports.connector, bar, desk.services.lock, acts={})
+    assert attention.may_close(lambda: closed.append(True))
+    desk.modules[1][1].say(active=True)  # not the one that the pages show
+    desk.settle()
+    assert not attention.may_close(lambda: closed.append(True))
+    button = bar.button("lock_and_leave")
+    assert button is not None
+    button.click()
+    assert [len(worker.wanted(is_urgent=True)) for _, worker in desk.modules] == [1, 1]
+    assert not closed
