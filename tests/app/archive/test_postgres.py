@@ -1,5 +1,6 @@
 """An archive on a PostgreSQL server: what was altered on it, who may do what, passwords, connections that break."""
 
+import json
 import logging
 import re
 from collections.abc import Iterator
@@ -8,9 +9,12 @@ from pathlib import Path
 
 import pytest
 
+import app.__main__ as program
 from app.archive.exchange import Exchanged, exchange
 from app.archive.fact_set import ArchiveTrouble
 from app.archive.postgres import TABLE, open_server
+from app.archive.server_url import server_url
+from tests.app.cli.reference.test_schemas import faults
 from tests.support.archive_server import PASSWORD, ArchiveServer, archive_server
 from tests.support.records.archive_stations import ArchiveStation, archive_station
 
@@ -138,3 +142,23 @@ class _Keyring:
 def test_tls_is_as_the_address_says(server: ArchiveServer) -> None:
     with pytest.raises(ArchiveTrouble, match="SSL"):
         open_server(f"{server.tcp_url('guarded', PASSWORD)}?sslmode=require")
+
+
+def test_the_command_exchanges_and_says_what_was_altered(
+    stations: list[ArchiveStation], server: ArchiveServer, capsys: pytest.CaptureFixture[str]
+) -> None:
+    one = stations[0]
+    one.check("M-07")
+    _sync(one, server.url())
+    found = []
+    for words, code in (([server.url(), "--remember"], 0), ([], 0), ([], 4)):
+        assert program.main(["archive", "sync", *words, "--json"]) == code
+        found.append(json.loads(capsys.readouterr().out))
+        if len(found) == 2:
+            server.run(f"UPDATE {TABLE} SET made_at = '2020-01-01T00:00:00+00:00' WHERE kind = 'preflight_check'")
+    assert [fault for report in found for fault in faults("archive_exchange", report)] == []
+    assert [(report["received"], report["refused_count"]) for report in found] == [(2, 0), (0, 0), (0, 1)]
+    assert [(one["kind"], one["why"]) for one in found[2]["refused"]] == [("preflight_check", "it was altered")]
+    assert program.main(["archive", "status", "--json"]) == 0
+    status = json.loads(capsys.readouterr().out)
+    assert (status["server"], status["not_shared"]) == (server_url(server.url()).shown, 0)
