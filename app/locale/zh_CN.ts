@@ -3954,8 +3954,8 @@
         <translation>无可判断：两种触发都已禁用。</translation>
     </message>
     <message>
-        <source>Nothing to plug in; behaves as the vendor's table says</source>
-        <translation>无需接线；行为与厂家协议表一致</translation>
+        <source>Nothing to plug in</source>
+        <translation>无需接线</translation>
     </message>
     <message>
         <source>Nothing was deleted. To do it, say dps-s recordings delete {name} --yes.</source>

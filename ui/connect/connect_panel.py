@@ -30,7 +30,7 @@ from ui.core.port_watcher import PortWatcher, key_of
 from ui.core.preferences import LastPort
 from ui.core.texts import Texts
 from ui.style.icons import Icon, icon
-from ui.style.theme import Space
+from ui.style.theme import Space, scaled
 from ui.widgets.controls import control
 from ui.widgets.layouts import in_column, in_row
 from ui.widgets.naming import named
@@ -126,7 +126,7 @@ class ConnectPanel(QScrollArea):
                 "",
                 tr("Simulated module"),
                 "",
-                tr("Nothing to plug in; behaves as the vendor's table says"),
+                tr("Nothing to plug in"),
                 Icon.SIMULATOR,
                 tr("connected") if is_simulating else "",
             )
@@ -177,8 +177,9 @@ class ConnectPanel(QScrollArea):
         options = in_row(self.options, 1)
         parts = head, self.list, self.empty, options, self._form, self.said, buttons
         card = named(QFrame(), "connect_card", "card")
-        card.setMaximumWidth(CARD_PX)
+        self._card = card
         in_column(*parts, of=card, spacing=Space.M, margins=(Space.XL, Space.L, Space.XL, Space.XL))
+        card.setMaximumWidth(scaled(CARD_PX))
         for label in (self.empty, self.said):
             label.setWordWrap(True)
             label.setTextFormat(Qt.TextFormat.PlainText)
@@ -287,3 +288,6 @@ class ConnectPanel(QScrollArea):
         super().changeEvent(event)
         if event.type() == QEvent.Type.LanguageChange:
             self.refresh()
+        elif event.type() == QEvent.Type.PaletteChange and hasattr(self, "_card"):
+            self._card.setMaximumWidth(scaled(CARD_PX))
+            self.list.scheduleDelayedItemsLayout()

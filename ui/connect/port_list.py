@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QListWidget, QListWidgetItem, QStyle, QStyledItemD
 from app.engine.ports import PortInfo
 from app.text.i18n import tr
 from ui.style.icons import Icon, draw
-from ui.style.theme import Meaning, Size, Space, current, font
+from ui.style.theme import Meaning, Size, Space, current, font, scaled
 
 ROW_PX = 48
 MOST_ROWS = 6
@@ -111,10 +111,10 @@ class PortList(QListWidget):
 
     def sizeHint(self) -> QSize:
         rows = min(MOST_ROWS, max(2, self.count()))
-        return QSize(360, rows * ROW_PX + 2 * Space.XS)
+        return QSize(360, rows * scaled(ROW_PX) + 2 * Space.XS)
 
     def minimumSizeHint(self) -> QSize:
-        return QSize(240, ROW_PX + 2 * Space.XS)
+        return QSize(240, scaled(ROW_PX) + 2 * Space.XS)
 
     def _activate(self, item: QListWidgetItem) -> None:
         self.activated_choice.emit(item.data(_CHOICE))
@@ -128,7 +128,7 @@ class _Delegate(QStyledItemDelegate):
     """Two lines with an icon, and the badge on the right."""
 
     def sizeHint(self, _option: QStyleOptionViewItem, _index: _Index) -> QSize:
-        return QSize(240, ROW_PX)
+        return QSize(240, scaled(ROW_PX))
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: _Index) -> None:
         choice: PortChoice = index.data(_CHOICE)
@@ -142,7 +142,8 @@ class _Delegate(QStyledItemDelegate):
             painter.setPen(Qt.PenStyle.NoPen)
             painter.setBrush(QColor(theme.selection if is_selected else theme.raised))
             painter.drawRoundedRect(rect.adjusted(2, 1, -2, -1), 6, 6)
-        square = QRect(rect.left() + Space.M, rect.top() + (rect.height() - 20) // 2, 20, 20)
+        side = scaled(20)
+        square = QRect(rect.left() + Space.M, rect.top() + (rect.height() - side) // 2, side, side)
         draw(painter, choice.icon, square, QColor(theme.text))
         right = self._paint_badge(painter, rect, choice)
         left = square.right() + Space.M

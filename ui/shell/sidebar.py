@@ -25,6 +25,7 @@ NARROW_PX: Final = 84
 ICONS_PX: Final = 44
 WIDE_ROW_PX: Final = 40
 NARROW_ROW_PX: Final = 46
+_LEAST_NAMED_PX: Final = 39
 _LEAST_ROW_PX: Final = 34
 """Of a row without its name, where the window is too low for all rows with theirs."""
 _ICON_PX: Final = 20
@@ -87,7 +88,7 @@ class Sidebar(QListWidget):
     @property
     def shows_names(self) -> bool:
         """Else there is no room for them; they are in the tooltips."""
-        return not self._has_little_room and (self.is_wide or self._row_px() >= NARROW_ROW_PX)
+        return not self._has_little_room and (self.is_wide or self._row_px() >= _LEAST_NAMED_PX)
 
     @property
     def scale(self) -> float:
@@ -103,8 +104,7 @@ class Sidebar(QListWidget):
         wide = self.is_wide and not self._has_little_room
         self.setFixedWidth(scaled(WIDE_PX if wide else ICONS_PX if self._has_little_room else NARROW_PX))
         row = round((WIDE_ROW_PX if self.is_wide else NARROW_ROW_PX) * self.scale)
-        if not self.shows_names:
-            row = min(row, max(_LEAST_ROW_PX, int(self._row_px())))
+        row = min(row, max(_LEAST_ROW_PX, self._row_px()))
         for number in range(self.count()):
             if self.item(number).sizeHint().height() != row:
                 self.item(number).setSizeHint(QSize(0, row))

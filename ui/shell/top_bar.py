@@ -200,7 +200,13 @@ class TopBar(QFrame):
         self.setFixedHeight(scaled(BAR_PX))
         self.menu.setFixedWidth(scaled(36))
         self.menu.setIconSize(QSize(scaled(20), scaled(20)))
+        self._fit_name()
         self.lock.setMinimumWidth(scaled(106))  # bold while the module is active
+
+    def _fit_name(self) -> None:
+        """A usual name is whole where the port's can be shortened."""
+        wanted = QFontMetrics(font(is_bold=True)).horizontalAdvance(self.name.text()) + Space.S
+        self.name.setMinimumWidth(min(wanted, scaled(100)) if self.name.text() else 0)
 
     def open_menu(self) -> None:
         """Below its button; does not wait until it is closed again."""
@@ -213,8 +219,8 @@ class TopBar(QFrame):
         ages = tr("{time} ago", time=duration(99)), tr("{time} ago", time=duration(1.9)), tr("unknown")
         self.activation.reserve((tr("LOCKED"), tr("ACTIVE"), tr("was ACTIVE"), tr("Activation")), below=ages)
         self.trigger.reserve((tr("NOT TRIGGERED"), tr("TRIGGERED")), below=ages)
-        charges = (tr("{volts:.2f} V, charging", volts=4.0), tr("{volts:.2f} V, charge unknown", volts=4.0))
-        self.cell.reserve((tr("{volts:.2f} V", volts=4.0),), below=(*ages, *(parts_of(one)[1] for one in charges)))
+        charging = parts_of(tr("{volts:.2f} V, charging", volts=4.0))[1]
+        self.cell.reserve((tr("{volts:.2f} V", volts=4.0),), below=(*ages, charging))
         self.activation.name_unknown(tr("Activation"))
         self.trigger.name_unknown(tr("Trigger"))
         self.cell.name_unknown(tr("Cell"))
@@ -247,6 +253,7 @@ class TopBar(QFrame):
         self.port.show_link(port_title(state, connector.target), phase, said)
         if self.name.text() != self._module:
             self.name.setText(self._module)
+            self._fit_name()
         show_activation(self.activation, connector.activation, now)
         show_known_trigger(self.trigger, device.known("triggered", now), now)
         self._show_cell(device, now)
