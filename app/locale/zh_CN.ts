@@ -542,6 +542,10 @@
         <translation>期间除锁定外的操作均被拒绝。请改用线缆，或将无线透传靠近。</translation>
     </message>
     <message>
+        <source>Apply</source>
+        <translation>应用</translation>
+    </message>
+    <message>
         <source>Apply {count} ticked</source>
         <translation>应用 {count} 项</translation>
     </message>

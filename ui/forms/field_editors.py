@@ -5,8 +5,8 @@ from functools import partial
 from typing import Final
 
 from PySide6.QtCore import QEvent, QSignalBlocker, QSize, Qt, Signal
-from PySide6.QtGui import QIcon, QKeyEvent, QWheelEvent
-from PySide6.QtWidgets import QComboBox, QLabel, QLineEdit, QToolButton, QWidget
+from PySide6.QtGui import QIcon, QKeyEvent, QValidator, QWheelEvent
+from PySide6.QtWidgets import QComboBox, QDoubleSpinBox, QLabel, QToolButton, QWidget
 
 from app.settings.drafts import Draft
 from app.settings.setting_texts import DEFAULTS, plain_text
@@ -52,26 +52,31 @@ class NumberEditor(FieldEditor):
         self._command, self._field = command, field
         self._draft: Draft | None = None
         self._stands: Value | None = None
-        self.box = _Line(f"{command.name}_wanted", self)
+        self.box = _NumberBox(command, field, self)
+        self.line = self.box.lineEdit()
         self.less = self._stepper(texts, "less", "−", marked("Decrease (Down)"), -1)
         self.more = self._stepper(texts, "more", "+", marked("Increase (Up)"), 1)
         texts.bind(partial(_name_after, self.less, command), "Decrease")
         texts.bind(partial(_name_after, self.more, command), "Increase")
-        control(self.box, texts, f"{command.name}_wanted", says=command.title, tip=command.explanation)
+        control(self.box, texts, self.box.objectName(), says=command.title, tip=command.explanation)
+        limits = {"low": field.text(0), "high": field.text(255)}
+        texts.bind(self.box.setAccessibleDescription, "{low} to {high}", **limits)
         unit = named(QLabel(field.unit), f"{command.name}_unit", "muted")
         unit.setMinimumWidth(14)
         in_row(self.less, self.box, self.more, unit, 1, of=self, spacing=Space.XS, margins=0)
         self.setFocusProxy(self.box)
-        self.box.textEdited.connect(self.typed)
+        self.line.textEdited.connect(self.typed)
         self.box.editingFinished.connect(self.left)
 
     def show_draft(self, draft: Draft | None, stands: Value | None) -> None:
         self._draft, self._stands = draft, stands
-        self.box.setPlaceholderText("" if stands is None else plain_text(self._command, stands))
+        self.line.setPlaceholderText("" if stands is None else plain_text(self._command, stands))
         text = "" if draft is None else draft.text
-        if self.box.text() != text and not (self.box.hasFocus() and self.box.text().strip() == text):
-            with QSignalBlocker(self.box):
-                self.box.setText(text)
+        with QSignalBlocker(self.line), QSignalBlocker(self.box):
+            if self.line.text() != text and not (self.box.hasFocus() and self.line.text().strip() == text):
+                self.line.setText(text)
+            number = stands if draft is None or draft.value is None else draft.value
+            self.box.setValue(0.0 if number is None else float(number))
 
     def step(self, steps: int) -> None:
         """From what is wanted, else what stands, else the default; to the next step where it lies between two."""
@@ -93,18 +98,38 @@ class NumberEditor(FieldEditor):
         return button
 
 
-class _Line(QLineEdit):
-    """Takes the keys and the wheel that go by steps."""
+class _NumberBox(QDoubleSpinBox):
+    """Takes the keys and the wheel that go by steps. The text is whatever a person types, which may be no number; the
+    value is for screen readers: what is wanted, else what stands."""
 
-    def __init__(self, name: str, editor: NumberEditor) -> None:
+    def __init__(self, command: Command, field: Quantity, editor: NumberEditor) -> None:
         super().__init__()
-        self.setObjectName(name)
+        self.setObjectName(f"{command.name}_number")
         self._editor = editor
+        self.setButtonSymbols(QDoubleSpinBox.ButtonSymbols.NoButtons)
+        self.setStyleSheet("QDoubleSpinBox { padding-right: 4px; }")  # no room for buttons
+        self.setKeyboardTracking(False)
+        self.setDecimals(field.decimals)
+        self.setRange(0.0, field.maximum)
         self.setAlignment(Qt.AlignmentFlag.AlignRight)
         self.setFixedWidth(_NUMBER_PX)
-        self.setMaxLength(32)
         self.setAcceptDrops(False)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        line = named(self.lineEdit(), f"{command.name}_wanted")
+        line.setMaxLength(32)
+        line.setAcceptDrops(False)
+
+    def validate(self, text: str, position: int) -> tuple[QValidator.State, str, int]:
+        return QValidator.State.Acceptable, text, position
+
+    def valueFromText(self, _text: str) -> float:
+        return self.value()
+
+    def textFromValue(self, _value: float) -> str:
+        return self.lineEdit().text()
+
+    def stepBy(self, steps: int) -> None:
+        self._editor.step(steps)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         steps = {

@@ -9,6 +9,7 @@ from PySide6.QtWidgets import (
     QAbstractSpinBox,
     QApplication,
     QComboBox,
+    QDoubleSpinBox,
     QLineEdit,
     QScrollBar,
     QWidget,
@@ -79,7 +80,7 @@ def test_with_the_focus_it_goes_by_steps(qtbot: QtBot, qapp: QApplication, tmp_p
         walk.window.go_to("settings")
         walk.window.activateWindow()
         qtbot.waitUntil(walk.window.isActiveWindow)
-        field = walk.find(QLineEdit, "attitude_threshold_wanted")
+        field = walk.find(QDoubleSpinBox, "attitude_threshold_number")
         qtbot.waitUntil(field.isEnabled)
         field.setFocus()
         assert turn(field, 1).isAccepted()

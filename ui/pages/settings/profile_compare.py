@@ -62,7 +62,7 @@ class ProfileCompare(QWidget):
         self._rows = {command.key: _CompareRow(command, texts) for command in SETTINGS}
         for key, row in self._rows.items():
             row.tick.clicked.connect(partial(self._touch, key))
-        self.apply = control(QPushButton(), texts, "profile_apply",
+        self.apply = control(QPushButton(), texts, "profile_apply", says="Apply",
                              tip="Write what is ticked to the module and read it back", picture=Icon.CHECK,
                              role="primary", slot=self._apply)  # fmt: skip
         self.close_button = control(QPushButton(), texts, "profile_close", "Close profile",

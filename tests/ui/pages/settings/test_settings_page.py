@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from PySide6.QtCore import QPoint, QPointF, QRect, Qt
 from PySide6.QtGui import QWheelEvent
-from PySide6.QtWidgets import QApplication, QLineEdit, QPushButton, QToolButton
+from PySide6.QtWidgets import QApplication, QDoubleSpinBox, QLineEdit, QPushButton, QToolButton, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.settings.form import RowState
@@ -187,9 +187,10 @@ def test_undo_redo_revert_and_defaults(qtbot: QtBot, qapp: QApplication, tmp_pat
         type_into(one, "attitude_threshold", "75")
         type_into(one, "freefall_time", "1.1")
         control, shift = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier
-        focus = one.find(QLineEdit, "freefall_time_wanted")
+        line, focus = one.find(QLineEdit, "freefall_time_wanted"), one.find(QWidget, "freefall_time_number")
+        assert focus.hasFocus()
         qtbot.keyClick(focus, Qt.Key.Key_Z, control)
-        assert (box.text(), focus.text()) == ("75", "")
+        assert (box.text(), line.text()) == ("75", "")
         qtbot.keyClick(focus, Qt.Key.Key_Z, control)
         assert box.text() == ""
         qtbot.keyClick(focus, Qt.Key.Key_Z, control | shift)
@@ -197,7 +198,7 @@ def test_undo_redo_revert_and_defaults(qtbot: QtBot, qapp: QApplication, tmp_pat
         one.click("settings_revert")
         assert (box.text(), box.placeholderText()) == ("", "60")
         one.choose_rare("settings_defaults")
-        assert (box.text(), focus.text()) == ("60", "1.60")
+        assert (box.text(), line.text()) == ("60", "1.60")
         one.settings.refresh()
         assert one.settings.write.text() == "Write 2 changes"  # the two flags: nobody knows how they stand
         assert not one.changes()
@@ -236,7 +237,7 @@ def test_survives_a_power_cycle(qtbot: QtBot, qapp: QApplication, tmp_path: Path
 
 
 def test_the_wheel_edits_only_where_the_keyboard_is(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    def wheel(box: QLineEdit) -> None:
+    def wheel(box: QWidget) -> None:
         here = QPointF(box.rect().center())
         qapp.sendEvent(
             box,
@@ -246,14 +247,16 @@ def test_the_wheel_edits_only_where_the_keyboard_is(qtbot: QtBot, qapp: QApplica
 
     with desk(qtbot, qapp, tmp_path) as one:
         box = one.find(QLineEdit, "attitude_threshold_wanted")
+        number = one.find(QDoubleSpinBox, "attitude_threshold_number")
         one.settings.read.setFocus()
-        wheel(box)
+        wheel(number)
         assert box.text() == ""
-        box.setFocus()
-        wheel(box)
-        assert box.text() == "61"
-        qtbot.keyClick(box, Qt.Key.Key_Down)
-        qtbot.keyClick(box, Qt.Key.Key_PageDown)
+        number.setFocus()
+        wheel(number)
+        assert (box.text(), number.value(), number.maximum()) == ("61", 61, 255)
+        assert number.accessibleDescription() == "0° to 255°"
+        qtbot.keyClick(number, Qt.Key.Key_Down)
+        qtbot.keyClick(number, Qt.Key.Key_PageDown)
         assert box.text() == "50"
         one.click(one.find(QToolButton, "attitude_threshold_more"))
         assert box.text() == "51"
