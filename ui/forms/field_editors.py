@@ -59,6 +59,7 @@ class NumberEditor(FieldEditor):
         texts.bind(partial(_name_after, self.less, command), "Decrease")
         texts.bind(partial(_name_after, self.more, command), "Increase")
         control(self.box, texts, self.box.objectName(), says=command.title, tip=command.explanation)
+        texts.bind(self.line.setAccessibleName, command.title)
         limits = {"low": field.text(0), "high": field.text(255)}
         texts.bind(self.box.setAccessibleDescription, "{low} to {high}", **limits)
         unit = named(QLabel(field.unit), f"{command.name}_unit", "muted")

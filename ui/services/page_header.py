@@ -36,8 +36,11 @@ class PageHeader(QWidget):
 
     def add(self, action: QWidget) -> None:
         """One more action, at the right of those that are there."""
-        self.row.insertWidget(self.row.indexOf(self.more), action)
-        self.setTabOrder(action, self.more)
+        self.row.removeWidget(self.more)
+        self.more.setParent(None)  # added again it is the last for Tab, too
+        self.row.addWidget(action)
+        self.row.addWidget(self.more)
+        self.more.setVisible(self._menu is not None)
 
     def add_rare(self, name: str, text: str, slot: object) -> QAction:
         """An entry of the menu behind "⋯"; `text` is English, marked."""

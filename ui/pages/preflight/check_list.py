@@ -124,6 +124,7 @@ class CheckList(QScrollArea):
         self._failed.show_title(" · ".join(titles))
         self._manual.show_title(tr("Manual checks"))
         self.fold.setText(tr("{count} passed", count=passed) if judged else tr("{count} checks", count=passed))
+        self.fold.setAccessibleName(self.fold.text())
 
     def _sort(self, failed: list[str]) -> None:
         """What did not pass at the top, the rest below the fold, each in its order."""
