@@ -154,8 +154,8 @@
         <translation>第 95 百分位</translation>
     </message>
     <message>
-        <source>A calculation. Nothing is sent to the module.</source>
-        <translation>仅为计算，不向模块发送任何内容。</translation>
+        <source>A calculation; nothing is sent.</source>
+        <translation>仅为计算，不发送任何内容。</translation>
     </message>
     <message>
         <source>A capture holds no more: the rest is in the recording {name}.</source>
@@ -446,10 +446,6 @@
         <translation>全部内容，表格 CSV</translation>
     </message>
     <message>
-        <source>All of it with the bytes of the line, for PlotJuggler and Foxglove</source>
-        <translation>全部内容及线路字节，供 PlotJuggler 和 Foxglove 使用</translation>
-    </message>
-    <message>
         <source>All records</source>
         <translation>全部记录</translation>
     </message>
@@ -468,6 +464,10 @@
     <message>
         <source>All {count} checks hold; warnings: {looks}.</source>
         <translation>全部 {count} 项检查通过；警告：{looks} 项。</translation>
+    </message>
+    <message>
+        <source>Allow automatic deletion again</source>
+        <translation>重新允许自动删除</translation>
     </message>
     <message>
         <source>Also the other files with the same columns</source>
@@ -842,12 +842,12 @@
         <translation>收到的字节</translation>
     </message>
     <message>
-        <source>Bytes such as 41 75, or words. Enter goes to the next row.</source>
-        <translation>字节（如 41 75）或文字。回车跳到下一行。</translation>
+        <source>Bytes such as 41 75, or words</source>
+        <translation>字节（如 41 75）或文字</translation>
     </message>
     <message>
-        <source>Bytes such as 41 75, or words; Enter goes to the next row</source>
-        <translation>输入字节（如 41 75）或文字；按回车转到下一行</translation>
+        <source>Bytes such as 41 75, or words. Enter goes to the next row.</source>
+        <translation>字节（如 41 75）或文字。回车跳到下一行。</translation>
     </message>
     <message>
         <source>CHAIN BROKEN: {chain}.</source>
@@ -1122,8 +1122,8 @@
         <translation>请选择一条记录。</translation>
     </message>
     <message>
-        <source>Choose a row to see all of its bytes.</source>
-        <translation>选择一行可查看全部字节。</translation>
+        <source>Choose a row to see its bytes.</source>
+        <translation>选择一行可查看字节。</translation>
     </message>
     <message>
         <source>Choose another port from the list.</source>
@@ -1138,7 +1138,7 @@
         <translation>请选择连接模块的适配器。</translation>
     </message>
     <message>
-        <source>Choose the port that the module is plugged into</source>
+        <source>Choose the module's port</source>
         <translation>选择模块所接的串口</translation>
     </message>
     <message>
@@ -1172,10 +1172,6 @@
     <message>
         <source>Clear the search</source>
         <translation>清除搜索</translation>
-    </message>
-    <message>
-        <source>Click, or press Return, to see it in the plots</source>
-        <translation>单击或按回车键，在曲线中查看</translation>
     </message>
     <message>
         <source>Close</source>
@@ -1214,8 +1210,8 @@
         <translation>关闭配置文件，不应用任何内容</translation>
     </message>
     <message>
-        <source>Close the recording and show the module as it is now</source>
-        <translation>关闭数据记录，显示伞降模块当前状态</translation>
+        <source>Close the recording</source>
+        <translation>关闭数据记录</translation>
     </message>
     <message>
         <source>Close this message</source>
@@ -1402,8 +1398,8 @@
         <translation>复制所选记录</translation>
     </message>
     <message>
-        <source>Copy the chosen records, or all that are shown</source>
-        <translation>复制所选记录，未选择时复制全部显示的记录</translation>
+        <source>Copy the chosen records, or all</source>
+        <translation>复制所选记录，未选择时复制全部</translation>
     </message>
     <message>
         <source>Copy the chosen thresholds to the Settings page; nothing is sent until they are written there</source>
@@ -1418,12 +1414,12 @@
         <translation>复制所选行</translation>
     </message>
     <message>
-        <source>Copy the selected rows, or all of them when none is selected</source>
+        <source>Copy the selected rows, or all</source>
         <translation>复制所选行；未选择时复制全部</translation>
     </message>
     <message>
-        <source>Copy these values to the Settings page; nothing is sent until they are written there</source>
-        <translation>把这些值填到设置页；在那里写入之前不会发送</translation>
+        <source>Copy these values to Settings; nothing is sent</source>
+        <translation>把这些值填到设置页；不发送任何内容</translation>
     </message>
     <message>
         <source>Could not be read again: {names}.</source>
@@ -1506,12 +1502,12 @@
         <translation>永久删除</translation>
     </message>
     <message>
-        <source>Delete the chosen recordings</source>
-        <translation>删除所选数据记录</translation>
+        <source>Delete for good, after a question</source>
+        <translation>确认后永久删除</translation>
     </message>
     <message>
-        <source>Delete the chosen recordings for good, after a question</source>
-        <translation>确认后永久删除所选数据记录</translation>
+        <source>Delete the chosen recordings</source>
+        <translation>删除所选数据记录</translation>
     </message>
     <message>
         <source>Delete this recording for good? {what}</source>
@@ -1604,6 +1600,10 @@
     <message>
         <source>Discard edits</source>
         <translation>放弃修改</translation>
+    </message>
+    <message>
+        <source>Discard what was typed here</source>
+        <translation>放弃此处填写的值</translation>
     </message>
     <message>
         <source>Disconnect</source>
@@ -1798,8 +1798,8 @@
         <translation>已修改，尚未发送：模块仍是旧值。下面一行说明它意味着什么。</translation>
     </message>
     <message>
-        <source>Eight steps through the real window, on a simulated module</source>
-        <translation>在真实窗口中用模拟模块走八步</translation>
+        <source>Eight steps on a simulated module</source>
+        <translation>用模拟模块走八步</translation>
     </message>
     <message>
         <source>Enable both triggers and check again</source>
@@ -2102,6 +2102,10 @@
         <translation>不得触发的飞行日志</translation>
     </message>
     <message>
+        <source>For PlotJuggler and Foxglove, with all bytes</source>
+        <translation>供 PlotJuggler 和 Foxglove 使用，含全部字节</translation>
+    </message>
+    <message>
         <source>Forbid now</source>
         <translation>立即禁止</translation>
     </message>
@@ -2326,11 +2330,11 @@
         <translation>请按住模块开关两秒，或接上外接供电。</translation>
     </message>
     <message>
-        <source>Hold the list still; frames go on being recorded</source>
-        <translation>列表静止，帧继续记录</translation>
+        <source>Hold the list; recording goes on</source>
+        <translation>列表静止，记录继续</translation>
     </message>
     <message>
-        <source>Hold the picture still; recording goes on (Space)</source>
+        <source>Hold the picture; recording goes on (Space)</source>
         <translation>画面静止，记录继续（空格键）</translation>
     </message>
     <message>
@@ -2522,8 +2526,8 @@
         <translation>超过 {count} 个数值。</translation>
     </message>
     <message>
-        <source>It has no times: those shown are of bytes back to back.</source>
-        <translation>文件中没有时间；显示的时间按字节连续发送推算。</translation>
+        <source>It has no times; those shown are estimated.</source>
+        <translation>文件中没有时间；显示的时间为推算值。</translation>
     </message>
     <message>
         <source>It has not been armed and held for two seconds.</source>
@@ -2670,6 +2674,10 @@
         <translation>它会自动重新连接，而且只连接同一个适配器。</translation>
     </message>
     <message>
+        <source>It stays in the Help menu</source>
+        <translation>导览仍在“帮助”菜单中</translation>
+    </message>
+    <message>
         <source>It stays triggered until it is locked: the other directions were not tested.</source>
         <translation>锁定前一直处于触发状态：其他方向未测试。</translation>
     </message>
@@ -2742,8 +2750,8 @@
         <translation>串口输出抖动</translation>
     </message>
     <message>
-        <source>Judge what a locked module measured as if it had been active</source>
-        <translation>把模块锁定时测得的数据按激活状态判断</translation>
+        <source>Judge locked times as if active</source>
+        <translation>把锁定时段按激活状态判断</translation>
     </message>
     <message>
         <source>Judging… {percent} %</source>
@@ -2756,6 +2764,10 @@
     <message>
         <source>Kept over the power cycle.</source>
         <translation>断电重启后仍保持。</translation>
+    </message>
+    <message>
+        <source>Kept with the record</source>
+        <translation>与记录一起保存</translation>
     </message>
     <message>
         <source>Key</source>
@@ -3110,18 +3122,6 @@
         <translation>查看触发记录并判定：台架测试、真实或误触发。</translation>
     </message>
     <message>
-        <source>Look at the recording on the Live page</source>
-        <translation>在“实时”页查看数据记录</translation>
-    </message>
-    <message>
-        <source>Look at what was recorded before; that needs no module</source>
-        <translation>查看以前的数据记录，无需连接伞降模块</translation>
-    </message>
-    <message>
-        <source>Look at what was recorded, and play it (Ctrl+O); or drop the file on the window</source>
-        <translation>查看并回放记录内容（Ctrl+O）；也可将文件拖到窗口上</translation>
-    </message>
-    <message>
         <source>Look for the module</source>
         <translation>查找该模块</translation>
     </message>
@@ -3230,16 +3230,16 @@
         <translation>标为已审阅</translation>
     </message>
     <message>
+        <source>Mark or unmark the selected rows</source>
+        <translation>标记所选行，或取消标记</translation>
+    </message>
+    <message>
         <source>Mark reviewed</source>
         <translation>标记为已查看</translation>
     </message>
     <message>
         <source>Mark the selected rows</source>
         <translation>标记所选行</translation>
-    </message>
-    <message>
-        <source>Mark the selected rows, or take their marks off</source>
-        <translation>标记所选行，或取消其标记</translation>
     </message>
     <message>
         <source>Meaning</source>
@@ -3474,6 +3474,10 @@
         <translation>配置文件名称</translation>
     </message>
     <message>
+        <source>Name the module to keep these records.</source>
+        <translation>请给模块命名，以保存这些记录。</translation>
+    </message>
+    <message>
         <source>Name the module, so that it is known again.</source>
         <translation>请给模块命名，以便下次识别。</translation>
     </message>
@@ -3490,16 +3494,16 @@
         <translation>永远不会判定为失重：加速度不可能低于 0 g。</translation>
     </message>
     <message>
-        <source>Never delete the chosen recordings by itself; what is in the trash comes back</source>
-        <translation>不自动删除所选数据记录；回收站中的将恢复</translation>
+        <source>Never delete automatically; restores from the trash</source>
+        <translation>不自动删除；回收站中的将恢复</translation>
+    </message>
+    <message>
+        <source>New here? Take a tour on a simulated module.</source>
+        <translation>第一次使用？可用模拟模块走一遍导览。</translation>
     </message>
     <message>
         <source>New here? Take the tour</source>
         <translation>初次使用？开始导览</translation>
-    </message>
-    <message>
-        <source>New here? The tour goes from the first connection to GO in a few minutes, on a simulated module.</source>
-        <translation>第一次使用？导览会在模拟模块上，用几分钟从首次连接走到飞行前检查。</translation>
     </message>
     <message>
         <source>New profile</source>
@@ -3674,10 +3678,6 @@
         <translation>还没有数据记录。窗口会自动记录每次会话。</translation>
     </message>
     <message>
-        <source>No records came, and no two readings agreed. Read again, or check the line.</source>
-        <translation>没有收到记录，且多次读取结果不一致。请重新读取或检查线路。</translation>
-    </message>
-    <message>
         <source>No records came.</source>
         <translation>没有收到记录。</translation>
     </message>
@@ -3744,6 +3744,10 @@
     <message>
         <source>No trigger records</source>
         <translation>没有触发记录</translation>
+    </message>
+    <message>
+        <source>No two readings agreed. Read again, or check the line.</source>
+        <translation>多次读取结果不一致。请重新读取或检查线路。</translation>
     </message>
     <message>
         <source>No. {number} of this module</source>
@@ -4098,11 +4102,11 @@
         <translation>{port} 上只收到本程序自己发出的字节。</translation>
     </message>
     <message>
-        <source>Only recordings in which all these words stand</source>
+        <source>Only recordings with all these words</source>
         <translation>仅显示包含所有这些词的数据记录</translation>
     </message>
     <message>
-        <source>Only records in which all these words stand</source>
+        <source>Only records with all these words</source>
         <translation>只显示包含所有这些词的记录</translation>
     </message>
     <message>
@@ -4138,6 +4142,10 @@
         <translation>打开抓包…</translation>
     </message>
     <message>
+        <source>Open earlier sessions</source>
+        <translation>打开以前的数据记录</translation>
+    </message>
+    <message>
         <source>Open files…</source>
         <translation>打开文件…</translation>
     </message>
@@ -4152,6 +4160,14 @@
     <message>
         <source>Open logs of PX4, ArduPilot, CSV files or recordings, or drop them here. The page shows which thresholds would have fired in them.</source>
         <translation>打开 PX4、ArduPilot 日志、CSV 文件或数据记录，也可以拖放到这里。本页显示哪些阈值会在其中触发。</translation>
+    </message>
+    <message>
+        <source>Open on the Live page</source>
+        <translation>在“实时”页打开</translation>
+    </message>
+    <message>
+        <source>Open or play a capture (Ctrl+O); or drop it on the window</source>
+        <translation>打开或回放抓包（Ctrl+O）；也可将文件拖到窗口上</translation>
     </message>
     <message>
         <source>Open profile…</source>
@@ -4770,10 +4786,6 @@
         <translation>重新生成预览</translation>
     </message>
     <message>
-        <source>Refresh the preview, with what happened since</source>
-        <translation>重新生成预览，包含此后发生的内容</translation>
-    </message>
-    <message>
         <source>Refuses what is set</source>
         <translation>拒绝设置</translation>
     </message>
@@ -4950,6 +4962,10 @@
         <translation>将所见画面存为 PNG 图片</translation>
     </message>
     <message>
+        <source>Save all records of this module as CSV</source>
+        <translation>将该模块的所有记录保存为 CSV</translation>
+    </message>
+    <message>
         <source>Save as a profile</source>
         <translation>另存为配置文件</translation>
     </message>
@@ -4966,20 +4982,12 @@
         <translation>保存抓包…</translation>
     </message>
     <message>
-        <source>Save every record ever seen of this module as CSV</source>
-        <translation>将该模块所有见过的记录保存为 CSV</translation>
-    </message>
-    <message>
         <source>Save every record of this module as CSV</source>
         <translation>将该模块的所有记录保存为 CSV</translation>
     </message>
     <message>
         <source>Save every sample in sight as a table, CSV</source>
         <translation>将所见的每个采样存为 CSV 表格</translation>
-    </message>
-    <message>
-        <source>Save exactly what is shown here as one zip file, to send it to whoever helps</source>
-        <translation>将此处显示的内容原样保存为一个 zip 文件，以便发给提供帮助的人</translation>
     </message>
     <message>
         <source>Save picture</source>
@@ -4998,20 +5006,20 @@
         <translation>将所选阈值保存到配置文件</translation>
     </message>
     <message>
-        <source>Save the last 60,000 entries of what went over the line, as a text file (Ctrl+S). The session's recording, where it is on, holds all of them.</source>
-        <translation>将最近 60,000 条通信保存为文本文件（Ctrl+S）。本次会话的数据记录（若已开启）保存全部内容。</translation>
+        <source>Save the last 60,000 entries as text (Ctrl+S)</source>
+        <translation>将最近 60,000 条通信保存为文本（Ctrl+S）</translation>
     </message>
     <message>
         <source>Save the profile</source>
         <translation>保存配置文件</translation>
     </message>
     <message>
-        <source>Save the records that are shown as CSV</source>
+        <source>Save the records shown as CSV</source>
         <translation>将显示的记录保存为 CSV</translation>
     </message>
     <message>
-        <source>Save the records that are shown, in their order, as CSV</source>
-        <translation>按显示顺序将记录保存为 CSV</translation>
+        <source>Save the records that are shown as CSV</source>
+        <translation>将显示的记录保存为 CSV</translation>
     </message>
     <message>
         <source>Save the support bundle</source>
@@ -5032,6 +5040,10 @@
     <message>
         <source>Save values…</source>
         <translation>保存数据…</translation>
+    </message>
+    <message>
+        <source>Save what is shown here as a zip file</source>
+        <translation>将此处显示的内容保存为 zip 文件</translation>
     </message>
     <message>
         <source>Saved as {path}.</source>
@@ -5122,8 +5134,8 @@
         <translation>秒</translation>
     </message>
     <message>
-        <source>Seen once, not confirmed: it came in one reading only. Read again; it is not kept.</source>
-        <translation>仅读到一次，未确认：只在一次读取中出现。请重新读取；该记录未保存。</translation>
+        <source>Seen in one reading only; not kept. Read again.</source>
+        <translation>仅在一次读取中出现，未保存。请重新读取。</translation>
     </message>
     <message>
         <source>Seen once, not confirmed: {sentence}</source>
@@ -5290,6 +5302,10 @@
         <translation>朝各个方向轻轻晃动插头和线缆。</translation>
     </message>
     <message>
+        <source>Show it in the plots (Return)</source>
+        <translation>在曲线中查看（回车键）</translation>
+    </message>
+    <message>
         <source>Show on the other pages</source>
         <translation>在其他页面显示</translation>
     </message>
@@ -5302,28 +5318,28 @@
         <translation>显示或隐藏</translation>
     </message>
     <message>
-        <source>Show the newest samples again (End, or a double click on the plots)</source>
-        <translation>重新显示最新数据（End 键，或双击曲线）</translation>
+        <source>Show the bytes of the module</source>
+        <translation>显示模块发出的字节</translation>
+    </message>
+    <message>
+        <source>Show the newest samples (End)</source>
+        <translation>显示最新数据（End 键）</translation>
     </message>
     <message>
         <source>Show the raw bytes</source>
         <translation>显示原始字节</translation>
     </message>
     <message>
-        <source>Show the sixteen bytes as the module sent them</source>
-        <translation>显示模块发出的十六个字节</translation>
-    </message>
-    <message>
-        <source>Show the time of day instead of seconds before now</source>
-        <translation>显示时刻，而不是距现在的秒数</translation>
+        <source>Show the time of day</source>
+        <translation>显示时刻</translation>
     </message>
     <message>
         <source>Show the whole recording</source>
         <translation>显示整段数据记录</translation>
     </message>
     <message>
-        <source>Show the whole recording (End, or a double click on the plots)</source>
-        <translation>显示整段数据记录（End 键，或双击曲线）</translation>
+        <source>Show the whole recording (End)</source>
+        <translation>显示整段数据记录（End 键）</translation>
     </message>
     <message>
         <source>Shown</source>
@@ -5518,8 +5534,8 @@
         <translation>状态数据有效</translation>
     </message>
     <message>
-        <source>Status reports a second: streamed by the module, or polled</source>
-        <translation>每秒状态帧数：模块主动输出，或由上位机轮询</translation>
+        <source>Status reports a second</source>
+        <translation>每秒状态帧数</translation>
     </message>
     <message>
         <source>Stay</source>
@@ -5870,20 +5886,12 @@
         <translation>最近十分钟</translation>
     </message>
     <message>
-        <source>The last ten minutes, second by second</source>
-        <translation>最近十分钟，逐秒显示</translation>
-    </message>
-    <message>
         <source>The last ten minutes, second by second.</source>
         <translation>最近十分钟，逐秒显示。</translation>
     </message>
     <message>
         <source>The last twelve hours</source>
         <translation>最近十二小时</translation>
-    </message>
-    <message>
-        <source>The last twelve hours, minute by minute</source>
-        <translation>最近十二小时，逐分钟显示</translation>
     </message>
     <message>
         <source>The last twelve hours, minute by minute.</source>
@@ -5982,6 +5990,10 @@
         <translation>模块未应答触发记录查询：是否存有记录未知。</translation>
     </message>
     <message>
+        <source>The module did not answer the query: its records are not known.</source>
+        <translation>模块未应答触发记录查询：是否存有记录未知。</translation>
+    </message>
+    <message>
         <source>The module did not take the new rate: it still answers at {old} baud.</source>
         <translation>模块没有采用新的波特率：仍以 {old} 波特率应答。</translation>
     </message>
@@ -6000,10 +6012,6 @@
     <message>
         <source>The module gets another value for this setting.</source>
         <translation>模块的这项设置改为另一个值。</translation>
-    </message>
-    <message>
-        <source>The module has no name, so these records are not kept. Name it once, at the top.</source>
-        <translation>模块没有名称，因此这些记录不会保存。请在上方命名一次。</translation>
     </message>
     <message>
         <source>The module has no serial number. A name, given once, ties its records and checks together; it is recognised again by its adapter and its boot count.</source>
@@ -6362,8 +6370,8 @@
         <translation>会话不再记录：磁盘已满。请删除旧数据记录或腾出空间；下次连接时会重新开始记录。</translation>
     </message>
     <message>
-        <source>The settings at that moment: angle, acceleration and time</source>
-        <translation>触发时的设置：角度、加速度和时间</translation>
+        <source>The settings then</source>
+        <translation>触发时的设置</translation>
     </message>
     <message>
         <source>The simulated module is not at rest: it wobbles, or lies tipped, as its panel (F4) says.</source>
@@ -6418,10 +6426,6 @@
         <translation>导览已结束；一切恢复原样。它仍在“帮助”菜单中。</translation>
     </message>
     <message>
-        <source>The tour stays in the Help menu</source>
-        <translation>导览仍在“帮助”菜单中</translation>
-    </message>
-    <message>
         <source>The user guide is missing from this installation.</source>
         <translation>此安装中缺少用户指南。</translation>
     </message>
@@ -6440,6 +6444,10 @@
     <message>
         <source>The vendor's rule can be read in two ways, and they disagree:</source>
         <translation>厂家规则有两种解读，结果不同：</translation>
+    </message>
+    <message>
+        <source>The vendor's rules and our assumptions</source>
+        <translation>厂家规则与所作假设</translation>
     </message>
     <message>
         <source>Theme</source>
@@ -6542,8 +6550,8 @@
         <translation>这是演练：不发送任何内容。</translation>
     </message>
     <message>
-        <source>This is all that goes in. Names of the user and the computer were replaced; nothing is sent anywhere.</source>
-        <translation>诊断包的全部内容都在这里。用户名和计算机名已替换；不会发送到任何地方。</translation>
+        <source>This is all that goes in, with names replaced. Nothing is sent.</source>
+        <translation>全部内容都在这里，名称已替换。不会发送到任何地方。</translation>
     </message>
     <message>
         <source>This is another module than before: {differences}.</source>
@@ -6858,16 +6866,12 @@
         <translation>试用建议</translation>
     </message>
     <message>
-        <source>Try thresholds on what was measured; nothing is sent</source>
-        <translation>用测得的数据试算阈值；不发送任何内容</translation>
+        <source>Try the edits of the Settings page</source>
+        <translation>用设置页中的修改试算</translation>
     </message>
     <message>
-        <source>Try what is wanted on the Settings page and not sent yet</source>
-        <translation>用设置页中已填写、尚未发送的值试算</translation>
-    </message>
-    <message>
-        <source>Try what the module has: drop what was typed here</source>
-        <translation>按模块现有的值试算：放弃此处填写的值</translation>
+        <source>Try thresholds on measured data</source>
+        <translation>用测得的数据试算阈值</translation>
     </message>
     <message>
         <source>Trying {rate} baud</source>
@@ -7134,10 +7138,6 @@
         <translation>发生了什么，下一步做什么。</translation>
     </message>
     <message>
-        <source>What happened, and who found out; kept with the record when the field is left</source>
-        <translation>发生了什么、由谁查明；离开输入框时与记录一起保存</translation>
-    </message>
-    <message>
         <source>What has the keyboard?</source>
         <translation>当前焦点是什么？</translation>
     </message>
@@ -7166,8 +7166,8 @@
         <translation>模块现在的数据</translation>
     </message>
     <message>
-        <source>What it was, as far as a person knows; kept with the record</source>
-        <translation>据人员所知的实际情况；与记录一起保存</translation>
+        <source>What it was; kept with the record</source>
+        <translation>实际情况；与记录一起保存</translation>
     </message>
     <message>
         <source>What only a person can look at. It counts for this flight only.</source>
@@ -7204,10 +7204,6 @@
     <message>
         <source>What the settings are compared with: the vendor's advice, or a profile of yours, which can also ask a person to look at things.</source>
         <translation>设置与什么比较：厂家建议，或您自己的配置文件；配置文件还可以要求由人查看某些项目。</translation>
-    </message>
-    <message>
-        <source>What the vendor says of the triggers, and what is assumed</source>
-        <translation>厂家对触发的说明，以及所作的假设</translation>
     </message>
     <message>
         <source>What this trigger was, as far as you know. It is kept with the record and pre-flight asks about those that nobody judged.</source>

@@ -42,11 +42,11 @@ class PlotHeader(QWidget):
         self.pause.setIconSize(QSize(16, 16))
         self.pause.setAutoDefault(False)
         self.whole = control(QToolButton(), texts, "time-plot-whole", "All", says="Show the whole recording",
-                             tip="Show the whole recording (End, or a double click on the plots)", role="segment",
+                             tip="Show the whole recording (End)", role="segment",
                              slot=self.whole_wanted)  # fmt: skip
         self.whole.setCheckable(True)
         self.clock = control(QToolButton(), texts, "time-plot-clock", says="Time of day",
-                             tip="Show the time of day instead of seconds before now", picture=Icon.CLOCK,
+                             tip="Show the time of day", picture=Icon.CLOCK,
                              role="segment")  # fmt: skip
         self.clock.setCheckable(True)
         self.row = FlowRow(self, spacing_px=Space.XS)
@@ -88,9 +88,9 @@ class PlotHeader(QWidget):
             self.pause.setAccessibleName(tr("Pause") if view.is_live else tr("Back to live"))
             self.pause.setIcon(icon(Icon.PAUSE if view.is_live else Icon.TO_LIVE))
             self.pause.setToolTip(
-                tr("Hold the picture still; recording goes on (Space)")
+                tr("Hold the picture; recording goes on (Space)")
                 if view.is_live
-                else tr("Show the newest samples again (End, or a double click on the plots)")
+                else tr("Show the newest samples (End)")
             )
         if view.is_recorded:
             self._say(tr("recorded"), tr("recorded"), Icon.HISTORY, Meaning.INFORMATION)

@@ -94,8 +94,7 @@ class BundlePreview(QWidget):
         self._folder = Path.home()
         texts = services.texts
         self._promise = control(QLabel(), texts, "bundle_promise",
-                                "This is all that goes in. Names of the user and the computer were replaced; nothing "
-                                "is sent anywhere.")  # fmt: skip
+                                "This is all that goes in, with names replaced. Nothing is sent.")  # fmt: skip
         self._promise.setWordWrap(True)
         self.parts = control(QListWidget(), texts, "bundle_parts", says="Files in the bundle")
         self.parts.setFixedWidth(250)
@@ -112,10 +111,10 @@ class BundlePreview(QWidget):
         self.text.setSelectionMode(QListView.SelectionMode.ExtendedSelection)
         self.save = control(QPushButton(), texts, "bundle_save", "Save support bundle…",
                             says="Save the support bundle",
-                            tip="Save exactly what is shown here as one zip file, to send it to whoever helps",
+                            tip="Save what is shown here as a zip file",
                             picture=Icon.BUNDLE, role="primary", slot=self.choose_and_save)  # fmt: skip
         self.renew = control(QPushButton(), texts, "bundle_renew", "Renew", says="Refresh the preview",
-                             tip="Refresh the preview, with what happened since", picture=Icon.AGAIN,
+                             tip="Refresh the preview", picture=Icon.AGAIN,
                              slot=self.make)  # fmt: skip
         self._where = named(TickingLabel(), "bundle_log_path", "small")
         texts.bind(self._where.setAccessibleName, "Log file")

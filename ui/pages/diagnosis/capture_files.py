@@ -138,11 +138,10 @@ class CaptureFiles(QWidget):
         """Of the files under way."""
         texts = services.texts
         self.open = control(QPushButton(), texts, "capture_open", "Open capture…", says="Open a capture",
-                            tip="Look at what was recorded, and play it (Ctrl+O); or drop the file on the window",
+                            tip="Open or play a capture (Ctrl+O); or drop it on the window",
                             picture=Icon.FOLDER, slot=self.choose)  # fmt: skip
         self.save = control(QPushButton(), texts, "capture_save", "Save capture…", says="Save a capture",
-                            tip="Save the last 60,000 entries of what went over the line, as a text file (Ctrl+S). "
-                                "The session's recording, where it is on, holds all of them.", picture=Icon.SAVE,
+                            tip="Save the last 60,000 entries as text (Ctrl+S)", picture=Icon.SAVE,
                             slot=self.choose_and_save)  # fmt: skip
         in_row(self.open, self.save, of=self, spacing=Space.S, margins=0)
         VisibilityTimer(self, self._say_progress, every_ms=_LOOK_EVERY_MS)

@@ -79,10 +79,10 @@ class LinkStatisticsView(QScrollArea):
             texts.bind(self.totals[key].caption.setText, title)
         self.trips, self.reasons, self.over_time = Histogram(), ReasonBars(), OverTime()
         self.fine = control(ChoiceButton(), texts, "figures_minutes", "10 min", says="The last ten minutes",
-                            tip="The last ten minutes, second by second", role="segment",
+                            tip="The last ten minutes", role="segment",
                             is_checkable=True)  # fmt: skip
         self.coarse = control(ChoiceButton(), texts, "figures_hours", "12 h", says="The last twelve hours",
-                              tip="The last twelve hours, minute by minute", role="segment",
+                              tip="The last twelve hours", role="segment",
                               is_checkable=True)  # fmt: skip
         self.fine.setChecked(True)
         self._legend = self._caption(services, "figures_legend", marked("▼ module restarted   ■ port lost"))

@@ -137,7 +137,7 @@ class DiagnosisPage(StreamPage):
     def _faults_said(opened: Opened) -> list[str]:
         said = []
         if not opened.is_timed:
-            said.append(tr("It has no times: those shown are of bytes back to back."))
+            said.append(tr("It has no times; those shown are estimated."))
         faults = opened.faults
         if faults:
             first = tr("line {line}: {why}", line=faults[0].line, why=tr(faults[0].text))

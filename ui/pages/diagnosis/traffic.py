@@ -68,14 +68,14 @@ class TrafficPage(QWidget):
         )
         texts = self._texts
         self.pause = control(QToolButton(), texts, "traffic_pause", "Pause", says="Pause the list",
-                             tip="Hold the list still; frames go on being recorded", key="Ctrl+P",
+                             tip="Hold the list; recording goes on", key="Ctrl+P",
                              picture=Icon.PAUSE)  # fmt: skip
         self.pause.setCheckable(True)
         self.mark = control(QToolButton(), texts, "traffic_mark", "Mark", says="Mark the selected rows",
-                            tip="Mark the selected rows, or take their marks off", key="Ctrl+M", picture=Icon.BOOKMARK,
+                            tip="Mark or unmark the selected rows", key="Ctrl+M", picture=Icon.BOOKMARK,
                             slot=self.mark_rows)  # fmt: skip
         self.copy = control(QToolButton(), texts, "traffic_copy", "Copy", says="Copy the selected rows",
-                            tip="Copy the selected rows, or all of them when none is selected", key="Ctrl+C",
+                            tip="Copy the selected rows, or all", key="Ctrl+C",
                             picture=Icon.COPY, slot=self.copy_rows)  # fmt: skip
         self.clear = control(QToolButton(), texts, "traffic_clear", "Clear", says="Clear the list",
                              tip="Forget all rows", key="Ctrl+Shift+X", picture=Icon.ERASE,
@@ -262,7 +262,7 @@ class TrafficPage(QWidget):
         count = sum(map(len, selected))
         if count != 1:
             several = tr("{n} rows are selected.", n=f"{count:,}")
-            self.detail.setText(several if count else tr("Choose a row to see all of its bytes."))
+            self.detail.setText(several if count else tr("Choose a row to see its bytes."))
             return
         event = self.model.event_at(selected[0][0])
         self.detail.setText(f"{kind_of(event)}  {hex_of(raw_of(event), 96)}\n{meaning_of(event)}")

@@ -51,7 +51,7 @@ class TrafficSearch(QWidget):
         self.setObjectName("traffic_search")
         self._model, self._find_start, self._show_row, self._say = model, find_start, show_row, say
         self.field = control(QLineEdit(), texts, "traffic_search_text", says="Search in the rows",
-                             tip="Bytes such as 41 75, or words; Enter goes to the next row", key="Ctrl+F")  # fmt: skip
+                             tip="Bytes such as 41 75, or words", key="Ctrl+F")  # fmt: skip
         self.field.setClearButtonEnabled(True)
         self.clear = self.field.findChild(QToolButton)
         self.field.setMinimumWidth(120)

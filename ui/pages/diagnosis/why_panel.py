@@ -215,7 +215,7 @@ class WhyPanel(QScrollArea):
             remedy = Remedy.CONNECT_AGAIN if self._meaning is Meaning.ATTENTION else None
         self.act.setVisible(remedy is not None)
         if remedy is not None and remedy is not self._remedy:
-            for setter in (self.act.setText, self.act.setAccessibleName, self.act.setToolTip):
+            for setter in (self.act.setText, self.act.setAccessibleName):
                 self._texts.bind(setter, _REMEDY_WORDS[remedy])
         self._remedy = remedy
         self.act.setEnabled(remedy is not Remedy.FIND_RATE or self._connector.is_open)

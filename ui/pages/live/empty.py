@@ -44,13 +44,13 @@ class EmptyPage(QWidget):
         self._remembered = services.preferences
         self.offer = TourOffer(services, page.tour_wanted.emit)
         self.choose = control(QPushButton(), texts, "live_choose_port", "Choose a port…", says="Choose a port",
-                              tip="Choose the port that the module is plugged into", key="Ctrl+K", picture=Icon.PLUG,
+                              tip="Choose the module's port", key="Ctrl+K", picture=Icon.PLUG,
                               role="primary", slot=page.ports_wanted)  # fmt: skip
         self.simulate = control(QPushButton(), texts, "live_simulate", "Simulated module",
                                 says="Connect to the simulated module", tip="Try everything without a module",
                                 picture=Icon.SIMULATOR, slot=self._simulate)  # fmt: skip
         self.recordings = control(QPushButton(), texts, "live_recordings", "Recordings",
-                                  tip="Look at what was recorded before; that needs no module",
+                                  tip="Open earlier sessions",
                                   picture=Icon.RECORDINGS,
                                   slot=lambda: page.page_wanted.emit("recordings"))  # fmt: skip
         for label in (self._picture, self._title, self.text):

@@ -221,7 +221,7 @@ class LivePanel(QFrame):
             texts.bind(one.set_caption, caption)
         texts.bind(self.tilt.setToolTip, "Angle between aircraft and horizontal plane")
         texts.bind(self.acceleration.setToolTip, "1 g at rest, near 0 g in free fall")
-        texts.bind(self.stream.setToolTip, "Status reports a second: streamed by the module, or polled")
+        texts.bind(self.stream.setToolTip, "Status reports a second")
         for readout, command in ((self.light, "light"), (self.cell, "cell_voltage"), (self.boot_count, "boot_count")):
             texts.bind(readout.setToolTip, BY_NAME[command].explanation)
         for readout, command in (

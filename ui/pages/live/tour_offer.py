@@ -24,13 +24,13 @@ class TourOffer(QFrame):
         texts = services.texts
         self.text = text_label("live_tour_text", "")
         self.take = control(QPushButton(), texts, "live_tour", "Take the tour",
-                            tip="Eight steps through the real window, on a simulated module", picture=Icon.LIVE,
+                            tip="Eight steps on a simulated module", picture=Icon.LIVE,
                             slot=self._take)  # fmt: skip
         self.decline = control(QPushButton(), texts, "live_tour_decline", "Not now", says="Do not take the tour now",
-                               tip="The tour stays in the Help menu", role="quiet", slot=self._decline)  # fmt: skip
+                               tip="It stays in the Help menu", role="quiet", slot=self._decline)  # fmt: skip
         texts.bind(
             self.text.setText,
-            "New here? The tour goes from the first connection to GO in a few minutes, on a simulated module.",
+            "New here? Take a tour on a simulated module.",
         )
         buttons = in_row(1, self.decline, self.take, spacing=Space.S)
         in_column(self.text, buttons, of=self, spacing=Space.S, margins=(Space.M, Space.S))

@@ -184,7 +184,7 @@ class WhatIfPanel(QFrame):
         self.head = text_label("fired_head", "strong")
         self.details = text_label("fired_details", "small")
         self.list = control(QListWidget(), texts, "fired_list", says="When it would have fired, and near misses",
-                            tip="Click, or press Return, to see it in the plots")  # fmt: skip
+                            tip="Show it in the plots (Return)")  # fmt: skip
         self.list.setWordWrap(True)
         self.list.setFixedHeight(_LIST_PX)
         self.list.setIconSize(QSize(16, 16))
@@ -192,18 +192,18 @@ class WhatIfPanel(QFrame):
         self.list.hide()
         self.fields = WhatIfFields(self.wanted, texts, WheelGuard(self))
         self.locked = control(QCheckBox(), texts, "fired_locked", "Also while it was locked",
-                              tip="Judge what a locked module measured as if it had been active")  # fmt: skip
+                              tip="Judge locked times as if active")  # fmt: skip
         self.locked.setChecked(True)
         self.as_module = control(QPushButton(), texts, "fired_as_module", "As the module has it",
-                                 tip="Try what the module has: drop what was typed here")  # fmt: skip
+                                 tip="Discard what was typed here")  # fmt: skip
         self.from_settings = control(QPushButton(), texts, "fired_from_settings", "From Settings",
-                                     tip="Try what is wanted on the Settings page and not sent yet",
+                                     tip="Try the edits of the Settings page",
                                      slot=self._take_from_settings)  # fmt: skip
         self.use = control(QPushButton(), texts, "fired_use", "Use in Settings",
-                           tip="Copy these values to the Settings page; nothing is sent until they are written there",
+                           tip="Copy these values to Settings; nothing is sent",
                            slot=self._use)  # fmt: skip
         self.about = control(QToolButton(), texts, "fired_about", "How this is judged",
-                             tip="What the vendor says of the triggers, and what is assumed", picture=Icon.INFORMATION,
+                             tip="The vendor's rules and our assumptions", picture=Icon.INFORMATION,
                              role="quiet")  # fmt: skip
         self.about.setCheckable(True)
         self.rules = text_label("fired_rules", "small")
@@ -224,7 +224,7 @@ class WhatIfPanel(QFrame):
         close = control(QToolButton(), texts, "fired_close", says="Close this panel", tip="Close this panel", key="Esc",
                         picture=Icon.CROSS, role="quiet", slot=self._close)  # fmt: skip
         note = text_label("fired_note", "small")
-        texts.bind(note.setText, "A calculation. Nothing is sent to the module.")
+        texts.bind(note.setText, "A calculation; nothing is sent.")
         head = in_row((title, 1), close)
         said = QHBoxLayout()
         said.setSpacing(Space.S)

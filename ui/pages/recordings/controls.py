@@ -25,15 +25,15 @@ class RecordingsButtons(QWidget):
                            tip="All of it as a table, CSV", key="Ctrl+S", picture=Icon.TABLE)  # fmt: skip
         self.mcap = control(QPushButton(), texts, "recordings_mcap", "MCAP…",
                             says="Export the recording as MCAP",
-                            tip="All of it with the bytes of the line, for PlotJuggler and Foxglove",
+                            tip="For PlotJuggler and Foxglove, with all bytes",
                             key="Ctrl+Shift+S", picture=Icon.SAVE)  # fmt: skip
         self.keep = control(QPushButton(), texts, "recordings_keep", picture=Icon.BOOKMARK)
         self.delete = control(QPushButton(), texts, "recordings_delete", "Delete…",
                               says="Delete the chosen recordings",
-                              tip="Delete the chosen recordings for good, after a question", key="Del",
+                              tip="Delete for good, after a question", key="Del",
                               picture=Icon.ERASE)  # fmt: skip
         self.open = control(QPushButton(), texts, "recordings_open", "Open", says="Open the recording on the Live page",
-                            tip="Look at the recording on the Live page", key="Enter", picture=Icon.LIVE,
+                            tip="Open on the Live page", key="Enter", picture=Icon.LIVE,
                             role="primary")  # fmt: skip
         exports = in_row((self.csv, 1), (self.mcap, 1), spacing=Space.S)
         marks = in_row((self.keep, 1), (self.delete, 1), spacing=Space.S)
@@ -56,12 +56,12 @@ class RecordingsButtons(QWidget):
         bind, keep = self._texts.bind, self.keep
         if releases:
             bind(keep.setText, "Unpin")
-            bind(keep.setAccessibleName, "Let the chosen recordings go when there are too many")
+            bind(keep.setAccessibleName, "Allow automatic deletion again")
             bind(keep.setToolTip, "Let the chosen recordings go when there are too many")
         else:
             bind(keep.setText, "Pin")
             bind(keep.setAccessibleName, "Pin the selected recordings: they are never deleted automatically")
-            bind(keep.setToolTip, "Never delete the chosen recordings by itself; what is in the trash comes back")
+            bind(keep.setToolTip, "Never delete automatically; restores from the trash")
 
 
 class NoRecordings(EmptyState):

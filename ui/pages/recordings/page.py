@@ -55,7 +55,7 @@ class RecordingsPage(Page):
         self.count.setProperty("role", "strong")
         self.bounds.setProperty("role", "small")
         self.search = control(QLineEdit(), services.texts, "recordings_search", says="Search the recordings",
-                              tip="Only recordings in which all these words stand", key="Ctrl+F")  # fmt: skip
+                              tip="Only recordings with all these words", key="Ctrl+F")  # fmt: skip
         self.search.setFixedWidth(_SEARCH_PX)
         self.search.setClearButtonEnabled(True)
         bind = services.texts.bind

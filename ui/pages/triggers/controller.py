@@ -172,7 +172,7 @@ class TriggersController(QObject):
             ))  # fmt: skip
         if reading is not None and not reading.history.is_answered:
             self.job.say_text(Meaning.ATTENTION, lambda: tr(
-                "The module did not answer the query for trigger records: whether it keeps any is not known."
+                "The module did not answer the query: its records are not known."
             ))  # fmt: skip
         self._show_archive()
 

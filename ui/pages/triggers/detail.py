@@ -46,7 +46,7 @@ class TriggersDetail(QFrame):
         self.bytes = text_label("triggers_bytes", "muted", is_selectable=True)
         self.bytes.hide()
         self.raw = control(QToolButton(), texts, "triggers_raw", "Raw bytes", says="Show the raw bytes",
-                           tip="Show the sixteen bytes as the module sent them")  # fmt: skip
+                           tip="Show the bytes of the module")  # fmt: skip
         self.raw.setCheckable(True)
         self.raw.toggled.connect(self.bytes.setVisible)
         self.buttons: dict[Judgement | None, QToolButton] = {}
@@ -54,13 +54,12 @@ class TriggersDetail(QFrame):
             name = "none" if judgement is None else judgement.name.lower()
             text = marked("not reviewed") if judgement is None else JUDGEMENT_WORDS[judgement]
             button = control(QToolButton(), texts, f"triggers_judge_{name}", text, role="segment",
-                             tip="What it was, as far as a person knows; kept with the record",
+                             tip="What it was; kept with the record",
                              slot=partial(self._judge, judgement))  # fmt: skip
             button.setCheckable(True)
             self.buttons[judgement] = button
         self.note = control(QLineEdit(), texts, "triggers_note", says="Note on this trigger",
-                            tip="What happened, and who found out; kept with the record when "
-                                "the field is left")  # fmt: skip
+                            tip="Kept with the record")  # fmt: skip
         self.note.setMaxLength(LONGEST_NOTE)
         texts.bind(self.note.setPlaceholderText, "Note")
         self.note.editingFinished.connect(self._take_note)
@@ -98,7 +97,7 @@ class TriggersDetail(QFrame):
     @staticmethod
     def _seen_text(row: TriggerRow) -> str:
         if row.is_seen_once:
-            return tr("Seen once, not confirmed: it came in one reading only. Read again; it is not kept.")
+            return tr("Seen in one reading only; not kept. Read again.")
         if row.is_being_kept:
             return tr("It is being kept…")
         if not row.is_kept:

@@ -101,7 +101,7 @@ COLUMNS: Final = (
         marked("Settings"),
         _settings,
         lambda row: float(row.record.attitude_threshold_deg),
-        tip=marked("The settings at that moment: angle, acceleration and time"),
+        tip=marked("The settings then"),
     ),
     TableColumn[TriggerRow](marked("Link"), lambda row: tr("connected") if row.record.serial_connected else tr("no")),
     TableColumn[TriggerRow](marked("Charge"), lambda row: tr("charging") if row.record.charging else tr("no")),

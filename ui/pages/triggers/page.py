@@ -70,7 +70,7 @@ class TriggersPage(Page):
         self.news.setProperty("role", "small")
         self.show_box = self._make_show(guard)
         self.search = control(QLineEdit(), services.texts, "triggers_search", says="Search the records",
-                              tip="Only records in which all these words stand", key="Ctrl+F")  # fmt: skip
+                              tip="Only records with all these words", key="Ctrl+F")  # fmt: skip
         self.search.setFixedWidth(_SEARCH_PX)
         self.search.setClearButtonEnabled(True)
         self._make_buttons()
@@ -117,7 +117,7 @@ class TriggersPage(Page):
         if not self.work.rows or self.work.rows[0].is_kept:
             return None
         if not self._naming.name:
-            text = tr("The module has no name, so these records are not kept. Name it once, at the top.")
+            text = tr("Name the module to keep these records.")
             return Notice(Meaning.INFORMATION, text, (Choice("name_it", tr("Name it"), self.module.setFocus),))
         store = self._services.storage.store
         if isinstance(store, StoreTrouble):
@@ -186,15 +186,15 @@ class TriggersPage(Page):
                             tip="Ask the module for its trigger records", key="F5", picture=Icon.HISTORY,
                             role="primary")  # fmt: skip
         self.copy = control(QPushButton(), texts, "triggers_copy", "Copy", says="Copy the chosen records",
-                            tip="Copy the chosen records, or all that are shown", key="Ctrl+C", picture=Icon.TABLE,
+                            tip="Copy the chosen records, or all", key="Ctrl+C", picture=Icon.TABLE,
                             slot=self.copy_rows)  # fmt: skip
         self.save_page = control(QPushButton(), texts, "triggers_save_page", "Export shown…",
                                  says="Save the records that are shown as CSV",
-                                 tip="Save the records that are shown, in their order, as CSV", key="Ctrl+S",
+                                 tip="Save the records shown as CSV", key="Ctrl+S",
                                  picture=Icon.SAVE)  # fmt: skip
         self.save_archive = control(QPushButton(), texts, "triggers_save_archive", "Export all…",
                                     says="Save every record of this module as CSV",
-                                    tip="Save every record ever seen of this module as CSV", key="Ctrl+Shift+S",
+                                    tip="Save all records of this module as CSV", key="Ctrl+Shift+S",
                                     picture=Icon.SAVE)  # fmt: skip
         bind(self.show_box.setAccessibleName, "Which records to show")
         bind(self.show_box.setToolTip, "Which records to show")

@@ -41,9 +41,9 @@ def empty_text(work: TriggersController, *, is_open: bool) -> str:
     if is_known_empty(work):
         return tr("The module keeps no trigger records: it has never fired, or its memory was cleared.")
     if work.reading is not None and not work.reading.history.is_answered:
-        return tr("The module did not answer the query for trigger records: whether it keeps any is not known.")
+        return tr("The module did not answer the query: its records are not known.")
     if work.reading is not None:
-        return tr("No records came, and no two readings agreed. Read again, or check the line.")
+        return tr("No two readings agreed. Read again, or check the line.")
     if is_open:
         return tr("They are read as soon as the module answers.")
     return tr("Connect a module, or choose one that was read before.")
