@@ -303,7 +303,7 @@
     </message>
     <message>
         <source>About six seconds; only asks the module. Set the aircraft level and do not touch it.</source>
-        <translation>约 6 秒，仅查询模块。请将飞机放平，不要触碰。</translation>
+        <translation>约 6 秒，仅查询模块。请将飞行器放平，不要触碰。</translation>
     </message>
     <message>
         <source>About this setting</source>
@@ -3547,7 +3547,7 @@
     </message>
     <message>
         <source>No Chinese font is installed. Install one (such as fonts-noto-cjk), then start this program again.</source>
-        <translation>未安装中文字体。请安装一种（例如 fonts-noto-cjk），然后重新启动本程序。</translation>
+        <translation>未安装中文字体。请安装一种（例如 fonts-noto-cjk），然后重启本程序。</translation>
     </message>
     <message>
         <source>No acceleration: the free-fall trigger is not judged.</source>
@@ -9615,7 +9615,7 @@
     </message>
     <message>
         <source>the aircraft</source>
-        <translation>飞机</translation>
+        <translation>飞行器</translation>
     </message>
     <message>
         <source>the aircraft activates it</source>
