@@ -10,6 +10,7 @@ from PySide6.QtWidgets import (
     QGridLayout,
     QLabel,
     QPushButton,
+    QScrollArea,
     QTableView,
     QWidget,
 )
@@ -209,7 +210,10 @@ class CheckHistory(QWidget):
         trends.setSpacing(Space.M)
         for number, one in enumerate(FOLLOWED):
             trends.addWidget(self.trends[one.name], number // 3, number % 3)
+        content = named(QWidget(), "check_history_content")
+        in_column((self.table, 1), trends, self.stations, of=content, spacing=Space.S, margins=0)
+        scroll = control(QScrollArea(), self._services.texts, "check_history_scroll", says="Past checks")
+        scroll.setWidgetResizable(True)
+        scroll.setWidget(content)
         foot = in_row(self.back, 1, self.print, spacing=Space.S)
-        in_column(
-            head, (self.table, 1), trends, self.stations, foot, of=self, spacing=Space.S, margins=(Space.M, Space.S)
-        )
+        in_column(head, (scroll, 1), foot, of=self, spacing=Space.S, margins=(Space.M, Space.S))

@@ -33,7 +33,7 @@ NAME_PX: Final = 160
 VALUE_PX: Final = 104
 STATE_PX: Final = 108
 CELL_GAP: Final = Space.S
-MARGINS: Final = (Space.S, 0, Space.S, 0)
+MARGINS: Final = (Space.S, 2, Space.S, 2)
 
 
 class _Look(NamedTuple):
