@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 
 from app.diagnosis.link_state import LinkState, Phase, words
@@ -78,6 +78,12 @@ class Card:
     can_lock: bool = False
 
     @property
+    def has_age(self) -> bool:
+        """It shows how old something is."""
+        is_old = self.activation.state in (Activation.WAS_ACTIVE, Activation.WAS_LOCKED)
+        return is_old or (self.trigger is not None and self.trigger.is_stale)
+
+    @property
     def title(self) -> str:
         return self.name or tr("Unnamed")
 
@@ -129,13 +135,14 @@ def card_of(member: Member, now: float, in_use: LimitsInUse) -> Card:
     is_live = member.link.phase is Phase.ONLINE
     cell = device.fresh("cell_voltage_v", now) if is_live else None
     tilt = device.fresh("tilt_deg", now) if is_live else None
+    trigger = device.known("triggered", now)
     outside = value_outside("cell_voltage_v", device, now, in_use) if cell is not None else None
     return Card(
         name=member.name,
         port=member.port,
         link=member.link,
-        activation=member.activation,
-        trigger=device.known("triggered", now),
+        activation=_without_fresh_time(member.activation),
+        trigger=trigger if trigger is None or trigger.is_stale else replace(trigger, at=0.0, said_after=0.0),
         cell_v=None if cell is None else float(cell),
         cell_outside=outside,
         tilt_deg=None if tilt is None else int(tilt),
@@ -146,6 +153,11 @@ def card_of(member: Member, now: float, in_use: LimitsInUse) -> Card:
         is_shown=member.is_shown,
         can_lock=member.can_lock,
     )
+
+
+def _without_fresh_time(seen: SeenActivation) -> SeenActivation:
+    """A report that is fresh has no age to show: two cards that look the same are equal."""
+    return SeenActivation(seen.state) if seen.state in (Activation.ACTIVE, Activation.LOCKED) else seen
 
 
 def need_of(member: Member, now: float, *, has_low_cell: bool = False) -> Need:

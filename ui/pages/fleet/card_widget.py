@@ -104,7 +104,7 @@ class CardWidget(QFrame):
             age = tr("{time} ago", time=duration(now - card.verdict.at))
         link = words(card.link, now).word
         shown = (card, need, age, link, tr("Activation"))
-        if shown == self._shown and card.activation.at is None:
+        if shown == self._shown and not card.has_age:
             return
         self._shown, self.card = shown, card
         self.activation.set_caption(tr("Activation"))

@@ -41,6 +41,7 @@ from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.visibility_timer import VisibilityTimer
 
 REFRESH_EVERY_MS: Final = 220
+ALL_EVERY: Final = 4
 SIMULATED: Final = "sim://module-{number}?lifelike&noise=1"
 
 
@@ -65,7 +66,8 @@ class FleetPage(Page):
         self.checks.finished.connect(self._end_checks)
         self.profile.changed.connect(self._show_profile)
         self._connector.ports.listed.connect(self._show_controls)
-        VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS)
+        self._turn = 0
+        VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS, tick=self._tick)
 
     # Making
 
@@ -134,6 +136,17 @@ class FleetPage(Page):
         else:
             self.stack.setCurrentWidget(self.view if cards else self.empty)
         self.said.show_notice(self._notice(list(cards.values())))
+
+    def _tick(self) -> None:
+        """Cards in sight; all of them, their order and what is said every fourth time."""
+        self._turn += 1
+        if self._turn % ALL_EVERY == 0 or self.stack.currentWidget() is not self.view:
+            self.refresh()
+            return
+        now = self._connector.clock()
+        for connection, widget in self._widgets.items():
+            if not widget.visibleRegion().isEmpty() and connection in self._connector.connections:
+                widget.show_card(self.members.card(connection), now)
 
     def _widget(self, connection: PortConnection) -> CardWidget:
         widget = self._widgets.get(connection)
