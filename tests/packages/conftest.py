@@ -51,3 +51,9 @@ def packaging_on_path() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.syspath_prepend(str(PACKAGING))
         yield
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """The longest begins first: begun last it would be waited for alone."""
+    items.sort(key=lambda item: item.name != "test_wheel_and_sdist_install_and_run")
