@@ -5490,6 +5490,10 @@
         <translation>{setting}的状态</translation>
     </message>
     <message>
+        <source>State unknown</source>
+        <translation>状态未知</translation>
+    </message>
+    <message>
         <source>Station</source>
         <translation>站点</translation>
     </message>
@@ -8007,7 +8011,7 @@
     </message>
     <message>
         <source>cell voltage {fault}, limit {limit}</source>
-        <translation>电芯电压{fault}，限值 {limit}</translation>
+        <translation>电芯{fault}，限值 {limit}</translation>
     </message>
     <message>
         <source>cell voltage, 0.02 V</source>

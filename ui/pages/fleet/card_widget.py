@@ -81,8 +81,8 @@ class CardWidget(QFrame):
         self.activation = named(StateChip("", size=Size.TITLE), "fleet_activation")
         self.trigger = named(StateChip(""), "fleet_trigger")
         self.verdict = named(StateChip("", size=Size.TITLE), "fleet_verdict")
-        for chip, unknown in ((self.activation, "State unknown"), (self.trigger, "Trigger unknown")):
-            texts.bind(chip.name_unknown, unknown)
+        texts.bind(self.activation.name_unknown, "State unknown")
+        texts.bind(self.trigger.name_unknown, "Trigger unknown")
         self.cell = named(Readout("", unit="V", template="0.00", size=Size.TITLE), "fleet_cell")
         self.tilt = named(Readout("", unit="°", template="0.00", size=Size.TITLE), "fleet_tilt")
         for number in (self.cell, self.tilt):
@@ -158,9 +158,11 @@ class CardWidget(QFrame):
         head = in_row((in_column(self.title, self.port, spacing=0), 1), self.lock, self.more, spacing=Space.XS)
         head.setAlignment(self.lock, Qt.AlignmentFlag.AlignTop)
         head.setAlignment(self.more, Qt.AlignmentFlag.AlignTop)
-        states = in_column(self.activation, self.verdict, self.trigger, 1, spacing=Space.S)
+        left = Qt.AlignmentFlag.AlignLeft
+        chips = ((self.activation, left), (self.verdict, left), (self.trigger, left))
+        states = in_column(*chips, 1, spacing=Space.S)
         numbers = in_column(self.cell, self.tilt, 1, spacing=Space.S)
-        values = in_row((states, 1), numbers, spacing=Space.M)
+        values = in_row(states, 1, numbers, spacing=Space.M)
         need = in_row(self.need_icon, (self.need, 1), spacing=Space.S)
         need.setAlignment(self.need_icon, Qt.AlignmentFlag.AlignTop)
         in_column(head, values, (need, 1), of=self, spacing=Space.S,
