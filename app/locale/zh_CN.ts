@@ -186,10 +186,6 @@
         <translation>原位置有其他程序的文件，已另存为 {path}。</translation>
     </message>
     <message>
-        <source>A guided round on a simulated module: from the first connection to GO, in a few minutes. Everything stays as it was.</source>
-        <translation>在模拟模块上走一遍：几分钟内从首次连接到飞行前检查。一切保持原样。</translation>
-    </message>
-    <message>
         <source>A modem program (ModemManager) tries out {port}: it sends AT commands to the module.</source>
         <translation>调制解调器程序（ModemManager）正在试探 {port}：它向模块发送 AT 命令。</translation>
     </message>
@@ -450,10 +446,6 @@
         <translation>全部记录</translation>
     </message>
     <message>
-        <source>All serial ports with maker and serial number; new ones are marked. “Simulated module” needs no hardware. A double click or Enter connects.</source>
-        <translation>所有串口及其制造商和序列号；新出现的有标记。“模拟模块”不需要硬件。双击或回车即可连接。</translation>
-    </message>
-    <message>
         <source>All shared, last {time}</source>
         <translation>已全部共享，上次 {time}</translation>
     </message>
@@ -618,14 +610,6 @@
         <translation>发送前会再问一次。尚不满足的条件在本行中列出。</translation>
     </message>
     <message>
-        <source>Asks the module for every setting that can be read. Changes nothing.</source>
-        <translation>读取模块上所有可读的设置，不作任何更改。</translation>
-    </message>
-    <message>
-        <source>Asks the module for its last nine trigger records, until two readings agree. Nothing is deleted on the module.</source>
-        <translation>读取模块最近九次触发记录，直到两次结果一致。模块上什么也不会删除。</translation>
-    </message>
-    <message>
         <source>At a threshold of {threshold:.0f}° this cannot be tested by hand.</source>
         <translation>阈值为 {threshold:.0f}° 时无法手动测试。</translation>
     </message>
@@ -770,10 +754,6 @@
         <translation>伞仓打开</translation>
     </message>
     <message>
-        <source>Begins the change of the module's speed; it asks once more. The vendor advises not to change it: whoever talks to the module must use the new speed from then on.</source>
-        <translation>开始更改模块的波特率；会再问一次。厂家建议不要更改：此后与模块通信的各方都必须使用新的波特率。</translation>
-    </message>
-    <message>
         <source>Begins the ritual that fires the parachute: arm, then hold for two seconds. Letting go, Esc, or leaving the page ends it and sends nothing.</source>
         <translation>开始开伞流程：先预备，再按住两秒。松开、按 Esc 或离开本页即结束，不发送任何内容。</translation>
     </message>
@@ -844,10 +824,6 @@
     <message>
         <source>Bytes such as 41 75, or words</source>
         <translation>字节（如 41 75）或文字</translation>
-    </message>
-    <message>
-        <source>Bytes such as 41 75, or words. Enter goes to the next row.</source>
-        <translation>字节（如 41 75）或文字。回车跳到下一行。</translation>
     </message>
     <message>
         <source>CHAIN BROKEN: {chain}.</source>
@@ -1106,10 +1082,6 @@
         <translation>选择串口</translation>
     </message>
     <message>
-        <source>Choose a port and connect. The list updates automatically.</source>
-        <translation>选择串口并连接。列表会自动跟随插拔。</translation>
-    </message>
-    <message>
         <source>Choose a port, connect or disconnect (Ctrl+K)</source>
         <translation>选择串口、连接或断开（Ctrl+K）</translation>
     </message>
@@ -1238,18 +1210,6 @@
         <translation>已关闭</translation>
     </message>
     <message>
-        <source>Closes the list of ports. A connection stays as it is.</source>
-        <translation>关闭串口列表。连接保持不变。</translation>
-    </message>
-    <message>
-        <source>Closes the port. If the module is ACTIVE, or edits were not written, it asks before.</source>
-        <translation>关闭串口。如果模块处于激活状态，或有修改尚未写入，会先询问。</translation>
-    </message>
-    <message>
-        <source>Closes this message. Nothing is sent.</source>
-        <translation>关闭此消息。不发送任何内容。</translation>
-    </message>
-    <message>
         <source>Column of the acceleration</source>
         <translation>加速度列</translation>
     </message>
@@ -1362,14 +1322,6 @@
         <translation>连接</translation>
     </message>
     <message>
-        <source>Connection: the most likely cause and its fix. Traffic: every frame. Statistics: lost replies, round trips, invalid bytes. Support: what to send to whoever helps.</source>
-        <translation>连接：最可能的原因和处理方法。通信：每一帧。统计：丢失的响应、往返时间、无效字节。支持：发给协助人员的资料。</translation>
-    </message>
-    <message>
-        <source>Connects a module that exists only in this program. It behaves as the vendor's table says; no parachute is connected to it.</source>
-        <translation>连接一个只存在于本程序中的模块。它按厂家协议表工作，没有连接降落伞。</translation>
-    </message>
-    <message>
         <source>Connect…</source>
         <translation>连接…</translation>
     </message>
@@ -1430,10 +1382,6 @@
         <translation>无法读取：{names}。请重新读取；若依然如此，请检查接线。</translation>
     </message>
     <message>
-        <source>Counted since the port was opened.</source>
-        <translation>自串口打开以来的计数。</translation>
-    </message>
-    <message>
         <source>Counts as falling below {limit:.1f} g; at rest it is 1 g.</source>
         <translation>低于 {limit:.1f} g 判定为失重；静止时为 1 g。</translation>
     </message>
@@ -1484,10 +1432,6 @@
     <message>
         <source>Decrease (Down)</source>
         <translation>减小（下箭头）</translation>
-    </message>
-    <message>
-        <source>Decreases the value by one step. Nothing is written yet.</source>
-        <translation>将值减小一步。尚未写入。</translation>
     </message>
     <message>
         <source>Default {value}</source>
@@ -1646,28 +1590,12 @@
         <translation>能否检测到坠落？</translation>
     </message>
     <message>
-        <source>Does the edit again that was taken back. The module is not touched.</source>
-        <translation>重做刚才撤销的修改。不触及模块。</translation>
-    </message>
-    <message>
         <source>Does the light tell an open bay from a closed one?</source>
         <translation>光线能否区分伞仓打开与关闭？</translation>
     </message>
     <message>
         <source>Does the plug hold when it is shaken?</source>
         <translation>晃动插头时连接是否可靠？</translation>
-    </message>
-    <message>
-        <source>Does what its words say about the message beside it.</source>
-        <translation>针对旁边的消息，执行按钮文字所说的操作。</translation>
-    </message>
-    <message>
-        <source>Does what its words say, and checks again.</source>
-        <translation>执行按钮文字所说的操作，并重新检查。</translation>
-    </message>
-    <message>
-        <source>Does what its words say, where the program can; else it copies the command to type.</source>
-        <translation>程序能做的就按文字执行；否则复制需要输入的命令。</translation>
     </message>
     <message>
         <source>Drag or arrow keys move, wheel or + and − zoom, Shift with arrow keys reads off, End shows everything</source>
@@ -1834,10 +1762,6 @@
         <translation>在模块上启用两个自动触发并重新检查。模块无法查询它们的状态，所以每次开机后只有这样才能确定。</translation>
     </message>
     <message>
-        <source>Enables both automatic triggers on the module, then runs all checks. Needed once after each start of the module: it cannot be asked how they stand.</source>
-        <translation>在模块上启用两个自动触发，然后运行所有检查。模块每次开机后需要一次：它们的状态无法查询。</translation>
-    </message>
-    <message>
         <source>End all faults</source>
         <translation>结束所有故障</translation>
     </message>
@@ -1858,10 +1782,6 @@
         <translation>结束导览；一切恢复原样（Esc）</translation>
     </message>
     <message>
-        <source>Ends the test at once. A module that was activated for it is locked; nothing is kept.</source>
-        <translation>立即结束测试。为测试而激活的模块会被锁定；不保存任何结果。</translation>
-    </message>
-    <message>
         <source>Entry {entry} was added from outside.</source>
         <translation>第 {entry} 条由外部添加。</translation>
     </message>
@@ -1878,16 +1798,8 @@
         <translation>收发的每一帧（Alt+2）</translation>
     </message>
     <message>
-        <source>Every kept check with its verdict. Choose one to print it as it was.</source>
-        <translation>保存的每次检查及其结论。选择一条可按原样打印。</translation>
-    </message>
-    <message>
         <source>Every session is recorded by itself; there is nothing to switch on.</source>
         <translation>每次连接都会自动记录，无需任何操作。</translation>
-    </message>
-    <message>
-        <source>Every session that was recorded. Open one to look at it on the Live page.</source>
-        <translation>记录下来的每次会话。打开一个可在“实时”页查看。</translation>
     </message>
     <message>
         <source>Every value is written and read back on each module. The baud rate and the serial output are left as they are; an active module is refused.</source>
@@ -2086,14 +1998,6 @@
         <translation>飞行日志 (*.ulg *.bin *.csv *.mcap)</translation>
     </message>
     <message>
-        <source>Flights in which the parachute must stay packed. Enter opens a flight, M moves it to the other list, Del removes it from this page.</source>
-        <translation>这些飞行中不得开伞。回车打开，M 移到另一列表，Del 从本页移除。</translation>
-    </message>
-    <message>
-        <source>Flights in which the parachute should have come. Enter opens a flight, M moves it to the other list, Del removes it from this page.</source>
-        <translation>这些飞行中本应开伞。回车打开，M 移到另一列表，Del 从本页移除。</translation>
-    </message>
-    <message>
         <source>Flights that must fire</source>
         <translation>必须触发的飞行日志</translation>
     </message>
@@ -2140,10 +2044,6 @@
     <message>
         <source>Forget the chosen station</source>
         <translation>移除所选站点</translation>
-    </message>
-    <message>
-        <source>Frames a second, usual round trip and rejected bytes at the left; at the right how long ago the module was last heard.</source>
-        <translation>左侧是每秒帧数、通常的往返时间和无效字节；右侧是最后一次收到模块数据距今多久。</translation>
     </message>
     <message>
         <source>Frames a second, usual round trip, lag, invalid bytes</source>
@@ -2246,10 +2146,6 @@
         <translation>请在 FILE、--stations、--forget 和 --log 中选择一个；--trust 须与 FILE 一起使用。</translation>
     </message>
     <message>
-        <source>Goes through the rows in which the searched text stands.</source>
-        <translation>逐行查看含有所查文字的行。</translation>
-    </message>
-    <message>
         <source>Guided test</source>
         <translation>引导测试</translation>
     </message>
@@ -2346,20 +2242,8 @@
         <translation>按住演练</translation>
     </message>
     <message>
-        <source>Holds the picture still. What the module says goes on being recorded.</source>
-        <translation>画面停住不动。模块的数据继续记录。</translation>
-    </message>
-    <message>
         <source>How long a fall must last before it fires. Longer avoids false triggers, costs height.</source>
         <translation>失重持续多久才触发开伞。时间越长越能防止误触发，但会损失开伞高度。</translation>
-    </message>
-    <message>
-        <source>How long answers took, and how often. One narrow peak is a good line.</source>
-        <translation>应答用时及其次数。只有一个窄峰说明线路良好。</translation>
-    </message>
-    <message>
-        <source>How much time the plots show.</source>
-        <translation>曲线显示多长时间。</translation>
     </message>
     <message>
         <source>How often the module was switched on; 0 follows 255.</source>
@@ -2374,16 +2258,8 @@
         <translation>飞行器的姿态。红色：从这里起，激活的模块会开伞。蓝色：低 10°，在这里复位。</translation>
     </message>
     <message>
-        <source>How this check came out: pass, look, FAIL, or unknown. Unknown never counts as GO.</source>
-        <translation>这项检查的结果：通过、警告、不通过或未知。未知绝不算作通过。</translation>
-    </message>
-    <message>
         <source>How this is judged</source>
         <translation>如何判断</translation>
-    </message>
-    <message>
-        <source>How this measurement went from check to check, with its limit.</source>
-        <translation>这个测量值在历次检查中的变化及其限值。</translation>
     </message>
     <message>
         <source>INTACT: signed by {station}, and every part is as it was recorded.</source>
@@ -2432,10 +2308,6 @@
     <message>
         <source>Increase (Up)</source>
         <translation>增大（上箭头）</translation>
-    </message>
-    <message>
-        <source>Increases the value by one step. Nothing is written yet.</source>
-        <translation>将值增大一步。尚未写入。</translation>
     </message>
     <message>
         <source>Interrupted: if the command had left already, it may have been carried out.</source>
@@ -4210,18 +4082,6 @@
         <translation>正在打开…</translation>
     </message>
     <message>
-        <source>Opens the chosen port and reads everything that can be read. That activates nothing.</source>
-        <translation>打开所选串口，读取所有可读内容。这不会激活模块。</translation>
-    </message>
-    <message>
-        <source>Opens the list of ports. A connection begins only with a second click.</source>
-        <translation>打开串口列表。再点一次才会开始连接。</translation>
-    </message>
-    <message>
-        <source>Opens what was saved from a line before, to look at it or to play it through the window.</source>
-        <translation>打开以前保存的线路数据，可以查看，也可以在窗口中回放。</translation>
-    </message>
-    <message>
         <source>Open…</source>
         <translation>打开…</translation>
     </message>
@@ -4276,10 +4136,6 @@
     <message>
         <source>Parameter</source>
         <translation>参数</translation>
-    </message>
-    <message>
-        <source>Part of the profile. Nothing changes before it is saved.</source>
-        <translation>配置文件的内容。保存之前不会改变任何东西。</translation>
     </message>
     <message>
         <source>Passed</source>
@@ -4818,10 +4674,6 @@
         <translation>重复应答延时</translation>
     </message>
     <message>
-        <source>Replies, losses and invalid bytes over time.</source>
-        <translation>应答、丢失和无效字节随时间的变化。</translation>
-    </message>
-    <message>
         <source>Report (*.pdf)</source>
         <translation>报告 (*.pdf)</translation>
     </message>
@@ -4920,10 +4772,6 @@
     <message>
         <source>Run the pre-flight check.</source>
         <translation>请执行飞行前检查。</translation>
-    </message>
-    <message>
-        <source>Runs all checks, with questions only: nothing on the module is changed. Takes about six seconds.</source>
-        <translation>仅发送查询命令，不更改模块，约 6 秒。</translation>
     </message>
     <message>
         <source>SIMULATED MODULE: this is no evidence.</source>
@@ -5078,14 +4926,6 @@
         <translation>已保存 {rows} 行到 {path}。更早的数据已不再保留。</translation>
     </message>
     <message>
-        <source>Saves the bundle as one zip file on this computer. Nothing is sent anywhere.</source>
-        <translation>把诊断包保存为本机上的一个 zip 文件。不会发送到任何地方。</translation>
-    </message>
-    <message>
-        <source>Saves what went over this line as a text file.</source>
-        <translation>把这条线路上的数据保存为文本文件。</translation>
-    </message>
-    <message>
         <source>Save…</source>
         <translation>保存…</translation>
     </message>
@@ -5100,14 +4940,6 @@
     <message>
         <source>Saving… {percent} %</source>
         <translation>正在保存… {percent} %</translation>
-    </message>
-    <message>
-        <source>Says that it is the named module although its boot count does not follow, and checks again.</source>
-        <translation>确认它就是该名称的模块（尽管开机次数不连续），并重新检查。</translation>
-    </message>
-    <message>
-        <source>Says that you looked at the old records on the Triggers page, and checks again. The record says that a person vouched for it.</source>
-        <translation>确认您已在“触发记录”页看过旧记录，并重新检查。检查记录会注明由人确认。</translation>
     </message>
     <message>
         <source>Search</source>
@@ -5160,10 +4992,6 @@
     <message>
         <source>Sends its status all the time, without being asked.</source>
         <translation>不经询问，持续发送状态。</translation>
-    </message>
-    <message>
-        <source>Sends the change once, then looks for the module at the new speed, the old one, and all others.</source>
-        <translation>更改命令只发送一次，然后依次在新波特率、旧波特率和其他所有波特率上寻找模块。</translation>
     </message>
     <message>
         <source>Sent once; now it is asked for.</source>
@@ -5346,10 +5174,6 @@
         <translation>当前显示</translation>
     </message>
     <message>
-        <source>Shows the whole recording again after zooming in.</source>
-        <translation>放大之后重新显示整段数据记录。</translation>
-    </message>
-    <message>
         <source>Shut down</source>
         <translation>关机</translation>
     </message>
@@ -5472,10 +5296,6 @@
     <message>
         <source>Started</source>
         <translation>开始时间</translation>
-    </message>
-    <message>
-        <source>Starts the test, or confirms the step that you have done. It never activates.</source>
-        <translation>开始测试，或确认已完成的步骤。绝不会激活模块。</translation>
     </message>
     <message>
         <source>State</source>
@@ -5650,14 +5470,6 @@
         <translation>开始导览</translation>
     </message>
     <message>
-        <source>Takes it back. Nothing is sent.</source>
-        <translation>收回。不发送任何内容。</translation>
-    </message>
-    <message>
-        <source>Takes the last edit in this form back. The module is not touched.</source>
-        <translation>撤销表单中的最后一次修改。不触及模块。</translation>
-    </message>
-    <message>
         <source>Takes today's mounting as level. For small mounting errors only.</source>
         <translation>将当前安装方式作为水平面。仅用于修正小角度安装误差。</translation>
     </message>
@@ -5770,14 +5582,6 @@
         <translation>某个模块或某架飞行器的检查</translation>
     </message>
     <message>
-        <source>The chosen file, exactly as it will be saved.</source>
-        <translation>选中的文件，与保存的内容完全一致。</translation>
-    </message>
-    <message>
-        <source>The chosen test: what to do now, and what the module says meanwhile.</source>
-        <translation>所选的测试：现在该做什么，以及模块的实时数据。</translation>
-    </message>
-    <message>
         <source>The clock of the log jumps back: {count} samples are left out.</source>
         <translation>日志时钟回跳：略去 {count} 个采样。</translation>
     </message>
@@ -5838,20 +5642,12 @@
         <translation>文件大于 {kilobytes} KB。</translation>
     </message>
     <message>
-        <source>The files of the bundle. What is not listed is not sent.</source>
-        <translation>诊断包中的文件。没有列出的不会包含。</translation>
-    </message>
-    <message>
         <source>The first {n} of {all} rows were copied.</source>
         <translation>共 {all} 行，已复制前 {n} 行。</translation>
     </message>
     <message>
         <source>The flight controller could not log for {seconds:.2f} s.</source>
         <translation>飞控有 {seconds:.2f} s 未能写入日志。</translation>
-    </message>
-    <message>
-        <source>The guided tests, with when each was last done on this module, by whom, and what came of it.</source>
-        <translation>引导测试列表，显示各项最近一次在该模块上进行的时间、测试人和结果。</translation>
     </message>
     <message>
         <source>The input is not text; decode reads captures and bytes written in hex, such as 41 75 32.</source>
@@ -5890,16 +5686,8 @@
         <translation>最近十分钟</translation>
     </message>
     <message>
-        <source>The last ten minutes, second by second.</source>
-        <translation>最近十分钟，逐秒显示。</translation>
-    </message>
-    <message>
         <source>The last twelve hours</source>
         <translation>最近十二小时</translation>
-    </message>
-    <message>
-        <source>The last twelve hours, minute by minute.</source>
-        <translation>最近十二小时，逐分钟显示。</translation>
     </message>
     <message>
         <source>The light could not be read often enough.</source>
@@ -6210,18 +5998,6 @@
         <translation>模块的波特率；未改动过时为 115200</translation>
     </message>
     <message>
-        <source>The module's speed: 115200 as delivered. “Find the rate” tries all that the vendor names, one after the other, with questions only.</source>
-        <translation>模块的波特率：出厂为 115200。“查找波特率”会逐个尝试厂家列出的所有波特率，只发送查询。</translation>
-    </message>
-    <message>
-        <source>The one most likely cause, the next step, and below it what was seen of the port.</source>
-        <translation>最可能的一个原因、下一步，以及下方从串口观察到的情况。</translation>
-    </message>
-    <message>
-        <source>The pages of the program. Ctrl and the number of the row goes there from anywhere.</source>
-        <translation>程序的各个页面。在任何地方按 Ctrl 加行号即可前往。</translation>
-    </message>
-    <message>
         <source>The parachute counts as out of the bay when the light reads beyond {limit:.1f} V. Which way light moves the reading is found by measuring with the bay closed, then open.</source>
         <translation>光线读数越过 {limit:.1f} V 时，判定降落伞已离开伞仓。光线使读数变大还是变小，需先关闭再打开伞仓测量得知。</translation>
     </message>
@@ -6392,10 +6168,6 @@
     <message>
         <source>The test makes the module fire: it begins only after you say that nothing can be ejected.</source>
         <translation>该测试会使模块触发：只有在您确认不会弹射任何物品后才能开始。</translation>
-    </message>
-    <message>
-        <source>The thresholds with the largest margin to both lists, within the vendor's advice, for both readings of his rule.</source>
-        <translation>在厂家建议范围内、两种规则解读下，与两个列表余量最大的阈值。</translation>
     </message>
     <message>
         <source>The tilt could not be read: check it before you rely on it.</source>
@@ -6666,10 +6438,6 @@
         <translation>倾角，已触发</translation>
     </message>
     <message>
-        <source>Tilt, acceleration and cell voltage over time, with the limits at which the module fires. Where nothing was heard the line is broken, never filled in.</source>
-        <translation>倾角、加速度和电芯电压随时间的变化，以及模块开伞的限值。没有收到数据的地方曲线断开，绝不填补。</translation>
-    </message>
-    <message>
         <source>Tilt, acceleration, trigger and activation in one report; also what is streamed.</source>
         <translation>一次报告倾角、加速度、触发状态和激活状态；实时输出的内容与此相同。</translation>
     </message>
@@ -6702,20 +6470,12 @@
         <translation>时刻</translation>
     </message>
     <message>
-        <source>Time of day at the time line, instead of seconds before now.</source>
-        <translation>时间轴显示钟点，而不是距现在的秒数。</translation>
-    </message>
-    <message>
         <source>Time since the last frame</source>
         <translation>距上一帧的时间</translation>
     </message>
     <message>
         <source>Time until it is disarmed</source>
         <translation>距离解除的时间</translation>
-    </message>
-    <message>
-        <source>Time, direction, bytes and meaning of every frame. Choose a row to see what each byte says.</source>
-        <translation>每一帧的时间、方向、字节和含义。选择一行可查看每个字节的意思。</translation>
     </message>
     <message>
         <source>Tip it</source>
@@ -6900,10 +6660,6 @@
     <message>
         <source>Two stations use the name “{one}”. Is it the same module?</source>
         <translation>两个站点都使用名称“{one}”。是同一个模块吗？</translation>
-    </message>
-    <message>
-        <source>Type a new name, or choose a module that was here before.</source>
-        <translation>输入新名称，或选择已登记的模块。</translation>
     </message>
     <message>
         <source>Type: {command}</source>
@@ -7122,24 +6878,12 @@
         <translation>把人在工作台上能对真实模块做的事，用在模拟模块上。</translation>
     </message>
     <message>
-        <source>What came of the last act, as the module said it.</source>
-        <translation>上一次操作的结果，按模块的回答显示。</translation>
-    </message>
-    <message>
-        <source>What came of the last saving.</source>
-        <translation>上一次保存的结果。</translation>
-    </message>
-    <message>
         <source>What changes by itself, or when something else is set, cannot be relied on.</source>
         <translation>自行变化或随其他设置变化的参数不可信赖。</translation>
     </message>
     <message>
         <source>What goes wrong between computer and module.</source>
         <translation>电脑与模块之间的通信故障。</translation>
-    </message>
-    <message>
-        <source>What happened, and what to do next.</source>
-        <translation>发生了什么，下一步做什么。</translation>
     </message>
     <message>
         <source>What has the keyboard?</source>
@@ -7152,10 +6896,6 @@
     <message>
         <source>What is the matter with the line</source>
         <translation>线路有什么问题</translation>
-    </message>
-    <message>
-        <source>What is the matter, and what to do next.</source>
-        <translation>出了什么问题，下一步做什么。</translation>
     </message>
     <message>
         <source>What is this? Point at it</source>
@@ -7206,14 +6946,6 @@
         <translation>模块现在的数据。变淡并注明时间表示已过时；带斜线的“未知”表示这个模块从未报告过。绝不猜测。</translation>
     </message>
     <message>
-        <source>What the settings are compared with: the vendor's advice, or a profile of yours, which can also ask a person to look at things.</source>
-        <translation>设置与什么比较：厂家建议，或您自己的配置文件；配置文件还可以要求由人查看某些项目。</translation>
-    </message>
-    <message>
-        <source>What this trigger was, as far as you know. It is kept with the record and pre-flight asks about those that nobody judged.</source>
-        <translation>据您所知这次触发是什么。与记录一起保存；飞行前检查会询问没有人判断过的记录。</translation>
-    </message>
-    <message>
         <source>What to send to whoever helps (Alt+4)</source>
         <translation>发给提供帮助的人的资料（Alt+4）</translation>
     </message>
@@ -7224,10 +6956,6 @@
     <message>
         <source>What was measured after a real trigger was measured under an open parachute.</source>
         <translation>真实触发之后的数据是在降落伞打开的情况下测得的。</translation>
-    </message>
-    <message>
-        <source>What was measured, what is allowed, and whether it passed.</source>
-        <translation>测量值、允许范围以及是否通过。</translation>
     </message>
     <message>
         <source>What was read cannot be written: {error}.</source>
@@ -7258,10 +6986,6 @@
         <translation>没有应答时请看这里：它说明原因和下一步。</translation>
     </message>
     <message>
-        <source>When the module would have fired with the thresholds wanted here, and what came near. Choose one to see it in the plots.</source>
-        <translation>按此处的目标阈值，模块会在何时开伞，以及哪些时刻接近开伞。选择一项可在曲线中查看。</translation>
-    </message>
-    <message>
         <source>Whether and when it would have fired first with the chosen thresholds</source>
         <translation>按所选阈值是否触发、首次触发的时间</translation>
     </message>
@@ -7278,30 +7002,6 @@
         <translation>模块翻倒时是否自动触发开伞。此开关的状态无法读取。</translation>
     </message>
     <message>
-        <source>Whether the module says that it has fired.</source>
-        <translation>模块是否报告已触发。</translation>
-    </message>
-    <message>
-        <source>Whether the plots follow the present, or stand still.</source>
-        <translation>曲线是跟随当前时间，还是停住不动。</translation>
-    </message>
-    <message>
-        <source>Whether the profile and the module agree in this setting.</source>
-        <translation>配置文件与模块在这项设置上是否一致。</translation>
-    </message>
-    <message>
-        <source>Whether this session is being recorded. Everything that comes over the line is, by itself, within limits of size and age.</source>
-        <translation>本次会话是否正在记录。线路上的一切都会自动记录，并受大小和保存时间的限制。</translation>
-    </message>
-    <message>
-        <source>Which aircraft the module sits in. It stands in the record.</source>
-        <translation>模块装在哪架飞行器上。会写入记录。</translation>
-    </message>
-    <message>
-        <source>Which port is open and how the link stands. A click opens the list of ports.</source>
-        <translation>打开的是哪个串口、连接状态如何。点击打开串口列表。</translation>
-    </message>
-    <message>
         <source>Which records to show</source>
         <translation>显示哪些记录</translation>
     </message>
@@ -7314,14 +7014,6 @@
         <translation>哪些阈值能区分两个列表：着色处有不得触发的飞行会触发，斜线处有必须触发的飞行被漏掉。点击、拖动或用方向键选择阈值；按回车显示该处触发的飞行日志。</translation>
     </message>
     <message>
-        <source>Who answers for this check. It stands in the record and on the report.</source>
-        <translation>由谁负责这次检查。会写入记录和报告。</translation>
-    </message>
-    <message>
-        <source>Who does the test. It is kept with the result and printed on the report.</source>
-        <translation>进行测试的人员。随结果保存，并打印在报告上。</translation>
-    </message>
-    <message>
         <source>Whoever talks to the module, also the flight controller, must use {rate} baud from then on.</source>
         <translation>此后与模块通信的各方（包括飞控）都必须使用 {rate} 波特率。</translation>
     </message>
@@ -7332,10 +7024,6 @@
     <message>
         <source>Why</source>
         <translation>原因</translation>
-    </message>
-    <message>
-        <source>Why bytes were rejected: a bad checksum points to the line, unknown codes to another device.</source>
-        <translation>字节无效的原因：校验错误多半是线路问题，未知代码多半是别的设备。</translation>
     </message>
     <message>
         <source>Why did it fire?</source>

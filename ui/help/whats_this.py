@@ -90,14 +90,12 @@ def _program() -> QCoreApplication:
 
 
 def explain(widget: QWidget) -> None:
-    """Give it the text that the table or the catalogue knows; where there is none at all, a control says what its
-    tooltip or its name says."""
+    """Give it the text that the table or the catalogue knows; where there is none, what its tooltip or its
+    accessible name says."""
     text = text_for(widget.objectName())
     if text:
         widget.setWhatsThis(text)
-    elif widget.focusPolicy() is not Qt.FocusPolicy.NoFocus and (
-        not widget.whatsThis() or widget.property(_SAYS_TOOLTIP)
-    ):
+    elif not widget.whatsThis() or widget.property(_SAYS_TOOLTIP):
         widget.setWhatsThis(widget.toolTip() or widget.accessibleName())
         widget.setProperty(_SAYS_TOOLTIP, True)
 
