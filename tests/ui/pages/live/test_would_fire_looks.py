@@ -10,7 +10,7 @@ from tests.app.text.test_pseudo_language import untranslated
 from tests.support.window.cut_off import cut_off, cut_off_in_paint
 from tests.support.window.live_bench import Bench, live_bench
 from tests.support.window.painted_text import picture_of, watching
-from tests.ui.shell.test_accessibility import mute, out_of_order, silent_paint, unnamed
+from tests.ui.shell.test_accessibility import out_of_order, repeats, silent_paint, unnamed
 from tests.ui.style.test_contrast import unusable_in, weak_in_paint, weak_in_style
 from ui.style.theme import Choice
 
@@ -39,7 +39,7 @@ def test_every_control_is_named_and_in_order(qtbot: QtBot, qapp: QApplication, s
     with live_bench(qtbot, qapp) as bench:
         page = opened(bench).page
         bench.find(QScrollArea, "fired_scroll").verticalScrollBar().setValue(scrolled)
-        assert not [*unnamed(page), *mute(page), *out_of_order(page), *silent_paint(page)]
+        assert not [*unnamed(page), *repeats(page), *out_of_order(page), *silent_paint(page)]
 
 
 @pytest.mark.parametrize("language", [ENGLISH, PSEUDO])
