@@ -156,7 +156,11 @@ class _NumberBox(QDoubleSpinBox):
             if has_control and event.key() in (Qt.Key.Key_Z, Qt.Key.Key_Y):
                 event.ignore()
                 return False
-        return super().event(event)
+        was_handled = super().event(event)
+        if event.type() in (QEvent.Type.Resize, QEvent.Type.Show, QEvent.Type.StyleChange, QEvent.Type.FontChange):
+            # With the window's style sheet and without buttons Qt leaves one pixel for the text.
+            self.lineEdit().setGeometry(self.rect().adjusted(4, 2, -4, -2))
+        return was_handled
 
 
 class FlagEditor(FieldEditor):
