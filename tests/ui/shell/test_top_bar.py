@@ -2,20 +2,22 @@
 
 from pathlib import Path
 
-from PySide6.QtCore import QPoint
+from PySide6.QtCore import QEvent, QPoint
 from PySide6.QtGui import QColor
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.engine.target import Target
-from tests.support.window.fakes_ui import simulated, wait_online, window
+from tests.support.window.cut_off import cut_off
+from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
+from tests.support.window.moved import moved, places
 from tests.support.window.painted_text import watching
 from ui.core.texts import Texts
 from ui.services.lock import LockControl
 from ui.services.module_name import ModuleName
 from ui.shell.top_bar import TopBar
-from ui.style.theme import current
-from ui.widgets.readout import StateChip
+from ui.style.theme import Choice, current
+from ui.widgets.readout import StateChip, parts_of
 
 
 def test_what_is_unknown_is_named(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -60,3 +62,35 @@ def test_the_bars_are_parted_from_the_page_over_the_whole_width(
         )
         for y in ends:
             assert {picture.pixelColor(x, y).name() for x in range(picture.width())} == {line.name()}
+
+
+def test_nothing_is_cut_off_or_moves_when_the_language_or_the_theme_is_switched(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    with simulated("switched") as bench, window(qapp, tmp_path) as assembly:
+        main = assembly.window
+        main.resize(1024, 600)
+        assembly.connector.connect_to(Target("sim://switched", 115200))
+        wait_online(qtbot, assembly)
+        qtbot.waitUntil(lambda: main.top_bar.cell.word.endswith(" V"), timeout=WAIT_MS)
+        cell = main.top_bar.cell
+        switched = (("zh_CN", Choice.SUNLIGHT), ("en", Choice.SUNLIGHT), ("zh_CN", Choice.LIGHT), ("en", Choice.LIGHT))
+        for number, (language, theme) in enumerate(switched):
+            main.choices.use_language(language)
+            assembly.appearance.choose(theme)
+            laid_out(main)
+            before, is_charged = places(main.top_bar), number % 2 == 0
+            bench.set_charger(is_plugged_in=is_charged)
+            qtbot.waitUntil(lambda wanted=is_charged: bool(parts_of(cell.word)[1]) is wanted, timeout=WAIT_MS)  # type: ignore[misc]
+            laid_out(main)
+            assert moved(before, places(main.top_bar)) == []
+            for bar in (main.top_bar, main.status_bar, main.navigation):
+                assert cut_off(bar) == [], (language, theme)
+
+
+def laid_out(widget: QWidget) -> None:
+    """What would be laid out in the next turns of the event loop is laid out now."""
+    for _ in range(4):
+        QApplication.processEvents()
+        QApplication.sendPostedEvents(None, QEvent.Type.LayoutRequest.value)
+    widget.grab()
