@@ -217,7 +217,7 @@ class SettingsPage(Page):
                             picture=Icon.UNDO, role="quiet")  # fmt: skip
         self.redo = control(QPushButton(), texts, "settings_redo", says="Redo", tip="Redo", key="Ctrl+Shift+Z",
                             picture=Icon.REDO, role="quiet")  # fmt: skip
-        self.revert = control(QPushButton(), texts, "settings_revert", "Discard edits", tip="Discard edits")
+        self.revert = control(QPushButton(), texts, "settings_revert", "Discard edits")
         self.header.add(self.fingerprint)
         self.header.add(self.read)
         work = self.work
