@@ -15,6 +15,7 @@ from tests.support.window.settings_bench import Desk, desk
 from tests.support.window.steps import settle
 from tests.ui.pages.commands.test_commands_page import audit, double_click
 from ui.services.storage import Storage
+from ui.widgets.step_button import bring_into_sight
 
 DEPLOY = REQUESTS[Act.DEPLOY].encode()
 
@@ -29,6 +30,7 @@ def test_an_act_takes_two_clicks_and_is_sent_once(qtbot: QtBot, qapp: QApplicati
     with desk(qtbot, qapp, tmp_path, page="commands") as one:
         row = one.commands.acts[act]
         one.until(row.confirm.ask.isEnabled)
+        bring_into_sight(row.confirm)
         one.click(row.confirm.ask)
         assert row.confirm.cancel.hasFocus()
         qtbot.keyClick(row.confirm.cancel, Qt.Key.Key_Escape)
