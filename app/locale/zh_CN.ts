@@ -7699,7 +7699,7 @@
     </message>
     <message>
         <source>cell voltage {fault}, limit {limit}</source>
-        <translation>电芯{fault}，限值 {limit}</translation>
+        <translation>电芯电压{fault}，限值 {limit}</translation>
     </message>
     <message>
         <source>cell voltage, 0.02 V</source>
