@@ -225,6 +225,7 @@ class SettingsPage(Page):
             "settings_defaults", marked("Load defaults"), lambda: work.edit(work.form.want_defaults)
         )
         self.as_found = self.header.add_rare("settings_as_found", marked("Restore initial"), work.want_as_found)
+        self.header.add_rare("settings_measure", marked("Measure the light threshold"), self._measure)
         self.try_out = self.header.add_rare("settings_try", marked("Try on recorded data"), self._try_out)
         self.find_rate = self.header.add_rare("settings_find_rate", marked("Find my module"), self._connector.find_rate)
 

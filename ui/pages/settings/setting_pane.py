@@ -1,6 +1,6 @@
 """Pane beside the table: what the chosen setting is, what its value means, and what the vendor advises."""
 
-from PySide6.QtCore import Signal
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFrame, QPushButton, QScrollArea, QWidget
 
 from app.settings.consequences import Weight
@@ -35,6 +35,7 @@ class SettingPane(QFrame):
         self.measure = control(QPushButton(), texts, "light_threshold_measure", "Measure…",
                                says="Measure the light threshold", tip="With the bay closed, then open",
                                picture=Icon.LIGHT, slot=self.measure_wanted)  # fmt: skip
+        self.measure.setFocusPolicy(Qt.FocusPolicy.ClickFocus)  # it goes with its row; by keyboard it is in the menu
         content = named(QWidget(), "setting_content")
         head = FlowRow(spacing_px=Space.S)
         head.add(self.title, self.term)
