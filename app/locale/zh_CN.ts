@@ -83,7 +83,7 @@
     </message>
     <message>
         <source>1 change of a setting has not been written to the module.</source>
-        <translation>有 1 项设置更改尚未写入模块。</translation>
+        <translation>有 1 项参数更改尚未写入模块。</translation>
     </message>
     <message>
         <source>1 check</source>
@@ -118,7 +118,7 @@
 2. Settings: compare each value with the vendor's advice beside it.
 3. Pre-flight: run the check before each flight; activate; it must say GO.</source>
         <translation>1. 连接：插上适配器并选择它的串口。
-2. 设置：把每个值与旁边的厂家建议对照。
+2. 参数设置：把每个值与旁边的厂家建议对照。
 3. 飞行前检查：每次飞行前运行检查，激活后必须显示“可以飞行”。</translation>
     </message>
     <message>
@@ -239,7 +239,7 @@
     </message>
     <message>
         <source>A row for each setting: what the module holds, what you want, the vendor's default and advice beside the field, and what it means in the air.</source>
-        <translation>每项设置一行：模块现在的值、目标值、旁边的厂家默认值和建议，以及它在空中意味着什么。</translation>
+        <translation>每项参数一行：模块现在的值、目标值、旁边的厂家默认值和建议，以及它在空中意味着什么。</translation>
     </message>
     <message>
         <source>A setting that the test goes by could not be read.</source>
@@ -683,7 +683,7 @@
     </message>
     <message>
         <source>Back again, and everything was read again. That was the tour: plug your module in, choose its port, compare the settings with the advice, and check before each flight.</source>
-        <translation>已恢复，并重新读取了全部内容。导览到此结束：插上您的模块，选择串口，把设置与建议对照，每次飞行前做检查。</translation>
+        <translation>已恢复，并重新读取了全部内容。导览到此结束：插上您的模块，选择串口，把参数与建议对照，每次飞行前做检查。</translation>
     </message>
     <message>
         <source>Back to all flights</source>
@@ -711,15 +711,15 @@
     </message>
     <message>
         <source>Back to the settings</source>
-        <translation>返回设置</translation>
+        <translation>返回参数设置</translation>
     </message>
     <message>
         <source>Back to the settings; nothing is applied</source>
-        <translation>返回设置；不应用任何内容</translation>
+        <translation>返回参数设置；不应用任何内容</translation>
     </message>
     <message>
         <source>Back to the settings; nothing is changed</source>
-        <translation>返回设置；不作任何更改</translation>
+        <translation>返回参数设置；不作任何更改</translation>
     </message>
     <message>
         <source>Back to the step before</source>
@@ -1131,7 +1131,7 @@
     </message>
     <message>
         <source>Clamps what is set</source>
-        <translation>限制设置范围</translation>
+        <translation>限制参数范围</translation>
     </message>
     <message>
         <source>Clear</source>
@@ -1235,7 +1235,7 @@
     </message>
     <message>
         <source>Compare the settings with the profile and write what differs; or approve them.</source>
-        <translation>将设置与配置文件比较并写入不同之处；或批准现有设置。</translation>
+        <translation>将参数与配置文件比较并写入不同之处；或批准现有参数。</translation>
     </message>
     <message>
         <source>Comparison</source>
@@ -1259,7 +1259,7 @@
     </message>
     <message>
         <source>Connect a module to see and change its settings.</source>
-        <translation>连接模块后即可查看和更改其设置。</translation>
+        <translation>连接模块后即可查看和更改其参数。</translation>
     </message>
     <message>
         <source>Connect a module, or choose one that was read before.</source>
@@ -1355,7 +1355,7 @@
     </message>
     <message>
         <source>Copy the chosen thresholds to the Settings page; nothing is sent until they are written there</source>
-        <translation>把所选阈值填到设置页；在那里写入之前不会发送</translation>
+        <translation>把所选阈值填到参数设置页；在那里写入之前不会发送</translation>
     </message>
     <message>
         <source>Copy the command</source>
@@ -1703,7 +1703,7 @@
     </message>
     <message>
         <source>Each record as a sentence: when it fired, why, and what the settings and readings were. What cannot be true is marked, not hidden.</source>
-        <translation>每条记录是一句话：何时触发、为何触发，以及当时的设置和读数。不可信的内容会标出，而不会隐藏。</translation>
+        <translation>每条记录是一句话：何时触发、为何触发，以及当时的参数和读数。不可信的内容会标出，而不会隐藏。</translation>
     </message>
     <message>
         <source>Echo of the host's bytes</source>
@@ -2115,7 +2115,7 @@
     </message>
     <message>
         <source>From Settings</source>
-        <translation>取自设置</translation>
+        <translation>取自参数设置</translation>
     </message>
     <message>
         <source>From the vendor's table: {advice}</source>
@@ -2495,7 +2495,7 @@
     </message>
     <message>
         <source>It is not known whether the module is locked: settings are not changed.</source>
-        <translation>模块锁定状态未知：不修改设置。</translation>
+        <translation>模块锁定状态未知：不修改参数。</translation>
     </message>
     <message>
         <source>It is not proven that this is the module that is meant: only queries are sent.</source>
@@ -2631,7 +2631,7 @@
     </message>
     <message>
         <source>Keeps what is set</source>
-        <translation>保存设置</translation>
+        <translation>保存参数</translation>
     </message>
     <message>
         <source>Kept over the power cycle.</source>
@@ -3807,7 +3807,7 @@
     </message>
     <message>
         <source>Nothing is known of the module's settings: read them first.</source>
-        <translation>模块的设置全部未知：请先读取。</translation>
+        <translation>模块的参数全部未知：请先读取。</translation>
     </message>
     <message>
         <source>Nothing is recorded</source>
@@ -3923,11 +3923,11 @@
     </message>
     <message>
         <source>One code for all settings that can be read: the same settings give the same code on every module.</source>
-        <translation>所有可读设置对应一个代码：设置相同，任何模块上的代码都相同。</translation>
+        <translation>所有可读参数对应一个代码：参数相同，任何模块上的代码都相同。</translation>
     </message>
     <message>
         <source>One code stands for all settings that can be read.</source>
-        <translation>一个代码代表所有可读取的设置。</translation>
+        <translation>一个代码代表所有可读取的参数。</translation>
     </message>
     <message>
         <source>One column has to be the time: time_s, time_ms or time_us.</source>
@@ -3995,7 +3995,7 @@
     </message>
     <message>
         <source>Open Settings, write the value wanted, and see it verified.</source>
-        <translation>打开“设置”，写入目标值，直到显示已验证。</translation>
+        <translation>打开“参数设置”，写入目标值，直到显示已验证。</translation>
     </message>
     <message>
         <source>Open a capture</source>
@@ -4535,7 +4535,7 @@
     </message>
     <message>
         <source>Reading the settings</source>
-        <translation>正在读取设置</translation>
+        <translation>正在读取参数</translation>
     </message>
     <message>
         <source>Reading the trigger records</source>
@@ -4643,7 +4643,7 @@
     </message>
     <message>
         <source>Refuses what is set</source>
-        <translation>拒绝设置</translation>
+        <translation>拒绝写入</translation>
     </message>
     <message>
         <source>Rehearsal: {frame} would have been sent. Nothing was.</source>
@@ -5095,23 +5095,23 @@
     </message>
     <message>
         <source>Setting</source>
-        <translation>设置项</translation>
+        <translation>参数</translation>
     </message>
     <message>
         <source>Settings</source>
-        <translation>设置</translation>
+        <translation>参数设置</translation>
     </message>
     <message>
         <source>Settings as approved</source>
-        <translation>设置与批准的一致</translation>
+        <translation>参数与批准的一致</translation>
     </message>
     <message>
         <source>Settings code</source>
-        <translation>设置代码</translation>
+        <translation>参数校验码</translation>
     </message>
     <message>
         <source>Settings: want, write, verified</source>
-        <translation>设置：目标值、写入、已验证</translation>
+        <translation>参数设置：目标值、写入、已验证</translation>
     </message>
     <message>
         <source>Settings: {settings}.</source>
@@ -5535,7 +5535,7 @@
     </message>
     <message>
         <source>The attitude threshold is not known: read the settings first.</source>
-        <translation>姿态开伞阈值未知：请先读取设置。</translation>
+        <translation>姿态开伞阈值未知：请先读取参数。</translation>
     </message>
     <message>
         <source>The attitude trigger counts from level; a wrong zero fires early on one side and late on the other.</source>
@@ -5667,7 +5667,7 @@
     </message>
     <message>
         <source>The last nine triggers, each with the settings and readings of its moment.</source>
-        <translation>最近九次触发，每条含触发时的设置和读数。</translation>
+        <translation>最近九次触发，每条含触发时的参数和读数。</translation>
     </message>
     <message>
         <source>The last pre-flight check is not GO.</source>
@@ -5755,7 +5755,7 @@
     </message>
     <message>
         <source>The module answers. Next: Settings, then Pre-flight, at the left.</source>
-        <translation>模块已应答。接下来：左侧的“设置”，然后“飞行前检查”。</translation>
+        <translation>模块已应答。接下来：左侧的“参数设置”，然后“飞行前检查”。</translation>
     </message>
     <message>
         <source>The module became ACTIVE during a test that needs it locked.</source>
@@ -5803,7 +5803,7 @@
     </message>
     <message>
         <source>The module gets another value for this setting.</source>
-        <translation>模块的这项设置改为另一个值。</translation>
+        <translation>模块的这项参数改为另一个值。</translation>
     </message>
     <message>
         <source>The module has no serial number. A name, given once, ties its records and checks together; it is recognised again by its adapter and its boot count.</source>
@@ -5835,7 +5835,7 @@
     </message>
     <message>
         <source>The module is ACTIVE: lock it before changing settings, or unlock this one write.</source>
-        <translation>模块已激活：请先锁定再修改设置，或仅为本次写入解锁。</translation>
+        <translation>模块已激活：请先锁定再修改参数，或仅为本次写入解锁。</translation>
     </message>
     <message>
         <source>The module is ACTIVE: lock it first.</source>
@@ -6379,7 +6379,7 @@
     </message>
     <message>
         <source>Ticked settings are written to the module</source>
-        <translation>勾选的设置将写入模块</translation>
+        <translation>勾选的参数将写入模块</translation>
     </message>
     <message>
         <source>Tilt</source>
@@ -6787,7 +6787,7 @@
     </message>
     <message>
         <source>Use in Settings</source>
-        <translation>用到设置</translation>
+        <translation>用到参数设置</translation>
     </message>
     <message>
         <source>Use this threshold</source>
@@ -6879,7 +6879,7 @@
     </message>
     <message>
         <source>What changes by itself, or when something else is set, cannot be relied on.</source>
-        <translation>自行变化或随其他设置变化的参数不可信赖。</translation>
+        <translation>自行变化或随其他参数变化的参数不可信赖。</translation>
     </message>
     <message>
         <source>What goes wrong between computer and module.</source>
@@ -7039,7 +7039,7 @@
     </message>
     <message>
         <source>Why it fired, when, and what was set and measured at that moment. Choose a record to say what it was: bench test, real or false.</source>
-        <translation>为什么触发、何时触发，以及当时的设置和测量值。选择一条记录，可注明它是台架测试、真实触发还是误触发。</translation>
+        <translation>为什么触发、何时触发，以及当时的参数和测量值。选择一条记录，可注明它是台架测试、真实触发还是误触发。</translation>
     </message>
     <message>
         <source>Why not</source>
@@ -7127,7 +7127,7 @@
     </message>
     <message>
         <source>Write a setting</source>
-        <translation>写入设置</translation>
+        <translation>写入参数</translation>
     </message>
     <message>
         <source>Write and verify</source>
@@ -7399,7 +7399,7 @@
     </message>
     <message>
         <source>all settings of this profile</source>
-        <translation>此配置文件中的所有设置</translation>
+        <translation>此配置文件中的所有参数</translation>
     </message>
     <message>
         <source>also as {path}</source>
@@ -7455,7 +7455,7 @@
     </message>
     <message>
         <source>as found, before the first change</source>
-        <translation>原始设置，首次修改之前</translation>
+        <translation>原始参数，首次修改之前</translation>
     </message>
     <message>
         <source>as read with the bay open</source>
@@ -7687,7 +7687,7 @@
     </message>
     <message>
         <source>cannot be read, and no acknowledged set since the last start is known</source>
-        <translation>无法读取，且本次开机后没有已知的已应答设置</translation>
+        <translation>无法读取，且本次开机后没有已知的已应答的设置</translation>
     </message>
     <message>
         <source>cannot be read: unknown after the restart</source>
@@ -7707,7 +7707,7 @@
     </message>
     <message>
         <source>change settings and prove that they stand</source>
-        <translation>修改设置并验证其生效</translation>
+        <translation>修改参数并验证其生效</translation>
     </message>
     <message>
         <source>change the dialect or the rate</source>
@@ -8259,7 +8259,7 @@
     </message>
     <message>
         <source>keeps the old setting and acknowledges that</source>
-        <translation>保留旧设置，并以旧值应答</translation>
+        <translation>保留旧参数，并以旧值应答</translation>
     </message>
     <message>
         <source>lag {seconds} s</source>
@@ -9919,7 +9919,7 @@
     </message>
     <message>
         <source>{count} changes of settings have not been written to the module.</source>
-        <translation>有 {count} 项设置更改尚未写入模块。</translation>
+        <translation>有 {count} 项参数更改尚未写入模块。</translation>
     </message>
     <message>
         <source>{count} changes on the Settings page are not written to the module shown there.</source>
