@@ -119,7 +119,8 @@ class Sidebar(QListWidget):
             key = QKeySequence(f"Ctrl+{(row + 1) % 10}").toString(QKeySequence.SequenceFormat.NativeText)
             title = tr(entry.title)
             self.item(row).setText(title)
-            self.item(row).setToolTip(tr("{page} ({key})", page=title, key=key))
+            # There are nine digits.
+            self.item(row).setToolTip(tr("{page} ({key})", page=title, key=key) if row < 9 else title)
 
     # Qt
 

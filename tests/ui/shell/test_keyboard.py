@@ -60,7 +60,7 @@ def test_keys(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
         qtbot.waitUntil(window.isActiveWindow)
         everywhere = keys_of(window)
         assert len(everywhere) > 8
-        for number, entry in enumerate(PAGES, start=1):
+        for number, entry in enumerate(PAGES[:9], start=1):  # there are no more digits
             qtbot.keyClick(window, getattr(Qt.Key, f"Key_{number}"), Qt.KeyboardModifier.ControlModifier)
             assert window.navigation.chosen == entry.key
             page = window.stack.currentWidget()
