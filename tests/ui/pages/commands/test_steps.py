@@ -119,7 +119,8 @@ def test_the_state_is_said_as_ready_to_fire_and_a_rehearsal_looks_like_one(bench
     assert page.ritual.property("role") == "danger-corner"
     bench.reset()
     bench.go_and_click(page.ritual.rehearse)
-    assert (page.ritual.property("role"), page.ritual._title.text()) == ("rehearsal", "REHEARSAL")
+    assert page.ritual.property("role") == "rehearsal"
+    assert page.ritual._title.text().startswith("REHEARSAL:")
     assert [mark.accessibleName() for mark in page.ritual.marks] == [
         "Step 1: Choose, done", "Step 2: Arm, now", "Step 3: Hold for 2 s",
     ]  # fmt: skip

@@ -38,6 +38,7 @@ def page(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[TrafficPa
         qtbot.waitUntil(lambda: assembly.window.findChild(TrafficPage) is not None, timeout=WAIT_MS)
         found = assembly.window.findChild(TrafficPage)
         assert isinstance(found, TrafficPage)
+        assembly.window.go_to("traffic")
         qtbot.waitUntil(found.isVisible, timeout=WAIT_MS)
         found.show_recorded(capture())
         yield found
@@ -104,6 +105,7 @@ def test_selecting_all_asks_for_no_more_than_is_in_sight(
         qtbot.waitUntil(lambda: assembly.window.findChild(TrafficPage) is not None, timeout=WAIT_MS)
         page = assembly.window.findChild(TrafficPage)
         assert isinstance(page, TrafficPage)
+        assembly.window.go_to("traffic")
         qtbot.waitUntil(page.isVisible, timeout=WAIT_MS)
         page.show_recorded(capture())
         asked.clear()
