@@ -180,13 +180,13 @@ def test_a_pause_within_a_frame_is_no_matter_as_long_as_nobody_flushes() -> None
     assert frames(parser.feed(STREAMED[-1:])) == [STREAMED]
 
 
-@pytest.mark.parametrize("asked", [None, RECORDS, STATUS])
+@pytest.mark.parametrize(("asked", "most_cuts"), [(None, 15), (RECORDS, 4), (STATUS, 4)])
 @pytest.mark.parametrize("following", [b"", STREAMED * 2], ids=["alone", "followed"])
 def test_e03_a_record_that_begins_like_a_voltage_is_a_record_in_every_chunking(
-    asked: Request | None, following: bytes
+    asked: Request | None, most_cuts: int, following: bytes
 ) -> None:
     inner = range(1, len(LIKE_A_VOLTAGE))
-    for places in chain.from_iterable(combinations(inner, count) for count in range(len(inner) + 1)):
+    for places in chain.from_iterable(combinations(inner, count) for count in range(most_cuts + 1)):
         chunks = cut(LIKE_A_VOLTAGE, list(places))
         parser = StreamParser(asked=asked)
         pieces = [piece for chunk in (*chunks, following) for piece in parser.feed(chunk)]

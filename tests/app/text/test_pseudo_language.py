@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QApplication, QHBoxLayout, QLabel, QPushButton, QV
 from pytestqt.qtbot import QtBot
 
 from app.text import i18n
-from app.text.i18n import CHINESE, ENGLISH, PSEUDO, set_language, tr
+from app.text.i18n import ENGLISH, PSEUDO, set_language, tr
 from app.text.pseudo_language import pseudo
 from tests.support.window.cut_off import cut_off, cut_off_in_paint
 from tests.support.window.painted_text import picture_of, watching
@@ -66,7 +66,7 @@ def test_it_is_for_developers_only() -> None:
 
 @pytest.mark.parametrize(
     ("language", "size"),
-    [(PSEUDO, SMALL_SCREEN), (ENGLISH, SMALLEST), (CHINESE, SMALLEST)],
+    [(PSEUDO, SMALL_SCREEN), (ENGLISH, SMALLEST)],
     ids=lambda one: one if isinstance(one, str) else f"{one.width()}x{one.height()}",
 )
 def test_nothing_is_cut_off(qtbot: QtBot, qapp: QApplication, tmp_path: Path, language: str, size: QSize) -> None:
