@@ -19,6 +19,7 @@ from protocol.fields import Value
 from protocol.frame import decode_request
 from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
 from tests.support.window.steps import let_lay_out, settle
+from ui.acts.confirm import Confirm
 from ui.main import PAGES, Assembly
 from ui.pages.commands.page import CommandsPage
 from ui.pages.settings.page import SettingsPage
@@ -62,6 +63,13 @@ class Desk:
         assert button.isEnabled(), button.objectName()
         settle(button)
         self.qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
+
+    def ask(self, confirm: Confirm) -> None:
+        """The first click of an act. Where something above has grown meanwhile, a click only scrolls."""
+        self.until(confirm.ask.isEnabled)
+        self.click(confirm.ask)
+        if not confirm.is_asking:
+            self.click(confirm.ask)
 
     def until(self, is_so: Any, timeout_ms: int = WAIT_MS) -> None:
         self.qtbot.waitUntil(is_so, timeout=timeout_ms)

@@ -15,7 +15,6 @@ from tests.support.window.settings_bench import Desk, desk
 from tests.support.window.steps import settle
 from tests.ui.pages.commands.test_commands_page import audit, double_click
 from ui.services.storage import Storage
-from ui.widgets.step_button import bring_into_sight
 
 DEPLOY = REQUESTS[Act.DEPLOY].encode()
 
@@ -30,13 +29,12 @@ def test_an_act_takes_two_clicks_and_is_sent_once(qtbot: QtBot, qapp: QApplicati
     with desk(qtbot, qapp, tmp_path, page="commands") as one:
         row = one.commands.acts[act]
         one.until(row.confirm.ask.isEnabled)
-        bring_into_sight(row.confirm)
-        one.click(row.confirm.ask)
+        one.ask(row.confirm)
         assert row.confirm.cancel.hasFocus()
         qtbot.keyClick(row.confirm.cancel, Qt.Key.Key_Escape)
         assert not row.confirm.is_asking
         assert one.changes() == []
-        one.click(row.confirm.ask)
+        one.ask(row.confirm)
         one.until(row.confirm.go.isVisible)
         settle(row.confirm.go)
         double_click(one, row.confirm.go)
@@ -53,7 +51,7 @@ def test_a_double_click_on_the_first_button_is_no_confirmation(
         window = one.assembly.window
         one.until(confirm.ask.isEnabled)
         corner = confirm.ask.mapTo(window, confirm.ask.rect().center())
-        one.click(confirm.ask)
+        one.ask(confirm)
         qapp.processEvents()
         assert window.childAt(corner) is not confirm.go
         qtbot.keyClick(confirm.cancel, Qt.Key.Key_Return)
@@ -68,7 +66,7 @@ def test_an_act_that_is_refused_names_the_open_condition(qtbot: QtBot, qapp: QAp
         assert not row.confirm.ask.isEnabled()
         one.bench.set_tilt(0)
         one.until(row.confirm.ask.isEnabled)
-        one.click(row.confirm.ask)
+        one.ask(row.confirm)
         one.bench.set_tilt(70)
         one.until(lambda: not row.confirm.is_asking)  # the question is withdrawn
         assert one.changes() == []
@@ -78,7 +76,7 @@ def test_an_unanswered_activation_is_to_be_treated_as_active(qtbot: QtBot, qapp:
     with desk(qtbot, qapp, tmp_path, page="commands") as one:
         row = one.commands.acts[Act.ACTIVATE]
         one.until(row.confirm.ask.isEnabled)
-        one.click(row.confirm.ask)
+        one.ask(row.confirm)
         one.bench.change(mute_codes=frozenset((0x10,)))
         one.click(row.confirm.go)
         one.until(lambda: said(one, Act.ACTIVATE).startswith("Sent, not confirmed"))

@@ -39,7 +39,7 @@ def test_what_was_said_of_one_module_is_not_said_of_the_next(qtbot: QtBot, qapp:
     with desk(qtbot, qapp, tmp_path, page="commands") as one, simulated("next"):
         row = one.commands.acts[Act.ZERO]
         one.until(row.confirm.ask.isEnabled)
-        one.click(row.confirm.ask)
+        one.ask(row.confirm)
         one.click(row.confirm.go)
         one.until(lambda: (notice := row.said.notice) is not None and "acknowledged" in notice.text)
         one.click(one.commands.lock)
