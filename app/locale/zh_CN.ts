@@ -302,6 +302,10 @@
         <translation>约 6 秒，仅查询模块。请将飞行器放平，不要触碰。</translation>
     </message>
     <message>
+        <source>About this recording</source>
+        <translation>关于此数据记录</translation>
+    </message>
+    <message>
         <source>About this setting</source>
         <translation>关于此参数</translation>
     </message>
@@ -3144,10 +3148,6 @@
     <message>
         <source>Measures the light with the bay closed and open and proposes a threshold in the middle. That also finds out which way light moves the reading.</source>
         <translation>分别在伞仓关闭和打开时测量光线，并建议取中间值作为阈值。同时也能确定光线使读数朝哪个方向变化。</translation>
-    </message>
-    <message>
-        <source>Measure…</source>
-        <translation>测量…</translation>
     </message>
     <message>
         <source>Measuring the light</source>
@@ -7068,10 +7068,6 @@
     <message>
         <source>With several ports no --module: it is the name of one.</source>
         <translation>指定多个串口时不能使用 --module：它是一个模块的名称。</translation>
-    </message>
-    <message>
-        <source>With the bay closed, then open</source>
-        <translation>先关闭伞仓，再打开</translation>
     </message>
     <message>
         <source>Without --yes it says so and sends nothing (exit code 2). What is done is written to the audit log.</source>

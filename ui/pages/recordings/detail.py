@@ -5,7 +5,7 @@ from typing import Final
 
 from PySide6.QtCore import QRectF, QSize
 from PySide6.QtGui import QPaintEvent
-from PySide6.QtWidgets import QFrame, QLabel, QSizePolicy
+from PySide6.QtWidgets import QFrame, QLabel, QScrollArea, QSizePolicy, QWidget
 
 from app.recordings.entry_texts import remarks, size_text, when_text
 from app.recordings.library import RecordingEntry
@@ -18,7 +18,7 @@ from ui.pages.recordings.outlines import Outline, Outlines, draw_outline
 from ui.style.painted_widget import PaintedWidget
 from ui.style.theme import Space, current
 from ui.widgets.controls import control
-from ui.widgets.labels import text_label
+from ui.widgets.labels import ElidedLabel, text_label
 from ui.widgets.layouts import in_column, in_row
 from ui.widgets.naming import named
 
@@ -71,6 +71,7 @@ class RecordingsDetail(QFrame):
         self.picture = OutlinePicture()
         self.title = text_label("recordings_detail_title", "strong", is_selectable=True)
         self.facts = {key: text_label(f"recordings_{key}", "", is_selectable=True) for key, _ in _FACTS}
+        self.facts["port"] = named(ElidedLabel(), "recordings_port")  # a simulated one may have a long name
         rows = []
         for key, english in _FACTS:
             name = control(QLabel(), texts, f"recordings_{key}_name", english, role="muted")
@@ -78,7 +79,14 @@ class RecordingsDetail(QFrame):
             texts.bind(self.facts[key].setAccessibleDescription, english)
             rows.append(in_row(name, (self.facts[key], 1), spacing=Space.S))
         self.setFixedWidth(WIDTH_PX)
-        in_column(self.title, self.picture, *rows, 1, self.buttons, of=self, spacing=Space.XS, margins=Space.M)
+        content = named(QWidget(), "recordings_facts")
+        in_column(self.title, self.picture, *rows, 1, of=content, spacing=Space.XS, margins=0)
+        scroll = control(QScrollArea(), texts, "recordings_facts_scroll", says="About this recording")
+        scroll.setWidgetResizable(True)
+        scroll.setWidget(content)
+        for ground in (content, scroll.viewport()):
+            ground.setAutoFillBackground(False)  # the card's
+        in_column((scroll, 1), self.buttons, of=self, spacing=Space.XS, margins=Space.M)
 
     def show_chosen(self, chosen: Sequence[RecordingEntry], *, is_idle: bool) -> None:
         """One recording, or how many are chosen."""

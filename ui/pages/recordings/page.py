@@ -88,7 +88,6 @@ class RecordingsPage(Page):
         count = len(work.entries)
         self.count.setText(tr("1 recording") if count == 1 else tr("{count} recordings", count=f"{count:,}"))
         self.bounds.setText(self._bounds_text())
-        self.search.setEnabled(has_entries)
         self._refresh_notice()
         self._refresh_buttons()
 

@@ -35,7 +35,8 @@ from ui.pages.settings.controller import SettingsController
 from ui.pages.settings.fingerprint_view import FingerprintView
 from ui.pages.settings.profile_compare import ProfileCompare
 from ui.pages.settings.profile_files import SUFFIX, ProfileFiles
-from ui.pages.settings.row import CELL_GAP, MARGINS, NAME_PX, STATE_PX, VALUE_PX, WRONG, SettingsRow
+from ui.forms.value_label import WIDTH_PX as VALUE_PX
+from ui.pages.settings.row import CELL_GAP, MARGINS, NAME_PX, STATE_PX, WRONG, SettingsRow
 from ui.pages.settings.setting_pane import SettingPane
 from ui.services.context import Services
 from ui.services.page import Page
@@ -56,6 +57,7 @@ _SIDE_PX: Final = (180, 300)
 _TABLE_PX: Final = 640
 _BELOW_PX: Final = 84
 _SERIAL: Final = "serial_output"
+_LIGHT: Final = BY_NAME["light_threshold"].key
 _UNBOUNDED: Final = 16_777_215
 """As wide or high as Qt lets a widget be."""
 
@@ -87,6 +89,7 @@ class SettingsPage(Page):
         self.strip.setMinimumHeight(44)
         self.fingerprint = FingerprintView(texts)
         self._make_buttons()
+        self.rows[_LIGHT].add_beside_editor(self.measure)
         self._stack = QStackedLayout(self)
         self._form = self._lay_out()
         for view in (self._form, self.compare, self.calibration):
@@ -218,6 +221,8 @@ class SettingsPage(Page):
         self.redo = control(QPushButton(), texts, "settings_redo", says="Redo", tip="Redo", key="Ctrl+Shift+Z",
                             picture=Icon.REDO, role="quiet")  # fmt: skip
         self.revert = control(QPushButton(), texts, "settings_revert", "Discard edits")
+        self.measure = control(QPushButton(), texts, "light_threshold_measure", says="Measure the light threshold",
+                               picture=Icon.LIGHT, role="quiet", slot=self._measure)  # fmt: skip
         self.header.add(self.fingerprint)
         self.header.add(self.read)
         work = self.work
@@ -237,7 +242,6 @@ class SettingsPage(Page):
             row.cancelled.connect(lambda key: work.edit(partial(form.revert, key)))
             row.left.connect(form.end_typing)
             row.pressed.connect(self.choose)
-        self.pane.measure_wanted.connect(self._measure)
         self.read.clicked.connect(work.read_all)
         self.undo.clicked.connect(lambda: work.edit(form.undo))
         self.redo.clicked.connect(lambda: work.edit(form.redo))
@@ -310,7 +314,7 @@ class SettingsPage(Page):
         heads = named(QFrame(), "settings_heads", "bar")
         columns = (
             (marked("Parameter"), NAME_PX),
-            (marked("On the module"), VALUE_PX),
+            (marked("Module"), VALUE_PX),
             (marked("New value"), editor_px),
             (marked("State"), STATE_PX),
         )

@@ -18,6 +18,7 @@ from protocol.catalogue import Command
 from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.forms.field_editors import FieldEditor, FlagEditor, make_editor
+from ui.forms.value_label import WIDTH_PX as VALUE_PX
 from ui.forms.value_label import ValueLabel
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Size, Space
@@ -29,9 +30,10 @@ from ui.widgets.readout import StateChip
 from ui.widgets.sliders import WheelGuard
 
 ROW_PX: Final = 44
-NAME_PX: Final = 160
-VALUE_PX: Final = 104
-STATE_PX: Final = 108
+NAME_PX: Final = 144
+STATE_PX: Final = 116
+BESIDE_PX: Final = 30
+"""Of a button beside an editor, which has only a picture."""
 CELL_GAP: Final = Space.S
 MARGINS: Final = (Space.S, 2, Space.S, 2)
 
@@ -114,6 +116,13 @@ class SettingsRow(QFrame):
         self.reason.setText(reason or warning)
         set_role(self.reason, "danger" if is_wrong else "attention" if warning and not reason else "small")
         set_role(self, "setting-failed" if is_wrong else "setting-chosen" if is_chosen else "setting")
+
+    def add_beside_editor(self, button: QWidget) -> None:
+        """In the editor's cell, at its right: Tab goes from the value to it."""
+        layout = self.editor.layout()
+        if layout is not None:
+            button.setFixedWidth(BESIDE_PX)
+            layout.addWidget(button)
 
     def _say_what(self, _explanation: str) -> None:
         self.setWhatsThis(what_is(self.command))

@@ -1,7 +1,6 @@
 """Pane beside the table: what the chosen setting is, what its value means, and what the vendor advises."""
 
-from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QFrame, QPushButton, QScrollArea, QWidget
+from PySide6.QtWidgets import QFrame, QScrollArea, QWidget
 
 from app.settings.consequences import Weight
 from app.settings.form import FormRow
@@ -10,7 +9,6 @@ from app.text.i18n import tr
 from app.text.sentences import begun, together
 from ui.core.texts import Texts
 from ui.pages.settings.row import WRONG, reason_text
-from ui.style.icons import Icon
 from ui.style.theme import Space
 from ui.widgets.controls import control
 from ui.widgets.labels import text_label
@@ -19,9 +17,7 @@ from ui.widgets.naming import named, set_role
 
 
 class SettingPane(QFrame):
-    """`measure_wanted`: the light threshold by measurement."""
-
-    measure_wanted = Signal()
+    """`show_row` shows another setting."""
 
     def __init__(self, texts: Texts) -> None:
         super().__init__()
@@ -32,17 +28,13 @@ class SettingPane(QFrame):
         self.meaning = text_label("setting_meaning")
         self.reason = text_label("setting_reason", "small")
         self.advice = text_label("setting_advice", "small")
-        self.measure = control(QPushButton(), texts, "light_threshold_measure", "Measure…",
-                               says="Measure the light threshold", tip="With the bay closed, then open",
-                               picture=Icon.LIGHT, slot=self.measure_wanted)  # fmt: skip
-        self.measure.setFocusPolicy(Qt.FocusPolicy.ClickFocus)  # it goes with its row; by keyboard it is in the menu
         content = named(QWidget(), "setting_content")
         head = FlowRow(spacing_px=Space.S)
         head.add(self.title, self.term)
         for one in (self.title, self.term):
             one.setWordWrap(False)
         in_column(
-            head, self.reason, self.meaning, self.what, self.advice, self.measure, 1,
+            head, self.reason, self.meaning, self.what, self.advice, 1,
             of=content, spacing=Space.S, margins=(Space.M, Space.S),
         )  # fmt: skip
         scroll = control(QScrollArea(), texts, "setting_scroll", says="About this setting")
@@ -69,4 +61,3 @@ class SettingPane(QFrame):
             label.setVisible(bool(text))
         set_role(self.reason, "danger" if row.state in WRONG else "small")
         set_role(self.meaning, "attention" if is_loud else "")
-        self.measure.setVisible(command.name == "light_threshold")

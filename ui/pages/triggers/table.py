@@ -41,6 +41,7 @@ class TriggersTable(QTableView):
             Column.WHEN: tr("boot {boot} · {uptime}", boot=255, uptime="0:00:00") + "  ",
             Column.WHY: max(f"{tr('attitude')} + {tr('free fall')}", f"{tr('serial')} + PWM", key=len),
             Column.SETTINGS: "180° 2.5 g 2.55 s",
+            Column.JUDGED: tr("seen once"),
         }
         for column, text in texts.items():
             head = heads.horizontalAdvance(tr(COLUMNS[column].title)) + Space.XL
