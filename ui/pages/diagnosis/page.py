@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QStackedWidget, QTabBar, QWidget
+from PySide6.QtWidgets import QStackedWidget, QTabBar, QToolButton, QWidget
 
 from app.captures.reader import FAULTS_KEPT
 from app.diagnosis.link_statistics import LinkStatistics
@@ -167,6 +167,15 @@ class DiagnosisPage(StreamPage):
         tabs.setExpanding(False)
         tabs.setUsesScrollButtons(False)
         tabs.setElideMode(Qt.TextElideMode.ElideNone)
+        # Qt makes its two buttons all the same, and names them in English only.
+        for name, english in (
+            ("ScrollLeftButton", marked("Scroll left")),
+            ("ScrollRightButton", marked("Scroll right")),
+        ):
+            button = tabs.findChild(QToolButton, name)
+            if button is not None:
+                self._texts.bind(button.setAccessibleName, english)
+                self._texts.bind(button.setWhatsThis, english)
         views = (self.why, self.traffic, self.figures, self.bundle)
         for number, (view, (key, title, explanation)) in enumerate(zip(views, _VIEWS, strict=True)):
             tabs.addTab("")

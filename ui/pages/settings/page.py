@@ -29,13 +29,13 @@ from protocol.catalogue import BY_NAME
 from protocol.fields import Flag, Value
 from protocol.link_states import Presence
 from protocol.translatable import marked
+from ui.forms.value_label import WIDTH_PX as VALUE_PX
 from ui.pages.settings.baud_panel import BaudPanel
 from ui.pages.settings.calibration_panel import CalibrationPanel
 from ui.pages.settings.controller import SettingsController
 from ui.pages.settings.fingerprint_view import FingerprintView
 from ui.pages.settings.profile_compare import ProfileCompare
 from ui.pages.settings.profile_files import SUFFIX, ProfileFiles
-from ui.forms.value_label import WIDTH_PX as VALUE_PX
 from ui.pages.settings.row import CELL_GAP, MARGINS, NAME_PX, STATE_PX, WRONG, SettingsRow
 from ui.pages.settings.setting_pane import SettingPane
 from ui.services.context import Services
@@ -50,11 +50,11 @@ from ui.widgets.sliders import WheelGuard
 from ui.widgets.visibility_timer import VisibilityTimer
 
 REFRESH_EVERY_MS: Final = 250
-SIDE_FROM_PX: Final = 852
+SIDE_FROM_PX: Final = 872
 """Narrower than this, the pane lies below the table."""
 _SIDE_PX: Final = (180, 300)
 """The least and the most of the pane at the side."""
-_TABLE_PX: Final = 640
+_TABLE_PX: Final = 660
 _BELOW_PX: Final = 84
 _SERIAL: Final = "serial_output"
 _LIGHT: Final = BY_NAME["light_threshold"].key

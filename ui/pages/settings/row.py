@@ -30,7 +30,7 @@ from ui.widgets.readout import StateChip
 from ui.widgets.sliders import WheelGuard
 
 ROW_PX: Final = 44
-NAME_PX: Final = 144
+NAME_PX: Final = 160
 STATE_PX: Final = 116
 BESIDE_PX: Final = 30
 """Of a button beside an editor, which has only a picture."""
