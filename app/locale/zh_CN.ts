@@ -98,6 +98,14 @@
         <translation>静止时为 1 g，失重时接近 0 g</translation>
     </message>
     <message>
+        <source>1 module</source>
+        <translation>1 个模块</translation>
+    </message>
+    <message>
+        <source>1 needs you</source>
+        <translation>1 个需要处理</translation>
+    </message>
+    <message>
         <source>1 recording</source>
         <translation>1 条数据记录</translation>
     </message>
@@ -1052,6 +1060,10 @@
     <message>
         <source>Checked by</source>
         <translation>检查人</translation>
+    </message>
+    <message>
+        <source>Checking modules: {done} of {count} done</source>
+        <translation>正在检查模块：已完成 {done}/{count}</translation>
     </message>
     <message>
         <source>Checking whether it is the same module…</source>
@@ -7150,6 +7162,10 @@
         <translation>再次写入</translation>
     </message>
     <message>
+        <source>Write to 1 module</source>
+        <translation>写入 1 个模块</translation>
+    </message>
+    <message>
         <source>Write to {count} modules</source>
         <translation>写入 {count} 个模块</translation>
     </message>
@@ -9932,6 +9948,10 @@
     <message>
         <source>{count} checks</source>
         <translation>{count} 次检查</translation>
+    </message>
+    <message>
+        <source>{count} checks to run</source>
+        <translation>{count} 项待检查</translation>
     </message>
     <message>
         <source>{count} could not be read; the rows say what is not known.</source>

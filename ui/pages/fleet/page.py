@@ -168,7 +168,7 @@ class FleetPage(Page):
         self.board.arrange([by_card[id(card)] for card in by_need(cards.values())])
 
     def _show_summary(self, cards: list[Card]) -> None:
-        parts = [tr("{count} modules", count=len(cards))] if cards else []
+        parts = [tr("1 module") if len(cards) == 1 else tr("{count} modules", count=len(cards))] if cards else []
         counts = Counter(card.need for card in cards)
         if counts[Need.NOTHING]:
             parts.append(f"{counts[Need.NOTHING]} {tr('GO')}")
@@ -177,7 +177,7 @@ class FleetPage(Page):
             parts.append(f"{active} {tr('ACTIVE')}")
         urgent = sum(count for need, count in counts.items() if NEED_MEANINGS[need] in _URGENT)
         if urgent:
-            parts.append(tr("{count} need you", count=urgent))
+            parts.append(tr("1 needs you") if urgent == 1 else tr("{count} need you", count=urgent))
         self.summary.setText(" · ".join(parts))
 
     def _show_controls(self) -> None:
@@ -196,7 +196,9 @@ class FleetPage(Page):
         if locking is not None:
             return locking
         if self.checks.is_running:
-            text = tr("Checking {count} modules, {done} done", count=self.checks.total, done=len(self.checks.results))
+            text = tr(
+                "Checking modules: {done} of {count} done", count=self.checks.total, done=len(self.checks.results)
+            )
             return Notice(Meaning.INFORMATION, text, (Choice("cancel", tr("Cancel"), self.checks.cancel),))
         if self.profile.is_running:
             return Notice(Meaning.INFORMATION, result_line({str(n): one for n, one in enumerate(

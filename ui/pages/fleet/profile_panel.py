@@ -91,7 +91,8 @@ class ProfilePanel(QWidget):
             self._fill_row(row, connection, column)
         self.table.resizeColumnsToContents()
         self.write.setEnabled(differing > 0 and not self._group.is_running)
-        self.write.setText(tr("Write to {count} modules", count=differing) if differing else tr("No changes"))
+        many = tr("Write to 1 module") if differing == 1 else tr("Write to {count} modules", count=differing)
+        self.write.setText(many if differing else tr("No changes"))
         self.close_button.setEnabled(not self._group.is_running)
 
     def _fill_row(self, row: int, connection: PortConnection, column: Column) -> None:
