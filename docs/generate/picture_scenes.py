@@ -192,7 +192,7 @@ def deploy(studio: Studio) -> None:
     studio.until(lambda: connector.is_active, "it is not active")
     ritual = studio.find(RitualWidget)
     for step in (ritual.rehearse, ritual.arm):
-        studio.until(lambda step=step: step.is_live, "a step is dead")
+        studio.until(partial(getattr, step, "is_live"), "a step is dead")
         step.click()
     studio.until(lambda: ritual.ritual.is_armed, "it is not armed")
     studio.run(1.0)

@@ -87,7 +87,9 @@ class GuideViewer(DocumentWindow):
         cursor = self.text.textCursor()
         cursor.setPosition(block.position())
         self.text.setTextCursor(cursor)
-        top = self.text.document().documentLayout().blockBoundingRect(block).top()
+        layout = self.text.document().documentLayout()
+        layout.documentSize()  # lays out the rest, too: the scroll bar's range is the whole document's
+        top = layout.blockBoundingRect(block).top()
         self.text.verticalScrollBar().setValue(round(top))
 
     def _fit_pictures(self) -> None:
