@@ -41,6 +41,8 @@ class Connector(QObject):
     came_online = Signal(object)
     stream_left_on = Signal()
     slept = Signal(float)
+    leaving = Signal()
+    """Another port was chosen, and this one is still the current one: what is owed to its module is done now."""
     chosen = Signal()
     """Another port is the current one; before the pages hear of it."""
     added = Signal(object)
@@ -114,6 +116,7 @@ class Connector(QObject):
         if connection is self._current or connection not in self._connections:
             return
         self._next = connection
+        self.leaving.emit()
         for job in self._jobs:
             job.cancel()
         if self._jobs:

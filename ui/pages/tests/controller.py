@@ -82,6 +82,7 @@ class GuidedController(QObject):
         self._connector.changed.connect(self._watch)
         self._connector.batch.connect(self._on_batch)
         self._connector.forgotten.connect(self._forget)
+        self._connector.leaving.connect(self.cancel)
         self._lock.changed.connect(self._on_lock)
         services.naming.changed.connect(self.load_last)
 

@@ -224,6 +224,19 @@ def test_the_module_is_locked_whatever_ends_the_tilt(bench: GestureBench, monkey
         bench.bench.set_tilt(0)
 
 
+@pytest.mark.parametrize("is_forced", [False, True])
+def test_the_module_is_locked_when_another_one_is_chosen(bench: GestureBench, is_forced: bool) -> None:
+    """Also where what the page does on this port does not end in time."""
+    activated(bench)
+    connector = bench.assembly.connector
+    connector.choose(connector.add())
+    if is_forced:
+        connector._switch()
+    bench.wait(1.0)
+    assert LOCK in bench.sent
+    assert is_locked(bench)
+
+
 def test_an_error_anywhere_in_the_window_locks(bench: GestureBench, qtbot: QtBot) -> None:
     def fail() -> None:
         raise RuntimeError("a mistake of ours")
