@@ -5,7 +5,8 @@ Exit code 0 for GO and READY, 1 for NO-GO, 3 where no module answers, or stops a
 """
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
     from app.records.filing import Filed
     from app.records.record import Record
     from app.records.report_files import Printer
+    from app.stations.station import Station
     from app.store.store import Store
     from app.terminal.interruption import Interruption
 
@@ -209,16 +211,8 @@ def _summary_of(members: "Sequence[SetMember]") -> list[str]:
 
 def _report_set(path: Path, members: "Sequence[SetMember]", printer: "Printer | None") -> bool:
     from app.fleet.check_set import write_set_reports
-    from app.stations.station import station_to_sign
-    from app.store.store import data_folder
 
-    try:
-        written = write_set_reports(path, members, printer, station_to_sign(data_folder()))
-    except (OSError, RuntimeError, ImportError) as error:
-        say(tr("The report cannot be written: {why}.", why=error))
-        return False
-    note(tr("Written: {files}.", files=listed(map(str, written))))
-    return path in written
+    return _written(path, partial(write_set_reports, path, members, printer))
 
 
 def _conclude(args: argparse.Namespace, filed: "Filed", trouble: str | None) -> int:
@@ -319,11 +313,17 @@ def _gather(
 
 def _report(path: Path, record: "Record", printer: "Printer | None") -> bool:
     from app.records.report_files import write_report
+
+    return _written(path, partial(write_report, path, record, printer))
+
+
+def _written(path: Path, write: "Callable[[Station | None], Sequence[Path]]") -> bool:
+    """Whether `path` was written, and says what was. `write` is given the station that signs."""
     from app.stations.station import station_to_sign
     from app.store.store import data_folder
 
     try:
-        written = write_report(path, record, printer, station_to_sign(data_folder()))
+        written = write(station_to_sign(data_folder()))
     except (OSError, RuntimeError, ImportError) as error:
         say(tr("The report cannot be written: {why}.", why=error))
         return False
