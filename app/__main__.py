@@ -148,7 +148,7 @@ def _bare_parser() -> argparse.ArgumentParser:
         description=tr("Configure, test and watch a DPS-S drone parachute module over its serial port."),
         epilog=tr(
             "Without a command the window opens. Exit code: 0 done; 1 done and the answer is no; 2 used wrongly; "
-            "3 no link (no such port, busy, no permission, no answer); 4 some of it could not be had; "
+            "3 no link (no such port, busy, no permission, no answer); 4 some of it could not be read; "
             "130 or 143 interrupted before there was a result."
         ),
     )

@@ -99,7 +99,7 @@ def _snapshot(fact: Fact) -> UserMessage:
 
 def _check(fact: Fact) -> UserMessage:
     line = check_line(fact, record_of(fact) or {})
-    who = UserMessage(line.who) if line.who else said(marked("nobody named"))
+    who = UserMessage(line.who) if line.who else said(marked("not named"))
     text = marked("Pre-flight check {number}: {verdict}, checked by {who}.")
     return said(text, number=line.number, verdict=line.words, who=who)
 

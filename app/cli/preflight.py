@@ -62,7 +62,7 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
     parser.add_argument("--aircraft", type=_name, default="", metavar="NAME", help=tr("the aircraft it sits in"))
     parser.add_argument("--who", type=_name, default="", metavar="NAME", help=tr("who checks"))
     parser.add_argument("--done", type=int, action="append", default=[], metavar="N",
-                        help=tr("manual item N of the profile was looked at and is in order"))  # fmt: skip
+                        help=tr("manual item N of the profile is OK"))  # fmt: skip
     parser.add_argument("--records-looked-at", action="store_true",
                         help=tr("the trigger records in the module were reviewed"))  # fmt: skip
     parser.add_argument("--same-module", action="store_true",

@@ -48,7 +48,7 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
         description=tr(
             "Change settings: {names}. Triggers and serial output take true or false. Each is read back, and all are "
             "read again at the end; what cannot be read back is only ever acknowledged, never verified. Exit code 1 "
-            "where one is not what was wanted or another one changed.",
+            "where one differs from what was given, or another one changed.",
             names=_names(),
         ),
     )

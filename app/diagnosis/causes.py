@@ -165,7 +165,7 @@ CAUSES: tuple[CauseRow, ...] = (
         Cause.BRAILLE,
         is_taken_for_braille,
         marked("{port} vanishes again: the driver for Braille displays (brltty) takes this adapter for one."),
-        marked("If nobody here uses a Braille display, type: {command} — then plug the adapter in again."),
+        marked("Without a Braille display, type: {command} — then plug the adapter in again."),
         lambda _seen: "sudo apt remove brltty",
     ),
     CauseRow(
@@ -260,7 +260,7 @@ CAUSES: tuple[CauseRow, ...] = (
     CauseRow(
         Cause.ECHO,
         is_echo,
-        marked("Only our own bytes come back on {port}."),
+        marked("{port} only echoes what is sent."),
         marked("Check the wiring: TX and RX touch each other, or the module is not connected."),
     ),
     CauseRow(

@@ -31,7 +31,7 @@ ASSUMPTIONS = (
     marked("The angle of the threshold itself fires; the acceleration of the threshold itself is no fall."),
     marked("A module that is activated while it is tilted fires at once."),
     marked("A module that is locked or restarts forgets a fall that had begun."),
-    marked("A fall does not go on over a pause of more than 0.5 s without reports."),
+    marked("A pause of more than 0.5 s without reports ends a fall."),
 )
 """Where the vendor's table is silent."""
 

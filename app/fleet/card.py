@@ -35,7 +35,7 @@ class Need(Enum):
     VOID = marked("Check again: {why}")
     CHECK = marked("Run the pre-flight check.")
     ACTIVATE = marked("READY: activate it before the flight.")
-    WAIT = marked("Please wait…")
+    WAIT = marked("Wait…")
     NOTHING = marked("Nothing")
 
     @property

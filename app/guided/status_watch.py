@@ -28,7 +28,7 @@ SILENT_S = 2.0
 """Without a report for so long the test is broken off."""
 PERSON_LIMIT_S = 120.0
 """For one step; then nobody is there any more."""
-NOBODY = marked("Nobody did the next step within {seconds:.0f} s.")
+NOBODY = marked("The next step was not done within {seconds:.0f} s.")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -186,10 +186,6 @@
         <translation>略去文件中损坏的部分。</translation>
     </message>
     <message>
-        <source>A fall does not go on over a pause of more than 0.5 s without reports.</source>
-        <translation>超过 0.5 秒没有上报时，失重不再延续计算。</translation>
-    </message>
-    <message>
         <source>A file of another program was in the way. It was kept as {path}.</source>
         <translation>原位置有其他程序的文件，已另存为 {path}。</translation>
     </message>
@@ -212,6 +208,10 @@
     <message>
         <source>A module that is locked or restarts forgets a fall that had begun.</source>
         <translation>模块锁定或重启后，已开始的失重不再计入。</translation>
+    </message>
+    <message>
+        <source>A pause of more than 0.5 s without reports ends a fall.</source>
+        <translation>超过 0.5 s 没有上报即视为失重结束。</translation>
     </message>
     <message>
         <source>A person said which module this is.</source>
@@ -246,10 +246,6 @@
         <translation>每行一个模块，每列一个参数</translation>
     </message>
     <message>
-        <source>A row for each setting: what the module holds, what you want, the vendor's default and advice beside the field, and what it means in the air.</source>
-        <translation>每项参数一行：模块现在的值、目标值、旁边的厂家默认值和建议，以及它在空中意味着什么。</translation>
-    </message>
-    <message>
         <source>A setting that the test goes by could not be read.</source>
         <translation>测试所依据的参数无法读取。</translation>
     </message>
@@ -264,10 +260,6 @@
     <message>
         <source>A slow answer points to a bad adapter or a busy computer.</source>
         <translation>应答慢说明适配器不良或电脑繁忙。</translation>
-    </message>
-    <message>
-        <source>A trigger that nobody has explained can happen again in flight.</source>
-        <translation>原因不明的触发可能在飞行中再次发生。</translation>
     </message>
     <message>
         <source>A weak cell may not deploy the parachute, and falls further in the cold.</source>
@@ -522,6 +514,10 @@
         <translation>旧状态不能说明模块现在的情况。</translation>
     </message>
     <message>
+        <source>An unexplained trigger can happen again in flight.</source>
+        <translation>原因不明的触发可能在飞行中再次发生。</translation>
+    </message>
+    <message>
         <source>Angle between aircraft and horizontal plane</source>
         <translation>飞行器与水平面的夹角</translation>
     </message>
@@ -626,7 +622,7 @@
         <translation>阈值为 {threshold:.0f}° 时无法手动测试。</translation>
     </message>
     <message>
-        <source>At its first visit: go on. Else the records of this computer were lost: compare by hand.</source>
+        <source>At its first visit: continue. Else this computer's records were lost: compare by hand.</source>
         <translation>首次连接时可继续；否则本机的记录已丢失，请人工核对。</translation>
     </message>
     <message>
@@ -942,7 +938,7 @@
         <translation>立即更改</translation>
     </message>
     <message>
-        <source>Change settings: {names}. Triggers and serial output take true or false. Each is read back, and all are read again at the end; what cannot be read back is only ever acknowledged, never verified. Exit code 1 where one is not what was wanted or another one changed.</source>
+        <source>Change settings: {names}. Triggers and serial output take true or false. Each is read back, and all are read again at the end; what cannot be read back is only ever acknowledged, never verified. Exit code 1 where one differs from what was given, or another one changed.</source>
         <translation>更改参数：{names}。触发开关和串口输出取 true 或 false。每项写入后回读，最后再回读全部参数；无法回读的只会是“已应答”，绝不会是“已验证”。有参数与目标值不符或其他参数发生变化时，退出码为 1。</translation>
     </message>
     <message>
@@ -1172,6 +1168,10 @@
     <message>
         <source>Close every program that uses serial ports, a second window of this one too, and connect again.</source>
         <translation>请关闭所有使用串口的程序，包括本程序的另一个窗口，然后重新连接。</translation>
+    </message>
+    <message>
+        <source>Close or cancel; never sends anything</source>
+        <translation>关闭或取消；绝不发送任何内容</translation>
     </message>
     <message>
         <source>Close profile</source>
@@ -1738,6 +1738,10 @@
         <translation>编辑配置文件…</translation>
     </message>
     <message>
+        <source>Edit, write, verify</source>
+        <translation>修改、写入、验证</translation>
+    </message>
+    <message>
         <source>Edited, not sent: the module still holds the old value. The line below says what it means.</source>
         <translation>已修改，尚未发送：模块仍是旧值。下面一行说明它意味着什么。</translation>
     </message>
@@ -2290,10 +2294,6 @@
         <translation>如果确实是 {module}，请加上 --same-module。</translation>
     </message>
     <message>
-        <source>If nobody here uses a Braille display, type: {command} — then plug the adapter in again.</source>
-        <translation>如果这里无人使用盲文显示器，请输入：{command}，然后重新插入适配器。</translation>
-    </message>
-    <message>
         <source>Implausible</source>
         <translation>不可信</translation>
     </message>
@@ -2638,6 +2638,10 @@
         <translation>串口输出抖动</translation>
     </message>
     <message>
+        <source>Judge it on Triggers: bench test, real or false.</source>
+        <translation>在“触发记录”页判定：台架测试、真实或误触发。</translation>
+    </message>
+    <message>
         <source>Judge locked times as if active</source>
         <translation>把锁定时段按激活状态判断</translation>
     </message>
@@ -2910,6 +2914,10 @@
         <translation>串口</translation>
     </message>
     <message>
+        <source>Link lost: nothing of it is kept.</source>
+        <translation>通信中断：不保存任何结果。</translation>
+    </message>
+    <message>
         <source>Link statistics</source>
         <translation>链路统计</translation>
     </message>
@@ -3006,10 +3014,6 @@
         <translation>最长坠落</translation>
     </message>
     <message>
-        <source>Look at it (Triggers) and judge it: bench test, real or false.</source>
-        <translation>查看触发记录并判定：台架测试、真实或误触发。</translation>
-    </message>
-    <message>
         <source>Look for the module</source>
         <translation>查找该模块</translation>
     </message>
@@ -3082,7 +3086,7 @@
         <translation>确认是哪个模块并命名。</translation>
     </message>
     <message>
-        <source>Make the line perfect again; the dialect stays.</source>
+        <source>Make the line perfect; quirks stay.</source>
         <translation>恢复线路正常；协议差异保持不变。</translation>
     </message>
     <message>
@@ -3318,15 +3322,15 @@
         <translation>“禁止飞行”会列出所有不满足的项目。下面每一行说明为什么重要以及该怎么做。</translation>
     </message>
     <message>
-        <source>NO-GO, and it names why: nobody has vouched for the two old trigger records. You have just read them, so say so in that row.</source>
-        <translation>禁止飞行，并说明了原因：两条旧的触发记录还没有人确认。您刚刚看过它们，请在这一行确认。</translation>
+        <source>NO-GO, because two trigger records are not reviewed. You have just read them: say so in that row.</source>
+        <translation>禁止飞行，因为有两条触发记录尚未查看。您刚刚看过它们，请在这一行确认。</translation>
     </message>
     <message>
         <source>NOT CHECKED</source>
         <translation>未检查</translation>
     </message>
     <message>
-        <source>NOT IN ORDER</source>
+        <source>NOT OK</source>
         <translation>不正常</translation>
     </message>
     <message>
@@ -3414,8 +3418,8 @@
         <translation>下一个匹配行</translation>
     </message>
     <message>
-        <source>Next row found (Enter)</source>
-        <translation>下一个匹配行（回车）</translation>
+        <source>Next match (Enter)</source>
+        <translation>下一个匹配（回车）</translation>
     </message>
     <message>
         <source>Next step of the tour</source>
@@ -3640,10 +3644,6 @@
     <message>
         <source>No. {number} of {adapter}</source>
         <translation>{adapter} 的第 {number} 条</translation>
-    </message>
-    <message>
-        <source>Nobody did the next step within {seconds:.0f} s.</source>
-        <translation>{seconds:.0f} s 内没有人完成下一步。</translation>
     </message>
     <message>
         <source>Noise at rest can end or fake a free fall.</source>
@@ -3954,6 +3954,10 @@
         <translation>导出上次全部检查的总报告和每个模块的报告</translation>
     </message>
     <message>
+        <source>One row a setting: value on the module, new value, and what it means in the air.</source>
+        <translation>每项参数一行：模块上的值、新值，以及它在空中意味着什么。</translation>
+    </message>
+    <message>
         <source>One verdict before each flight. After each start the module cannot say whether its two triggers are enabled: this button enables them and checks everything.</source>
         <translation>每次飞行前给出一个结论。模块每次开机后无法报告两个触发是否启用：这个按钮会启用它们并检查全部项目。</translation>
     </message>
@@ -3982,10 +3986,6 @@
         <translation>仅标记的行</translation>
     </message>
     <message>
-        <source>Only our own bytes come back on {port}.</source>
-        <translation>{port} 上只收到本程序自己发出的字节。</translation>
-    </message>
-    <message>
         <source>Only recordings with all these words</source>
         <translation>仅显示包含所有这些词的数据记录</translation>
     </message>
@@ -4004,10 +4004,6 @@
     <message>
         <source>Open</source>
         <translation>打开</translation>
-    </message>
-    <message>
-        <source>Open Settings, write the value wanted, and see it verified.</source>
-        <translation>打开“参数设置”，写入目标值，直到显示已验证。</translation>
     </message>
     <message>
         <source>Open a capture</source>
@@ -4210,10 +4206,6 @@
         <translation>从头回放</translation>
     </message>
     <message>
-        <source>Please wait…</source>
-        <translation>请稍候…</translation>
-    </message>
-    <message>
         <source>Plots</source>
         <translation>曲线</translation>
     </message>
@@ -4316,6 +4308,14 @@
     <message>
         <source>Press its switch</source>
         <translation>按下模块开关</translation>
+    </message>
+    <message>
+        <source>Previous match</source>
+        <translation>上一个匹配</translation>
+    </message>
+    <message>
+        <source>Previous match (Shift+Enter)</source>
+        <translation>上一个匹配（Shift+回车）</translation>
     </message>
     <message>
         <source>Print a script with which a shell completes commands, options, settings and files.</source>
@@ -4650,6 +4650,10 @@
         <translation>重做</translation>
     </message>
     <message>
+        <source>Refresh</source>
+        <translation>刷新</translation>
+    </message>
+    <message>
         <source>Refresh the preview</source>
         <translation>重新生成预览</translation>
     </message>
@@ -4676,10 +4680,6 @@
     <message>
         <source>Remove from this page</source>
         <translation>从本页移除</translation>
-    </message>
-    <message>
-        <source>Renew</source>
-        <translation>刷新</translation>
     </message>
     <message>
         <source>Repeated after</source>
@@ -4774,12 +4774,8 @@
         <translation>往返时间（毫秒）</translation>
     </message>
     <message>
-        <source>Row found before</source>
-        <translation>上一个匹配行</translation>
-    </message>
-    <message>
-        <source>Row found before (Shift+Enter)</source>
-        <translation>上一个匹配行（Shift+回车）</translation>
+        <source>Rules and assumptions</source>
+        <translation>规则与假设</translation>
     </message>
     <message>
         <source>Run the pre-flight check.</source>
@@ -5018,7 +5014,7 @@
         <translation>已发送一次；正在读回。</translation>
     </message>
     <message>
-        <source>Sent, not acknowledged; the module is silent now: look at it.</source>
+        <source>Sent, not acknowledged; the module is silent now: check it.</source>
         <translation>已发送，未得到应答；模块现在没有响应：请查看模块。</translation>
     </message>
     <message>
@@ -5128,10 +5124,6 @@
     <message>
         <source>Settings code</source>
         <translation>参数校验码</translation>
-    </message>
-    <message>
-        <source>Settings: want, write, verified</source>
-        <translation>参数设置：目标值、写入、已验证</translation>
     </message>
     <message>
         <source>Settings: {settings}.</source>
@@ -5306,8 +5298,8 @@
         <translation>开始检查。</translation>
     </message>
     <message>
-        <source>Start the test, or go on to the next step</source>
-        <translation>开始测试，或进入下一步</translation>
+        <source>Start the test or the next step</source>
+        <translation>开始测试或进入下一步</translation>
     </message>
     <message>
         <source>Start; only asks the module</source>
@@ -5380,10 +5372,6 @@
     <message>
         <source>Status reports a second</source>
         <translation>每秒状态帧数</translation>
-    </message>
-    <message>
-        <source>Stay</source>
-        <translation>取消</translation>
     </message>
     <message>
         <source>Step {number}: {name}</source>
@@ -5467,7 +5455,7 @@
     </message>
     <message>
         <source>TRIGGERED</source>
-        <translation>已触发！</translation>
+        <translation>已触发</translation>
     </message>
     <message>
         <source>TRIGGERED: lock it and read its trigger records.</source>
@@ -5476,10 +5464,6 @@
     <message>
         <source>Table (*.csv)</source>
         <translation>表格 (*.csv)</translation>
-    </message>
-    <message>
-        <source>Take back, close, or end what is begun; it never sends anything</source>
-        <translation>收回、关闭或结束已开始的操作；绝不发送任何内容</translation>
     </message>
     <message>
         <source>Take over from a file what this computer lacks</source>
@@ -5630,10 +5614,6 @@
         <translation>确认是 {seconds:.1f} 秒前的：请重新确认。</translation>
     </message>
     <message>
-        <source>The connection was lost: nothing of it is kept.</source>
-        <translation>连接中断：不保存任何结果。</translation>
-    </message>
-    <message>
         <source>The details are on the clipboard.</source>
         <translation>详细信息已复制到剪贴板。</translation>
     </message>
@@ -5758,8 +5738,8 @@
         <translation>模块在任何波特率下都没有应答。请将其关机再开机，然后使用“查找模块”；原波特率为 {old}，要求改为 {new}。</translation>
     </message>
     <message>
-        <source>The module answers at {found} baud, which nobody asked for. Change it again.</source>
-        <translation>模块以 {found} 波特率应答，这并非所要求的速率。请重新修改。</translation>
+        <source>The module answers at {found} baud instead. Change it again.</source>
+        <translation>模块却以 {found} 波特率应答。请重新修改。</translation>
     </message>
     <message>
         <source>The module answers at {new} baud, and so does the port.</source>
@@ -5788,10 +5768,6 @@
     <message>
         <source>The module cannot hold that value; the row says why.</source>
         <translation>模块不能保存这个值；本行说明了原因。</translation>
-    </message>
-    <message>
-        <source>The module counts the parachute as gone by the light in its bay. Measure in the light of the day on which it flies, with nobody's hand before the sensor.</source>
-        <translation>模块根据伞仓内的光线判断降落伞是否已离仓。请在飞行当天的光线下测量，手不要遮挡传感器。</translation>
     </message>
     <message>
         <source>The module did not accept it.</source>
@@ -5994,6 +5970,10 @@
         <translation>模块将当前姿态作为水平基准。仅用于消除小的安装误差。</translation>
     </message>
     <message>
+        <source>The module takes the parachute as gone when its bay is light. Measure in the light of the flight day, with no hand over the sensor.</source>
+        <translation>模块根据伞仓内的光线判断降落伞是否已离仓。请在飞行当天的光线下测量，手不要遮挡传感器。</translation>
+    </message>
+    <message>
         <source>The module was ACTIVE when it was last heard: treat it as ready to fire.</source>
         <translation>最后一次收到数据时模块处于激活状态：请按随时可能开伞对待。</translation>
     </message>
@@ -6016,6 +5996,10 @@
     <message>
         <source>The module's baud rate; 115200 unless somebody changed it</source>
         <translation>模块的波特率；未改动过时为 115200</translation>
+    </message>
+    <message>
+        <source>The next step was not done within {seconds:.0f} s.</source>
+        <translation>{seconds:.0f} s 内没有完成下一步。</translation>
     </message>
     <message>
         <source>The parachute counts as out of the bay when the light reads beyond {limit:.1f} V. Which way light moves the reading is found by measuring with the bay closed, then open.</source>
@@ -6240,10 +6224,6 @@
     <message>
         <source>The vendor's rule can be read in two ways, and they disagree:</source>
         <translation>厂家规则有两种解读，结果不同：</translation>
-    </message>
-    <message>
-        <source>The vendor's rules and our assumptions</source>
-        <translation>厂家规则与所作假设</translation>
     </message>
     <message>
         <source>Theme</source>
@@ -6870,6 +6850,10 @@
         <translation>正在等待模块</translation>
     </message>
     <message>
+        <source>Wait…</source>
+        <translation>请稍候…</translation>
+    </message>
+    <message>
         <source>Warning: {name}: {what}</source>
         <translation>警告：{name}：{what}</translation>
     </message>
@@ -7094,7 +7078,11 @@
         <translation>不带 --yes 时只作说明，不发送任何内容（退出码 2）。所做的操作会写入操作记录。</translation>
     </message>
     <message>
-        <source>Without a command the window opens. Exit code: 0 done; 1 done and the answer is no; 2 used wrongly; 3 no link (no such port, busy, no permission, no answer); 4 some of it could not be had; 130 or 143 interrupted before there was a result.</source>
+        <source>Without a Braille display, type: {command} — then plug the adapter in again.</source>
+        <translation>如果不使用盲文显示器，请输入：{command}，然后重新插入适配器。</translation>
+    </message>
+    <message>
+        <source>Without a command the window opens. Exit code: 0 done; 1 done and the answer is no; 2 used wrongly; 3 no link (no such port, busy, no permission, no answer); 4 some of it could not be read; 130 or 143 interrupted before there was a result.</source>
         <translation>不带命令时打开窗口。退出码：0 完成；1 完成，但结果为否；2 用法错误；3 无连接（无此串口、被占用、无权限、无应答）；4 部分内容未能取得；130 或 143 在得到结果之前被中断。</translation>
     </message>
     <message>
@@ -7160,6 +7148,10 @@
     <message>
         <source>Write it again</source>
         <translation>再次写入</translation>
+    </message>
+    <message>
+        <source>Write it on Settings until it is verified.</source>
+        <translation>在“参数设置”中写入，直到显示已验证。</translation>
     </message>
     <message>
         <source>Write to 1 module</source>
@@ -7730,7 +7722,7 @@
         <translation>修改参数并验证其生效</translation>
     </message>
     <message>
-        <source>change the dialect or the rate</source>
+        <source>change the quirks or the rate</source>
         <translation>更改协议差异或输出速率</translation>
     </message>
     <message>
@@ -7876,10 +7868,6 @@
     <message>
         <source>device or socket://host:port</source>
         <translation>设备名或 socket://主机:端口</translation>
-    </message>
-    <message>
-        <source>dialect: where the vendor's table leaves it open</source>
-        <translation>协议差异：厂家协议表未明确之处</translation>
     </message>
     <message>
         <source>different</source>
@@ -8394,8 +8382,8 @@
         <translation>激活模块（需要 --yes）</translation>
     </message>
     <message>
-        <source>manual item N of the profile was looked at and is in order</source>
-        <translation>配置文件的第 N 项人工检查已查看且正常</translation>
+        <source>manual item N of the profile is OK</source>
+        <translation>配置文件的第 N 项人工检查正常</translation>
     </message>
     <message>
         <source>matches already</source>
@@ -8594,10 +8582,6 @@
         <translation>否：已锁定，待机</translation>
     </message>
     <message>
-        <source>nobody named</source>
-        <translation>未填写</translation>
-    </message>
-    <message>
         <source>noise of the sensors: 0 none, 1 usual</source>
         <translation>传感器噪声：0 无，1 正常</translation>
     </message>
@@ -8696,6 +8680,10 @@
     <message>
         <source>not measured yet</source>
         <translation>尚未测量</translation>
+    </message>
+    <message>
+        <source>not named</source>
+        <translation>未填写</translation>
     </message>
     <message>
         <source>not named yet</source>
@@ -8976,6 +8964,10 @@
     <message>
         <source>query: {name}</source>
         <translation>查询：{name}</translation>
+    </message>
+    <message>
+        <source>quirks: where the vendor's table leaves it open</source>
+        <translation>协议差异：厂家协议表未明确之处</translation>
     </message>
     <message>
         <source>read</source>
@@ -10476,6 +10468,10 @@
     <message>
         <source>{port} is open, {rate} baud</source>
         <translation>{port} 已打开，波特率 {rate}</translation>
+    </message>
+    <message>
+        <source>{port} only echoes what is sent.</source>
+        <translation>{port} 只回显发出的字节。</translation>
     </message>
     <message>
         <source>{port} vanishes again: the driver for Braille displays (brltty) takes this adapter for one.</source>

@@ -122,7 +122,7 @@ def boot_count(case: Case) -> Finding:
         if count is None:
             return unknown(case.fault("boot_count"), limit)
         shown = said(marked("{count}; no memory of this module"), count=str(count))
-        do = said(marked("At its first visit: go on. Else the records of this computer were lost: compare by hand."))
+        do = said(marked("At its first visit: continue. Else this computer's records were lost: compare by hand."))
         return Finding(CheckResult.WARN, count, shown, limit, do)
     limit = said(marked("not before {count}, where {module} was last"), count=str(past.boot_count), module=past.module)
     if count is None:
@@ -199,7 +199,7 @@ def _days_ago(days: float | None) -> UserMessage:
     return said(marked("today")) if days < 1 else said(marked("{days:.0f} days ago"), days=int(days))
 
 
-_SETTING = marked("Open Settings, write the value wanted, and see it verified.")
+_SETTING = marked("Write it on Settings until it is verified.")
 _TRIGGER = marked("Choose “enable now” (--enable-triggers): only an acknowledged set says how it stands.")
 
 
@@ -223,8 +223,8 @@ MODULE_CHECKS: Final = (
     Check("freefall_trigger", marked("Free-fall trigger enabled"), partial(trigger, key="freefall_trigger"),
           marked("It fires in free fall. The module cannot be asked whether it is enabled."), _TRIGGER),
     Check("trigger_records", marked("No new trigger record"), trigger_records,
-          marked("A trigger that nobody has explained can happen again in flight."),
-          marked("Look at it (Triggers) and judge it: bench test, real or false.")),
+          marked("An unexplained trigger can happen again in flight."),
+          marked("Judge it on Triggers: bench test, real or false.")),
     Check("boot_count", marked("Boot count fits the module"), boot_count,
           marked("The module has no serial number; its boot count only grows."),
           marked("Make sure which module this is, and name it.")),

@@ -89,7 +89,7 @@ def verdict_sentence(verdict: Verdict, activated_by: ActivatedBy) -> UserMessage
 
 MANUAL_WORDS: Mapping[bool | None, str] = {
     True: marked("done"),
-    False: marked("NOT IN ORDER"),
+    False: marked("NOT OK"),
     None: marked("skipped"),
 }
 

@@ -45,7 +45,7 @@ SENTENCES: Mapping[tuple[Act, Outcome], str] = {
     (Act.ZERO, Outcome.UNKNOWN): marked("Sent, not confirmed."),
     (Act.SHUTDOWN, Outcome.CONFIRMED): marked("The module acknowledged and is silent now."),
     (Act.SHUTDOWN, Outcome.REFUSED): marked("The module still answers: it is not switched off."),
-    (Act.SHUTDOWN, Outcome.UNKNOWN): marked("Sent, not acknowledged; the module is silent now: look at it."),
+    (Act.SHUTDOWN, Outcome.UNKNOWN): marked("Sent, not acknowledged; the module is silent now: check it."),
     (Act.FORBID_DEPLOY, Outcome.CONFIRMED): marked("The module acknowledged. For how long it holds is not known."),
     (Act.FORBID_DEPLOY, Outcome.REFUSED): marked("The module did not accept it."),
     (Act.FORBID_DEPLOY, Outcome.UNKNOWN): marked("Sent, not confirmed: do not rely on it."),

@@ -63,7 +63,7 @@ SENTENCES: Mapping[BaudEnd, str] = {
         "The module acknowledged and still answers at {old} baud. Switch it off and on; then look for it at {new} baud."
     ),
     BaudEnd.UNCHANGED: marked("The module did not take the new rate: it still answers at {old} baud."),
-    BaudEnd.ELSEWHERE: marked("The module answers at {found} baud, which nobody asked for. Change it again."),
+    BaudEnd.ELSEWHERE: marked("The module answers at {found} baud instead. Change it again."),
     BaudEnd.LOST: marked(
         "The module answers at no baud rate. Switch it off and on, then use “Find my module”; it was at {old} and was "
         "told {new} baud."

@@ -144,7 +144,7 @@ def _introduced(record: Mapping[str, object]) -> UserMessage:
         module=_shown(module) if module else said(marked("a module without a name")),
         verdict=verdict if record.get("void") is None else said(marked("{verdict} (void)"), verdict=verdict),
         at=_shown(record.get("at")),
-        who=_shown(who) if who else said(marked("nobody named")),
+        who=_shown(who) if who else said(marked("not named")),
     )
 
 

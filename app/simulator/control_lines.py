@@ -139,7 +139,7 @@ VERBS: dict[str, Verb] = {
     "unplug": Verb("unplug [SECONDS]", marked("pull the serial adapter, for good or for some seconds"), _unplug),
     "plug": Verb("plug", marked("plug the serial adapter in again"), lambda b, _w: b.plug()),
     "fault": Verb("fault NAME VALUE|none", marked("switch a fault on; none ends all"), _fault),
-    "set": Verb("set NAME VALUE", marked("change the dialect or the rate"), _change),
+    "set": Verb("set NAME VALUE", marked("change the quirks or the rate"), _change),
 }  # fmt: skip
 
 

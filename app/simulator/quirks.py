@@ -19,7 +19,7 @@ class Group(Enum):
     """Heading in the help; the value is its English, translatable text."""
 
     MODULE = marked("module")
-    DIALECT = marked("dialect: where the vendor's table leaves it open")
+    DIALECT = marked("quirks: where the vendor's table leaves it open")
     LIES = marked("lies and defects of the module; codes and values in hexadecimal")
     FAULTS = marked("faults of the line")
     PHYSICAL = marked("physical side")

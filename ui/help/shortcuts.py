@@ -17,7 +17,7 @@ from ui.widgets.document_window import DocumentWindow
 
 _NATIVE: Final = QKeySequence.SequenceFormat.NativeText
 _ALWAYS: Final = (
-    ("Esc", marked("Take back, close, or end what is begun; it never sends anything")),
+    ("Esc", marked("Close or cancel; never sends anything")),
     ("Tab", marked("To the next control")),
     ("Alt", marked("To the menus")),
 )

@@ -130,10 +130,7 @@ def _settings(desk: TourSetup) -> Scene:
             return Scene(tr("It does not stand, and the row says why."), spots, tr("Write it again"), page.write.click)
         case _:
             pass
-    text = tr(
-        "A row for each setting: what the module holds, what you want, the vendor's default and advice beside the "
-        "field, and what it means in the air."
-    )
+    text = tr("One row a setting: value on the module, new value, and what it means in the air.")
     holds_first = row is not None and row.stands is not None and row.stands.value == float(_FALLS_WANTED[0])
     wanted = _FALLS_WANTED[1] if holds_first else _FALLS_WANTED[0]
     want = partial(work.edit, partial(work.form.type_text, _FALL_KEY, wanted))
@@ -192,10 +189,7 @@ def _no_go(page: PreflightPage) -> Scene:
     assessment = page.work.assessment
     against = () if assessment is None else assessment.against
     if against == ("trigger_records",):
-        text = tr(
-            "NO-GO, and it names why: nobody has vouched for the two old trigger records. You have just read them, so "
-            "say so in that row."
-        )
+        text = tr("NO-GO, because two trigger records are not reviewed. You have just read them: say so in that row.")
         statement = Statement(are_records_looked_at=True)
         return Scene(text, (page.list.rows["trigger_records"],), tr("Mark reviewed"), partial(page.check, statement))
     text = tr("NO-GO names everything that stands against it. Each row below says why it matters and what to do.")
@@ -265,7 +259,7 @@ STEPS: Final[tuple[TourStep, ...]] = (
     TourStep("live", marked("Connect"), _connect, may_skip=False),
     TourStep("live", marked("What it says now"), _values),
     TourStep("live", marked("Tip it"), _tip),
-    TourStep("settings", marked("Settings: want, write, verified"), _settings, _show_settings, _leave_settings),
+    TourStep("settings", marked("Edit, write, verify"), _settings, _show_settings, _leave_settings),
     TourStep("triggers", marked("Why did it fire?"), _triggers),
     TourStep("preflight", marked("READY, GO or NO-GO"), _preflight, _show_preflight),
     TourStep("live", marked("LOCK"), _lock),

@@ -67,7 +67,7 @@ def leaving_notice(
         (
             Choice("lock_and_leave", locks, lock, is_main=True),
             Choice("leave_active", leaves, leave, is_step=True),
-            Choice("stay", tr("Stay"), stay),
+            Choice("stay", tr("Cancel"), stay),
         ),
     )
 
@@ -78,5 +78,5 @@ def unsent_notice(count: int, leave: Callable[[], None], stay: Callable[[], None
     text = tr("{count} changes of settings have not been written to the module.", count=count)
     if count == 1:
         text = tr("1 change of a setting has not been written to the module.")
-    stays = Choice("stay", tr("Stay"), stay, is_main=True)
+    stays = Choice("stay", tr("Cancel"), stay, is_main=True)
     return Notice(Meaning.ATTENTION, text, (stays, Choice("drop_edits", leaves, leave, is_step=True)))

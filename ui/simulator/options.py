@@ -251,7 +251,7 @@ class SimulatorOptions(QWidget):
             self.folds[name] = fold
             self._rows.append(body)
         self.heal = control(QPushButton(), texts, "simulator_heal", "End all faults", slot=self._heal,
-                            tip="Make the line perfect again; the dialect stays.")  # fmt: skip
+                            tip="Make the line perfect; quirks stay.")  # fmt: skip
         self._rows[0].form.addRow(self.heal)
 
     @property

@@ -251,7 +251,7 @@ def test_nobody_there_ends_it(kind: GuidedKind, monkeypatch: pytest.MonkeyPatch)
     for module in ("status_watch", "tilt", "free_fall", "charger"):
         monkeypatch.setattr(f"app.guided.{module}.PERSON_LIMIT_S", 5.0)
     rig = settled_rig(charger=kind is GuidedKind.CHARGER)
-    assert reason(guided(rig, kind)) == "Nobody did the next step within 5 s."
+    assert reason(guided(rig, kind)) == "The next step was not done within 5 s."
 
 
 @pytest.mark.parametrize("kind", [GuidedKind.TILT, GuidedKind.FREE_FALL, GuidedKind.CHARGER, GuidedKind.ZERO])

@@ -113,7 +113,7 @@ class BundlePreview(QWidget):
                             says="Save the support bundle",
                             tip="Save what is shown here as a zip file",
                             picture=Icon.BUNDLE, role="primary", slot=self.choose_and_save)  # fmt: skip
-        self.renew = control(QPushButton(), texts, "bundle_renew", "Renew", says="Refresh the preview",
+        self.renew = control(QPushButton(), texts, "bundle_renew", "Refresh", says="Refresh the preview",
                              tip="Refresh the preview", picture=Icon.AGAIN,
                              slot=self.make)  # fmt: skip
         self._where = named(TickingLabel(), "bundle_log_path", "small")

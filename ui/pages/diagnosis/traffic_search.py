@@ -57,9 +57,9 @@ class TrafficSearch(QWidget):
         self.field.setMinimumWidth(120)
         self.field.setMaximumWidth(200)
         self.next = control(QToolButton(), texts, "traffic_search_next", says="Next match",
-                            tip="Next row found (Enter)", picture=Icon.CHEVRON_DOWN, slot=self.find_next)  # fmt: skip
-        self.before = control(QToolButton(), texts, "traffic_search_before", says="Row found before",
-                              tip="Row found before (Shift+Enter)", picture=Icon.CHEVRON_UP,
+                            tip="Next match (Enter)", picture=Icon.CHEVRON_DOWN, slot=self.find_next)  # fmt: skip
+        self.before = control(QToolButton(), texts, "traffic_search_before", says="Previous match",
+                              tip="Previous match (Shift+Enter)", picture=Icon.CHEVRON_UP,
                               slot=self.find_before)  # fmt: skip
         for button in (self.next, self.before):
             button.setIconSize(QSize(14, 14))

@@ -203,7 +203,7 @@ class WhatIfPanel(QFrame):
                            tip="Copy these values to Settings; nothing is sent",
                            slot=self._use)  # fmt: skip
         self.about = control(QToolButton(), texts, "fired_about", "How this is judged",
-                             tip="The vendor's rules and our assumptions", picture=Icon.INFORMATION,
+                             tip="Rules and assumptions", picture=Icon.INFORMATION,
                              role="quiet")  # fmt: skip
         self.about.setCheckable(True)
         self.rules = text_label("fired_rules", "small")

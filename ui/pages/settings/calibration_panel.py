@@ -51,8 +51,8 @@ class CalibrationPanel(QWidget):
         texts.bind(self._title.setText, "Light threshold by measurement")
         texts.bind(
             self._intro.setText,
-            "The module counts the parachute as gone by the light in its bay. Measure in the light of the day on which "
-            "it flies, with nobody's hand before the sensor.",
+            "The module takes the parachute as gone when its bay is light. Measure in the light of the flight day, "
+            "with no hand over the sensor.",
         )
         self.result = text_label("calibration_result", "strong")
         self.detail = text_label("calibration_detail", "small")

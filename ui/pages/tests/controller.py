@@ -34,7 +34,7 @@ from ui.services.context import Services
 from ui.services.running_job import RunningJob
 
 CANCELLED = marked("Cancelled: nothing of it is kept.")
-LOST = marked("The connection was lost: nothing of it is kept.")
+LOST = marked("Link lost: nothing of it is kept.")
 SLEPT = marked("The computer slept: nothing of it is kept.")
 FAILED = marked("An error in the program ended the test: nothing of it is kept.")
 UNPROVEN = marked("The act was not confirmed: nothing of it is kept.")

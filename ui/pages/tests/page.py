@@ -83,7 +83,7 @@ class TestsPage(Page):
                               tip="End the test; the module is locked where it was activated", key="Esc",
                               slot=self.work.cancel)  # fmt: skip
         self.primary = control(StepButton(), texts, "tests_run", "Start",
-                               tip="Start the test, or go on to the next step", key="Ctrl+Return", role="primary",
+                               tip="Start the test or the next step", key="Ctrl+Return", role="primary",
                                slot=self._go_on)  # fmt: skip
         self._lay_out()
         self._wire()

@@ -104,7 +104,7 @@ def test_manual_items_are_ticked_by_a_person(qtbot: QtBot, qapp: QApplication, t
         ]
         bench.click(other.bad)
         assert bench.check() is Standing.NO_GO
-        assert other.chip.word == "NOT IN ORDER"
+        assert other.chip.word == "NOT OK"
         bench.assembly.connector.clock = lambda: time.monotonic() + 1000.0
         page.tick()  # a quarter of an hour later the ticks are of another flight
         assert [row.chip.word for row in page.list.manual] == ["skipped", "skipped"]
