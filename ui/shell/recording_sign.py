@@ -75,9 +75,6 @@ class RecordingSign(QWidget):
         if event.type() == QEvent.Type.LanguageChange and hasattr(self, "_shown"):
             self._shown = None
             self.refresh()
-            self._picture.show_icon(Icon.RECORD, is_muted=True)
-        else:
-            self._picture.show_icon(Icon.WARNING, Meaning.ATTENTION)
 
 
 def trouble_notice(sentence: str, look: Callable[[], None], dismiss: Callable[[], None]) -> Notice:

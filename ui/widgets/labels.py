@@ -76,6 +76,10 @@ class IconLabel(QLabel):
         super().__init__()
         named(self, name)
 
+    @property
+    def icon(self) -> Icon | None:
+        return None if self._shown is None else self._shown[0]
+
     def show_icon(self, picture: Icon, meaning: Meaning | None = None, *, is_muted: bool = False) -> None:
         """In the colour of its meaning, of muted text, or of plain text."""
         if self._shown != (picture, meaning, is_muted):

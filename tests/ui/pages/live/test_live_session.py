@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QEvent, QObject, Signal
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
@@ -24,6 +24,8 @@ from ui.main import PAGES
 from ui.pages.live.page import LivePage
 from ui.services.session_recording import SessionRecording, SessionTracker
 from ui.shell.recording_sign import RecordingSign
+from ui.style.icons import Icon
+from ui.widgets.labels import IconLabel
 
 LOST = replace(CLOSED, trouble=PortError(PortTrouble.LOST, "/dev/ttyUSB0", ""))
 OTHER = replace(OPEN, port="/dev/ttyACM0")
@@ -165,6 +167,8 @@ def test_a_recorder_in_trouble_costs_the_link_nothing(bench: Bench, tmp_path: Pa
     assert len(told) == 1
     assert "no longer recorded" in told[0]
     assert sign.label.text() == "Not recorded"
+    QApplication.sendEvent(sign, QEvent(QEvent.Type.LanguageChange))
+    assert _is_a_warning(sign)
 
 
 def test_an_error_of_ours_in_the_recorder_does_not_reach_the_worker(
@@ -190,6 +194,16 @@ def test_the_sign_says_since_when(bench: Bench, qtbot: QtBot) -> None:
     assert since is not None
     assert sign.label.text() == f"Recorded since {since.astimezone():%H:%M}"
     assert not sign.isHidden()
+    assert _is_a_warning(sign) is False
+    for change in (QEvent.Type.StyleChange, QEvent.Type.FontChange, QEvent.Type.LanguageChange):
+        QApplication.sendEvent(sign, QEvent(change))
+        assert _is_a_warning(sign) is False
+
+
+def _is_a_warning(sign: RecordingSign) -> bool:
+    shown = sign.findChild(IconLabel)
+    assert shown is not None
+    return shown.icon is Icon.WARNING
 
 
 # In the window
