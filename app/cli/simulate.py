@@ -16,30 +16,22 @@ from app.simulator.servers.endpoint import Endpoint, Loop, complain
 from app.simulator.servers.tcp_server import TcpEndpoint
 from app.text.i18n import tr
 from app.text.sentences import reason_of
-from protocol.translatable import marked
 
 USED_WRONGLY = 2
 NO_LINK = 3
 
-_EXAMPLES = (
-    ("dps-s simulate", marked("prints the port to open, for example /dev/pts/5")),
-    ("dps-s simulate --link /tmp/dps-s --rate 1440", marked("always the same path, and the quickest stream")),
-    ("dps-s simulate --tcp 127.0.0.1:0", marked("a TCP socket, on every platform: prints socket://127.0.0.1:…")),
-    ("dps-s simulate --history 9 --records pieces --voltage-code 34", marked("nine records, in awkward pieces")),
-    ("dps-s simulate --drop 0.2 --corrupt 0.01 --seed 7", marked("a bad line, the same each time")),
-    ("dps-s simulate --active --lifelike --noise 1", marked("active: tilt 70 on standard input makes it fire")),
-)
+_EXAMPLES = """\
+  dps-s simulate --link /tmp/dps-s --rate 1440
+  dps-s simulate --tcp 127.0.0.1:0
+  dps-s simulate --history 9 --records pieces --cross-talk 21:20=14/2@500
+  sim://NAME?drop=0.2&corrupt=0.01&seed=7"""
 
 
 def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
     """Add `simulate` to the command line."""
     parser = subparsers.add_parser(
         "simulate",
-        help=tr("a simulated module; prints the port to open"),
-        description=tr(
-            "A simulated module, written from the vendor's table. Prints the port to open as its first line and runs "
-            "until it is stopped (Ctrl-C). The same options go into the query of sim://NAME?option=value."
-        ),
+        description=tr("Run a simulated module until Ctrl-C. The first line is its port."),
         usage="%(prog)s [--link PATH | --tcp HOST:PORT] [--OPTION VALUE …]",
         epilog=_epilog(),
         formatter_class=argparse.RawDescriptionHelpFormatter,
@@ -50,10 +42,9 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The options of `simulate`, in their groups."""
-    reached = parser.add_argument_group(tr("how it is reached"))
-    way = reached.add_mutually_exclusive_group()
+    way = parser.add_mutually_exclusive_group()
     way.add_argument("--link", type=Path, metavar="PATH", help=tr("symbolic link to the pseudo-terminal"))
-    way.add_argument("--tcp", type=_tcp_address, metavar="HOST:PORT", help=tr("a TCP socket instead; port 0 picks one"))
+    way.add_argument("--tcp", type=_tcp_address, metavar="HOST:PORT", help=tr("TCP socket; port 0 picks one"))
     groups = {group: parser.add_argument_group(tr(group.value)) for group in Group}
     for option in OPTIONS:
         _add_option(groups[option.group], option)
@@ -68,7 +59,7 @@ def _add_option(group: "argparse._ArgumentGroup", option: Option) -> None:
 
     metavar = option.metavar or ("yes|no" if option.is_flag else "{" + ",".join(option.choices) + "}")
     default = default_text(option)
-    text = tr("{text} (default: {default})", text=tr(option.text), default=default) if default else tr(option.text)
+    text = tr(option.text) + (f" [{default}]" if default else "")
     group.add_argument(
         option.flag,
         dest=option.name,
@@ -84,15 +75,13 @@ def _tcp_address(text: str) -> tuple[str, int]:
     host, _, port = text.rpartition(":")
     host = host.strip("[]")
     if not host or not port.isdecimal() or int(port) > 0xFFFF:
-        raise argparse.ArgumentTypeError(tr("{address} is not HOST:PORT, such as 127.0.0.1:5000", address=text))
+        raise argparse.ArgumentTypeError(tr("expected {expected}", expected="HOST:PORT"))
     return host, int(port)
 
 
 def _epilog() -> str:
-    width = max(len(command) for command, _ in _EXAMPLES)
-    examples = "\n".join(f"  {command:<{width}}  {tr(text)}" for command, text in _EXAMPLES)
     controls = "\n".join(f"  {line}" for line in help_text().splitlines())
-    return f"{tr('Lines on standard input while it runs:')}\n{controls}\n\n{tr('Examples:')}\n{examples}"
+    return f"{tr('Standard input:')}\n{controls}\n\n{tr('Examples:')}\n{_EXAMPLES}"
 
 
 def run(args: argparse.Namespace) -> int:
@@ -100,7 +89,7 @@ def run(args: argparse.Namespace) -> int:
     values = {option.name: getattr(args, option.name) for option in OPTIONS if hasattr(args, option.name)}
     bench = SimulatedBench(setup_from(values))
     if args.tcp is None and sys.platform == "win32":
-        complain(tr("Windows has no pseudo-terminals: use --tcp 127.0.0.1:0"))
+        complain(tr("Windows has no pseudo-terminals: use {option}.", option="--tcp 127.0.0.1:0"))
         return USED_WRONGLY
     try:
         endpoint = _endpoint(args, bench)
@@ -109,9 +98,8 @@ def run(args: argparse.Namespace) -> int:
         )
         _serve(loop)
     except OSError as error:
-        why = reason_of(error)
-        reason = why if args.link is None else f"{args.link}: {why}"
-        complain(tr("no port for the simulated module: {reason}", reason=reason))
+        where = args.link or (":".join(map(str, args.tcp)) if args.tcp else "pty")
+        complain(tr("{file}: {why}", file=where, why=reason_of(error)))
         return NO_LINK
     return 0
 
@@ -134,12 +122,12 @@ class _Announcement:
 
     def __call__(self, address: str) -> None:
         if self._has_spoken:
-            complain(tr("plugged in again: {address}", address=address))
+            complain(address)
             return
         self._has_spoken = True
         print(address, flush=True)
         if self._link is not None:
-            complain(tr("also as {path}", path=self._link))
+            complain(str(self._link))
 
 
 def _serve(loop: Loop) -> None:

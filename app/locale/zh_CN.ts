@@ -62,10 +62,6 @@
         <translation>00 串口已连接，01 未连接</translation>
     </message>
     <message>
-        <source>01</source>
-        <translation>01</translation>
-    </message>
-    <message>
         <source>01 active, 00 not</source>
         <translation>01 已激活，00 未激活</translation>
     </message>
@@ -238,10 +234,6 @@
         <translation>正在回放数据记录：其内容不会作为模块数据保存。</translation>
     </message>
     <message>
-        <source>A restart loses the settings</source>
-        <translation>重启后参数丢失</translation>
-    </message>
-    <message>
         <source>A row for each module, a column for each parameter</source>
         <translation>每行一个模块，每列一个参数</translation>
     </message>
@@ -252,10 +244,6 @@
     <message>
         <source>A short tone when the module triggers, falls silent or restarts</source>
         <translation>模块触发、通信中断或重启时发出短促提示音</translation>
-    </message>
-    <message>
-        <source>A simulated module, written from the vendor's table. Prints the port to open as its first line and runs until it is stopped (Ctrl-C). The same options go into the query of sim://NAME?option=value.</source>
-        <translation>按厂家协议表编写的模拟模块。第一行打印要打开的串口，一直运行到被停止（Ctrl-C）。同样的选项也可写入 sim://NAME?option=value 的查询部分。</translation>
     </message>
     <message>
         <source>A slow answer points to a bad adapter or a busy computer.</source>
@@ -526,10 +514,6 @@
         <translation>触发开伞时飞行器与水平面的夹角；低于该值 10° 时复位。</translation>
     </message>
     <message>
-        <source>Angle of the aircraft against the horizontal plane. Active, it fires.</source>
-        <translation>飞行器与水平面的夹角。激活时超过阈值会触发。</translation>
-    </message>
-    <message>
         <source>Another adapter is in its place and is left alone: plug the same one in again, or choose a port.</source>
         <translation>原位置插着另一个适配器，程序不会连接它：请重新插入原来的适配器，或选择一个串口。</translation>
     </message>
@@ -746,6 +730,10 @@
         <translation>波特率</translation>
     </message>
     <message>
+        <source>Baud-rate timing</source>
+        <translation>按波特率计时</translation>
+    </message>
+    <message>
         <source>Bay closed</source>
         <translation>伞仓关闭</translation>
     </message>
@@ -914,6 +902,10 @@
         <translation>电芯</translation>
     </message>
     <message>
+        <source>Cell drain per hour</source>
+        <translation>每小时电压下降</translation>
+    </message>
+    <message>
         <source>Cell voltage</source>
         <translation>电芯电压</translation>
     </message>
@@ -968,10 +960,6 @@
     <message>
         <source>Charger</source>
         <translation>外接供电</translation>
-    </message>
-    <message>
-        <source>Charges the cell, and wakes a module that was shut down.</source>
-        <translation>为电芯充电，并唤醒已关机的模块。</translation>
     </message>
     <message>
         <source>Charging</source>
@@ -1138,11 +1126,7 @@
         <translation>选择、预备、按住 2 秒</translation>
     </message>
     <message>
-        <source>Clamps after</source>
-        <translation>延时限幅</translation>
-    </message>
-    <message>
-        <source>Clamps what is set</source>
+        <source>Clamps settings</source>
         <translation>限制参数范围</translation>
     </message>
     <message>
@@ -1642,40 +1626,20 @@
         <translation>时长：{time}</translation>
     </message>
     <message>
-        <source>E11: light the other way round</source>
-        <translation>E11：光线读数反向</translation>
+        <source>E11: inverted light</source>
+        <translation>E11：光线反向</translation>
     </message>
     <message>
-        <source>E11: more light reads lower</source>
-        <translation>E11：光线越强读数越低</translation>
+        <source>E12: 4.70 V records</source>
+        <translation>E12：记录为 4.70 V</translation>
     </message>
     <message>
-        <source>E12: records carry 4.70 V, as the worked example does</source>
-        <translation>E12：记录中的电压为 4.70 V，与协议表示例相同</translation>
+        <source>E15: keeps state</source>
+        <translation>E15：保留状态</translation>
     </message>
     <message>
-        <source>E12: records with 4.70 V</source>
-        <translation>E12：记录电压为 4.70 V</translation>
-    </message>
-    <message>
-        <source>E15: activation, trigger flags and serial output survive a restart</source>
-        <translation>E15：激活状态、触发开关和串口输出在重启后保留</translation>
-    </message>
-    <message>
-        <source>E15: remembers its state</source>
-        <translation>E15：重启后保留状态</translation>
-    </message>
-    <message>
-        <source>E2: a set of 21, 22 or 24 is acknowledged by the value or by 01</source>
-        <translation>E2：设置 21、22 或 24 时，以设置值或以 01 应答</translation>
-    </message>
-    <message>
-        <source>E2: acknowledges by</source>
-        <translation>E2：应答内容</translation>
-    </message>
-    <message>
-        <source>E3: code of the answer to the cell voltage, 34</source>
-        <translation>E3：查询电芯电压（34）时应答所用的命令码</translation>
+        <source>E2: acknowledgement</source>
+        <translation>E2：应答方式</translation>
     </message>
     <message>
         <source>E3: voltage code</source>
@@ -1686,44 +1650,28 @@
         <translation>E4：17 的应答码</translation>
     </message>
     <message>
-        <source>E4: code of the acknowledgement of 17</source>
-        <translation>E4：设置 17 时应答所用的命令码</translation>
+        <source>E6: record delivery</source>
+        <translation>E6：记录发送方式</translation>
     </message>
     <message>
-        <source>E6: pause between records or pieces</source>
-        <translation>E6：记录或片段之间的间隔</translation>
-    </message>
-    <message>
-        <source>E6: records</source>
-        <translation>E6：触发记录</translation>
-    </message>
-    <message>
-        <source>E6: records come in one go, one by one, or cut into pieces of seven bytes</source>
-        <translation>E6：触发记录一次发完、逐条发送，或拆成七字节的片段</translation>
+        <source>E6: record gap</source>
+        <translation>E6：记录间隔</translation>
     </message>
     <message>
         <source>E7: empty slots</source>
         <translation>E7：空记录位</translation>
     </message>
     <message>
-        <source>E7: slots never used are left out, sent as 00, or sent as FF</source>
-        <translation>E7：从未使用的记录位不发送、以 00 发送，或以 FF 发送</translation>
-    </message>
-    <message>
-        <source>E9: a new rate is acknowledged at the old rate, at the new, or begins at a restart</source>
-        <translation>E9：新波特率以旧速率应答、以新速率应答，或重启后才生效</translation>
-    </message>
-    <message>
-        <source>E9: acknowledges</source>
-        <translation>E9：波特率应答</translation>
+        <source>E9: baud-rate change</source>
+        <translation>E9：波特率切换</translation>
     </message>
     <message>
         <source>Each record as a sentence: when it fired, why, and what the settings and readings were. What cannot be true is marked, not hidden.</source>
         <translation>每条记录是一句话：何时触发、为何触发，以及当时的参数和读数。不可信的内容会标出，而不会隐藏。</translation>
     </message>
     <message>
-        <source>Echo of the host's bytes</source>
-        <translation>回送上位机字节</translation>
+        <source>Echo</source>
+        <translation>回显</translation>
     </message>
     <message>
         <source>Echoed frames</source>
@@ -1914,10 +1862,6 @@
         <translation>坠落</translation>
     </message>
     <message>
-        <source>Faults of the line</source>
-        <translation>线路故障</translation>
-    </message>
-    <message>
         <source>Files in the bundle</source>
         <translation>诊断包中的文件</translation>
     </message>
@@ -2046,8 +1990,8 @@
         <translation>只禁止串口开伞；禁止持续多久，厂家没有说明。</translation>
     </message>
     <message>
-        <source>Foreign answers</source>
-        <translation>插入其他应答</translation>
+        <source>Foreign replies</source>
+        <translation>错位应答</translation>
     </message>
     <message>
         <source>Forget</source>
@@ -2130,10 +2074,6 @@
         <translation>失重触发已启用</translation>
     </message>
     <message>
-        <source>From 13 m on a fall lasts longer than 1.60 s.</source>
-        <translation>从 13 m 起，坠落时间超过 1.60 秒。</translation>
-    </message>
-    <message>
         <source>From Settings</source>
         <translation>取自参数设置</translation>
     </message>
@@ -2208,10 +2148,6 @@
     <message>
         <source>Heartbeats lost</source>
         <translation>丢失的心跳</translation>
-    </message>
-    <message>
-        <source>Height of the fall</source>
-        <translation>坠落高度</translation>
     </message>
     <message>
         <source>Held for two seconds, by mouse or space bar, it sends the command once. Letting go before sends nothing.</source>
@@ -2292,6 +2228,10 @@
     <message>
         <source>If it is {module}, add --same-module.</source>
         <translation>如果确实是 {module}，请加上 --same-module。</translation>
+    </message>
+    <message>
+        <source>Ignored commands</source>
+        <translation>忽略的命令</translation>
     </message>
     <message>
         <source>Implausible</source>
@@ -2634,10 +2574,6 @@
         <translation>抖动</translation>
     </message>
     <message>
-        <source>Jitter of the stream</source>
-        <translation>串口输出抖动</translation>
-    </message>
-    <message>
         <source>Judge it on Triggers: bench test, real or false.</source>
         <translation>在“触发记录”页判定：台架测试、真实或误触发。</translation>
     </message>
@@ -2650,7 +2586,7 @@
         <translation>正在判断… {percent} %</translation>
     </message>
     <message>
-        <source>Keeps what is set</source>
+        <source>Keeps settings</source>
         <translation>保存参数</translation>
     </message>
     <message>
@@ -2834,10 +2770,6 @@
         <translation>松手落下</translation>
     </message>
     <message>
-        <source>Let it fall from this height. Active, it fires by free fall.</source>
-        <translation>让模块从该高度坠落。激活时会因失重触发。</translation>
-    </message>
-    <message>
         <source>Let it fall onto the cushion.</source>
         <translation>松手，让它落到软垫上。</translation>
     </message>
@@ -2856,10 +2788,6 @@
     <message>
         <source>Level again. The blue mark, 10° below the red one, is where it rearms.</source>
         <translation>又放平了。蓝色标记比红色低 10°，是复位角度。</translation>
-    </message>
-    <message>
-        <source>Lies and defects</source>
-        <translation>异常行为</translation>
     </message>
     <message>
         <source>Light</source>
@@ -2898,16 +2826,16 @@
         <translation>限值：未勾选时使用程序默认值</translation>
     </message>
     <message>
+        <source>Line faults</source>
+        <translation>线路故障</translation>
+    </message>
+    <message>
         <source>Line {line}: {what}</source>
         <translation>第 {line} 行：{what}</translation>
     </message>
     <message>
         <source>Line {number} is left out: {why}.</source>
         <translation>第 {number} 行已略过：{why}。</translation>
-    </message>
-    <message>
-        <source>Lines on standard input while it runs:</source>
-        <translation>运行时可在标准输入中键入的命令：</translation>
     </message>
     <message>
         <source>Link</source>
@@ -3042,16 +2970,16 @@
         <translation>正在计算阈值…</translation>
     </message>
     <message>
-        <source>Lost answers</source>
-        <translation>应答丢失</translation>
-    </message>
-    <message>
         <source>Lost at rest</source>
         <translation>静止时丢失</translation>
     </message>
     <message>
         <source>Lost bytes</source>
         <translation>字节丢失</translation>
+    </message>
+    <message>
+        <source>Lost frames</source>
+        <translation>帧丢失</translation>
     </message>
     <message>
         <source>Lost while shaken</source>
@@ -3084,10 +3012,6 @@
     <message>
         <source>Make sure which module this is, and name it.</source>
         <translation>确认是哪个模块并命名。</translation>
-    </message>
-    <message>
-        <source>Make the line perfect; quirks stay.</source>
-        <translation>恢复线路正常；协议差异保持不变。</translation>
     </message>
     <message>
         <source>Making sure that nothing changed</source>
@@ -3198,8 +3122,16 @@
         <translation>最小间隔</translation>
     </message>
     <message>
+        <source>Missing records</source>
+        <translation>缺失的记录</translation>
+    </message>
+    <message>
         <source>Module</source>
         <translation>模块</translation>
+    </message>
+    <message>
+        <source>Module faults</source>
+        <translation>模块故障</translation>
     </message>
     <message>
         <source>Module on {port}, {rate} baud</source>
@@ -3276,10 +3208,6 @@
     <message>
         <source>Move to “must not fire”</source>
         <translation>移到“不得触发”</translation>
-    </message>
-    <message>
-        <source>Moves by a few degrees, as in the wind.</source>
-        <translation>像在风中一样晃动几度。</translation>
     </message>
     <message>
         <source>Must fire: none yet</source>
@@ -3518,6 +3446,10 @@
         <translation>没有新的触发记录</translation>
     </message>
     <message>
+        <source>No option {name}.</source>
+        <translation>没有选项 {name}。</translation>
+    </message>
+    <message>
         <source>No other station is known</source>
         <translation>没有其他已知站点</translation>
     </message>
@@ -3598,8 +3530,8 @@
         <translation>本页没有快捷键</translation>
     </message>
     <message>
-        <source>No simulated module is connected.</source>
-        <translation>未连接模拟模块。</translation>
+        <source>No simulated module</source>
+        <translation>没有模拟模块</translation>
     </message>
     <message>
         <source>No station is taken over from it: it is not signed, or was altered.</source>
@@ -3660,10 +3592,6 @@
     <message>
         <source>Not OK</source>
         <translation>不正常</translation>
-    </message>
-    <message>
-        <source>Not answered</source>
-        <translation>不应答的命令</translation>
     </message>
     <message>
         <source>Not as written: {names}.</source>
@@ -3902,10 +3830,6 @@
         <translation>正常</translation>
     </message>
     <message>
-        <source>Off and on again: one more boot, two heartbeats, locked.</source>
-        <translation>关机后再开机：开机次数加一，发送两次心跳，处于锁定状态。</translation>
-    </message>
-    <message>
         <source>Offline</source>
         <translation>离线</translation>
     </message>
@@ -4074,10 +3998,6 @@
         <translation>打开窗口。</translation>
     </message>
     <message>
-        <source>Open, the light sensor reads about 2.5 V; closed, about 0.3 V.</source>
-        <translation>打开时光线读数约 2.5 V；关闭时约 0.3 V。</translation>
-    </message>
-    <message>
         <source>Opening the recording of {when}…</source>
         <translation>正在打开 {when} 的数据记录…</translation>
     </message>
@@ -4126,6 +4046,10 @@
         <translation>页面未签名：仅其中的记录完好，请以下一行为准。</translation>
     </message>
     <message>
+        <source>PWM trigger</source>
+        <translation>PWM 触发</translation>
+    </message>
+    <message>
         <source>Pages</source>
         <translation>页面</translation>
     </message>
@@ -4168,6 +4092,10 @@
     <message>
         <source>Pauses in the log: {count}, {total:.1f} s in all, the longest {longest:.1f} s.</source>
         <translation>日志中断 {count} 次，共 {total:.1f} s，最长 {longest:.1f} s。</translation>
+    </message>
+    <message>
+        <source>Physics</source>
+        <translation>物理环境</translation>
     </message>
     <message>
         <source>Picture (*.png)</source>
@@ -4274,6 +4202,10 @@
         <translation>断电重启：{fate}。</translation>
     </message>
     <message>
+        <source>Power off</source>
+        <translation>断电</translation>
+    </message>
+    <message>
         <source>Pre-flight</source>
         <translation>飞行前检查</translation>
     </message>
@@ -4306,8 +4238,8 @@
         <translation>按下“锁定”</translation>
     </message>
     <message>
-        <source>Press its switch</source>
-        <translation>按下模块开关</translation>
+        <source>Press switch</source>
+        <translation>按开关</translation>
     </message>
     <message>
         <source>Previous match</source>
@@ -4394,16 +4326,8 @@
         <translation>拔掉线</translation>
     </message>
     <message>
-        <source>Pull the serial adapter out.</source>
-        <translation>拔出串口适配器。</translation>
-    </message>
-    <message>
         <source>Put the module into standby, at once</source>
         <translation>立即使模块进入待机</translation>
-    </message>
-    <message>
-        <source>Put the serial adapter back.</source>
-        <translation>重新插入串口适配器。</translation>
     </message>
     <message>
         <source>Puts it into the form; it is written with the other changes</source>
@@ -4426,8 +4350,8 @@
         <translation>四元数</translation>
     </message>
     <message>
-        <source>Query changes</source>
-        <translation>查询后参数改变</translation>
+        <source>Query changes another</source>
+        <translation>查询时改变其他参数</translation>
     </message>
     <message>
         <source>Questions only, for a few seconds. The module must lie still.</source>
@@ -4472,6 +4396,10 @@
     <message>
         <source>REHEARSAL</source>
         <translation>演练</translation>
+    </message>
+    <message>
+        <source>Random seed</source>
+        <translation>随机种子</translation>
     </message>
     <message>
         <source>Raw bytes</source>
@@ -4634,10 +4562,6 @@
         <translation>记录</translation>
     </message>
     <message>
-        <source>Records left out</source>
-        <translation>遗漏的触发记录</translation>
-    </message>
-    <message>
         <source>Records of the module</source>
         <translation>模块的记录</translation>
     </message>
@@ -4658,8 +4582,8 @@
         <translation>重新生成预览</translation>
     </message>
     <message>
-        <source>Refuses what is set</source>
-        <translation>拒绝写入</translation>
+        <source>Refuses settings</source>
+        <translation>拒绝参数</translation>
     </message>
     <message>
         <source>Rehearsal: {frame} would have been sent. Nothing was.</source>
@@ -4722,6 +4646,10 @@
         <translation>重启</translation>
     </message>
     <message>
+        <source>Restart loses settings</source>
+        <translation>重启后参数丢失</translation>
+    </message>
+    <message>
         <source>Restarts</source>
         <translation>重启</translation>
     </message>
@@ -4736,10 +4664,6 @@
     <message>
         <source>Result</source>
         <translation>结果</translation>
-    </message>
-    <message>
-        <source>Reverts after</source>
-        <translation>延时恢复</translation>
     </message>
     <message>
         <source>Reviewed</source>
@@ -4776,6 +4700,10 @@
     <message>
         <source>Rules and assumptions</source>
         <translation>规则与假设</translation>
+    </message>
+    <message>
+        <source>Run a simulated module until Ctrl-C. The first line is its port.</source>
+        <translation>运行模拟模块，按 Ctrl-C 结束。第一行输出其串口。</translation>
     </message>
     <message>
         <source>Run the pre-flight check.</source>
@@ -5010,6 +4938,10 @@
         <translation>不经询问，持续发送状态。</translation>
     </message>
     <message>
+        <source>Sensor noise</source>
+        <translation>传感器噪声</translation>
+    </message>
+    <message>
         <source>Sent once; now it is asked for.</source>
         <translation>已发送一次；正在读回。</translation>
     </message>
@@ -5062,12 +4994,12 @@
         <translation>可设置并应答，不能回读。</translation>
     </message>
     <message>
-        <source>Set changes other</source>
-        <translation>写入改变另一参数</translation>
+        <source>Set changes another</source>
+        <translation>写入时改变其他参数</translation>
     </message>
     <message>
-        <source>Set it down and check again</source>
-        <translation>放平静置并重新检查</translation>
+        <source>Set down, check again</source>
+        <translation>放平并重新检查</translation>
     </message>
     <message>
         <source>Set it level</source>
@@ -5122,8 +5054,16 @@
         <translation>参数与批准的一致</translation>
     </message>
     <message>
+        <source>Settings clamped after</source>
+        <translation>参数延时被限制</translation>
+    </message>
+    <message>
         <source>Settings code</source>
         <translation>参数校验码</translation>
+    </message>
+    <message>
+        <source>Settings revert after</source>
+        <translation>参数延时恢复</translation>
     </message>
     <message>
         <source>Settings: {settings}.</source>
@@ -5192,10 +5132,6 @@
     <message>
         <source>Shut down now</source>
         <translation>立即关机</translation>
-    </message>
-    <message>
-        <source>Shut down. It comes back by its switch or by external power.</source>
-        <translation>已关机。可通过开关或外接供电重新开机。</translation>
     </message>
     <message>
         <source>Shut down…</source>
@@ -5282,6 +5218,10 @@
         <translation>分段间隔</translation>
     </message>
     <message>
+        <source>Standard input:</source>
+        <translation>标准输入：</translation>
+    </message>
+    <message>
         <source>Stands against it: {why}</source>
         <translation>未通过：{why}</translation>
     </message>
@@ -5312,10 +5252,6 @@
     <message>
         <source>State</source>
         <translation>状态</translation>
-    </message>
-    <message>
-        <source>State of the simulated module</source>
-        <translation>模拟模块的状态</translation>
     </message>
     <message>
         <source>State of {setting}</source>
@@ -5398,12 +5334,20 @@
         <translation>停止保存，不留下文件</translation>
     </message>
     <message>
+        <source>Stream jitter</source>
+        <translation>输出抖动</translation>
+    </message>
+    <message>
         <source>Stream rate</source>
         <translation>输出速率</translation>
     </message>
     <message>
         <source>Streams</source>
         <translation>串口输出</translation>
+    </message>
+    <message>
+        <source>Streams after start</source>
+        <translation>开机后串口输出</translation>
     </message>
     <message>
         <source>Sunlight</source>
@@ -5442,16 +5386,16 @@
         <translation>模块关机。长按开关 2 秒或接通外接供电即可再次开机。</translation>
     </message>
     <message>
-        <source>Switches the module on after it was shut down.</source>
-        <translation>关机后使模块重新开机。</translation>
-    </message>
-    <message>
         <source>Sync now</source>
         <translation>立即同步</translation>
     </message>
     <message>
         <source>System</source>
         <translation>跟随系统</translation>
+    </message>
+    <message>
+        <source>TCP socket; port 0 picks one</source>
+        <translation>TCP 套接字；端口为 0 时自动选择</translation>
     </message>
     <message>
         <source>TRIGGERED</source>
@@ -6158,8 +6102,8 @@
         <translation>触发时的设置</translation>
     </message>
     <message>
-        <source>The simulated module is not at rest: it wobbles, or lies tipped, as its panel (F4) says.</source>
-        <translation>模拟模块没有静止：它在晃动或倾斜，见其面板（F4）。</translation>
+        <source>The simulated module is not at rest.</source>
+        <translation>模拟模块未处于静止状态。</translation>
     </message>
     <message>
         <source>The system did not list its serial ports. Switch Bluetooth off and try again.</source>
@@ -6838,10 +6782,6 @@
         <translation>作废：{why}。</translation>
     </message>
     <message>
-        <source>Voltage of the module's cell. It drains slowly by itself.</source>
-        <translation>模块的电芯电压，会自行缓慢下降。</translation>
-    </message>
-    <message>
         <source>Voltage of the module's cell; with external power connected it is the charging voltage.</source>
         <translation>模块的电芯电压；接有外接供电时为充电电压。</translation>
     </message>
@@ -6866,14 +6806,6 @@
         <translation>正在观察倾角和加速度，持续两秒</translation>
     </message>
     <message>
-        <source>Ways that the vendor's table leaves open.</source>
-        <translation>厂家协议未明确规定的行为。</translation>
-    </message>
-    <message>
-        <source>What a module does other than it says.</source>
-        <translation>模块的实际行为与应答不符。</translation>
-    </message>
-    <message>
         <source>What a person checks</source>
         <translation>由人检查的内容</translation>
     </message>
@@ -6884,10 +6816,6 @@
     <message>
         <source>What changes by itself, or when something else is set, cannot be relied on.</source>
         <translation>自行变化或随其他参数变化的参数不可信赖。</translation>
-    </message>
-    <message>
-        <source>What goes wrong between computer and module.</source>
-        <translation>电脑与模块之间的通信故障。</translation>
     </message>
     <message>
         <source>What has the keyboard?</source>
@@ -7058,8 +6986,8 @@
         <translation>加宽侧栏</translation>
     </message>
     <message>
-        <source>Windows has no pseudo-terminals: use --tcp 127.0.0.1:0</source>
-        <translation>Windows 没有伪终端：请使用 --tcp 127.0.0.1:0</translation>
+        <source>Windows has no pseudo-terminals: use {option}.</source>
+        <translation>Windows 没有伪终端：请使用 {option}。</translation>
     </message>
     <message>
         <source>Wireless lag</source>
@@ -7102,8 +7030,8 @@
         <translation>不含串口输出</translation>
     </message>
     <message>
-        <source>Wobbles a little</source>
-        <translation>轻微晃动</translation>
+        <source>Wobbles</source>
+        <translation>晃动</translation>
     </message>
     <message>
         <source>Would have fired once.</source>
@@ -7250,18 +7178,6 @@
         <translation>[{name}] 应为一个表。</translation>
     </message>
     <message>
-        <source>a TCP socket instead; port 0 picks one</source>
-        <translation>改用 TCP 套接字；端口 0 表示自动选择</translation>
-    </message>
-    <message>
-        <source>a TCP socket, on every platform: prints socket://127.0.0.1:…</source>
-        <translation>TCP 套接字，各平台可用：打印 socket://127.0.0.1:…</translation>
-    </message>
-    <message>
-        <source>a bad line, the same each time</source>
-        <translation>一条质量差的线路，每次都相同</translation>
-    </message>
-    <message>
         <source>a device name (see dps-s ports), a pseudo-terminal or a URL: socket://HOST:PORT, sim://; default: DPS_S_PORT, or the only adapter</source>
         <translation>设备名（见 dps-s ports）、伪终端或 URL：socket://主机:端口、sim://；默认：DPS_S_PORT，或唯一的适配器</translation>
     </message>
@@ -7272,10 +7188,6 @@
     <message>
         <source>a heartbeat was not answered: offline</source>
         <translation>心跳无应答：离线</translation>
-    </message>
-    <message>
-        <source>a height from 0 to 10000 m is needed</source>
-        <translation>需要 0 到 10000 m 之间的高度</translation>
     </message>
     <message>
         <source>a list of at most {count} [[manual]] tables is needed.</source>
@@ -7290,10 +7202,6 @@
         <translation>未命名的模块</translation>
     </message>
     <message>
-        <source>a number from {least} to {most} is needed</source>
-        <translation>需要 {least} 到 {most} 之间的数</translation>
-    </message>
-    <message>
         <source>a number is needed</source>
         <translation>需要一个数</translation>
     </message>
@@ -7302,28 +7210,8 @@
         <translation>人员</translation>
     </message>
     <message>
-        <source>a restart brings the default settings back</source>
-        <translation>重启后恢复默认参数</translation>
-    </message>
-    <message>
         <source>a sensor at rest does not wander further</source>
         <translation>静止的传感器不会有更大的漂移</translation>
-    </message>
-    <message>
-        <source>a set of one changes another: 21:20, with a value 16:17=01, the second time and 500 ms later 21:20=14/2@500</source>
-        <translation>设置一项会改变另一项：21:20；指定值：16:17=01；第二次设置并延时 500 ms：21:20=14/2@500</translation>
-    </message>
-    <message>
-        <source>a simulated module; prints the port to open</source>
-        <translation>模拟模块；打印要打开的串口</translation>
-    </message>
-    <message>
-        <source>a whole number from {least} to {most} is needed</source>
-        <translation>需要 {least} 到 {most} 之间的整数</translation>
-    </message>
-    <message>
-        <source>a wireless bridge: what the module sends, streamed or not, arrives later by this</source>
-        <translation>无线透传：模块发出的所有数据（包括连续输出）都晚到这么久</translation>
     </message>
     <message>
         <source>above the threshold, {limit}</source>
@@ -7336,10 +7224,6 @@
     <message>
         <source>acknowledged</source>
         <translation>已应答</translation>
-    </message>
-    <message>
-        <source>acknowledged only</source>
-        <translation>只应答</translation>
     </message>
     <message>
         <source>acknowledged {time} ago</source>
@@ -7362,10 +7246,6 @@
         <translation>模块锁定，飞行前须激活</translation>
     </message>
     <message>
-        <source>activate or lock it without the protocol</source>
-        <translation>不经协议直接激活或锁定</translation>
-    </message>
-    <message>
         <source>activate the module</source>
         <translation>激活模块</translation>
     </message>
@@ -7380,10 +7260,6 @@
     <message>
         <source>active</source>
         <translation>已激活</translation>
-    </message>
-    <message>
-        <source>active: tilt 70 on standard input makes it fire</source>
-        <translation>已激活：在标准输入中键入 tilt 70 即会触发</translation>
     </message>
     <message>
         <source>add to a file what it lacks</source>
@@ -7414,20 +7290,8 @@
         <translation>此配置文件中的所有参数</translation>
     </message>
     <message>
-        <source>also as {path}</source>
-        <translation>也可用路径 {path}</translation>
-    </message>
-    <message>
-        <source>always the same path, and the quickest stream</source>
-        <translation>路径固定不变，输出速率最快</translation>
-    </message>
-    <message>
         <source>ambiguous option: %(option)s could match %(matches)s</source>
         <translation>选项 %(option)s 不明确，可能是 %(matches)s</translation>
-    </message>
-    <message>
-        <source>an answer to another command comes first: 20:22, with a value 20:22=05, or 500 ms later 20:22@500</source>
-        <translation>先发送其他命令的应答：20:22；指定值：20:22=05；延时 500 ms：20:22@500</translation>
     </message>
     <message>
         <source>an archive file</source>
@@ -7442,16 +7306,8 @@
         <translation>另有 {count} 项</translation>
     </message>
     <message>
-        <source>angle against the horizontal plane, in degrees</source>
-        <translation>与水平面的夹角，单位为度</translation>
-    </message>
-    <message>
         <source>answer</source>
         <translation>应答</translation>
-    </message>
-    <message>
-        <source>answers come in up to three pieces with this pause between them</source>
-        <translation>应答最多分成三段发送，段间间隔为此值</translation>
     </message>
     <message>
         <source>argument %(argument_name)s: %(message)s</source>
@@ -7480,10 +7336,6 @@
     <message>
         <source>at 0 the bay is never dark</source>
         <translation>为 0 时伞仓永远不算暗</translation>
-    </message>
-    <message>
-        <source>at a restart</source>
-        <translation>重启后生效</translation>
     </message>
     <message>
         <source>at an unknown time</source>
@@ -7530,14 +7382,6 @@
         <translation>静止时为 1 g；低于 0.7 g 即为失重</translation>
     </message>
     <message>
-        <source>at the new rate</source>
-        <translation>以新速率应答</translation>
-    </message>
-    <message>
-        <source>at the old rate</source>
-        <translation>以旧速率应答</translation>
-    </message>
-    <message>
         <source>at {time:.2f} s: {why}</source>
         <translation>{time:.2f} s：{why}</translation>
     </message>
@@ -7570,10 +7414,6 @@
         <translation>波特</translation>
     </message>
     <message>
-        <source>baud rate of the module</source>
-        <translation>模块的波特率</translation>
-    </message>
-    <message>
         <source>baud rate, default 115200</source>
         <translation>波特率，默认 115200</translation>
     </message>
@@ -7604,10 +7444,6 @@
     <message>
         <source>before the restart</source>
         <translation>重启之前</translation>
-    </message>
-    <message>
-        <source>begin active instead of locked: it fires by its own thresholds</source>
-        <translation>启动时为激活而非锁定：模块会按自身阈值触发</translation>
     </message>
     <message>
         <source>being recorded</source>
@@ -7658,20 +7494,8 @@
         <translation>开机次数为 {now}，原为 {before}</translation>
     </message>
     <message>
-        <source>boot count, 0 to 255</source>
-        <translation>开机次数，0 到 255</translation>
-    </message>
-    <message>
         <source>boot {boot} · {uptime}</source>
         <translation>第 {boot} 次开机 · {uptime}</translation>
-    </message>
-    <message>
-        <source>boot {count}</source>
-        <translation>开机次数 {count}</translation>
-    </message>
-    <message>
-        <source>both ways</source>
-        <translation>双向</translation>
     </message>
     <message>
         <source>brackets are nested too deeply.</source>
@@ -7706,10 +7530,6 @@
         <translation>无法读取：重启后未知</translation>
     </message>
     <message>
-        <source>cell voltage</source>
-        <translation>电芯电压</translation>
-    </message>
-    <message>
         <source>cell voltage {fault}, limit {limit}</source>
         <translation>电芯电压{fault}，限值 {limit}</translation>
     </message>
@@ -7720,10 +7540,6 @@
     <message>
         <source>change settings and prove that they stand</source>
         <translation>修改参数并验证其生效</translation>
-    </message>
-    <message>
-        <source>change the quirks or the rate</source>
-        <translation>更改协议差异或输出速率</translation>
     </message>
     <message>
         <source>changed</source>
@@ -7774,20 +7590,8 @@
         <translation>请选择</translation>
     </message>
     <message>
-        <source>codes in hexadecimal are needed, such as 14,33</source>
-        <translation>需要十六进制命令码，例如 14,33</translation>
-    </message>
-    <message>
         <source>commands</source>
         <translation>命令</translation>
-    </message>
-    <message>
-        <source>commands that are answered twice, such as 01,32</source>
-        <translation>应答两次的命令，例如 01,32</translation>
-    </message>
-    <message>
-        <source>commands that it does not know, such as 14,33; 35/2 from the second time on</source>
-        <translation>不应答的命令，例如 14,33；35/2 表示从第二次起</translation>
     </message>
     <message>
         <source>connect to a built-in simulated module</source>
@@ -7818,10 +7622,6 @@
         <translation>无法回读</translation>
     </message>
     <message>
-        <source>cut its power</source>
-        <translation>切断模块电源</translation>
-    </message>
-    <message>
         <source>cut off</source>
         <translation>中断</translation>
     </message>
@@ -7844,10 +7644,6 @@
     <message>
         <source>days after which a guided test is due; default {days}</source>
         <translation>引导测试到期的天数；默认 {days}</translation>
-    </message>
-    <message>
-        <source>delay of every answer</source>
-        <translation>每条应答的延迟</translation>
     </message>
     <message>
         <source>delete one for good (asks for --yes)</source>
@@ -7888,10 +7684,6 @@
     <message>
         <source>done</source>
         <translation>已完成</translation>
-    </message>
-    <message>
-        <source>done: {line}</source>
-        <translation>已执行：{line}</translation>
     </message>
     <message>
         <source>doubled</source>
@@ -7982,12 +7774,12 @@
         <translation>需要一个参数值</translation>
     </message>
     <message>
-        <source>explain captured bytes</source>
-        <translation>解释捕获的字节</translation>
+        <source>expected {expected}</source>
+        <translation>应为 {expected}</translation>
     </message>
     <message>
-        <source>external power is connected</source>
-        <translation>外接供电已接通</translation>
+        <source>explain captured bytes</source>
+        <translation>解释捕获的字节</translation>
     </message>
     <message>
         <source>failed</source>
@@ -8000,10 +7792,6 @@
     <message>
         <source>false trigger</source>
         <translation>误触发</translation>
-    </message>
-    <message>
-        <source>faults of the line</source>
-        <translation>线路故障</translation>
     </message>
     <message>
         <source>fell (below {acceleration} for {seconds})</source>
@@ -8066,10 +7854,6 @@
         <translation>禁止串口触发开伞</translation>
     </message>
     <message>
-        <source>forces settings into the vendor's advice and acknowledges what it kept</source>
-        <translation>将设置限制在厂家建议范围内，并以实际保存值应答</translation>
-    </message>
-    <message>
         <source>forward</source>
         <translation>向前</translation>
     </message>
@@ -8118,10 +7902,6 @@
         <translation>心跳内容为 {found}，应为 A5 5A</translation>
     </message>
     <message>
-        <source>hold its switch for 2 s: on, if it was off</source>
-        <translation>按住模块开关 2 秒：若已关机则开机</translation>
-    </message>
-    <message>
         <source>holds for {minutes} min</source>
         <translation>有效 {minutes} 分钟</translation>
     </message>
@@ -8134,18 +7914,6 @@
         <translation>上位机</translation>
     </message>
     <message>
-        <source>how it is now</source>
-        <translation>显示当前状态</translation>
-    </message>
-    <message>
-        <source>how it is reached</source>
-        <translation>连接方式</translation>
-    </message>
-    <message>
-        <source>how long after the first the second answer comes</source>
-        <translation>第二次应答与第一次应答的间隔</translation>
-    </message>
-    <message>
         <source>ignored explicit argument %r</source>
         <translation>多余的参数值 %r</translation>
     </message>
@@ -8156,14 +7924,6 @@
     <message>
         <source>impossible value</source>
         <translation>数值不可能</translation>
-    </message>
-    <message>
-        <source>in one go</source>
-        <translation>一次发完</translation>
-    </message>
-    <message>
-        <source>in pieces</source>
-        <translation>拆成片段</translation>
     </message>
     <message>
         <source>in the trash</source>
@@ -8198,10 +7958,6 @@
         <translation>检查没有完成</translation>
     </message>
     <message>
-        <source>it does not fire: it is locked, forbidden or off</source>
-        <translation>未触发：模块已锁定、被禁止触发或已关机</translation>
-    </message>
-    <message>
         <source>it holds what no record holds</source>
         <translation>含有记录中不应有的内容</translation>
     </message>
@@ -8212,6 +7968,10 @@
     <message>
         <source>it is no JSON, or damaged</source>
         <translation>不是 JSON，或已损坏</translation>
+    </message>
+    <message>
+        <source>it is no symbolic link</source>
+        <translation>不是符号链接</translation>
     </message>
     <message>
         <source>it is not whole</source>
@@ -8254,20 +8014,12 @@
         <translation>由本程序的更新版本生成</translation>
     </message>
     <message>
-        <source>it wobbles a few degrees, as in the wind</source>
-        <translation>像在风中一样晃动几度</translation>
-    </message>
-    <message>
         <source>its station did not sign it</source>
         <translation>并非由所属站点签名</translation>
     </message>
     <message>
         <source>keep what is read under this name, and tell what is new</source>
         <translation>以此名称保存读到的记录，并说明哪些是新的</translation>
-    </message>
-    <message>
-        <source>keeps the old setting and acknowledges that</source>
-        <translation>保留旧参数，并以旧值应答</translation>
     </message>
     <message>
         <source>lag {seconds} s</source>
@@ -8288,22 +8040,6 @@
     <message>
         <source>latest after {seconds:.1f} s, {metres:.0f} m lower</source>
         <translation>最迟 {seconds:.1f} s，下降 {metres:.0f} m</translation>
-    </message>
-    <message>
-        <source>lay it at this angle</source>
-        <translation>将模块倾斜到该角度</translation>
-    </message>
-    <message>
-        <source>left out</source>
-        <translation>不发送</translation>
-    </message>
-    <message>
-        <source>let it fall, from 20 m unless told</source>
-        <translation>让模块坠落，默认高度 20 m</translation>
-    </message>
-    <message>
-        <source>lies and defects of the module; codes and values in hexadecimal</source>
-        <translation>模块的异常行为；命令码和值为十六进制</translation>
     </message>
     <message>
         <source>light at the trigger, 0.1 V</source>
@@ -8434,10 +8170,6 @@
         <translation>新</translation>
     </message>
     <message>
-        <source>nine records, in awkward pieces</source>
-        <translation>九条记录，拆成零碎的片段发送</translation>
-    </message>
-    <message>
         <source>no</source>
         <translation>否</translation>
     </message>
@@ -8494,10 +8226,6 @@
         <translation>不是成对的十六进制数字</translation>
     </message>
     <message>
-        <source>no port for the simulated module: {reason}</source>
-        <translation>模拟模块没有可用的端口：{reason}</translation>
-    </message>
-    <message>
         <source>no readings</source>
         <translation>没有读数</translation>
     </message>
@@ -8538,10 +8266,6 @@
         <translation>无数据流</translation>
     </message>
     <message>
-        <source>no such command: {codes}</source>
-        <translation>没有该命令：{codes}</translation>
-    </message>
-    <message>
         <source>no time, direction and bytes</source>
         <translation>没有时间、方向和字节</translation>
     </message>
@@ -8554,36 +8278,8 @@
         <translation>多次读取结果不一致</translation>
     </message>
     <message>
-        <source>no: acknowledges locking and stays active</source>
-        <translation>no：应答锁定，但仍处于激活状态</translation>
-    </message>
-    <message>
-        <source>no: acknowledges settings and does not keep them</source>
-        <translation>no：应答设置但不保存</translation>
-    </message>
-    <message>
-        <source>no: acknowledges the activation and stays locked</source>
-        <translation>no：应答激活，但仍处于锁定状态</translation>
-    </message>
-    <message>
-        <source>no: acknowledges the shutdown and stays on</source>
-        <translation>no：应答关机，但不关机</translation>
-    </message>
-    <message>
-        <source>no: acknowledges zeroing without effect</source>
-        <translation>no：应答置零，但不生效</translation>
-    </message>
-    <message>
-        <source>no: bytes take no time on the line</source>
-        <translation>no：字节在线路上不占用时间</translation>
-    </message>
-    <message>
         <source>no: locked, in standby</source>
         <translation>否：已锁定，待机</translation>
-    </message>
-    <message>
-        <source>noise of the sensors: 0 none, 1 usual</source>
-        <translation>传感器噪声：0 无，1 正常</translation>
     </message>
     <message>
         <source>none</source>
@@ -8624,10 +8320,6 @@
     <message>
         <source>not allowed with argument %s</source>
         <translation>不能与参数 %s 同时使用</translation>
-    </message>
-    <message>
-        <source>not answered</source>
-        <translation>不应答</translation>
     </message>
     <message>
         <source>not asked</source>
@@ -8766,10 +8458,6 @@
         <translation>检查期间模块和链路无异常</translation>
     </message>
     <message>
-        <source>nothing that the module sends comes through</source>
-        <translation>模块发送的内容全部丢失</translation>
-    </message>
-    <message>
         <source>now</source>
         <translation>现在</translation>
     </message>
@@ -8802,32 +8490,12 @@
         <translation>每位一个来源：01 串口，02 姿态，04 PWM，08 失重</translation>
     </message>
     <message>
-        <source>one by one</source>
-        <translation>逐条发送</translation>
-    </message>
-    <message>
         <source>one of the arguments %s is required</source>
         <translation>以下参数必须给出一个：%s</translation>
     </message>
     <message>
-        <source>one of {rates} is needed</source>
-        <translation>需要以下值之一：{rates}</translation>
-    </message>
-    <message>
-        <source>one of {values} is needed</source>
-        <translation>需要以下值之一：{values}</translation>
-    </message>
-    <message>
-        <source>only these can be changed: {names}</source>
-        <translation>只能更改以下选项：{names}</translation>
-    </message>
-    <message>
         <source>only {count} reports came in two seconds</source>
         <translation>两秒内只收到 {count} 次状态</translation>
-    </message>
-    <message>
-        <source>open or close the parachute bay</source>
-        <translation>打开或关闭伞仓</translation>
     </message>
     <message>
         <source>open the window</source>
@@ -8874,24 +8542,8 @@
         <translation>已暂停，落后 {time}</translation>
     </message>
     <message>
-        <source>physical side</source>
-        <translation>物理环境</translation>
-    </message>
-    <message>
         <source>pinned</source>
         <translation>已固定</translation>
-    </message>
-    <message>
-        <source>plug or unplug external power</source>
-        <translation>接通或断开外接供电</translation>
-    </message>
-    <message>
-        <source>plug the serial adapter in again</source>
-        <translation>重新插入串口适配器</translation>
-    </message>
-    <message>
-        <source>plugged in again: {address}</source>
-        <translation>已重新插入：{address}</translation>
     </message>
     <message>
         <source>point at the plots</source>
@@ -8942,10 +8594,6 @@
         <translation>显示版本</translation>
     </message>
     <message>
-        <source>prints the port to open, for example /dev/pts/5</source>
-        <translation>打印要打开的串口，例如 /dev/pts/5</translation>
-    </message>
-    <message>
         <source>propose thresholds that fire in all of these flights</source>
         <translation>建议使这些飞行均触发的阈值</translation>
     </message>
@@ -8954,20 +8602,12 @@
         <translation>建议使这些飞行均不触发的阈值</translation>
     </message>
     <message>
-        <source>pull the serial adapter, for good or for some seconds</source>
-        <translation>拔出串口适配器，一直拔出或只拔出若干秒</translation>
-    </message>
-    <message>
         <source>put the module into standby (asks for --yes)</source>
         <translation>使模块进入待机，即锁定（需要 --yes）</translation>
     </message>
     <message>
         <source>query: {name}</source>
         <translation>查询：{name}</translation>
-    </message>
-    <message>
-        <source>quirks: where the vendor's table leaves it open</source>
-        <translation>协议差异：厂家协议表未明确之处</translation>
     </message>
     <message>
         <source>read</source>
@@ -9018,18 +8658,6 @@
         <translation>回放记录</translation>
     </message>
     <message>
-        <source>records from 1 to {most} are needed, such as 3,1/2</source>
-        <translation>需要 1 至 {most} 的记录号，例如 3,1/2</translation>
-    </message>
-    <message>
-        <source>records left out, 1 is the oldest: 3 always, 1/2 the second time</source>
-        <translation>遗漏的触发记录，1 为最早一条：3 表示始终遗漏，1/2 表示第二次查询时遗漏</translation>
-    </message>
-    <message>
-        <source>records: {count}</source>
-        <translation>记录：{count}</translation>
-    </message>
-    <message>
         <source>refused</source>
         <translation>被拒绝</translation>
     </message>
@@ -9046,28 +8674,12 @@
         <translation>应答：{what}</translation>
     </message>
     <message>
-        <source>reports a new activation state only this long afterwards</source>
-        <translation>激活状态改变后延时上报</translation>
-    </message>
-    <message>
         <source>required</source>
         <translation>必需</translation>
     </message>
     <message>
         <source>restarted</source>
         <translation>已重启</translation>
-    </message>
-    <message>
-        <source>restarts without heartbeats whenever it has run this long</source>
-        <translation>每运行该时间后静默重启，不发心跳</translation>
-    </message>
-    <message>
-        <source>restarts without heartbeats, this long after it acknowledged a change</source>
-        <translation>应答设置后经过该时间静默重启，不发心跳</translation>
-    </message>
-    <message>
-        <source>rules are needed, such as 21:20=14/2@500</source>
-        <translation>需要规则，例如 21:20=14/2@500</translation>
     </message>
     <message>
         <source>run a simulated module</source>
@@ -9094,16 +8706,8 @@
         <translation>确认两个模块是否为同一个</translation>
     </message>
     <message>
-        <source>seconds since it was switched on; 0 lets the two heartbeats be seen</source>
-        <translation>已开机的秒数；0 可看到两次开机心跳</translation>
-    </message>
-    <message>
         <source>seconds since power-on, high byte first</source>
         <translation>开机后的秒数，高位在前</translation>
-    </message>
-    <message>
-        <source>seed of faults, noise and history: the same seed, the same run</source>
-        <translation>故障、噪声和记录的随机种子：种子相同，过程相同</translation>
     </message>
     <message>
         <source>seen once</source>
@@ -9120,14 +8724,6 @@
     <message>
         <source>sent</source>
         <translation>发送</translation>
-    </message>
-    <message>
-        <source>sent as 00</source>
-        <translation>以 00 发送</translation>
-    </message>
-    <message>
-        <source>sent as FF</source>
-        <translation>以 FF 发送</translation>
     </message>
     <message>
         <source>sent, not confirmed within {seconds:.2f} s: it may have been carried out</source>
@@ -9162,10 +8758,6 @@
         <translation>序列号 {number}</translation>
     </message>
     <message>
-        <source>serial output is on after every start</source>
-        <translation>每次开机后串口输出即开启</translation>
-    </message>
-    <message>
         <source>serial output off</source>
         <translation>串口输出已关闭</translation>
     </message>
@@ -9174,16 +8766,8 @@
         <translation>串口输出已开启</translation>
     </message>
     <message>
-        <source>serial output streams, is acknowledged without streaming, or is not answered</source>
-        <translation>串口输出：正常输出、只应答不输出，或不应答</translation>
-    </message>
-    <message>
         <source>set no server any more; nothing is exchanged</source>
         <translation>取消已设置的服务器；不同步</translation>
-    </message>
-    <message>
-        <source>set the cell voltage</source>
-        <translation>设置电芯电压</translation>
     </message>
     <message>
         <source>set this server, without its password; the window then uses it</source>
@@ -9192,34 +8776,6 @@
     <message>
         <source>set {name} to {value}</source>
         <translation>将{name}设置为 {value}</translation>
-    </message>
-    <message>
-        <source>settings are forced into the vendor's advice, this long after a set</source>
-        <translation>设置后经过该时间，参数被限制在厂家建议范围内</translation>
-    </message>
-    <message>
-        <source>settings go back to what they were, this long after a set</source>
-        <translation>设置后经过该时间，参数恢复原值</translation>
-    </message>
-    <message>
-        <source>share of answers that come twice</source>
-        <translation>重复发送的应答比例</translation>
-    </message>
-    <message>
-        <source>share of answers with random bytes before them</source>
-        <translation>前面带有随机字节的应答比例</translation>
-    </message>
-    <message>
-        <source>share of bytes with one bit turned</source>
-        <translation>有一位翻转的字节比例</translation>
-    </message>
-    <message>
-        <source>share of single bytes that vanish</source>
-        <translation>单个字节丢失的比例</translation>
-    </message>
-    <message>
-        <source>share of whole requests and answers that vanish, 0 to 1</source>
-        <translation>整条请求和应答丢失的比例，0 到 1</translation>
     </message>
     <message>
         <source>show this help message and exit</source>
@@ -9242,10 +8798,6 @@
         <translation>已过时</translation>
     </message>
     <message>
-        <source>status frames a second while serial output is on, 1 to 1440</source>
-        <translation>串口输出开启时每秒的状态帧数，1 到 1440</translation>
-    </message>
-    <message>
         <source>status: tilt {tilt}°, {acceleration:.1f} g, {triggered}, {active}</source>
         <translation>状态：倾角 {tilt}°，{acceleration:.1f} g，{triggered}，{active}</translation>
     </message>
@@ -9264,18 +8816,6 @@
     <message>
         <source>streamed</source>
         <translation>主动输出</translation>
-    </message>
-    <message>
-        <source>streamed status frames come up to this much late</source>
-        <translation>串口输出的状态帧最多延迟该时间</translation>
-    </message>
-    <message>
-        <source>switch a fault on; none ends all</source>
-        <translation>打开一种故障；none 结束所有故障</translation>
-    </message>
-    <message>
-        <source>switch it off and on</source>
-        <translation>关机后再开机</translation>
     </message>
     <message>
         <source>switch the module off (asks for --yes)</source>
@@ -9378,10 +8918,6 @@
         <translation>帧不完整</translation>
     </message>
     <message>
-        <source>the host's own bytes come back</source>
-        <translation>上位机发送的字节被回送</translation>
-    </message>
-    <message>
         <source>the line is too long</source>
         <translation>该行太长</translation>
     </message>
@@ -9414,10 +8950,6 @@
         <translation>模块无应答</translation>
     </message>
     <message>
-        <source>the module does not hear what arrives while it is sending</source>
-        <translation>模块在发送期间收不到到达的数据</translation>
-    </message>
-    <message>
         <source>the module gives different answers to the same question</source>
         <translation>模块对同一询问给出不同的应答</translation>
     </message>
@@ -9428,10 +8960,6 @@
     <message>
         <source>the module held it at first and then changed it by itself</source>
         <translation>模块起初保存了该值，随后自行更改</translation>
-    </message>
-    <message>
-        <source>the module ignores a request that begins sooner than this after its last reply or the last request</source>
-        <translation>模块忽略在其上一次答复或上一个请求之后过早（短于此时间）到达的请求</translation>
     </message>
     <message>
         <source>the module is ACTIVE, and nothing is written then</source>
@@ -9482,10 +9010,6 @@
         <translation>名称、名称的开头部分，或 latest（最新的）</translation>
     </message>
     <message>
-        <source>the parachute bay is open</source>
-        <translation>伞仓已打开</translation>
-    </message>
-    <message>
         <source>the port was lost</source>
         <translation>串口断开</translation>
     </message>
@@ -9526,10 +9050,6 @@
         <translation>一致</translation>
     </message>
     <message>
-        <source>the same after a query: 20:20=14/2@500</source>
-        <translation>查询后发生同样的改变：20:20=14/2@500</translation>
-    </message>
-    <message>
         <source>the same throughout; GO needs it active</source>
         <translation>检查期间不变；激活后才可以飞行</translation>
     </message>
@@ -9538,20 +9058,12 @@
         <translation>shell 名称</translation>
     </message>
     <message>
-        <source>the simulated module has no option {name}</source>
-        <translation>模拟模块没有选项 {name}</translation>
-    </message>
-    <message>
         <source>the time runs backwards; the line before counts</source>
         <translation>时间倒退；以前一行的时间为准</translation>
     </message>
     <message>
         <source>the trigger records in the module were reviewed</source>
         <translation>模块中的触发记录已经查看</translation>
-    </message>
-    <message>
-        <source>the value</source>
-        <translation>设置值</translation>
     </message>
     <message>
         <source>the value could not be read back</source>
@@ -9638,16 +9150,8 @@
         <translation>待完成</translation>
     </message>
     <message>
-        <source>to the host</source>
-        <translation>发往上位机</translation>
-    </message>
-    <message>
         <source>to the left</source>
         <translation>向左</translation>
-    </message>
-    <message>
-        <source>to the module</source>
-        <translation>发往模块</translation>
     </message>
     <message>
         <source>to the right</source>
@@ -9670,10 +9174,6 @@
         <translation>已过期</translation>
     </message>
     <message>
-        <source>trigger by its PWM input</source>
-        <translation>通过 PWM 输入触发</translation>
-    </message>
-    <message>
         <source>trigger ended</source>
         <translation>触发结束</translation>
     </message>
@@ -9688,10 +9188,6 @@
     <message>
         <source>trigger record: slot never used</source>
         <translation>触发记录：此位置从未使用</translation>
-    </message>
-    <message>
-        <source>trigger records of earlier days, 0 to 9</source>
-        <translation>已有的触发记录条数，0 到 9</translation>
     </message>
     <message>
         <source>triggered</source>
@@ -9742,20 +9238,12 @@
         <translation>无法识别的参数：%s</translation>
     </message>
     <message>
-        <source>up to this much more delay, at random</source>
-        <translation>随机增加的延迟上限</translation>
-    </message>
-    <message>
         <source>up to {ms} ms</source>
         <translation>不超过 {ms} ms</translation>
     </message>
     <message>
         <source>usage: </source>
         <translation>用法：</translation>
-    </message>
-    <message>
-        <source>usage: {usage}</source>
-        <translation>用法：{usage}</translation>
     </message>
     <message>
         <source>used last</source>
@@ -9772,10 +9260,6 @@
     <message>
         <source>void</source>
         <translation>作废</translation>
-    </message>
-    <message>
-        <source>volts that the cell loses in an hour</source>
-        <translation>电芯每小时下降的电压（V）</translation>
     </message>
     <message>
         <source>waiting</source>
@@ -9802,10 +9286,6 @@
         <translation>该站点的名称</translation>
     </message>
     <message>
-        <source>which way the five above apply</source>
-        <translation>以上五项作用的方向</translation>
-    </message>
-    <message>
         <source>who checks</source>
         <translation>检查人</translation>
     </message>
@@ -9820,10 +9300,6 @@
     <message>
         <source>without a screen</source>
         <translation>没有屏幕时</translation>
-    </message>
-    <message>
-        <source>wobble a few degrees, or lie still</source>
-        <translation>晃动几度，或静止不动</translation>
     </message>
     <message>
         <source>write a CSV file; - prints it</source>
@@ -9862,10 +9338,6 @@
         <translation>是</translation>
     </message>
     <message>
-        <source>yes or no is needed</source>
-        <translation>需要 yes 或 no</translation>
-    </message>
-    <message>
         <source>yes: it fires by its thresholds</source>
         <translation>是：达到阈值即开伞</translation>
     </message>
@@ -9888,10 +9360,6 @@
     <message>
         <source>{act}: {module} on {port}</source>
         <translation>{act}：{module}（{port}）</translation>
-    </message>
-    <message>
-        <source>{address} is not HOST:PORT, such as 127.0.0.1:5000</source>
-        <translation>{address} 不是 HOST:PORT 的形式，例如 127.0.0.1:5000</translation>
     </message>
     <message>
         <source>{angle:.0f}°</source>
@@ -10390,10 +9858,6 @@
         <translation>{one}；{other}</translation>
     </message>
     <message>
-        <source>{option}={value}: {reason}</source>
-        <translation>{option}={value}：{reason}</translation>
-    </message>
-    <message>
         <source>{page} ({key})</source>
         <translation>{page}（{key}）</translation>
     </message>
@@ -10404,10 +9868,6 @@
     <message>
         <source>{path} cannot be used.</source>
         <translation>{path} 无法使用。</translation>
-    </message>
-    <message>
-        <source>{path} exists and is no symbolic link; it is left alone</source>
-        <translation>{path} 已存在且不是符号链接；未作改动</translation>
     </message>
     <message>
         <source>{path} holds no settings.</source>
@@ -10598,16 +10058,8 @@
         <translation>{test}{when}</translation>
     </message>
     <message>
-        <source>{text} (default: {default})</source>
-        <translation>{text}（默认：{default}）</translation>
-    </message>
-    <message>
         <source>{text} (implausible)</source>
         <translation>{text}（不可信）</translation>
-    </message>
-    <message>
-        <source>{text} is no number</source>
-        <translation>{text} 不是数字</translation>
     </message>
     <message>
         <source>{text} · to settle: {count}</source>
@@ -10910,10 +10362,6 @@
     <message>
         <source>{when}, {module}, {port} at {rate} baud: {duration}, {samples} status reports, {size}</source>
         <translation>{when}，{module}，{port}，波特率 {rate}：{duration}，{samples} 条状态报告，{size}</translation>
-    </message>
-    <message>
-        <source>{word} is unknown; try: help</source>
-        <translation>未知命令 {word}；请键入 help</translation>
     </message>
     <message>
         <source>“dps-s verify FILE” tells whether this record or this page was altered, and which station signed it. Keep the file, whose record also holds the raw frames, with the papers of the aircraft.</source>

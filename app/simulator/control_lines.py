@@ -5,12 +5,12 @@ import os
 import stat
 import sys
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass
 from typing import TextIO
 
 from app.simulator.bench import SimulatedBench
 from app.simulator.options import BY_NAME, OptionRefused, OptionTarget, as_text, find_option, parse_value
+from app.simulator.quirks import Group
 from app.text.i18n import tr
 from protocol.translatable import marked
 
@@ -24,11 +24,10 @@ class LineRefused(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Verb:
-    """One control line."""
+    """One control line. `text` is English, translatable."""
 
     usage: str
     text: str
-    """English, translatable."""
     obey: Callable[[SimulatedBench, list[str]], None]
 
 
@@ -44,22 +43,21 @@ def obey(bench: SimulatedBench, line: str) -> str:
         return _state(bench)
     verb = VERBS.get(name)
     if verb is None:
-        raise LineRefused(tr("{word} is unknown; try: help", word=name))
+        raise LineRefused(help_text())
     try:
         verb.obey(bench, words)
-    except (IndexError, KeyError):
-        raise LineRefused(tr("usage: {usage}", usage=verb.usage)) from None
-    except ValueError as error:
+    except OptionRefused as error:
         raise LineRefused(str(error)) from error
-    return tr("done: {line}", line=" ".join([name, *words]))
+    except (IndexError, KeyError, ValueError):
+        raise LineRefused(verb.usage) from None
+    return _state(bench)
 
 
 def help_text() -> str:
     """All control lines, one a line."""
     width = max(len(verb.usage) for verb in VERBS.values())
     lines = [f"{verb.usage:<{width}}  {tr(verb.text)}" for verb in VERBS.values()]
-    lines.append(f"{'state':<{width}}  {tr('how it is now')}")
-    return "\n".join(lines)
+    return "\n".join((*lines, f"{'state':<{width}}  {tr('State')}"))
 
 
 def _state(bench: SimulatedBench) -> str:
@@ -69,25 +67,15 @@ def _state(bench: SimulatedBench) -> str:
     return "  ".join(f"{name}={as_text(getattr(state, name))}" for name in names)
 
 
-def _number(words: list[str], default: float | None = None) -> float:
-    if not words and default is not None:
-        return default
-    with suppress(ValueError):
-        value = float(words[0])
-        if math.isfinite(value):
-            return value
-    raise LineRefused(tr("{text} is no number", text=words[0]))
+def _number(words: list[str], least: float = -math.inf, most: float = math.inf) -> float:
+    value = float(words[0])
+    if not (math.isfinite(value) and least <= value <= most):
+        raise ValueError
+    return value
 
 
 def _is_on(words: list[str], on: str = "on", off: str = "off") -> bool:
     return {on: True, off: False}[words[0]]
-
-
-def _drop(bench: SimulatedBench, words: list[str]) -> None:
-    height_m = _number(words, 20.0)
-    if not 0 < height_m <= 10_000:
-        raise LineRefused(tr("a height from 0 to 10000 m is needed"))
-    bench.drop(height_m)
 
 
 def _active(bench: SimulatedBench, words: list[str]) -> None:
@@ -96,51 +84,41 @@ def _active(bench: SimulatedBench, words: list[str]) -> None:
         bench.module.activate(is_active=_is_on(words))
 
 
-def _unplug(bench: SimulatedBench, words: list[str]) -> None:
-    bench.unplug(for_s=_number(words) if words else None)
-
-
 def _pwm(bench: SimulatedBench, _words: list[str]) -> None:
     if not bench.pulse_pwm():
-        raise LineRefused(tr("it does not fire: it is locked, forbidden or off"))
+        raise OptionRefused(tr("not triggered"))
 
 
 def _change(bench: SimulatedBench, words: list[str]) -> None:
+    if words[0] == "none":
+        bench.heal()
+        return
     option = find_option(words[0])
     if option.target is OptionTarget.SETUP and option.name != "rate":
-        changeable = ", ".join(one.name for one in BY_NAME.values() if one.target is not OptionTarget.SETUP)
-        raise OptionRefused(tr("only these can be changed: {names}", names=f"rate, {changeable}"))
+        raise KeyError(option.name)
     bench.change(**{option.name: parse_value(option, words[1] if len(words) > 1 else "")})
 
 
-def _fault(bench: SimulatedBench, words: list[str]) -> None:
-    if words[0] == "none":
-        bench.heal()
-    else:
-        _change(bench, words)
-
-
 VERBS: dict[str, Verb] = {
-    "tilt": Verb("tilt DEG", marked("lay it at this angle"), lambda b, w: b.set_tilt(_number(w))),
-    "drop": Verb("drop [METRES]", marked("let it fall, from 20 m unless told"), _drop),
-    "bay": Verb("bay open|closed", marked("open or close the parachute bay"),
-                lambda b, w: b.set_bay(is_open=_is_on(w, "open", "closed"))),
-    "cell": Verb("cell VOLT", marked("set the cell voltage"), lambda b, w: b.set_cell(_number(w))),
-    "charger": Verb("charger on|off", marked("plug or unplug external power"),
-                    lambda b, w: b.set_charger(is_plugged_in=_is_on(w))),
-    "lifelike": Verb("lifelike on|off", marked("wobble a few degrees, or lie still"),
-                     lambda b, w: b.set_lifelike(is_lifelike=_is_on(w))),
-    "noise": Verb("noise N", marked("noise of the sensors: 0 none, 1 usual"), lambda b, w: b.set_noise(_number(w))),
-    "restart": Verb("restart", marked("switch it off and on"), lambda b, _w: b.restart()),
-    "off": Verb("off", marked("cut its power"), lambda b, _w: b.power_off()),
-    "press": Verb("press", marked("hold its switch for 2 s: on, if it was off"), lambda b, _w: b.press_switch()),
-    "pwm": Verb("pwm", marked("trigger by its PWM input"), _pwm),
-    "active": Verb("active on|off", marked("activate or lock it without the protocol"), _active),
-    "unplug": Verb("unplug [SECONDS]", marked("pull the serial adapter, for good or for some seconds"), _unplug),
-    "plug": Verb("plug", marked("plug the serial adapter in again"), lambda b, _w: b.plug()),
-    "fault": Verb("fault NAME VALUE|none", marked("switch a fault on; none ends all"), _fault),
-    "set": Verb("set NAME VALUE", marked("change the quirks or the rate"), _change),
-}  # fmt: skip
+    "tilt": Verb("tilt DEG", BY_NAME["tilt"].text, lambda b, w: b.set_tilt(_number(w))),
+    "drop": Verb("drop [METRES]", marked("Fall"), lambda b, w: b.drop(_number(w or ["20"], 0.1, 10_000))),
+    "bay": Verb(
+        "bay open|closed", BY_NAME["bay_open"].text, lambda b, w: b.set_bay(is_open=_is_on(w, "open", "closed"))
+    ),
+    "cell": Verb("cell VOLT", BY_NAME["cell"].text, lambda b, w: b.set_cell(_number(w))),
+    "charger": Verb("charger on|off", BY_NAME["charger"].text, lambda b, w: b.set_charger(is_plugged_in=_is_on(w))),
+    "lifelike": Verb("lifelike on|off", BY_NAME["lifelike"].text, lambda b, w: b.set_lifelike(is_lifelike=_is_on(w))),
+    "noise": Verb("noise N", BY_NAME["noise"].text, lambda b, w: b.set_noise(_number(w))),
+    "restart": Verb("restart", marked("Restart"), lambda b, _w: b.restart()),
+    "off": Verb("off", marked("Power off"), lambda b, _w: b.power_off()),
+    "press": Verb("press", marked("Press switch"), lambda b, _w: b.press_switch()),
+    "pwm": Verb("pwm", marked("PWM trigger"), _pwm),
+    "active": Verb("active on|off", BY_NAME["active"].text, _active),
+    "unplug": Verb("unplug [SECONDS]", marked("Unplug"), lambda b, w: b.unplug(for_s=_number(w) if w else None)),
+    "plug": Verb("plug", marked("Plug in"), lambda b, _w: b.plug()),
+    "fault": Verb("fault NAME VALUE|none", Group.FAULTS.value, _change),
+    "set": Verb("set NAME VALUE", Group.DIALECT.value, _change),
+}
 
 
 class ControlLines:

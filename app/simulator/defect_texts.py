@@ -1,11 +1,13 @@
-"""Text syntax for codes, occasions and rules of defects: `14,33/2`, `21:20=14/2@500`."""
+"""Text syntax for codes, occasions and rules of defects: `14,33/2`, `21:20=14/2@500`.
+
+Errors are `ValueError` with what is expected, as one would type it.
+"""
 
 import re
 from collections.abc import Iterable
 
 from app.simulator.defects import CHANGEABLE_CODES
-from app.simulator.quirks import Marks, Occasion, Rule
-from app.text.i18n import tr
+from app.simulator.quirks import RULES, Marks, Occasion, Rule
 from protocol.catalogue import BY_CODE, RECORDS_KEPT
 
 MOST_TIMES = 1_000_000
@@ -26,10 +28,10 @@ def _parts(text: str) -> list[str]:
     return text.replace(",", " ").split()
 
 
-def _check_codes(found: Iterable[int]) -> None:
-    unknown = sorted(set(found) - BY_CODE.keys())
-    if unknown:
-        raise ValueError(tr("no such command: {codes}", codes=", ".join(f"{code:02X}" for code in unknown)))
+def _check(found: Iterable[int], known: Iterable[int] = BY_CODE, *, form: str = "02X") -> None:
+    """Raises `ValueError` with all that are known."""
+    if not set(found) <= set(known):
+        raise ValueError("|".join(f"{one:{form}}" for one in sorted(known)))
 
 
 def codes(text: str) -> frozenset[int]:
@@ -37,46 +39,42 @@ def codes(text: str) -> frozenset[int]:
     try:
         found = frozenset(int(part, 16) for part in _parts(text))
     except ValueError:
-        raise ValueError(tr("codes in hexadecimal are needed, such as 14,33")) from None
-    _check_codes(found)
+        raise ValueError("CODE,…") from None
+    _check(found)
     return found
 
 
-def _marks(text: str, base: int) -> Marks:
+def _marks(text: str, base: int, expected: str) -> Marks:
     found = set[int | Occasion]()
-    for part in _parts(text):
-        what, slash, time = part.partition("/")
-        found.add(Occasion(int(what, base), int(time)) if slash else int(what, base))
+    try:
+        for part in _parts(text):
+            what, slash, time = part.partition("/")
+            found.add(Occasion(int(what, base), int(time)) if slash else int(what, base))
+    except ValueError:
+        raise ValueError(expected) from None
     if any(isinstance(one, Occasion) and not 1 <= one.time <= MOST_TIMES for one in found):
-        raise ValueError
+        raise ValueError(expected)
     return frozenset(found)
 
 
 def marked_codes(text: str) -> Marks:
     """Commands, each with the time from which on: 14,33/2; raises `ValueError`."""
-    try:
-        found = _marks(text, 16)
-    except ValueError:
-        raise ValueError(tr("codes in hexadecimal are needed, such as 14,33")) from None
-    _check_codes(one.what if isinstance(one, Occasion) else one for one in found)
+    found = _marks(text, 16, "CODE[/N],…")
+    _check(one.what if isinstance(one, Occasion) else one for one in found)
     return found
 
 
 def marked_records(text: str) -> Marks:
     """Records, each with the time at which: 3,1/2; raises `ValueError`."""
-    try:
-        found = _marks(text, 10)
-    except ValueError:
-        found = frozenset((0,))
-    if not {one.what if isinstance(one, Occasion) else one for one in found} <= set(range(1, RECORDS_KEPT + 1)):
-        raise ValueError(tr("records from 1 to {most} are needed, such as 3,1/2", most=RECORDS_KEPT))
+    found = _marks(text, 10, "RECORD[/N],…")
+    _check((one.what if isinstance(one, Occasion) else one for one in found), range(1, RECORDS_KEPT + 1), form="d")
     return found
 
 
 def _rule(part: str) -> Rule:
     match = _RULE.fullmatch(part)
     if match is None:
-        raise ValueError(tr("rules are needed, such as 21:20=14/2@500"))
+        raise ValueError(RULES)
     value, time, after = match["value"], match["time"], match["after"]
     return Rule(
         int(match["cause"], 16), int(match["effect"], 16), None if value is None else int(value, 16),
@@ -87,16 +85,12 @@ def _rule(part: str) -> Rule:
 def rules(text: str) -> tuple[Rule, ...]:
     """Answers that an answer brings along; raises `ValueError`."""
     found = tuple(_rule(part) for part in _parts(text))
-    _check_codes(code for rule in found for code in (rule.cause, rule.effect))
+    _check(code for rule in found for code in (rule.cause, rule.effect))
     return found
 
 
 def changes(text: str) -> tuple[Rule, ...]:
     """Changes that a request brings along; raises `ValueError`."""
     found = rules(text)
-    fixed = sorted({rule.effect for rule in found} - CHANGEABLE_CODES)
-    if fixed:
-        raise ValueError(
-            tr("only these can be changed: {names}", names=", ".join(f"{one:02X}" for one in sorted(CHANGEABLE_CODES)))
-        )
+    _check((rule.effect for rule in found), CHANGEABLE_CODES)
     return found

@@ -3,7 +3,6 @@
 `dps-s simulate --ack one --drop 0.1` and `sim://bench?ack=one&drop=0.1` are the same.
 """
 
-import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import Field, dataclass, field, fields
@@ -40,22 +39,22 @@ class Setup:
 
     quirks: Quirks = field(default_factory=Quirks)
     faults: Faults = field(default_factory=Faults)
-    rate: float = _module(50.0, marked("status frames a second while serial output is on, 1 to 1440"), ("HZ", 1, 1440))
-    baud: int = _module(115200, marked("baud rate of the module"), "RATE")
-    active: bool = _module(False, marked("begin active instead of locked: it fires by its own thresholds"))
-    boots: int = _module(37, marked("boot count, 0 to 255"), ("N", 0, 255))
-    uptime: float = _module(
-        60.0, marked("seconds since it was switched on; 0 lets the two heartbeats be seen"), ("S", 0, 65535)
-    )
-    history: int = _module(0, marked("trigger records of earlier days, 0 to 9"), ("N", 0, 9))
-    seed: int = _module(1, marked("seed of faults, noise and history: the same seed, the same run"), ("N", 0, 2**31))
-    tilt: float = _physical(0.0, marked("angle against the horizontal plane, in degrees"), ("DEG", -180, 180))
-    cell: float = _physical(3.9, marked("cell voltage"), ("V", 0, 5))
-    drain: float = _physical(0.05, marked("volts that the cell loses in an hour"), ("V", 0, 100))
-    bay_open: bool = _physical(False, marked("the parachute bay is open"))
-    charger: bool = _physical(False, marked("external power is connected"))
-    noise: float = _physical(0.0, marked("noise of the sensors: 0 none, 1 usual"), ("N", 0, 100))
-    lifelike: bool = _physical(False, marked("it wobbles a few degrees, as in the wind"))
+    rate: float = option(Group.DIALECT, 50.0, marked("Stream rate"), ("HZ", 1, 1440))
+    baud: int = _module(115200, marked("Baud rate"), "RATE")
+    active: bool = _module(False, marked("Active"))
+    boots: int = _module(37, marked("Boot count"), ("N", 0, 255))
+    uptime: float = _module(60.0, marked("After power-on"), ("S", 0, 65535))
+    """0 lets the two heartbeats be seen."""
+    history: int = _module(0, marked("Trigger records"), ("N", 0, 9))
+    seed: int = _module(1, marked("Random seed"), ("N", 0, 2**31))
+    tilt: float = _physical(0.0, marked("Tilt"), ("DEG", -180, 180))
+    cell: float = _physical(3.9, marked("Cell voltage"), ("V", 0, 5))
+    drain: float = _physical(0.05, marked("Cell drain per hour"), ("V", 0, 100))
+    bay_open: bool = _physical(False, marked("Parachute bay open"))
+    charger: bool = _physical(False, marked("External power"))
+    noise: float = _physical(0.0, marked("Sensor noise"), ("N", 0, 100))
+    """1 is usual."""
+    lifelike: bool = _physical(False, marked("Wobbles"))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -68,6 +67,7 @@ class Option:
     text: str
     """English, translatable; begins with the E-number where there is one."""
     parse: Callable[[str], Any]
+    """Raises `ValueError` with what is expected, as one would type it."""
     default: Any
     metavar: str | None = None
     choices: tuple[str, ...] = ()
@@ -78,45 +78,38 @@ class Option:
         return "--" + self.name.replace("_", "-")
 
 
+_YES_NO = {"": True, "yes": True, "true": True, "on": True, "1": True,
+           "no": False, "false": False, "off": False, "0": False}  # fmt: skip
+
+
 def _yes_or_no(text: str) -> bool:
-    known = {"": True, "yes": True, "true": True, "on": True, "1": True}
-    known |= {"no": False, "false": False, "off": False, "0": False}
-    try:
-        return known[text.lower()]
-    except KeyError:
-        raise ValueError(tr("yes or no is needed")) from None
+    if text.lower() not in _YES_NO:
+        raise ValueError("yes|no")
+    return _YES_NO[text.lower()]
 
 
-def _number(minimum: float, maximum: float) -> Callable[[str], float]:
+def _between(kind: Callable[[str], float], least: float, most: float) -> Callable[[str], float]:
     def parse(text: str) -> float:
         with suppress(ValueError):
-            value = float(text)
-            if math.isfinite(value) and minimum <= value <= maximum:
+            value = kind(text)
+            if least <= value <= most:  # no NaN is
                 return value
-        raise ValueError(tr("a number from {least} to {most} is needed", least=f"{minimum:g}", most=f"{maximum:g}"))
+        raise ValueError(f"{least:g}…{most:.10g}")
 
     return parse
 
 
-def _integer(minimum: int, maximum: int) -> Callable[[str], int]:
-    def parse(text: str) -> int:
-        with suppress(ValueError):
-            value = int(text)
-            if minimum <= value <= maximum:
-                return value
-        raise ValueError(tr("a whole number from {least} to {most} is needed", least=minimum, most=maximum))
+def _among(values: Mapping[str, object]) -> Callable[[str], object]:
+    def parse(text: str) -> object:
+        if text not in values:
+            raise ValueError("|".join(values))
+        return values[text]
 
     return parse
-
-
-def _baud_rate(text: str) -> int:
-    if text not in map(str, BAUD_RATES):
-        raise ValueError(tr("one of {rates} is needed", rates=", ".join(map(str, BAUD_RATES))))
-    return int(text)
 
 
 _TYPED: Mapping[str, Callable[[str], Any]] = {
-    "baud": _baud_rate,
+    "baud": _among({str(rate): rate for rate in BAUD_RATES}),
     "mute_codes": marked_codes,
     "cross_talk": changes,
     "read_changes": changes,
@@ -124,15 +117,6 @@ _TYPED: Mapping[str, Callable[[str], Any]] = {
     "double_codes": codes,
     "foreign_replies": rules,
 }
-
-
-def _among(values: Mapping[str, object]) -> Callable[[str], object]:
-    def parse(text: str) -> object:
-        if text not in values:
-            raise ValueError(tr("one of {values} is needed", values=", ".join(values)))
-        return values[text]
-
-    return parse
 
 
 def _option_of(one: "Field[Any]", target: OptionTarget) -> Option:
@@ -155,8 +139,8 @@ def _option_of(one: "Field[Any]", target: OptionTarget) -> Option:
         case str():
             return make(parse=_TYPED[one.name], metavar=kind)
     metavar, least, most = kind
-    parse = _integer if isinstance(one.default, int) else _number
-    return make(parse=parse(least, most), metavar=metavar)
+    number = int if isinstance(one.default, int) else float
+    return make(parse=_between(number, least, most), metavar=metavar)
 
 
 def _options() -> Iterator[Option]:
@@ -172,7 +156,7 @@ def find_option(name: str) -> Option:
     """By its name, with `-` or `_`; raises `OptionRefused`."""
     option = BY_NAME.get(name.replace("-", "_"))
     if option is None:
-        raise OptionRefused(tr("the simulated module has no option {name}", name=name))
+        raise OptionRefused(tr("No option {name}.", name=name))
     return option
 
 
@@ -181,7 +165,7 @@ def parse_value(option: Option, text: str) -> Any:
     try:
         return option.parse(text)
     except ValueError as error:
-        raise OptionRefused(tr("{option}={value}: {reason}", option=option.name, value=text, reason=error)) from error
+        raise OptionRefused(f"{option.name}={text}: {tr('expected {expected}', expected=error)}") from error
 
 
 def as_text(value: object) -> str:

@@ -45,29 +45,22 @@ class FaultDirection(StrEnum):
 class Faults:
     """Shares are 0 … 1. Frozen; use `dataclasses.replace` for other ones."""
 
-    drop: float = _fault(0.0, marked("share of whole requests and answers that vanish, 0 to 1"), SHARE)
-    lose: float = _fault(0.0, marked("share of single bytes that vanish"), SHARE)
-    corrupt: float = _fault(0.0, marked("share of bytes with one bit turned"), SHARE)
-    garbage: float = _fault(0.0, marked("share of answers with random bytes before them"), SHARE)
-    double: float = _fault(0.0, marked("share of answers that come twice"), SHARE)
-    direction: FaultDirection = _fault(FaultDirection.TO_HOST, marked("which way the five above apply"))
-    delay_ms: float = _fault(0.0, marked("delay of every answer"), MILLISECONDS)
-    jitter_ms: float = _fault(0.0, marked("up to this much more delay, at random"), MILLISECONDS)
-    split_ms: float = _fault(
-        0.0, marked("answers come in up to three pieces with this pause between them"), MILLISECONDS
-    )
-    echo: bool = _fault(False, marked("the host's own bytes come back"))
-    mute: bool = _fault(False, marked("nothing that the module sends comes through"))
-    min_gap_ms: float = _fault(
-        0.0,
-        marked("the module ignores a request that begins sooner than this after its last reply or the last request"),
-        MILLISECONDS,
-    )
-    half_duplex: bool = _fault(False, marked("the module does not hear what arrives while it is sending"))
-    lag_ms: float = _fault(
-        0.0, marked("a wireless bridge: what the module sends, streamed or not, arrives later by this"), MILLISECONDS
-    )
-    paced: bool = _fault(True, marked("no: bytes take no time on the line"))
+    drop: float = _fault(0.0, marked("Lost frames"), SHARE)
+    lose: float = _fault(0.0, marked("Lost bytes"), SHARE)
+    corrupt: float = _fault(0.0, marked("Bit errors"), SHARE)
+    garbage: float = _fault(0.0, marked("Garbage"), SHARE)
+    double: float = _fault(0.0, marked("Duplicate replies"), SHARE)
+    direction: FaultDirection = _fault(FaultDirection.TO_HOST, marked("Direction of faults"))
+    delay_ms: float = _fault(0.0, marked("Delay"), MILLISECONDS)
+    jitter_ms: float = _fault(0.0, marked("Jitter"), MILLISECONDS)
+    split_ms: float = _fault(0.0, marked("Split, pause"), MILLISECONDS)
+    echo: bool = _fault(False, marked("Echo"))
+    mute: bool = _fault(False, marked("Mute"))
+    min_gap_ms: float = _fault(0.0, marked("Minimum gap"), MILLISECONDS)
+    """A request that begins sooner after the last reply or request is ignored."""
+    half_duplex: bool = _fault(False, marked("Half duplex"))
+    lag_ms: float = _fault(0.0, marked("Wireless lag"), MILLISECONDS)
+    paced: bool = _fault(True, marked("Baud-rate timing"))
 
 
 class _Burst(NamedTuple):

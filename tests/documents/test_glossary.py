@@ -12,7 +12,6 @@ ROOT: Final = Path(__file__).parents[2]
 TS: Final = ROOT / "app" / "locale" / f"{CHINESE}.ts"
 HAN: Final = "\u3400-\u9fff"
 OTHER_SENSE: Final = {
-    "active: tilt 70 on standard input makes it fire",  # "tilt" is typed as it stands
     "Light mode",  # of the window's colours
 }
 """Texts in which a word of the glossary is no term."""

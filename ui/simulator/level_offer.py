@@ -30,5 +30,5 @@ def rest_notice(target: Target | None, against: Sequence[str], check_again: Call
         bench.set_tilt(0)
         check_again()
 
-    text = tr("The simulated module is not at rest: it wobbles, or lies tipped, as its panel (F4) says.")
-    return Notice(Meaning.INFORMATION, text, (Choice("set_down", tr("Set it down and check again"), set_down),))
+    text = tr("The simulated module is not at rest.")
+    return Notice(Meaning.INFORMATION, text, (Choice("set_down", tr("Set down, check again"), set_down),))

@@ -19,8 +19,8 @@ from PySide6.QtWidgets import (
 )
 
 from app.simulator.bench import SimulatedBench
-from app.simulator.options import BY_NAME, Option, OptionRefused, as_text, default_text, parse_value
-from protocol.translatable import marked
+from app.simulator.options import OPTIONS, Option, OptionRefused, as_text, default_text, parse_value
+from app.simulator.quirks import Group
 from ui.core.texts import Texts
 from ui.style.theme import Space
 from ui.widgets.controls import control
@@ -28,64 +28,7 @@ from ui.widgets.naming import named
 from ui.widgets.sliders import NUMBER_PX, WheelGuard, label_for
 
 PERCENT = 100.0
-Rows = tuple[tuple[str, str], ...]
-_LINE: Rows = (
-    ("rate", marked("Stream rate")),
-    ("drop", marked("Lost answers")),
-    ("lose", marked("Lost bytes")),
-    ("corrupt", marked("Bit errors")),
-    ("garbage", marked("Garbage")),
-    ("double", marked("Duplicate replies")),
-    ("direction", marked("Direction of faults")),
-    ("delay_ms", marked("Delay")),
-    ("jitter_ms", marked("Jitter")),
-    ("split_ms", marked("Split, pause")),
-    ("min_gap_ms", marked("Minimum gap")),
-    ("lag_ms", marked("Wireless lag")),
-    ("echo", marked("Echo of the host's bytes")),
-    ("mute", marked("Mute")),
-    ("half_duplex", marked("Half duplex")),
-)
-_DIALECT: Rows = (
-    ("ack", marked("E2: acknowledges by")),
-    ("voltage_code", marked("E3: voltage code")),
-    ("freefall_ack", marked("E4: code for 17")),
-    ("records", marked("E6: records")),
-    ("empty_slots", marked("E7: empty slots")),
-    ("baud_ack", marked("E9: acknowledges")),
-    ("stream", marked("Streams")),
-    ("light_inverted", marked("E11: light the other way round")),
-    ("odd_voltage", marked("E12: records with 4.70 V")),
-    ("remembers", marked("E15: remembers its state")),
-    ("keeps", marked("Keeps what is set")),
-    ("clamps", marked("Clamps what is set")),
-    ("refuses", marked("Refuses what is set")),
-)
-_LIES: Rows = (
-    ("cross_talk", marked("Set changes other")),
-    ("read_changes", marked("Query changes")),
-    ("revert_ms", marked("Reverts after")),
-    ("clamp_ms", marked("Clamps after")),
-    ("silent_restart_ms", marked("Silent restart after")),
-    ("restart_at_s", marked("Silent restart every")),
-    ("forgets", marked("A restart loses the settings")),
-    ("mute_codes", marked("Not answered")),
-    ("double_codes", marked("Answered twice")),
-    ("double_ms", marked("Repeated after")),
-    ("foreign_replies", marked("Foreign answers")),
-    ("drop_records", marked("Records left out")),
-    ("stream_jitter_ms", marked("Jitter of the stream")),
-    ("active_late_ms", marked("Reports active late")),
-    ("activates", marked("Activates")),
-    ("locks", marked("Locks")),
-    ("zeroes", marked("Zeroes")),
-    ("shuts_down", marked("Shuts down")),
-)
-_SECTIONS = (
-    ("line", marked("Faults of the line"), marked("What goes wrong between computer and module."), _LINE),
-    ("dialect", marked("Protocol differences"), marked("Ways that the vendor's table leaves open."), _DIALECT),
-    ("lies", marked("Lies and defects"), marked("What a module does other than it says."), _LIES),
-)
+_SECTIONS = {"line": Group.FAULTS, "dialect": Group.DIALECT, "lies": Group.LIES}
 _NUMBERS = {
     "SHARE": (" %", 0.0, PERCENT, 1 / PERCENT),
     "HZ": (" Hz", 1.0, 1440.0, 1.0),
@@ -93,25 +36,6 @@ _NUMBERS = {
     "S": (" s", 0.0, 86_400.0, 1.0),
 }
 """By metavar: unit, smallest, largest, and the option's value for one step."""
-_WORDS = {
-    "to-host": marked("to the host"),
-    "to-module": marked("to the module"),
-    "both": marked("both ways"),
-    "echo": marked("the value"),
-    "one": marked("01"),
-    "together": marked("in one go"),
-    "spaced": marked("one by one"),
-    "pieces": marked("in pieces"),
-    "none": marked("left out"),
-    "zeros": marked("sent as 00"),
-    "ones": marked("sent as FF"),
-    "old": marked("at the old rate"),
-    "new": marked("at the new rate"),
-    "restart": marked("at a restart"),
-    "yes": marked("yes"),
-    "acknowledged": marked("acknowledged only"),
-    "silent": marked("not answered"),
-}
 
 
 class OptionRows(QWidget):
@@ -120,7 +44,7 @@ class OptionRows(QWidget):
     changed = Signal(str, object)
     """Name and value of an option that a person changed."""
 
-    def __init__(self, texts: Texts, guard: WheelGuard, rows: Rows) -> None:
+    def __init__(self, texts: Texts, guard: WheelGuard, group: Group) -> None:
         super().__init__()
         self._texts, self._guard = texts, guard
         self._show: dict[str, Callable[[Any], None]] = {}
@@ -129,23 +53,22 @@ class OptionRows(QWidget):
         self.form.setHorizontalSpacing(Space.M)
         self.form.setVerticalSpacing(Space.S)
         self.form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
-        for name, title in rows:
-            option = BY_NAME[name]
+        for option in (one for one in OPTIONS if one.group is group):
             if option.is_flag:
-                self._add_flag(option, title)
+                self._add_flag(option)
             elif option.choices:
-                self._add_choice(option, title)
+                self._add_choice(option)
             elif option.metavar in _NUMBERS:
-                self._add_number(option, title)
+                self._add_number(option)
             else:
-                self._add_text(option, title)
+                self._add_text(option)
 
     def show_values(self, values: Mapping[str, Any]) -> None:
         """Follow the bench."""
         for name, show in self._show.items():
             show(values[name])
 
-    def _add_number(self, option: Option, title: str) -> None:
+    def _add_number(self, option: Option) -> None:
         unit, minimum, maximum, scale = _NUMBERS[str(option.metavar)]
         box = named(QDoubleSpinBox(), f"simulator_{option.name}")
         box.setDecimals(0)
@@ -161,26 +84,23 @@ class OptionRows(QWidget):
                 with QSignalBlocker(box):
                     box.setValue(value / scale)
 
-        self._add(option, title, box, show)
+        self._add(option, box, show)
 
-    def _add_choice(self, option: Option, title: str) -> None:
+    def _add_choice(self, option: Option) -> None:
         box = named(QComboBox(), f"simulator_{option.name}")
         box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
         box.setMinimumContentsLength(6)
-        for number, choice in enumerate(option.choices):
-            box.addItem(choice)
-            if choice in _WORDS:
-                self._texts.bind(partial(box.setItemText, number), _WORDS[choice])
+        box.addItems(option.choices)
         values = [parse_value(option, choice) for choice in option.choices]
         box.activated.connect(lambda number: self.changed.emit(option.name, values[number]))
-        self._add(option, title, box, lambda value: box.setCurrentIndex(values.index(value)))
+        self._add(option, box, lambda value: box.setCurrentIndex(values.index(value)))
 
-    def _add_flag(self, option: Option, title: str) -> None:
-        box = control(QCheckBox(), self._texts, f"simulator_{option.name}", title,
+    def _add_flag(self, option: Option) -> None:
+        box = control(QCheckBox(), self._texts, f"simulator_{option.name}", option.text,
                       slot=lambda is_checked: self.changed.emit(option.name, is_checked))  # fmt: skip
-        self._add(option, title, box, box.setChecked)
+        self._add(option, box, box.setChecked)
 
-    def _add_text(self, option: Option, title: str) -> None:
+    def _add_text(self, option: Option) -> None:
         box = named(QLineEdit(), f"simulator_{option.name}")
         refusal = named(QLabel(), f"simulator_{option.name}_refusal", "danger")
         refusal.setWordWrap(True)
@@ -204,20 +124,21 @@ class OptionRows(QWidget):
                 box.setText(as_text(value))
 
         box.editingFinished.connect(finish)
-        self._add(option, title, box, show)
+        self._add(option, box, show)
         self.form.addRow(refusal)
 
-    def _add(self, option: Option, title: str, widget: QWidget, show: Callable[[Any], None]) -> None:
+    def _add(self, option: Option, widget: QWidget, show: Callable[[Any], None]) -> None:
         self._guard.guard(widget)
-        control(widget, self._texts, widget.objectName(), says=title, tip=option.text)
+        control(widget, self._texts, widget.objectName(), says=option.text)
+        widget.setToolTip(f"{option.flag} {option.metavar or ''}")
         self._show[option.name] = show
         show(parse_value(option, default_text(option)))
         if isinstance(widget, QCheckBox):
             self.form.addRow(widget)
         elif isinstance(widget, QDoubleSpinBox):
-            self.form.addRow(label_for(self._texts, widget, title), widget)
+            self.form.addRow(label_for(self._texts, widget, option.text), widget)
         else:  # below its label, so that a narrow dock shows it whole
-            label = label_for(self._texts, widget, title)
+            label = label_for(self._texts, widget, option.text)
             label.setMinimumHeight(0)
             self.form.addRow(label)
             self.form.addRow(widget)
@@ -237,12 +158,11 @@ class SimulatorOptions(QWidget):
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(Space.S)
-        for name, title, explanation, rows in _SECTIONS:
-            fold = control(QToolButton(), texts, f"simulator_fold_{name}", title, tip=explanation, role="quiet",
-                           is_checkable=True)  # fmt: skip
+        for name, group in _SECTIONS.items():
+            fold = control(QToolButton(), texts, f"simulator_fold_{name}", group.value, role="quiet", is_checkable=True)
             fold.setArrowType(Qt.ArrowType.RightArrow)
             fold.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
-            body = named(OptionRows(texts, guard, rows), f"simulator_{name}_rows")
+            body = named(OptionRows(texts, guard, group), f"simulator_{name}_rows")
             body.changed.connect(self._change)
             body.hide()
             fold.toggled.connect(partial(self._unfold, fold, body))
@@ -250,8 +170,7 @@ class SimulatorOptions(QWidget):
             layout.addWidget(body)
             self.folds[name] = fold
             self._rows.append(body)
-        self.heal = control(QPushButton(), texts, "simulator_heal", "End all faults", slot=self._heal,
-                            tip="Make the line perfect; quirks stay.")  # fmt: skip
+        self.heal = control(QPushButton(), texts, "simulator_heal", "End all faults", slot=self._heal)
         self._rows[0].form.addRow(self.heal)
 
     @property

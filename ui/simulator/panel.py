@@ -47,22 +47,14 @@ class SimulatorPanel(QWidget):
         self._bench: SimulatedBench | None = None
         self.summary = self._make_summary()
         self.tilt = Dial("simulator_tilt", minimum=0, maximum=180, step=1, unit="°", guard=self._guard)
-        self.fall_height = control(QSpinBox(), texts, "simulator_height", says="Height of the fall",
-                                   tip="From 13 m on a fall lasts longer than 1.60 s.")  # fmt: skip
-        self.drop = control(
-            QPushButton(), texts, "simulator_drop", tip="Let it fall from this height. Active, it fires by free fall."
-        )
-        self.bay = control(QCheckBox(), texts, "simulator_bay", "Parachute bay open",
-                           tip="Open, the light sensor reads about 2.5 V; closed, about 0.3 V.")  # fmt: skip
+        self.fall_height = control(QSpinBox(), texts, "simulator_height", says="Fall")
+        self.drop = named(QPushButton(), "simulator_drop")
+        self.bay = control(QCheckBox(), texts, "simulator_bay", "Parachute bay open")
         self.cell = Dial("simulator_cell", minimum=3.0, maximum=4.3, step=0.02, unit=" V", guard=self._guard)
-        self.charger = control(QCheckBox(), texts, "simulator_charger", "External power",
-                               tip="Charges the cell, and wakes a module that was shut down.")  # fmt: skip
-        self.lifelike = control(QCheckBox(), texts, "simulator_lifelike", "Wobbles a little",
-                                tip="Moves by a few degrees, as in the wind.")  # fmt: skip
-        self.restart = control(QPushButton(), texts, "simulator_restart", "Restart",
-                               tip="Off and on again: one more boot, two heartbeats, locked.")  # fmt: skip
-        self.press = control(QPushButton(), texts, "simulator_press", "Press its switch",
-                             tip="Switches the module on after it was shut down.")  # fmt: skip
+        self.charger = control(QCheckBox(), texts, "simulator_charger", "External power")
+        self.lifelike = control(QCheckBox(), texts, "simulator_lifelike", "Wobbles")
+        self.restart = control(QPushButton(), texts, "simulator_restart", "Restart")
+        self.press = control(QPushButton(), texts, "simulator_press", "Press switch")
         self.plug = QPushButton()
         self.options = SimulatorOptions(texts, self._guard)
         self._connect()
@@ -82,7 +74,7 @@ class SimulatorPanel(QWidget):
     def refresh(self) -> None:
         """Show the bench as it is now."""
         if self._bench is None:
-            self.summary.setText(tr("No simulated module is connected."))
+            self.summary.setText(tr("No simulated module"))
             return
         state = self._bench.state()
         self.summary.setText(_summary(state))
@@ -110,7 +102,6 @@ class SimulatorPanel(QWidget):
     def _make_summary(self) -> QLabel:
         label = named(QLabel(), "simulator_summary", "muted")
         label.setWordWrap(True)
-        self._texts.bind(label.setAccessibleDescription, "State of the simulated module")
         return label
 
     def _connect(self) -> None:
@@ -133,13 +124,8 @@ class SimulatorPanel(QWidget):
         self.options.unfolded.connect(self.refresh)
 
     def _name(self) -> None:
-        texts = self._texts
-        self.tilt.describe(
-            texts, marked("Tilt"), marked("Angle of the aircraft against the horizontal plane. Active, it fires.")
-        )
-        self.cell.describe(
-            texts, marked("Cell voltage"), marked("Voltage of the module's cell. It drains slowly by itself.")
-        )
+        self.tilt.describe(self._texts, marked("Tilt"), "")
+        self.cell.describe(self._texts, marked("Cell voltage"), "")
         self._name_drop(self.fall_height.value())
         self._name_plug(is_plugged_in=True)
 
@@ -151,12 +137,8 @@ class SimulatorPanel(QWidget):
         if self.plug.property("is_plugged_in") is is_plugged_in:
             return
         self.plug.setProperty("is_plugged_in", is_plugged_in)
-        text, tip = (
-            (marked("Unplug"), marked("Pull the serial adapter out."))
-            if is_plugged_in
-            else (marked("Plug in"), marked("Put the serial adapter back."))
-        )
-        control(self.plug, self._texts, "simulator_plug", text, tip=tip)
+        text = marked("Unplug") if is_plugged_in else marked("Plug in")
+        control(self.plug, self._texts, "simulator_plug", text)
 
     def _lay_out(self) -> None:
         form = QFormLayout()
@@ -208,12 +190,12 @@ def _summary(state: BenchState) -> str:
     if not state.is_plugged_in:
         return tr("Unplugged")
     if not state.is_on:
-        return tr("Shut down. It comes back by its switch or by external power.")
+        return tr("Power off")
     parts = [
         tr("active") if state.is_active else tr("locked"),
         tr("triggered") if state.is_triggered else tr("not triggered"),
-        tr("boot {count}", count=state.boot_count),
-        tr("records: {count}", count=state.record_count),
+        f"{tr('Boot count')} {state.boot_count}",
+        f"{tr('Trigger records')} {state.record_count}",
         tr("{rate} baud", rate=state.baud_rate),
     ]
     return " · ".join(parts)

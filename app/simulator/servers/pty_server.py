@@ -48,7 +48,7 @@ class PtyEndpoint:
     def plug(self) -> None:
         """Raises `LinkRefused`, or OSError where there is no pseudo-terminal to be had."""
         if self._link is not None and self._link.exists() and not self._link.is_symlink():
-            raise LinkRefused(tr("{path} exists and is no symbolic link; it is left alone", path=self._link))
+            raise LinkRefused(tr("it is no symbolic link"))
         # The slave stays open here: without anybody on it, reading the master is an error.
         self._master, self._slave = os.openpty()
         tty.setraw(self._slave)

