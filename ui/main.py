@@ -43,7 +43,6 @@ from ui.services.lock import LockControl
 from ui.services.page import Page
 from ui.services.state_announcer import announce_states
 from ui.services.storage import Storage
-from ui.services.tour_port import is_tour
 from ui.shell.main_window import MainWindow
 from ui.shell.shutdown import end_process
 from ui.shell.unattended_run import has_seen_status, leave_evidence
@@ -152,7 +151,6 @@ def assemble(
     storage = storage or Storage()
     connector = Connector(ports, make_worker=storage.sessions.tapped())
     storage.is_recording = lambda: connector.is_recording
-    storage.is_touring = lambda: connector.is_wanted and is_tour(connector.target)
     lock = LockControl(connector, storage.journal, connector)
     tones = TonePlayer()
 

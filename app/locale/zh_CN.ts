@@ -266,10 +266,6 @@
         <translation>已激活，但没有有效的飞行前检查</translation>
     </message>
     <message>
-        <source>ACTIVE: from now on it would fire by its thresholds. LOCK is on every page, one click or Ctrl+L, and goes before everything else. Press it.</source>
-        <translation>已激活：从现在起会按阈值开伞。每一页上都有“锁定”，点一下或按 Ctrl+L 即可，并优先于其他一切。请按下它。</translation>
-    </message>
-    <message>
         <source>ACTIVE: the module fires by its thresholds. LOCKED: it reports standby.</source>
         <translation>激活：模块按阈值开伞。锁定：模块报告处于待机。</translation>
     </message>
@@ -670,14 +666,6 @@
         <translation>自动触发</translation>
     </message>
     <message>
-        <source>Back</source>
-        <translation>上一步</translation>
-    </message>
-    <message>
-        <source>Back again, and everything was read again. That was the tour: plug your module in, choose its port, compare the settings with the advice, and check before each flight.</source>
-        <translation>已恢复，并重新读取了全部内容。导览到此结束：插上您的模块，选择串口，把参数与建议对照，每次飞行前做检查。</translation>
-    </message>
-    <message>
         <source>Back to all flights</source>
         <translation>返回全部飞行日志</translation>
     </message>
@@ -712,18 +700,6 @@
     <message>
         <source>Back to the settings; nothing is changed</source>
         <translation>返回参数设置；不作任何更改</translation>
-    </message>
-    <message>
-        <source>Back to the step before</source>
-        <translation>返回上一步</translation>
-    </message>
-    <message>
-        <source>Back to the step before (arrow left)</source>
-        <translation>返回上一步（左箭头）</translation>
-    </message>
-    <message>
-        <source>Back to the tour</source>
-        <translation>回到导览</translation>
     </message>
     <message>
         <source>Baud rate</source>
@@ -1294,10 +1270,6 @@
         <translation>连接所有已插入的适配器</translation>
     </message>
     <message>
-        <source>Connect the simulated module</source>
-        <translation>连接模拟模块</translation>
-    </message>
-    <message>
         <source>Connect to the simulated module</source>
         <translation>连接模拟模块</translation>
     </message>
@@ -1306,16 +1278,8 @@
         <translation>已连接</translation>
     </message>
     <message>
-        <source>Connected: this button says which port is open and how the link stands, on every page. Your own module is chosen here too (Ctrl+K).</source>
-        <translation>已连接：每一页上，这个按钮都显示打开的是哪个串口、连接状态如何。您自己的模块也在这里选择（Ctrl+K）。</translation>
-    </message>
-    <message>
         <source>Connecting only reads the module.</source>
         <translation>连接只读取模块数据。</translation>
-    </message>
-    <message>
-        <source>Connecting the simulated module…</source>
-        <translation>正在连接模拟模块…</translation>
     </message>
     <message>
         <source>Connection</source>
@@ -1566,10 +1530,6 @@
         <translation>不要更改。</translation>
     </message>
     <message>
-        <source>Do not take the tour now</source>
-        <translation>现在不看导览</translation>
-    </message>
-    <message>
         <source>Do not touch the aircraft meanwhile; check how the module is fixed.</source>
         <translation>检查期间不要触碰飞行器；检查模块的固定。</translation>
     </message>
@@ -1686,18 +1646,6 @@
         <translation>编辑配置文件…</translation>
     </message>
     <message>
-        <source>Edit, write, verify</source>
-        <translation>修改、写入、验证</translation>
-    </message>
-    <message>
-        <source>Edited, not sent: the module still holds the old value. The line below says what it means.</source>
-        <translation>已修改，尚未发送：模块仍是旧值。下面一行说明它意味着什么。</translation>
-    </message>
-    <message>
-        <source>Eight steps on a simulated module</source>
-        <translation>用模拟模块走八步</translation>
-    </message>
-    <message>
         <source>Enable both triggers and check again</source>
         <translation>启用两种触发并重新检查</translation>
     </message>
@@ -1740,14 +1688,6 @@
     <message>
         <source>End the test; the module is locked where it was activated</source>
         <translation>结束测试；若已激活模块则将其锁定</translation>
-    </message>
-    <message>
-        <source>End the tour</source>
-        <translation>结束导览</translation>
-    </message>
-    <message>
-        <source>End the tour; everything is as it was before (Esc)</source>
-        <translation>结束导览；一切恢复原样（Esc）</translation>
     </message>
     <message>
         <source>Entry {entry} was added from outside.</source>
@@ -1892,10 +1832,6 @@
     <message>
         <source>Fingerprint of the settings: {code}</source>
         <translation>参数校验码：{code}</translation>
-    </message>
-    <message>
-        <source>Finish</source>
-        <translation>完成</translation>
     </message>
     <message>
         <source>Fires</source>
@@ -2098,10 +2034,6 @@
         <translation>杂乱字节</translation>
     </message>
     <message>
-        <source>Gauge and plots follow every movement; the limits are drawn in as the module itself said them.</source>
-        <translation>仪表和曲线跟随每个动作；限值按模块自己报告的值画出。</translation>
-    </message>
-    <message>
         <source>Give one of FILE, --stations, --forget and --log; --trust goes with FILE.</source>
         <translation>请在 FILE、--stations、--forget 和 --log 中选择一个；--trust 须与 FILE 一起使用。</translation>
     </message>
@@ -2152,10 +2084,6 @@
     <message>
         <source>Held for two seconds, by mouse or space bar, it sends the command once. Letting go before sends nothing.</source>
         <translation>用鼠标或空格键按住两秒，命令只发送一次。提前松开则不发送。</translation>
-    </message>
-    <message>
-        <source>Here you choose the port of your module. For the tour there is a simulated one: nothing to plug in, and no parachute.</source>
-        <translation>在这里选择您的模块的串口。导览使用模拟模块：无需插接，也没有降落伞。</translation>
     </message>
     <message>
         <source>Hex text (*.txt *.hex *.log)</source>
@@ -2316,10 +2244,6 @@
     <message>
         <source>It decides whether the parachute counts as having left the bay.</source>
         <translation>用于判断降落伞是否已离开伞仓。</translation>
-    </message>
-    <message>
-        <source>It does not stand, and the row says why.</source>
-        <translation>该值没有生效，本行说明了原因。</translation>
     </message>
     <message>
         <source>It falls for longer than any free-fall time allows.</source>
@@ -2486,24 +2410,12 @@
         <translation>是 {module}：保存记录</translation>
     </message>
     <message>
-        <source>It lies at {tilt:.0f}°. Beyond the red mark an ACTIVE module fires its parachute; this one is LOCKED and stays quiet.</source>
-        <translation>倾角 {tilt:.0f}°。超过红色标记时，激活的模块会开伞；这一个已锁定，不会动作。</translation>
-    </message>
-    <message>
         <source>It may be another module: choose it and say which one it is.</source>
         <translation>可能是另一个模块：请选中它，并确认是哪一个。</translation>
     </message>
     <message>
         <source>It moves: {low:.0f}° to {high:.0f}°, {weak:.1f} g to {strong:.1f} g within two seconds.</source>
         <translation>模块未静止：2 秒内 {low:.0f}° 至 {high:.0f}°，{weak:.1f} g 至 {strong:.1f} g。</translation>
-    </message>
-    <message>
-        <source>It reconnects automatically, and only to the same adapter.</source>
-        <translation>它会自动重新连接，而且只连接同一个适配器。</translation>
-    </message>
-    <message>
-        <source>It stays in the Help menu</source>
-        <translation>导览仍在“帮助”菜单中</translation>
     </message>
     <message>
         <source>It stays triggered until it is locked: the other directions were not tested.</source>
@@ -2694,10 +2606,6 @@
         <translation>已锁定</translation>
     </message>
     <message>
-        <source>LOCKED, because the module itself says so; a sent command alone would not be called that.</source>
-        <translation>已锁定，因为模块自己这样报告；仅仅发出命令并不算锁定。</translation>
-    </message>
-    <message>
         <source>LOCKED: the module says so.</source>
         <translation>已锁定：模块已确认。</translation>
     </message>
@@ -2774,20 +2682,8 @@
         <translation>松手，让它落到软垫上。</translation>
     </message>
     <message>
-        <source>Let it fall silent</source>
-        <translation>让它停止应答</translation>
-    </message>
-    <message>
-        <source>Let it speak again</source>
-        <translation>让它恢复应答</translation>
-    </message>
-    <message>
         <source>Let the chosen recordings go when there are too many</source>
         <translation>数据记录过多时允许删除所选数据记录</translation>
-    </message>
-    <message>
-        <source>Level again. The blue mark, 10° below the red one, is where it rearms.</source>
-        <translation>又放平了。蓝色标记比红色低 10°，是复位角度。</translation>
     </message>
     <message>
         <source>Light</source>
@@ -3002,10 +2898,6 @@
         <translation>维护</translation>
     </message>
     <message>
-        <source>Make it active</source>
-        <translation>激活它</translation>
-    </message>
-    <message>
         <source>Make safe</source>
         <translation>转入安全</translation>
     </message>
@@ -3048,10 +2940,6 @@
     <message>
         <source>Mark or unmark the selected rows</source>
         <translation>标记所选行，或取消标记</translation>
-    </message>
-    <message>
-        <source>Mark reviewed</source>
-        <translation>标记为已查看</translation>
     </message>
     <message>
         <source>Mark the selected rows</source>
@@ -3246,14 +3134,6 @@
         <translation>禁止飞行</translation>
     </message>
     <message>
-        <source>NO-GO names everything that stands against it. Each row below says why it matters and what to do.</source>
-        <translation>“禁止飞行”会列出所有不满足的项目。下面每一行说明为什么重要以及该怎么做。</translation>
-    </message>
-    <message>
-        <source>NO-GO, because two trigger records are not reviewed. You have just read them: say so in that row.</source>
-        <translation>禁止飞行，因为有两条触发记录尚未查看。您刚刚看过它们，请在这一行确认。</translation>
-    </message>
-    <message>
         <source>NOT CHECKED</source>
         <translation>未检查</translation>
     </message>
@@ -3314,14 +3194,6 @@
         <translation>不自动删除；回收站中的将恢复</translation>
     </message>
     <message>
-        <source>New here? Take a tour on a simulated module.</source>
-        <translation>第一次使用？可用模拟模块走一遍导览。</translation>
-    </message>
-    <message>
-        <source>New here? Take the tour</source>
-        <translation>初次使用？开始导览</translation>
-    </message>
-    <message>
         <source>New profile</source>
         <translation>新建配置文件</translation>
     </message>
@@ -3348,10 +3220,6 @@
     <message>
         <source>Next match (Enter)</source>
         <translation>下一个匹配（回车）</translation>
-    </message>
-    <message>
-        <source>Next step of the tour</source>
-        <translation>导览的下一步</translation>
     </message>
     <message>
         <source>Next: arm it. It would send {frame}.</source>
@@ -3678,10 +3546,6 @@
         <translation>不通过：{names}</translation>
     </message>
     <message>
-        <source>Not now</source>
-        <translation>暂不</translation>
-    </message>
-    <message>
         <source>Not older than so many days</source>
         <translation>不得早于此天数</translation>
     </message>
@@ -3732,10 +3596,6 @@
     <message>
         <source>Nothing can be added to an MCAP file; choose another name.</source>
         <translation>MCAP 文件无法追加；请换一个名称。</translation>
-    </message>
-    <message>
-        <source>Nothing comes any more. Watch the numbers: each says how old it is as soon as it is not fresh, here and at the top. An old value is never shown as a new one.</source>
-        <translation>不再有数据了。请看数字：一旦不新鲜，这里和顶部都会注明距今多久。旧值绝不会当作新值显示。</translation>
     </message>
     <message>
         <source>Nothing here has the keyboard. Go to a control with Tab.</source>
@@ -3838,24 +3698,12 @@
         <translation>已离线 {time}</translation>
     </message>
     <message>
-        <source>On a simulated module, in a few minutes</source>
-        <translation>在模拟模块上进行，只需几分钟</translation>
-    </message>
-    <message>
         <source>On the module</source>
         <translation>模块上</translation>
     </message>
     <message>
         <source>On the module now</source>
         <translation>模块中现有</translation>
-    </message>
-    <message>
-        <source>On to the next step (arrow right)</source>
-        <translation>进入下一步（右箭头）</translation>
-    </message>
-    <message>
-        <source>One cause and one next step. The values at the top have become stale and say how old they are. Now put the cable back.</source>
-        <translation>最可能的原因和处理方法。顶部的值已过时，并注明距今多久。现在把线插回去。</translation>
     </message>
     <message>
         <source>One code for all settings that can be read: the same settings give the same code on every module.</source>
@@ -3878,24 +3726,12 @@
         <translation>导出上次全部检查的总报告和每个模块的报告</translation>
     </message>
     <message>
-        <source>One row a setting: value on the module, new value, and what it means in the air.</source>
-        <translation>每项参数一行：模块上的值、新值，以及它在空中意味着什么。</translation>
-    </message>
-    <message>
-        <source>One verdict before each flight. After each start the module cannot say whether its two triggers are enabled: this button enables them and checks everything.</source>
-        <translation>每次飞行前给出一个结论。模块每次开机后无法报告两个触发是否启用：这个按钮会启用它们并检查全部项目。</translation>
-    </message>
-    <message>
         <source>Only a test by hand shows that tilt, fall, bay and charger are noticed.</source>
         <translation>只有手动测试才能证明倾斜、坠落、伞仓和充电都能被检测到。</translation>
     </message>
     <message>
         <source>Only an active module fires; a locked one is in standby.</source>
         <translation>只有激活的模块才会开伞；锁定的模块处于待机状态。</translation>
-    </message>
-    <message>
-        <source>Only an active module fires; a locked one stays in standby, in flight too. On a real module activating is on the Commands page, with a second click.</source>
-        <translation>只有激活的模块才会开伞；锁定的模块在飞行中也处于待机。真实模块在“命令”页激活，需要再次点击确认。</translation>
     </message>
     <message>
         <source>Only an echo</source>
@@ -4234,10 +4070,6 @@
         <translation>偏好设置…</translation>
     </message>
     <message>
-        <source>Press LOCK</source>
-        <translation>按下“锁定”</translation>
-    </message>
-    <message>
         <source>Press switch</source>
         <translation>按开关</translation>
     </message>
@@ -4322,10 +4154,6 @@
         <translation>正在检验链路</translation>
     </message>
     <message>
-        <source>Pull the cable</source>
-        <translation>拔掉线</translation>
-    </message>
-    <message>
         <source>Put the module into standby, at once</source>
         <translation>立即使模块进入待机</translation>
     </message>
@@ -4354,10 +4182,6 @@
         <translation>查询时改变其他参数</translation>
     </message>
     <message>
-        <source>Questions only, for a few seconds. The module must lie still.</source>
-        <translation>仅查询，约数秒；请勿移动模块。</translation>
-    </message>
-    <message>
         <source>Quit</source>
         <translation>退出</translation>
     </message>
@@ -4370,16 +4194,8 @@
         <translation>全部检查通过才是“待激活”或“可以飞行”；只有模块自己报告已激活才是“可以飞行”。重启、通信中断、有更改或满十五分钟后作废。</translation>
     </message>
     <message>
-        <source>READY, GO or NO-GO</source>
-        <translation>待激活、可以飞行或禁止飞行</translation>
-    </message>
-    <message>
         <source>READY: activate it before the flight.</source>
         <translation>待激活：请在飞行前激活。</translation>
-    </message>
-    <message>
-        <source>READY: all checks hold and the module is locked. Activated, it becomes GO. A restart, a lost link or any change makes it void by itself, and so do fifteen minutes.</source>
-        <translation>待激活：全部检查同时通过，模块锁定。激活后变为“可以飞行”。重启、通信中断或任何更改都会使其自动作废，满十五分钟也会。</translation>
     </message>
     <message>
         <source>RECORDING – DPS-S Configurator</source>
@@ -4942,10 +4758,6 @@
         <translation>传感器噪声</translation>
     </message>
     <message>
-        <source>Sent once; now it is asked for.</source>
-        <translation>已发送一次；正在读回。</translation>
-    </message>
-    <message>
         <source>Sent, not acknowledged; the module is silent now: check it.</source>
         <translation>已发送，未得到应答；模块现在没有响应：请查看模块。</translation>
     </message>
@@ -5002,10 +4814,6 @@
         <translation>放平并重新检查</translation>
     </message>
     <message>
-        <source>Set it level</source>
-        <translation>放平</translation>
-    </message>
-    <message>
         <source>Set it level, and do not touch it.</source>
         <translation>水平放置，请勿触碰。</translation>
     </message>
@@ -5036,10 +4844,6 @@
     <message>
         <source>Set this server and exchange</source>
         <translation>设置此服务器并同步</translation>
-    </message>
-    <message>
-        <source>Set to {value} s</source>
-        <translation>设为 {value} s</translation>
     </message>
     <message>
         <source>Setting</source>
@@ -5414,10 +5218,6 @@
         <translation>从文件导入本机缺少的内容</translation>
     </message>
     <message>
-        <source>Take the tour</source>
-        <translation>开始导览</translation>
-    </message>
-    <message>
         <source>Takes today's mounting as level. For small mounting errors only.</source>
         <translation>将当前安装方式作为水平面。仅用于修正小角度安装误差。</translation>
     </message>
@@ -5710,10 +5510,6 @@
         <translation>模块进入激活状态：此后翻倒或坠落时会自动开伞。</translation>
     </message>
     <message>
-        <source>The module cannot hold that value; the row says why.</source>
-        <translation>模块不能保存这个值；本行说明了原因。</translation>
-    </message>
-    <message>
         <source>The module did not accept it.</source>
         <translation>模块没有接受。</translation>
     </message>
@@ -5824,10 +5620,6 @@
     <message>
         <source>The module on {port} stopped answering. Check its power and the wiring.</source>
         <translation>{port} 上的模块不再应答。请检查供电和接线。</translation>
-    </message>
-    <message>
-        <source>The module remembers its last nine triggers. Reading them deletes nothing.</source>
-        <translation>模块保存最近九次触发记录。读取不会删除任何记录。</translation>
     </message>
     <message>
         <source>The module reports that it has fired.</source>
@@ -6138,18 +5930,6 @@
         <translation>倾角为 {tilt:.0f}°：请放平，不超过 {limit:.0f}°。</translation>
     </message>
     <message>
-        <source>The tour has ended, because its simulated module was disconnected.</source>
-        <translation>导览已结束，因为它的模拟模块已断开。</translation>
-    </message>
-    <message>
-        <source>The tour has ended. The recording that was open was closed; it stays in the list of recordings.</source>
-        <translation>导览已结束。之前打开的数据记录已关闭，仍在数据记录列表中。</translation>
-    </message>
-    <message>
-        <source>The tour has ended; everything is as it was. It stays in the Help menu.</source>
-        <translation>导览已结束；一切恢复原样。它仍在“帮助”菜单中。</translation>
-    </message>
-    <message>
         <source>The user guide is missing from this installation.</source>
         <translation>此安装中缺少用户指南。</translation>
     </message>
@@ -6282,10 +6062,6 @@
         <translation>这不是 {module}，而是另一个模块：{differences}。</translation>
     </message>
     <message>
-        <source>This is the tour: nothing of it is kept.</source>
-        <translation>这是导览：其中的内容都不保存。</translation>
-    </message>
-    <message>
         <source>This is the verdict of the moment: nothing is watched after it.</source>
         <translation>这是此刻的结论：之后不再监视。</translation>
     </message>
@@ -6304,10 +6080,6 @@
     <message>
         <source>This station: {fingerprint}</source>
         <translation>本站点：{fingerprint}</translation>
-    </message>
-    <message>
-        <source>This step of the tour is on another page.</source>
-        <translation>导览的这一步在另一页上。</translation>
     </message>
     <message>
         <source>Three axes in g</source>
@@ -6422,14 +6194,6 @@
         <translation>距离解除的时间</translation>
     </message>
     <message>
-        <source>Tip it</source>
-        <translation>倾斜它</translation>
-    </message>
-    <message>
-        <source>Tip it to {tilt}°</source>
-        <translation>倾斜到 {tilt}°</translation>
-    </message>
-    <message>
         <source>To be settled</source>
         <translation>待确认</translation>
     </message>
@@ -6472,14 +6236,6 @@
     <message>
         <source>Too short fires falsely, too long costs height.</source>
         <translation>过短会误触发，过长损失高度。</translation>
-    </message>
-    <message>
-        <source>Tour on a simulated module</source>
-        <translation>模拟模块导览</translation>
-    </message>
-    <message>
-        <source>Tour, step {number} of {count}</source>
-        <translation>导览，第 {number} 步，共 {count} 步</translation>
     </message>
     <message>
         <source>Traffic</source>
@@ -6762,10 +6518,6 @@
         <translation>结论</translation>
     </message>
     <message>
-        <source>Verified: written, asked for again, and equal. Anything else would stay red and say why. Against the vendor's advice you would have been asked for a second click.</source>
-        <translation>已验证：写入后再次读取，且值相同。否则会保持红色并说明原因。如果违背厂家建议，还会要求再次点击。</translation>
-    </message>
-    <message>
         <source>Verify a file…</source>
         <translation>校验文件…</translation>
     </message>
@@ -6838,10 +6590,6 @@
         <translation>作用</translation>
     </message>
     <message>
-        <source>What it says now</source>
-        <translation>模块现在的数据</translation>
-    </message>
-    <message>
         <source>What it was; kept with the record</source>
         <translation>实际情况；与记录一起保存</translation>
     </message>
@@ -6874,10 +6622,6 @@
         <translation>模块现在的数据。变淡并注明时间的数字已过时；带斜线的“未知”表示这个模块从未报告过。</translation>
     </message>
     <message>
-        <source>What the module says now. Dimmed with an age means stale; hatched and “unknown” means that this module never said it. Nothing is guessed.</source>
-        <translation>模块现在的数据。变淡并注明时间表示已过时；带斜线的“未知”表示这个模块从未报告过。绝不猜测。</translation>
-    </message>
-    <message>
         <source>What to send to whoever helps (Alt+4)</source>
         <translation>发给提供帮助的人的资料（Alt+4）</translation>
     </message>
@@ -6906,16 +6650,8 @@
         <translation>时间</translation>
     </message>
     <message>
-        <source>When it does not connect</source>
-        <translation>连接不上时</translation>
-    </message>
-    <message>
         <source>When it would have fired, and near misses</source>
         <translation>本会触发及接近触发的时刻</translation>
-    </message>
-    <message>
-        <source>When nothing answers, look here: it says why, and what to do next.</source>
-        <translation>没有应答时请看这里：它说明原因和下一步。</translation>
     </message>
     <message>
         <source>Whether and when it would have fired first with the chosen thresholds</source>
@@ -6958,20 +6694,12 @@
         <translation>原因</translation>
     </message>
     <message>
-        <source>Why did it fire?</source>
-        <translation>为什么触发？</translation>
-    </message>
-    <message>
         <source>Why does it not connect?</source>
         <translation>为什么连不上？</translation>
     </message>
     <message>
         <source>Why does it not connect? (Alt+1)</source>
         <translation>为什么连不上？（Alt+1）</translation>
-    </message>
-    <message>
-        <source>Why it fired, when, and what was set and measured at that moment. Choose a record to say what it was: bench test, real or false.</source>
-        <translation>为什么触发、何时触发，以及当时的参数和测量值。选择一条记录，可注明它是台架测试、真实触发还是误触发。</translation>
     </message>
     <message>
         <source>Why not</source>
@@ -7068,14 +6796,6 @@
     <message>
         <source>Write anyway</source>
         <translation>仍然写入</translation>
-    </message>
-    <message>
-        <source>Write it</source>
-        <translation>写入</translation>
-    </message>
-    <message>
-        <source>Write it again</source>
-        <translation>再次写入</translation>
     </message>
     <message>
         <source>Write it on Settings until it is verified.</source>
@@ -9908,10 +9628,6 @@
     <message>
         <source>{port} is closed</source>
         <translation>{port} 已关闭</translation>
-    </message>
-    <message>
-        <source>{port} is connected. The tour works on a simulated module of its own and never touches a real one: disconnect first. The module stays as it is.</source>
-        <translation>{port} 已连接。导览只使用自己的模拟模块，绝不触及真实模块：请先断开。模块保持原样。</translation>
     </message>
     <message>
         <source>{port} is in use by another program, and the system does not tell which.</source>

@@ -292,7 +292,6 @@ def run_all(language: str, home: Path, *, guide: Path, readme: Path) -> None:
     app = QApplication(sys.argv[:1])
     preferences = Preferences(home / "window.ini")
     preferences.theme = Choice.LIGHT.value
-    preferences.has_seen_tour = True
     preferences.who, preferences.aircraft = WHO, AIRCRAFT
     options = WindowOptions(language=language)
     module = bench.module(NAME, OPTIONS)

@@ -180,7 +180,7 @@ def test_the_chinese_is_written_as_chinese_is() -> None:
         ("Reading…", "正在读取……", "ellipsis"),
         ("Reading ...", "正在读取…", "one character"),
         ("FIRED!", "已触发", "exclamation"),
-        ("FIRED", "已触发", "exclamation"),
+        ("FIRED", "已触发！", "exclamation"),
         ("(!) {fault}", "（!）{fault}", ""),
         ("Done. Lock it.", "完成。 请锁定。", "full-width mark"),
         ("1 records", "1 条记录", "plural"),

@@ -1,6 +1,5 @@
 """Choosing a port and connecting, in the room of the page: the module's state stays visible above it."""
 
-from collections.abc import Callable
 from functools import partial
 
 from PySide6.QtCore import QEvent, Qt, Signal
@@ -48,7 +47,6 @@ class ConnectPanel(QScrollArea):
     connect_wanted = Signal(object)
     """A `Target`."""
     disconnect_wanted = Signal()
-    tour_wanted = Signal()
     shown = Signal()
     """Opened or closed."""
 
@@ -62,8 +60,6 @@ class ConnectPanel(QScrollArea):
         self._ports = ports
         self._texts = texts
         self._last: LastPort | None = None
-        self.offers_tour: Callable[[], bool] = bool
-        """Nobody has connected or taken the tour on this computer."""
         self.list = PortList()
         self.other = control(QLineEdit(), texts, "port_address", says="Other port",
                              tip="A port that is not in the list: a device, a pseudo-terminal "
@@ -76,8 +72,6 @@ class ConnectPanel(QScrollArea):
                                          key="Ctrl+D", slot=self.disconnect_wanted)  # fmt: skip
         self.empty = named(QLabel(), "no_ports_hint")
         self.said = named(QLabel(), "connect_state")
-        self.tour = control(QPushButton(), texts, "connect_tour", "New here? Take the tour", role="quiet",
-                            tip="On a simulated module, in a few minutes", slot=self.tour_wanted)  # fmt: skip
         self.options = control(QToolButton(), texts, "connect_options", "Other port or baud rate",
                                tip="An address, or another rate than 115200", picture=Icon.CHEVRON_DOWN, role="quiet",
                                is_checkable=True)  # fmt: skip
@@ -142,7 +136,6 @@ class ConnectPanel(QScrollArea):
             self.empty.setText(f"{nothing} {tr('If it does not, try another cable.')}")
         else:
             self.empty.setText(tr("Looking for ports…"))
-        self.tour.setVisible(self.offers_tour())
         self._show_state()
 
     def chosen_target(self) -> Target | None:
@@ -173,7 +166,7 @@ class ConnectPanel(QScrollArea):
         self._form.hide()
         self.options.toggled.connect(self._form.setVisible)
         head = in_row((title, 1), self._close)
-        buttons = in_row(self.tour, 1, self.disconnect_button, self.connect_button, spacing=Space.S)
+        buttons = in_row(1, self.disconnect_button, self.connect_button, spacing=Space.S)
         options = in_row(self.options, 1)
         parts = head, self.list, self.empty, options, self._form, self.said, buttons
         card = named(QFrame(), "connect_card", "card")

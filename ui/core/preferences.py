@@ -147,15 +147,6 @@ class Preferences:
         self._settings.setValue("preflight/aircraft", name)
 
     @property
-    def has_seen_tour(self) -> bool:
-        """It was begun once, or declined: it is not offered any more."""
-        return self._text("tour/seen") is not None
-
-    @has_seen_tour.setter
-    def has_seen_tour(self, is_seen: bool) -> None:
-        self._settings.setValue("tour/seen", "yes" if is_seen else None)
-
-    @property
     def geometry(self) -> QByteArray | None:
         return self._bytes("window/geometry")
 

@@ -1,1 +1,1 @@
-"""Guide, shortcuts, tour, What's This, about."""
+"""Guide, shortcuts, What's This, about."""

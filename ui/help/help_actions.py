@@ -11,7 +11,6 @@ from ui.shell.main_window import MainWindow
 if TYPE_CHECKING:
     from ui.help.guide_viewer import GuideViewer
     from ui.help.shortcuts import ShortcutsView
-    from ui.help.tour import Tour
     from ui.help.whats_this import WhatsThis
 
 
@@ -21,13 +20,10 @@ class HelpActions(QObject):
     def __init__(self, window: MainWindow, services: Services, entries: tuple[PageEntry, ...]) -> None:
         super().__init__(window)
         self._window, self._services, self._entries = window, services, entries
-        self.tour: Tour | None = None
-        """The one that is running."""
         self._explaining: WhatsThis | None = None
         self._guide: GuideViewer | None = None
         self._keys: ShortcutsView | None = None
         menus = window.menus
-        menus.tour.triggered.connect(self.begin_tour)
         menus.what.triggered.connect(self.ask_what)
         menus.what_focused.triggered.connect(self.say_what_has_focus)
         menus.guide.triggered.connect(self.show_guide)
@@ -36,37 +32,8 @@ class HelpActions(QObject):
         window.pages_made.connect(self.explain)
         window.retranslated.connect(self.explain)
         window.port_opened.connect(self.say_what_is_next)
-        window.closing.connect(self.end_tour)
-        window.on_escape = self._on_escape
 
-    # The tour
-
-    @property
-    def is_touring(self) -> bool:
-        return self.tour is not None
-
-    def begin_tour(self) -> None:
-        from ui.help.tour import Tour
-
-        if self.tour is None:
-            self._services.preferences.has_seen_tour = True
-            self.tour = Tour(self._window, self._services)
-            self.tour.ended.connect(self._forget_tour)
-        self.tour.begin()
-
-    def _on_escape(self) -> bool:
-        was_touring = self.is_touring
-        self.end_tour()
-        return was_touring
-
-    def end_tour(self) -> None:
-        if self.tour is not None:
-            self.tour.end()
-
-    def _forget_tour(self) -> None:
-        tour, self.tour = self.tour, None
-        if tour is not None:
-            tour.deleteLater()
+    # Told once
 
     def say_what_is_next(self, is_first: bool) -> None:
         """Once, when a module answers for the first time."""

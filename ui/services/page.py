@@ -24,7 +24,6 @@ class Page(QWidget):
     """To choose one."""
     page_wanted = Signal(str)
     """The key of a page."""
-    tour_wanted = Signal()
     shows_link: bool = False
     """The page itself says that nothing is connected, and leads on."""
     suffixes: tuple[str, ...] = ()

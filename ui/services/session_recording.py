@@ -19,7 +19,6 @@ from app.engine.target import Target
 from app.engine.worker import Batch, Connection, PortState, Worker
 from ui.core.connector import MakeWorker
 from ui.core.port_connection import PortConnection
-from ui.services.tour_port import TOUR_PORT
 
 if TYPE_CHECKING:
     # They load numpy, which the window's first paint does not wait for.
@@ -161,7 +160,7 @@ class SessionRecording:
         """In the worker's thread."""
         connector, connection = self._connector, batch.connection
         with self._lock:
-            if is_playback(connection.port) or connection.port == TOUR_PORT:  # on disk already, or nobody's
+            if is_playback(connection.port):  # on disk already
                 self._sitting = SessionTracker()
                 self._end()
                 self._hold_stream(connector)

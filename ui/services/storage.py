@@ -19,7 +19,6 @@ from app.store.stream_memory import StoredStreamMemory, StreamMemory
 from app.text.i18n import tr
 from ui.services.recording_jobs import RecordingJobs
 from ui.services.session_recording import SessionRecording
-from ui.services.tour_port import TOUR_PORT
 
 _log = logging.getLogger(__name__)
 ORIGIN = "window"
@@ -40,25 +39,12 @@ class RecordingPlayed(StoreTrouble):
         return tr("A recording is played: nothing of it is kept as a module’s.")
 
 
-class TourGoesOn(StoreTrouble):
-    """What the tour's own module says is nobody's."""
-
-    def __init__(self) -> None:
-        super().__init__(StoreFault.FAILED, Path())
-
-    @property
-    def sentence(self) -> str:
-        return tr("This is the tour: nothing of it is kept.")
-
-
 class Storage:
     """The store is opened by `open_store`, else when it is first asked for."""
 
     def __init__(self, folder: Path | None = None) -> None:
         self.is_recording: Callable[[], bool] = bool
         """Whether a capture is played in place of a module."""
-        self.is_touring: Callable[[], bool] = bool
-        """Whether it is the tour's module that is connected."""
         self._folder = folder
         self.sessions = SessionRecording(None if folder is None else folder / RECORDINGS)
         self.recordings = RecordingJobs(self.sessions)
@@ -76,8 +62,6 @@ class Storage:
         """The trouble where there is none: say it and go on without."""
         if self.is_recording():
             return RecordingPlayed()
-        if self.is_touring():
-            return TourGoesOn()
         return self.open_store()
 
     def open_store(self) -> Store | StoreTrouble:
@@ -110,7 +94,7 @@ class Storage:
     def keep_snapshot(self, snapshot: Snapshot, port: str) -> Future[int] | None:
         """From any thread; done when it is on disk. One that cannot be kept there is still in the window's memory."""
         store = self._store
-        if self._is_closed or not isinstance(store, Store) or is_playback(port) or port == TOUR_PORT:
+        if self._is_closed or not isinstance(store, Store) or is_playback(port):
             return None
         return store.queue.submit(lambda: store.keep_snapshot(snapshot, port=port))
 

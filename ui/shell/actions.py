@@ -56,7 +56,6 @@ class Actions:
         self.full_screen = self._action(view, "act_full_screen", marked("Full screen"), "F11")
         self.full_screen.setCheckable(True)
         self.guide = self._action(help_menu, "act_guide", marked("User guide"), "F1")
-        self.tour = self._action(help_menu, "act_tour", marked("Tour on a simulated module"), None)
         self.keys = self._action(help_menu, "act_keys", marked("Keyboard shortcuts"), "Ctrl+F1")
         help_menu.addSeparator()
         self.what = self._action(help_menu, "act_what", marked("What is this? Point at it"), "Shift+F1")

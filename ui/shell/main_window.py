@@ -1,7 +1,6 @@
 """Main window: top bar, notices, sidebar with pages, status bar. Only wires them."""
 
 import logging
-from collections.abc import Callable
 from functools import partial
 
 from PySide6.QtCore import QEvent, QSize, Qt, QTimer, Signal
@@ -23,7 +22,6 @@ from ui.preferences.choices import Choices
 from ui.preferences.dialog import PreferencesDialog
 from ui.services.context import PageEntry, Services
 from ui.services.page import Page, StreamPage
-from ui.services.tour_port import is_tour
 from ui.shell.actions import Actions
 from ui.shell.attention import Attention
 from ui.shell.page_area import PageArea
@@ -82,8 +80,6 @@ class MainWindow(QMainWindow):
         self._waiting_target: Target | None = None
         self._is_leaving = self._is_over = False
         self._refreshed_at = 0.0
-        self.on_escape: Callable[[], bool] = lambda: False
-        """Asked before Escape answers a question; True where it was used."""
         texts = services.texts
         texts.bind(self.setWindowTitle, "DPS-S Configurator")
         self.top_bar = TopBar(self._connector, texts, services.lock, naming=services.naming, in_use=services.in_use)
@@ -158,7 +154,6 @@ class MainWindow(QMainWindow):
         self.panel.connect_wanted.connect(self.connect_to)
         self.panel.disconnect_wanted.connect(self.disconnect_port)
         self.panel.shown.connect(self._share_room)
-        self.panel.tour_wanted.connect(menus.tour.trigger)
         self.navigation.page_wanted.connect(self._show_page)
         menus.open.triggered.connect(self.files.ask)
         menus.recent.aboutToShow.connect(partial(self.files.fill, menus.recent))
@@ -192,7 +187,6 @@ class MainWindow(QMainWindow):
         fit_screen(self, SMALLEST)
         self.menus.names.setChecked(preferences.is_sidebar_wide)
         self._ports.remember_seen(preferences.seen_ports)
-        self.panel.offers_tour = lambda: preferences.last_port is None and not preferences.has_seen_tour
         self.panel.prefer(preferences.last_port)
         self.navigation.setCurrentRow(0)
         self.navigation.setFocus()
@@ -213,7 +207,6 @@ class MainWindow(QMainWindow):
         page.connect_wanted.connect(self.connect_to)
         page.page_wanted.connect(self.go_to)
         page.ports_wanted.connect(self.show_panel)
-        page.tour_wanted.connect(self.menus.tour.trigger)
         if key == self.navigation.chosen:
             self.stack.setCurrentWidget(page)
 
@@ -303,7 +296,7 @@ class MainWindow(QMainWindow):
             self._pages["diagnosis"].go_to("why")
 
     def _remember_port(self, target: Target) -> None:
-        if not target.is_recording and not is_tour(target):
+        if not target.is_recording:
             self.port_opened.emit(self._remembered.last_port is None)
             self._remembered.last_port = LastPort(target.device, target.identity, self._connector.connection.baud_rate)
         self.panel.hide()
@@ -355,7 +348,7 @@ class MainWindow(QMainWindow):
             super().keyPressEvent(event)
         elif self.panel.isVisible():
             self.toggle_panel()
-        elif not self.on_escape() and not (isinstance(page, Page) and page.on_escape()):
+        elif not (isinstance(page, Page) and page.on_escape()):
             self.attention.stay()
 
     def resizeEvent(self, event: QResizeEvent) -> None:

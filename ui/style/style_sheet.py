@@ -36,7 +36,7 @@ QFrame[role="card"] QFrame[role="card"], QFrame[role="card"] QAbstractItemView {
 QFrame[role="card"] QAbstractItemView:focus { border-color: $focus; }
 QToolButton#menu_button { padding: 4px; }
 QPushButton#light_threshold_measure { padding: 4px; min-width: 0; }
-QPushButton#connect_tour, QToolButton#connect_options { padding-left: 0; }
+QToolButton#connect_options { padding-left: 0; }
 QFrame[role="bar"] { background: $sunken; border: none; }
 QFrame#top_bar { border-bottom: ${edge}px solid $divider; }
 QToolBar#foot QFrame[role="bar"] { border-top: ${edge}px solid $divider; }

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QApplication, QPushButton, QWidget
+from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.diagnosis.link_state import Phase
@@ -97,5 +97,3 @@ def test_what_stands_at_first_says_what_to_do(qtbot: QtBot, qapp: QApplication, 
         settle(button)
         qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
         assert main.panel.isVisible()
-        decline = main.findChild(QPushButton, "live_tour_decline")
-        assert decline is not None

@@ -10,7 +10,6 @@ from app.engine.target import Target
 from app.text.i18n import tr
 from protocol.catalogue import DEFAULT_BAUD_RATE
 from ui.connect.connect_panel import SIMULATED_PORT
-from ui.pages.live.tour_offer import TourOffer
 from ui.services.context import Services
 from ui.services.page import Page
 from ui.style.icons import Icon
@@ -41,8 +40,6 @@ class EmptyPage(QWidget):
                             "1. Connect: plug the adapter in and choose its port.\n2. Settings: compare each value "
                             "with the vendor's advice beside it.\n3. Pre-flight: run the check before each flight; "
                             "activate; it must say GO.", role="muted")  # fmt: skip
-        self._remembered = services.preferences
-        self.offer = TourOffer(services, page.tour_wanted.emit)
         self.choose = control(QPushButton(), texts, "live_choose_port", "Choose a port…", says="Choose a port",
                               tip="Choose the module's port", key="Ctrl+K", picture=Icon.PLUG,
                               role="primary", slot=page.ports_wanted)  # fmt: skip
@@ -82,8 +79,6 @@ class EmptyPage(QWidget):
         for button in (self.choose, self.simulate, self.recordings):
             button.setVisible(state.phase not in _BUSY and not panel_px)
         self._way.setVisible(is_idle)
-        is_first_run = self._remembered.last_port is None and not self._remembered.has_seen_tour
-        self.offer.setVisible(is_idle and is_first_run)
 
     def _simulate(self) -> None:
         self._connector.connect_to(Target(SIMULATED_PORT, DEFAULT_BAUD_RATE))
@@ -95,8 +90,6 @@ class EmptyPage(QWidget):
         column.addWidget(self._way)
         column.addSpacing(Space.S)
         column.addLayout(buttons)
-        column.addSpacing(Space.M)
-        column.addWidget(self.offer)
         column.addStretch(3)
         self._column = QHBoxLayout(self)
         self._column.setContentsMargins(0, 0, 0, 0)
