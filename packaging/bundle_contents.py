@@ -50,14 +50,11 @@ LEFT_OUT_MODULES: Final = (
     "matplotlib",
     "pip",
     "pkg_resources",
-    "psycopg",
-    "psycopg_binary",
     "pytest",
     "readline",  # of an interactive Python; under the GPL
     "scipy",
     "setuptools",
     "tkinter",
-    "typing_extensions",
 )
 
 _PLUGINS: Final = frozenset(

@@ -1,4 +1,4 @@
-"""Whose work is inside the libraries of others: built into Qt, numpy and cryptography, so no file bears its name."""
+"""Whose work is inside the libraries of others, built into Qt, numpy and cryptography, or brought by psycopg."""
 
 import json
 import re
@@ -21,32 +21,60 @@ _VERSIONS_IN_QT: Final = {
 """What libraries of Qt say of themselves: such a part may be newer than in the documentation."""
 
 
-class _OfNumpy(NamedTuple):
+class _Library(NamedTuple):
+    """`version` finds the version in the library itself; not all say it."""
+
     name: str
     files: re.Pattern[str]
     licence: str
     texts: tuple[str, ...] = ()
+    version: re.Pattern[bytes] | None = None
 
 
 _OPENBLAS: Final = re.compile(r"libscipy_openblas")
 _OF_NUMPY: Final = (
-    _OfNumpy("OpenBLAS", _OPENBLAS, "BSD-3-Clause"),
-    _OfNumpy("LAPACK", _OPENBLAS, "BSD-3-Clause-Open-MPI"),
+    _Library("OpenBLAS", _OPENBLAS, "BSD-3-Clause"),
+    _Library("LAPACK", _OPENBLAS, "BSD-3-Clause-Open-MPI"),
     # In numpy's wheels for Windows these are in the one file of OpenBLAS.
-    _OfNumpy(
+    _Library(
         "libgfortran", re.compile(r"libgfortran|libscipy_openblas.*\.dll"), "GPL-3.0-or-later WITH GCC-exception-3.1"
     ),
-    _OfNumpy(
+    _Library(
         "libquadmath", re.compile(r"libquadmath|libscipy_openblas.*\.dll"), "LGPL-2.1-or-later", ("LGPL-2.1.txt",)
     ),
 )
 """What numpy's wheels bring, as the list in numpy's own LICENSE.txt says, which is their text too."""
+_OPENSSL: Final = re.compile(rb"OpenSSL (\d+\.\d+\.\d+)[\w-]* \d+ \w{3} \d{4}")
+_OF_PSYCOPG: Final = (
+    _Library("libpq", re.compile(r"libpq"), "PostgreSQL", ("psycopg/postgresql.txt",)),
+    _Library("OpenSSL", re.compile(r"lib(?:crypto|ssl)"), "Apache-2.0", (), _OPENSSL),
+    # The rest is for Linux and macOS; on Windows libpq asks the system.
+    _Library(
+        "MIT Kerberos", re.compile(r"lib(?:gssapi_krb5|k5crypto|krb5)"),
+        "MIT AND BSD-2-Clause AND BSD-3-Clause AND Brian-Gladman-3-Clause AND HPND-export-US AND OpenVision",
+        ("psycopg/krb5.txt",), re.compile(rb"KRB5_BRAND: krb5-(\d+\.\d+(?:\.\d+)?)"),
+    ),
+    _Library("com_err", re.compile(r"libcom_err"), "LicenseRef-SIPB", ("psycopg/com_err.txt",)),
+    _Library("OpenLDAP", re.compile(r"lib(?:lber|ldap)"), "OLDAP-2.8", ("psycopg/openldap.txt",)),
+    _Library(
+        "Cyrus SASL", re.compile(r"libsasl2"), "BSD-4-Clause-UC AND BSD-3-Clause", ("psycopg/cyrus-sasl.txt",),
+        re.compile(rb"\0(\d+\.\d+\.\d+)\0"),
+    ),
+    _Library(
+        "libxcrypt", re.compile(r"libcrypt[-.]"), "LGPL-2.1-or-later AND BSD-3-Clause AND BSD-2-Clause AND 0BSD",
+        ("psycopg/libxcrypt.txt", "LGPL-2.1.txt"),
+    ),
+    _Library(
+        "keyutils", re.compile(r"libkeyutils"), "LGPL-2.1-or-later", ("psycopg/keyutils.txt", "LGPL-2.1.txt"),
+        re.compile(rb"keyutils-(\d+\.\d+\.\d+)"),
+    ),
+)  # fmt: skip
+"""The libraries that psycopg-binary brings. Most texts are those of Debian's packages of the same works."""
 RUST_TEXTS: Final = LICENCE_FOLDER / "rust"
 _LICENCES_OF_CRATES: Final = {"asn1": "BSD-3-Clause", "openssl-sys": "MIT", "pem": "MIT"}
 """With a text of our own in `RUST_TEXTS`; the others leave the choice of the Apache licence."""
 _RUST_LIBRARY: Final = "_rust."
 _CRATE: Final = re.compile(rb"[/\\]registry[/\\]src[/\\][^/\\\0]+[/\\]([A-Za-z0-9_-]+)-(\d+\.\d+\.\d+)[/\\]")
-_OPENSSL: Final = re.compile(rb"OpenSSL (\d+\.\d+\.\d+)[\w-]* \d+ \w{3} \d{4}")
 
 
 def enclosed_parts(entries: Sequence[Entry], around: Iterable[Part]) -> Iterator[Part]:
@@ -57,15 +85,13 @@ def enclosed_parts(entries: Sequence[Entry], around: Iterable[Part]) -> Iterator
     texts = {canonical(part.name): part.texts for part in around}
     yield from _of_qt(entries)
     yield from _of_numpy(entries, texts.get("numpy", ()))
-    yield from _of_cryptography(entries, texts.get("cryptography", ()))
+    apache = tuple(text for text in texts.get("cryptography", ()) if text.name == "LICENSE.APACHE")
+    yield from _of_cryptography(entries, apache)
+    yield from _of_psycopg(entries, apache)
 
 
 def _of_qt(entries: Sequence[Entry]) -> Iterator[Part]:
-    libraries = {
-        found[1]: entry
-        for entry in entries
-        if (found := _QT_LIBRARY.fullmatch(PurePosixPath(entry.place.replace("\\", "/")).name))
-    }
+    libraries = {found[1]: entry for entry in entries if (found := _QT_LIBRARY.fullmatch(_name(entry)))}
     listed = json.loads((QT_NOTICES / "parts.json").read_text(encoding="utf-8"))
     for part in listed["parts"]:
         if part["library"] in libraries and sys.platform in part["systems"]:
@@ -85,29 +111,47 @@ def _of_qt(entries: Sequence[Entry]) -> Iterator[Part]:
 
 
 def _of_numpy(entries: Sequence[Entry], texts: tuple[Path, ...]) -> Iterator[Part]:
-    whole = [text for text in texts if text.name == "LICENSE.txt" and b"OpenBLAS" in text.read_bytes()]
+    whole = tuple(text for text in texts if text.name == "LICENSE.txt" and b"OpenBLAS" in text.read_bytes())
     for one in _OF_NUMPY:
-        files = tuple(entry for entry in entries if one.files.match(PurePosixPath(entry.place.replace("\\", "/")).name))
-        if files:
-            own = (LICENCE_FOLDER / name for name in one.texts)
-            yield Part(
-                name=one.name,
-                version=None,
-                purl=None,
-                licence=one.licence,
-                texts=tuple(_text(text) for text in (*whole, *own)),
-                files=files,
-                inside="numpy",
-            )
+        yield from _libraries(one, "numpy", entries, whole)
 
 
-def _of_cryptography(entries: Sequence[Entry], texts: tuple[Path, ...]) -> Iterator[Part]:
+def _of_psycopg(entries: Sequence[Entry], apache: tuple[Path, ...]) -> Iterator[Part]:
+    beside = [entry for entry in entries if "psycopg_binary" in entry.place]
+    for one in _OF_PSYCOPG:
+        yield from _libraries(one, "psycopg-binary", beside, () if one.texts else apache)
+    known = [one.files for one in _OF_PSYCOPG]
+    for entry in beside:
+        name = _name(entry)
+        if name.startswith("lib") and not any(pattern.match(name) for pattern in known):
+            raise SetupError(f"{name} came with psycopg-binary: name it with its licence in enclosed_parts.py.")
+
+
+def _libraries(one: _Library, around: str, entries: Sequence[Entry], texts: tuple[Path, ...]) -> Iterator[Part]:
+    files = tuple(entry for entry in entries if one.files.match(_name(entry)))
+    if files:
+        said = (one.version.search(Path(entry.source).read_bytes()) for entry in files) if one.version else ()
+        yield Part(
+            name=one.name,
+            version=next((found[1].decode() for found in said if found), None),
+            purl=None,
+            licence=one.licence,
+            texts=tuple(_text(text) for text in (*texts, *(LICENCE_FOLDER / name for name in one.texts))),
+            files=files,
+            inside=around,
+        )
+
+
+def _name(entry: Entry) -> str:
+    return PurePosixPath(entry.place.replace("\\", "/")).name
+
+
+def _of_cryptography(entries: Sequence[Entry], apache: tuple[Path, ...]) -> Iterator[Part]:
     """OpenSSL and crates of Rust; the paths in the library name those that can report an error."""
     for entry in entries:
-        if not PurePosixPath(entry.place.replace("\\", "/")).name.startswith(_RUST_LIBRARY):
+        if not _name(entry).startswith(_RUST_LIBRARY):
             continue
         content = Path(entry.source).read_bytes()
-        apache = tuple(text for text in texts if text.name == "LICENSE.APACHE")
         found: set[tuple[str, str, str, str | None]] = {
             ("OpenSSL", one[1].decode(), "Apache-2.0", None) for one in _OPENSSL.finditer(content)
         }

@@ -15,7 +15,8 @@ from bundle_contents import Entry
 from environment import ROOT, SetupError
 
 LICENCE_FOLDER: Final = ROOT / "packaging" / "licences"
-_QT_TEXTS: Final = ("Qt.txt", "LGPL-3.0.txt", "GPL-3.0.txt")
+_LGPL: Final = ("LGPL-3.0.txt", "GPL-3.0.txt")
+_QT_TEXTS: Final = ("Qt.txt", *_LGPL)
 _LICENCES: Final = {
     "colorama": "BSD-3-Clause",
     "cryptography": "BSD-3-Clause",
@@ -34,11 +35,13 @@ _WHERE_UNSTATED: Final = {"numpy": "BSD-3-Clause AND 0BSD AND MIT AND Zlib AND C
 _PYSIDE: Final = "pyside6-essentials"
 _TEXTS: Final = {
     "mcap": ("mcap.txt",),
+    "psycopg": _LGPL,
+    "psycopg-binary": _LGPL,
     "pyserial": ("pyserial.txt",),
     "pyside6-essentials": _QT_TEXTS,
     "shiboken6": _QT_TEXTS,
 }
-"""Our copies, for distributions that carry no text."""
+"""Our copies, for distributions that carry no text, or not all of it: the LGPL adds to the GPL."""
 _ALWAYS: Final = {
     "pyinstaller": re.compile(r"PyInstaller/(bootloader/.*/runw?(\.exe)?|hooks/rthooks/.*\.py)$"),
     "pyinstaller-hooks-contrib": re.compile(r"_pyinstaller_hooks_contrib/rthooks/.*\.py$"),

@@ -5,6 +5,8 @@ else. The password comes from libpq's own places (PGPASSFILE, a service file), f
 """
 
 import logging
+import os
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from importlib import import_module
@@ -13,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Final
 from app.archive.fact_set import BUCKET, ArchiveTrouble, Digests
 from app.archive.facts import FACT_COLUMNS, LONGEST_PAYLOAD, Fact, FactRow
 from app.archive.server_url import ServerUrl, server_url
+from app.archive.system_roots import system_roots
 from app.text.messages import UserMessage, said
 from protocol.translatable import marked
 
@@ -41,6 +44,13 @@ _COLUMNS: Final = ", ".join(FACT_COLUMNS)
 _DIGEST: Final = "md5(" + " || '|' || ".join(FACT_COLUMNS) + ")"
 """`row_digest` in SQL."""
 _NO_TABLE: Final = "42P01"
+_NOISE: Final = re.compile(
+    r'^connection (?:failed|is bad): (?:connection to server at "[^"]*", port \d+ failed: )?'
+    r"| Either provide the file.*$"
+)
+"""Of what libpq says: the server's address, which stands before it, and the advice to do without TLS."""
+_UNTRUSTED: Final = "certificate verify failed"
+_VERIFIED: Final = "verify-full"
 _NO_PASSWORD: Final = ("no password supplied", "password authentication failed", "28P01", "28000")
 
 
@@ -113,15 +123,29 @@ def _connect(url: ServerUrl) -> "psycopg.Connection[Any]":
         given.pop(name, None)  # the address says otherwise
     if url.password:
         given["password"] = url.password
-    try:
-        return psycopg.connect(url.shown, autocommit=True, **given)
-    except psycopg.Error as error:
-        password = None if "password" in given else _password_of_keyring(url, error)
-        if password is None:
-            raise _trouble(url, error) from None
-        url = url._replace(password=password)
-        with _troubles(url):
-            return psycopg.connect(url.shown, autocommit=True, **given | {"password": password})
+    with _roots(url) as roots:
+        given |= roots
+        try:
+            return psycopg.connect(url.shown, autocommit=True, **given)
+        except psycopg.Error as error:
+            password = None if "password" in given else _password_of_keyring(url, error)
+            if password is None:
+                raise _trouble(url, error) from None
+            url = url._replace(password=password)
+            with _troubles(url):
+                return psycopg.connect(url.shown, autocommit=True, **given | {"password": password})
+
+
+@contextmanager
+def _roots(url: ServerUrl) -> Iterator[dict[str, str]]:
+    """`sslrootcert=system` as the file that it means here. It means `verify-full`, too: libpq refuses anything less."""
+    options = dict(url.options)
+    is_system = options.get("sslrootcert") == "system" and options.get("sslmode", _VERIFIED) == _VERIFIED
+    if not is_system or {"SSL_CERT_FILE", "SSL_CERT_DIR"} & os.environ.keys():
+        yield {}
+        return
+    with system_roots() as file:
+        yield {} if file is None else {"sslrootcert": str(file), "sslmode": _VERIFIED}
 
 
 def _password_of_keyring(url: ServerUrl, error: Exception) -> str | None:
@@ -159,5 +183,8 @@ def _troubles(url: ServerUrl) -> Iterator[None]:
 
 
 def _trouble(url: ServerUrl, error: Exception) -> ArchiveTrouble:
-    why = UserMessage(url.scrubbed(str(error)) or type(error).__name__)
+    said_by_libpq = _NOISE.sub("", url.scrubbed(str(error)))
+    why = UserMessage(said_by_libpq or type(error).__name__)
+    if _UNTRUSTED in said_by_libpq:
+        why = said(marked("this computer does not trust its certificate"))
     return ArchiveTrouble(said(marked("The archive server {server} cannot be used: {why}"), server=url.shown, why=why))

@@ -1,11 +1,11 @@
 """The address of an archive server, and the same without its password: only that is shown, stored or logged.
 
-postgresql://USER@HOST:PORT/DATABASE?sslmode=verify-full
+postgresql://USER@HOST:PORT/DATABASE?sslrootcert=system
 """
 
 import re
 from typing import Final, NamedTuple
-from urllib.parse import parse_qsl, quote, unquote, urlencode
+from urllib.parse import quote, unquote, urlencode
 
 from app.archive.fact_set import ArchiveTrouble
 from app.text.messages import clean, said
@@ -47,9 +47,10 @@ def server_url(text: str) -> ServerUrl:
         )
         raise ArchiveTrouble(said(text, example=example))
     user, _, password = (found["user"] or "").partition(":")
-    given = parse_qsl(found["query"] or "", keep_blank_values=True)
+    parts = (part.partition("=") for part in (found["query"] or "").split("&") if part)
+    given = [(unquote(name), unquote(value)) for name, _, value in parts]  # a + is one: libpq reads it so
     secrets = tuple((name, value) for name, value in given if name.lower() in _SECRETS)
     options = tuple((name, value) for name, value in given if name.lower() not in _SECRETS)
     shown = f"postgresql://{user + '@' if user else ''}{found['place']}"
-    shown += f"?{urlencode(options)}" if options else ""
+    shown += f"?{urlencode(options, quote_via=quote)}" if options else ""
     return ServerUrl(shown, unquote(user), found["place"], unquote(password), options, secrets)

@@ -8834,6 +8834,10 @@
         <translation>本机</translation>
     </message>
     <message>
+        <source>this computer does not trust its certificate</source>
+        <translation>本计算机不信任其证书</translation>
+    </message>
+    <message>
         <source>this computer keeps another record with the same number</source>
         <translation>本机保存着另一条编号相同的记录</translation>
     </message>

@@ -23,8 +23,8 @@ from tests.packages.programs import ROOT, Program, check_reading, check_window, 
 from tests.support.flights import log_bytes as made
 from tests.support.records.recordings_made import recorded
 
-LARGEST_MB = 190
-INSIDE = ("mcap.reader", "mcap.writer", "zstandard", "lz4.frame", "app.cli.preflight", "ui.pages.live.page")
+LARGEST_MB = 205
+INSIDE = ("mcap.reader", "mcap.writer", "psycopg", "zstandard", "lz4.frame", "app.cli.preflight", "ui.pages.live.page")
 OUTSIDE = ("PySide6.QtNetwork", "PySide6.QtQml", "PySide6.QtTest", "pytest", "pyqtgraph.opengl", "readline")
 
 
@@ -100,6 +100,13 @@ def test_mcap_and_its_compressions_are_inside(bundle: Path) -> None:
     assert list(internal.glob("lz4/frame/_frame*"))
 
 
+def test_it_can_ask_an_archive_server(program: Program) -> None:
+    done = program.run("archive", "sync", "postgresql://li:secret@127.0.0.1:1/dps_s?sslrootcert=system")
+    assert done.returncode == 3
+    assert "Connection refused" in done.stderr, "PostgreSQL's library is not inside"
+    assert "secret" not in done.stderr
+
+
 def test_every_file_of_the_program_that_is_no_module_is_inside(bundle: Path) -> None:
     internal = bundle / "_internal" if sys.platform != "darwin" else bundle.parent / "Resources"
     for top in ("app", "ui"):
@@ -142,7 +149,7 @@ def test_everything_in_it_is_listed_with_its_licence(bundle: Path, dist: Path, v
     assert JsonStrictValidator(SchemaVersion.V1_6).validate_str(json.dumps(listed)) is None
     names = {component["name"] for component in listed["components"]}
     assert {"CPython", "Qt", "PySide6_Essentials", "shiboken6", "numpy", "pyqtgraph", "pyserial", "mcap"} <= names
-    assert {"HarfBuzz-NG", "LibPNG", "PCRE2", "OpenBLAS", "LAPACK", "OpenSSL"} <= names
+    assert {"HarfBuzz-NG", "LibPNG", "PCRE2", "OpenBLAS", "LAPACK", "OpenSSL", "psycopg", "libpq"} <= names
     assert not {"pytest", "mypy", "hypothesis", "setuptools", "pip"} & names
     stated = {"licences/dps-s-configurator"}
     for component in listed["components"]:

@@ -81,7 +81,9 @@ def test_texts_that_the_inventory_names_are_there(made: dict[str, ModuleType]) -
     inventory, enclosed = made["inventory"], made["enclosed_parts"]
     paths = [inventory.LICENCE_FOLDER / name for names in inventory._TEXTS.values() for name in names]
     paths += [enclosed.RUST_TEXTS / f"{name}.txt" for name in enclosed._LICENCES_OF_CRATES]
-    paths += [inventory.LICENCE_FOLDER / text for one in enclosed._OF_NUMPY for text in one.texts]
+    paths += [
+        inventory.LICENCE_FOLDER / text for one in (*enclosed._OF_NUMPY, *enclosed._OF_PSYCOPG) for text in one.texts
+    ]
     for path in paths:
         assert path.stat().st_size > 500, path
 
@@ -109,7 +111,9 @@ def test_the_notices_are_of_the_series_of_qt_that_is_installed(made: dict[str, M
 
 def test_every_licence_is_an_spdx_expression(made: dict[str, ModuleType]) -> None:
     inventory, enclosed = made["inventory"], made["enclosed_parts"]
-    stated = {one["licence"] for one in notices(made)[1]} | {one.licence for one in enclosed._OF_NUMPY}
+    stated = {one["licence"] for one in notices(made)[1]} | {
+        one.licence for one in (*enclosed._OF_NUMPY, *enclosed._OF_PSYCOPG)
+    }
     stated |= {
         *inventory._LICENCES.values(),
         *inventory._OF_THE_SYSTEM.values(),
@@ -170,3 +174,21 @@ def test_crates_are_found_in_what_was_built_on_any_system(
     entry = made["bundle_contents"].Entry(f"cryptography{separator}_rust.pyd", str(library), "EXTENSION")
     found = list(made["enclosed_parts"]._of_cryptography([entry], ()))
     assert [(one.name, one.version) for one in found] == [("asn1", "0.22.0")]
+
+
+def test_every_library_that_psycopg_brings_is_named(made: dict[str, ModuleType], tmp_path: Path) -> None:
+    enclosed, entry = made["enclosed_parts"], made["bundle_contents"].Entry
+
+    def named(*places: str) -> dict[str, str | None]:
+        entries = [entry(place, str(tmp_path / "library"), "BINARY") for place in places]
+        return {one.name: one.version for one in enclosed._of_psycopg(entries, ())}
+
+    (tmp_path / "library").write_bytes(b"OpenSSL 3.6.5 29 Sep 2026\0keyutils-1.5.8")
+    names = ("libcrypto-3-x64-cf63.dll", "libpq-f339.dll", "libssl-3-x64-4e7c.dll")
+    assert named(*(f"psycopg_binary.libs\\{name}" for name in names)) == {"libpq": None, "OpenSSL": "3.6.5"}
+    brought = Distribution.from_name("psycopg-binary").files or ()
+    found = named(*(file.as_posix() for file in brought if ".libs/" in file.as_posix()))
+    assert {"libpq", "OpenSSL"} <= found.keys()
+    assert named("libssl.so.3") == {}
+    with pytest.raises(made["environment"].SetupError, match="libnew"):
+        named("psycopg_binary.libs/libnew-1.so.2")

@@ -1,4 +1,4 @@
-"""A PostgreSQL server of the test run's own: in a private folder, on a Unix socket and a port of its own."""
+"""A PostgreSQL server of the test run's own: in a private folder, on a Unix socket, and by TLS on its own port."""
 
 import os
 import shutil
@@ -8,10 +8,22 @@ import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+from ipaddress import ip_address
 from pathlib import Path
+
+from cryptography import x509
+from cryptography.hazmat.primitives import hashes
+from cryptography.hazmat.primitives.asymmetric import ec
+from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption, PrivateFormat
+from cryptography.x509.oid import NameOID
 
 OWNER = "postgres"
 PASSWORD = "secret/of@the?test"
+ROOT_CERTIFICATE = "root.crt"
+WITHOUT_TLS = "plain"
+"""A role that the server lets in without TLS only."""
+DAY = timedelta(days=1)
 _PLACES = sorted(Path("/usr/lib/postgresql").glob("*/bin"), reverse=True)
 
 
@@ -49,6 +61,23 @@ class ArchiveServer:
             return cursor.fetchall() if cursor.description else []
 
 
+def write_certificate(target: Path, key_target: Path) -> Path:
+    """Of a server on 127.0.0.1, signed by itself: who trusts it gives this file as the root. Its key."""
+    key = ec.generate_private_key(ec.SECP256R1())
+    name = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, "hangar")])
+    now = datetime.now(UTC)
+    made = (
+        x509.CertificateBuilder(name, name, key.public_key(), x509.random_serial_number(), now - DAY, now + DAY)
+        .add_extension(x509.SubjectAlternativeName([x509.IPAddress(ip_address("127.0.0.1"))]), critical=False)
+        .add_extension(x509.BasicConstraints(ca=True, path_length=None), critical=True)
+        .sign(key, hashes.SHA256())
+    )
+    target.write_bytes(made.public_bytes(Encoding.PEM))
+    key_target.write_bytes(key.private_bytes(Encoding.PEM, PrivateFormat.PKCS8, NoEncryption()))
+    key_target.chmod(0o600)
+    return key_target
+
+
 @contextmanager
 def archive_server() -> Iterator[ArchiveServer]:
     """Started, with an empty database; stopped and removed at the end."""
@@ -74,9 +103,16 @@ def archive_server() -> Iterator[ArchiveServer]:
             [programs / "initdb", "-D", data, "-U", OWNER, "-A", "trust", "--no-sync", "-E", "UTF8", "--locale=C"],
             check=True, **quiet,
         )  # type: ignore[call-overload]  # fmt: skip
-        with (data / "pg_hba.conf").open("w", encoding="utf-8") as rules:
-            rules.write("local all all trust\nhost all all 127.0.0.1/32 scram-sha-256\n")
+        (data / "pg_hba.conf").write_text(
+            f"local all all trust\nhostnossl all {WITHOUT_TLS} 127.0.0.1/32 scram-sha-256\n"
+            f"hostssl all {WITHOUT_TLS} 127.0.0.1/32 reject\nhost all all 127.0.0.1/32 scram-sha-256\n",
+            encoding="utf-8",
+        )
+        key = write_certificate(folder / ROOT_CERTIFICATE, data / "server.key")
+        if who:
+            os.chown(key, int(str(who["user"])), int(str(who["group"])))
         options = {
+            "ssl": "on", "ssl_cert_file": folder / ROOT_CERTIFICATE,
             "listen_addresses": "127.0.0.1", "port": port, "unix_socket_directories": folder, "fsync": "off",
             "shared_buffers": "16MB", "max_connections": 20, "autovacuum": "off", "jit": "off",
         }  # fmt: skip

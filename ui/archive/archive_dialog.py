@@ -70,7 +70,7 @@ class ArchiveDialog(QDialog):
         self._conflicts: tuple[Conflict, ...] = ()
         self.server = control(QLineEdit(), texts, "archive_server", says="Server",
                               tip="Without the password: see the guide")  # fmt: skip
-        self.server.setPlaceholderText("postgresql://USER@HOST/DATABASE?sslmode=verify-full")
+        self.server.setPlaceholderText("postgresql://USER@HOST/DATABASE?sslrootcert=system")
         self.use = control(QPushButton(), texts, "archive_use_server", "Use", tip="Set this server and exchange",
                            slot=self._use_server)  # fmt: skip
         self.server.returnPressed.connect(self.use.click)

@@ -3,6 +3,7 @@
 import json
 import logging
 import re
+import ssl
 from collections.abc import Iterator
 from contextlib import ExitStack, closing
 from pathlib import Path
@@ -14,8 +15,16 @@ from app.archive.exchange import Exchanged, exchange
 from app.archive.fact_set import ArchiveTrouble
 from app.archive.postgres import TABLE, open_server
 from app.archive.server_url import server_url
+from app.archive.system_roots import system_roots
 from tests.app.cli.reference.test_schemas import faults
-from tests.support.archive_server import PASSWORD, ArchiveServer, archive_server
+from tests.support.archive_server import (
+    PASSWORD,
+    ROOT_CERTIFICATE,
+    WITHOUT_TLS,
+    ArchiveServer,
+    archive_server,
+    write_certificate,
+)
 from tests.support.records.archive_stations import ArchiveStation, archive_station
 
 PAGE = Path(__file__).parents[3] / "docs" / "archive.md"
@@ -139,9 +148,75 @@ class _Keyring:
         return PASSWORD
 
 
-def test_tls_is_as_the_address_says(server: ArchiveServer) -> None:
-    with pytest.raises(ArchiveTrouble, match="SSL"):
-        open_server(f"{server.tcp_url('guarded', PASSWORD)}?sslmode=require")
+@pytest.fixture(autouse=True)
+def _systems_own_roots(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("SSL_CERT_FILE", "SSL_CERT_DIR"):
+        monkeypatch.delenv(name, raising=False)
+
+
+@pytest.fixture
+def guarded(server: ArchiveServer) -> str:
+    """An address with a password, without TLS's options."""
+    server.run("DROP ROLE IF EXISTS guarded", f"CREATE ROLE guarded LOGIN SUPERUSER PASSWORD '{PASSWORD}'")
+    return server.tcp_url("guarded", PASSWORD)
+
+
+def _is_encrypted(url: str) -> bool:
+    with closing(open_server(url)) as there:
+        return bool(there._read("SELECT ssl FROM pg_stat_ssl WHERE pid = pg_backend_pid()")[0][0])
+
+
+def test_a_server_is_trusted_by_the_root_that_the_address_names(
+    server: ArchiveServer, guarded: str, tmp_path: Path
+) -> None:
+    right = f"?sslmode=verify-full&sslrootcert={server.folder / ROOT_CERTIFICATE}"
+    assert _is_encrypted(guarded + right)
+    with pytest.raises(ArchiveTrouble, match=r"does not match host name .localhost.$"):
+        open_server(guarded.replace("127.0.0.1", "localhost") + right)
+    write_certificate(tmp_path / "other.crt", tmp_path / "other.key")
+    with pytest.raises(ArchiveTrouble, match=r"cannot be used: this computer does not trust its certificate$"):
+        open_server(f"{guarded}?sslmode=verify-full&sslrootcert={tmp_path / 'other.crt'}")
+    with pytest.raises(ArchiveTrouble, match=r"root certificate file .* does not exist$"):
+        open_server(f"{guarded}?sslmode=verify-ca&sslrootcert={tmp_path / 'none'}")
+
+
+def test_the_systems_roots_are_found(
+    server: ArchiveServer, guarded: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """OpenSSL as psycopg brings it looks for them in a folder that no system has."""
+    monkeypatch.setattr("app.archive.system_roots.ROOT_FILES", (tmp_path / "none", server.folder / ROOT_CERTIFICATE))
+    for options in ("sslrootcert=system", "sslmode=verify-full&sslrootcert=system"):
+        assert _is_encrypted(f"{guarded}?{options}")
+    with pytest.raises(ArchiveTrouble, match='weak sslmode "require"'):
+        open_server(f"{guarded}?sslmode=require&sslrootcert=system")
+    write_certificate(tmp_path / "other.crt", tmp_path / "other.key")
+    monkeypatch.setattr("app.archive.system_roots.ROOT_FILES", (tmp_path / "other.crt",))
+    with pytest.raises(ArchiveTrouble, match="does not trust"):
+        open_server(f"{guarded}?sslrootcert=system")
+
+
+def test_roots_that_lie_in_no_file_are_written_into_one(
+    server: ArchiveServer, guarded: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    trusted = ssl.create_default_context(cafile=str(server.folder / ROOT_CERTIFICATE))
+    monkeypatch.setattr("app.archive.system_roots.ROOT_FILES", ())
+    monkeypatch.setattr("app.archive.system_roots.ssl.create_default_context", lambda: trusted)
+    assert _is_encrypted(f"{guarded}?sslrootcert=system")
+    with system_roots() as file:
+        assert file is not None
+        assert file.read_text(encoding="ascii") == (server.folder / ROOT_CERTIFICATE).read_text(encoding="ascii")
+    assert not file.exists()
+
+
+def test_tls_is_as_the_address_says(server: ArchiveServer, guarded: str) -> None:
+    assert _is_encrypted(f"{guarded}?sslmode=require")
+    assert not _is_encrypted(f"{guarded}?sslmode=disable")
+    server.run(f"DROP ROLE IF EXISTS {WITHOUT_TLS}", f"CREATE ROLE {WITHOUT_TLS} LOGIN SUPERUSER PASSWORD '{PASSWORD}'")
+    without = server.tcp_url(WITHOUT_TLS, PASSWORD)
+    assert not _is_encrypted(without)
+    for options in ("sslmode=require", f"sslmode=verify-full&sslrootcert={server.folder / ROOT_CERTIFICATE}"):
+        with pytest.raises(ArchiveTrouble, match="rejects connection"):
+            open_server(f"{without}?{options}")
 
 
 def test_the_command_exchanges_and_says_what_was_altered(

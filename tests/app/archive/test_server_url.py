@@ -1,11 +1,17 @@
 """The address of a server, and what is shown of it."""
 
+import re
 import subprocess
 import sys
+from pathlib import Path
+from typing import Any, cast
 
+import psycopg
 import pytest
 
+from app.archive import postgres
 from app.archive.fact_set import ArchiveTrouble
+from app.archive.facts import Fact
 from app.archive.server_url import server_url
 from tests.support.processes import ENVIRONMENT, ROOT
 
@@ -20,6 +26,7 @@ from tests.support.processes import ENVIRONMENT, ROOT
         ("postgresql://li@db/x?password=secret&sslpassword=s2&sslkey=k", "postgresql://li@db/x?sslkey=k", ""),
         ("postgresql://li@db/x?PassWord=secret", "postgresql://li@db/x", ""),
         ("postgresql://li@db/x?%70assword=secret", "postgresql://li@db/x", ""),
+        ("postgresql://db/x?sslrootcert=/My%20Files/a+b", "postgresql://db/x?sslrootcert=%2FMy%20Files%2Fa%2Bb", ""),
         ("postgresql://:secret@[::1]/x", "postgresql://[::1]/x", "secret"),
     ],
 )  # fmt: skip
@@ -43,15 +50,52 @@ def test_what_may_hide_a_password_is_refused_without_showing_it(typed: str) -> N
     assert "cret@" not in str(caught.value)
 
 
-def test_psycopg_is_loaded_only_for_a_server_and_its_absence_is_a_sentence() -> None:
+def test_psycopg_is_loaded_only_for_a_server_and_its_absence_is_a_sentence(tmp_path: Path) -> None:
     program = (
-        "import sys, app.archive.postgres, app.archive.collection\n"
-        "assert not {'psycopg', 'keyring'} & sys.modules.keys()\n"
+        "import sys, app.__main__, app.archive.postgres\n"
+        "assert app.__main__.main(['archive', 'status']) == 0\n"
+        "assert not {'psycopg', 'psycopg_binary', 'keyring'} & sys.modules.keys()\n"
         "sys.modules['psycopg'] = None\n"
-        "from app.archive.fact_set import ArchiveTrouble\n"
-        "try:\n    app.archive.postgres.open_server('postgresql://db/x')\n"
-        "except ArchiveTrouble as error:\n    print(error)\n"
+        "sys.exit(app.__main__.main(['archive', 'sync', 'postgresql://db/x']))\n"
     )
-    ran = subprocess.run([sys.executable, "-c", program], cwd=ROOT, env=ENVIRONMENT, capture_output=True, text=True,
-                         check=True)  # fmt: skip
-    assert 'pip install "dps-s-configurator[archive]"' in ran.stdout
+    homes = {name: str(tmp_path) for name in ("HOME", "XDG_DATA_HOME", "WIN_PD_OVERRIDE_LOCAL_APPDATA")}
+    ran = subprocess.run([sys.executable, "-c", program], cwd=ROOT, env=ENVIRONMENT | homes, capture_output=True,
+                         text=True, check=False)  # fmt: skip
+    assert ran.returncode == 3
+    assert 'pip install "dps-s-configurator[archive]"' in ran.stderr
+
+
+class _Recorded:
+    """A connection that keeps what is executed; the table is missing at first."""
+
+    def __init__(self) -> None:
+        self.statements: list[str] = []
+        self.rowcount = 0
+
+    def execute(self, statement: str, _values: object = ()) -> "_Recorded":
+        self.statements.append(statement)
+        if statement.startswith("SELECT id FROM") and len(self.statements) == 1:
+            raise psycopg.errors.UndefinedTable
+        return self
+
+    def fetchall(self) -> list[tuple[object, ...]]:
+        return []
+
+
+def test_the_sql_is_what_distributed_servers_take_too() -> None:
+    """CockroachDB, YugabyteDB and Citus: plain statements on a table whose key is the fact's own hash."""
+    asked = _Recorded()
+    connection = cast("psycopg.Connection[Any]", asked)
+    postgres._find_table(connection)
+    there = postgres.PostgresFacts(server_url("postgresql://db/x"), connection)
+    there.digests()
+    there.rows(["00", "ff"])
+    there.read(["0" * 64])
+    there.add([Fact(id="0" * 64, kind="module", station="", made_at="", payload="{}", signature="")])
+    assert len(asked.statements) == 6
+    plain = r"SELECT [^;]+ FROM dps_s_facts\b[^;]*|INSERT INTO dps_s_facts [^;]+ VALUES [^;]+ ON CONFLICT DO NOTHING"
+    table = r"CREATE TABLE IF NOT EXISTS dps_s_facts \(id TEXT PRIMARY KEY(, \w+ TEXT NOT NULL)+\)"
+    assert [one for one in asked.statements if not re.fullmatch(f"{plain}|{table}", one)] == []
+    words = set(re.findall(r"[a-z0-9]+(?=\()", " ".join(asked.statements)))
+    assert words <= {"count", "md5", "string", "substr", "agg"}
+    assert not re.search(r"\b(SERIAL|SEQUENCE|RETURNING|LOCK|FOR UPDATE|UPDATE|DELETE)\b", " ".join(asked.statements))
