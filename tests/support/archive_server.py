@@ -21,8 +21,8 @@ from cryptography.x509.oid import NameOID
 OWNER = "postgres"
 PASSWORD = "secret/of@the?test"
 ROOT_CERTIFICATE = "root.crt"
-WITHOUT_TLS = "plain"
-"""A role that the server lets in without TLS only."""
+WITH_PASSWORD, WITHOUT_TLS = "guarded", "plain"
+"""Roles that need `PASSWORD` where they do not come by the socket; the second is let in without TLS only."""
 DAY = timedelta(days=1)
 _PLACES = sorted(Path("/usr/lib/postgresql").glob("*/bin"), reverse=True)
 
@@ -123,7 +123,8 @@ def archive_server() -> Iterator[ArchiveServer]:
             wait = [programs / "pg_isready", "-h", folder, "-p", str(port), "-t", "1"]
             while subprocess.run(wait, check=False, **quiet).returncode != 0:  # type: ignore[call-overload]
                 assert server.poll() is None, "the server ended"
-            found.run("CREATE DATABASE archive", database="postgres")
+            roles = (f"CREATE ROLE {one} LOGIN SUPERUSER PASSWORD '{PASSWORD}'" for one in (WITH_PASSWORD, WITHOUT_TLS))
+            found.run("CREATE DATABASE archive", *roles, database="postgres")
             yield found
         finally:
             server.terminate()  # smart: sessions of tests are closed by then

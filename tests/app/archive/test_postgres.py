@@ -20,6 +20,7 @@ from tests.app.cli.reference.test_schemas import faults
 from tests.support.archive_server import (
     PASSWORD,
     ROOT_CERTIFICATE,
+    WITH_PASSWORD,
     WITHOUT_TLS,
     ArchiveServer,
     archive_server,
@@ -108,15 +109,14 @@ def test_the_password_comes_from_the_systems_places_and_shows_nowhere(
 ) -> None:  # fmt: skip
     caplog.set_level(logging.DEBUG)
     one = stations[0]
-    server.run("DROP ROLE IF EXISTS guarded", f"CREATE ROLE guarded LOGIN SUPERUSER PASSWORD '{PASSWORD}'")
-    plain = server.tcp_url("guarded")
+    plain = server.tcp_url(WITH_PASSWORD)
     with pytest.raises(ArchiveTrouble, match="no password supplied") as caught:
         _sync(one, plain)
     assert plain in str(caught.value)
     with pytest.raises(ArchiveTrouble, match="authentication failed") as caught:
-        _sync(one, server.tcp_url("guarded", "wrong-one"))
+        _sync(one, server.tcp_url(WITH_PASSWORD, "wrong-one"))
     assert "wrong-one" not in str(caught.value)
-    with closing(open_server(server.tcp_url("guarded", PASSWORD))) as there:
+    with closing(open_server(server.tcp_url(WITH_PASSWORD, PASSWORD))) as there:
         assert there.url.shown == plain
     monkeypatch.setattr("app.archive.postgres.import_module", lambda _name: _Keyring)
     with closing(open_server(plain)):
@@ -157,8 +157,7 @@ def _systems_own_roots(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture
 def guarded(server: ArchiveServer) -> str:
     """An address with a password, without TLS's options."""
-    server.run("DROP ROLE IF EXISTS guarded", f"CREATE ROLE guarded LOGIN SUPERUSER PASSWORD '{PASSWORD}'")
-    return server.tcp_url("guarded", PASSWORD)
+    return server.tcp_url(WITH_PASSWORD, PASSWORD)
 
 
 def _is_encrypted(url: str) -> bool:
@@ -211,7 +210,6 @@ def test_roots_that_lie_in_no_file_are_written_into_one(
 def test_tls_is_as_the_address_says(server: ArchiveServer, guarded: str) -> None:
     assert _is_encrypted(f"{guarded}?sslmode=require")
     assert not _is_encrypted(f"{guarded}?sslmode=disable")
-    server.run(f"DROP ROLE IF EXISTS {WITHOUT_TLS}", f"CREATE ROLE {WITHOUT_TLS} LOGIN SUPERUSER PASSWORD '{PASSWORD}'")
     without = server.tcp_url(WITHOUT_TLS, PASSWORD)
     assert not _is_encrypted(without)
     for options in ("sslmode=require", f"sslmode=verify-full&sslrootcert={server.folder / ROOT_CERTIFICATE}"):
