@@ -8,8 +8,6 @@ from typing import Final, NamedTuple
 TOP_PACKAGES: Final = ("app", "protocol", "ui")
 LATE_MODULES: Final = (
     "_cffi_backend",  # cryptography's compiled part imports it
-    "PySide6.QtOpenGL",  # pyqtgraph names it by a variable
-    "PySide6.QtOpenGLWidgets",
     "PySide6.QtSvg",
     "mcap.reader",
     "mcap.writer",
@@ -29,10 +27,6 @@ LEFT_OUT_MODULES: Final = (
     "zstandard._cffi",
     "zstandard.backend_cffi",
     "zstandard.backend_rust",
-    # of pyqtgraph, what draws in three dimensions, in notebooks, or with Qt modules that nothing here uses
-    "pyqtgraph.examples",
-    "pyqtgraph.jupyter",
-    "pyqtgraph.opengl",
     "PySide6.QtDBus",
     "PySide6.QtNetwork",
     "PySide6.QtPrintSupport",
@@ -50,6 +44,7 @@ LEFT_OUT_MODULES: Final = (
     "matplotlib",
     "pip",
     "pkg_resources",
+    "pyqtgraph",
     "pytest",
     "readline",  # of an interactive Python; under the GPL
     "scipy",

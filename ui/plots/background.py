@@ -6,7 +6,7 @@ would cost as much as the curves.
 
 from collections.abc import Hashable
 
-from PySide6.QtCore import QPointF, QRectF
+from PySide6.QtCore import QPoint, QRect, QSize
 from PySide6.QtGui import QPainter, QPixmap
 
 from app.text.i18n import tr
@@ -31,21 +31,21 @@ class PlotBackground:
     def forget(self) -> None:
         self._looks = self._pixmap = None
 
-    def paint(self, painter: QPainter, picture: Picture, whole: QRectF) -> None:
+    def paint(self, painter: QPainter, picture: Picture, size: QSize, ratio: float) -> None:
         """By hand at the first time, from then on as a picture until something is different."""
-        ratio = painter.device().devicePixelRatioF()
         looks = _looks_of(picture, ratio)
         if looks != self._looks:
             self._looks, self._pixmap = looks, None
+            painter.fillRect(QRect(QPoint(), size), picture.theme.surface)
             paint_back(painter, picture)
             return
         if self._pixmap is None:
-            self._pixmap = _painted(picture, whole, ratio)
-        painter.drawPixmap(QPointF(0, 0), self._pixmap)
+            self._pixmap = _painted(picture, size, ratio)
+        painter.drawPixmap(0, 0, self._pixmap)
 
 
-def _painted(picture: Picture, whole: QRectF, ratio: float) -> QPixmap:
-    pixmap = QPixmap((whole.size() * ratio).toSize())
+def _painted(picture: Picture, size: QSize, ratio: float) -> QPixmap:
+    pixmap = QPixmap(size * ratio)
     pixmap.setDevicePixelRatio(ratio)
     pixmap.fill(picture.theme.surface)  # opaque: a plain copy is what the screen takes quickest
     painter = QPainter(pixmap)

@@ -3,10 +3,9 @@
 The wheel zooms only when the plots have the focus or Ctrl is held; else it scrolls the page.
 """
 
-from collections.abc import Callable, Sequence
-from typing import Any, ClassVar
+from collections.abc import Sequence
+from typing import ClassVar
 
-import pyqtgraph as pg
 from PySide6.QtCore import QEvent, QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import (
     QAccessible,
@@ -15,44 +14,23 @@ from PySide6.QtGui import (
     QKeyEvent,
     QMouseEvent,
     QPainter,
+    QPaintEvent,
     QResizeEvent,
     QWheelEvent,
 )
-from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
+from PySide6.QtWidgets import QWidget
 
 from ui.plots.background import PlotBackground
 from ui.plots.curve import LaneCurve
 from ui.plots.limits import gutter_px
 from ui.plots.paint import Picture, paint_front
 from ui.plots.view import Lane, Span
-from ui.style.theme import Size, Theme, font
+from ui.style.theme import Size, Theme, current, font
 
 _STRIP_PX = 22.0
 
 
-class _Layer(QGraphicsItem):
-    """One painter over the whole scene."""
-
-    def __init__(self, paint: Callable[[QPainter], None]) -> None:
-        super().__init__()
-        self._paint = paint
-        self._box = QRectF(0, 0, 1, 1)
-
-    def cover(self, box: QRectF) -> None:
-        self.prepareGeometryChange()
-        self._box = box
-
-    def boundingRect(self) -> QRectF:
-        return self._box
-
-    def paint(self, painter: QPainter, _option: QStyleOptionGraphicsItem, _widget: QWidget | None = None) -> None:
-        # Straight lines lie on pixels; smoothing dashes costs more than the curves do.
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
-        painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
-        self._paint(painter)
-
-
-class Canvas(pg.GraphicsView):  # type: ignore[misc]  # pyqtgraph has no types
+class Canvas(QWidget):
     """Draws what it is given and says what a person wants; it decides nothing."""
 
     accessible_role: ClassVar = QAccessible.Role.Chart
@@ -70,31 +48,25 @@ class Canvas(pg.GraphicsView):  # type: ignore[misc]  # pyqtgraph has no types
         self.setObjectName("time-plot-canvas")
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setMouseTracking(True)
-        self.setFrameShape(pg.QtWidgets.QFrame.Shape.NoFrame)
+        self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self.cursor_part: float | None = None
         self.keeps_cursor = False
         """The read-off cursor stays where the pointer left it."""
         self._dragged_from: float | None = None
         self._picture: Picture | None = None
         self._ground = PlotBackground()
-        self._left = self._right = 0.0
-        scene: Any = self.scene()
         self.lanes = [LaneCurve(lane, number) for number, lane in enumerate(lanes)]
-        self._layer = _Layer(self._paint_picture)
-        scene.addItem(self._layer)
         self.strip = QRectF()
 
     def apply_theme(self, theme: Theme) -> None:
         """Take the colours of a theme."""
-        self.setBackground(theme.surface)
         for lane in self.lanes:
             lane.apply_theme(theme)
 
     def arrange(self) -> None:
         """Give each lane its place; after a change of size, language or font."""
         self._ground.forget()
-        size = self.viewport().size()
-        whole = QRectF(0, 0, size.width(), size.height())
+        whole = QRectF(self.rect())
         line = QFontMetricsF(font(Size.SMALL)).height()
         left = QFontMetricsF(font(Size.SMALL)).horizontalAdvance("−180") + 8
         right = max(left + 50, whole.right() - gutter_px(self.lanes))
@@ -107,12 +79,11 @@ class Canvas(pg.GraphicsView):  # type: ignore[misc]  # pyqtgraph has no types
             lane.place(QRectF(left, top + title, right - left, height))
             top += title + height
         self.strip = QRectF(left, top, right - left, _STRIP_PX)
-        self._layer.cover(whole)
 
     def show_picture(self, picture: Picture) -> None:
         """Draw; the curves have been given their points before."""
         self._picture = picture
-        self._layer.update()
+        self.update()
 
     @property
     def shown(self) -> Span | None:
@@ -129,14 +100,19 @@ class Canvas(pg.GraphicsView):  # type: ignore[misc]  # pyqtgraph has no types
         for lane in self.lanes:
             lane.draw(span)
 
-    def _paint_picture(self, painter: QPainter) -> None:
-        picture = self._picture
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        picture, ratio = self._picture, self.devicePixelRatioF()
+        painter = QPainter(self)
+        # Not smoothed: straight lines lie on pixels, and smoothing dashes costs more than the curves do.
+        painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
         if picture is None:
-            return
-        self._ground.paint(painter, picture, self._layer.boundingRect())
-        for lane in self.lanes:
-            lane.paint(painter, ratio=painter.device().devicePixelRatioF())
-        paint_front(painter, picture)
+            painter.fillRect(self.rect(), current().surface)
+        else:
+            self._ground.paint(painter, picture, self.size(), ratio)
+            for lane in self.lanes:
+                lane.paint(painter, ratio=ratio)
+            paint_front(painter, picture)
+        painter.end()
 
     def _part(self, position: QPointF) -> float | None:
         """Where in the view's width a point is, None outside of the lanes."""
@@ -153,9 +129,8 @@ class Canvas(pg.GraphicsView):  # type: ignore[misc]  # pyqtgraph has no types
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
-        if hasattr(self, "strip"):  # pyqtgraph resizes while it is being made
-            self.arrange()
-            self.cursor_moved.emit()
+        self.arrange()
+        self.cursor_moved.emit()
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         if event.button() == Qt.MouseButton.LeftButton and self._part(event.position()) is not None:

@@ -1,18 +1,17 @@
 """One curve in its lane.
 
 It is given new points at every draw, those of an envelope of at most a thousand buckets.  Pens are cosmetic and one
-pixel wide, without antialiasing: anything else costs several times as much.  The lines are pyqtgraph's arrays of
-points, painted without its items: a curve item with its view box takes as long again to keep its own bounds.
+pixel wide, without antialiasing: anything else costs several times as much.
 """
 
 from itertools import pairwise
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
-import pyqtgraph as pg
 from numpy.typing import NDArray
 from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPen, QPolygonF
+from shiboken6 import VoidPtr
 
 from app.samples.ring_buffers import Envelope
 from ui.plots.view import Lane, Scale, Span, fitting_scale
@@ -50,10 +49,13 @@ def points(envelope: Envelope, *, origin_s: float, gap_s: float) -> Points:
 
 
 def _line(x: NDArray[np.float64], y: NDArray[np.float64]) -> QPolygonF:
-    line: QPolygonF = pg.functions.create_qpolygonf(len(x))
+    """Its points are written where Qt keeps them: one by one they would take a hundred times as long."""
+    line = QPolygonF()
+    line.resize(len(x))
     if len(x):
-        places = pg.functions.ndarray_from_qpolygonf(line)
-        places[:, 0], places[:, 1] = x, y
+        memory: Any = VoidPtr(line.data(), len(x) * 16, True)  # type: ignore[call-arg, arg-type]  # wrongly declared
+        places: NDArray[np.float64] = np.frombuffer(memory, np.float64)
+        places[::2], places[1::2] = x, y
     return line
 
 

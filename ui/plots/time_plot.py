@@ -1,7 +1,7 @@
 """Plots several quantities on one time line, with limits, markers and a cursor.
 
 The page puts samples into the series, notes what happened as marks, and calls ``draw`` from its one timer.
-Importing this module loads pyqtgraph and numpy: do it after the window's first paint.
+Importing this module loads numpy: do it after the window's first paint.
 """
 
 import math

@@ -132,7 +132,7 @@ def _draws(live: Any) -> list[float]:
     def timed(act: Any, *words: float) -> None:
         began = time.perf_counter()
         act(*words)
-        canvas.viewport().repaint()
+        canvas.repaint()
         found.append(time.perf_counter() - began)
 
     for _ in range(_STEPS):  # from all of it down to a few reports, and back

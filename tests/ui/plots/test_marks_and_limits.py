@@ -30,7 +30,7 @@ def test_the_most_important_mark_keeps_its_icon(bench: Bench) -> None:
             bench.plot.add_mark(Mark(NOW_S - 20 + 0.2 * number, word, icon, Meaning.DANGER, rank))
         with watching() as drawn:
             bench.plot.draw(NOW_S)
-            bench.canvas.viewport().repaint()
+            bench.canvas.repaint()
         assert [one.text for one in drawn if one.text in (first, second)] == ["triggered"]
 
 
@@ -50,7 +50,7 @@ def test_a_stale_limit_stays_and_says_that_it_is_stale(bench: Bench) -> None:
     stale.put(NOW_S, 60)
     with watching() as drawn:
         bench.plot.draw(NOW_S + 30)
-        bench.canvas.viewport().repaint()
+        bench.canvas.repaint()
     assert {"60° fires", "stale"} <= {one.text for one in drawn}
     lane = bench.canvas.lanes[0]
     y = round(lane.y(60))

@@ -86,7 +86,7 @@ class Bench:
         place = QPointF(self.at(part))
         event = QWheelEvent(
             place,
-            QPointF(self.canvas.viewport().mapToGlobal(place)),
+            QPointF(self.canvas.mapToGlobal(place)),
             QPoint(),
             QPoint(0, 120 * notches),
             Qt.MouseButton.NoButton,
@@ -94,7 +94,7 @@ class Bench:
             Qt.ScrollPhase.NoScrollPhase,
             False,
         )
-        QApplication.sendEvent(self.canvas.viewport(), event)
+        QApplication.sendEvent(self.canvas, event)
         return event.isAccepted()
 
     def pixels(self, colour: str) -> list[QPoint]:
@@ -158,7 +158,7 @@ def test_the_wheel_zooms_only_where_it_is_meant(bench: Bench, qtbot: QtBot) -> N
 
 
 def test_dragging_moves_into_the_past_and_the_picture_stays_there(bench: Bench, qtbot: QtBot) -> None:
-    viewport = bench.canvas.viewport()
+    viewport = bench.canvas
     qtbot.mousePress(viewport, Qt.MouseButton.LeftButton, pos=bench.at(0.2))
     qtbot.mouseMove(viewport, bench.at(0.7))
     qtbot.mouseRelease(viewport, Qt.MouseButton.LeftButton, pos=bench.at(0.7))
@@ -190,7 +190,7 @@ def test_everything_by_keyboard(bench: Bench, qtbot: QtBot) -> None:
 
 def test_the_cursor_reads_off_while_it_runs(bench: Bench, qtbot: QtBot) -> None:
     assert bench.plot.reading == ""
-    qtbot.mouseMove(bench.canvas.viewport(), bench.at(0.5))
+    qtbot.mouseMove(bench.canvas, bench.at(0.5))
     assert bench.plot.reading.startswith("−30.0 s · ")
     assert bench.plot.reading.endswith("Tilt 12°, Acceleration 1.0 g")
     bench.plot.add_mark(Mark(NOW_S - 20, "triggered", Icon.PARACHUTE, Meaning.DANGER))
@@ -255,9 +255,9 @@ def test_a_limit_of_the_past_is_named_only_where_another_came_after_it(bench: Be
     def past() -> list[str]:
         bench.plot.draw(NOW_S)
         for _ in range(2):  # the background, with the axis, is kept from then on
-            bench.canvas.viewport().repaint()
+            bench.canvas.repaint()
         with watching() as drawn:
-            bench.canvas.viewport().repaint()
+            bench.canvas.repaint()
         return [one.text for one in drawn if one.text in ("60", "75")]
 
     bench.fire.put(NOW_S - 30, None)  # restarted
@@ -270,7 +270,7 @@ def test_a_limit_of_the_past_is_named_only_where_another_came_after_it(bench: Be
 def test_no_part_of_a_time_looks_out_from_under_that_of_the_cursor(bench: Bench) -> None:
     bench.plot.point_at(NOW_S - 31)
     bench.plot.draw(NOW_S)
-    picture = bench.canvas.viewport().grab().toImage()
+    picture = bench.canvas.grab().toImage()
     bottom = picture.height() - 6
     dark = [x for x in range(picture.width()) if picture.pixelColor(x, bottom).lightness() < 60]
     assert dark, "the time under the cursor"
@@ -352,7 +352,7 @@ def test_one_draw_serves_a_drag_and_its_cursor(bench: Bench, qtbot: QtBot) -> No
         draw(span)
 
     bench.canvas.draw_curves = count  # type: ignore[method-assign]
-    viewport = bench.canvas.viewport()
+    viewport = bench.canvas
     qtbot.mousePress(viewport, Qt.MouseButton.LeftButton, pos=bench.at(0.5))
     spans.clear()
     drag = QMouseEvent(

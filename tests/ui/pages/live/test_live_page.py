@@ -166,7 +166,7 @@ def test_the_wheel_zooms_only_with_the_focus(live: Bench) -> None:
             Qt.ScrollPhase.NoScrollPhase,
             False,
         )
-        QApplication.sendEvent(canvas.viewport(), event)
+        QApplication.sendEvent(canvas, event)
 
     turn()
     assert live.page.plot.span.length_s == 60
