@@ -183,7 +183,9 @@ def main(arguments: list[str]) -> int:
             clean()
             return 0
         system_libraries.make_ready(
-            is_screen_wanted=chosen.command in ("demo", "run"), is_packaging=chosen.command == "package"
+            is_screen_wanted=chosen.command in ("demo", "run"),
+            is_packaging=chosen.command == "package",
+            is_testing=chosen.command in ("setup", "test"),
         )
         environment.make_ready(environment.PROGRAM if chosen.command in ("demo", "run") else environment.EVERYTHING)
         system_libraries.prove_qt(VENV_PYTHON)

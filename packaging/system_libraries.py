@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from environment import QT_PROVEN, VENV_PYTHON, SetupError, has_venv_module, install_with_apt, say, venv_package
-from tools import Tool, missing_tools
+from tools import FOR_TESTS, Tool, has_server, missing_tools
 
 from app.system.qt_libraries import (
     FOR_X,
@@ -38,33 +38,39 @@ class Needed(NamedTuple):
     packages: list[str]
     further: list[str]
     reasons: list[str]
+    wishes: list[str]
+    """Why `further`."""
 
 
-def make_ready(*, is_screen_wanted: bool, is_packaging: bool = False) -> None:
+def make_ready(*, is_screen_wanted: bool, is_packaging: bool = False, is_testing: bool = False) -> None:
     """Make sure that the system has everything, before anything is downloaded.
 
     Installs it where this user may, all at once; else raises SetupError with one command that brings all.
-    What is only useful (a font with Chinese glyphs, Qt's libraries for a screen that is not there yet) comes along and
-    never stops anything; it is looked for only until Qt was proven to start.
+    What is only useful (a font with Chinese glyphs, Qt's libraries for a screen that is not there yet, PostgreSQL for
+    its tests) comes along and never stops anything; the first two are looked for only until Qt was proven to start.
     """
     if sys.platform != "linux":
         return
     manager = package_manager()
-    needed = _needed(manager, is_screen_wanted=is_screen_wanted, is_packaging=is_packaging)
+
+    def look() -> Needed:
+        return _needed(manager, is_screen_wanted=is_screen_wanted, is_packaging=is_packaging, is_testing=is_testing)
+
+    needed = look()
     if needed.packages:
         _install(manager, [*needed.packages, *needed.further], reason=" and ".join(needed.reasons))
-        still = _needed(manager, is_screen_wanted=is_screen_wanted, is_packaging=is_packaging)
+        still = look()
         if still.packages:
             raise SetupError(f"It was installed, and yet this is not here: {', '.join(still.packages)}.")
-    elif needed.further and not QT_PROVEN.exists():
+    elif needed.further:
         try:
-            _install(manager, needed.further, reason="A screen and Chinese want more")
+            _install(manager, needed.further, reason=" and ".join(needed.wishes))
         except SetupError as error:
-            say(f"{error}\nEnglish without a screen works without it.")
+            say(f"{error}\nEverything else works without it.")
 
 
-def _needed(manager: str | None, *, is_screen_wanted: bool, is_packaging: bool) -> Needed:
-    packages, further, reasons = [], [], []
+def _needed(manager: str | None, *, is_screen_wanted: bool, is_packaging: bool, is_testing: bool) -> Needed:
+    packages, further, reasons, wishes = [], [], [], []
     if not VENV_PYTHON.exists() and not has_venv_module():
         packages.append(venv_package(manager))
         reasons.append("Python's venv module is missing")
@@ -76,10 +82,15 @@ def _needed(manager: str | None, *, is_screen_wanted: bool, is_packaging: bool) 
     if tools:
         packages += _tool_names(tools, manager)
         reasons.append("programs that build packages are not here")
-    further += [name for name in _names(missing(FOR_X), manager) if name not in packages]
-    if manager is not None and not has_chinese_font():
-        further.append(CHINESE_FONT[manager])
-    return Needed(packages, further, reasons)
+    if packages or not QT_PROVEN.exists():
+        further += [name for name in _names(missing(FOR_X), manager) if name not in packages]
+        if manager is not None and not has_chinese_font():
+            further.append(CHINESE_FONT[manager])
+        wishes += ["A screen and Chinese want more"] * bool(further)
+    if is_testing and not has_server():
+        further += _tool_names((FOR_TESTS,), manager)
+        wishes.append("The tests of the archive server need PostgreSQL")
+    return Needed(packages, further, reasons, wishes)
 
 
 def _tool_names(tools: tuple[Tool, ...], manager: str | None) -> list[str]:

@@ -1,7 +1,8 @@
-"""The programs that building and judging the packages needs from the system."""
+"""The programs that building and judging the packages, and testing, need from the system."""
 
 import shutil
 import sys
+from pathlib import Path
 from typing import Final, NamedTuple
 
 
@@ -23,6 +24,15 @@ FOR_LINUX: Final = (
         "desktop-file-validate", "desktop-file-utils", "desktop-file-utils", "desktop-file-utils", "desktop-file-utils"
     ),
 )
+
+FOR_TESTS: Final = Tool("initdb", "postgresql", "postgresql-server", "postgresql", "postgresql-server")
+"""PostgreSQL, whose server the tests of the archive start for themselves."""
+_OF_DEBIAN: Final = Path("/usr/lib/postgresql")
+"""Where Debian keeps its programs, by version."""
+
+
+def has_server() -> bool:
+    return shutil.which(FOR_TESTS.program) is not None or any(_OF_DEBIAN.glob(f"*/bin/{FOR_TESTS.program}"))
 
 
 def missing_tools() -> tuple[Tool, ...]:

@@ -20,6 +20,7 @@ import pytest
 from hypothesis import settings
 
 from app.text import i18n
+from tests.support.archive_server import what_was_not_run
 from tests.support.setup_files import SetupFiles, loaded_setup_files
 
 if TYPE_CHECKING:
@@ -154,6 +155,13 @@ def fresh_gestures(request: pytest.FixtureRequest) -> Iterator[None]:
 @pytest.fixture(scope="session")
 def qapp_args() -> list[str]:
     return [sys.argv[0]]
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Nothing is left out in silence."""
+    said = what_was_not_run()
+    if said is not None:
+        terminalreporter.write_line(said, yellow=True, bold=True)
 
 
 @pytest.fixture(scope="module")

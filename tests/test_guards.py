@@ -5,8 +5,13 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import pytest
+
+from tests import conftest
+from tests.support import archive_server
 
 ROOT = Path(__file__).parent.parent
 
@@ -109,3 +114,17 @@ def test_nothing_of_the_users_is_in_reach(user_files: Path) -> None:
     ]
     assert all(folder == user_files or user_files in folder.parents for folder in folders)
     assert not user_files.exists()
+
+
+def test_a_run_without_a_database_server_says_what_it_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    written: list[str] = []
+    reporter = cast("pytest.TerminalReporter", SimpleNamespace(write_line=lambda text, **_: written.append(text)))
+    monkeypatch.setattr(archive_server, "server_programs", lambda: Path("/usr/bin"))
+    conftest.pytest_terminal_summary(reporter)
+    assert (written, archive_server.left_out("tests/app/archive")) == ([], [])
+    monkeypatch.setattr(archive_server, "server_programs", lambda: None)
+    conftest.pytest_terminal_summary(reporter)
+    left_out = [name for folder in archive_server.NEED_A_SERVER for name in archive_server.left_out(folder)]
+    assert len(left_out) == 3
+    assert all(name in written[0] for name in left_out)
+    assert "apt-get install postgresql" in written[0]

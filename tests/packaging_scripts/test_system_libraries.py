@@ -39,6 +39,7 @@ class Machine:
         patch.setattr(
             system, "missing_tools", lambda: tuple(t for t in setup.tools.FOR_LINUX if not self.has(t.program))
         )
+        patch.setattr(system, "has_server", lambda: self.has("initdb"))
         patch.setattr(qt_libraries, "_loads", self.has)
         patch.setattr(qt_libraries, "_is_after_time_t_64", lambda: False)
         patch.setattr(sys, "stdin", self)
@@ -60,9 +61,9 @@ class Machine:
         self.commands.append(command)
         return subprocess.CompletedProcess(command, returncode=self.code, stdout="apt says so")
 
-    def make_ready(self, *, screen: bool = False, packaging: bool = False) -> list[str]:
+    def make_ready(self, *, screen: bool = False, packaging: bool = False, testing: bool = False) -> list[str]:
         """The packages that were installed."""
-        self.setup.system_libraries.make_ready(is_screen_wanted=screen, is_packaging=packaging)
+        self.setup.system_libraries.make_ready(is_screen_wanted=screen, is_packaging=packaging, is_testing=testing)
         return self.installed()
 
     def installed(self) -> list[str]:
@@ -111,6 +112,21 @@ def test_what_is_only_useful_stops_nobody_and_is_said_once(
     assert capsys.readouterr().out == ""
     machine.patch.setenv("DISPLAY", ":7")
     assert "libxcb-cursor0" in machine.refused(screen=True), "on a screen it is needed"
+
+
+def test_the_tests_get_a_database_server_and_run_without_one(
+    machine: Machine, capsys: pytest.CaptureFixture[str]
+) -> None:
+    machine.setup.system_libraries.QT_PROVEN.touch()
+    machine.lacking = {"initdb"}
+    assert machine.make_ready() == []
+    assert machine.make_ready(testing=True) == ["postgresql"]
+    machine.commands.clear()
+    machine.user = 1000
+    assert machine.make_ready(testing=True) == []
+    assert "archive server need PostgreSQL. Type: sudo apt-get install postgresql" in capsys.readouterr().out
+    machine.user, machine.lacking = 0, {"initdb", "libEGL.so.1"}
+    assert machine.make_ready(testing=True) == ["libegl1", "postgresql"], "all at once"
 
 
 @pytest.mark.parametrize(("answer", "is_done"), [("", True), ("y", True), ("Yes", True), ("n", False), ("what", False)])

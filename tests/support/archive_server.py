@@ -8,22 +8,17 @@ import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
-from datetime import UTC, datetime, timedelta
-from ipaddress import ip_address
 from pathlib import Path
 
-from cryptography import x509
-from cryptography.hazmat.primitives import hashes
-from cryptography.hazmat.primitives.asymmetric import ec
-from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption, PrivateFormat
-from cryptography.x509.oid import NameOID
-
+NEED_A_SERVER = {
+    "tests/app/archive": ("test_postgres.py", "test_stations_stateful.py"),
+    "tests/ui/archive": ("test_archive_server.py",),
+}
 OWNER = "postgres"
 PASSWORD = "secret/of@the?test"
 ROOT_CERTIFICATE = "root.crt"
 WITH_PASSWORD, WITHOUT_TLS = "guarded", "plain"
 """Roles that need `PASSWORD` where they do not come by the socket; the second is let in without TLS only."""
-DAY = timedelta(days=1)
 _PLACES = sorted(Path("/usr/lib/postgresql").glob("*/bin"), reverse=True)
 
 
@@ -32,6 +27,20 @@ def server_programs() -> Path | None:
     found = shutil.which("initdb")
     places = [*([Path(found).resolve().parent] if found else []), *_PLACES]
     return next((one for one in places if (one / "initdb").exists() and (one / "postgres").exists()), None)
+
+
+def what_was_not_run() -> str | None:
+    """For the summary of a run; None where a server is installed."""
+    if server_programs() is not None:
+        return None
+    names = ", ".join(name for names in NEED_A_SERVER.values() for name in names)
+    missing = f"PostgreSQL is not installed, so the tests of the archive server WERE NOT RUN: {names}."
+    return f"{missing} Type: sudo apt-get install postgresql"
+
+
+def left_out(folder: str) -> list[str]:
+    """What is not collected in a folder of tests."""
+    return [] if server_programs() is not None else list(NEED_A_SERVER[folder])
 
 
 @dataclass(frozen=True)
@@ -61,26 +70,11 @@ class ArchiveServer:
             return cursor.fetchall() if cursor.description else []
 
 
-def write_certificate(target: Path, key_target: Path) -> Path:
-    """Of a server on 127.0.0.1, signed by itself: who trusts it gives this file as the root. Its key."""
-    key = ec.generate_private_key(ec.SECP256R1())
-    name = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, "hangar")])
-    now = datetime.now(UTC)
-    made = (
-        x509.CertificateBuilder(name, name, key.public_key(), x509.random_serial_number(), now - DAY, now + DAY)
-        .add_extension(x509.SubjectAlternativeName([x509.IPAddress(ip_address("127.0.0.1"))]), critical=False)
-        .add_extension(x509.BasicConstraints(ca=True, path_length=None), critical=True)
-        .sign(key, hashes.SHA256())
-    )
-    target.write_bytes(made.public_bytes(Encoding.PEM))
-    key_target.write_bytes(key.private_bytes(Encoding.PEM, PrivateFormat.PKCS8, NoEncryption()))
-    key_target.chmod(0o600)
-    return key_target
-
-
 @contextmanager
 def archive_server() -> Iterator[ArchiveServer]:
     """Started, with an empty database; stopped and removed at the end."""
+    from tests.support.certificates import write_certificate
+
     programs = server_programs()
     assert programs is not None
     folder = Path(tempfile.mkdtemp(prefix="dps-s-pg-"))

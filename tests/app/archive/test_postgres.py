@@ -24,8 +24,8 @@ from tests.support.archive_server import (
     WITHOUT_TLS,
     ArchiveServer,
     archive_server,
-    write_certificate,
 )
+from tests.support.certificates import write_certificate
 from tests.support.records.archive_stations import ArchiveStation, archive_station
 
 PAGE = Path(__file__).parents[3] / "docs" / "archive.md"

@@ -1,5 +1,5 @@
-"""What needs a PostgreSQL server is collected only where one is installed; .ci/run says where none is."""
+"""What needs a PostgreSQL server is collected only where one is installed; the summary says where none is."""
 
-from tests.support.archive_server import server_programs
+from tests.support.archive_server import left_out
 
-collect_ignore = [] if server_programs() is not None else ["test_archive_server.py"]
+collect_ignore = left_out("tests/ui/archive")
