@@ -309,12 +309,12 @@ class GestureBench:
         if self._is_down:
             self.release()
         page = self.commands
-        self.guided.work.cancel()
         for confirm in self.confirms():
             confirm.withdraw()
         if page.ritual.is_under_way:
             page.ritual.cancel.click()
-        self.settings.work.job.dismiss()
+        if self.settings.isVisible():
+            self.settings.work.job.dismiss()
         self.move(QPoint(1, 1))
         self.turn()
         self.hand_s += 1.0

@@ -21,9 +21,11 @@ from typing import Final
 from PySide6.QtCore import QPoint, QRect
 from PySide6.QtWidgets import QApplication, QWidget
 
+from app.guided.results import GuidedKind
 from app.safety.acts import Act
 from app.text.i18n import CHINESE, ENGLISH, PSEUDO
 from tests.gestures.gesture_bench import GestureBench, gesture_bench
+from ui.pages.tests.controller import Stage
 from ui.widgets.notice_bar import NoticeBar
 from ui.widgets.step_button import bring_into_sight
 
@@ -55,6 +57,23 @@ def _row(act: Act) -> DangerousAct:
         "commands",
         lambda bench: bench.commands.acts[act].confirm.ask,
         lambda bench: bench.commands.acts[act].confirm.go,
+    )
+
+
+def _guided(kind: GuidedKind, act: Act) -> DangerousAct:
+    """The act that a guided test asks for; the test goes on waiting for it from one try to the next."""
+
+    def prepare(bench: GestureBench) -> None:
+        work = bench.guided.work
+        if work.stage is not Stage.CONFIRMING or work.kind is not kind:
+            bench.prepare_test(kind)
+
+    return DangerousAct(
+        f"{act.value}, in the {kind.value} test",
+        "tests",
+        lambda bench: bench.guided.acts[act].confirm.ask,
+        lambda bench: bench.guided.acts[act].confirm.go,
+        prepare=prepare,
     )
 
 
@@ -96,6 +115,8 @@ def _arm(bench: GestureBench) -> None:
 
 ACTS: Final = (
     *(_row(act) for act in (Act.ACTIVATE, Act.ZERO, Act.SHUTDOWN, Act.FORBID_DEPLOY)),
+    _guided(GuidedKind.TILT, Act.ACTIVATE),
+    _guided(GuidedKind.ZERO, Act.ZERO),
     DangerousAct(
         "change_baud",
         "settings",
