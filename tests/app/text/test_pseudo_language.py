@@ -1,36 +1,23 @@
 """Nothing is cut off, in either language or in one that is 40 % longer; and every text goes through `tr`."""
 
-import re
 import string
 import subprocess
 import sys
-from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
-from PySide6.QtCore import QSize
-from PySide6.QtWidgets import QApplication, QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.text import i18n
-from app.text.i18n import ENGLISH, PSEUDO, set_language, tr
+from app.text.i18n import PSEUDO, set_language, tr
 from app.text.pseudo_language import pseudo
-from tests.support.window.cut_off import cut_off, cut_off_in_paint
-from tests.support.window.painted_text import picture_of, watching
-from tests.support.window.spoken import outside_brackets, said_by
-from tests.support.window.walk import SMALL_SCREEN, walking
+from tests.support.window.cut_off import cut_off
+from tests.support.window.spoken import untranslated
 from ui.preferences.dialog import LANGUAGES
-from ui.shell.main_window import SMALLEST
 
 SENTENCES = (
     "Tilt", "Measure…", "&File", "{time} ago", "The module is ACTIVE: lock it first.", "Picture (*.png)", "a\nb word",
 )  # fmt: skip
-SPEAK_FOR_OTHERS = {"port_list", "bundle_text", "profile_title", "profile_about"}
-"""Show what an adapter, a file or a profile says of itself; nobody translates that."""
-NAMES = re.compile(
-    r"DPS-S|USB|UART|Ctrl|Shift|Alt|Esc|Del|Return|Enter|\w+\.(?:json|txt|toml|csv)|\b[0-9A-Z]{4}-[0-9A-Z]{4}\b|tty\w+|\bGO\b|sim://\w+"
-    r"|(?:[A-Z]:)?[\\/][\w.\\/~-]+"
-)
 
 
 @pytest.mark.parametrize("text", SENTENCES)
@@ -62,35 +49,6 @@ def test_it_is_for_developers_only() -> None:
     words = [sys.executable, "-m", "app", "gui", "--help"]
     told = subprocess.run(words, check=True, capture_output=True, text=True)
     assert PSEUDO not in told.stdout
-
-
-@pytest.mark.parametrize(
-    ("language", "size"),
-    [(PSEUDO, SMALL_SCREEN), (ENGLISH, SMALLEST)],
-    ids=lambda one: one if isinstance(one, str) else f"{one.width()}x{one.height()}",
-)
-def test_nothing_is_cut_off(qtbot: QtBot, qapp: QApplication, tmp_path: Path, language: str, size: QSize) -> None:
-    """And in the pseudo-language nothing is left English."""
-    found: dict[str, str] = {}
-    english: dict[str, str] = {}
-    with walking(qtbot, qapp, tmp_path, language=language, size=size) as walk:
-        for stop in walk.stops():
-            assert walk.window.size() == size, stop.name
-            with watching() as drawn:
-                picture_of(stop.root)
-            for fault in (*cut_off(stop.root), *cut_off_in_paint(drawn)):
-                found.setdefault(fault, stop.name)
-            for fault in untranslated(stop.root) if language == PSEUDO else ():
-                english.setdefault(fault, stop.name)
-    assert not found, "\n".join(f"{name}: {fault}" for fault, name in found.items())
-    assert not english, "\n".join(f"{name}: {fault}" for fault, name in english.items())
-
-
-def untranslated(root: QWidget) -> Iterator[str]:
-    for said in said_by(root):
-        left = NAMES.sub(" ", outside_brackets(said.text))
-        if said.where not in SPEAK_FOR_OTHERS and re.search(r"[A-Za-z]{3,}", left):
-            yield f"{said.where}, {said.role}: {said.text!r}"
 
 
 def test_a_text_that_is_not_translated_is_found(qtbot: QtBot) -> None:

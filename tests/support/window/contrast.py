@@ -1,8 +1,26 @@
-"""Contrast of colours, and what text of a theme may stand on."""
+"""Contrast of colours, what text of a theme may stand on, and the texts of a window that stand out too little.
 
+Measured on the picture, not on the plan.
+"""
+
+from collections.abc import Iterator
+
+from PySide6.QtCore import QPoint, QRect
 from PySide6.QtGui import QColor
+from PySide6.QtWidgets import QAbstractButton, QComboBox, QLabel, QLineEdit, QWidget
 
-from ui.style.theme import Theme
+from tests.support.window.painted_text import Drawn, Pixels, colours_in
+from ui.style.theme import SUNLIGHT, Theme, current
+from ui.widgets.step_button import StepButton
+
+DISABLED = 3.0
+"""WCAG asks nothing of what cannot be used now; it should still be read."""
+_FRAME_PX = 4
+_ROUNDING = 0.01
+
+
+def wanted(theme: Theme) -> float:
+    return 7.0 if theme is SUNLIGHT else 4.5
 
 
 def surfaces_of(theme: Theme) -> tuple[str, str, str, str]:
@@ -23,3 +41,67 @@ def _luminance(colour: str) -> float:
         for part in (one.redF(), one.greenF(), one.blueF())
     )
     return 0.2126 * red + 0.7152 * green + 0.0722 * blue
+
+
+def unusable_in(root: QWidget) -> set[QWidget]:
+    """When the picture is taken: half a second later a dead step is live."""
+    return {one for one in root.findChildren(QWidget) if not _is_usable(one)}
+
+
+def weak_in_style(root: QWidget, picture: Pixels, unusable: set[QWidget]) -> Iterator[str]:
+    """Labels, buttons and fields: what Qt's style draws from the style sheet."""
+    for widget in root.findChildren(QWidget):
+        if not widget.isVisible() or not _text_of(widget):
+            continue
+        place = _in_sight(widget, root)
+        if place.width() < 12 or place.height() < 10 or place.height() < widget.height() / 2:
+            continue  # scrolled out of sight, all but a strip without letters
+        colour, ratio = colours_in(picture, place).strongest_ink()
+        least = DISABLED if widget in unusable else wanted(current())
+        if ratio < least - _ROUNDING:
+            yield f"{widget.objectName()} {_text_of(widget)!r}: {colour} has {ratio:.2f}"
+
+
+def weak_in_paint(root: QWidget, picture: Pixels, drawn: list[Drawn]) -> Iterator[str]:
+    """Numbers, chips, gauges, plots and table cells."""
+    for one in drawn:
+        if not root.isAncestorOf(one.widget):
+            continue
+        corner = one.widget.mapTo(root, QPoint(0, 0))
+        place = one.place.translated(corner.x(), corner.y()).toAlignedRect()
+        place = place.intersected(_in_sight(one.widget, root, frame_px=0))
+        if place.width() < 4 or place.height() < 6:
+            continue
+        ground = colours_in(picture, place.adjusted(-1, -1, 1, 1)).ground
+        ratio = contrast(one.colour.name(), ground)
+        least = wanted(current()) if one.widget.isEnabled() else DISABLED
+        if ratio < least - _ROUNDING:
+            name = one.widget.objectName() or type(one.widget).__name__
+            yield f"{name} draws {one.text!r}: {one.colour.name()} on {ground} has {ratio:.2f}"
+        if one.colour.alpha() != 255:
+            yield f"{one.text!r} is drawn with a colour that lets the ground through"
+
+
+def _is_usable(widget: QWidget) -> bool:
+    """A step of an act is dead for half a second after it appeared."""
+    return widget.isEnabled() and (not isinstance(widget, StepButton) or widget.is_live)
+
+
+def _text_of(widget: QWidget) -> str:
+    match widget:
+        case QLabel():
+            return widget.text() if widget.pixmap().isNull() else ""
+        case QAbstractButton():
+            return widget.text()
+        case QComboBox():
+            return widget.currentText() or widget.placeholderText()
+        case QLineEdit():
+            return widget.text() or widget.placeholderText()
+    return ""
+
+
+def _in_sight(widget: QWidget, root: QWidget, *, frame_px: int = _FRAME_PX) -> QRect:
+    """Where the widget's text may stand, in `root`; without the frame, which would pass for text."""
+    frame = 0 if isinstance(widget, QLabel) else frame_px
+    region = widget.visibleRegion().boundingRect().adjusted(frame, frame, -frame, -frame)
+    return region.translated(widget.mapTo(root, QPoint(0, 0)))

@@ -20,6 +20,12 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+SPEAK_FOR_OTHERS = {"port_list", "bundle_text", "profile_title", "profile_about"}
+"""Show what an adapter, a file or a profile says of itself; nobody translates that."""
+NAMES = re.compile(
+    r"DPS-S|USB|UART|Ctrl|Shift|Alt|Esc|Del|Return|Enter|\w+\.(?:json|txt|toml|csv)|\b[0-9A-Z]{4}-[0-9A-Z]{4}\b|tty\w+|\bGO\b|sim://\w+"
+    r"|(?:[A-Z]:)?[\\/][\w.\\/~-]+"
+)
 _ROOT: Final[QModelIndex | QPersistentModelIndex] = QModelIndex()
 
 
@@ -91,3 +97,10 @@ def outside_brackets(text: str) -> str:
         depth += (letter == "[") - (letter == "]")
         kept.append(letter if depth == 0 and letter != "]" else " ")
     return "".join(kept)
+
+
+def untranslated(root: QWidget) -> Iterator[str]:
+    for said in said_by(root):
+        left = NAMES.sub(" ", outside_brackets(said.text))
+        if said.where not in SPEAK_FOR_OTHERS and re.search(r"[A-Za-z]{3,}", left):
+            yield f"{said.where}, {said.role}: {said.text!r}"

@@ -5,26 +5,32 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
+from PySide6.QtCore import QSize
 from PySide6.QtGui import QAccessible, QAction
 from PySide6.QtWidgets import QAbstractButton, QApplication, QLabel, QScrollArea, QTabBar, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.diagnosis.link_state import Phase
 from app.settings.form import RowState
-from app.text.i18n import set_language
+from app.text.i18n import ENGLISH, PSEUDO, set_language
 from tests.support.garbage import living_garbage
+from tests.support.window.contrast import unusable_in, weak_in_paint, weak_in_style
 from tests.support.window.controls import controls_in, goes_back, tab_chain, takes_tab
+from tests.support.window.cut_off import cut_off, cut_off_in_paint
+from tests.support.window.painted_text import picture_of, watching
 from tests.support.window.screen_reader import misnamed, unheard
-from tests.support.window.walk import Walk, walking
+from tests.support.window.spoken import untranslated
+from tests.support.window.walk import SMALL_SCREEN, Walk, walking
 from ui.main import PAGES
 from ui.pages.settings import profile_compare
 from ui.pages.settings import row as settings_row
 from ui.plots.gauge import TiltGauge
 from ui.shell import top_bar
+from ui.shell.main_window import SMALLEST
 from ui.style import icons
 from ui.style.icons import MEANING_ICONS, Icon
 from ui.style.painted_widget import PaintedWidget
-from ui.style.theme import Meaning
+from ui.style.theme import Choice, Meaning
 from ui.widgets.readout import Readout, StateChip
 
 BY_OTHER_KEYS = ("_less", "_more")
@@ -33,26 +39,45 @@ FROM_CANCEL_ON = ("ritual_", "_cancel", "_go", "_ask")
 """Cancel has the focus at every step, and one Tab leads to what comes next, wherever the two stand."""
 
 
-def test_the_walk(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    """One walk for all that is asked of controls, because the walk is what takes time."""
+@pytest.mark.parametrize(
+    ("language", "theme", "size"),
+    [
+        pytest.param(ENGLISH, Choice.LIGHT, SMALLEST, id="smallest"),
+        pytest.param(PSEUDO, Choice.DARK, SMALL_SCREEN, id="longer"),
+        pytest.param(ENGLISH, Choice.SUNLIGHT, SMALL_SCREEN, id="sunlight"),
+    ],
+)
+def test_the_walk(qtbot: QtBot, qapp: QApplication, tmp_path: Path, language: str, theme: Choice, size: QSize) -> None:
+    """All that is asked of what stands in the window: a few walks, because it is the walk that takes time."""
     faults: dict[str, str] = {}
-    with walking(qtbot, qapp, tmp_path) as walk:
-        seen = 0
+    controls = texts = 0
+    with walking(qtbot, qapp, tmp_path, language=language, theme=theme, size=size) as walk:
         for stop in walk.stops():
-            found = [*unnamed(stop.root), *repeats(stop.root), *out_of_order(stop.root), *silent_paint(stop.root),
-                     *unheard(stop.root), *misnamed(stop.root)]  # fmt: skip
-            seen += len(controls_in(stop.root))
-            if stop.name in {entry.key for entry in PAGES}:
+            assert walk.window.size() == size, stop.name
+            unusable = unusable_in(stop.root)
+            with watching() as drawn:
+                picture = picture_of(stop.root)
+            found = [*cut_off(stop.root), *cut_off_in_paint(drawn), *weak_in_style(stop.root, picture, unusable),
+                     *weak_in_paint(stop.root, picture, drawn)]  # fmt: skip
+            if language == PSEUDO:
+                found += untranslated(stop.root)
+            else:
+                found += [*unnamed(stop.root), *repeats(stop.root), *out_of_order(stop.root), *silent_paint(stop.root),
+                          *unheard(stop.root), *misnamed(stop.root)]  # fmt: skip
+            controls += len(controls_in(stop.root))
+            texts += len(drawn)
+            if theme is Choice.SUNLIGHT and stop.name in {entry.key for entry in PAGES}:
                 found += walk.shake()
             for fault in found:
                 faults.setdefault(fault, stop.name)
-        for fault in secret_keys(walk):
+        for fault in secret_keys(walk) if language != PSEUDO else ():
             faults.setdefault(fault, "keys")
         for name in living_garbage(walk.window):
             faults.setdefault(f"the collector would free {name}", "the end")
         own = [one for one in walk.window.findChildren(QAbstractButton) if type(one).__module__.startswith("ui.")]
     assert {type(one).__name__ for one in own} >= {"PortButton", "HoldButton"}  # they paint themselves
-    assert seen > 500
+    assert controls > 500
+    assert texts > 300
     assert not faults, "\n".join(f"{name}: {fault}" for fault, name in faults.items())
 
 
