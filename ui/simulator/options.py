@@ -53,6 +53,7 @@ class OptionRows(QWidget):
         self.form.setHorizontalSpacing(Space.M)
         self.form.setVerticalSpacing(Space.S)
         self.form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
+        self.form.setRowWrapPolicy(QFormLayout.RowWrapPolicy.WrapLongRows)  # a narrow dock shows it whole
         for option in (one for one in OPTIONS if one.group is group):
             if option.is_flag:
                 self._add_flag(option)

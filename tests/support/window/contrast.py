@@ -64,8 +64,8 @@ def weak_in_style(root: QWidget, picture: Pixels, unusable: set[QWidget]) -> Ite
 
 def weak_in_paint(root: QWidget, picture: Pixels, drawn: list[Drawn]) -> Iterator[str]:
     """Numbers, chips, gauges, plots and table cells."""
-    for one in drawn:
-        if not root.isAncestorOf(one.widget):
+    for number, one in enumerate(drawn):
+        if not root.isAncestorOf(one.widget) or any(_covers(later, one) for later in drawn[number + 1 :]):
             continue
         corner = one.widget.mapTo(root, QPoint(0, 0))
         place = one.place.translated(corner.x(), corner.y()).toAlignedRect()
@@ -80,6 +80,11 @@ def weak_in_paint(root: QWidget, picture: Pixels, drawn: list[Drawn]) -> Iterato
             yield f"{name} draws {one.text!r}: {one.colour.name()} on {ground} has {ratio:.2f}"
         if one.colour.alpha() != 255:
             yield f"{one.text!r} is drawn with a colour that lets the ground through"
+
+
+def _covers(later: Drawn, one: Drawn) -> bool:
+    """As the time at the cursor covers one of the axis."""
+    return later.widget is one.widget and later.place.contains(one.place.center())
 
 
 def _is_usable(widget: QWidget) -> bool:

@@ -40,8 +40,9 @@ class Said(NamedTuple):
 def said_by(root: QWidget) -> Iterator[Said]:
     """Everything below `root`, in sight or not; what a person typed or a module sent is left out."""
     for widget in [root, *root.findChildren(QWidget)]:
-        if widget.objectName().startswith("qt_") or isinstance(widget.parent(), QComboBox):
-            continue
+        parent = widget.parent()
+        if widget.objectName().startswith("qt_") or isinstance(parent and (parent.parent() or parent), QComboBox):
+            continue  # the list that opens below a box says what the box does
         where = widget.objectName() or type(widget).__name__
         for role, text in _texts_of(widget):
             if text:
@@ -101,6 +102,8 @@ def outside_brackets(text: str) -> str:
 
 def untranslated(root: QWidget) -> Iterator[str]:
     for said in said_by(root):
+        if said.where.startswith("simulator_") and (said.role == "entry" or said.text.startswith("--")):
+            continue  # the options of the simulated module are written as they are typed
         left = NAMES.sub(" ", outside_brackets(said.text))
         if said.where not in SPEAK_FOR_OTHERS and re.search(r"[A-Za-z]{3,}", left):
             yield f"{said.where}, {said.role}: {said.text!r}"

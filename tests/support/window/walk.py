@@ -102,8 +102,12 @@ class Walk:
         live.refresh()
 
     def _knows(self, key: str) -> bool:
+        return self._value(key) is not None
+
+    def _value(self, key: str) -> object:
         connector = self.assembly.connector
-        return connector.device.known(key, connector.clock()) is not None
+        known = connector.device.known(key, connector.clock())
+        return None if known is None else known.value
 
     def find(self, kind: type[Found], name: str = "") -> Found:
         found = self.window.findChild(kind, name) if name else self.window.findChild(kind)
@@ -119,6 +123,20 @@ class Walk:
         button.click()
 
     # The pages
+
+    def _on_live(self) -> Iterator[Stop]:
+        """Would it have fired: with a firing and a figure that no byte carries."""
+        page = self.find(LivePage)
+        self.bench.set_tilt(70)
+        self.qtbot.waitUntil(lambda: self._value("tilt_deg") == 70, timeout=WAIT_MS)
+        self.bench.set_tilt(0)
+        self.qtbot.waitUntil(lambda: self._value("tilt_deg") == 0, timeout=WAIT_MS)
+        self.press("live_would_fire")
+        panel = page.fired.panel
+        panel.wanted.type_text("freefall_acceleration_g", "x")
+        panel.about.click()
+        yield self._stop("live, would it have fired")
+        self.press("live_would_fire")
 
     def _on_settings(self) -> Iterator[Stop]:
         page = self.find(SettingsPage)
