@@ -106,7 +106,7 @@ class Archive:
         names = self.names()
         unknown = next((module for module in (one, other) if names.module_of(module) is None), None)
         if unknown is not None or one == other:
-            raise ArchiveTrouble(said(marked("There is no such pair of modules in the archive.")))
+            raise ArchiveTrouble(said(marked("No such pair of modules in the archive.")))
         pair = pair_of(one, other)
         last = settlements_in(self.facts).get(pair)
         settlement = Settlement(

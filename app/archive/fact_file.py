@@ -13,7 +13,15 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Final, NamedTuple
 
-from app.archive.fact_set import BUCKET, ArchiveTrouble, Digests, digests_of_rows
+from app.archive.fact_set import (
+    BUCKET,
+    CANNOT_READ,
+    CANNOT_WRITE,
+    ArchiveTrouble,
+    Digests,
+    digests_of_rows,
+    file_troubles,
+)
 from app.archive.facts import (
     FACT_COLUMNS,
     LONGEST_PAYLOAD,
@@ -26,7 +34,6 @@ from app.archive.facts import (
 )
 from app.system.files import whole_file
 from app.text.messages import said
-from app.text.sentences import reason_of
 from protocol.translatable import marked
 
 FORMAT: Final = "dps-s archive"
@@ -52,14 +59,10 @@ class FactFile:
         self._places: dict[str, _Place] = {}
         self._added: set[str] = set()
         self._draft: IO[bytes] | None = None
-        try:
+        with file_troubles(CANNOT_READ, path):
             if not is_new or path.exists():
                 with path.open("rb") as file:
                     self._scan(file)
-        except (OSError, ValueError) as error:  # ValueError: a NUL in the name
-            raise ArchiveTrouble(
-                said(marked("{file} cannot be read: {why}."), file=path, why=reason_of(error))
-            ) from error
 
     def digests(self) -> Digests:
         return digests_of_rows((id_, place.digest) for id_, place in self._places.items())
@@ -70,27 +73,18 @@ class FactFile:
 
     def read(self, ids: Sequence[str]) -> Sequence[FactRow]:
         places = sorted(self._places[one] for one in ids if one in self._places)
-        try:
-            with self.path.open("rb") as file:
-                return [_row(_line_at(file, place)) for place in places]
-        except OSError as error:
-            raise ArchiveTrouble(
-                said(marked("{file} cannot be read: {why}."), file=self.path, why=reason_of(error))
-            ) from error
+        with file_troubles(CANNOT_READ, self.path), self.path.open("rb") as file:
+            return [_row(_line_at(file, place)) for place in places]
 
     @contextmanager
     def writing(self) -> Iterator[None]:
         """What is added inside is in the file when this ends, with what was there before; or the file stays as it was.
         Raises `ArchiveTrouble`."""
         try:
-            with whole_file(self.path) as file:
+            with file_troubles(CANNOT_WRITE, self.path), whole_file(self.path) as file:
                 self._copy_to(file)
                 self._draft = file
                 yield
-        except (OSError, ValueError) as error:
-            raise ArchiveTrouble(
-                said(marked("{file} cannot be written: {why}."), file=self.path, why=reason_of(error))
-            ) from error
         finally:
             self._draft = None
 

@@ -1,11 +1,15 @@
 """What has facts: this computer, a server, a file. One shape for all, so that one code makes their union."""
 
 import hashlib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
 from typing import Final, Protocol
 
 from app.archive.facts import Fact, FactRow
-from app.text.messages import UserMessage
+from app.text.messages import UserMessage, said
+from app.text.sentences import reason_of
+from protocol.translatable import marked
 
 BUCKET: Final = 2
 """Characters of an id by which a set is compared part by part."""
@@ -40,6 +44,19 @@ class ArchiveTrouble(Exception):
     def __init__(self, message: UserMessage) -> None:
         super().__init__(message.in_english())
         self.message = message
+
+
+@contextmanager
+def file_troubles(text: str, file: Path) -> Iterator[None]:
+    """What the system says of a file as an `ArchiveTrouble`; `text` has the places `file` and `why`."""
+    try:
+        yield
+    except (OSError, ValueError) as error:  # ValueError: a NUL in the name
+        raise ArchiveTrouble(said(text, file=file, why=reason_of(error))) from error
+
+
+CANNOT_READ: Final = marked("{file} cannot be read: {why}.")
+CANNOT_WRITE: Final = marked("{file} cannot be written: {why}.")
 
 
 def digest_of(rows: Iterable[tuple[str, str]]) -> str:

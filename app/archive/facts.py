@@ -131,7 +131,7 @@ def checked(row: FactRow) -> Fact:
     if public is None or seal is None or not is_signature(public, seal, _signed(id_)):
         raise _refused(row, marked("its station did not sign it"))
     if not _is_object(payload):
-        raise _refused(row, marked("it cannot be read"))
+        raise _refused(row, marked("it is not whole"))
     return Fact(id_, kind, station, made_at, payload, signature)
 
 

@@ -1,6 +1,6 @@
 """The state of all modules today, over all stations: last check, trigger records, guided tests, and what is due."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from enum import Enum
@@ -9,7 +9,7 @@ from typing import Final
 from app.archive.chains import record_of
 from app.archive.facts import Fact, FactKind
 from app.archive.local_facts import LocalFacts
-from app.archive.module_names import KnownModule, ModuleNames, NamedModule, module_of_fact
+from app.archive.module_names import KnownModule, ModuleNames, module_of_fact
 from app.guided.results import TITLES, GuidedVerdict
 from app.preflight.verdict import VERDICT_WORDS, Verdict, verdict_named
 from app.records.record import Record
@@ -19,6 +19,7 @@ from protocol.translatable import marked
 
 CHECK_DAYS: Final = 30
 TEST_DAYS: Final = 180
+SIMULATED: Final = marked("{verdict} (simulated)")
 _SECONDS_A_DAY: Final = 86_400.0
 
 
@@ -66,7 +67,7 @@ class CheckLine:
         if self.is_altered:
             return said(marked("{verdict} (record ALTERED)"), verdict=word)
         if self.is_simulated:
-            return said(marked("{verdict} (simulated)"), verdict=word)
+            return said(SIMULATED, verdict=word)
         return said(marked("{verdict} (void)"), verdict=word) if self.is_void else word
 
     @property
@@ -101,11 +102,10 @@ def fleet_state(
     facts: LocalFacts, names: ModuleNames, now: datetime, *, check_days: int = CHECK_DAYS, test_days: int = TEST_DAYS
 ) -> list[ModuleToday]:
     """By name. Raises `ArchiveTrouble`."""
-    states = {member: state for module in names.modules for state in [ModuleToday(module)] for member in module.members}
-    by_kind = {kind: _by_state(facts.of_kind(kind), states) for kind in FactKind}
-    found = [one for module in names.modules for one in [states[module.members[0]]]]
+    found = [ModuleToday(module) for module in names.modules]
+    about = _by_module(facts, names)
     for state in found:
-        mine = {kind: known.get(state.module.members[0], []) for kind, known in by_kind.items()}
+        mine = {kind: about.get((state.module, kind), []) for kind in FactKind}
         everything = [fact for some in mine.values() for fact in some]
         state.last_at = max((fact.made_at for fact in everything), default="")
         checks = [(fact, record) for fact in mine[FactKind.CHECK] if (record := record_of(fact)) is not None]
@@ -139,15 +139,14 @@ def age_days(at: str, now: datetime) -> float | None:
     return None if days < -1 else max(0.0, days)
 
 
-def _by_state(
-    facts: Sequence[Fact], states: Mapping[NamedModule, ModuleToday]
-) -> dict[NamedModule, list[Fact]]:  # fmt: skip
-    """By the first member of the module that each is about."""
-    found: dict[NamedModule, list[Fact]] = {}
-    for fact in facts:
-        member = module_of_fact(fact)
-        if member is not None and member in states:
-            found.setdefault(states[member].module.members[0], []).append(fact)
+def _by_module(facts: LocalFacts, names: ModuleNames) -> dict[tuple[KnownModule, FactKind], list[Fact]]:
+    modules = {member: module for module in names.modules for member in module.members}
+    found: dict[tuple[KnownModule, FactKind], list[Fact]] = {}
+    for kind in FactKind:
+        for fact in facts.of_kind(kind):
+            member = module_of_fact(fact)
+            if member is not None and member in modules:
+                found.setdefault((modules[member], kind), []).append(fact)
     return found
 
 
@@ -185,19 +184,17 @@ def _last_tests(tests: Sequence[Fact]) -> list[GuidedLine]:
     return [last[kind] for kind in sorted(last)]
 
 
-def _due(
-    state: ModuleToday, names: ModuleNames, now: datetime, check_days: int, test_days: int
-) -> list[Due]:  # fmt: skip
+def _due(state: ModuleToday, names: ModuleNames, now: datetime, check_days: int, test_days: int) -> list[Due]:
     due, check = [], state.last_check
     if check is None or check.is_simulated:
         due.append(Due(DueKind.NO_CHECK, said(marked("No pre-flight check yet."))))
     elif not check.holds:
-        due.append(Due(DueKind.NO_GO, said(marked("The last pre-flight check is not GO."))))
+        due.append(Due(DueKind.NO_GO, said(marked("The last check is not GO."))))
     elif (age := age_days(check.at, now)) is None or age > check_days:
-        text = marked("The last pre-flight check is older than {days} days, or its clock was wrong.")
+        text = marked("No check within the last {days} days.")
         due.append(Due(DueKind.OLD_CHECK, said(text, days=check_days)))
     if state.unjudged:
-        text = marked("Trigger records not yet judged: {count}.")
+        text = marked("Unjudged trigger records: {count}.")
         due.append(Due(DueKind.TRIGGER_RECORDS, said(text, count=state.unjudged)))
     titles = {kind.value: title for kind, title in TITLES.items()}
     for test in state.tests:
@@ -205,7 +202,7 @@ def _due(
         if test.verdict != GuidedVerdict.PASSED.value:
             due.append(Due(DueKind.TEST, said(marked("Guided test not passed: {test}."), test=title)))
         elif (age := age_days(test.at, now)) is None or age > test_days:
-            text = marked("Guided test older than {days} days: {test}.")
+            text = marked("Guided test not within the last {days} days: {test}.")
             due.append(Due(DueKind.OLD_TEST, said(text, days=test_days, test=title)))
     members = set(state.module.members)
     open_questions = [one.question() for one in names.conflicts if members & set(one.pair)]

@@ -87,12 +87,7 @@ class LocalFacts:
         return dict(self._read(query, buckets))
 
     def read(self, ids: Sequence[str]) -> Sequence[FactRow]:
-        found: list[FactRow] = []
-        for start in range(0, len(ids), _MOST_VALUES):
-            part = ids[start : start + _MOST_VALUES]
-            places = ", ".join("?" * len(part))
-            found += self._read(f"SELECT {_COLUMNS} FROM facts WHERE id IN ({places})", part)  # noqa: S608
-        return found
+        return self._by_ids(_COLUMNS, ids)
 
     def add(self, facts: Sequence[Fact]) -> int:
         if not facts:
@@ -112,12 +107,7 @@ class LocalFacts:
     # What is asked of it
 
     def has(self, ids: Sequence[str]) -> set[str]:
-        found: set[str] = set()
-        for start in range(0, len(ids), _MOST_VALUES):
-            part = ids[start : start + _MOST_VALUES]
-            places = ", ".join("?" * len(part))
-            found |= {row[0] for row in self._read(f"SELECT id FROM facts WHERE id IN ({places})", part)}  # noqa: S608
-        return found
+        return {str(row[0]) for row in self._by_ids("id", ids)}
 
     def of_kind(self, kind: FactKind, module: str | None = None) -> list[Fact]:
         """In the order in which they came here; `module`: only those of the modules of this name."""
@@ -167,6 +157,14 @@ class LocalFacts:
             "ON CONFLICT (place) DO UPDATE SET at = excluded.at, last = excluded.last",
             (place, self.database.now(), last),
         )
+
+    def _by_ids(self, columns: str, ids: Sequence[str]) -> list[FactRow]:
+        found: list[FactRow] = []
+        for start in range(0, len(ids), _MOST_VALUES):
+            part = ids[start : start + _MOST_VALUES]
+            places = ", ".join("?" * len(part))
+            found += self._read(f"SELECT {columns} FROM facts WHERE id IN ({places})", part)  # noqa: S608
+        return found
 
     def _read(self, query: str, values: Sequence[object] = ()) -> list[tuple]:  # type: ignore[type-arg]
         try:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from app.archive.chains import record_of
 from app.archive.facts import Fact, FactKind
-from app.archive.fleet_state import check_line
+from app.archive.fleet_state import SIMULATED, check_line
 from app.archive.local_facts import LocalFacts
 from app.archive.module_names import KnownModule, module_of_fact
 from app.guided.results import TITLES, VERDICT_WORDS, GuidedKind, GuidedVerdict
@@ -82,12 +82,12 @@ def _trigger_record(fact: Fact) -> UserMessage:
 def _judgement(fact: Fact) -> UserMessage:
     value = fact.content.get("judgement")
     if value is None:
-        return said(marked("The judgement of a trigger record was taken back."))
+        return said(marked("Judgement taken back."))
     note = _text(fact, "note")
     words = said(JUDGEMENT_WORDS[Judgement(value)])
     if not note:
-        return said(marked("Trigger record judged: {judgement}."), judgement=words)
-    return said(marked("Trigger record judged: {judgement}; “{note}”."), judgement=words, note=note)
+        return said(marked("Judged: {judgement}."), judgement=words)
+    return said(marked("Judged: {judgement}; “{note}”."), judgement=words, note=note)
 
 
 def _snapshot(fact: Fact) -> UserMessage:
@@ -107,24 +107,21 @@ def _check(fact: Fact) -> UserMessage:
 def _guided_test(fact: Fact) -> UserMessage:
     title = said(TITLES[GuidedKind(_text(fact, "test"))])
     verdict = said(VERDICT_WORDS[GuidedVerdict(_text(fact, "verdict"))])
-    text = marked("Guided test {test}: {verdict}.")
     if fact.content.get("is_simulated") is True:
-        text = marked("Guided test {test} of a SIMULATED module: {verdict}.")
-    return said(text, test=title, verdict=verdict)
+        verdict = said(SIMULATED, verdict=verdict)
+    return said(marked("Guided test {test}: {verdict}."), test=title, verdict=verdict)
 
 
 def _audit(fact: Fact) -> UserMessage:
     entry = fact.content["entry"]
     if not isinstance(entry, list):
         raise TypeError(entry)
-    act, outcome = clean(str(entry[5])), entry[9]
-    if outcome is None:
-        return said(marked("Audit log: {act} begun."), act=act)
-    return said(marked("Audit log: {act}, outcome: {outcome}."), act=act, outcome=clean(str(outcome)))
+    act, outcome = (clean(str(one)) for one in (entry[5], entry[9] or "begun"))
+    return said(marked("Audit log: {act}, {outcome}."), act=act, outcome=outcome)
 
 
 def _settlement(_fact: Fact) -> UserMessage:
-    return said(marked("A person said which module this is."))
+    return said(marked("A person settled which module this is."))
 
 
 def _text(fact: Fact, key: str) -> str:

@@ -5,7 +5,7 @@ module only when a person has said so; until then they are shown beside each oth
 so it reaches every station, and the last word on a pair counts: the highest revision, whatever the clocks say.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from itertools import combinations
@@ -28,8 +28,6 @@ class NamedModule(NamedTuple):
 
 Pair = tuple[NamedModule, NamedModule]
 """The smaller one first."""
-Leader = Callable[[NamedModule], NamedModule]
-"""The one that stands for all that are the same module."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -68,9 +66,9 @@ class ConflictKind(Enum):
 
 
 _QUESTIONS: Final[Mapping[ConflictKind, str]] = {
-    ConflictKind.SAME_NAME: marked("Two stations use the name “{one}”. Is it the same module?"),
-    ConflictKind.SAME_RECORDS: marked("“{one}” and “{other}” keep the same trigger records. Are they the same module?"),
-    ConflictKind.CONTRADICTION: marked("“{one}” and “{other}” were said to be different, and the same as a third."),
+    ConflictKind.SAME_NAME: marked("“{one}” at two stations: is it the same module?"),
+    ConflictKind.SAME_RECORDS: marked("“{one}” and “{other}” have the same trigger records: are they the same module?"),
+    ConflictKind.CONTRADICTION: marked("“{one}” and “{other}” were called different, and the same as a third."),
 }
 
 
@@ -144,23 +142,29 @@ def names_of(facts: LocalFacts) -> ModuleNames:
 def _names(
     members: Sequence[NamedModule], settled: Mapping[Pair, Settlement], records: Mapping[NamedModule, frozenset[str]]
 ) -> ModuleNames:
-    group = {one: one for one in members}
-
-    def leader(one: NamedModule) -> NamedModule:
-        while group[one] != one:
-            one = group[one]
-        return one
-
+    groups = _Groups({one: one for one in members})
     for pair, settlement in sorted(settled.items()):
         if settlement.is_same:
-            first, second = sorted((leader(pair[0]), leader(pair[1])))
-            group[second] = first
-    groups: dict[NamedModule, list[NamedModule]] = {}
+            groups.join(*pair)
+    parts: dict[NamedModule, list[NamedModule]] = {}
     for one in members:
-        groups.setdefault(leader(one), []).append(one)
-    modules = [KnownModule(_name_of(part, settled.values()), tuple(part)) for part in groups.values()]
-    conflicts = [*_contradictions(settled, leader), *_open(members, settled, records, leader)]
+        parts.setdefault(groups.leader(one), []).append(one)
+    modules = [KnownModule(_name_of(part, settled.values()), tuple(part)) for part in parts.values()]
+    conflicts = [*_contradictions(settled, groups), *_open(members, settled, records, groups)]
     return ModuleNames(tuple(sorted(modules, key=lambda one: (_folded(one.name), one.members))), tuple(conflicts))
+
+
+class _Groups(dict[NamedModule, NamedModule]):
+    """Modules that belong together: each leads to another one of its group, and at last to the smallest."""
+
+    def leader(self, one: NamedModule) -> NamedModule:
+        while self[one] != one:
+            one = self[one]
+        return one
+
+    def join(self, one: NamedModule, other: NamedModule) -> None:
+        first, second = sorted((self.leader(one), self.leader(other)))
+        self[second] = first
 
 
 def _name_of(members: Sequence[NamedModule], settlements: Iterable[Settlement]) -> str:
@@ -168,9 +172,9 @@ def _name_of(members: Sequence[NamedModule], settlements: Iterable[Settlement]) 
     return max(said_names, key=lambda one: one.rank).name if said_names else members[0].name
 
 
-def _contradictions(settled: Mapping[Pair, Settlement], leader: Leader) -> Iterator[Conflict]:
+def _contradictions(settled: Mapping[Pair, Settlement], groups: _Groups) -> Iterator[Conflict]:
     for pair, settlement in sorted(settled.items()):
-        if not settlement.is_same and leader(pair[0]) == leader(pair[1]):
+        if not settlement.is_same and groups.leader(pair[0]) == groups.leader(pair[1]):
             yield Conflict(ConflictKind.CONTRADICTION, pair)
 
 
@@ -178,31 +182,23 @@ def _open(
     members: Sequence[NamedModule],
     settled: Mapping[Pair, Settlement],
     records: Mapping[NamedModule, frozenset[str]],
-    leader: Leader,
+    groups: _Groups,
 ) -> Iterator[Conflict]:
     """As few questions as may settle it: of three by one name the first is asked about with each of the others."""
-    apart = {(leader(pair[0]), leader(pair[1])) for pair, one in settled.items() if not one.is_same}
-    apart |= {(second, first) for first, second in apart}
+    apart = {frozenset(map(groups.leader, pair)) for pair, one in settled.items() if not one.is_same}
     by_name: dict[str, list[NamedModule]] = {}
     by_record: dict[str, list[NamedModule]] = {}
     for one in members:
         by_name.setdefault(_folded(one.name), []).append(one)
         for raw in records.get(one, ()):
             by_record.setdefault(raw, []).append(one)
-    asked = {one: one for one in map(leader, members)}
-
-    def asked_with(one: NamedModule) -> NamedModule:
-        while asked[one] != one:
-            one = asked[one]
-        return one
-
+    asked = _Groups(groups)
     for kind, parts in ((ConflictKind.SAME_NAME, by_name), (ConflictKind.SAME_RECORDS, by_record)):
         for part in parts.values():
             for one, other in combinations(part, 2):
-                leaders = (leader(one), leader(other))
-                first, second = map(asked_with, leaders)
-                if one.station != other.station and first != second and leaders not in apart:
-                    asked[second] = first
+                is_apart = frozenset((groups.leader(one), groups.leader(other))) in apart
+                if one.station != other.station and asked.leader(one) != asked.leader(other) and not is_apart:
+                    asked.join(one, other)
                     yield Conflict(kind, pair_of(one, other))
 
 

@@ -1,15 +1,11 @@
 """Which server this station shares its records with, in a file beside the store; never with a password."""
 
-from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
-from app.archive.fact_set import ArchiveTrouble
+from app.archive.fact_set import CANNOT_WRITE, ArchiveTrouble, file_troubles
 from app.archive.server_url import LONGEST_URL, server_url
 from app.system.files import write_whole
-from app.text.messages import said
-from app.text.sentences import reason_of
-from protocol.translatable import marked
 
 SERVER_FILE: Final = "archive-server.txt"
 
@@ -26,15 +22,11 @@ def kept_server(folder: Path) -> str | None:
 def keep_server(folder: Path, text: str) -> str | None:
     """As it is kept: without its password; "" takes it away. Raises `ArchiveTrouble`."""
     path = folder / SERVER_FILE
-    try:
+    with file_troubles(CANNOT_WRITE, path):
         if not text.strip():
-            with suppress(FileNotFoundError):
-                path.unlink()
+            path.unlink(missing_ok=True)
             return None
         shown = server_url(text).shown
         folder.mkdir(parents=True, exist_ok=True)
         write_whole(path, f"{shown}\n".encode())
-    except OSError as error:
-        why = reason_of(error)
-        raise ArchiveTrouble(said(marked("{file} cannot be written: {why}."), file=path, why=why)) from error
-    return shown
+        return shown

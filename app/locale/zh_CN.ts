@@ -182,8 +182,8 @@
         <translation>略去文件中损坏的部分。</translation>
     </message>
     <message>
-        <source>A file of another program was in the way. It was kept as {path}.</source>
-        <translation>原位置有其他程序的文件，已另存为 {path}。</translation>
+        <source>A file of another program was kept as {path}.</source>
+        <translation>其他程序的文件已另存为 {path}。</translation>
     </message>
     <message>
         <source>A modem program (ModemManager) tries out {port}: it sends AT commands to the module.</source>
@@ -210,7 +210,7 @@
         <translation>超过 0.5 s 没有上报即视为失重结束。</translation>
     </message>
     <message>
-        <source>A person said which module this is.</source>
+        <source>A person settled which module this is.</source>
         <translation>已由人员确认这是哪个模块。</translation>
     </message>
     <message>
@@ -654,12 +654,8 @@
         <translation>姿态：未判断。</translation>
     </message>
     <message>
-        <source>Audit log: {act} begun.</source>
-        <translation>操作记录：{act}，已开始。</translation>
-    </message>
-    <message>
-        <source>Audit log: {act}, outcome: {outcome}.</source>
-        <translation>操作记录：{act}，结果：{outcome}。</translation>
+        <source>Audit log: {act}, {outcome}.</source>
+        <translation>操作记录：{act}，{outcome}。</translation>
     </message>
     <message>
         <source>Automatic triggers</source>
@@ -2046,12 +2042,8 @@
         <translation>引导测试未通过：{test}。</translation>
     </message>
     <message>
-        <source>Guided test older than {days} days: {test}.</source>
-        <translation>引导测试已超过 {days} 天：{test}。</translation>
-    </message>
-    <message>
-        <source>Guided test {test} of a SIMULATED module: {verdict}.</source>
-        <translation>模拟模块的引导测试“{test}”：{verdict}。</translation>
+        <source>Guided test not within the last {days} days: {test}.</source>
+        <translation>最近 {days} 天内未做引导测试：{test}。</translation>
     </message>
     <message>
         <source>Guided test {test}: {verdict}.</source>
@@ -2492,6 +2484,18 @@
     <message>
         <source>Judge locked times as if active</source>
         <translation>把锁定时段按激活状态判断</translation>
+    </message>
+    <message>
+        <source>Judged: {judgement}.</source>
+        <translation>已判定：{judgement}。</translation>
+    </message>
+    <message>
+        <source>Judged: {judgement}; “{note}”.</source>
+        <translation>已判定：{judgement}；“{note}”。</translation>
+    </message>
+    <message>
+        <source>Judgement taken back.</source>
+        <translation>判定已撤回。</translation>
     </message>
     <message>
         <source>Judging… {percent} %</source>
@@ -3194,6 +3198,10 @@
         <translation>不自动删除；回收站中的将恢复</translation>
     </message>
     <message>
+        <source>New ones begin.</source>
+        <translation>将重新开始记录。</translation>
+    </message>
+    <message>
         <source>New profile</source>
         <translation>新建配置文件</translation>
     </message>
@@ -3252,6 +3260,10 @@
     <message>
         <source>No check is kept yet. A check is kept as soon as it has been run to its end.</source>
         <translation>尚未保存任何检查。检查完整结束后即保存。</translation>
+    </message>
+    <message>
+        <source>No check within the last {days} days.</source>
+        <translation>最近 {days} 天内未做检查。</translation>
     </message>
     <message>
         <source>No data on {port} after {asked} requests.</source>
@@ -3408,6 +3420,10 @@
     <message>
         <source>No station that you know has this fingerprint.</source>
         <translation>已知站点中没有此指纹。</translation>
+    </message>
+    <message>
+        <source>No such pair of modules in the archive.</source>
+        <translation>归档中没有这样的一对模块。</translation>
     </message>
     <message>
         <source>No threshold is proposed.</source>
@@ -4380,6 +4396,10 @@
     <message>
         <source>Records of the module</source>
         <translation>模块的记录</translation>
+    </message>
+    <message>
+        <source>Records restored from the copy of {when}; later ones are missing.</source>
+        <translation>记录已从 {when} 的备份恢复；此后的记录缺失。</translation>
     </message>
     <message>
         <source>Records that the chosen station signed no longer count as known</source>
@@ -5366,8 +5386,8 @@
         <translation>磁盘未能及时写入。</translation>
     </message>
     <message>
-        <source>The disk is full: {path} cannot be written.</source>
-        <translation>磁盘已满：无法写入 {path}。</translation>
+        <source>The disk is full: {file} cannot be written.</source>
+        <translation>磁盘已满：无法写入 {file}。</translation>
     </message>
     <message>
         <source>The disk was too slow: {count} reports are missing in the recording.</source>
@@ -5398,10 +5418,6 @@
         <translation>输入不是文本；decode 读取抓包文件和十六进制字节，例如 41 75 32。</translation>
     </message>
     <message>
-        <source>The judgement of a trigger record was taken back.</source>
-        <translation>已撤回对触发记录的判定。</translation>
-    </message>
-    <message>
         <source>The key of this station cannot be used: {why}.</source>
         <translation>本站点的密钥无法使用：{why}。</translation>
     </message>
@@ -5410,16 +5426,12 @@
         <translation>最大倾角</translation>
     </message>
     <message>
+        <source>The last check is not GO.</source>
+        <translation>上次检查的结果不是可以飞行。</translation>
+    </message>
+    <message>
         <source>The last nine triggers, each with the settings and readings of its moment.</source>
         <translation>最近九次触发，每条含触发时的参数和读数。</translation>
-    </message>
-    <message>
-        <source>The last pre-flight check is not GO.</source>
-        <translation>上次飞行前检查的结果不是可以飞行。</translation>
-    </message>
-    <message>
-        <source>The last pre-flight check is older than {days} days, or its clock was wrong.</source>
-        <translation>上次飞行前检查已超过 {days} 天，或当时的时钟有误。</translation>
     </message>
     <message>
         <source>The last status is {seconds:.1f} s old.</source>
@@ -5786,8 +5798,8 @@
         <translation>配置文件的格式为 {format}；本程序支持到 {known}。请使用更新版本的程序。</translation>
     </message>
     <message>
-        <source>The program may not write into {path}.</source>
-        <translation>程序无权写入 {path}。</translation>
+        <source>The program may not write into {file}.</source>
+        <translation>程序无权写入 {file}。</translation>
     </message>
     <message>
         <source>The program met an error that it did not expect and goes on: {error}. Nothing is armed.</source>
@@ -5796,18 +5808,6 @@
     <message>
         <source>The program met an error that it did not expect: {error}.</source>
         <translation>程序遇到意外错误：{error}。</translation>
-    </message>
-    <message>
-        <source>The program's records were damaged. They were kept as {path}; new ones begin.</source>
-        <translation>程序的记录已损坏，已另存为 {path}；将重新开始记录。</translation>
-    </message>
-    <message>
-        <source>The program’s records were damaged. The damaged file was kept as {path}.</source>
-        <translation>本程序的记录已损坏，损坏的文件保存为 {path}。</translation>
-    </message>
-    <message>
-        <source>The program’s records were gone.</source>
-        <translation>本程序的记录已丢失。</translation>
     </message>
     <message>
         <source>The readings are spread wide: measure again in steady light.</source>
@@ -5848,6 +5848,10 @@
     <message>
         <source>The records do not follow those that {module} had: is it the same module?</source>
         <translation>这些记录与 {module} 以前的记录不相接：是同一个模块吗？</translation>
+    </message>
+    <message>
+        <source>The records were damaged and kept as {path}.</source>
+        <translation>记录已损坏，已另存为 {path}。</translation>
     </message>
     <message>
         <source>The report cannot be written: {why}.</source>
@@ -6006,10 +6010,6 @@
         <translation>归档中没有这个模块：dps-s archive conflicts 可列出。</translation>
     </message>
     <message>
-        <source>There is no such pair of modules in the archive.</source>
-        <translation>归档中没有这样的一对模块。</translation>
-    </message>
-    <message>
         <source>There is nothing to judge yet.</source>
         <translation>还没有可判断的数据。</translation>
     </message>
@@ -6024,10 +6024,6 @@
     <message>
         <source>They stay beside each other</source>
         <translation>两者并列显示</translation>
-    </message>
-    <message>
-        <source>They were restored from the copy of {when}: what was recorded since is missing.</source>
-        <translation>已从 {when} 的备份恢复；此后的记录缺失。</translation>
     </message>
     <message>
         <source>This computer does not keep this record.</source>
@@ -6258,24 +6254,12 @@
         <translation>触发记录</translation>
     </message>
     <message>
-        <source>Trigger record judged: {judgement}.</source>
-        <translation>触发记录的判定：{judgement}。</translation>
-    </message>
-    <message>
-        <source>Trigger record judged: {judgement}; “{note}”.</source>
-        <translation>触发记录的判定：{judgement}；“{note}”。</translation>
-    </message>
-    <message>
         <source>Trigger record: {what}</source>
         <translation>触发记录：{what}</translation>
     </message>
     <message>
         <source>Trigger records</source>
         <translation>触发记录</translation>
-    </message>
-    <message>
-        <source>Trigger records not yet judged: {count}.</source>
-        <translation>尚未判定的触发记录：{count} 条。</translation>
     </message>
     <message>
         <source>Trigger state is unknown after power-up. Enable the triggers to set it.</source>
@@ -6358,10 +6342,6 @@
         <translation>两个模块</translation>
     </message>
     <message>
-        <source>Two stations use the name “{one}”. Is it the same module?</source>
-        <translation>两个站点都使用名称“{one}”。是同一个模块吗？</translation>
-    </message>
-    <message>
         <source>Type: {command}</source>
         <translation>请输入：{command}</translation>
     </message>
@@ -6404,6 +6384,10 @@
     <message>
         <source>Unit of the time</source>
         <translation>时间单位</translation>
+    </message>
+    <message>
+        <source>Unjudged trigger records: {count}.</source>
+        <translation>未判定的触发记录：{count} 条。</translation>
     </message>
     <message>
         <source>Unknown, read, edited, writing, verified or failed. “Verified” means: written, asked for again, and equal.</source>
@@ -7664,10 +7648,6 @@
     <message>
         <source>invalid choice: %(value)r (choose from %(choices)s)</source>
         <translation>无效的选择：%(value)r（可选：%(choices)s）</translation>
-    </message>
-    <message>
-        <source>it cannot be read</source>
-        <translation>无法读取</translation>
     </message>
     <message>
         <source>it could not be read again</source>
@@ -9298,6 +9278,10 @@
         <translation>无法读取 {file}：{why}。</translation>
     </message>
     <message>
+        <source>{file} cannot be used.</source>
+        <translation>{file} 无法使用。</translation>
+    </message>
+    <message>
         <source>{file} cannot be written: {why}.</source>
         <translation>无法写入 {file}：{why}。</translation>
     </message>
@@ -9308,6 +9292,14 @@
     <message>
         <source>{file} is damaged</source>
         <translation>{file} 已损坏</translation>
+    </message>
+    <message>
+        <source>{file} is damaged.</source>
+        <translation>{file} 已损坏。</translation>
+    </message>
+    <message>
+        <source>{file} is held by another program.</source>
+        <translation>{file} 被其他程序占用。</translation>
     </message>
     <message>
         <source>{file} is no archive file.</source>
@@ -9590,28 +9582,12 @@
         <translation>无法读取 {path}：{why}。</translation>
     </message>
     <message>
-        <source>{path} cannot be used.</source>
-        <translation>{path} 无法使用。</translation>
-    </message>
-    <message>
         <source>{path} holds no settings.</source>
         <translation>{path} 中没有设置。</translation>
     </message>
     <message>
-        <source>{path} is damaged.</source>
-        <translation>{path} 已损坏。</translation>
-    </message>
-    <message>
-        <source>{path} is held by another program.</source>
-        <translation>{path} 被其他程序占用。</translation>
-    </message>
-    <message>
         <source>{path} was not saved: {why}.</source>
         <translation>{path} 未能保存：{why}。</translation>
-    </message>
-    <message>
-        <source>{path} was written by a newer version of this program.</source>
-        <translation>{path} 由本程序的更新版本写入。</translation>
     </message>
     <message>
         <source>{percent} % written</source>
@@ -10100,12 +10076,16 @@
         <translation>此处没有“{name}”这一项。</translation>
     </message>
     <message>
-        <source>“{one}” and “{other}” keep the same trigger records. Are they the same module?</source>
-        <translation>“{one}”与“{other}”的触发记录相同。是同一个模块吗？</translation>
+        <source>“{one}” and “{other}” have the same trigger records: are they the same module?</source>
+        <translation>“{one}”与“{other}”的触发记录相同：是同一个模块吗？</translation>
     </message>
     <message>
-        <source>“{one}” and “{other}” were said to be different, and the same as a third.</source>
+        <source>“{one}” and “{other}” were called different, and the same as a third.</source>
         <translation>“{one}”与“{other}”被指定为不同模块，却又都被指定为与第三个模块相同。</translation>
+    </message>
+    <message>
+        <source>“{one}” at two stations: is it the same module?</source>
+        <translation>两个站点都有“{one}”：是同一个模块吗？</translation>
     </message>
     <message>
         <source>“{text}” ends with none of {endings}</source>

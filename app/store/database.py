@@ -49,14 +49,14 @@ def utc_now() -> datetime:
 
 
 class StoreFault(Enum):
-    """The value is a sentence in English with the place for the path, translatable."""
+    """The value is a sentence in English with the place for the file, translatable."""
 
-    FULL = marked("The disk is full: {path} cannot be written.")
-    READ_ONLY = marked("The program may not write into {path}.")
-    NEWER = marked("{path} was written by a newer version of this program.")
-    BUSY = marked("{path} is held by another program.")
-    DAMAGED = marked("{path} is damaged.")
-    FAILED = marked("{path} cannot be used.")
+    FULL = marked("The disk is full: {file} cannot be written.")
+    READ_ONLY = marked("The program may not write into {file}.")
+    NEWER = marked("{file} was written by a newer version of this program.")
+    BUSY = marked("{file} is held by another program.")
+    DAMAGED = marked("{file} is damaged.")
+    FAILED = marked("{file} cannot be used.")
 
 
 class StoreTrouble(Exception):
@@ -69,7 +69,7 @@ class StoreTrouble(Exception):
 
     @property
     def sentence(self) -> str:
-        return tr(self.fault.value, path=self.path)
+        return tr(self.fault.value, file=self.path)
 
 
 class Foreign(Exception):
@@ -87,16 +87,14 @@ class SetAside:
 
     @property
     def sentence(self) -> str:
-        if self.restored_at is not None:
-            when = f"{self.restored_at.astimezone():%Y-%m-%d %H:%M}"
-            restored = tr("They were restored from the copy of {when}: what was recorded since is missing.", when=when)
-            if self.path is None:
-                return together((tr("The program’s records were gone."), restored))
-            damaged = tr("The program’s records were damaged. The damaged file was kept as {path}.", path=self.path)
-            return together((damaged, restored))
-        if self.was_damaged:
-            return tr("The program's records were damaged. They were kept as {path}; new ones begin.", path=self.path)
-        return tr("A file of another program was in the way. It was kept as {path}.", path=self.path)
+        text = marked("The records were damaged and kept as {path}.")
+        if not self.was_damaged:
+            text = marked("A file of another program was kept as {path}.")
+        kept = (tr(text, path=self.path),) if self.path is not None else ()
+        if self.restored_at is None:
+            return together((*kept, tr("New ones begin.")))
+        when = f"{self.restored_at.astimezone():%Y-%m-%d %H:%M}"
+        return together((*kept, tr("Records restored from the copy of {when}; later ones are missing.", when=when)))
 
 
 class Database:

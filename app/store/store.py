@@ -154,15 +154,9 @@ class Store:
         return self.database.write(
             "INSERT INTO settings_snapshots (module_id, port, taken_at, reason, boot_count, settings) "
             "VALUES (?, ?, ?, ?, ?, ?)",
-            (
-                module_id,
-                port,
-                self.database.now(),
-                snapshot.reason,
-                snapshot.boot_count,
-                json.dumps(dict(snapshot.settings), sort_keys=True),
-            ),
-        )
+            (module_id, port, self.database.now(), snapshot.reason, snapshot.boot_count,
+             json.dumps(dict(snapshot.settings), sort_keys=True)),
+        )  # fmt: skip
 
     # Audit
 
@@ -187,21 +181,10 @@ class Store:
             (limit,),
         )
         return tuple(
-            AuditEntry(
-                row[0],
-                row[1],
-                row[2],
-                row[3],
-                row[4],
-                Act(row[5]),
-                bytes.fromhex(row[6]),
-                _object(row[7]),
-                row[8],
-                Outcome(row[9]) if row[9] else Outcome.UNKNOWN,
-                _object(row[10]),
-            )
+            AuditEntry(row[0], row[1], row[2], row[3], row[4], Act(row[5]), bytes.fromhex(row[6]), _object(row[7]),
+                       row[8], Outcome(row[9]) if row[9] else Outcome.UNKNOWN, _object(row[10]))
             for row in rows
-        )
+        )  # fmt: skip
 
     # Changes of baud rate
 

@@ -233,7 +233,7 @@ def test_verify_says_what_became_of_a_damaged_store(capsys: pytest.CaptureFixtur
     (data_folder() / FILE_NAME).write_bytes(b"no database")
     (tmp_path / "x.json").write_text("{}", encoding="utf-8")
     assert program.main(["verify", str(tmp_path / "x.json")]) == 2
-    assert "It was kept as" in Printed(capsys).err
+    assert "of another program was kept as" in Printed(capsys).err
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")

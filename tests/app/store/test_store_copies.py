@@ -74,7 +74,7 @@ def test_a_damaged_store_is_restored_from_the_newest_good_copy_and_that_is_said(
         assert names(store) == {"M-07"}
         assert store.notice is not None
         when = f"{START.astimezone():%Y-%m-%d %H:%M}"
-        assert f"restored from the copy of {when}: what was recorded since is missing" in store.notice
+        assert f"restored from the copy of {when}; later ones are missing" in store.notice
         store.meet_module("goes on")
     assert copy.read_bytes() == before
     if damage in ("middle", "head"):

@@ -74,7 +74,7 @@ def test_without_a_server_nothing_is_shown_and_a_file_carries_everything(
         assert "Received: 2." in dialog.state.text()
         assert [row.module.name for row in dialog.modules.model.rows] == ["M-07", "M-07"]
         assert dialog.question.isVisible()
-        assert "Is it the same module?" in dialog.asked.text()
+        assert "is it the same module?" in dialog.asked.text()
         dialog.same.click()
         _wait(qtbot, dialog)
         assert not dialog.question.isVisible()
