@@ -2,12 +2,13 @@
 
 from typing import Final
 
+from PySide6.QtCore import QEvent
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QMenu, QSizePolicy, QToolButton, QWidget
 
 from ui.core.texts import Texts
 from ui.style.icons import Icon
-from ui.style.theme import Space
+from ui.style.theme import Space, scaled
 from ui.widgets.controls import control
 from ui.widgets.layouts import in_row
 from ui.widgets.naming import named
@@ -29,10 +30,18 @@ class PageHeader(QWidget):
         self.more.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self.more.hide()
         self.row: QHBoxLayout = in_row((self.title, 1), self.more, of=self, spacing=Space.S, margins=0)
-        self.setMinimumHeight(HEIGHT_PX)
+        self._fit()
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
         for action in actions:
             self.add(action)
+
+    def _fit(self) -> None:
+        self.setMinimumHeight(scaled(HEIGHT_PX))
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.PaletteChange:
+            self._fit()
 
     def add(self, action: QWidget) -> None:
         """One more action, at the right of those that are there."""

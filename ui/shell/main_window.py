@@ -133,8 +133,9 @@ class MainWindow(QMainWindow):
     def _lay_out(self) -> None:
         centre = self.centre = QWidget()
         centre.setObjectName("centre")
-        body = in_row(self.navigation, (self.area, 1), (self.panel, 1), spacing=0)
-        in_column(self.recording_bar, self.notice_bar, (body, 1), of=centre, spacing=0, margins=0)
+        pages = in_row((self.area, 1), (self.panel, 1), spacing=0)
+        body = in_row(self.navigation, (in_column(self.notice_bar, (pages, 1), spacing=0), 1), spacing=0)
+        in_column(self.recording_bar, (body, 1), of=centre, spacing=0, margins=0)
         self.setMenuWidget(self.top_bar)  # like the foot, past the panels at the sides
         self.setCentralWidget(centre)
         foot = named(QToolBar(), "foot")

@@ -102,7 +102,8 @@ class Sidebar(QListWidget):
 
     def _fit(self) -> None:
         wide = self.is_wide and not self._has_little_room
-        self.setFixedWidth(scaled(WIDE_PX if wide else ICONS_PX if self._has_little_room else NARROW_PX))
+        width = WIDE_PX if wide else ICONS_PX if self._has_little_room else NARROW_PX
+        self.setFixedWidth(round(width * self.scale))
         row = round((WIDE_ROW_PX if self.is_wide else NARROW_ROW_PX) * self.scale)
         row = min(row, max(_LEAST_ROW_PX, self._row_px()))
         for number in range(self.count()):
