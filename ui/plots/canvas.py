@@ -28,6 +28,9 @@ from ui.plots.view import Lane, Span
 from ui.style.theme import Size, Theme, current, font
 
 _STRIP_PX = 22.0
+_LEAST_LANES = 2
+_LEAST_LINES = 1.5
+"""Height of a lane, in lines of text: in a lower one, limits and their labels lie on each other."""
 
 
 class Canvas(QWidget):
@@ -55,12 +58,14 @@ class Canvas(QWidget):
         self._dragged_from: float | None = None
         self._picture: Picture | None = None
         self._ground = PlotBackground()
-        self.lanes = [LaneCurve(lane, number) for number, lane in enumerate(lanes)]
+        self._all_lanes = [LaneCurve(lane, number) for number, lane in enumerate(lanes)]
+        self.lanes = self._all_lanes
+        """In sight: the first ones, where there is no room for all."""
         self.strip = QRectF()
 
     def apply_theme(self, theme: Theme) -> None:
         """Take the colours of a theme."""
-        for lane in self.lanes:
+        for lane in self._all_lanes:
             lane.apply_theme(theme)
 
     def arrange(self) -> None:
@@ -69,10 +74,14 @@ class Canvas(QWidget):
         whole = QRectF(self.rect())
         line = QFontMetricsF(font(Size.SMALL)).height()
         left = QFontMetricsF(font(Size.SMALL)).horizontalAdvance("−180") + 8
-        right = max(left + 50, whole.right() - gutter_px(self.lanes))
+        right = max(left + 50, whole.right() - gutter_px(self._all_lanes))
         title = line + 8
-        room = max(60.0, whole.height() - line - 8 - _STRIP_PX - len(self.lanes) * title)
-        weights = sum(lane.lane.weight for lane in self.lanes)
+        for count in range(len(self._all_lanes), 0, -1):
+            self.lanes = self._all_lanes[:count]
+            room = max(60.0, whole.height() - line - 8 - _STRIP_PX - count * title)
+            weights = sum(lane.lane.weight for lane in self.lanes)
+            if count <= _LEAST_LANES or room * self.lanes[-1].lane.weight / weights >= _LEAST_LINES * line:
+                break
         top = 0.0
         for lane in self.lanes:
             height = round(room * lane.lane.weight / weights)

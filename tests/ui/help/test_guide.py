@@ -175,12 +175,13 @@ def test_the_viewer_shows_it(language: str, qtbot: QtBot, qapp: QApplication) ->
         assert 0 < image.width() / image.devicePixelRatio() <= viewer.sizeHint().width(), name
 
 
-def test_pictures_are_made_for_every_language_by_one_script() -> None:
+def test_pictures_are_made_for_every_language_by_one_script(monkeypatch: pytest.MonkeyPatch) -> None:
     """`docs/generate/picture_scenes.py` names what it takes, the other scripts draw the rest."""
     scenes = (ROOT / "docs" / "generate" / "picture_scenes.py").read_text(encoding="utf-8")
     taken = set(re.findall(r'\.take\("([\w-]+)"', scenes))
     shown = {name for name in pictures(text_of(ENGLISH)) if name.endswith(".png")}
     assert {f"images/{name}-{ENGLISH}.png" for name in taken} == shown
+    monkeypatch.syspath_prepend(ROOT / "docs" / "generate")
     for script, name, maker in (
         ("wiring_picture.py", "wiring", "wiring_svg"),
         ("trigger_pictures.py", "tilt", "triggers_svg"),

@@ -2,6 +2,7 @@
 
 from functools import partial
 from pathlib import Path
+from typing import cast
 
 import pytest
 from PySide6.QtCore import QPoint, Qt
@@ -112,7 +113,7 @@ def test_a_click_meant_for_what_a_notice_has_moved_does_nothing(qtbot: QtBot) ->
 
     def click(button: QWidget) -> None:
         where = button.mapTo(main, button.rect().center())
-        hit = main.childAt(where)
+        hit = cast("QWidget", main.childAt(where))
         qtbot.mouseClick(hit, Qt.MouseButton.LeftButton, pos=hit.mapFrom(main, where))
 
     click(others[1])

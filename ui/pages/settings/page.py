@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import (
     QApplication,
@@ -52,9 +52,9 @@ from ui.widgets.visibility_timer import VisibilityTimer
 REFRESH_EVERY_MS: Final = 250
 SIDE_FROM_PX: Final = 872
 """Narrower than this, the pane lies below the table."""
-_SIDE_PX: Final = (180, 300)
+_SIDE_PX: Final = (154, 300)
 """The least and the most of the pane at the side."""
-_TABLE_PX: Final = 660
+_TABLE_PX: Final = 690
 _BELOW_PX: Final = 84
 _SERIAL: Final = "serial_output"
 _LIGHT: Final = BY_NAME["light_threshold"].key
@@ -83,10 +83,6 @@ class SettingsPage(Page):
         self.calibration = CalibrationPanel(services)
         self.strip = NoticeBar(texts)
         self.strip.setObjectName("settings_notice")
-        policy = self.strip.sizePolicy()
-        policy.setRetainSizeWhenHidden(True)
-        self.strip.setSizePolicy(policy)
-        self.strip.setMinimumHeight(44)
         self.fingerprint = FingerprintView(texts)
         self._make_buttons()
         self.rows[_LIGHT].add_beside_editor(self.measure)
@@ -288,7 +284,7 @@ class SettingsPage(Page):
         rows: list[QWidget] = []
         for number, (english, members) in enumerate(groups):
             caption = control(QLabel(), texts, f"settings_group_{number}", english, role="caption")
-            caption.setContentsMargins(Space.S, Space.XS, 0, 2)
+            caption.setContentsMargins(Space.S, 2, 0, 2)
             rows += [caption, *members]
         content = named(QWidget(), "settings_content")
         in_column(*rows, self.baud, 1, of=content, spacing=0, margins=0)
@@ -302,7 +298,7 @@ class SettingsPage(Page):
         self._body = in_row((table, 1), self.pane, spacing=Space.S, margins=(Space.M, 0))
         head = in_column(self.header, margins=(Space.M, 0))
         foot = FlowRow()
-        foot.setContentsMargins(Space.M, Space.XS, Space.M, Space.S)
+        foot.setContentsMargins(Space.M, Space.XS, Space.M, Space.XS)
         foot.add(self.undo, self.redo)
         foot.add_right(self.revert, self.write)
         form = named(QWidget(), "settings_form")
@@ -328,6 +324,13 @@ class SettingsPage(Page):
         return heads
 
     # Qt
+
+    def minimumSizeHint(self) -> QSize:
+        """With the pane below the table."""
+        hint = super().minimumSizeHint()
+        if self._stack.currentWidget() is self._form and self.pane.maximumWidth() < _UNBOUNDED:
+            hint.setWidth(hint.width() - self.pane.minimumWidth() - Space.S)
+        return hint
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """The pane beside the table, or below it."""

@@ -30,12 +30,12 @@ from ui.widgets.readout import StateChip
 from ui.widgets.sliders import WheelGuard
 
 ROW_PX: Final = 44
-NAME_PX: Final = 160
-STATE_PX: Final = 116
-BESIDE_PX: Final = 30
+NAME_PX: Final = 180
+STATE_PX: Final = 128
+BESIDE_PX: Final = 34
 """Of a button beside an editor, which has only a picture."""
 CELL_GAP: Final = Space.S
-MARGINS: Final = (Space.S, 2, Space.S, 2)
+MARGINS: Final = (Space.S, 1, Space.S, 1)
 
 
 class _Look(NamedTuple):

@@ -12,7 +12,7 @@ from ui.pages.settings.row import WRONG, reason_text
 from ui.style.theme import Space
 from ui.widgets.controls import control
 from ui.widgets.labels import text_label
-from ui.widgets.layouts import FlowRow, in_column
+from ui.widgets.layouts import in_column
 from ui.widgets.naming import named, set_role
 
 
@@ -29,12 +29,8 @@ class SettingPane(QFrame):
         self.reason = text_label("setting_reason", "small")
         self.advice = text_label("setting_advice", "small")
         content = named(QWidget(), "setting_content")
-        head = FlowRow(spacing_px=Space.S)
-        head.add(self.title, self.term)
-        for one in (self.title, self.term):
-            one.setWordWrap(False)
         in_column(
-            head, self.reason, self.meaning, self.what, self.advice, 1,
+            in_column(self.title, self.term, spacing=0), self.reason, self.meaning, self.what, self.advice, 1,
             of=content, spacing=Space.S, margins=(Space.M, Space.S),
         )  # fmt: skip
         scroll = control(QScrollArea(), texts, "setting_scroll", says="About this setting")

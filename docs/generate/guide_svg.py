@@ -1,0 +1,43 @@
+"""What the guide's vector pictures share: colours, texts, the frame, and where they lie.
+
+Ink and paper are the two colours that the guide's viewer replaces by those of its theme.
+"""
+
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import Final
+
+IMAGES: Final = Path(__file__).resolve().parents[2] / "ui" / "help" / "guide" / "images"
+INK: Final = "#1a1c1e"
+PAPER: Final = "#ffffff"
+BLUE, ORANGE, GREY = "#0072b2", "#d55e00", "#7a7f85"
+"""Okabe and Ito's, told apart by colour-blind people, too."""
+
+
+def picture(width: int, height: int, parts: Iterable[str]) -> str:
+    """A whole SVG file."""
+    head = (
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" viewBox="0 0 {width} {height}" '
+        'font-family="sans-serif" font-size="14">'
+    )
+    return "\n".join((head, f'<rect width="{width}" height="{height}" fill="{PAPER}"/>', *parts, "</svg>")) + "\n"
+
+
+def text(x: float, y: float, words: str, anchor: str = "middle", *, colour: str = INK, is_bold: bool = False) -> str:
+    bold = ' font-weight="bold"' if is_bold else ""
+    return f'<text x="{x:g}" y="{y:g}" text-anchor="{anchor}"{bold} fill="{colour}">{words}</text>'
+
+
+def line(path: str, colour: str, width: int, *, is_dashed: bool = False) -> str:
+    dashes = ' stroke-dasharray="5 5"' if is_dashed else ""
+    return f'<path d="{path}" fill="none" stroke="{colour}" stroke-width="{width}"{dashes}/>'
+
+
+def shape(path: str, colour: str) -> str:
+    return f'<path d="{path}" fill="{colour}"/>'
+
+
+def write(name: str, make: Callable[[str], str], languages: Mapping[str, object]) -> None:
+    """The picture in each language."""
+    for language in languages:
+        (IMAGES / f"{name}-{language}.svg").write_text(make(language), encoding="utf-8")
