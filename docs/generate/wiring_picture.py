@@ -1,6 +1,6 @@
 """Writes the wiring picture (ui/help/guide/images/wiring-*.svg): adapter, three wires, what stays open.
 
-    python3 docs/generate/wiring_picture.py
+python3 docs/generate/wiring_picture.py
 """
 
 from collections.abc import Iterator

@@ -13,7 +13,7 @@ from ui.core.texts import Texts
 from ui.plots.view import WINDOWS_S, TimeView
 from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning, Space
-from ui.widgets.controls import ChoiceButton, control
+from ui.widgets.controls import TEXT_GAP_PX, ChoiceButton, control
 from ui.widgets.layouts import FlowRow
 from ui.widgets.naming import named
 from ui.widgets.readout import StateChip
@@ -39,7 +39,7 @@ class PlotHeader(QWidget):
         self.chip = named(StateChip(tr("Plots")), "time-plot-state")
         texts.bind(self.chip.set_caption, "Plots")
         self.pause = named(QPushButton(), "time-plot-pause")
-        self.pause.setIconSize(QSize(16, 16))
+        self.pause.setIconSize(QSize(16 + TEXT_GAP_PX, 16))
         self.pause.setAutoDefault(False)
         self.whole = control(QToolButton(), texts, "time-plot-whole", "All", says="Show the whole recording",
                              tip="Show the whole recording (End)", role="segment",

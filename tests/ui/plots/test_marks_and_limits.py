@@ -3,14 +3,18 @@
 from itertools import pairwise
 
 import pytest
+from PySide6.QtGui import QFontMetricsF
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
+from app.samples.ring_buffers import Series
 from tests.support.window.painted_text import watching
 from tests.ui.plots.test_time_plot import NOW_S, Bench
+from ui.plots.canvas import Canvas
 from ui.plots.limits import apart
-from ui.plots.view import Mark, Scale
-from ui.style import appearance
+from ui.plots.time_plot import TimePlot
+from ui.plots.view import Lane, Mark, Scale
+from ui.style import appearance, theme
 from ui.style.icons import Icon
 from ui.style.theme import LIGHT, Meaning
 
@@ -73,3 +77,23 @@ def test_a_limit_beyond_the_scale_widens_it(bench: Bench) -> None:
     bench.fire.put(NOW_S - 30, 120)
     bench.plot.draw(NOW_S)
     assert bench.canvas.lanes[0].scale == Scale(0, 180, 45)
+
+
+def test_in_a_low_window_the_first_plots_stay_high_enough_to_read(bench: Bench, qtbot: QtBot) -> None:
+    scales = (Scale(0, 4, 2),)
+    weights = {"Tilt": 5, "Acceleration": 3, "Light": 2, "Cell voltage": 2}
+    plot = TimePlot([Lane(title, "", Series(), scales, weight=one) for title, one in weights.items()], bench.texts)
+    qtbot.addWidget(plot)
+    plot.show()
+    canvas = plot.findChild(Canvas, "time-plot-canvas")
+    assert isinstance(canvas, Canvas)
+    seen = {}
+    for height in (600, 300, 240, 600):
+        plot.resize(600, height)
+        QApplication.processEvents()
+        seen[height] = [lane.lane.title for lane in canvas.lanes]
+        text_px = QFontMetricsF(theme.font(theme.Size.SMALL)).height()
+        assert len(canvas.lanes) == 2 or canvas.lanes[-1].box.height() >= text_px
+        assert all(one.box.bottom() < other.box.top() for one, other in pairwise(canvas.lanes))
+    assert seen[600] == list(weights)
+    assert seen[240] == ["Tilt", "Acceleration"]

@@ -1,12 +1,11 @@
 """The time plots: what is in sight, what is drawn, and how they answer to mouse and keyboard."""
 
 import math
-from itertools import pairwise
 
 import numpy as np
 import pytest
 from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
-from PySide6.QtGui import QColor, QFontMetricsF, QMouseEvent, QWheelEvent
+from PySide6.QtGui import QColor, QMouseEvent, QWheelEvent
 from PySide6.QtWidgets import QApplication, QLineEdit, QPushButton, QToolButton, QVBoxLayout, QWidget
 from pytestqt.qtbot import QtBot
 
@@ -394,23 +393,3 @@ def test_an_empty_plot_draws(qapp: QApplication, qtbot: QtBot) -> None:
     assert not [place for place in empty.pixels(LIGHT.curves[0]) if box.contains(QPointF(place))]
     empty.canvas.set_cursor(0.5)
     assert empty.plot.reading.endswith("Tilt no data, Acceleration no data")
-
-
-def test_in_a_low_window_the_first_plots_stay_high_enough_to_read(bench: Bench, qtbot: QtBot) -> None:
-    scales = (Scale(0, 4, 2),)
-    weights = {"Tilt": 5, "Acceleration": 3, "Light": 2, "Cell voltage": 2}
-    plot = TimePlot([Lane(title, "", Series(), scales, weight=one) for title, one in weights.items()], bench.texts)
-    qtbot.addWidget(plot)
-    plot.show()
-    canvas = plot.findChild(Canvas, "time-plot-canvas")
-    assert isinstance(canvas, Canvas)
-    seen = {}
-    for height in (600, 300, 240, 600):
-        plot.resize(600, height)
-        QApplication.processEvents()
-        seen[height] = [lane.lane.title for lane in canvas.lanes]
-        text_px = QFontMetricsF(theme.font(theme.Size.SMALL)).height()
-        assert len(canvas.lanes) == 2 or canvas.lanes[-1].box.height() >= text_px
-        assert all(one.box.bottom() < other.box.top() for one, other in pairwise(canvas.lanes))
-    assert seen[600] == list(weights)
-    assert seen[240] == ["Tilt", "Acceleration"]

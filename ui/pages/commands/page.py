@@ -16,7 +16,7 @@ from ui.services.context import Services
 from ui.services.page import Page
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Size, Space
-from ui.widgets.controls import control
+from ui.widgets.controls import TEXT_GAP_PX, control
 from ui.widgets.labels import text_label
 from ui.widgets.layouts import FlowRow, in_column, in_row
 from ui.widgets.naming import named, set_role
@@ -54,7 +54,7 @@ class CommandsPage(Page):
         self.lock = control(QPushButton(), texts, "commands_lock", "LOCK", says="Lock the module",
                             tip="Locks at once", key="Ctrl+L", picture=Icon.LOCK,
                             role="primary")  # fmt: skip
-        self.lock.setIconSize(QSize(20, 20))
+        self.lock.setIconSize(QSize(20 + TEXT_GAP_PX, 20))
         services.lock.bind(self.lock)
         self.said = NoticeBar(texts)
         self.said.setObjectName("commands_said")

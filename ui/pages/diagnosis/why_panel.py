@@ -25,7 +25,7 @@ from ui.core.background_task import BackgroundTask
 from ui.services.context import Services
 from ui.style.icons import MEANING_ICONS, Icon, icon
 from ui.style.theme import Meaning, Size, Space
-from ui.widgets.controls import control
+from ui.widgets.controls import TEXT_GAP_PX, control
 from ui.widgets.labels import IconLabel, text_label
 from ui.widgets.layouts import Gap, in_column, in_row
 from ui.widgets.naming import named
@@ -264,7 +264,7 @@ class WhyPanel(QScrollArea):
     def _lay_out(self) -> None:
         card = self.card = named(QFrame(), "why_card", "card")
         self.act.setIcon(icon(Icon.CHEVRON_RIGHT, is_on_primary=True))
-        self.act.setIconSize(QSize(16, 16))
+        self.act.setIconSize(QSize(16 + TEXT_GAP_PX, 16))
         button = in_row(self.act, 1)
         said = in_column(self.what, self.next_step, self.command, button, spacing=Space.S)
         in_row((self._picture, Qt.AlignmentFlag.AlignTop), (said, 1), of=card, spacing=Space.L, margins=Space.L)

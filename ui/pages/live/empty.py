@@ -2,7 +2,7 @@
 
 from typing import Final
 
-from PySide6.QtCore import QSize, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QWidget
 
 from app.diagnosis.link_state import Phase, words
@@ -56,7 +56,6 @@ class EmptyPage(QWidget):
             label.setWordWrap(True)
             label.setFixedWidth(_TEXT_PX)
         for button in (self.choose, self.simulate, self.recordings):
-            button.setIconSize(QSize(16, 16))
             policy = button.sizePolicy()
             policy.setRetainSizeWhenHidden(True)
             button.setSizePolicy(policy)

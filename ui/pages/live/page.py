@@ -8,7 +8,7 @@ the module, which go on below.
 
 from typing import Final, cast
 
-from PySide6.QtCore import Signal
+from PySide6.QtCore import QSize, Signal
 from PySide6.QtGui import QImage, QResizeEvent, QWindow
 from PySide6.QtWidgets import QFrame, QStackedLayout, QStackedWidget, QWidget
 
@@ -299,6 +299,9 @@ class LivePage(StreamPage):
         return content
 
     # Qt
+
+    def minimumSizeHint(self) -> QSize:
+        return (self.empty if self.is_empty else self._content).minimumSizeHint()
 
     def on_escape(self) -> bool:
         """Back to live."""

@@ -16,7 +16,7 @@ from ui.services.context import Services
 from ui.services.running_job import RunningJob
 from ui.style.icons import Icon
 from ui.style.theme import Space
-from ui.widgets.controls import control
+from ui.widgets.controls import TEXT_GAP_PX, control
 from ui.widgets.labels import text_label
 from ui.widgets.layouts import Gap, in_column, in_row
 from ui.widgets.naming import named
@@ -157,7 +157,7 @@ class _Side(QFrame):
         self.text.setWordWrap(True)
         self.button = control(QPushButton(), texts, f"calibration_{name}_measure", measure,
                               tip="Twenty readings, about two seconds", picture=picture)  # fmt: skip
-        self.button.setIconSize(QSize(20, 20))
+        self.button.setIconSize(QSize(20 + TEXT_GAP_PX, 20))
         in_column(
             self.title, self.text, (self.button, Qt.AlignmentFlag.AlignLeft), of=self, spacing=Space.S, margins=Space.M
         )
