@@ -65,7 +65,7 @@ def _result(closed: Band, opened: Band, threshold: float) -> GuidedResult:
     )
     result = GuidedResult(GuidedKind.BAY, measured)
     if any(margin < LEAST_MARGIN_V - ROUNDING_V for margin in margins):
-        advice = said(marked("Calibrate the light threshold on the Settings page."))
+        advice = said(marked("Calibrate the light threshold."))
         return GuidedResult(GuidedKind.BAY, measured, advice)
     if not rises:
         return GuidedResult(GuidedKind.BAY, measured, said(LightDirection.FALLS.value))

@@ -10,7 +10,6 @@ from typing import NamedTuple
 
 from app.limits.expectations import CheckLimits, Expectations
 from app.text.messages import UserMessage, said
-from protocol.translatable import marked
 
 
 class SoftLimit(NamedTuple):
@@ -36,31 +35,20 @@ SOFT_LIMITS: Mapping[str, SoftLimit] = MappingProxyType({
 
 class SettingBound(NamedTuple):
     """Ends included. `advised_*`: the vendor's advice, or ours where the vendor has none. `low`, `high`: what no
-    profile goes beyond; `why`, in English, translatable."""
+    profile goes beyond."""
 
     check: str
     advised_low: float
     advised_high: float
     low: float
     high: float
-    why: str
 
 
 SETTING_BOUNDS: Mapping[str, SettingBound] = MappingProxyType({
-    "attitude_threshold_deg": SettingBound(
-        "attitude_threshold", 55, 90, 30, 90,
-        marked("below it a turn fires, above it an aircraft on its side goes undetected"),
-    ),
-    "freefall_acceleration_g": SettingBound(
-        "freefall_acceleration", 0.1, 0.6, 0.1, 0.8,
-        marked("at 0 no fall is detected, close to 1 g it fires in a descent"),
-    ),
-    "freefall_time_s": SettingBound(
-        "freefall_time", 0.5, 2.55, 0.2, 2.55, marked("below it a bump fires"),
-    ),
-    "light_threshold_v": SettingBound(
-        "light_threshold", 0.1, 25.5, 0.1, 25.5, marked("at 0 the bay is never dark"),
-    ),
+    "attitude_threshold_deg": SettingBound("attitude_threshold", 55, 90, 30, 90),
+    "freefall_acceleration_g": SettingBound("freefall_acceleration", 0.1, 0.6, 0.1, 0.8),
+    "freefall_time_s": SettingBound("freefall_time", 0.5, 2.55, 0.2, 2.55),
+    "light_threshold_v": SettingBound("light_threshold", 0.1, 25.5, 0.1, 25.5),
 })  # fmt: skip
 
 
@@ -71,11 +59,9 @@ def softened(expectations: Expectations) -> Mapping[str, UserMessage]:
     for name, soft in SOFT_LIMITS.items():
         value, default = getattr(expectations.limits, name), getattr(ours, name)
         if value > default if soft.is_most else value < default:
-            text = marked("at most {limit}") if soft.is_most else marked("at least {limit}")
-            found[soft.check] = said(text, limit=soft.shown.format(default))
+            found[soft.check] = said(f"{'≤' if soft.is_most else '≥'} {soft.shown.format(default)}")
     for key, value in expectations.settings.items():
         bound = SETTING_BOUNDS.get(key)
         if bound is not None and not bound.advised_low <= value <= bound.advised_high:
-            text = marked("{low} to {high}")
-            found[bound.check] = said(text, low=f"{bound.advised_low:g}", high=f"{bound.advised_high:g}")
+            found[bound.check] = said(f"{bound.advised_low:g}–{bound.advised_high:g}")
     return found

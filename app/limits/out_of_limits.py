@@ -27,7 +27,7 @@ class OutOfLimit(Enum):
     BAY_OPEN = marked("bay open")
     LATE = marked("line late")
     SLOW = marked("line slow")
-    DAMAGED = marked("damaged bytes")
+    DAMAGED = marked("invalid bytes")
 
 
 class Outside(NamedTuple):

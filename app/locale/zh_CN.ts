@@ -158,6 +158,10 @@
         <translation>第 95 百分位</translation>
     </message>
     <message>
+        <source>A bad line loses or falsifies values.</source>
+        <translation>线路不良会使数值缺失或错误。</translation>
+    </message>
+    <message>
         <source>A calculation; nothing is sent.</source>
         <translation>仅为计算，不发送任何内容。</translation>
     </message>
@@ -182,6 +186,10 @@
         <translation>略去文件中损坏的部分。</translation>
     </message>
     <message>
+        <source>A drifting sensor is loose or failing.</source>
+        <translation>读数漂移说明传感器松动或失效。</translation>
+    </message>
+    <message>
         <source>A file of another program was kept as {path}.</source>
         <translation>其他程序的文件已另存为 {path}。</translation>
     </message>
@@ -192,10 +200,6 @@
     <message>
         <source>A module answers on {port} at {rate} baud.</source>
         <translation>{port} 上有模块以波特率 {rate} 应答。</translation>
-    </message>
-    <message>
-        <source>A module that has fired has no parachute left.</source>
-        <translation>已开伞的模块没有可用的降落伞。</translation>
     </message>
     <message>
         <source>A module that is activated while it is tilted fires at once.</source>
@@ -216,10 +220,6 @@
     <message>
         <source>A port that is not in the list: a device, a pseudo-terminal or socket://host:port</source>
         <translation>列表中没有的串口：设备名、伪终端或 socket://主机:端口</translation>
-    </message>
-    <message>
-        <source>A reading that wanders while the aircraft stands still comes from a loose or failing sensor.</source>
-        <translation>飞行器静止时读数漂移，说明传感器松动或失效。</translation>
     </message>
     <message>
         <source>A recording is played.</source>
@@ -246,16 +246,16 @@
         <translation>模块触发、通信中断或重启时发出短促提示音</translation>
     </message>
     <message>
-        <source>A slow answer points to a bad adapter or a busy computer.</source>
-        <translation>应答慢说明适配器不良或电脑繁忙。</translation>
-    </message>
-    <message>
-        <source>A weak cell may not deploy the parachute, and falls further in the cold.</source>
-        <translation>电芯电压过低可能无法开伞，低温时还会进一步下降。</translation>
+        <source>A weak cell may not deploy the parachute.</source>
+        <translation>电芯电压过低可能无法开伞。</translation>
     </message>
     <message>
         <source>A write since was not confirmed.</source>
         <translation>此后有一次写入未得到确认。</translation>
+    </message>
+    <message>
+        <source>A wrong zero fires too early or too late.</source>
+        <translation>零位错误会使触发过早或过晚。</translation>
     </message>
     <message>
         <source>ACTIVE</source>
@@ -474,8 +474,8 @@
         <translation>激活的模块按阈值触发开伞；锁定的模块处于待机状态。</translation>
     </message>
     <message>
-        <source>An active module fires by itself when it tips over or falls; a locked one must be activated.</source>
-        <translation>已激活的模块在倾覆或坠落时自动开伞；锁定的模块须先激活。</translation>
+        <source>An active module fires when it tips over or falls.</source>
+        <translation>激活的模块在倾覆或坠落时会开伞。</translation>
     </message>
     <message>
         <source>An address, or another rate than 115200</source>
@@ -494,12 +494,12 @@
         <translation>程序出错，测试已终止：不保存任何结果。</translation>
     </message>
     <message>
-        <source>An old status says nothing about the module now.</source>
-        <translation>旧状态不能说明模块现在的情况。</translation>
-    </message>
-    <message>
         <source>An unexplained trigger can happen again in flight.</source>
         <translation>原因不明的触发可能在飞行中再次发生。</translation>
+    </message>
+    <message>
+        <source>An unexplained trigger can happen again.</source>
+        <translation>原因不明的触发可能再次发生。</translation>
     </message>
     <message>
         <source>Angle between aircraft and horizontal plane</source>
@@ -604,10 +604,6 @@
     <message>
         <source>At its first visit: continue. Else this computer's records were lost: compare by hand.</source>
         <translation>首次连接时可继续；否则本机的记录已丢失，请人工核对。</translation>
-    </message>
-    <message>
-        <source>At rest the sensor must read 1 g, else free fall is judged wrongly.</source>
-        <translation>静止时传感器必须读 1 g，否则会误判失重。</translation>
     </message>
     <message>
         <source>At which angle does it fire and rearm?</source>
@@ -750,10 +746,6 @@
         <translation>开机次数</translation>
     </message>
     <message>
-        <source>Boot count fits the module</source>
-        <translation>开机次数与模块相符</translation>
-    </message>
-    <message>
         <source>Boot count {before} → {after}.</source>
         <translation>开机次数 {before} → {after}。</translation>
     </message>
@@ -810,12 +802,8 @@
         <translation>CSV…</translation>
     </message>
     <message>
-        <source>Calibrate it with the bay closed and open, and keep it in a profile.</source>
-        <translation>在伞仓关闭和打开时校准，并保存到配置文件。</translation>
-    </message>
-    <message>
-        <source>Calibrate the light threshold on the Settings page.</source>
-        <translation>请在“参数”页面校准光线阈值。</translation>
+        <source>Calibrate the light threshold.</source>
+        <translation>校准光线阈值。</translation>
     </message>
     <message>
         <source>Cancel</source>
@@ -926,8 +914,8 @@
         <translation>充电</translation>
     </message>
     <message>
-        <source>Charge the module, unplug it, wait a minute and check again.</source>
-        <translation>给模块充电，断开外接供电，等一分钟后重新检查。</translation>
+        <source>Charge it, unplug it, wait a minute.</source>
+        <translation>充电，断开外接供电，等一分钟。</translation>
     </message>
     <message>
         <source>Charger</source>
@@ -958,8 +946,8 @@
         <translation>全部检查</translation>
     </message>
     <message>
-        <source>Check cable and power, and check again.</source>
-        <translation>检查线缆和电源后重新检查。</translation>
+        <source>Check cable and power.</source>
+        <translation>检查线缆和电源。</translation>
     </message>
     <message>
         <source>Check its plug and its cell; hold its switch for two seconds to switch it on.</source>
@@ -978,16 +966,8 @@
         <translation>检查插头、线缆和适配器，然后重新测试。</translation>
     </message>
     <message>
-        <source>Check plugs, ground and cable length, and check again.</source>
-        <translation>检查插头、地线和线缆长度后重新检查。</translation>
-    </message>
-    <message>
-        <source>Check power and cable, and check again.</source>
-        <translation>检查电源和线缆后重新检查。</translation>
-    </message>
-    <message>
-        <source>Check ran undisturbed</source>
-        <translation>检查过程未受干扰</translation>
+        <source>Check plugs, ground and cable length.</source>
+        <translation>检查插头、地线和线缆长度。</translation>
     </message>
     <message>
         <source>Check that it is switched on and that TX and RX are crossed; if so, find the rate.</source>
@@ -1090,10 +1070,6 @@
         <translation>请选择模块所接的串口。</translation>
     </message>
     <message>
-        <source>Choose “enable now” (--enable-triggers): only an acknowledged set says how it stands.</source>
-        <translation>选择“立即启用”（--enable-triggers）：只有得到应答的设置才能说明其状态。</translation>
-    </message>
-    <message>
         <source>Choose, arm, then hold for 2 s</source>
         <translation>选择、预备、按住 2 秒</translation>
     </message>
@@ -1138,12 +1114,12 @@
         <translation>关闭伞仓</translation>
     </message>
     <message>
-        <source>Close the bay, then press “Bay is closed”.</source>
-        <translation>关闭伞仓，然后点击“伞仓已关闭”。</translation>
+        <source>Close the bay, or calibrate the light threshold.</source>
+        <translation>关闭伞仓，或校准光线阈值。</translation>
     </message>
     <message>
-        <source>Close the bay; if it is closed, calibrate the light threshold.</source>
-        <translation>关闭伞仓；若已关闭，请校准光线阈值。</translation>
+        <source>Close the bay, then press “Bay is closed”.</source>
+        <translation>关闭伞仓，然后点击“伞仓已关闭”。</translation>
     </message>
     <message>
         <source>Close the port</source>
@@ -1204,10 +1180,6 @@
     <message>
         <source>Compare one profile with every module, then write what differs</source>
         <translation>将一个配置文件与所有模块比较，再写入不同的参数</translation>
-    </message>
-    <message>
-        <source>Compare the settings with the profile and write what differs; or approve them.</source>
-        <translation>将参数与配置文件比较并写入不同之处；或批准现有参数。</translation>
     </message>
     <message>
         <source>Comparison</source>
@@ -1350,8 +1322,8 @@
         <translation>静止（1 g）时也判定为失重：失重时间一到就会开伞。</translation>
     </message>
     <message>
-        <source>DISABLED: acknowledged</source>
-        <translation>已禁用：模块已应答</translation>
+        <source>DISABLED</source>
+        <translation>已禁用</translation>
     </message>
     <message>
         <source>DPS-S Configurator</source>
@@ -1526,16 +1498,12 @@
         <translation>不要更改。</translation>
     </message>
     <message>
-        <source>Do not touch the aircraft meanwhile; check how the module is fixed.</source>
-        <translation>检查期间不要触碰飞行器；检查模块的固定。</translation>
-    </message>
-    <message>
         <source>Do not touch the aircraft.</source>
         <translation>请勿触碰飞行器。</translation>
     </message>
     <message>
-        <source>Do them on the Tests page, with the module named.</source>
-        <translation>填写模块名称后，在“测试”页面进行。</translation>
+        <source>Do not touch the aircraft; check the mounting.</source>
+        <translation>不要触碰飞行器；检查模块的固定。</translation>
     </message>
     <message>
         <source>Does it charge, and only when it is plugged in?</source>
@@ -1626,6 +1594,10 @@
         <translation>每条记录是一句话：何时触发、为何触发，以及当时的参数和读数。不可信的内容会标出，而不会隐藏。</translation>
     </message>
     <message>
+        <source>Earlier values no longer count.</source>
+        <translation>之前的数据不再有效。</translation>
+    </message>
+    <message>
         <source>Echo</source>
         <translation>回显</translation>
     </message>
@@ -1644,6 +1616,10 @@
     <message>
         <source>Enable both triggers and check again</source>
         <translation>启用两种触发并重新检查</translation>
+    </message>
+    <message>
+        <source>Enable it now (--enable-triggers).</source>
+        <translation>立即启用（--enable-triggers）。</translation>
     </message>
     <message>
         <source>Enable now</source>
@@ -1810,8 +1786,8 @@
         <translation>查找模块</translation>
     </message>
     <message>
-        <source>Find out why it fired (Triggers), repack the parachute, lock and restart the module.</source>
-        <translation>查明触发原因（触发记录），重新叠伞，锁定并重启模块。</translation>
+        <source>Find out why (Triggers), repack, lock and restart.</source>
+        <translation>查明原因（触发记录），重新叠伞，锁定并重启。</translation>
     </message>
     <message>
         <source>Find the baud rate at which a module answers. Sends nothing but questions, first at the rate of --baud. Exit code 3 where none answers.</source>
@@ -1876,6 +1852,10 @@
     <message>
         <source>First seen {time}.</source>
         <translation>首次读到：{time}。</translation>
+    </message>
+    <message>
+        <source>First visit: continue. Else compare by hand.</source>
+        <translation>首次连接可继续，否则请人工核对。</translation>
     </message>
     <message>
         <source>Fleet</source>
@@ -2234,10 +2214,6 @@
         <translation>长按开关 2 秒或接通外接供电即可重新开机。</translation>
     </message>
     <message>
-        <source>It decides whether the parachute counts as having left the bay.</source>
-        <translation>用于判断降落伞是否已离开伞仓。</translation>
-    </message>
-    <message>
         <source>It falls for longer than any free-fall time allows.</source>
         <translation>它的坠落时间比可设的任何失重时间都长。</translation>
     </message>
@@ -2250,14 +2226,6 @@
         <translation>已触发。缓慢反向倾斜，回到水平。</translation>
     </message>
     <message>
-        <source>It fires in free fall. The module cannot be asked whether it is enabled.</source>
-        <translation>失重时开伞。是否启用无法向模块查询。</translation>
-    </message>
-    <message>
-        <source>It fires when the aircraft tips over. The module cannot be asked whether it is enabled.</source>
-        <translation>飞行器倾覆时开伞。是否启用无法向模块查询。</translation>
-    </message>
-    <message>
         <source>It has fallen. Leave it there.</source>
         <translation>已落下。请勿移动。</translation>
     </message>
@@ -2268,6 +2236,10 @@
     <message>
         <source>It has more than {count} numbers.</source>
         <translation>超过 {count} 个数值。</translation>
+    </message>
+    <message>
+        <source>It has no parachute left.</source>
+        <translation>已无可用的降落伞。</translation>
     </message>
     <message>
         <source>It has no times; those shown are estimated.</source>
@@ -2410,6 +2382,10 @@
         <translation>模块未静止：2 秒内 {low:.0f}° 至 {high:.0f}°，{weak:.1f} g 至 {strong:.1f} g。</translation>
     </message>
     <message>
+        <source>It only grows; there is no serial number.</source>
+        <translation>只增不减；模块没有序列号。</translation>
+    </message>
+    <message>
         <source>It stays triggered until it is locked: the other directions were not tested.</source>
         <translation>锁定前一直处于触发状态：其他方向未测试。</translation>
     </message>
@@ -2480,6 +2456,10 @@
     <message>
         <source>Judge it on Triggers: bench test, real or false.</source>
         <translation>在“触发记录”页判定：台架测试、真实或误触发。</translation>
+    </message>
+    <message>
+        <source>Judge it on the Triggers page.</source>
+        <translation>在“触发记录”页面判定。</translation>
     </message>
     <message>
         <source>Judge locked times as if active</source>
@@ -2698,8 +2678,8 @@
         <translation>伞仓光线</translation>
     </message>
     <message>
-        <source>Light in the bay means that it is open; without a calibration, that more light reads higher is an assumption.</source>
-        <translation>伞仓内有光说明已打开；未校准时，“光线越强读数越高”只是假定。</translation>
+        <source>Light means open; uncalibrated, this is assumed.</source>
+        <translation>有光说明伞仓打开；未校准时只是假定。</translation>
     </message>
     <message>
         <source>Light mode</source>
@@ -2754,12 +2734,12 @@
         <translation>链路统计及随时间的变化（Alt+3）</translation>
     </message>
     <message>
-        <source>Link: answer time</source>
-        <translation>链路：应答时间</translation>
-    </message>
-    <message>
         <source>Link: loss</source>
         <translation>链路：丢失</translation>
+    </message>
+    <message>
+        <source>Link: response time</source>
+        <translation>链路：响应时间</translation>
     </message>
     <message>
         <source>Links of chains that are not here yet</source>
@@ -2786,12 +2766,12 @@
         <translation>锁定</translation>
     </message>
     <message>
-        <source>Lock the module</source>
-        <translation>锁定模块</translation>
+        <source>Lock it, enable the triggers, activate it again.</source>
+        <translation>先锁定，启用触发，再重新激活。</translation>
     </message>
     <message>
-        <source>Lock the module, enable the triggers with a check, and activate it again.</source>
-        <translation>锁定模块，通过检查启用触发，再重新激活。</translation>
+        <source>Lock the module</source>
+        <translation>锁定模块</translation>
     </message>
     <message>
         <source>Lock this module at once</source>
@@ -2844,10 +2824,6 @@
     <message>
         <source>Look for the module</source>
         <translation>查找该模块</translation>
-    </message>
-    <message>
-        <source>Looking at the triggers</source>
-        <translation>正在检查触发开关</translation>
     </message>
     <message>
         <source>Looking for logs…</source>
@@ -2906,12 +2882,8 @@
         <translation>转入安全</translation>
     </message>
     <message>
-        <source>Make sure which module this is, and name it.</source>
-        <translation>确认是哪个模块并命名。</translation>
-    </message>
-    <message>
-        <source>Making sure that nothing changed</source>
-        <translation>正在确认没有变化</translation>
+        <source>Make sure which module this is.</source>
+        <translation>确认是哪个模块。</translation>
     </message>
     <message>
         <source>Manual check {number}</source>
@@ -3178,8 +3150,12 @@
         <translation>请给模块命名，以保存这些记录。</translation>
     </message>
     <message>
-        <source>Name the module, so that it is known again.</source>
-        <translation>请给模块命名，以便下次识别。</translation>
+        <source>Name the module.</source>
+        <translation>请给模块命名。</translation>
+    </message>
+    <message>
+        <source>Name the module; do them on the Tests page.</source>
+        <translation>命名模块，在“测试”页面进行。</translation>
     </message>
     <message>
         <source>Name, date</source>
@@ -3462,8 +3438,8 @@
         <translation>{adapter} 的第 {number} 条</translation>
     </message>
     <message>
-        <source>Noise at rest can end or fake a free fall.</source>
-        <translation>静止时的噪声可能中断或误报失重。</translation>
+        <source>Noise can end or fake a free fall.</source>
+        <translation>噪声可能中断或误报失重。</translation>
     </message>
     <message>
         <source>Noise of the acceleration</source>
@@ -3706,6 +3682,10 @@
         <translation>正常</translation>
     </message>
     <message>
+        <source>Off 1 g, free fall is misjudged.</source>
+        <translation>偏离 1 g 会误判失重。</translation>
+    </message>
+    <message>
         <source>Offline</source>
         <translation>离线</translation>
     </message>
@@ -3722,12 +3702,12 @@
         <translation>模块中现有</translation>
     </message>
     <message>
-        <source>One code for all settings that can be read: the same settings give the same code on every module.</source>
-        <translation>所有可读参数对应一个代码：参数相同，任何模块上的代码都相同。</translation>
+        <source>One code for all readable settings.</source>
+        <translation>一个代码代表所有可读参数。</translation>
     </message>
     <message>
-        <source>One code stands for all settings that can be read.</source>
-        <translation>一个代码代表所有可读取的参数。</translation>
+        <source>One code for all settings that can be read: the same settings give the same code on every module.</source>
+        <translation>所有可读参数对应一个代码：参数相同，任何模块上的代码都相同。</translation>
     </message>
     <message>
         <source>One column has to be the time: time_s, time_ms or time_us.</source>
@@ -3742,8 +3722,8 @@
         <translation>导出上次全部检查的总报告和每个模块的报告</translation>
     </message>
     <message>
-        <source>Only a test by hand shows that tilt, fall, bay and charger are noticed.</source>
-        <translation>只有手动测试才能证明倾斜、坠落、伞仓和充电都能被检测到。</translation>
+        <source>Only a test by hand proves the sensors.</source>
+        <translation>只有手动测试能证明传感器有效。</translation>
     </message>
     <message>
         <source>Only an active module fires; a locked one is in standby.</source>
@@ -3882,10 +3862,6 @@
         <translation>超出限值：{why}</translation>
     </message>
     <message>
-        <source>Over a bad line a value may be missing or wrong.</source>
-        <translation>线路不良时，数值可能缺失或错误。</translation>
-    </message>
-    <message>
         <source>Over the last {time}: {lanes}; restarts: {restarts}; port lost: {losses}</source>
         <translation>最近 {time}：{lanes}；重启：{restarts}；串口断开：{losses}</translation>
     </message>
@@ -3908,10 +3884,6 @@
     <message>
         <source>Parachute bay</source>
         <translation>伞仓</translation>
-    </message>
-    <message>
-        <source>Parachute bay closed</source>
-        <translation>伞仓已关闭</translation>
     </message>
     <message>
         <source>Parachute bay open</source>
@@ -4166,10 +4138,6 @@
         <translation>证明模块在线。模块上电后自行发送两次，间隔 50 ms。</translation>
     </message>
     <message>
-        <source>Proving the link</source>
-        <translation>正在检验链路</translation>
-    </message>
-    <message>
         <source>Put the module into standby, at once</source>
         <translation>立即使模块进入待机</translation>
     </message>
@@ -4258,10 +4226,6 @@
         <translation>读取记录</translation>
     </message>
     <message>
-        <source>Read the settings, write what is wrong, and check again. If it changes again, do not fly.</source>
-        <translation>读取参数，改正后重新检查。若再次变化，禁止飞行。</translation>
-    </message>
-    <message>
         <source>Read the trigger records</source>
         <translation>读取触发记录</translation>
     </message>
@@ -4270,20 +4234,12 @@
         <translation>读取触发记录，直到两次读取一致为止。不一致或模块不应答时退出码为 4。</translation>
     </message>
     <message>
-        <source>Read twice: the same</source>
-        <translation>两次读取一致</translation>
-    </message>
-    <message>
         <source>Read with these columns</source>
         <translation>按这些列读取</translation>
     </message>
     <message>
         <source>Reading</source>
         <translation>规则解读</translation>
-    </message>
-    <message>
-        <source>Reading cell, charge and light</source>
-        <translation>正在读取电芯、充电和光线</translation>
     </message>
     <message>
         <source>Reading logs: {done} of {total}</source>
@@ -4304,10 +4260,6 @@
     <message>
         <source>Reading the module again…</source>
         <translation>正在重新读取模块…</translation>
-    </message>
-    <message>
-        <source>Reading the settings</source>
-        <translation>正在读取参数</translation>
     </message>
     <message>
         <source>Reading the trigger records</source>
@@ -4558,6 +4510,10 @@
         <translation>参数相同则校验码相同</translation>
     </message>
     <message>
+        <source>Same when read twice</source>
+        <translation>两次读取一致</translation>
+    </message>
+    <message>
         <source>Same: “{name}”</source>
         <translation>同一个：“{name}”</translation>
     </message>
@@ -4754,8 +4710,8 @@
         <translation>仅读到一次，未确认：{sentence}</translation>
     </message>
     <message>
-        <source>Send no commands meanwhile, and check again.</source>
-        <translation>检查期间不要发送命令，然后重新检查。</translation>
+        <source>Send no commands during the check.</source>
+        <translation>检查期间不要发送命令。</translation>
     </message>
     <message>
         <source>Send nothing</source>
@@ -4834,16 +4790,16 @@
         <translation>放平并重新检查</translation>
     </message>
     <message>
+        <source>Set it down; if it stays, do not fly.</source>
+        <translation>放下飞行器；若仍如此，禁止飞行。</translation>
+    </message>
+    <message>
         <source>Set it level, and do not touch it.</source>
         <translation>水平放置，请勿触碰。</translation>
     </message>
     <message>
         <source>Set it to the reading with the bay fully open.</source>
         <translation>设置为伞仓完全打开时的读数。</translation>
-    </message>
-    <message>
-        <source>Set the aircraft down and check again; if it stays, the sensor is faulty: do not fly.</source>
-        <translation>放下飞行器后重新检查；若仍如此，传感器有故障：禁止飞行。</translation>
     </message>
     <message>
         <source>Set the aircraft level</source>
@@ -4854,8 +4810,8 @@
         <translation>把飞行器放平，不要触碰。</translation>
     </message>
     <message>
-        <source>Set the aircraft level. If it is level, correct the mounting and zero the sensor.</source>
-        <translation>将飞行器放平。若已放平，请校正安装并将传感器置零。</translation>
+        <source>Set the aircraft level, or zero the sensor.</source>
+        <translation>放平飞行器，或将传感器置零。</translation>
     </message>
     <message>
         <source>Set the latency timer to 1 ms in the settings of the adapter's driver (port, advanced).</source>
@@ -5002,6 +4958,10 @@
         <translation>跳过则禁止飞行</translation>
     </message>
     <message>
+        <source>Slow: bad adapter or busy computer.</source>
+        <translation>响应慢：适配器不良或电脑繁忙。</translation>
+    </message>
+    <message>
         <source>Slowest answer</source>
         <translation>最慢应答</translation>
     </message>
@@ -5126,8 +5086,8 @@
         <translation>状态</translation>
     </message>
     <message>
-        <source>Status is current</source>
-        <translation>状态数据有效</translation>
+        <source>Status age</source>
+        <translation>状态时效</translation>
     </message>
     <message>
         <source>Status reports a second</source>
@@ -5138,8 +5098,8 @@
         <translation>第 {number} 步：{name}</translation>
     </message>
     <message>
-        <source>Stop motors and fans, do not touch the aircraft, and check again.</source>
-        <translation>停止电机和风扇，不要触碰飞行器，然后重新检查。</translation>
+        <source>Stop motors and fans.</source>
+        <translation>停止电机和风扇。</translation>
     </message>
     <message>
         <source>Stop playing</source>
@@ -5250,6 +5210,10 @@
         <translation>判断飞行前检查记录是否被修改、何处被修改、由谁签名以及内容是否一致。仅当记录完好且由已知站点签名时退出码为 0。</translation>
     </message>
     <message>
+        <source>Tells an open bay from a closed one.</source>
+        <translation>用于区分伞仓打开与关闭。</translation>
+    </message>
+    <message>
         <source>Test again</source>
         <translation>重新测试</translation>
     </message>
@@ -5286,10 +5250,6 @@
         <translation>地址格式应为 {example}；密码中的 / @ ? # 须写作 %2F %40 %3F %23。</translation>
     </message>
     <message>
-        <source>The angle at which it fires: too small fires in a turn, too large too late.</source>
-        <translation>开伞角度：过小转弯时会触发，过大则触发太晚。</translation>
-    </message>
-    <message>
         <source>The angle of the threshold itself fires; the acceleration of the threshold itself is no fall.</source>
         <translation>角度等于阈值即触发；加速度等于阈值不算失重。</translation>
     </message>
@@ -5304,10 +5264,6 @@
     <message>
         <source>The attitude threshold is not known: read the settings first.</source>
         <translation>姿态开伞阈值未知：请先读取参数。</translation>
-    </message>
-    <message>
-        <source>The attitude trigger counts from level; a wrong zero fires early on one side and late on the other.</source>
-        <translation>姿态触发以水平为基准；零位错误会使一侧过早、另一侧过晚触发。</translation>
     </message>
     <message>
         <source>The audit log cannot be written, so nothing dangerous is sent.</source>
@@ -5336,6 +5292,10 @@
     <message>
         <source>The charge state could not be read.</source>
         <translation>无法读取充电状态。</translation>
+    </message>
+    <message>
+        <source>The charger hides the cell's voltage.</source>
+        <translation>充电时读到的不是电芯电压。</translation>
     </message>
     <message>
         <source>The check was not kept.</source>
@@ -5518,8 +5478,8 @@
         <translation>该测试要求模块锁定，但模块已变为激活状态。</translation>
     </message>
     <message>
-        <source>The module becomes ready: from then on it fires by itself when it tips over or falls.</source>
-        <translation>模块进入激活状态：此后翻倒或坠落时会自动开伞。</translation>
+        <source>The module cannot say whether it is enabled.</source>
+        <translation>模块无法报告其是否启用。</translation>
     </message>
     <message>
         <source>The module did not accept it.</source>
@@ -5560,10 +5520,6 @@
     <message>
         <source>The module has no serial number: name it once, and it is known again</source>
         <translation>模块没有序列号：命名一次，下次即可识别</translation>
-    </message>
-    <message>
-        <source>The module has no serial number; its boot count only grows.</source>
-        <translation>模块没有序列号；开机次数只增不减。</translation>
     </message>
     <message>
         <source>The module has not reported its status yet.</source>
@@ -6102,6 +6058,10 @@
         <translation>置零后倾角</translation>
     </message>
     <message>
+        <source>Tilt and acceleration</source>
+        <translation>倾角和加速度</translation>
+    </message>
+    <message>
         <source>Tilt at rest</source>
         <translation>静止倾角</translation>
     </message>
@@ -6226,8 +6186,12 @@
         <translation>伞仓打开时的读数太少：请重新测量。</translation>
     </message>
     <message>
-        <source>Too high fires in a descent, too low detects no fall.</source>
-        <translation>过高下降时会触发，过低则检测不到失重。</translation>
+        <source>Too high fires in a descent, too low never.</source>
+        <translation>过高下降时会触发，过低不触发。</translation>
+    </message>
+    <message>
+        <source>Too low fires in a turn, too high too late.</source>
+        <translation>过小转弯时会触发，过大则太晚。</translation>
     </message>
     <message>
         <source>Too short fires falsely, too long costs height.</source>
@@ -6362,8 +6326,8 @@
         <translation>未知站点：已签名，但签名站点不在已知列表中。</translation>
     </message>
     <message>
-        <source>UNSIGNED: {missing}.</source>
-        <translation>未签署：{missing}。</translation>
+        <source>UNSIGNED, missing: {missing}.</source>
+        <translation>未签署，缺少：{missing}。</translation>
     </message>
     <message>
         <source>Unclear: test again</source>
@@ -6376,6 +6340,10 @@
     <message>
         <source>Under the other reading ({reading}) it would not fire.</source>
         <translation>按另一种解读（{reading}），没有触发。</translation>
+    </message>
+    <message>
+        <source>Undisturbed</source>
+        <translation>未受干扰</translation>
     </message>
     <message>
         <source>Undo</source>
@@ -6430,10 +6398,6 @@
         <translation>再次断开外接供电。</translation>
     </message>
     <message>
-        <source>Unplug the external power and check again.</source>
-        <translation>断开外接供电后重新检查。</translation>
-    </message>
-    <message>
         <source>Unplug the external power.</source>
         <translation>断开外接供电。</translation>
     </message>
@@ -6466,8 +6430,8 @@
         <translation>请换一根 USB 线和另一个 USB 口，不要经过集线器。</translation>
     </message>
     <message>
-        <source>Use another adapter or USB socket; close other programs.</source>
-        <translation>换用其他适配器或 USB 口；关闭其他程序。</translation>
+        <source>Use another adapter or USB socket.</source>
+        <translation>换用其他适配器或 USB 口。</translation>
     </message>
     <message>
         <source>Use in Settings</source>
@@ -6538,10 +6502,6 @@
         <translation>警告：{count}</translation>
     </message>
     <message>
-        <source>Watching tilt and acceleration for two seconds</source>
-        <translation>正在观察倾角和加速度，持续两秒</translation>
-    </message>
-    <message>
         <source>What a person checks</source>
         <translation>由人检查的内容</translation>
     </message>
@@ -6550,8 +6510,8 @@
         <translation>把人在工作台上能对真实模块做的事，用在模拟模块上。</translation>
     </message>
     <message>
-        <source>What changes by itself, or when something else is set, cannot be relied on.</source>
-        <translation>自行变化或随其他参数变化的参数不可信赖。</translation>
+        <source>What changes by itself is unreliable.</source>
+        <translation>自行变化的参数不可信赖。</translation>
     </message>
     <message>
         <source>What has the keyboard?</source>
@@ -6620,10 +6580,6 @@
     <message>
         <source>What was read cannot be written: {error}.</source>
         <translation>读到的内容无法写出：{error}。</translation>
-    </message>
-    <message>
-        <source>What was seen before a restart or a break says nothing about the module now.</source>
-        <translation>重启或中断之前看到的情况不能说明模块现在的状态。</translation>
     </message>
     <message>
         <source>What went over the line last</source>
@@ -6706,10 +6662,6 @@
         <translation>无线延迟</translation>
     </message>
     <message>
-        <source>With external power the voltage that is read is not the cell's.</source>
-        <translation>接有外接供电时，读到的不是电芯电压。</translation>
-    </message>
-    <message>
         <source>With several ports no --module: it is the name of one.</source>
         <translation>指定多个串口时不能使用 --module：它是一个模块的名称。</translation>
     </message>
@@ -6786,6 +6738,14 @@
         <translation>在“参数设置”中写入，直到显示已验证。</translation>
     </message>
     <message>
+        <source>Write it on the Settings page.</source>
+        <translation>在“参数设置”页面写入。</translation>
+    </message>
+    <message>
+        <source>Write the settings again; if they change, do not fly.</source>
+        <translation>重新写入参数；若再次变化，禁止飞行。</translation>
+    </message>
+    <message>
         <source>Write to 1 module</source>
         <translation>写入 1 个模块</translation>
     </message>
@@ -6796,6 +6756,10 @@
     <message>
         <source>Write to {port} timed out: the adapter or its driver hangs.</source>
         <translation>写入 {port} 超时：适配器或其驱动程序无响应。</translation>
+    </message>
+    <message>
+        <source>Write what differs from the profile, or approve.</source>
+        <translation>写入与配置文件不同之处，或批准。</translation>
     </message>
     <message>
         <source>Write what is ticked to the module and read it back</source>
@@ -6918,10 +6882,6 @@
         <translation>静止的传感器不会有更大的漂移</translation>
     </message>
     <message>
-        <source>above the threshold, {limit}</source>
-        <translation>高于阈值 {limit}</translation>
-    </message>
-    <message>
         <source>acceleration, 0.1 g</source>
         <translation>加速度，0.1 g</translation>
     </message>
@@ -7010,6 +6970,10 @@
         <translation>另有 {count} 项</translation>
     </message>
     <message>
+        <source>another module?</source>
+        <translation>是另一个模块吗？</translation>
+    </message>
+    <message>
         <source>answer</source>
         <translation>应答</translation>
     </message>
@@ -7034,24 +6998,8 @@
         <translation>等于伞仓打开时的读数</translation>
     </message>
     <message>
-        <source>at 0 no fall is detected, close to 1 g it fires in a descent</source>
-        <translation>为 0 时检测不到失重，接近 1 g 时下降中会开伞</translation>
-    </message>
-    <message>
-        <source>at 0 the bay is never dark</source>
-        <translation>为 0 时伞仓永远不算暗</translation>
-    </message>
-    <message>
-        <source>at an unknown time</source>
-        <translation>时间未知</translation>
-    </message>
-    <message>
         <source>at least {count}</source>
         <translation>至少 {count}</translation>
-    </message>
-    <message>
-        <source>at least {limit}</source>
-        <translation>不低于 {limit}</translation>
     </message>
     <message>
         <source>at most {angle:.0f}°</source>
@@ -7060,22 +7008,6 @@
     <message>
         <source>at most {count} characters</source>
         <translation>最多 {count} 个字符</translation>
-    </message>
-    <message>
-        <source>at most {limit}</source>
-        <translation>不超过 {limit}</translation>
-    </message>
-    <message>
-        <source>at most {lost} of {sent} heartbeats lost, no damaged bytes</source>
-        <translation>{sent} 次心跳最多丢失 {lost} 次，无损坏字节</translation>
-    </message>
-    <message>
-        <source>at most {milliseconds} ms</source>
-        <translation>不超过 {milliseconds} ms</translation>
-    </message>
-    <message>
-        <source>at most {seconds} s old at the end</source>
-        <translation>结束时不早于 {seconds} 秒前</translation>
     </message>
     <message>
         <source>at rest it is 1 g</source>
@@ -7138,10 +7070,6 @@
         <translation>未确认的写入之前</translation>
     </message>
     <message>
-        <source>before and after the measuring the same</source>
-        <translation>测量前后一致</translation>
-    </message>
-    <message>
         <source>before the link was lost</source>
         <translation>通信中断之前</translation>
     </message>
@@ -7164,18 +7092,6 @@
     <message>
         <source>below 3.5 V a lithium cell is nearly empty; above 4.2 V none is</source>
         <translation>低于 3.5 V 时锂电芯几乎耗尽；没有电芯高于 4.2 V</translation>
-    </message>
-    <message>
-        <source>below it a bump fires</source>
-        <translation>更短时颠簸会触发开伞</translation>
-    </message>
-    <message>
-        <source>below it a turn fires, above it an aircraft on its side goes undetected</source>
-        <translation>更小时转弯会触发开伞，更大时检测不到飞行器侧翻</translation>
-    </message>
-    <message>
-        <source>below the threshold, {limit}</source>
-        <translation>低于阈值 {limit}</translation>
     </message>
     <message>
         <source>below {g} g for {time} s</source>
@@ -7226,10 +7142,6 @@
         <translation>无法读取</translation>
     </message>
     <message>
-        <source>cannot be read, and no acknowledged set since the last start is known</source>
-        <translation>无法读取，且本次开机后没有已知的已应答的设置</translation>
-    </message>
-    <message>
         <source>cannot be read: unknown after the restart</source>
         <translation>无法读取：重启后未知</translation>
     </message>
@@ -7248,10 +7160,6 @@
     <message>
         <source>changed</source>
         <translation>已变化</translation>
-    </message>
-    <message>
-        <source>changed while it was watched</source>
-        <translation>观察期间发生变化</translation>
     </message>
     <message>
         <source>charge state unknown</source>
@@ -7298,6 +7206,10 @@
         <translation>命令</translation>
     </message>
     <message>
+        <source>computer slept</source>
+        <translation>计算机曾休眠</translation>
+    </message>
+    <message>
         <source>connect to a built-in simulated module</source>
         <translation>连接内置的模拟模块</translation>
     </message>
@@ -7330,16 +7242,8 @@
         <translation>中断</translation>
     </message>
     <message>
-        <source>damaged bytes</source>
-        <translation>有损坏字节</translation>
-    </message>
-    <message>
         <source>damaged data left out</source>
         <translation>损坏的数据已略去</translation>
-    </message>
-    <message>
-        <source>darker than the light threshold</source>
-        <translation>暗于光线阈值</translation>
     </message>
     <message>
         <source>days after which a check is due; default {days}</source>
@@ -7426,16 +7330,16 @@
         <translation>启用失重触发</translation>
     </message>
     <message>
-        <source>enabled, acknowledged since the last start</source>
-        <translation>已启用，且本次开机后得到应答</translation>
+        <source>enabled</source>
+        <translation>已启用</translation>
     </message>
     <message>
-        <source>enabled: acknowledged</source>
-        <translation>已启用：模块已应答</translation>
+        <source>enabled since the last start</source>
+        <translation>本次开机后已启用</translation>
     </message>
     <message>
-        <source>enabled: acknowledged {age} ago, same start of the module (audit log, entry {entry})</source>
-        <translation>已启用：{age} 前模块已应答，此后模块未重启（操作记录第 {entry} 条）</translation>
+        <source>enabled {age} ago (audit log, entry {entry})</source>
+        <translation>{age} 前已启用（操作记录第 {entry} 条）</translation>
     </message>
     <message>
         <source>end after S seconds of the stream</source>
@@ -7446,12 +7350,12 @@
         <translation>以 .csv（表格）、.mcap（PlotJuggler、Foxglove）或 .dpscap（抓包文件）结尾</translation>
     </message>
     <message>
-        <source>everything that was recorded of this module</source>
-        <translation>这个模块的全部记录</translation>
+        <source>entries</source>
+        <translation>填写内容</translation>
     </message>
     <message>
-        <source>exactly {limit}</source>
-        <translation>等于 {limit}</translation>
+        <source>everything that was recorded of this module</source>
+        <translation>这个模块的全部记录</translation>
     </message>
     <message>
         <source>exchange with a server</source>
@@ -7540,14 +7444,6 @@
     <message>
         <source>fit to fly</source>
         <translation>已激活，检查全部通过</translation>
-    </message>
-    <message>
-        <source>follows that of the named module</source>
-        <translation>与所命名模块的次数相接</translation>
-    </message>
-    <message>
-        <source>follows that of {module} before</source>
-        <translation>接续 {module} 以前的开机次数</translation>
     </message>
     <message>
         <source>for example freefall_time_s=1.6</source>
@@ -7646,16 +7542,12 @@
         <translation>%(type)s 的值无效：%(value)r</translation>
     </message>
     <message>
+        <source>invalid bytes</source>
+        <translation>有无效字节</translation>
+    </message>
+    <message>
         <source>invalid choice: %(value)r (choose from %(choices)s)</source>
         <translation>无效的选择：%(value)r（可选：%(choices)s）</translation>
-    </message>
-    <message>
-        <source>it could not be read again</source>
-        <translation>无法重新读取</translation>
-    </message>
-    <message>
-        <source>it did not come to its end</source>
-        <translation>检查没有完成</translation>
     </message>
     <message>
         <source>it holds what no record holds</source>
@@ -7842,6 +7734,10 @@
         <translation>模块已锁定</translation>
     </message>
     <message>
+        <source>module not named</source>
+        <translation>模块未命名</translation>
+    </message>
+    <message>
         <source>module shuts down</source>
         <translation>模块即将关机</translation>
     </message>
@@ -7874,20 +7770,8 @@
         <translation>否</translation>
     </message>
     <message>
-        <source>no aircraft</source>
-        <translation>未填飞行器</translation>
-    </message>
-    <message>
-        <source>no answer to the query for trigger records</source>
-        <translation>触发记录查询无应答</translation>
-    </message>
-    <message>
         <source>no answer within {seconds:.2f} s, asked {n} times</source>
         <translation>{seconds:.2f} 秒内无应答，共询问 {n} 次</translation>
-    </message>
-    <message>
-        <source>no answer; a person says that it never fired</source>
-        <translation>无应答；人工确认从未触发</translation>
     </message>
     <message>
         <source>no cause stated</source>
@@ -7896,6 +7780,10 @@
     <message>
         <source>no data</source>
         <translation>无数据</translation>
+    </message>
+    <message>
+        <source>no earlier visit</source>
+        <translation>没有历史记录</translation>
     </message>
     <message>
         <source>no external power</source>
@@ -7914,8 +7802,8 @@
         <translation>无帧头</translation>
     </message>
     <message>
-        <source>no module</source>
-        <translation>未填模块</translation>
+        <source>no interruption</source>
+        <translation>无中断</translation>
     </message>
     <message>
         <source>no name</source>
@@ -7974,10 +7862,6 @@
         <translation>漏触发</translation>
     </message>
     <message>
-        <source>no two readings agreed</source>
-        <translation>多次读取结果不一致</translation>
-    </message>
-    <message>
         <source>no: locked, in standby</source>
         <translation>否：已锁定，待机</translation>
     </message>
@@ -7986,16 +7870,8 @@
         <translation>无</translation>
     </message>
     <message>
-        <source>none approved yet</source>
-        <translation>尚无已批准的代码</translation>
-    </message>
-    <message>
-        <source>none demanded</source>
-        <translation>无要求</translation>
-    </message>
-    <message>
-        <source>none done yet</source>
-        <translation>尚未进行</translation>
+        <source>none approved</source>
+        <translation>尚未批准</translation>
     </message>
     <message>
         <source>none set</source>
@@ -8034,10 +7910,6 @@
         <translation>水平时仍未复位</translation>
     </message>
     <message>
-        <source>not before {count}, where {module} was last</source>
-        <translation>不小于 {module} 上次的 {count}</translation>
-    </message>
-    <message>
         <source>not charging</source>
         <translation>未充电</translation>
     </message>
@@ -8048,14 +7920,6 @@
     <message>
         <source>not connected</source>
         <translation>未连接</translation>
-    </message>
-    <message>
-        <source>not enabled: {why}</source>
-        <translation>未启用：{why}</translation>
-    </message>
-    <message>
-        <source>not everything was answered both times</source>
-        <translation>两次读取中有内容未应答</translation>
     </message>
     <message>
         <source>not in the profile</source>
@@ -8088,6 +7952,10 @@
     <message>
         <source>not read</source>
         <translation>未读取</translation>
+    </message>
+    <message>
+        <source>not read again</source>
+        <translation>无法重新读取</translation>
     </message>
     <message>
         <source>not read yet</source>
@@ -8130,6 +7998,10 @@
         <translation>未发送：{why}</translation>
     </message>
     <message>
+        <source>not set since the last start</source>
+        <translation>本次开机后尚未设置</translation>
+    </message>
+    <message>
         <source>not sorted</source>
         <translation>未分类</translation>
     </message>
@@ -8152,10 +8024,6 @@
     <message>
         <source>nothing due</source>
         <translation>没有到期事项</translation>
-    </message>
-    <message>
-        <source>nothing happens to the module or the link meanwhile</source>
-        <translation>检查期间模块和链路无异常</translation>
     </message>
     <message>
         <source>now</source>
@@ -8194,8 +8062,8 @@
         <translation>以下参数必须给出一个：%s</translation>
     </message>
     <message>
-        <source>only {count} reports came in two seconds</source>
-        <translation>两秒内只收到 {count} 次状态</translation>
+        <source>only {count} reports in 2 s</source>
+        <translation>2 秒内只收到 {count} 次状态</translation>
     </message>
     <message>
         <source>open the window</source>
@@ -8212,6 +8080,10 @@
     <message>
         <source>options</source>
         <translation>选项</translation>
+    </message>
+    <message>
+        <source>other trigger records, another module?</source>
+        <translation>触发记录不同，是另一个模块吗？</translation>
     </message>
     <message>
         <source>over {value}°</source>
@@ -8324,6 +8196,10 @@
     <message>
         <source>read {time} ago</source>
         <translation>{time}前读取</translation>
+    </message>
+    <message>
+        <source>readings differ</source>
+        <translation>多次读取不一致</translation>
     </message>
     <message>
         <source>real</source>
@@ -8594,10 +8470,6 @@
         <translation>命令名，或 record</translation>
     </message>
     <message>
-        <source>the computer slept</source>
-        <translation>计算机曾休眠</translation>
-    </message>
-    <message>
         <source>the file is too long for a capture</source>
         <translation>文件太长，不是抓包文件</translation>
     </message>
@@ -8638,14 +8510,6 @@
         <translation>模块应答：在线</translation>
     </message>
     <message>
-        <source>the module changed</source>
-        <translation>模块状态已改变</translation>
-    </message>
-    <message>
-        <source>the module did not answer when it was enabled</source>
-        <translation>启用时模块没有应答</translation>
-    </message>
-    <message>
         <source>the module does not answer</source>
         <translation>模块无应答</translation>
     </message>
@@ -8654,16 +8518,8 @@
         <translation>模块对同一询问给出不同的应答</translation>
     </message>
     <message>
-        <source>the module has no name</source>
-        <translation>模块没有名称</translation>
-    </message>
-    <message>
         <source>the module held it at first and then changed it by itself</source>
         <translation>模块起初保存了该值，随后自行更改</translation>
-    </message>
-    <message>
-        <source>the module is ACTIVE, and nothing is written then</source>
-        <translation>模块已激活，此时不写入参数</translation>
     </message>
     <message>
         <source>the module keeps another value than the one that was sent</source>
@@ -8678,10 +8534,6 @@
         <translation>模块拒绝了，保留原值</translation>
     </message>
     <message>
-        <source>the module refused to enable it</source>
-        <translation>模块拒绝启用</translation>
-    </message>
-    <message>
         <source>the module restarted</source>
         <translation>模块已重启</translation>
     </message>
@@ -8694,10 +8546,6 @@
         <translation>模块仍以原波特率应答</translation>
     </message>
     <message>
-        <source>the module stopped answering</source>
-        <translation>模块停止应答</translation>
-    </message>
-    <message>
         <source>the name of the port is empty</source>
         <translation>串口名为空</translation>
     </message>
@@ -8708,10 +8556,6 @@
     <message>
         <source>the name, the beginning of it, or latest</source>
         <translation>名称、名称的开头部分，或 latest（最新的）</translation>
-    </message>
-    <message>
-        <source>the port was lost</source>
-        <translation>串口断开</translation>
     </message>
     <message>
         <source>the port was lost; it may have been carried out</source>
@@ -8750,7 +8594,7 @@
         <translation>一致</translation>
     </message>
     <message>
-        <source>the same throughout; GO needs it active</source>
+        <source>the same throughout; GO: active</source>
         <translation>检查期间不变；激活后才可以飞行</translation>
     </message>
     <message>
@@ -8860,10 +8704,6 @@
     <message>
         <source>to the right</source>
         <translation>向右</translation>
-    </message>
-    <message>
-        <source>today</source>
-        <translation>今天</translation>
     </message>
     <message>
         <source>too high</source>
@@ -8978,10 +8818,6 @@
         <translation>曾激活</translation>
     </message>
     <message>
-        <source>what is entered here</source>
-        <translation>此处填写的内容</translation>
-    </message>
-    <message>
         <source>what the one module is called</source>
         <translation>该模块的名称</translation>
     </message>
@@ -8996,10 +8832,6 @@
     <message>
         <source>who says so</source>
         <translation>确认人</translation>
-    </message>
-    <message>
-        <source>within {limit} over two seconds</source>
-        <translation>两秒内变化不超过 {limit}</translation>
     </message>
     <message>
         <source>without a screen</source>
@@ -9084,10 +8916,6 @@
     <message>
         <source>{check}: judged {measured}, read {read}</source>
         <translation>{check}：判定值 {measured}，读取值 {read}</translation>
-    </message>
-    <message>
-        <source>{code}, approved</source>
-        <translation>已批准的 {code}</translation>
     </message>
     <message>
         <source>{count} NOT as set: see the red rows.</source>
@@ -9234,32 +9062,8 @@
         <translation>{count} 项已写入且回读一致：已验证。</translation>
     </message>
     <message>
-        <source>{count}, but its trigger records are others: is it the same module?</source>
-        <translation>{count}，但触发记录不同：是同一个模块吗？</translation>
-    </message>
-    <message>
         <source>{count}, {own} of them of this station</source>
         <translation>{count} 条，其中本站点 {own} 条</translation>
-    </message>
-    <message>
-        <source>{count}: is it the same module?</source>
-        <translation>{count}：是同一个模块吗？</translation>
-    </message>
-    <message>
-        <source>{count}; a person says that it is</source>
-        <translation>{count}；人员确认是该模块</translation>
-    </message>
-    <message>
-        <source>{count}; no memory of this module</source>
-        <translation>{count}；没有该模块的历史记录</translation>
-    </message>
-    <message>
-        <source>{count}; the module has no name</source>
-        <translation>{count}；模块尚未命名</translation>
-    </message>
-    <message>
-        <source>{days:.0f} days ago</source>
-        <translation>{days:.0f} 天前</translation>
     </message>
     <message>
         <source>{degrees}° above the threshold</source>
@@ -9354,8 +9158,8 @@
         <translation>{light:.1f} V，余量 {margin:.1f} V</translation>
     </message>
     <message>
-        <source>{limit}, softer than advised: {advised}</source>
-        <translation>{limit}，比建议宽松：{advised}</translation>
+        <source>{limit}, advised {advised}</source>
+        <translation>{limit}，建议 {advised}</translation>
     </message>
     <message>
         <source>{lost} of {asked}</source>
@@ -9366,8 +9170,8 @@
         <translation>{lost} / {sent}</translation>
     </message>
     <message>
-        <source>{lost} of {sent} lost, {bytes} damaged bytes</source>
-        <translation>{sent} 次中丢失 {lost} 次，损坏字节 {bytes} 个</translation>
+        <source>{lost} of {sent} lost, {bytes} invalid bytes</source>
+        <translation>{sent} 次中丢失 {lost} 次，无效字节 {bytes} 个</translation>
     </message>
     <message>
         <source>{low:.0f}° to {high:.0f}°</source>
@@ -9542,12 +9346,8 @@
         <translation>{name}：{why}。</translation>
     </message>
     <message>
-        <source>{new} new since the last good check, {total} in all</source>
-        <translation>自上次通过检查后新增 {new} 条，共 {total} 条</translation>
-    </message>
-    <message>
-        <source>{new} of {total}, and no earlier good check knows them</source>
-        <translation>{total} 条中有 {new} 条，此前通过的检查没有记录过它们</translation>
+        <source>{new} new of {total}</source>
+        <translation>{total} 条中有 {new} 条新记录</translation>
     </message>
     <message>
         <source>{n} ({percent})</source>
@@ -9662,10 +9462,6 @@
         <translation>{reading}：{what}</translation>
     </message>
     <message>
-        <source>{reason}: {what}</source>
-        <translation>{reason}：{what}</translation>
-    </message>
-    <message>
         <source>{rows} rows</source>
         <translation>{rows} 行</translation>
     </message>
@@ -9730,28 +9526,12 @@
         <translation>{setting}：{why}。</translation>
     </message>
     <message>
-        <source>{slowest} ms at most, {median} ms usually</source>
-        <translation>最慢 {slowest} ms，通常 {median} ms</translation>
-    </message>
-    <message>
-        <source>{test} FAILED {when}</source>
-        <translation>{test}{when}不通过</translation>
-    </message>
-    <message>
-        <source>{test} never</source>
-        <translation>{test}从未进行</translation>
-    </message>
-    <message>
-        <source>{test} unclear {when}</source>
-        <translation>{test}{when}不明确</translation>
+        <source>{slowest:.1f} ms, median {median:.1f} ms</source>
+        <translation>{slowest:.1f} ms，中位数 {median:.1f} ms</translation>
     </message>
     <message>
         <source>{test} within {days} days</source>
         <translation>{test}在 {days} 天内</translation>
-    </message>
-    <message>
-        <source>{test} {when}</source>
-        <translation>{test}{when}</translation>
     </message>
     <message>
         <source>{text} (implausible)</source>
@@ -9816,14 +9596,6 @@
     <message>
         <source>{title}: not measured yet</source>
         <translation>{title}：尚未测量</translation>
-    </message>
-    <message>
-        <source>{total}, none new</source>
-        <translation>{total} 条，没有新记录</translation>
-    </message>
-    <message>
-        <source>{total}, reviewed by a person now</source>
-        <translation>{total} 条，已由人员查看</translation>
     </message>
     <message>
         <source>{used} used. Up to {size} or {days} days; then the oldest go to the trash.</source>
@@ -9914,6 +9686,10 @@
         <translation>{value} 位于两个步进值之间；最近的是 {low} 和 {high}</translation>
     </message>
     <message>
+        <source>{value}, confirmed by a person</source>
+        <translation>{value}，已由人员确认</translation>
+    </message>
+    <message>
         <source>{value}, {fault}</source>
         <translation>{value}，{fault}</translation>
     </message>
@@ -9966,10 +9742,6 @@
         <translation>{verdict}（已作废）</translation>
     </message>
     <message>
-        <source>{verdict}: {meaning}</source>
-        <translation>{verdict}：{meaning}</translation>
-    </message>
-    <message>
         <source>{voltage} ({fault})</source>
         <translation>{voltage}（{fault}）</translation>
     </message>
@@ -9978,16 +9750,8 @@
         <translation>{voltage} 不可信</translation>
     </message>
     <message>
-        <source>{voltage} is more than any lithium cell has</source>
-        <translation>{voltage} 高于任何锂电芯的电压</translation>
-    </message>
-    <message>
-        <source>{voltage} is the charging voltage</source>
-        <translation>{voltage} 是充电电压</translation>
-    </message>
-    <message>
-        <source>{voltage}, or the charger's</source>
-        <translation>{voltage}，也可能是充电器的电压</translation>
+        <source>{voltage} may be the charger's</source>
+        <translation>{voltage} 可能是充电器的电压</translation>
     </message>
     <message>
         <source>{voltage}: implausible for one cell</source>
@@ -10042,10 +9806,6 @@
     <message>
         <source>{what}, {seconds:.1f} s before control was lost</source>
         <translation>{what}，失控前 {seconds:.1f} s</translation>
-    </message>
-    <message>
-        <source>{what}: {before}, then {after}</source>
-        <translation>{what}：先为 {before}，后为 {after}</translation>
     </message>
     <message>
         <source>{what}: {percent} %</source>
@@ -10134,6 +9894,10 @@
     <message>
         <source>−{seconds} s</source>
         <translation>−{seconds} 秒</translation>
+    </message>
+    <message>
+        <source>≥ last visit</source>
+        <translation>≥ 上次连接</translation>
     </message>
     <message>
         <source>▼ module restarted   ■ port lost</source>

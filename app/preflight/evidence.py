@@ -24,12 +24,12 @@ class Disturbance(Enum):
     """Why a check is void; the value is English, translatable."""
 
     INTERRUPTED = marked("interrupted")
-    DISCONNECTED = marked("the port was lost")
-    SILENT = marked("the module stopped answering")
+    DISCONNECTED = marked("port lost")
+    SILENT = marked("no reply")
     RESTARTED = marked("the module restarted")
-    SLEPT = marked("the computer slept")
-    CHANGED = marked("the module changed")
-    UNREAD = marked("it could not be read again")
+    SLEPT = marked("computer slept")
+    CHANGED = marked("changed")
+    UNREAD = marked("not read again")
     TOO_OLD = marked("too old")
 
 

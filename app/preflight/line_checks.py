@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Final, NamedTuple
 
-from app.limits.out_of_limits import bay_outside, cell_outside
+from app.limits.out_of_limits import OutOfLimit, bay_outside, cell_outside
 from app.preflight.evidence import HEARTBEATS, STILL_S, Trial
 from app.preflight.findings import NO, YES, Case, Check, CheckResult, Finding, judged, unknown
 from app.text.messages import UserMessage, listed, said
@@ -18,17 +18,17 @@ _RAW_NEEDED = 2
 
 
 def undisturbed(case: Case) -> Finding:
-    limit = said(marked("nothing happens to the module or the link meanwhile"))
+    limit = said(marked("no interruption"))
     disturbance = case.evidence.disturbance
     if disturbance is not None:
         return Finding(CheckResult.FAIL, False, said(disturbance.value), limit)
     if case.evidence.ended_at is None:
-        return unknown(said(marked("it did not come to its end")), limit)
+        return unknown(said(marked("interrupted")), limit)
     return judged(True, YES, limit, is_fine=True)
 
 
 def read_twice(case: Case) -> Finding:
-    limit = said(marked("before and after the measuring the same"))
+    limit = said(marked("the same"))
     first, last = case.evidence.first, case.evidence.last
     changes = case.evidence.changes
     if changes:
@@ -37,40 +37,34 @@ def read_twice(case: Case) -> Finding:
     if first is None or last is None:
         return unknown(case.fault("status"), limit)
     if not (first.is_complete and last.is_complete):
-        return unknown(said(marked("not everything was answered both times")), limit)
-    return judged(True, said(marked("the same")), limit, is_fine=True)
+        return unknown(said(marked("not read again")), limit)
+    return judged(True, YES, limit, is_fine=True)
 
 
 def link_loss(case: Case) -> Finding:
     evidence, most = case.evidence, case.expectations.limits.heartbeats_lost_max
-    limit = said(
-        marked("at most {lost} of {sent} heartbeats lost, no damaged bytes"), lost=str(most), sent=str(HEARTBEATS)
-    )
+    text = marked("{lost} of {sent} lost, {bytes} invalid bytes")
+    limit = said(text, lost=f"≤ {most}" if most else 0, sent=HEARTBEATS, bytes=0)
     if evidence.heartbeats_sent == 0:
         return unknown(case.fault("heartbeat"), limit)
-    shown = said(
-        marked("{lost} of {sent} lost, {bytes} damaged bytes"),
-        lost=str(evidence.heartbeats_lost), sent=str(evidence.heartbeats_sent), bytes=str(evidence.rejected_bytes),
-    )  # fmt: skip
+    shown = said(text, lost=evidence.heartbeats_lost, sent=evidence.heartbeats_sent, bytes=evidence.rejected_bytes)
     is_fine = evidence.heartbeats_sent >= HEARTBEATS and evidence.heartbeats_lost <= most
     return judged(evidence.heartbeats_lost, shown, limit, is_fine=is_fine and not evidence.rejected_bytes)
 
 
 def round_trip(case: Case) -> Finding:
     most_ms = case.expectations.limits.round_trip_max_ms
-    limit = said(marked("at most {milliseconds} ms"), milliseconds=f"{most_ms:g}")
+    limit = said(f"≤ {most_ms:g} ms")
     trips = sorted(case.evidence.round_trips_s)
     if not trips:
         return unknown(case.fault("heartbeat"), limit)
     slowest_ms, median_ms = 1000 * trips[-1], 1000 * trips[len(trips) // 2]
-    shown = said(
-        marked("{slowest} ms at most, {median} ms usually"), slowest=f"{slowest_ms:.1f}", median=f"{median_ms:.1f}"
-    )
+    shown = said(marked("{slowest:.1f} ms, median {median:.1f} ms"), slowest=slowest_ms, median=median_ms)
     return judged(round(slowest_ms, 1), shown, limit, is_fine=slowest_ms <= most_ms)
 
 
 def status_fresh(case: Case) -> Finding:
-    limit = said(marked("at most {seconds} s old at the end"), seconds=f"{STATUS_FRESH_S:.1f}")
+    limit = said(f"≤ {STATUS_FRESH_S:.1f} s")
     age_s = case.evidence.status_age_s
     if age_s is None:
         return unknown(case.fault("status"), limit)
@@ -89,13 +83,13 @@ def not_triggered(case: Case) -> Finding:
 
 def activation(case: Case) -> Finding:
     """Locked or active alike hold; which of them decides between READY and GO."""
-    limit = said(marked("the same throughout; GO needs it active"))
+    limit = said(marked("the same throughout; GO: active"))
     statuses = case.evidence.statuses
     if not statuses:
         return unknown(case.fault("status"), limit)
     states = {status.active for status in statuses}
     if len(states) > 1:
-        return Finding(CheckResult.FAIL, None, said(marked("changed while it was watched")), limit)
+        return Finding(CheckResult.FAIL, None, said(marked("changed")), limit)
     is_active = bool(case.evidence.is_active)
     shown = said(marked("ACTIVE") if is_active else marked("locked"))
     return judged(is_active, shown, limit, is_fine=True)
@@ -118,7 +112,7 @@ def _too_few(case: Case, limit: UserMessage) -> Finding:
     count = len(case.evidence.trials)
     if not count:
         return unknown(case.fault("status"), limit)
-    return unknown(said(marked("only {count} reports came in two seconds"), count=str(count)), limit)
+    return unknown(said(marked("only {count} reports in 2 s"), count=str(count)), limit)
 
 
 def _tilts(trials: Sequence[Trial]) -> list[float]:
@@ -131,7 +125,7 @@ def _accelerations(trials: Sequence[Trial]) -> list[float]:
 
 def tilt_level(case: Case) -> Finding:
     most = case.expectations.limits.tilt_max_deg
-    limit = said(marked("at most {limit}"), limit=f"{most:g}°")
+    limit = said(f"≤ {most:g}°")
     spread = _spread(case, _tilts(case.evidence.trials))
     if spread is None:
         return _too_few(case, limit)
@@ -140,19 +134,17 @@ def tilt_level(case: Case) -> Finding:
 
 def tilt_still(case: Case) -> Finding:
     most = case.expectations.limits.tilt_spread_max_deg
-    limit = said(marked("within {limit} over two seconds"), limit=f"{most:g}°")
+    limit = said(f"≤ {most:g}° / 2 s")
     spread = _spread(case, _tilts(case.evidence.trials))
     if spread is None:
         return _too_few(case, limit)
-    shown = said(marked("{low} to {high}"), low=f"{spread.lowest:.0f}°", high=f"{spread.highest:.0f}°")
-    return judged(spread.highest - spread.lowest, shown, limit, is_fine=spread.highest - spread.lowest <= most)
+    width = spread.highest - spread.lowest
+    return judged(width, f"{width:.0f}°", limit, is_fine=width <= most)
 
 
 def acceleration_one_g(case: Case) -> Finding:
     limits = case.expectations.limits
-    limit = said(
-        marked("{low} to {high}"), low=f"{limits.acceleration_min_g:.1f} g", high=f"{limits.acceleration_max_g:.1f} g"
-    )
+    limit = said(f"{limits.acceleration_min_g:.1f}–{limits.acceleration_max_g:.1f} g")
     spread = _spread(case, _accelerations(case.evidence.trials))
     if spread is None:
         return _too_few(case, limit)
@@ -163,13 +155,12 @@ def acceleration_one_g(case: Case) -> Finding:
 
 def acceleration_still(case: Case) -> Finding:
     most = case.expectations.limits.acceleration_spread_max_g
-    limit = said(marked("within {limit} over two seconds"), limit=f"{most:.1f} g")
+    limit = said(f"≤ {most:.1f} g / 2 s")
     spread = _spread(case, _accelerations(case.evidence.trials))
     if spread is None:
         return _too_few(case, limit)
     width = round(spread.highest - spread.lowest, 1)
-    shown = said(marked("{low} to {high}"), low=f"{spread.lowest:.1f} g", high=f"{spread.highest:.1f} g")
-    return judged(width, shown, limit, is_fine=width <= most)
+    return judged(width, f"{width:.1f} g", limit, is_fine=width <= most)
 
 
 def _answers(case: Case, key: str) -> list[Value]:
@@ -180,7 +171,7 @@ def _answers(case: Case, key: str) -> list[Value]:
 
 def cell_voltage(case: Case) -> Finding:
     least = case.expectations.limits.cell_voltage_min_v
-    limit = said(marked("at least {limit}"), limit=f"{least:.2f} V")
+    limit = said(f"≥ {least:.2f} V")
     volts = [float(value) for value in _answers(case, "cell_voltage_v")]
     if not volts:
         return unknown(case.fault("cell_voltage_v"), limit)
@@ -190,12 +181,12 @@ def cell_voltage(case: Case) -> Finding:
     # With external power it is the charging voltage, which lies above the cell's: it proves only that a cell is low.
     charging = _answers(case, "charging")
     if not charging or any(charging):
-        reason = marked("{voltage} is the charging voltage") if any(charging) else marked("{voltage}, or the charger's")
-        why = said(reason, voltage=shown)
-        return unknown(why, limit, do=said(marked("Unplug the external power and check again.")))
+        why = said(marked("{voltage} may be the charger's"), voltage=shown)
+        return unknown(why, limit, do=said(marked("Unplug the external power.")))
     if cell_outside(max(volts), case.expectations.limits, is_charging=False) is not None:
-        why = said(marked("{voltage} is more than any lithium cell has"), voltage=f"{max(volts):.2f} V")
-        return Finding(CheckResult.FAIL, max(volts), why, limit)
+        why = said(OutOfLimit.CELL_HIGH.value)
+        shown_why = said(marked("{value}: {why}"), value=f"{max(volts):.2f} V", why=why)
+        return judged(max(volts), shown_why, limit, is_fine=False)
     return judged(lowest, shown, limit, is_fine=True)
 
 
@@ -211,10 +202,9 @@ def not_charging(case: Case) -> Finding:
 def bay_closed(case: Case) -> Finding:
     threshold = case.evidence.values.get("light_threshold_v")
     if threshold is None:
-        return unknown(case.fault("light_threshold_v"), said(marked("darker than the light threshold")))
+        return unknown(case.fault("light_threshold_v"), said(marked("Light threshold")))
     is_inverted = case.expectations.is_light_inverted
-    text = marked("above the threshold, {limit}") if is_inverted else marked("below the threshold, {limit}")
-    limit = said(text, limit=f"{threshold:.1f} V")
+    limit = said(f"{'>' if is_inverted else '<'} {threshold:.1f} V")
     lights = [float(value) for value in _answers(case, "light_v")]
     if not lights:
         return unknown(case.fault("light_v"), limit)
@@ -224,47 +214,46 @@ def bay_closed(case: Case) -> Finding:
 
 
 LINE_CHECKS: Final = (
-    Check("undisturbed", marked("Check ran undisturbed"), undisturbed,
-          marked("What was seen before a restart or a break says nothing about the module now."),
-          marked("Check cable and power, and check again.")),
-    Check("read_twice", marked("Read twice: the same"), read_twice,
-          marked("What changes by itself, or when something else is set, cannot be relied on."),
-          marked("Read the settings, write what is wrong, and check again. If it changes again, do not fly.")),
+    Check("undisturbed", marked("Undisturbed"), undisturbed,
+          marked("Earlier values no longer count."),
+          marked("Check cable and power.")),
+    Check("read_twice", marked("Same when read twice"), read_twice,
+          marked("What changes by itself is unreliable."),
+          marked("Write the settings again; if they change, do not fly.")),
     Check("link_loss", marked("Link: loss"), link_loss,
-          marked("Over a bad line a value may be missing or wrong."),
-          marked("Check plugs, ground and cable length, and check again.")),
-    Check("round_trip", marked("Link: answer time"), round_trip,
-          marked("A slow answer points to a bad adapter or a busy computer."),
-          marked("Use another adapter or USB socket; close other programs.")),
-    Check("status", marked("Status is current"), status_fresh,
-          marked("An old status says nothing about the module now."),
-          marked("Check power and cable, and check again.")),
+          marked("A bad line loses or falsifies values."),
+          marked("Check plugs, ground and cable length.")),
+    Check("round_trip", marked("Link: response time"), round_trip,
+          marked("Slow: bad adapter or busy computer."),
+          marked("Use another adapter or USB socket.")),
+    Check("status", marked("Status age"), status_fresh,
+          marked("Earlier values no longer count."),
+          marked("Check cable and power.")),
     Check("triggered", marked("Not triggered"), not_triggered,
-          marked("A module that has fired has no parachute left."),
-          marked("Find out why it fired (Triggers), repack the parachute, lock and restart the module.")),
+          marked("It has no parachute left."),
+          marked("Find out why (Triggers), repack, lock and restart.")),
     Check("activation", marked("Activation"), activation,
-          marked("An active module fires by itself when it tips over or falls; a locked one must be activated."),
-          marked("Send no commands meanwhile, and check again.")),
+          marked("An active module fires when it tips over or falls."),
+          marked("Send no commands during the check.")),
     Check("tilt", marked("Tilt: level"), tilt_level,
-          marked("The attitude trigger counts from level; a wrong zero fires early on one side and late on the other."),
-          marked("Set the aircraft level. If it is level, correct the mounting and zero the sensor.")),
+          marked("A wrong zero fires too early or too late."),
+          marked("Set the aircraft level, or zero the sensor.")),
     Check("tilt_spread", marked("Tilt: steady"), tilt_still,
-          marked("A reading that wanders while the aircraft stands still comes from a loose or failing sensor."),
-          marked("Do not touch the aircraft meanwhile; check how the module is fixed.")),
+          marked("A drifting sensor is loose or failing."),
+          marked("Do not touch the aircraft; check the mounting.")),
     Check("acceleration", marked("Acceleration: 1 g"), acceleration_one_g,
-          marked("At rest the sensor must read 1 g, else free fall is judged wrongly."),
-          marked("Set the aircraft down and check again; if it stays, the sensor is faulty: do not fly.")),
+          marked("Off 1 g, free fall is misjudged."),
+          marked("Set it down; if it stays, do not fly.")),
     Check("acceleration_spread", marked("Acceleration: steady"), acceleration_still,
-          marked("Noise at rest can end or fake a free fall."),
-          marked("Stop motors and fans, do not touch the aircraft, and check again.")),
+          marked("Noise can end or fake a free fall."),
+          marked("Stop motors and fans.")),
     Check("cell_voltage", marked("Cell voltage"), cell_voltage,
-          marked("A weak cell may not deploy the parachute, and falls further in the cold."),
-          marked("Charge the module, unplug it, wait a minute and check again.")),
+          marked("A weak cell may not deploy the parachute."),
+          marked("Charge it, unplug it, wait a minute.")),
     Check("charging", marked("Not charging"), not_charging,
-          marked("With external power the voltage that is read is not the cell's."),
-          marked("Unplug the external power and check again.")),
-    Check("light", marked("Parachute bay closed"), bay_closed,
-          marked("Light in the bay means that it is open; without a calibration, that more light reads higher "
-                 "is an assumption."),
-          marked("Close the bay; if it is closed, calibrate the light threshold.")),
+          marked("The charger hides the cell's voltage."),
+          marked("Unplug the external power.")),
+    Check("light", marked("Bay closed"), bay_closed,
+          marked("Light means open; uncalibrated, this is assumed."),
+          marked("Close the bay, or calibrate the light threshold.")),
 )  # fmt: skip

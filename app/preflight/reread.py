@@ -80,5 +80,4 @@ def _changes(before: StateReading, after: StateReading) -> Iterator[StateChange]
 
 
 def _change(key: str, before: str, after: str) -> StateChange:
-    text = marked("{what}: {before}, then {after}")
-    return StateChange(key, said(text, what=UserMessage(TITLES[key]), before=before, after=after))
+    return StateChange(key, said("{what}: {before} → {after}", what=said(TITLES[key]), before=before, after=after))

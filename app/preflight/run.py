@@ -75,31 +75,31 @@ def run_preflight(
 def _gather(evidence: Evidence, journal: Journal) -> Procedure[None]:
     begin: EngineView = yield Inspect()
     evidence.began_at, evidence.opened_at, evidence.baud_rate = begin.now, begin.opened_at, begin.baud_rate
-    yield Report(0, STEPS, marked("Proving the link"))
+    yield Report(0, STEPS, marked("Link"))
     yield from read_back(BOOT_COUNT)
     # A restart from before the check, seen only now, is none in the middle of it.
     begin = yield Inspect()
     evidence.restarts, evidence.rejected_before = begin.device.restarts, begin.link.counters.rejected
     yield from _heartbeats(evidence)
-    yield from _step(evidence, 1, marked("Reading the settings"))
+    yield from _step(evidence, 1, marked("Settings"))
     evidence.first = yield from _read_state(evidence)
-    yield from _step(evidence, 2, marked("Looking at the triggers"))
+    yield from _step(evidence, 2, marked("Triggers"))
     for command in TRIGGERS:
         evidence.flags[command.key] = TriggerFlag()
         if evidence.is_enabling:
             evidence.flags[command.key] = yield from _enable(command, journal)
-    yield from _step(evidence, 3, marked("Reading cell, charge and light"))
+    yield from _step(evidence, 3, marked("Cell voltage"))
     for _ in range(TURNS):
         for command in SLOW:
             yield from _read_slow(evidence, command)
-    yield from _step(evidence, 4, marked("Reading the trigger records"))
+    yield from _step(evidence, 4, marked("Trigger records"))
     history = yield from read_history()
     if history.is_line_dead:
         raise _Silent
     evidence.history = history
-    yield from _step(evidence, 5, marked("Watching tilt and acceleration for two seconds"))
+    yield from _step(evidence, 5, marked("Tilt and acceleration"))
     yield from _watch(evidence)
-    yield from _step(evidence, 6, marked("Making sure that nothing changed"))
+    yield from _step(evidence, 6, marked("Settings"))
     evidence.last = yield from _read_state(evidence)
     yield from _finish(evidence)
 
@@ -211,7 +211,7 @@ def _refusals() -> Procedure[tuple[UserMessage, ...]]:
     sight: EngineView = yield Inspect()
     now_is = interlock_inputs(sight.device, sight.now, must_be_proven=True, is_the_one_meant=sight.is_proven)
     if now_is.active:
-        return (said(marked("the module is ACTIVE, and nothing is written then")),)
+        return (said(marked("The module is ACTIVE: lock it first.")),)
     return tuple(one.message for one in refusals(Act.WRITE, now_is))
 
 
@@ -242,7 +242,7 @@ def _enable(command: Command, journal: Journal) -> Procedure[TriggerFlag]:
             flag, outcome = FlagFate.NOT_SENT, Outcome.NOT_SENT
     finally:
         journal.settle(entry, outcome, {"acknowledged": flag is FlagFate.ENABLED})
-    return TriggerFlag(flag, (said(marked("the module stopped answering")),) if flag is FlagFate.NOT_SENT else ())
+    return TriggerFlag(flag, (said(marked("no reply")),) if flag is FlagFate.NOT_SENT else ())
 
 
 def _stands(command: Command, flag: TriggerFlag, sight: EngineView) -> TriggerFlag:

@@ -47,13 +47,11 @@ VERDICT_WORDS: Mapping[Verdict, str] = {
 def unsigned(who: object, module: object, aircraft: object) -> UserMessage | None:
     """A check that does not say who checked which module in which aircraft is signed by nobody."""
     missing = [
-        text for text, value in (
-            (marked("no name"), who), (marked("no module"), module), (marked("no aircraft"), aircraft)
-        ) if not value
-    ]  # fmt: skip
-    if not missing:
-        return None
-    return said(marked("UNSIGNED: {missing}."), missing=listed([UserMessage(text) for text in missing]))
+        UserMessage(text)
+        for text, value in ((marked("Checked by"), who), (marked("Module"), module), (marked("Aircraft"), aircraft))
+        if not value
+    ]
+    return said(marked("UNSIGNED, missing: {missing}."), missing=listed(missing)) if missing else None
 
 
 def verdict_named(name: object) -> Verdict:
@@ -84,12 +82,12 @@ def meaning_of(verdict: Verdict, activated_by: ActivatedBy) -> UserMessage:
 def verdict_sentence(verdict: Verdict, activated_by: ActivatedBy) -> UserMessage:
     """The verdict with what follows from it."""
     word = UserMessage(VERDICT_WORDS[verdict])
-    return said(marked("{verdict}: {meaning}"), verdict=word, meaning=meaning_of(verdict, activated_by))
+    return said(marked("{value}: {why}"), value=word, why=meaning_of(verdict, activated_by))
 
 
 MANUAL_WORDS: Mapping[bool | None, str] = {
     True: marked("done"),
-    False: marked("NOT OK"),
+    False: marked("Not OK"),
     None: marked("skipped"),
 }
 
@@ -150,7 +148,7 @@ def _shown(finding: Finding, advised: UserMessage | None) -> Finding:
     """A limit that is softer than advised is said with it, and is worth a look."""
     if advised is None:
         return finding
-    limit = said(marked("{limit}, softer than advised: {advised}"), limit=finding.limit, advised=advised)
+    limit = said(marked("{limit}, advised {advised}"), limit=finding.limit, advised=advised)
     return replace(
         finding, limit=limit, result=CheckResult.WARN if finding.result is CheckResult.PASS else finding.result
     )
@@ -166,7 +164,7 @@ class Void:
     @property
     def said(self) -> UserMessage:
         reason = UserMessage(self.reason.value)
-        return reason if self.what is None else said(marked("{reason}: {what}"), reason=reason, what=self.what)
+        return reason if self.what is None else said(marked("{value}: {why}"), value=reason, why=self.what)
 
 
 def void_reason(assessment: Assessment, device: DeviceView, now: float, *, opened_at: float | None) -> Void | None:

@@ -35,7 +35,7 @@ TITLES: Mapping[Act, str] = MappingProxyType({
 
 EFFECTS: Mapping[Act, str] = MappingProxyType({
     Act.LOCK: marked("LOCK puts the module into standby. Until it reports LOCKED, treat it as ready to fire."),
-    Act.ACTIVATE: marked("The module becomes ready: from then on it fires by itself when it tips over or falls."),
+    Act.ACTIVATE: marked("An active module fires when it tips over or falls."),
     Act.ZERO: marked("The module takes its present position as level. For small mounting errors only."),
     Act.SHUTDOWN: marked("The module switches off. It comes back by its switch, held for 2 s, or by external power."),
     Act.FORBID_DEPLOY: marked("Forbids deploying over serial only; for how long, the vendor does not say."),

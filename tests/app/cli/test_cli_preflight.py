@@ -62,7 +62,7 @@ def test_go_is_the_contract(port: str, capsys: pytest.CaptureFixture[str], wire:
         assert one["why"]
         assert one["do"]
     cell = next(one for one in shown["checks"] if one["id"] == "cell_voltage")
-    assert (cell["measured"], cell["limit"]) == (3.9, "at least 3.80 V")
+    assert (cell["measured"], cell["limit"]) == (3.9, "≥ 3.80 V")
     assert set(shown["read"]) == {"link", "status", "boot_count", "cell_voltage_v", "charging", "light_v", "settings",
                                   "errors"}  # fmt: skip
     assert shown["read"]["settings"]["attitude_trigger"] is True
@@ -79,8 +79,8 @@ def test_no_go_names_everything_and_sends_questions_only(
     assert program.main(["preflight", "--port", port]) == 1
     out = Printed(capsys).out
     assert out.startswith("NO-GO: do not fly\n")
-    assert "3.50 V (at least 3.80 V)" in out
-    assert "20° (at most 5°)" in out
+    assert "3.50 V (≥ 3.80 V)" in out
+    assert "20° (≤ 5°)" in out
     assert "Charge the module" in out
     assert "cannot be read, and no acknowledged set" in out
     _assert_only_questions(wire, flags=0)

@@ -63,7 +63,7 @@ def test_a_softer_limit_is_said_beside_the_verdict_on_the_record_and_on_the_repo
     assert checked.assessment.verdict is Verdict.READY
     cell = next(one.finding for one in checked.assessment.checks if one.check.id == "cell_voltage")
     assert (cell.result, cell.limit.in_english()) == (
-        CheckResult.WARN, "at least 3.60 V, softer than advised: at least 3.80 V",
+        CheckResult.WARN, "≥ 3.60 V, advised ≥ 3.80 V",
     )  # fmt: skip
     about = Circumstances(at=local_now(), program_version="1", who="Li Wei", module="M", aircraft="B")
     record = make_record(checked.assessment, about, checked.log)

@@ -152,7 +152,7 @@ def test_read_marks_them() -> None:
     assert "3.52 V (!) low, limit 3.80 V" in page
     assert "2.1 V (!) bay open, limit 1.8 V" in page
     assert "(!)" not in reading_of(cell_voltage_v=3.9, charging=False, light_v=0.3, light_threshold_v=1.8)
-    assert "damaged bytes" in "\n".join(page_of(Findings("P", 115200, 0.003, has_damaged=True)))
+    assert "invalid bytes" in "\n".join(page_of(Findings("P", 115200, 0.003, has_damaged=True)))
     assert "line late" in "\n".join(page_of(Findings("P", 115200, 0.003, lag_s=1.2)))
 
 
@@ -228,7 +228,7 @@ def test_the_top_bar_and_the_status_line_mark(qtbot: QtBot, qapp: QApplication, 
         line.on_batch(replace(last, at=connector.clock(), link=replace(last.link, counters=counters)))
         line._write()
         assert not line.fault.isHidden()
-        assert line.fault.text() == "damaged bytes"
+        assert line.fault.text() == "invalid bytes"
         assert not line.sign.pixmap().isNull()
         line._damaged_at = connector.clock() - 11
         line._write()

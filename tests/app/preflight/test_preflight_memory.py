@@ -45,7 +45,7 @@ def test_no_memory_of_a_module_is_said_and_is_a_warning(port: str, capsys: pytes
     assert program.main(words) == 0
     verdict, result, why = _boot_count(capsys)
     assert (verdict, result) == ("READY", "warn")
-    assert "no memory of this module" in why
+    assert "no earlier visit" in why
     assert program.main(words) == 0
     assert _boot_count(capsys)[:2] == ("READY", "pass")
     bench_of(port).module.memory.boot_count = 12
@@ -61,7 +61,7 @@ def test_no_memory_of_a_module_is_said_and_is_a_warning(port: str, capsys: pytes
     program.main(words)
     _verdict, result, why = _boot_count(capsys)
     assert result == "warn"
-    assert "no memory of this module" in why
+    assert "no earlier visit" in why
 
 
 @pytest.mark.parametrize("damage", [
@@ -111,16 +111,16 @@ def test_without_a_name_a_module_or_an_aircraft_it_is_unsigned() -> None:
     rig = NightRig()
     verdict, beside, page = _filed(rig, Person())
     assert verdict is Verdict.READY
-    assert beside == ["UNSIGNED: no name, no module, no aircraft."]
-    assert "UNSIGNED: no name, no module, no aircraft." in page
-    assert _filed(rig, Person(who="Li Wei", module="M-07"))[1] == ["UNSIGNED: no aircraft."]
+    assert beside == ["UNSIGNED, missing: Checked by, Module, Aircraft."]
+    assert "UNSIGNED, missing: Checked by, Module, Aircraft." in page
+    assert _filed(rig, Person(who="Li Wei", module="M-07"))[1] == ["UNSIGNED, missing: Aircraft."]
     assert _filed(rig, Person(who="Li Wei", module="M-07", aircraft="B-1234"))[1] == []
 
 
 def test_the_command_line_says_so_and_that_nothing_is_watched(port: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert program.main(["preflight", "--port", port, "--enable-triggers"]) == 0
     out = Printed(capsys).out
-    assert "UNSIGNED: no name, no module, no aircraft." in out
+    assert "UNSIGNED, missing: Checked by, Module, Aircraft." in out
     assert "SIMULATED MODULE: this is no evidence." in out
     assert "the verdict of the moment" in out
 

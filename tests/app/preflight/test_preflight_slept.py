@@ -103,4 +103,4 @@ def test_the_window_says_so(qtbot: QtBot, qapp: QApplication, tmp_path: Path, mo
         assert bench.check() is Standing.READY
         leap["s"] = NIGHT_S
         bench.wait_standing(Standing.VOID)
-        assert bench.preflight.banner.announcement.head.lower() == "the computer slept"
+        assert bench.preflight.banner.announcement.head.lower() == "computer slept"

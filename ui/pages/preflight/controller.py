@@ -378,4 +378,4 @@ class PreflightController(QObject):
 _STANDINGS = {Verdict.GO: Standing.GO, Verdict.READY: Standing.READY, Verdict.NO_GO: Standing.NO_GO}
 _STANDS = (Standing.GO, Standing.READY)
 _HOLDS = tuple(_STANDINGS.values())
-_ENTERED_AGAIN = Void(Disturbance.CHANGED, said(marked("what is entered here")))
+_ENTERED_AGAIN = Void(Disturbance.CHANGED, said(marked("entries")))

@@ -54,7 +54,7 @@ def _before(work: PreflightController, *, is_connected: bool) -> _Before:
 
 def _checking(work: PreflightController) -> Announcement:
     report = work.progress
-    doing = tr("Proving the link") if report is None else tr(report.doing)
+    doing = tr("Link") if report is None else tr(report.doing)
     share = 0.0 if report is None or not report.total else report.done / report.total
     lines = (tr("Do not touch the aircraft."),)
     return Announcement(Standing.CHECKING, tr("CHECKING"), doing, lines, progress=share)

@@ -117,7 +117,7 @@ def test_on_an_active_module_nothing_is_written(qtbot: QtBot, qapp: QApplication
         assert "nothing is written" in page.banner.accessibleName()
         assert bench.check(is_enabling=False) is Standing.NO_GO
         assert bench.acts == []
-        assert "Lock the module" in page.list.rows["attitude_trigger"].reason.text()
+        assert "Lock it" in page.list.rows["attitude_trigger"].reason.text()
 
 
 # What ends it while it stands
@@ -128,7 +128,7 @@ def _set(name: str, raw: int) -> Callable[[OnBench], None]:
 
 
 @pytest.mark.parametrize(("change", "what", "is_active"), [
-    (_set("attitude_threshold", 200), "Attitude threshold: 60°, then 200°", True),
+    (_set("attitude_threshold", 200), "Attitude threshold: 60° → 200°", True),
     (_set("freefall_time", 10), "Free-fall time", False),
 ])  # fmt: skip
 def test_other_settings_end_a_verdict_that_stands(
@@ -168,4 +168,4 @@ def test_what_cannot_be_read_again_ends_it(
         assert bench.check() is Standing.READY
         bench.bench.change(mute_codes=frozenset((0x20,)))
         bench.wait_standing(Standing.VOID)
-        assert "could not be read again" in bench.preflight.banner.announcement.head
+        assert "Not read again" in bench.preflight.banner.announcement.head

@@ -40,7 +40,7 @@ def test_what_moves_is_named(name: str) -> None:
 def test_the_name_says_what_it_was_and_what_it_is() -> None:
     checked = check(options={"read_changes": "20:20=14@50"})
     finding = next(one.finding for one in checked.assessment.checks if one.check.id == "read_twice")
-    assert finding.shown.in_english() == "Attitude threshold: 60°, then 20°"
+    assert finding.shown.in_english() == "Attitude threshold: 60° → 20°"
     assert finding.measured == "attitude_threshold_deg"
     # What stands in the end is judged, not what was read first.
     assert "attitude_threshold" in checked.against

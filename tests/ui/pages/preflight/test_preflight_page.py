@@ -51,8 +51,8 @@ def test_run_fail_repair_run_again_print(qtbot: QtBot, qapp: QApplication, tmp_p
         assert shown.lines[0].startswith("Not met: Cell voltage")  # a check is named by what has to be so
         assert not any("holds for" in line for line in shown.lines)  # nobody has to wait for a NO-GO to end
         row = page.list.rows["cell_voltage"]
-        assert (row.chip.word, row.measured.text(), row.limit.text()) == ("FAIL", "3.60 V", "at least 3.80 V")
-        assert "Charge the module" in row.reason.text()
+        assert (row.chip.word, row.measured.text(), row.limit.text()) == ("FAIL", "3.60 V", "≥ 3.80 V")
+        assert "Charge it" in row.reason.text()
         assert row.chip.meaning is Meaning.DANGER
         assert page.list.rows["attitude_trigger"].chip.word == "UNKNOWN"
         assert all(name in page.banner.accessibleName() for name in ("Cell voltage", "Attitude trigger enabled"))
@@ -104,7 +104,7 @@ def test_manual_items_are_ticked_by_a_person(qtbot: QtBot, qapp: QApplication, t
         ]
         bench.click(other.bad)
         assert bench.check() is Standing.NO_GO
-        assert other.chip.word == "NOT OK"
+        assert other.chip.word == "Not OK"
         bench.assembly.connector.clock = lambda: time.monotonic() + 1000.0
         page.tick()  # a quarter of an hour later the ticks are of another flight
         assert [row.chip.word for row in page.list.manual] == ["skipped", "skipped"]
@@ -178,7 +178,7 @@ def test_records_and_boot_count_need_a_word_of_a_person(
         qtbot.waitUntil(is_vouched, timeout=WAIT_MS)
         assert bench.check() is Standing.NO_GO
         row = page.list.rows["boot_count"]
-        assert row.measured.text() == "12: is it the same module?"
+        assert row.measured.text() == "12: another module?"
         assert "37" in row.limit.text()
         page.list.ensureWidgetVisible(row.act)
         bench.click(row.act)

@@ -58,13 +58,13 @@ def name_it(bench: OnBench) -> None:
     ("act", "why"),
     [
         (restart, "The module restarted"),
-        (unplug, "The port was lost"),
-        (silence, "The module stopped answering"),
-        (open_bay, "The module changed: Light"),
-        (plug_charger, "The module changed: Charging"),
+        (unplug, "Port lost"),
+        (silence, "No reply"),
+        (open_bay, "Changed: Light"),
+        (plug_charger, "Changed: Charging"),
         (grow_old, "Too old"),
-        (type_another_name, "The module changed: what is entered here"),
-        (name_it, "The module changed: what is entered here"),
+        (type_another_name, "Changed: entries"),
+        (name_it, "Changed: entries"),
     ],
 )
 def test_what_voids_a_go(
@@ -115,7 +115,7 @@ def test_unplugged_in_the_middle(qtbot: QtBot, qapp: QApplication, tmp_path: Pat
         qtbot.waitUntil(lambda: page.work.progress is not None and page.work.progress.done >= 2, timeout=8000)
         bench.bench.unplug()
         bench.wait_standing(Standing.VOID)
-        assert page.banner.announcement.head == "The port was lost"
+        assert page.banner.announcement.head == "Port lost"
         assert kept(bench) == []
 
 
