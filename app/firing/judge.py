@@ -21,17 +21,15 @@ ROUNDING_S = 1e-9
 """Of times: a fall that is shorter than the free-fall time by no more than this is as long."""
 
 RULES = (
-    marked("Attitude fires at its threshold and rearms 10° below it."),
-    marked("Free fall fires when the acceleration has stayed below its threshold for the free-fall time."),
-    marked("Only an active module fires; a locked one is in standby."),
+    marked("Attitude: fires at its threshold, rearms 10° below."),
+    marked("Free fall: fires after the free-fall time below its threshold."),
 )
 """What the vendor's table says."""
 
 ASSUMPTIONS = (
-    marked("The angle of the threshold itself fires; the acceleration of the threshold itself is no fall."),
-    marked("A module that is activated while it is tilted fires at once."),
-    marked("A module that is locked or restarts forgets a fall that had begun."),
-    marked("A pause of more than 0.5 s without reports ends a fall."),
+    marked("Assumed: the threshold tilt fires, the threshold acceleration does not."),
+    marked("Assumed: activated while tilted, it fires at once."),
+    marked("Assumed: LOCK, a restart or a 0.5 s pause ends a fall."),
 )
 """Where the vendor's table is silent."""
 

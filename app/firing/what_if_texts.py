@@ -8,8 +8,9 @@ from app.diagnosis.link_state import duration
 from app.firing.judge import ASSUMPTIONS, RULES, Firing
 from app.firing.near_misses import NearFall, NearTilt
 from app.firing.what_if_drafts import ATTITUDE_THRESHOLD, ATTITUDE_TRIGGER, FREEFALL_TRIGGER, Question
-from app.firing.would_fire import Pauses, WhatIfFinding
+from app.firing.would_fire import WhatIfFinding
 from app.text.i18n import tr
+from protocol.catalogue import Command
 from protocol.messages import Source
 from protocol.translatable import marked
 
@@ -21,9 +22,8 @@ _SHORT_FALLS: Final = 0.5
 ABOUT: Final = (
     *RULES,
     *ASSUMPTIONS,
-    marked("The module looks at its sensor oftener and finer than it reports: a margin below 1°, 0.1 g or the time "
-           "between two reports is none."),
-    marked("What was measured after a real trigger was measured under an open parachute."),
+    marked("Margins below 1°, 0.1 g or one report do not count."),
+    marked("After a real trigger the parachute is open."),
 )  # fmt: skip
 """How it is judged, sentence by sentence."""
 
@@ -73,24 +73,23 @@ def verdict(finding: WhatIfFinding | None, question: Question, *, clock: Clock, 
         if line
     )
     if not finding.report_count:
-        return WhatIfVerdict(WhatIfKind.UNJUDGED, tr("There is nothing to judge yet."), said)
+        return WhatIfVerdict(WhatIfKind.UNJUDGED, tr("Nothing to judge."), said)
     if not (limits.attitude_is_enabled or limits.freefall_is_enabled):
         is_open = bool(question.unknown or question.invalid)
-        head = tr("Nothing to judge: both triggers are disabled.")
+        head = tr("Both triggers are disabled.")
         if is_open:
-            head = tr("Not judged: name the thresholds.")
+            head = tr("Enter the thresholds.")
         return WhatIfVerdict(WhatIfKind.UNANSWERED if is_open else WhatIfKind.DOUBTFUL, head, said)
     if finding.firing_count:
-        count = finding.firing_count
-        head = tr("Would have fired {count} times.", count=count) if count > 1 else tr("Would have fired once.")
+        head = tr("Would have fired {count}×.", count=finding.firing_count)
         return WhatIfVerdict(WhatIfKind.FIRES, head, said)
     if not finding.is_judged:
-        return WhatIfVerdict(WhatIfKind.UNJUDGED, tr("Not judged: the reports are more than 0.5 s apart."), said)
+        return WhatIfVerdict(WhatIfKind.UNJUDGED, tr("Not judged: reports over 0.5 s apart."), said)
     judged = duration(finding.judged_s)
     if _is_close(finding):
-        head = tr("Too close to tell in the {time} that were judged.", time=judged)
+        head = tr("Too close to tell ({time} judged).", time=judged)
         return WhatIfVerdict(WhatIfKind.DOUBTFUL, head, said)
-    head = tr("Would not have fired in the {time} that were judged.", time=judged)
+    head = tr("Would not have fired ({time} judged).", time=judged)
     return WhatIfVerdict(WhatIfKind.HOLDS, head, said)
 
 
@@ -123,22 +122,26 @@ def _firing_row(firing: Firing, clock: Clock) -> WhatIfRow:
 
 
 def _tilt_row(near: NearTilt, clock: Clock) -> WhatIfRow:
-    values = {"time": clock(near.at_s), "tilt": near.tilt_deg, "margin": near.margin_deg}
-    if near.may_have_fired:
-        text = tr("{time} too close to tell: {tilt:.0f}°, {margin:.0f}° below", **values)
-        return WhatIfRow(near.at_s, WhatIfKind.DOUBTFUL, text)
-    text = tr("{time} near miss: {tilt:.0f}°, {margin:.0f}° below", **values)
-    return WhatIfRow(near.at_s, WhatIfKind.NEAR, text)
+    return _near_row(near.at_s, _tilt_text(near), clock, may_have_fired=near.may_have_fired)
 
 
 def _fall_row(near: NearFall, clock: Clock) -> WhatIfRow:
     at_s = near.since_s + near.lasted_s
-    values = {"time": clock(at_s), "lasted": near.lasted_s, "margin": near.margin_s}
-    if near.may_have_fired:
-        text = tr("{time} too close to tell: fell {lasted:.2f} s, {margin:.2f} s short", **values)
-        return WhatIfRow(at_s, WhatIfKind.DOUBTFUL, text)
-    text = tr("{time} near miss: fell {lasted:.2f} s, {margin:.2f} s short", **values)
-    return WhatIfRow(at_s, WhatIfKind.NEAR, text)
+    return _near_row(at_s, _fall_text(near), clock, may_have_fired=near.may_have_fired)
+
+
+def _near_row(at_s: float, what: str, clock: Clock, *, may_have_fired: bool) -> WhatIfRow:
+    if may_have_fired:
+        return WhatIfRow(at_s, WhatIfKind.DOUBTFUL, tr("{time} too close to tell: {what}", time=clock(at_s), what=what))
+    return WhatIfRow(at_s, WhatIfKind.NEAR, tr("{time} near miss: {what}", time=clock(at_s), what=what))
+
+
+def _tilt_text(near: NearTilt) -> str:
+    return tr("{value}, {margin} below", value=f"{near.tilt_deg:.0f}°", margin=f"{near.margin_deg:.0f}°")
+
+
+def _fall_text(near: NearFall) -> str:
+    return tr("{value}, {margin} below", value=f"{near.lasted_s:.2f} s", margin=f"{near.margin_s:.2f} s")
 
 
 def _is_close(finding: WhatIfFinding) -> bool:
@@ -149,69 +152,57 @@ def _is_close(finding: WhatIfFinding) -> bool:
 def _attitude_line(finding: WhatIfFinding, question: Question, clock: Clock) -> str:
     if not finding.limits.attitude_is_enabled:
         is_open = ATTITUDE_THRESHOLD in (*question.unknown, *question.invalid)
-        return tr("Attitude: not judged.") if is_open else tr("Attitude: disabled.")
+        return _off(ATTITUDE_TRIGGER, is_open=is_open)
     near = finding.nearest_tilt
     if near is None:
         return ""
-    return tr(
-        "Attitude: nearest without firing {tilt:.0f}° at {time}, {margin:.0f}° below the threshold.",
-        tilt=near.tilt_deg, time=clock(near.at_s), margin=near.margin_deg,
-    )  # fmt: skip
+    return tr("Attitude: nearest {what} at {time}.", what=_tilt_text(near), time=clock(near.at_s))
 
 
 def _freefall_line(finding: WhatIfFinding, question: Question, clock: Clock) -> str:
     limits, fall, lowest = finding.limits, finding.longest_fall, finding.lowest
     if not limits.freefall_is_enabled:
         is_open = any(one is not ATTITUDE_THRESHOLD for one in (*question.unknown, *question.invalid))
-        return tr("Free fall: not judged.") if is_open else tr("Free fall: disabled.")
+        return _off(FREEFALL_TRIGGER, is_open=is_open)
     if fall is not None:
-        return tr(
-            "Free fall: longest without firing {lasted:.2f} s until {time}, {margin:.2f} s short.",
-            lasted=fall.lasted_s, time=clock(fall.since_s + fall.lasted_s), margin=fall.margin_s,
-        )  # fmt: skip
+        return tr("Free fall: nearest {what} at {time}.", what=_fall_text(fall),
+                  time=clock(fall.since_s + fall.lasted_s))  # fmt: skip
     if lowest is None or lowest.acceleration_g < limits.freefall_acceleration_g:
         return ""
-    return tr(
-        "Free fall: none; lowest {weight:.1f} g at {time}, {margin:.1f} g above the threshold.",
-        weight=lowest.acceleration_g, time=clock(lowest.at_s),
-        margin=lowest.acceleration_g - limits.freefall_acceleration_g,
-    )  # fmt: skip
+    return tr("Free fall: none; lowest {weight:.1f} g at {time}.", weight=lowest.acceleration_g,
+              time=clock(lowest.at_s))  # fmt: skip
+
+
+def _off(trigger: Command, *, is_open: bool) -> str:
+    name = tr(trigger.title)
+    return tr("{setting}: not judged.", setting=name) if is_open else tr("{setting}: disabled.", setting=name)
 
 
 def _unjudged_lines(finding: WhatIfFinding, question: Question, clock: Clock) -> list[str]:
-    lines = [tr("{setting}: what was typed is no value.", setting=tr(one.title)) for one in question.invalid]
-    lines += [tr("{setting}: not known, type one.", setting=tr(one.title)) for one in question.unknown]
+    lines = [tr("{setting}: invalid.", setting=tr(one.title)) for one in question.invalid]
+    lines += [tr("{setting}: enter a value.", setting=tr(one.title)) for one in question.unknown]
     for trigger in question.assumed:
         is_judged = {
             ATTITUDE_TRIGGER: finding.limits.attitude_is_enabled, FREEFALL_TRIGGER: finding.limits.freefall_is_enabled,
         }[trigger]  # fmt: skip
         if is_judged:
-            lines.append(tr("{setting}: not known, judged as enabled.", setting=tr(trigger.title)))
-    lines += [tr("{setting}: as last read, may have changed.", setting=tr(one.title)) for one in question.stale]
+            lines.append(tr("{setting}: assumed enabled.", setting=tr(trigger.title)))
+    lines += [tr("{setting}: may have changed.", setting=tr(one.title)) for one in question.stale]
     if finding.firing_count > len(finding.firings):
-        lines.append(tr("Only the first {count} are listed.", count=len(finding.firings)))
+        lines.append(tr("First {count} only.", count=len(finding.firings)))
     if finding.pauses.count:
-        lines.append(_pauses_line(finding.pauses, clock))
-    if not finding.is_whole and finding.first_s is not None:
+        pauses = finding.pauses
         lines.append(
-            tr("Not judged: what was before {time}; only lowest and highest values are left of it.",
-               time=clock(finding.first_s))
+            tr("Not judged: pauses, {time} in all, longest {longest} at {at}.", time=duration(pauses.total_s),
+               longest=duration(pauses.longest_s), at=clock(pauses.longest_at_s))
         )  # fmt: skip
+    if not finding.is_whole and finding.first_s is not None:
+        lines.append(tr("Not judged: before {time}.", time=clock(finding.first_s)))
     if finding.locked_s:
         locked = duration(finding.locked_s)
         lines.append(
-            tr("It was locked for {time}: judged as if it had been active.", time=locked)
+            tr("Locked for {time}: judged as active.", time=locked)
             if finding.counts_locked
-            else tr("Not judged: {time} in which it was locked.", time=locked)
+            else tr("Not judged: locked for {time}.", time=locked)
         )
     return lines
-
-
-def _pauses_line(pauses: Pauses, clock: Clock) -> str:
-    longest, at = duration(pauses.longest_s), clock(pauses.longest_at_s)
-    if pauses.count == 1:
-        return tr("Not judged: a pause of {longest} without reports at {at}.", longest=longest, at=at)
-    return tr(
-        "Not judged: {count} pauses without reports, {time} in all, the longest {longest} at {at}.",
-        count=pauses.count, time=duration(pauses.total_s), longest=longest, at=at,
-    )  # fmt: skip

@@ -152,7 +152,7 @@ def require_start(sight: EngineView, restarts: int) -> None:
     if sight.device.presence is Presence.OFFLINE:
         raise BreakOff(marked("The module stopped answering."))
     if sight.device.is_late:
-        raise BreakOff(marked("What the module says arrives more than {seconds:.0f} s late."), seconds=LONGEST_LAG_S)
+        raise BreakOff(marked("Data arrives {seconds:.1f} s late."), seconds=LONGEST_LAG_S)
 
 
 def require_locked() -> Procedure[int]:

@@ -202,14 +202,6 @@
         <translation>{port} 上有模块以波特率 {rate} 应答。</translation>
     </message>
     <message>
-        <source>A module that is activated while it is tilted fires at once.</source>
-        <translation>在倾斜状态下激活的模块会立即触发。</translation>
-    </message>
-    <message>
-        <source>A module that is locked or restarts forgets a fall that had begun.</source>
-        <translation>模块锁定或重启后，已开始的失重不再计入。</translation>
-    </message>
-    <message>
         <source>A pause of more than 0.5 s without reports ends a fall.</source>
         <translation>超过 0.5 s 没有上报即视为失重结束。</translation>
     </message>
@@ -274,8 +266,8 @@
         <translation>已被改动：{parts}。</translation>
     </message>
     <message>
-        <source>ARMED for {seconds:.0f} s more.</source>
-        <translation>已预备，剩余 {seconds:.0f} 秒。</translation>
+        <source>ARMED: {seconds:.0f} s.</source>
+        <translation>已预备：{seconds:.0f} 秒。</translation>
     </message>
     <message>
         <source>About</source>
@@ -324,10 +316,6 @@
     <message>
         <source>Activate / lock</source>
         <translation>激活/锁定</translation>
-    </message>
-    <message>
-        <source>Activate now</source>
-        <translation>立即激活</translation>
     </message>
     <message>
         <source>Activate the module</source>
@@ -390,6 +378,10 @@
         <translation>写入已有配置文件…</translation>
     </message>
     <message>
+        <source>After a real trigger the parachute is open.</source>
+        <translation>真实触发后的数据是开伞后的数据。</translation>
+    </message>
+    <message>
         <source>After power-on</source>
         <translation>开机后时间</translation>
     </message>
@@ -438,16 +430,16 @@
         <translation>已全部共享，上次 {time}</translation>
     </message>
     <message>
-        <source>All three steps; nothing is sent</source>
-        <translation>完整三步，不发送任何内容</translation>
-    </message>
-    <message>
         <source>All {count} checks hold; warnings: {looks}.</source>
         <translation>全部 {count} 项检查通过；警告：{looks} 项。</translation>
     </message>
     <message>
         <source>Allow automatic deletion again</source>
         <translation>重新允许自动删除</translation>
+    </message>
+    <message>
+        <source>Already armed: {what}.</source>
+        <translation>已预备：{what}。</translation>
     </message>
     <message>
         <source>Also the other files with the same columns</source>
@@ -598,6 +590,18 @@
         <translation>发送前会再问一次。尚不满足的条件在本行中列出。</translation>
     </message>
     <message>
+        <source>Assumed: LOCK, a restart or a 0.5 s pause ends a fall.</source>
+        <translation>假定：锁定、重启或 0.5 s 无数据会中止坠落判断。</translation>
+    </message>
+    <message>
+        <source>Assumed: activated while tilted, it fires at once.</source>
+        <translation>假定：倾斜时激活会立即开伞。</translation>
+    </message>
+    <message>
+        <source>Assumed: the threshold tilt fires, the threshold acceleration does not.</source>
+        <translation>假定：倾角等于阈值触发，加速度等于阈值不触发。</translation>
+    </message>
+    <message>
         <source>At a threshold of {threshold:.0f}° this cannot be tested by hand.</source>
         <translation>阈值为 {threshold:.0f}° 时无法手动测试。</translation>
     </message>
@@ -622,10 +626,6 @@
         <translation>姿态形式</translation>
     </message>
     <message>
-        <source>Attitude fires at its threshold and rearms 10° below it.</source>
-        <translation>姿态达到阈值时触发，低于阈值 10° 时复位。</translation>
-    </message>
-    <message>
         <source>Attitude threshold</source>
         <translation>姿态开伞阈值</translation>
     </message>
@@ -638,16 +638,12 @@
         <translation>姿态触发已启用</translation>
     </message>
     <message>
-        <source>Attitude: disabled.</source>
-        <translation>姿态：已禁用。</translation>
+        <source>Attitude: fires at its threshold, rearms 10° below.</source>
+        <translation>姿态触发：达到阈值即触发，低于阈值 10° 复位。</translation>
     </message>
     <message>
-        <source>Attitude: nearest without firing {tilt:.0f}° at {time}, {margin:.0f}° below the threshold.</source>
-        <translation>姿态：未触发的最大倾角 {tilt:.0f}°（{time}），比阈值低 {margin:.0f}°。</translation>
-    </message>
-    <message>
-        <source>Attitude: not judged.</source>
-        <translation>姿态：未判断。</translation>
+        <source>Attitude: nearest {what} at {time}.</source>
+        <translation>姿态：最接近 {what}，{time}。</translation>
     </message>
     <message>
         <source>Audit log: {act}, {outcome}.</source>
@@ -750,6 +746,10 @@
         <translation>开机次数 {before} → {after}。</translation>
     </message>
     <message>
+        <source>Both triggers are disabled.</source>
+        <translation>两种触发均已禁用。</translation>
+    </message>
+    <message>
         <source>Bring the records of all stations together, on a PostgreSQL server or in a file. Nothing is sent to a module.</source>
         <translation>汇总所有站点的记录，通过 PostgreSQL 服务器或文件。不向模块发送任何内容。</translation>
     </message>
@@ -768,10 +768,6 @@
     <message>
         <source>Broken off: the module may be at {rate} baud now. Use “Find my module”.</source>
         <translation>已中断：模块此时可能为 {rate} 波特。请使用“查找模块”。</translation>
-    </message>
-    <message>
-        <source>By mouse or space bar; letting go cancels</source>
-        <translation>用鼠标或空格键；松开即取消</translation>
     </message>
     <message>
         <source>Bytes</source>
@@ -824,10 +820,6 @@
     <message>
         <source>Cancelled. Nothing was kept of this reading.</source>
         <translation>已取消。本次读取未保存。</translation>
-    </message>
-    <message>
-        <source>Cancelled. Nothing was sent.</source>
-        <translation>已取消。未发送任何内容。</translation>
     </message>
     <message>
         <source>Cancelled. What was not read back is not known.</source>
@@ -1070,10 +1062,6 @@
         <translation>请选择模块所接的串口。</translation>
     </message>
     <message>
-        <source>Choose, arm, then hold for 2 s</source>
-        <translation>选择、预备、按住 2 秒</translation>
-    </message>
-    <message>
         <source>Clamps settings</source>
         <translation>限制参数范围</translation>
     </message>
@@ -1192,6 +1180,10 @@
     <message>
         <source>Configures, tests and watches a DPS-S parachute module over its serial port.</source>
         <translation>通过串口配置、测试和监视 DPS-S 伞降模块。</translation>
+    </message>
+    <message>
+        <source>Confirm again: {why}.</source>
+        <translation>请重新确认：{why}。</translation>
     </message>
     <message>
         <source>Confirm that it is the named module and check again</source>
@@ -1354,6 +1346,10 @@
         <translation>深色</translation>
     </message>
     <message>
+        <source>Data arrives {seconds:.1f} s late.</source>
+        <translation>数据晚到 {seconds:.1f} s。</translation>
+    </message>
+    <message>
         <source>Decides when the parachute counts as having left the bay.</source>
         <translation>用于判断降落伞是否已出仓。</translation>
     </message>
@@ -1426,48 +1422,12 @@
         <translation>禁用</translation>
     </message>
     <message>
-        <source>Disarm; nothing is sent</source>
-        <translation>解除；不发送任何内容</translation>
+        <source>Disarmed: {why}. Nothing was sent.</source>
+        <translation>已解除：{why}。未发送任何内容。</translation>
     </message>
     <message>
-        <source>Disarmed: a condition is no longer fulfilled. Nothing was sent.</source>
-        <translation>已解除：某项条件不再满足。未发送任何内容。</translation>
-    </message>
-    <message>
-        <source>Disarmed: something else was pressed during the hold. Nothing was sent.</source>
-        <translation>已解除：按住期间有其他按键或按钮被按下。未发送任何内容。</translation>
-    </message>
-    <message>
-        <source>Disarmed: the buttons were not in sight. Nothing was sent.</source>
-        <translation>已解除：按钮未完整显示。未发送任何内容。</translation>
-    </message>
-    <message>
-        <source>Disarmed: the computer slept. Nothing was sent.</source>
-        <translation>已解除：计算机曾休眠。未发送任何内容。</translation>
-    </message>
-    <message>
-        <source>Disarmed: the keyboard went elsewhere. Nothing was sent.</source>
-        <translation>已解除：键盘焦点移到别处。未发送任何内容。</translation>
-    </message>
-    <message>
-        <source>Disarmed: the link was lost. Nothing was sent.</source>
-        <translation>已解除：通信中断。未发送任何内容。</translation>
-    </message>
-    <message>
-        <source>Disarmed: the module restarted. Nothing was sent.</source>
-        <translation>已解除：模块重启。未发送任何内容。</translation>
-    </message>
-    <message>
-        <source>Disarmed: the program met an error. Nothing was sent.</source>
-        <translation>已解除：程序出错。未发送任何内容。</translation>
-    </message>
-    <message>
-        <source>Disarmed: the window was busy, the hold is not certain. Nothing was sent.</source>
-        <translation>已解除：窗口繁忙，无法确认是否一直按住。未发送任何内容。</translation>
-    </message>
-    <message>
-        <source>Disarmed: the window was left. Nothing was sent.</source>
-        <translation>已解除：离开了窗口。未发送任何内容。</translation>
+        <source>Disarms in</source>
+        <translation>剩余时间</translation>
     </message>
     <message>
         <source>Discard and show the other module</source>
@@ -1662,6 +1622,10 @@
         <translation>结束测试；若已激活模块则将其锁定</translation>
     </message>
     <message>
+        <source>Enter the thresholds.</source>
+        <translation>请输入阈值。</translation>
+    </message>
+    <message>
         <source>Entry {entry} was added from outside.</source>
         <translation>第 {entry} 条由外部添加。</translation>
     </message>
@@ -1842,6 +1806,10 @@
         <translation>仅在倒扣时开伞（{fires:.0f}°）；在 {rearms:.0f}° 复位。</translation>
     </message>
     <message>
+        <source>Fires the parachute.</source>
+        <translation>触发开伞。</translation>
+    </message>
+    <message>
         <source>Fires the parachute. 00 forbids it; for how long, the vendor does not say.</source>
         <translation>触发开伞。00 为禁止触发；禁止多久，厂家未说明。</translation>
     </message>
@@ -1856,6 +1824,10 @@
     <message>
         <source>First visit: continue. Else compare by hand.</source>
         <translation>首次连接可继续，否则请人工核对。</translation>
+    </message>
+    <message>
+        <source>First {count} only.</source>
+        <translation>仅列出前 {count} 条。</translation>
     </message>
     <message>
         <source>Fleet</source>
@@ -1886,20 +1858,12 @@
         <translation>供 PlotJuggler 和 Foxglove 使用，含全部字节</translation>
     </message>
     <message>
-        <source>Forbid now</source>
-        <translation>立即禁止</translation>
-    </message>
-    <message>
         <source>Forbid serial trigger</source>
         <translation>禁止串口触发</translation>
     </message>
     <message>
         <source>Forbid serial trigger…</source>
         <translation>禁止串口触发…</translation>
-    </message>
-    <message>
-        <source>Forbids deploying over serial only; for how long, the vendor does not say.</source>
-        <translation>只禁止串口开伞；禁止持续多久，厂家没有说明。</translation>
     </message>
     <message>
         <source>Foreign replies</source>
@@ -1946,24 +1910,16 @@
         <translation>失重加速度</translation>
     </message>
     <message>
-        <source>Free fall fires when the acceleration has stayed below its threshold for the free-fall time.</source>
-        <translation>加速度持续低于失重加速度阈值达到失重时间时，失重触发。</translation>
+        <source>Free fall: fires after the free-fall time below its threshold.</source>
+        <translation>失重触发：低于阈值的时间达到失重时间即触发。</translation>
     </message>
     <message>
-        <source>Free fall: disabled.</source>
-        <translation>失重：已禁用。</translation>
+        <source>Free fall: nearest {what} at {time}.</source>
+        <translation>失重：最接近 {what}，{time}。</translation>
     </message>
     <message>
-        <source>Free fall: longest without firing {lasted:.2f} s until {time}, {margin:.2f} s short.</source>
-        <translation>失重：未触发的最长失重 {lasted:.2f} 秒（至 {time}），差 {margin:.2f} 秒。</translation>
-    </message>
-    <message>
-        <source>Free fall: none; lowest {weight:.1f} g at {time}, {margin:.1f} g above the threshold.</source>
-        <translation>失重：无；最低 {weight:.1f} g（{time}），比阈值高 {margin:.1f} g。</translation>
-    </message>
-    <message>
-        <source>Free fall: not judged.</source>
-        <translation>失重：未判断。</translation>
+        <source>Free fall: none; lowest {weight:.1f} g at {time}.</source>
+        <translation>失重：无；最低 {weight:.1f} g，{time}。</translation>
     </message>
     <message>
         <source>Free software under the MIT licence. It is made with:</source>
@@ -2186,10 +2142,6 @@
         <translation>水平放置时是否显示 0°？</translation>
     </message>
     <message>
-        <source>It can be held for the next 10 s</source>
-        <translation>之后 10 秒内可按住</translation>
-    </message>
-    <message>
         <source>It can no longer be read: {why}</source>
         <translation>已无法读取：{why}</translation>
     </message>
@@ -2244,18 +2196,6 @@
     <message>
         <source>It has no times; those shown are estimated.</source>
         <translation>文件中没有时间；显示的时间为推算值。</translation>
-    </message>
-    <message>
-        <source>It has not been armed and held for two seconds.</source>
-        <translation>尚未预备并按住两秒。</translation>
-    </message>
-    <message>
-        <source>It has not been confirmed.</source>
-        <translation>尚未确认。</translation>
-    </message>
-    <message>
-        <source>It has not been watched for two seconds yet.</source>
-        <translation>尚未观察满 2 秒。</translation>
     </message>
     <message>
         <source>It holds neither attitude nor acceleration.</source>
@@ -2322,30 +2262,6 @@
         <translation>它不是本程序的数据记录。</translation>
     </message>
     <message>
-        <source>It is not known how old the last status is.</source>
-        <translation>不知道最近一次状态是多久以前的。</translation>
-    </message>
-    <message>
-        <source>It is not known whether the module has fired.</source>
-        <translation>模块触发状态未知。</translation>
-    </message>
-    <message>
-        <source>It is not known whether the module is active.</source>
-        <translation>模块激活状态未知。</translation>
-    </message>
-    <message>
-        <source>It is not known whether the module is locked.</source>
-        <translation>模块锁定状态未知。</translation>
-    </message>
-    <message>
-        <source>It is not known whether the module is locked: settings are not changed.</source>
-        <translation>模块锁定状态未知：不修改参数。</translation>
-    </message>
-    <message>
-        <source>It is not proven that this is the module that is meant: only queries are sent.</source>
-        <translation>尚未确认这就是所指的模块：仅发送查询命令。</translation>
-    </message>
-    <message>
         <source>It is plugged in</source>
         <translation>已接通</translation>
     </message>
@@ -2378,8 +2294,8 @@
         <translation>可能是另一个模块：请选中它，并确认是哪一个。</translation>
     </message>
     <message>
-        <source>It moves: {low:.0f}° to {high:.0f}°, {weak:.1f} g to {strong:.1f} g within two seconds.</source>
-        <translation>模块未静止：2 秒内 {low:.0f}° 至 {high:.0f}°，{weak:.1f} g 至 {strong:.1f} g。</translation>
+        <source>It moves: {low:.0f}–{high:.0f}°, {weak:.1f}–{strong:.1f} g in 2 s.</source>
+        <translation>模块未静止：2 秒内 {low:.0f}–{high:.0f}°，{weak:.1f}–{strong:.1f} g。</translation>
     </message>
     <message>
         <source>It only grows; there is no serial number.</source>
@@ -2400,10 +2316,6 @@
     <message>
         <source>It was disconnected.</source>
         <translation>已断开连接。</translation>
-    </message>
-    <message>
-        <source>It was locked for {time}: judged as if it had been active.</source>
-        <translation>其中锁定 {time}：按激活状态判断。</translation>
     </message>
     <message>
         <source>It was not kept.</source>
@@ -2432,6 +2344,10 @@
     <message>
         <source>It would be missed with {tilt}°, {acceleration:.1f} g and {time:.2f} s, the most sensitive thresholds that let the others pass.</source>
         <translation>在不误触发其他飞行的最灵敏阈值 {tilt}°、{acceleration:.1f} g、{time:.2f} s 下，该飞行会被漏掉。</translation>
+    </message>
+    <message>
+        <source>It would send {frame}.</source>
+        <translation>将发送 {frame}。</translation>
     </message>
     <message>
         <source>Its approved fingerprint belonged to other settings and was removed.</source>
@@ -2554,10 +2470,6 @@
         <translation>模块未报告锁定：请按已激活对待。</translation>
     </message>
     <message>
-        <source>LOCK puts the module into standby. Until it reports LOCKED, treat it as ready to fire.</source>
-        <translation>“锁定”使模块进入待机。在其报告“已锁定”之前，请视为随时可能开伞。</translation>
-    </message>
-    <message>
         <source>LOCK sent {count} times, not yet reported</source>
         <translation>锁定命令已发送 {count} 次，模块尚未报告锁定</translation>
     </message>
@@ -2566,8 +2478,8 @@
         <translation>锁定命令未发送：请将模块视为已激活。</translation>
     </message>
     <message>
-        <source>LOCK was pressed after this was confirmed: confirm again.</source>
-        <translation>确认之后又按了“锁定”：请重新确认。</translation>
+        <source>LOCK was pressed</source>
+        <translation>已按“锁定”</translation>
     </message>
     <message>
         <source>LOCK was sent once, not confirmed: treat the module as ACTIVE.</source>
@@ -2654,10 +2566,6 @@
         <translation>时间轴长度：{length}</translation>
     </message>
     <message>
-        <source>Let go before two seconds were over. Nothing was sent.</source>
-        <translation>未按满 2 秒即松开。未发送任何内容。</translation>
-    </message>
-    <message>
         <source>Let it fall</source>
         <translation>松手落下</translation>
     </message>
@@ -2722,6 +2630,10 @@
         <translation>串口</translation>
     </message>
     <message>
+        <source>Link lost. Nothing was sent.</source>
+        <translation>通信中断。未发送任何内容。</translation>
+    </message>
+    <message>
         <source>Link lost: nothing of it is kept.</source>
         <translation>通信中断：不保存任何结果。</translation>
     </message>
@@ -2770,16 +2682,16 @@
         <translation>先锁定，启用触发，再重新激活。</translation>
     </message>
     <message>
-        <source>Lock the module</source>
-        <translation>锁定模块</translation>
-    </message>
-    <message>
         <source>Lock this module at once</source>
         <translation>立即锁定此模块</translation>
     </message>
     <message>
         <source>Lock {module}</source>
         <translation>锁定 {module}</translation>
+    </message>
+    <message>
+        <source>Locked for {time}: judged as active.</source>
+        <translation>锁定 {time}：按激活判断。</translation>
     </message>
     <message>
         <source>Locking</source>
@@ -2792,10 +2704,6 @@
     <message>
         <source>Locks</source>
         <translation>能锁定</translation>
-    </message>
-    <message>
-        <source>Locks at once</source>
-        <translation>立即锁定</translation>
     </message>
     <message>
         <source>Locks every connected module at once</source>
@@ -2902,6 +2810,10 @@
         <translation>阈值图，{limits}：{what}</translation>
     </message>
     <message>
+        <source>Margins below 1°, 0.1 g or one report do not count.</source>
+        <translation>小于 1°、0.1 g 或一次报告间隔的余量不算余量。</translation>
+    </message>
+    <message>
         <source>Mark</source>
         <translation>标记</translation>
     </message>
@@ -2998,6 +2910,10 @@
         <translation>模块故障</translation>
     </message>
     <message>
+        <source>Module not proven: only queries are sent.</source>
+        <translation>尚未确认是所指的模块：仅发送查询命令。</translation>
+    </message>
+    <message>
         <source>Module on {port}, {rate} baud</source>
         <translation>{port} 上的模块，波特率 {rate}</translation>
     </message>
@@ -3044,6 +2960,10 @@
     <message>
         <source>Most likely the module has another baud rate: find it.</source>
         <translation>模块很可能使用其他波特率：请查找波特率。</translation>
+    </message>
+    <message>
+        <source>Mouse or space bar</source>
+        <translation>鼠标或空格键</translation>
     </message>
     <message>
         <source>Move</source>
@@ -3206,10 +3126,6 @@
         <translation>下一个匹配（回车）</translation>
     </message>
     <message>
-        <source>Next: arm it. It would send {frame}.</source>
-        <translation>下一步：预备。将发送 {frame}。</translation>
-    </message>
-    <message>
         <source>Next: enable the triggers and run the check.</source>
         <translation>接下来：使能触发并运行检查。</translation>
     </message>
@@ -3240,6 +3156,10 @@
     <message>
         <source>No check within the last {days} days.</source>
         <translation>最近 {days} 天内未做检查。</translation>
+    </message>
+    <message>
+        <source>No current status.</source>
+        <translation>没有有效的状态数据。</translation>
     </message>
     <message>
         <source>No data on {port} after {asked} requests.</source>
@@ -3454,12 +3374,20 @@
         <translation>不正常</translation>
     </message>
     <message>
+        <source>Not armed and held for 2 s.</source>
+        <translation>尚未预备并按住 2 秒。</translation>
+    </message>
+    <message>
         <source>Not as written: {names}.</source>
         <translation>与写入值不符：{names}。</translation>
     </message>
     <message>
         <source>Not charging</source>
         <translation>未充电</translation>
+    </message>
+    <message>
+        <source>Not confirmed.</source>
+        <translation>尚未确认。</translation>
     </message>
     <message>
         <source>Not connected</source>
@@ -3482,28 +3410,20 @@
         <translation>未判断</translation>
     </message>
     <message>
-        <source>Not judged: a pause of {longest} without reports at {at}.</source>
-        <translation>未判断：{at} 起有 {longest} 没有上报。</translation>
+        <source>Not judged: before {time}.</source>
+        <translation>未判断：{time} 之前。</translation>
     </message>
     <message>
-        <source>Not judged: name the thresholds.</source>
-        <translation>未判断：请填写阈值。</translation>
+        <source>Not judged: locked for {time}.</source>
+        <translation>未判断：锁定 {time}。</translation>
     </message>
     <message>
-        <source>Not judged: the reports are more than 0.5 s apart.</source>
-        <translation>未判断：上报间隔超过 0.5 秒。</translation>
+        <source>Not judged: pauses, {time} in all, longest {longest} at {at}.</source>
+        <translation>未判断：中断共 {time}，最长 {longest}，{at}。</translation>
     </message>
     <message>
-        <source>Not judged: what was before {time}; only lowest and highest values are left of it.</source>
-        <translation>未判断：{time} 之前的数据，只保留了最低值和最高值。</translation>
-    </message>
-    <message>
-        <source>Not judged: {count} pauses without reports, {time} in all, the longest {longest} at {at}.</source>
-        <translation>未判断：{count} 段没有上报的时间，共 {time}，最长 {longest}（{at}）。</translation>
-    </message>
-    <message>
-        <source>Not judged: {time} in which it was locked.</source>
-        <translation>未判断：锁定的 {time}。</translation>
+        <source>Not judged: reports over 0.5 s apart.</source>
+        <translation>未判断：状态间隔超过 0.5 s。</translation>
     </message>
     <message>
         <source>Not judged: {total:.1f} s before arming or after the landing.</source>
@@ -3566,6 +3486,10 @@
         <translation>未触发</translation>
     </message>
     <message>
+        <source>Not watched for 2 s yet.</source>
+        <translation>尚未观察满 2 秒。</translation>
+    </message>
+    <message>
         <source>Not yet shared</source>
         <translation>尚未共享</translation>
     </message>
@@ -3622,8 +3546,8 @@
         <translation>没有可解码的内容：请给出十六进制字节，或用 - 从标准输入读取。</translation>
     </message>
     <message>
-        <source>Nothing to judge: both triggers are disabled.</source>
-        <translation>无可判断：两种触发都已禁用。</translation>
+        <source>Nothing to judge.</source>
+        <translation>没有可判断的数据。</translation>
     </message>
     <message>
         <source>Nothing to plug in</source>
@@ -3654,10 +3578,6 @@
         <translation>未发送任何内容。如需执行，请运行 {command}。</translation>
     </message>
     <message>
-        <source>Nothing was sent: the connection was lost before.</source>
-        <translation>未发送任何内容：此前连接已丢失。</translation>
-    </message>
-    <message>
         <source>Nothing was set: by its boot count this may be another module than {module}.</source>
         <translation>未设置任何参数：从开机次数看，这可能不是 {module}，而是另一个模块。</translation>
     </message>
@@ -3672,10 +3592,6 @@
     <message>
         <source>Now</source>
         <translation>当前</translation>
-    </message>
-    <message>
-        <source>Now {tilt:.0f}°, {low:.1f}–{high:.1f} g, moved {change:.0f}° in 2 s</source>
-        <translation>当前 {tilt:.0f}°，{low:.1f}–{high:.1f} g，2 秒内变化 {change:.0f}°</translation>
     </message>
     <message>
         <source>OK</source>
@@ -3726,10 +3642,6 @@
         <translation>只有手动测试能证明传感器有效。</translation>
     </message>
     <message>
-        <source>Only an active module fires; a locked one is in standby.</source>
-        <translation>只有激活的模块才会开伞；锁定的模块处于待机状态。</translation>
-    </message>
-    <message>
         <source>Only an echo</source>
         <translation>只有回显</translation>
     </message>
@@ -3748,10 +3660,6 @@
     <message>
         <source>Only records with all these words</source>
         <translation>只显示包含所有这些词的记录</translation>
-    </message>
-    <message>
-        <source>Only the first {count} are listed.</source>
-        <translation>只列出前 {count} 次。</translation>
     </message>
     <message>
         <source>Only those that fire</source>
@@ -3860,6 +3768,10 @@
     <message>
         <source>Out of its limit: {why}</source>
         <translation>超出限值：{why}</translation>
+    </message>
+    <message>
+        <source>Over serial only: it still fires by itself.</source>
+        <translation>只禁止串口触发：模块仍会自动开伞。</translation>
     </message>
     <message>
         <source>Over the last {time}: {lanes}; restarts: {restarts}; port lost: {losses}</source>
@@ -4278,8 +4190,8 @@
         <translation>正在读取：{what}</translation>
     </message>
     <message>
-        <source>Ready to fire. Lock it before you touch it.</source>
-        <translation>随时可能开伞。触碰前请先锁定。</translation>
+        <source>Ready to fire: lock it before you touch it.</source>
+        <translation>随时可能开伞：触碰前请先锁定。</translation>
     </message>
     <message>
         <source>Rearms, {direction}</source>
@@ -4432,6 +4344,10 @@
     <message>
         <source>Restart</source>
         <translation>重启</translation>
+    </message>
+    <message>
+        <source>Restart it by its switch (2 s) or external power.</source>
+        <translation>长按开关 2 秒或接通外接供电即可重启。</translation>
     </message>
     <message>
         <source>Restart loses settings</source>
@@ -4714,10 +4630,6 @@
         <translation>检查期间不要发送命令。</translation>
     </message>
     <message>
-        <source>Send nothing</source>
-        <translation>不发送任何内容</translation>
-    </message>
-    <message>
         <source>Sends each edited row once, then asks for it. A row is verified only when what comes back is equal. Against the vendor's advice it asks for a second click; an ACTIVE module is not written to.</source>
         <translation>每个修改过的行发送一次，然后读回。只有读回的值相同才算已验证。违背厂家建议时需要再次点击；不会写入处于激活状态的模块。</translation>
     </message>
@@ -4910,10 +4822,6 @@
         <translation>关机</translation>
     </message>
     <message>
-        <source>Shut down now</source>
-        <translation>立即关机</translation>
-    </message>
-    <message>
         <source>Shut down…</source>
         <translation>关机…</translation>
     </message>
@@ -4968,10 +4876,6 @@
     <message>
         <source>Softer than advised: {checks}.</source>
         <translation>限值比建议宽松：{checks}。</translation>
-    </message>
-    <message>
-        <source>Something else is armed: {what}.</source>
-        <translation>另一项操作已处于预备状态：{what}。</translation>
     </message>
     <message>
         <source>Something sends on {port}, but no frame can be read at {rate} baud.</source>
@@ -5040,10 +4944,6 @@
     <message>
         <source>State of {setting}</source>
         <translation>{setting}的状态</translation>
-    </message>
-    <message>
-        <source>State unknown</source>
-        <translation>状态未知</translation>
     </message>
     <message>
         <source>Station</source>
@@ -5198,6 +5098,10 @@
         <translation>从文件导入本机缺少的内容</translation>
     </message>
     <message>
+        <source>Takes its position as level; for small mounting errors only.</source>
+        <translation>将当前姿态作为水平基准；仅用于小的安装误差。</translation>
+    </message>
+    <message>
         <source>Takes today's mounting as level. For small mounting errors only.</source>
         <translation>将当前安装方式作为水平面。仅用于修正小角度安装误差。</translation>
     </message>
@@ -5250,20 +5154,12 @@
         <translation>地址格式应为 {example}；密码中的 / @ ? # 须写作 %2F %40 %3F %23。</translation>
     </message>
     <message>
-        <source>The angle of the threshold itself fires; the acceleration of the threshold itself is no fall.</source>
-        <translation>角度等于阈值即触发；加速度等于阈值不算失重。</translation>
-    </message>
-    <message>
         <source>The archive server needs psycopg, which is not installed: {command}</source>
         <translation>使用归档服务器需要 psycopg，尚未安装：{command}</translation>
     </message>
     <message>
         <source>The archive server {server} cannot be used: {why}</source>
         <translation>无法使用归档服务器 {server}：{why}</translation>
-    </message>
-    <message>
-        <source>The attitude threshold is not known: read the settings first.</source>
-        <translation>姿态开伞阈值未知：请先读取参数。</translation>
     </message>
     <message>
         <source>The audit log cannot be written, so nothing dangerous is sent.</source>
@@ -5318,10 +5214,6 @@
         <translation>所选列既不含姿态也不含加速度。</translation>
     </message>
     <message>
-        <source>The computer slept after this was confirmed: confirm again.</source>
-        <translation>确认之后计算机休眠过：请重新确认。</translation>
-    </message>
-    <message>
         <source>The computer slept for {time}; everything is read again.</source>
         <translation>计算机休眠了 {time}；所有数据正在重新读取。</translation>
     </message>
@@ -5334,20 +5226,16 @@
         <translation>计算机休眠过，正在进行的操作已结束。</translation>
     </message>
     <message>
-        <source>The confirmation is {seconds:.1f} s old: confirm again.</source>
-        <translation>确认是 {seconds:.1f} 秒前的：请重新确认。</translation>
-    </message>
-    <message>
         <source>The details are on the clipboard.</source>
         <translation>详细信息已复制到剪贴板。</translation>
     </message>
     <message>
-        <source>The disk did not take it in time.</source>
-        <translation>磁盘未能及时写入。</translation>
-    </message>
-    <message>
         <source>The disk is full: {file} cannot be written.</source>
         <translation>磁盘已满：无法写入 {file}。</translation>
+    </message>
+    <message>
+        <source>The disk is too slow.</source>
+        <translation>磁盘写入过慢。</translation>
     </message>
     <message>
         <source>The disk was too slow: {count} reports are missing in the recording.</source>
@@ -5392,10 +5280,6 @@
     <message>
         <source>The last nine triggers, each with the settings and readings of its moment.</source>
         <translation>最近九次触发，每条含触发时的参数和读数。</translation>
-    </message>
-    <message>
-        <source>The last status is {seconds:.1f} s old.</source>
-        <translation>最近一次状态是 {seconds:.1f} 秒前的。</translation>
     </message>
     <message>
         <source>The last ten minutes</source>
@@ -5506,14 +5390,6 @@
         <translation>模块目前没有报告状态。</translation>
     </message>
     <message>
-        <source>The module fires the parachute.</source>
-        <translation>模块触发开伞。</translation>
-    </message>
-    <message>
-        <source>The module gets another value for this setting.</source>
-        <translation>模块的这项参数改为另一个值。</translation>
-    </message>
-    <message>
         <source>The module has no serial number. A name, given once, ties its records and checks together; it is recognised again by its adapter and its boot count.</source>
         <translation>模块没有序列号。起一次名称，就能把它的记录和检查归在一起；以后通过适配器和开机次数再次识别。</translation>
     </message>
@@ -5522,24 +5398,12 @@
         <translation>模块没有序列号：命名一次，下次即可识别</translation>
     </message>
     <message>
-        <source>The module has not reported its status yet.</source>
-        <translation>模块尚未报告状态。</translation>
-    </message>
-    <message>
         <source>The module has triggered. Next: read the trigger record, LOCK, then pack and check again.</source>
         <translation>模块已触发。接下来：读取触发记录、锁定，然后重新装伞并检查。</translation>
     </message>
     <message>
         <source>The module is ACTIVE: it fires by its thresholds, with or without this program.</source>
         <translation>模块处于激活状态：无论本程序是否运行，达到阈值都会开伞。</translation>
-    </message>
-    <message>
-        <source>The module is ACTIVE: lock it before a test.</source>
-        <translation>模块已激活：测试前请先锁定。</translation>
-    </message>
-    <message>
-        <source>The module is ACTIVE: lock it before changing settings, or unlock this one write.</source>
-        <translation>模块已激活：请先锁定再修改参数，或仅为本次写入解锁。</translation>
     </message>
     <message>
         <source>The module is ACTIVE: lock it first.</source>
@@ -5564,10 +5428,6 @@
     <message>
         <source>The module keeps no trigger records: it has never fired, or its memory was cleared.</source>
         <translation>模块没有触发记录：从未触发，或存储已被清除。</translation>
-    </message>
-    <message>
-        <source>The module looks at its sensor oftener and finer than it reports: a margin below 1°, 0.1 g or the time between two reports is none.</source>
-        <translation>模块读取传感器比上报更频繁、更精细：小于 1°、0.1 g 或两次上报间隔的余量不能算作余量。</translation>
     </message>
     <message>
         <source>The module no longer answers.</source>
@@ -5608,10 +5468,6 @@
     <message>
         <source>The module reports that it is still LOCKED.</source>
         <translation>模块报告仍处于锁定状态。</translation>
-    </message>
-    <message>
-        <source>The module restarted and has not reported its status since.</source>
-        <translation>模块已重启，此后尚未报告状态。</translation>
     </message>
     <message>
         <source>The module restarted during the test.</source>
@@ -5664,14 +5520,6 @@
     <message>
         <source>The module stopped answering. What came is shown and nothing was kept; read again.</source>
         <translation>模块停止应答。已收到的记录仅显示，未保存；请重新读取。</translation>
-    </message>
-    <message>
-        <source>The module switches off. It comes back by its switch, held for 2 s, or by external power.</source>
-        <translation>模块关机。长按开关 2 秒或接通外接供电可重新开机。</translation>
-    </message>
-    <message>
-        <source>The module takes its present position as level. For small mounting errors only.</source>
-        <translation>模块将当前姿态作为水平基准。仅用于消除小的安装误差。</translation>
     </message>
     <message>
         <source>The module takes the parachute as gone when its bay is light. Measure in the light of the flight day, with no hand over the sensor.</source>
@@ -5728,10 +5576,6 @@
     <message>
         <source>The port was closed by a fault of this program.</source>
         <translation>串口因本程序的错误而关闭。</translation>
-    </message>
-    <message>
-        <source>The port was opened again after this was confirmed: confirm again.</source>
-        <translation>确认之后串口重新打开过：请重新确认。</translation>
     </message>
     <message>
         <source>The port went away.</source>
@@ -5830,10 +5674,6 @@
         <translation>所选行的完整内容</translation>
     </message>
     <message>
-        <source>The serial line gets another speed. The vendor advises not to change it.</source>
-        <translation>串口改用另一速率。厂家建议不要修改。</translation>
-    </message>
-    <message>
         <source>The serial output is off now. It streams too slowly to know whether it was on before; dps-s set serial_output=true switches it on.</source>
         <translation>串口输出现已关闭。其输出太慢，无法得知之前是否已打开；如需打开，请运行 dps-s set serial_output=true。</translation>
     </message>
@@ -5858,12 +5698,12 @@
         <translation>模拟模块未处于静止状态。</translation>
     </message>
     <message>
-        <source>The system did not list its serial ports. Switch Bluetooth off and try again.</source>
-        <translation>系统未能列出串口。请关闭蓝牙后重试。</translation>
+        <source>The status is {seconds:.1f} s old.</source>
+        <translation>状态是 {seconds:.1f} 秒前的。</translation>
     </message>
     <message>
-        <source>The ten seconds are over. Nothing was sent.</source>
-        <translation>十秒已过。未发送任何内容。</translation>
+        <source>The system did not list its serial ports. Switch Bluetooth off and try again.</source>
+        <translation>系统未能列出串口。请关闭蓝牙后重试。</translation>
     </message>
     <message>
         <source>The test makes the module fire: it begins only after you say that nothing can be ejected.</source>
@@ -5878,20 +5718,12 @@
         <translation>重新测量倾角</translation>
     </message>
     <message>
-        <source>The tilt is not known.</source>
-        <translation>倾角未知。</translation>
-    </message>
-    <message>
-        <source>The tilt is {tilt:.0f}° and the module fires at {threshold:.0f}°: it would fire at once.</source>
-        <translation>倾角为 {tilt:.0f}°，而模块在 {threshold:.0f}° 开伞：会立即开伞。</translation>
-    </message>
-    <message>
-        <source>The tilt is {tilt:.0f}°: lay it level, within {limit:.0f}°.</source>
-        <translation>倾角为 {tilt:.0f}°：请放平，不超过 {limit:.0f}°。</translation>
-    </message>
-    <message>
         <source>The user guide is missing from this installation.</source>
         <translation>此安装中缺少用户指南。</translation>
+    </message>
+    <message>
+        <source>The vendor advises against it.</source>
+        <translation>厂家建议不要修改。</translation>
     </message>
     <message>
         <source>The vendor advises not to change it.</source>
@@ -5966,10 +5798,6 @@
         <translation>归档中没有这个模块：dps-s archive conflicts 可列出。</translation>
     </message>
     <message>
-        <source>There is nothing to judge yet.</source>
-        <translation>还没有可判断的数据。</translation>
-    </message>
-    <message>
         <source>They are read as soon as the module answers.</source>
         <translation>模块响应后自动读取。</translation>
     </message>
@@ -5992,14 +5820,6 @@
     <message>
         <source>This computer keeps the same record.</source>
         <translation>本机保存有相同的记录。</translation>
-    </message>
-    <message>
-        <source>This confirmation has been used already: confirm again.</source>
-        <translation>此确认已使用过：请重新确认。</translation>
-    </message>
-    <message>
-        <source>This is a rehearsal: nothing is sent.</source>
-        <translation>这是演练：不发送任何内容。</translation>
     </message>
     <message>
         <source>This is all that goes in, with names replaced. Nothing is sent.</source>
@@ -6106,6 +5926,14 @@
         <translation>倾斜触发</translation>
     </message>
     <message>
+        <source>Tilt {tilt:.0f}° (threshold {threshold:.0f}°): it would fire at once.</source>
+        <translation>倾角 {tilt:.0f}°（阈值 {threshold:.0f}°）：会立即开伞。</translation>
+    </message>
+    <message>
+        <source>Tilt {tilt:.0f}°: lay it level (≤ {limit:.0f}°).</source>
+        <translation>倾角 {tilt:.0f}°：请放平（≤ {limit:.0f}°）。</translation>
+    </message>
+    <message>
         <source>Tilt, TRIGGERED</source>
         <translation>倾角，已触发</translation>
     </message>
@@ -6146,10 +5974,6 @@
         <translation>距上一帧的时间</translation>
     </message>
     <message>
-        <source>Time until it is disarmed</source>
-        <translation>距离解除的时间</translation>
-    </message>
-    <message>
         <source>To be settled</source>
         <translation>待确认</translation>
     </message>
@@ -6170,8 +5994,8 @@
         <translation>允差</translation>
     </message>
     <message>
-        <source>Too close to tell in the {time} that were judged.</source>
-        <translation>在已判断的 {time} 内过于接近，无法确定。</translation>
+        <source>Too close to tell ({time} judged).</source>
+        <translation>过于接近，无法判断（已判断 {time}）。</translation>
     </message>
     <message>
         <source>Too fast: hold it level, then tilt it {direction} slowly.</source>
@@ -6362,6 +6186,10 @@
         <translation>未知、已读取、已修改、正在写入、已验证或失败。“已验证”表示：写入后再次读取，且值相同。</translation>
     </message>
     <message>
+        <source>Unknown: {what}.</source>
+        <translation>未知：{what}。</translation>
+    </message>
+    <message>
         <source>Unlock this one write</source>
         <translation>仅为本次写入解锁</translation>
     </message>
@@ -6550,14 +6378,6 @@
         <translation>模块的数据到达过晚。</translation>
     </message>
     <message>
-        <source>What the module says arrives more than {seconds:.0f} s late.</source>
-        <translation>模块数据的延迟超过 {seconds:.0f} s。</translation>
-    </message>
-    <message>
-        <source>What the module says arrives {seconds:.1f} s late.</source>
-        <translation>模块的数据晚到 {seconds:.1f} s。</translation>
-    </message>
-    <message>
         <source>What the module says arrives {time} late: it may no longer be so.</source>
         <translation>模块的数据晚到 {time}：实际情况可能已经改变。</translation>
     </message>
@@ -6572,10 +6392,6 @@
     <message>
         <source>What was left out of the log or looks wrong in it</source>
         <translation>日志中被略去或异常的内容</translation>
-    </message>
-    <message>
-        <source>What was measured after a real trigger was measured under an open parachute.</source>
-        <translation>真实触发之后的数据是在降落伞打开的情况下测得的。</translation>
     </message>
     <message>
         <source>What was read cannot be written: {error}.</source>
@@ -6698,20 +6514,16 @@
         <translation>晃动</translation>
     </message>
     <message>
-        <source>Would have fired once.</source>
-        <translation>本会触发 1 次。</translation>
-    </message>
-    <message>
-        <source>Would have fired {count} times.</source>
-        <translation>本会触发 {count} 次。</translation>
+        <source>Would have fired {count}×.</source>
+        <translation>会触发 {count} 次。</translation>
     </message>
     <message>
         <source>Would it have fired?</source>
         <translation>是否会触发？</translation>
     </message>
     <message>
-        <source>Would not have fired in the {time} that were judged.</source>
-        <translation>在已判断的 {time} 内没有达到触发条件。</translation>
+        <source>Would not have fired ({time} judged).</source>
+        <translation>不会触发（已判断 {time}）。</translation>
     </message>
     <message>
         <source>Write</source>
@@ -6818,10 +6630,6 @@
         <translation>置零</translation>
     </message>
     <message>
-        <source>Zero now</source>
-        <translation>立即置零</translation>
-    </message>
-    <message>
         <source>Zero the sensor</source>
         <translation>传感器置零</translation>
     </message>
@@ -6844,6 +6652,10 @@
     <message>
         <source>[{name}] is a table.</source>
         <translation>[{name}] 应为一个表。</translation>
+    </message>
+    <message>
+        <source>a condition opened</source>
+        <translation>某项条件不再满足</translation>
     </message>
     <message>
         <source>a device name (see dps-s ports), a pseudo-terminal or a URL: socket://HOST:PORT, sim://; default: DPS_S_PORT, or the only adapter</source>
@@ -6952,6 +6764,10 @@
     <message>
         <source>all settings of this profile</source>
         <translation>此配置文件中的所有参数</translation>
+    </message>
+    <message>
+        <source>already used</source>
+        <translation>已使用过</translation>
     </message>
     <message>
         <source>ambiguous option: %(option)s could match %(matches)s</source>
@@ -7134,8 +6950,16 @@
         <translation>内置串口或无描述</translation>
     </message>
     <message>
+        <source>buttons not in sight</source>
+        <translation>按钮未完整显示</translation>
+    </message>
+    <message>
         <source>bytes in hex, or one file: a capture or hex text; - reads either from standard input</source>
         <translation>十六进制字节，或一个文件：抓包文件或十六进制文本；- 表示从标准输入读取</translation>
+    </message>
+    <message>
+        <source>cancelled</source>
+        <translation>已取消</translation>
     </message>
     <message>
         <source>cannot be read</source>
@@ -7446,6 +7270,10 @@
         <translation>已激活，检查全部通过</translation>
     </message>
     <message>
+        <source>focus lost</source>
+        <translation>键盘焦点移到别处</translation>
+    </message>
+    <message>
         <source>for example freefall_time_s=1.6</source>
         <translation>例如 freefall_time_s=1.6</translation>
     </message>
@@ -7656,6 +7484,10 @@
     <message>
         <source>link</source>
         <translation>链路</translation>
+    </message>
+    <message>
+        <source>link lost</source>
+        <translation>通信中断</translation>
     </message>
     <message>
         <source>list modules that may be the same one</source>
@@ -8130,8 +7962,16 @@
         <translation>串口断开</translation>
     </message>
     <message>
+        <source>port reopened</source>
+        <translation>串口重新打开过</translation>
+    </message>
+    <message>
         <source>positional arguments</source>
         <translation>位置参数</translation>
+    </message>
+    <message>
+        <source>pressed twice</source>
+        <translation>按住期间有其他按键</translation>
     </message>
     <message>
         <source>print CSV and nothing else on standard output</source>
@@ -8164,6 +8004,10 @@
     <message>
         <source>print the version</source>
         <translation>显示版本</translation>
+    </message>
+    <message>
+        <source>program error</source>
+        <translation>程序出错</translation>
     </message>
     <message>
         <source>propose thresholds that fire in all of these flights</source>
@@ -8236,6 +8080,10 @@
     <message>
         <source>refused</source>
         <translation>被拒绝</translation>
+    </message>
+    <message>
+        <source>released too early</source>
+        <translation>未按满 2 秒即松开</translation>
     </message>
     <message>
         <source>replace the file</source>
@@ -8690,6 +8538,10 @@
         <translation>倾角更大时，一侧开伞偏晚，另一侧偏早</translation>
     </message>
     <message>
+        <source>time is up</source>
+        <translation>十秒已过</translation>
+    </message>
+    <message>
         <source>tipped past {threshold}</source>
         <translation>倾斜超过 {threshold}</translation>
     </message>
@@ -8832,6 +8684,14 @@
     <message>
         <source>who says so</source>
         <translation>确认人</translation>
+    </message>
+    <message>
+        <source>window left</source>
+        <translation>离开了窗口</translation>
+    </message>
+    <message>
+        <source>window was busy</source>
+        <translation>窗口繁忙</translation>
     </message>
     <message>
         <source>without a screen</source>
@@ -9470,6 +9330,10 @@
         <translation>{seconds:.1f} s</translation>
     </message>
     <message>
+        <source>{seconds:.1f} s old</source>
+        <translation>{seconds:.1f} 秒前的确认</translation>
+    </message>
+    <message>
         <source>{seconds:.2f} s longer than the free-fall time</source>
         <translation>比失重时间长 {seconds:.2f} s</translation>
     </message>
@@ -9494,24 +9358,32 @@
         <translation>模块上的{setting}：{value}</translation>
     </message>
     <message>
-        <source>{setting}: as last read, may have changed.</source>
-        <translation>{setting}：上次读取的值，可能已改变。</translation>
+        <source>{setting}: assumed enabled.</source>
+        <translation>{setting}：假定启用。</translation>
     </message>
     <message>
         <source>{setting}: command {code}</source>
         <translation>{setting}：命令 {code}</translation>
     </message>
     <message>
-        <source>{setting}: not known, judged as enabled.</source>
-        <translation>{setting}：未知，按启用判断。</translation>
+        <source>{setting}: disabled.</source>
+        <translation>{setting}：已禁用。</translation>
     </message>
     <message>
-        <source>{setting}: not known, type one.</source>
-        <translation>{setting}：未知，请填写。</translation>
+        <source>{setting}: enter a value.</source>
+        <translation>{setting}：请输入。</translation>
     </message>
     <message>
-        <source>{setting}: what was typed is no value.</source>
-        <translation>{setting}：输入的不是有效数值。</translation>
+        <source>{setting}: invalid.</source>
+        <translation>{setting}：无效。</translation>
+    </message>
+    <message>
+        <source>{setting}: may have changed.</source>
+        <translation>{setting}：可能已改变。</translation>
+    </message>
+    <message>
+        <source>{setting}: not judged.</source>
+        <translation>{setting}：未判断。</translation>
     </message>
     <message>
         <source>{setting}: {what}</source>
@@ -9550,6 +9422,10 @@
         <translation>{tilt:.0f}° · {acceleration:.1f} g · {time:.2f} s</translation>
     </message>
     <message>
+        <source>{tilt:.0f}°, {low:.1f}–{high:.1f} g, moved {change:.0f}° in 2 s</source>
+        <translation>{tilt:.0f}°，{low:.1f}–{high:.1f} g，2 秒内变化 {change:.0f}°</translation>
+    </message>
+    <message>
         <source>{time} ago</source>
         <translation>{time}前</translation>
     </message>
@@ -9558,24 +9434,16 @@
         <translation>晚到 {time}</translation>
     </message>
     <message>
-        <source>{time} near miss: fell {lasted:.2f} s, {margin:.2f} s short</source>
-        <translation>{time} 接近触发：失重 {lasted:.2f} 秒，差 {margin:.2f} 秒</translation>
-    </message>
-    <message>
-        <source>{time} near miss: {tilt:.0f}°, {margin:.0f}° below</source>
-        <translation>{time} 接近触发：{tilt:.0f}°，低 {margin:.0f}°</translation>
+        <source>{time} near miss: {what}</source>
+        <translation>{time} 险些触发：{what}</translation>
     </message>
     <message>
         <source>{time} or more</source>
         <translation>{time}或更久</translation>
     </message>
     <message>
-        <source>{time} too close to tell: fell {lasted:.2f} s, {margin:.2f} s short</source>
-        <translation>{time} 过于接近，无法确定：失重 {lasted:.2f} 秒，差 {margin:.2f} 秒</translation>
-    </message>
-    <message>
-        <source>{time} too close to tell: {tilt:.0f}°, {margin:.0f}° below</source>
-        <translation>{time} 过于接近，无法确定：{tilt:.0f}°，低 {margin:.0f}°</translation>
+        <source>{time} too close to tell: {what}</source>
+        <translation>{time} 过于接近，无法判断：{what}</translation>
     </message>
     <message>
         <source>{time} would fire: {why}</source>
@@ -9692,6 +9560,10 @@
     <message>
         <source>{value}, {fault}</source>
         <translation>{value}，{fault}</translation>
+    </message>
+    <message>
+        <source>{value}, {margin} below</source>
+        <translation>{value}，低 {margin}</translation>
     </message>
     <message>
         <source>{value}: NOT verified ({why})</source>

@@ -34,14 +34,14 @@ TITLES: Mapping[Act, str] = MappingProxyType({
 })  # fmt: skip
 
 EFFECTS: Mapping[Act, str] = MappingProxyType({
-    Act.LOCK: marked("LOCK puts the module into standby. Until it reports LOCKED, treat it as ready to fire."),
+    Act.LOCK: marked("Treat it as ready to fire until it reports LOCKED."),
     Act.ACTIVATE: marked("An active module fires when it tips over or falls."),
-    Act.ZERO: marked("The module takes its present position as level. For small mounting errors only."),
-    Act.SHUTDOWN: marked("The module switches off. It comes back by its switch, held for 2 s, or by external power."),
-    Act.FORBID_DEPLOY: marked("Forbids deploying over serial only; for how long, the vendor does not say."),
-    Act.DEPLOY: marked("The module fires the parachute."),
-    Act.CHANGE_BAUD: marked("The serial line gets another speed. The vendor advises not to change it."),
-    Act.WRITE: marked("The module gets another value for this setting."),
+    Act.ZERO: marked("Takes its position as level; for small mounting errors only."),
+    Act.SHUTDOWN: marked("Restart it by its switch (2 s) or external power."),
+    Act.FORBID_DEPLOY: marked("Over serial only: it still fires by itself."),
+    Act.DEPLOY: marked("Fires the parachute."),
+    Act.CHANGE_BAUD: marked("The vendor advises against it."),
+    Act.WRITE: marked("Write a setting"),
 })  # fmt: skip
 
 REQUESTS: Mapping[Act, Request] = MappingProxyType({

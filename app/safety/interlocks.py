@@ -8,7 +8,7 @@ What is not known never counts as fulfilled: a state that is stale, or only ackn
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import Enum, auto
-from math import isinf
+from math import inf, isinf
 from types import MappingProxyType
 
 from app.engine.device import FRESH_FOR_S, DeviceView, How, Known, StaleReason
@@ -182,40 +182,33 @@ _Check = Callable[[Act, InterlockInputs], UserMessage | None]
 
 
 def _online(_act: Act, now_is: InterlockInputs) -> UserMessage | None:
-    if now_is.presence is Presence.ONLINE:
-        return None
-    return said(marked("The module does not answer."))
+    return None if now_is.presence is Presence.ONLINE else said(marked("The module does not answer."))
 
 
 def _is_the_one_meant(_act: Act, now_is: InterlockInputs) -> UserMessage | None:
-    if now_is.is_the_one_meant:
-        return None
-    text = marked("It is not proven that this is the module that is meant: only queries are sent.")
-    return said(text)
+    return None if now_is.is_the_one_meant else said(marked("Module not proven: only queries are sent."))
+
+
+def _unknown(what: str) -> UserMessage:
+    return said(marked("Unknown: {what}."), what=said(what))
 
 
 def _fresh_status(_act: Act, now_is: InterlockInputs) -> UserMessage | None:
-    if now_is.status_at is None:
-        return said(marked("The module has not reported its status yet."))
-    if now_is.status_doubt is StaleReason.RESTARTED:
-        return said(marked("The module restarted and has not reported its status since."))
-    age_s = now_is.now - now_is.status_at
+    age_s = inf if now_is.status_at is None else now_is.now - now_is.status_at
     if now_is.status_doubt is None and 0.0 <= age_s <= now_is.status_fresh_for_s:
         return None
-    if now_is.lag_s is not None:
-        text = marked("What the module says arrives {seconds:.1f} s late.")
-        return said(text, seconds=now_is.lag_s)
-    if isinf(age_s):
-        return said(marked("It is not known how old the last status is."))
-    return said(marked("The last status is {seconds:.1f} s old."), seconds=max(0.0, age_s))
+    is_restarted = now_is.status_at is None or now_is.status_doubt is StaleReason.RESTARTED
+    if now_is.lag_s is not None and not is_restarted:
+        return said(marked("Data arrives {seconds:.1f} s late."), seconds=now_is.lag_s)
+    if is_restarted or isinf(age_s):
+        return said(marked("No current status."))
+    return said(marked("The status is {seconds:.1f} s old."), seconds=max(0.0, age_s))
 
 
 def _is_locked(_act: Act, now_is: InterlockInputs) -> UserMessage | None:
     if now_is.active is False:
         return None
-    if now_is.active:
-        return said(marked("The module is ACTIVE: lock it first."))
-    return said(marked("It is not known whether the module is locked."))
+    return said(marked("The module is ACTIVE: lock it first.")) if now_is.active else _unknown(marked("Activation"))
 
 
 def _is_active(_act: Act, now_is: InterlockInputs) -> UserMessage | None:
@@ -223,49 +216,42 @@ def _is_active(_act: Act, now_is: InterlockInputs) -> UserMessage | None:
         return None
     if now_is.active is False:
         return said(marked("The module is LOCKED: activate it first."))
-    return said(marked("It is not known whether the module is active."))
+    return _unknown(marked("Activation"))
 
 
 def _not_triggered(_act: Act, now_is: InterlockInputs) -> UserMessage | None:
     if now_is.triggered is False:
         return None
-    if now_is.triggered:
-        return said(marked("The module reports that it has fired."))
-    return said(marked("It is not known whether the module has fired."))
+    return said(marked("The module reports that it has fired.")) if now_is.triggered else _unknown(marked("Trigger"))
 
 
 def _below_tilt(_act: Act, now_is: InterlockInputs) -> UserMessage | None:
     tilt, threshold = now_is.tilt_deg, now_is.attitude_threshold_deg
-    if threshold is None:
-        return said(marked("The attitude threshold is not known: read the settings first."))
-    if tilt is None:
-        return said(marked("The tilt is not known."))
+    if threshold is None or tilt is None:
+        return _unknown(marked("Attitude threshold") if threshold is None else marked("Tilt"))
     if tilt < threshold:
         return None
-    return said(
-        marked("The tilt is {tilt:.0f}° and the module fires at {threshold:.0f}°: it would fire at once."),
-        tilt=tilt,
-        threshold=threshold,
-    )
+    text = marked("Tilt {tilt:.0f}° (threshold {threshold:.0f}°): it would fire at once.")
+    return said(text, tilt=tilt, threshold=threshold)
 
 
 def _is_level(_act: Act, now_is: InterlockInputs) -> UserMessage | None:
     if now_is.tilt_deg is None:
-        return said(marked("The tilt is not known."))
+        return _unknown(marked("Tilt"))
     if now_is.tilt_deg <= LEVEL_WITHIN_DEG:
         return None
-    text = marked("The tilt is {tilt:.0f}°: lay it level, within {limit:.0f}°.")
+    text = marked("Tilt {tilt:.0f}°: lay it level (≤ {limit:.0f}°).")
     return said(text, tilt=now_is.tilt_deg, limit=LEVEL_WITHIN_DEG)
 
 
 def _is_still(_act: Act, now_is: InterlockInputs) -> UserMessage | None:
     motion = now_is.motion
     if motion is None or motion.until - motion.since < STILL_FOR_S:
-        return said(marked("It has not been watched for two seconds yet."))
+        return said(marked("Not watched for 2 s yet."))
     is_one_g = motion.acceleration_low_g >= STILL_FROM_G and motion.acceleration_high_g <= STILL_TO_G
     if motion.tilt_change_deg <= STILL_WITHIN_DEG and is_one_g:
         return None
-    text = marked("It moves: {low:.0f}° to {high:.0f}°, {weak:.1f} g to {strong:.1f} g within two seconds.")
+    text = marked("It moves: {low:.0f}–{high:.0f}°, {weak:.1f}–{strong:.1f} g in 2 s.")
     low, high = motion.tilt_low_deg, motion.tilt_high_deg
     return said(text, low=low, high=high, weak=motion.acceleration_low_g, strong=motion.acceleration_high_g)
 
@@ -274,15 +260,15 @@ def _nothing_else_armed(act: Act, now_is: InterlockInputs) -> UserMessage | None
     armed = now_is.armed
     if armed is None or armed is act:
         return None
-    return said(marked("Something else is armed: {what}."), what=said(TITLES[armed]))
+    return said(marked("Already armed: {what}."), what=said(TITLES[armed]))
 
 
 def _confirmed(act: Act, now_is: InterlockInputs) -> UserMessage | None:
-    return _permitted(act, now_is, marked("It has not been confirmed."))
+    return _permitted(act, now_is, marked("Not confirmed."))
 
 
 def _ritual_done(act: Act, now_is: InterlockInputs) -> UserMessage | None:
-    missing = marked("It has not been armed and held for two seconds.")
+    missing = marked("Not armed and held for 2 s.")
     permit = now_is.permit
     if permit is not None and permit.origin is not Origin.RITUAL:
         return said(missing)
@@ -293,20 +279,24 @@ def _permitted(act: Act, now_is: InterlockInputs, missing: str) -> UserMessage |
     permit = now_is.permit
     if permit is None or permit.act is not act:
         return said(missing)
-    if permit.is_good(act, now_is.now):
-        if now_is.slept_until is not None and permit.granted_at <= now_is.slept_until:
-            return said(marked("The computer slept after this was confirmed: confirm again."))
-        if now_is.overtaken_at is not None and permit.granted_at <= now_is.overtaken_at:
-            return said(marked("LOCK was pressed after this was confirmed: confirm again."))
-        if now_is.opened_at is not None and permit.granted_at <= now_is.opened_at:
-            return said(marked("The port was opened again after this was confirmed: confirm again."))
-        return None
     if permit.is_rehearsal:
-        return said(marked("This is a rehearsal: nothing is sent."))
-    if permit.is_spent:
-        return said(marked("This confirmation has been used already: confirm again."))
-    age_s = max(0.0, permit.age_s(now_is.now))
-    return said(marked("The confirmation is {seconds:.1f} s old: confirm again."), seconds=age_s)
+        return said(marked("Nothing is sent."))
+    why = _void_reason(permit, act, now_is)
+    return None if why is None else said(marked("Confirm again: {why}."), why=why)
+
+
+def _void_reason(permit: Permit, act: Act, now_is: InterlockInputs) -> UserMessage | None:
+    if not permit.is_good(act, now_is.now):
+        age_s = max(0.0, permit.age_s(now_is.now))
+        return said(marked("already used")) if permit.is_spent else said(marked("{seconds:.1f} s old"), seconds=age_s)
+    for at, why in (
+        (now_is.slept_until, marked("computer slept")),
+        (now_is.overtaken_at, marked("LOCK was pressed")),
+        (now_is.opened_at, marked("port reopened")),
+    ):
+        if at is not None and permit.granted_at <= at:
+            return said(why)
+    return None
 
 
 def _intent_durable(_act: Act, now_is: InterlockInputs) -> UserMessage | None:
@@ -315,14 +305,8 @@ def _intent_durable(_act: Act, now_is: InterlockInputs) -> UserMessage | None:
     return said(marked("The audit log cannot be written, so nothing dangerous is sent."))
 
 
-def _may_write(_act: Act, now_is: InterlockInputs) -> UserMessage | None:
-    if now_is.is_unlocked or now_is.active is False:
-        return None
-    if now_is.active:
-        text = marked("The module is ACTIVE: lock it before changing settings, or unlock this one write.")
-        return said(text)
-    text = marked("It is not known whether the module is locked: settings are not changed.")
-    return said(text)
+def _may_write(act: Act, now_is: InterlockInputs) -> UserMessage | None:
+    return None if now_is.is_unlocked else _is_locked(act, now_is)
 
 
 _CHECKS: Mapping[Interlock, _Check] = MappingProxyType({

@@ -102,7 +102,7 @@ def durable(entry: Entry, limit_s: float = DURABLE_LIMIT_S) -> Procedure[bool]:
     began: EngineView = yield Inspect()
     is_written = yield Await(entry, limit_s)
     if not is_written or entry.cancelled():
-        raise JournalFailed(tr("The disk did not take it in time."))
+        raise JournalFailed(tr("The disk is too slow."))
     entry.result()
     ended: EngineView = yield Inspect()
     return ended.now - began.now > SLOW_DISK_S

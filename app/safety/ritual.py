@@ -88,32 +88,13 @@ TRANSITIONS: dict[tuple[Stage, Input], Stage] = {
     (Stage.HOLDING, Input.RAN_OUT): Stage.IDLE,
     (Stage.FIRED, Input.FINISHED): Stage.IDLE,
     (Stage.FIRED, Input.CHOOSE): Stage.CHOSEN,
-    (Stage.CHOSEN, Input.CANCEL): Stage.IDLE,
-    (Stage.CHOSEN, Input.FOCUS_LOST): Stage.IDLE,
-    (Stage.CHOSEN, Input.WINDOW_LEFT): Stage.IDLE,
-    (Stage.CHOSEN, Input.OUT_OF_SIGHT): Stage.IDLE,
-    (Stage.CHOSEN, Input.LINK_LOST): Stage.IDLE,
-    (Stage.CHOSEN, Input.MODULE_RESTARTED): Stage.IDLE,
-    (Stage.CHOSEN, Input.SLEPT): Stage.IDLE,
-    (Stage.CHOSEN, Input.FAILED): Stage.IDLE,
-    (Stage.ARMED, Input.CANCEL): Stage.IDLE,
-    (Stage.ARMED, Input.FOCUS_LOST): Stage.IDLE,
-    (Stage.ARMED, Input.WINDOW_LEFT): Stage.IDLE,
-    (Stage.ARMED, Input.OUT_OF_SIGHT): Stage.IDLE,
-    (Stage.ARMED, Input.LINK_LOST): Stage.IDLE,
-    (Stage.ARMED, Input.MODULE_RESTARTED): Stage.IDLE,
-    (Stage.ARMED, Input.CONDITION_OPENED): Stage.IDLE,
-    (Stage.ARMED, Input.SLEPT): Stage.IDLE,
-    (Stage.ARMED, Input.FAILED): Stage.IDLE,
-    (Stage.HOLDING, Input.CANCEL): Stage.IDLE,
-    (Stage.HOLDING, Input.FOCUS_LOST): Stage.IDLE,
-    (Stage.HOLDING, Input.WINDOW_LEFT): Stage.IDLE,
-    (Stage.HOLDING, Input.OUT_OF_SIGHT): Stage.IDLE,
-    (Stage.HOLDING, Input.LINK_LOST): Stage.IDLE,
-    (Stage.HOLDING, Input.MODULE_RESTARTED): Stage.IDLE,
-    (Stage.HOLDING, Input.CONDITION_OPENED): Stage.IDLE,
-    (Stage.HOLDING, Input.SLEPT): Stage.IDLE,
-    (Stage.HOLDING, Input.FAILED): Stage.IDLE,
+    # A condition that opens before it is armed only disables the button.
+    **{
+        (stage, why): Stage.IDLE
+        for stage in (Stage.CHOSEN, Stage.ARMED, Stage.HOLDING)
+        for why in DISARMING
+        if (stage, why) != (Stage.CHOSEN, Input.CONDITION_OPENED)
+    },
 }
 """An input without an entry changes nothing: hands and links do not know in which stage it is."""
 

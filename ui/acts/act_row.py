@@ -31,12 +31,6 @@ ASK_WORDS: Final[Mapping[Act, str]] = {
     Act.SHUTDOWN: marked("Shut down…"),
     Act.FORBID_DEPLOY: marked("Forbid serial trigger…"),
 }
-GO_WORDS: Final[Mapping[Act, str]] = {
-    Act.ACTIVATE: marked("Activate now"),
-    Act.ZERO: marked("Zero now"),
-    Act.SHUTDOWN: marked("Shut down now"),
-    Act.FORBID_DEPLOY: marked("Forbid now"),
-}
 
 
 class ActRow(QFrame):
@@ -65,7 +59,7 @@ class ActRow(QFrame):
         self.conditions = text_label(f"{name}_conditions", "attention")
         # In one place, one instead of the other: what is said here never changes the height of the row.
         self._place, self._words, self._reasons = QStackedLayout(), QWidget(), QStackedLayout()
-        self.confirm = Confirm(name, texts, ask=ASK_WORDS[act], go=GO_WORDS[act])
+        self.confirm = Confirm(name, texts, ask=ASK_WORDS[act], go=TITLES[act])
         self.said = NoticeBar(texts)
         self.said.setObjectName(f"{name}_said")
         texts.bind(self._title.setText, TITLES[act])

@@ -30,7 +30,7 @@ class Confirm(QWidget):
         self.is_asking = False
         self.ask = control(StepButton(), texts, f"{name}_ask", ask, role="danger", slot=self._ask)
         self.go = control(StepButton(), texts, f"{name}_go", go, role="danger", slot=self._go)
-        self.cancel = control(StepButton(is_safe=True), texts, f"{name}_cancel", "Cancel", tip="Send nothing",
+        self.cancel = control(StepButton(is_safe=True), texts, f"{name}_cancel", "Cancel", tip="Nothing is sent.",
                               key="Esc", slot=self.withdraw)  # fmt: skip
         row = FlowRow(self)
         row.add_right(self.go, self.cancel, self.ask)

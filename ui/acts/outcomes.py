@@ -75,7 +75,7 @@ def motion_text(connector: Connector) -> str:
     if motion is None or tilt is None:
         return ""
     return tr(
-        "Now {tilt:.0f}°, {low:.1f}–{high:.1f} g, moved {change:.0f}° in 2 s",
+        "{tilt:.0f}°, {low:.1f}–{high:.1f} g, moved {change:.0f}° in 2 s",
         tilt=tilt,
         low=motion.acceleration_low_g,
         high=motion.acceleration_high_g,
@@ -84,7 +84,7 @@ def motion_text(connector: Connector) -> str:
 
 
 def not_begun() -> Notice:
-    return Notice(Meaning.ATTENTION, tr("Nothing was sent: the connection was lost before."))
+    return Notice(Meaning.ATTENTION, tr("Link lost. Nothing was sent."))
 
 
 def outcome_notice(done: Performed, dismiss: Callable[[], None]) -> Notice:

@@ -46,19 +46,19 @@ _BAR_PX: Final = 8
 _MARK_PX: Final = 24
 _NOTICE_PX: Final = 40
 _ENDED: Final = {
-    Input.CANCEL: marked("Cancelled. Nothing was sent."),
-    Input.RAN_OUT: marked("The ten seconds are over. Nothing was sent."),
-    Input.RELEASE: marked("Let go before two seconds were over. Nothing was sent."),
-    Input.PRESS: marked("Disarmed: something else was pressed during the hold. Nothing was sent."),
-    Input.HOLD_BROKEN: marked("Disarmed: the window was busy, the hold is not certain. Nothing was sent."),
-    Input.OUT_OF_SIGHT: marked("Disarmed: the buttons were not in sight. Nothing was sent."),
-    Input.FOCUS_LOST: marked("Disarmed: the keyboard went elsewhere. Nothing was sent."),
-    Input.WINDOW_LEFT: marked("Disarmed: the window was left. Nothing was sent."),
-    Input.LINK_LOST: marked("Disarmed: the link was lost. Nothing was sent."),
-    Input.MODULE_RESTARTED: marked("Disarmed: the module restarted. Nothing was sent."),
-    Input.CONDITION_OPENED: marked("Disarmed: a condition is no longer fulfilled. Nothing was sent."),
-    Input.SLEPT: marked("Disarmed: the computer slept. Nothing was sent."),
-    Input.FAILED: marked("Disarmed: the program met an error. Nothing was sent."),
+    Input.CANCEL: marked("cancelled"),
+    Input.RAN_OUT: marked("time is up"),
+    Input.RELEASE: marked("released too early"),
+    Input.PRESS: marked("pressed twice"),
+    Input.HOLD_BROKEN: marked("window was busy"),
+    Input.OUT_OF_SIGHT: marked("buttons not in sight"),
+    Input.FOCUS_LOST: marked("focus lost"),
+    Input.WINDOW_LEFT: marked("window left"),
+    Input.LINK_LOST: marked("link lost"),
+    Input.MODULE_RESTARTED: marked("the module restarted"),
+    Input.CONDITION_OPENED: marked("a condition opened"),
+    Input.SLEPT: marked("computer slept"),
+    Input.FAILED: marked("program error"),
 }
 
 
@@ -90,7 +90,7 @@ class RitualWidget(QFrame):
             StepMark("ritual_step_arm", texts, 2, marked("Arm")),
             StepMark("ritual_step_hold", texts, 3, marked("Hold for 2 s")),
         )
-        self.countdown = control(QProgressBar(), texts, "ritual_countdown", says="Time until it is disarmed")
+        self.countdown = control(QProgressBar(), texts, "ritual_countdown", says="Disarms in")
         self.countdown.setTextVisible(False)
         self.countdown.setFixedHeight(_BAR_PX)
         self.countdown.setRange(0, round(ARMED_FOR_S * 1000))
@@ -98,17 +98,15 @@ class RitualWidget(QFrame):
         policy.setRetainSizeWhenHidden(True)
         self.countdown.setSizePolicy(policy)
         self.choose = control(StepButton(), texts, "ritual_choose", "Deploy…", role="danger",
-                              tip="Choose, arm, then hold for 2 s",
                               slot=partial(self._choose, is_rehearsal=False))  # fmt: skip
         self.rehearse = control(StepButton(), texts, "ritual_rehearse", "Rehearse…",
-                                tip="All three steps; nothing is sent",
+                                tip="Nothing is sent.",
                                 slot=partial(self._choose, is_rehearsal=True))  # fmt: skip
-        self.arm = control(StepButton(), texts, "ritual_arm", "Arm for 10 s", role="danger",
-                           tip="It can be held for the next 10 s")  # fmt: skip
+        self.arm = control(StepButton(), texts, "ritual_arm", "Arm for 10 s", role="danger")
         self.hold = control(HoldButton(), texts, "ritual_hold",
-                            tip="By mouse or space bar; letting go cancels")  # fmt: skip
+                            tip="Mouse or space bar")  # fmt: skip
         self.cancel = control(StepButton(is_safe=True), texts, "ritual_cancel", "Cancel",
-                              tip="Disarm; nothing is sent", key="Esc")  # fmt: skip
+                              tip="Nothing is sent.", key="Esc")  # fmt: skip
         self.said = NoticeBar(texts)
         self.said.setObjectName("ritual_said")
         self.arm.chosen.connect(self._arm)
@@ -298,9 +296,9 @@ class RitualWidget(QFrame):
         frame = REQUESTS[Act.DEPLOY].encode().hex(" ").upper()
         match stage:
             case Stage.CHOSEN:
-                self.step.setText(tr("Next: arm it. It would send {frame}.", frame=frame))
+                self.step.setText(tr("It would send {frame}.", frame=frame))
             case Stage.ARMED | Stage.HOLDING:
-                self.step.setText(tr("ARMED for {seconds:.0f} s more.", seconds=self.ritual.armed_left_s(now)))
+                self.step.setText(tr("ARMED: {seconds:.0f} s.", seconds=self.ritual.armed_left_s(now)))
             case _:
                 self.step.setText("")
 
@@ -351,4 +349,5 @@ def _column(head: QWidget, buttons: QHBoxLayout) -> QWidget:
 
 
 def _ended_notice(why: Input, dismiss: Callable[[], None]) -> Notice:
-    return Notice(Meaning.INFORMATION, tr(_ENDED[why]), dismiss=dismiss)
+    text = tr("Disarmed: {why}. Nothing was sent.", why=tr(_ENDED[why]))
+    return Notice(Meaning.INFORMATION, text, dismiss=dismiss)

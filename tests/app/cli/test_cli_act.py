@@ -61,10 +61,10 @@ def test_with_yes_it_is_done_once_and_recorded(
 @pytest.mark.parametrize(
     ("name", "options", "why"),
     [
-        ("activate", "tilt=70", "The tilt is 70° and the module fires at 60°: it would fire at once."),
+        ("activate", "tilt=70", "Tilt 70° (threshold 60°): it would fire at once."),
         ("activate", "active=yes", "The module is ACTIVE: lock it first."),
         ("zero", "active=yes", "The module is ACTIVE: lock it first."),
-        ("zero", "tilt=12", "The tilt is 12°: lay it level, within 10°."),
+        ("zero", "tilt=12", "Tilt 12°: lay it level (≤ 10°)."),
         ("shutdown", "active=yes", "The module is ACTIVE: lock it first."),
     ],
 )

@@ -81,8 +81,8 @@ def test_no_go_names_everything_and_sends_questions_only(
     assert out.startswith("NO-GO: do not fly\n")
     assert "3.50 V (≥ 3.80 V)" in out
     assert "20° (≤ 5°)" in out
-    assert "Charge the module" in out
-    assert "cannot be read, and no acknowledged set" in out
+    assert "Charge it" in out
+    assert "not set since the last start" in out
     _assert_only_questions(wire, flags=0)
 
 

@@ -92,7 +92,7 @@ def test_for_people(port: str, capsys: pytest.CaptureFixture[str]) -> None:
         (
             "active=yes",
             None,
-            "not sent: The module is ACTIVE: lock it before changing settings, or unlock this one write.",
+            "not sent: The module is ACTIVE: lock it first.",
         ),
     ],
 )

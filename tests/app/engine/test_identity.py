@@ -132,7 +132,7 @@ def test_nothing_but_questions_goes_to_what_may_be_another_module(expected: Expe
     assert not {one.command.code for one in rig.line.requests} & {0x10, 0x11, 0x12, 0x13, 0x24, 0x25}
 
 
-NOT_PROVEN = "It is not proven that this is the module that is meant: only queries are sent."
+NOT_PROVEN = "Module not proven: only queries are sent."
 
 
 @pytest.mark.parametrize("act", [act for act in REQUESTS if act is not Act.LOCK])

@@ -176,7 +176,7 @@ def test_a_gesture_that_had_to_wait_is_too_old() -> None:
     permit = permit_for(rig, Act.DEPLOY)
     rig.step_for(1.1)
     done = do(rig, Act.DEPLOY, permit=permit)
-    assert done.sentence.startswith("Nothing was sent. The confirmation is 1.1 s old: confirm again.")
+    assert done.sentence.startswith("Nothing was sent. Confirm again: 1.1 s old.")
     assert acts_sent(rig) == []
 
 
@@ -340,7 +340,7 @@ def test_an_intent_that_is_never_durable_is_given_up() -> None:
     journal.is_held = True
     done = do(rig, Act.DEPLOY, journal)
     assert [one.condition for one in done.refusals] == [Interlock.INTENT_DURABLE]
-    assert "did not take it in time" in done.sentence
+    assert "too slow" in done.sentence
     assert acts_sent(rig) == []
     assert journal.outcomes == {0: Outcome.NOT_SENT}
 

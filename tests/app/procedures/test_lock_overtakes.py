@@ -23,7 +23,7 @@ from tests.support.line.sim_line import Rig
 
 SLOW = {"delay_ms": 60.0}
 LIGHT_THRESHOLD = BY_NAME["light_threshold"]
-WHY = "LOCK was pressed after this was confirmed: confirm again."
+WHY = "Confirm again: LOCK was pressed."
 
 
 def under_way(rig: Rig, act: Act) -> Run[Performed]:
@@ -102,9 +102,7 @@ def test_what_was_confirmed_before_the_port_was_opened_is_not_done(act: Act) -> 
     permit = Permit(act, Origin.CONFIRMATION, rig.session.opened_at - 0.01)
     done = rig.run(perform(act, FakeJournal(), permit=permit))
     assert done.outcome is Outcome.NOT_SENT
-    assert [one.sentence for one in done.refusals] == [
-        "The port was opened again after this was confirmed: confirm again."
-    ]
+    assert [one.sentence for one in done.refusals] == ["Confirm again: port reopened."]
     assert REQUESTS[act] not in rig.line.requests
 
 
@@ -227,7 +225,7 @@ def test_it_is_said_why() -> None:
 
 def test_what_was_confirmed_before_the_computer_slept_is_not_done() -> None:
     permit = Permit(Act.SHUTDOWN, Origin.CONFIRMATION, 100.0)
-    for slept_until, said in ((99.0, []), (100.5, ["The computer slept after this was confirmed: confirm again."])):
+    for slept_until, said in ((99.0, []), (100.5, ["Confirm again: computer slept."])):
         now_is = InterlockInputs(
             now=101.0, presence=Presence.ONLINE, status_at=101.0, active=False, permit=permit, slept_until=slept_until
         )

@@ -128,7 +128,7 @@ def test_nothing_is_written_while_something_is_armed() -> None:
     rig = Rig()
     report = write(rig, Leave(journal=FakeJournal(), armed=Armed(Act.DEPLOY)), freefall_time=1.2)
     assert sets(rig) == []
-    assert [refusal.sentence for refusal in report.refusals] == ["Something else is armed: Deploy."]
+    assert [refusal.sentence for refusal in report.refusals] == ["Already armed: Deploy."]
 
 
 def test_the_settings_are_kept_before_the_first_write() -> None:

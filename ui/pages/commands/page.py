@@ -29,7 +29,7 @@ REFRESH_EVERY_MS: Final = 200
 OPERATION: Final = (Act.ACTIVATE,)
 MAINTENANCE: Final = (Act.ZERO, Act.SHUTDOWN, Act.FORBID_DEPLOY)
 STATE_WORDS: Final[Mapping[Activation, str]] = {
-    Activation.ACTIVE: marked("Ready to fire. Lock it before you touch it."),
+    Activation.ACTIVE: marked("Ready to fire: lock it before you touch it."),
     Activation.WAS_ACTIVE: marked("Treat it as ready to fire until it reports LOCKED."),
     Activation.LOCKED: marked("In standby."),
     Activation.WAS_LOCKED: marked("Treat it as ready to fire until it reports LOCKED."),
@@ -51,8 +51,8 @@ class CommandsPage(Page):
         texts.bind(self.trigger.name_unknown, "Trigger unknown")
         self.meaning = text_label("commands_state_meaning", "strong")
         self.meaning.setWordWrap(False)
-        self.lock = control(QPushButton(), texts, "commands_lock", "LOCK", says="Lock the module",
-                            tip="Locks at once", key="Ctrl+L", picture=Icon.LOCK,
+        self.lock = control(QPushButton(), texts, "commands_lock", "LOCK", says="Lock",
+                            tip="Lock", key="Ctrl+L", picture=Icon.LOCK,
                             role="primary")  # fmt: skip
         self.lock.setIconSize(QSize(20 + TEXT_GAP_PX, 20))
         services.lock.bind(self.lock)

@@ -82,7 +82,7 @@ class CardWidget(QFrame):
         self.activation = named(StateChip("", size=Size.TITLE), "fleet_activation")
         self.trigger = named(StateChip(""), "fleet_trigger")
         self.verdict = named(StateChip("", size=Size.TITLE), "fleet_verdict")
-        texts.bind(self.activation.name_unknown, "State unknown")
+        texts.bind(self.activation.name_unknown, "Activation unknown")
         texts.bind(self.trigger.name_unknown, "Trigger unknown")
         self.cell = named(Readout("", unit="V", template="0.00", size=Size.TITLE), "fleet_cell")
         self.tilt = named(Readout("", unit="°", template="0.00", size=Size.TITLE), "fleet_tilt")

@@ -192,7 +192,7 @@ class TestsPage(Page):
         if work.trouble is not None:
             return Notice(Meaning.ATTENTION, f"{work.trouble.sentence} {tr('The result was not kept.')}")
         if self._connector.is_active and not work.is_running:
-            return Notice(Meaning.DANGER, tr("The module is ACTIVE: lock it before a test."))
+            return Notice(Meaning.DANGER, tr("The module is ACTIVE: lock it first."))
         if work.stage is Stage.DONE and isinstance(work.outcome, GuidedResult) and not self._services.naming.name:
             return Notice(
                 Meaning.ATTENTION, tr("Without a name of the module the result counts for no pre-flight check.")

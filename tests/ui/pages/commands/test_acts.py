@@ -62,7 +62,7 @@ def test_a_double_click_on_the_first_button_is_no_confirmation(
 def test_an_act_that_is_refused_names_the_open_condition(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with desk(qtbot, qapp, tmp_path, page="commands", tilt=70) as one:
         row = one.commands.acts[Act.ACTIVATE]
-        one.until(lambda: "fires at 60°" in row.conditions.text())
+        one.until(lambda: "threshold 60°" in row.conditions.text())
         assert not row.confirm.ask.isEnabled()
         one.bench.set_tilt(0)
         one.until(row.confirm.ask.isEnabled)

@@ -179,7 +179,7 @@ def test_letting_go_ends_the_ritual(qtbot: QtBot, qapp: QApplication, tmp_path: 
         else:
             release(one)
         assert ritual.ritual.stage is Stage.IDLE
-        assert outcome(one) == "Let go before two seconds were over. Nothing was sent."
+        assert outcome(one) == "Disarmed: released too early. Nothing was sent."
         assert not ritual.hold.isVisible()
         stays_quiet(one, 1000)
 
@@ -222,7 +222,7 @@ def test_the_ten_seconds_run_out(qtbot: QtBot, qapp: QApplication, tmp_path: Pat
         ritual = arm(one)
         assert ritual.countdown.isVisible()
         one.until(lambda: ritual.ritual.stage is Stage.IDLE, 11_000)
-        assert outcome(one) == "The ten seconds are over. Nothing was sent."
+        assert outcome(one) == "Disarmed: time is up. Nothing was sent."
         assert not ritual.hold.isVisible()
         stays_quiet(one, 200)
 
@@ -260,14 +260,14 @@ def _lock(one: Desk) -> None:
 
 
 REASONS: dict[str, tuple[Callable[[Desk], None], str]] = {
-    "focus": (_lose_focus, "the keyboard went elsewhere"),
+    "focus": (_lose_focus, "focus lost"),
     "page": (_leave_page, "Disarmed"),
-    "window": (_leave_window, "the window was left"),
+    "window": (_leave_window, "window left"),
     "escape": (_escape, "Cancelled"),
     "cancel": (_cancel, "Cancelled"),
     "restart": (_restart, "Disarmed"),
     "unplugged": (_unplug, "Disarmed"),
-    "locked meanwhile": (_lock, "a condition is no longer fulfilled"),
+    "locked meanwhile": (_lock, "a condition opened"),
 }
 
 
@@ -321,5 +321,5 @@ def test_an_error_anywhere_in_the_window_disarms(qtbot: QtBot, qapp: QApplicatio
             QTimer.singleShot(0, fail)
             wait_disarmed(one, ritual)
         assert [str(one_fault[1]) for one_fault in faults] == ["a fault of ours"]
-        assert "the program met an error" in outcome(one)
+        assert "program error" in outcome(one)
         stays_quiet(one, 300)

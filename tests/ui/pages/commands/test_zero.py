@@ -54,7 +54,7 @@ def test_a_swinging_module_is_not_zeroed() -> None:
     done = end(rig, run)
     assert done.outcome is Outcome.NOT_SENT
     assert [one.condition for one in done.refusals] == [Interlock.IS_STILL]
-    assert "It moves: 2° to 8°" in done.sentence
+    assert "It moves: 2–8°" in done.sentence
     assert rig.bench.module.memory.zero_tilt_deg == 0
 
 
