@@ -3602,6 +3602,10 @@
         <translation>偏离 1 g 会误判失重。</translation>
     </message>
     <message>
+        <source>Off until its switch (2 s) or external power.</source>
+        <translation>关机，直至长按开关 2 秒或接通外接供电。</translation>
+    </message>
+    <message>
         <source>Offline</source>
         <translation>离线</translation>
     </message>
@@ -4344,10 +4348,6 @@
     <message>
         <source>Restart</source>
         <translation>重启</translation>
-    </message>
-    <message>
-        <source>Restart it by its switch (2 s) or external power.</source>
-        <translation>长按开关 2 秒或接通外接供电即可重启。</translation>
     </message>
     <message>
         <source>Restart loses settings</source>

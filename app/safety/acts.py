@@ -37,7 +37,7 @@ EFFECTS: Mapping[Act, str] = MappingProxyType({
     Act.LOCK: marked("Treat it as ready to fire until it reports LOCKED."),
     Act.ACTIVATE: marked("An active module fires when it tips over or falls."),
     Act.ZERO: marked("Takes its position as level; for small mounting errors only."),
-    Act.SHUTDOWN: marked("Restart it by its switch (2 s) or external power."),
+    Act.SHUTDOWN: marked("Off until its switch (2 s) or external power."),
     Act.FORBID_DEPLOY: marked("Over serial only: it still fires by itself."),
     Act.DEPLOY: marked("Fires the parachute."),
     Act.CHANGE_BAUD: marked("The vendor advises against it."),

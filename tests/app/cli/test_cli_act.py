@@ -32,7 +32,7 @@ def test_without_yes_it_says_what_would_happen(
 ) -> None:
     assert program.main([name, "--port", port]) == 2
     printed = Printed(capsys)
-    assert printed.out.startswith(("The module ", "LOCK puts the module "))
+    assert printed.out == f"{EFFECTS[Act(name)]}\n"
     assert printed.err == f"Nothing was sent. To do it, say dps-s {name} --port {port} --yes.\n"
     assert wire == []
     assert recorded() == []
