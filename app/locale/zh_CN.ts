@@ -202,10 +202,6 @@
         <translation>{port} 上有模块以波特率 {rate} 应答。</translation>
     </message>
     <message>
-        <source>A pause of more than 0.5 s without reports ends a fall.</source>
-        <translation>超过 0.5 s 没有上报即视为失重结束。</translation>
-    </message>
-    <message>
         <source>A person settled which module this is.</source>
         <translation>已由人员确认这是哪个模块。</translation>
     </message>
@@ -486,10 +482,6 @@
         <translation>程序出错，测试已终止：不保存任何结果。</translation>
     </message>
     <message>
-        <source>An unexplained trigger can happen again in flight.</source>
-        <translation>原因不明的触发可能在飞行中再次发生。</translation>
-    </message>
-    <message>
         <source>An unexplained trigger can happen again.</source>
         <translation>原因不明的触发可能再次发生。</translation>
     </message>
@@ -604,10 +596,6 @@
     <message>
         <source>At a threshold of {threshold:.0f}° this cannot be tested by hand.</source>
         <translation>阈值为 {threshold:.0f}° 时无法手动测试。</translation>
-    </message>
-    <message>
-        <source>At its first visit: continue. Else this computer's records were lost: compare by hand.</source>
-        <translation>首次连接时可继续；否则本机的记录已丢失，请人工核对。</translation>
     </message>
     <message>
         <source>At which angle does it fire and rearm?</source>
@@ -2370,10 +2358,6 @@
         <translation>抖动</translation>
     </message>
     <message>
-        <source>Judge it on Triggers: bench test, real or false.</source>
-        <translation>在“触发记录”页判定：台架测试、真实或误触发。</translation>
-    </message>
-    <message>
         <source>Judge it on the Triggers page.</source>
         <translation>在“触发记录”页面判定。</translation>
     </message>
@@ -3032,10 +3016,6 @@
     <message>
         <source>NOT CHECKED</source>
         <translation>未检查</translation>
-    </message>
-    <message>
-        <source>NOT OK</source>
-        <translation>不正常</translation>
     </message>
     <message>
         <source>NOT SIGNED: its parts fit together, but anyone can make such a record.</source>
@@ -6544,10 +6524,6 @@
     <message>
         <source>Write anyway</source>
         <translation>仍然写入</translation>
-    </message>
-    <message>
-        <source>Write it on Settings until it is verified.</source>
-        <translation>在“参数设置”中写入，直到显示已验证。</translation>
     </message>
     <message>
         <source>Write it on the Settings page.</source>

@@ -4,7 +4,7 @@ import pytest
 
 import app.__main__ as program
 from app.cli.act import NAMES
-from app.safety.acts import REQUESTS, Act
+from app.safety.acts import EFFECTS, REQUESTS, Act
 from app.safety.journal import Outcome
 from app.store.store import data_folder, open_store
 from tests.support.cli_line import Printed, bench_of
