@@ -16,7 +16,7 @@ from app.engine.playback import refuse_change
 from app.engine.procedure import Ask, Cancelled, EngineView, LinkView, PortLost, Procedure, Slept
 from app.engine.run import Run
 from app.engine.transport import Line
-from protocol.catalogue import ACTIVATION, Hazard
+from protocol.catalogue import ACTIVATION, Hazard, Layout
 from protocol.events import Answered, Event, OutcomeUnknown, Received, Unanswered, WentOffline, WentOnline
 from protocol.link import Link
 from protocol.round_trips import Timing
@@ -27,7 +27,8 @@ LONGEST_STEP_S = 0.02
 GATHER_S = 0.008
 """How long to let a fast stream pile up while no answer is awaited."""
 GATHER_FRAME_S = 0.002
-"""The same of a slow one: the rest of a frame, and nothing that has to be waited for."""
+"""How long to let the rest of a frame come that has begun."""
+_FRAME = Layout.STATUS.value
 FAST_BYTES_PER_S = 1000
 """A frame for each `GATHER_S`."""
 AWAIT_POLL_S = 0.002
@@ -146,10 +147,9 @@ class Session:
         self._notice_sleep(now)
         self._serve(now)
         wait_s = max(0.0, min(longest_s, self._next_due(now) - now))
-        gather_s = 0.0
-        if self._link.is_idle:
-            gather_s = GATHER_S if self._is_fast else GATHER_FRAME_S
-        data = self.line.read(wait_s, gather_s)
+        data = self.line.read(wait_s, GATHER_S if self._link.is_idle and self._is_fast else 0.0)
+        while self._link.is_idle and 0 < len(data) < _FRAME and (rest := self.line.read(GATHER_FRAME_S, 0.0)):
+            data += rest
         began, now = now, self.clock()
         if data:
             self.bytes_received += len(data)

@@ -219,9 +219,11 @@ class SerialLine:
             return b""
         if gather_s > 0:
             select.select([interrupts], [], [], gather_s)
-        # Of a port that went away nothing waits, and pyserial's read says so.
-        data: bytes = self._serial.read(min(self._serial.in_waiting or 1, READ_CHUNK))
-        return data
+        data = b""
+        with suppress(BlockingIOError):
+            data = os.read(port, READ_CHUNK)
+        # Of nothing, pyserial's slower read knows whether the port is gone or another program was quicker.
+        return data or bytes(self._serial.read(1))
 
     def _read_one(self) -> bytes:
         """One byte, b"" if none came in time."""

@@ -1,7 +1,7 @@
 """The thread that owns the port, from open to close.
 
 It is told what to do through a queue and says what happened through one callback, in batches: at once where something
-changed, else at most thirty times a second, for a signal for each frame of a stream would cost more than the stream.
+changed, else as often as `publish_every_s` says, for a signal for each frame of a stream would cost more than the stream.
 Nothing else ever touches the port.
 Nobody waits for it: `stop` gives it a deadline.
 """
@@ -22,10 +22,10 @@ from app.engine.session import Run, Session
 from app.engine.transport import PortError, SerialLine, open_line
 from app.system.sleep_detector import Clock, SleepDetector, sleepless_clock
 from app.system.uncaught import report_uncaught_error
-from protocol.events import Event, Received, Rejected, Sent
-from protocol.messages import Status
+from protocol.events import Answered, Event, Received, Rejected, Sent
+from protocol.messages import Reading, Status
 
-PUBLISH_EVERY_S = 1 / 30
+PUBLISH_EVERY_S = 1 / 15
 """What only adds to what was said before: reports of a module whose state is the same."""
 LONGEST_STEP_S = 0.05
 """An order ends the wait, and whatever is due earlier; see `SerialLine.interrupt`."""
@@ -137,12 +137,6 @@ class _Pending:
     is_urgent: bool = False
 
 
-def _is_news(event: Event) -> bool:
-    """It may change more than the numbers of the last report."""
-    is_report = isinstance(event, Received) and isinstance(event.message, Status)
-    return not is_report and not isinstance(event, Sent | Rejected)
-
-
 class Worker:
     """See the module's docstring. The public methods may be called from any thread and return at once."""
 
@@ -168,6 +162,8 @@ class Worker:
         self._published_at = 0.0
         self._reported: tuple[bool, bool] | None = None
         """Whether the module had triggered and was active, by its last report."""
+        self._read: dict[str, int] = {}
+        """What was last read, by key."""
         self._is_stopping = False
         self.publish_every_s = PUBLISH_EVERY_S
         """For what only adds to what was said before. Set by any thread."""
@@ -261,11 +257,24 @@ class Worker:
         events, samples = session.take_events(), session.device.take_samples()
         self._pending.events += events
         self._pending.samples += samples
-        self._pending.is_urgent |= any(map(_is_news, events))
+        for event in events:
+            self._pending.is_urgent |= self._is_news(event)
         for sample in samples:
             if (sample.triggered, sample.active) != self._reported:
                 self._reported = sample.triggered, sample.active
                 self._pending.is_urgent = True
+
+    def _is_news(self, event: Event) -> bool:
+        """It may change more than the numbers of the last report, or what was read is another value than before."""
+        match event:
+            case Received(message=Reading(command=command, raw=raw)):
+                before, self._read[command.key] = self._read.get(command.key), raw
+                return raw != before
+            case Answered(messages=messages):
+                return not all(isinstance(one, Reading | Status) for one in messages)  # those were received just before
+            case Received(message=Status()) | Sent() | Rejected():
+                return False
+        return True
 
     def _obey(self, order: _Order) -> None:
         match order:
@@ -290,6 +299,7 @@ class Worker:
         self._pending.is_urgent = True
 
     def _enter(self, order: _Open) -> None:
+        self._read.clear()
         if order.is_another:
             self._device = Device()
         self._set_connection(Connection(PortState.OPENING, order.port, order.baud_rate))

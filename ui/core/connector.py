@@ -94,7 +94,7 @@ class Connector(QObject):
     def add(self, make_worker: MakeWorker = Worker) -> PortConnection:
         """Another port, not yet connected; the current one stays current."""
         connection = PortConnection(self._ports, make_worker=make_worker, clock=self.clock, parent=self)
-        connection.set_shown(not self._connections)
+        connection.set_shown(is_shown=not self._connections)
         if self._memory_of is not None:
             connection.remember_stream(self._memory_of)
         self._connections.append(connection)
@@ -289,8 +289,8 @@ class Connector(QObject):
             its.disconnect(mine)
         now.stream.is_wanted, before.stream.is_wanted = before.stream.is_wanted, False
         self._jobs.clear()
-        before.set_shown(False)
-        now.set_shown(True)
+        before.set_shown(is_shown=False)
+        now.set_shown(is_shown=True)
         self._current = now
         self._show_opening(now)
         last = now.last

@@ -29,6 +29,7 @@ from ui.core.port_watcher import PortWatcher
 
 _log = logging.getLogger(__name__)
 
+PUBLISH_AT_MOST_EVERY_S = 1 / 30
 UNSEEN_PUBLISH_EVERY_S = 0.25
 FOLLOW_EVERY_MS = 100  # while a port is waited for: how often it is checked
 
@@ -213,9 +214,11 @@ class PortConnection(QObject):
             self.forgotten.emit()
             self.changed.emit()
 
-    def set_shown(self, is_shown: bool) -> None:
-        """Whether the pages show this port; else what says nothing new comes a few times a second."""
-        self._worker.publish_every_s = PUBLISH_EVERY_S if is_shown else UNSEEN_PUBLISH_EVERY_S
+    def set_shown(self, *, is_shown: bool, every_s: float = PUBLISH_EVERY_S) -> None:
+        """Whether the pages show this port; else what says nothing new comes a few times a second. `every_s`: a picture
+        that moves faster wants it so often."""
+        seen_s = min(PUBLISH_EVERY_S, max(PUBLISH_AT_MOST_EVERY_S, every_s))
+        self._worker.publish_every_s = seen_s if is_shown else UNSEEN_PUBLISH_EVERY_S
 
     def find_rate(self) -> None:
         """Go through all baud rates on the open port."""

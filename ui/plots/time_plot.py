@@ -115,6 +115,11 @@ class TimePlot(QWidget):
         return self._view.span(self._now_s)
 
     @property
+    def pixel_s(self) -> float:
+        """How long the picture takes to move on by one pixel of the screen."""
+        return self.span.length_s / max(1.0, self._canvas.strip.width() * self._canvas.devicePixelRatio())
+
+    @property
     def is_recorded(self) -> bool:
         """It shows a recording: nothing of it is how the module is now."""
         return self._view.is_recorded
@@ -272,10 +277,9 @@ class TimePlot(QWidget):
 
     def _pixel_aligned(self, span: Span) -> Span:
         """While it follows, move by whole pixels, so that no line trembles between two."""
-        pixels = self._canvas.strip.width() * self._canvas.devicePixelRatio()
-        if not self._view.is_live or pixels < 1:
+        if not self._view.is_live:
             return span
-        pixel_s = span.length_s / pixels
+        pixel_s = self.pixel_s
         end_s = math.ceil(span.end_s / pixel_s) * pixel_s
         return Span(end_s - span.length_s, end_s)
 

@@ -83,8 +83,9 @@ class LivePage(StreamPage):
         self._waiting: list[Batch] = []
         self._last: Batch | None = None
         self._timer = VisibilityTimer(
-            self, self._show_now, every_ms=DRAW_EVERY_MS, tick=self._tick_alone, retranslate=self._retranslate
-        )
+            self, self._show_now, every_ms=DRAW_EVERY_MS, tick=self._tick_alone, retranslate=self._retranslate,
+            hidden=lambda: self._connector.current.set_shown(is_shown=True),
+        )  # fmt: skip
         self._connector.changed.connect(self._follow_link)
         self._connector.forgotten.connect(self._reset)
         self.banner.left.connect(self.back_to_live)
@@ -135,6 +136,7 @@ class LivePage(StreamPage):
         self._digest()
         if not self.is_empty:
             self.plot.draw(self._connector.clock())
+            self._connector.current.set_shown(is_shown=True, every_s=self.plot.pixel_s)
 
     def show_recording(self, recording: Recording) -> None:
         """Look at this one in place of the module; whatever is connected goes on."""
