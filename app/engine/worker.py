@@ -1,7 +1,7 @@
 """The thread that owns the port, from open to close.
 
 It is told what to do through a queue and says what happened through one callback, in batches: at once where something
-changed, else as often as `publish_every_s` says, for a signal for each frame of a stream would cost more than the stream.
+changed, else every `publish_every_s`, for a signal for each frame of a stream would cost more than the stream.
 Nothing else ever touches the port.
 Nobody waits for it: `stop` gives it a deadline.
 """
