@@ -42,9 +42,23 @@ class Fault:
     past: Mapping[str, Any] = field(default_factory=dict)
     is_enabling: bool = True
 
+    @property
+    def is_of_module(self) -> bool:
+        """Not only of what is expected of it."""
+        return bool(self.options) or self.arrange is not None or not self.is_enabling
 
-def check(*faults: Fault, options: Mapping[str, str] | None = None, is_enabling: bool = True) -> Checked:
-    """A check of a module with these faults."""
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """What was read of a module, before anything is expected of it."""
+
+    rig: Rig
+    evidence: Evidence
+    log: FrameLog
+
+
+def measured(*faults: Fault, options: Mapping[str, str] | None = None, is_enabling: bool = True) -> Measured:
+    """A module with these faults, gone through once."""
     merged: dict[str, str] = dict(options or {})
     for fault in faults:
         for name, value in fault.options.items():
@@ -53,18 +67,31 @@ def check(*faults: Fault, options: Mapping[str, str] | None = None, is_enabling:
     for fault in faults:
         if fault.arrange is not None:
             fault.arrange(rig)
+    evidence, log = Evidence(port="sim"), FrameLog()
+    rig.run(run_preflight(evidence, is_enabling=is_enabling and all(fault.is_enabling for fault in faults)))
+    log.feed(rig.session.take_events())
+    return Measured(rig, evidence, log)
+
+
+def judged(found: Measured, *faults: Fault) -> Checked:
+    """By what these faults expect."""
     expectations: dict[str, Any] = {"approved_fingerprint": APPROVED, "settings": {"light_threshold_v": 1.8}}
     past: dict[str, Any] = {"module": "M-07", "boot_count": 36, "has_check": True}
     for fault in faults:
         expectations |= fault.expectations
         past |= fault.past
-    evidence, log = Evidence(port="sim"), FrameLog()
-    rig.run(run_preflight(evidence, is_enabling=is_enabling and all(fault.is_enabling for fault in faults)))
-    log.feed(rig.session.take_events())
     case = Case(
-        evidence=evidence, expectations=Expectations(**expectations), past=Past(**past), fingerprint=settings_code
+        evidence=found.evidence,
+        expectations=Expectations(**expectations),
+        past=Past(**past),
+        fingerprint=settings_code,
     )
-    return Checked(rig, assess(case), log)
+    return Checked(found.rig, assess(case), found.log)
+
+
+def check(*faults: Fault, options: Mapping[str, str] | None = None, is_enabling: bool = True) -> Checked:
+    """A check of a module with these faults."""
+    return judged(measured(*faults, options=options, is_enabling=is_enabling), *faults)
 
 
 def assert_only_questions(checked: Checked, *, is_enabling: bool = True) -> None:
@@ -161,22 +188,23 @@ FAULTS: Mapping[str, Fault] = {
     "free-fall acceleration": Fault(_names("freefall_acceleration"), arrange=_memory(freefall_acceleration=7)),
     "free-fall time": Fault(_names("freefall_time"), arrange=_memory(freefall_time=20)),
     "light threshold": Fault(_names("light_threshold"), arrange=_memory(light_threshold=12)),
-    "not as in the profile": Fault(
-        _names("attitude_threshold"),
-        expectations={"settings": {"attitude_threshold_deg": 65, "light_threshold_v": 1.8}},
-    ),
     "triggers not set": Fault(_FLAGS, is_enabling=False),
     "attitude trigger mute": Fault(_names("attitude_trigger"), {"mute_codes": "16"}),
     "free-fall trigger mute": Fault(_names("freefall_trigger"), {"mute_codes": "17"}),
     "new records": Fault(_names("trigger_records"), {"history": "3"}),
-    "another module": Fault(_names("boot_count"), past={"boot_count": 100}),
-    "other records": Fault(_names("boot_count"), past={"is_same_module": False}),
-    "not approved": Fault(_names("fingerprint"), expectations={"approved_fingerprint": "AAAA-AAAA"}),
-    "canopy torn": Fault(_names("manual"), expectations={"manual": (ManualItem("Canopy", is_done=False),)}),
     "no light": Fault(_names("light"), {"mute_codes": "14"}),
     "no charge state": Fault(_names("charging", "cell_voltage"), {"mute_codes": "33"}),
     "no voltage": Fault(_names("cell_voltage"), {"mute_codes": "34"}),
     "no boot count": Fault(_names("boot_count"), {"mute_codes": "23"}),
     "no settings": Fault(_names("attitude_threshold", "freefall_time", "fingerprint"), {"mute_codes": "20,22"}),
     "restarted": Fault(_names("undisturbed"), arrange=on_request(STATUS_CODE, 6, lambda rig: rig.bench.restart())),
+    # Nothing of the module; last, so that the pairs with them are measured once.
+    "not as in the profile": Fault(
+        _names("attitude_threshold"),
+        expectations={"settings": {"attitude_threshold_deg": 65, "light_threshold_v": 1.8}},
+    ),
+    "another module": Fault(_names("boot_count"), past={"boot_count": 100}),
+    "other records": Fault(_names("boot_count"), past={"is_same_module": False}),
+    "not approved": Fault(_names("fingerprint"), expectations={"approved_fingerprint": "AAAA-AAAA"}),
+    "canopy torn": Fault(_names("manual"), expectations={"manual": (ManualItem("Canopy", is_done=False),)}),
 }

@@ -315,15 +315,6 @@ def test_the_time_line_can_show_the_clock(bench: Bench, qtbot: QtBot) -> None:
     assert bench.plot.picture().toImage() != before
 
 
-def test_every_control_is_named(bench: Bench) -> None:
-    buttons: list[QWidget] = [*bench.plot.findChildren(QPushButton), *bench.plot.findChildren(QToolButton)]
-    assert len(buttons) == 6
-    canvas: QWidget = bench.canvas
-    for control in (*buttons, canvas):
-        assert control.objectName()
-        assert control.accessibleName()
-
-
 def test_the_state_is_cut_to_what_there_is_room_for(bench: Bench) -> None:
     bench.plot.toggle_pause()
     bench.plot.draw(NOW_S + 12)

@@ -7,7 +7,14 @@ from pathlib import Path
 import pytest
 from PySide6.QtCore import QSize
 from PySide6.QtGui import QAccessible, QAction
-from PySide6.QtWidgets import QAbstractButton, QApplication, QLabel, QScrollArea, QTabBar, QWidget
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QApplication,
+    QLabel,
+    QScrollArea,
+    QTabBar,
+    QWidget,
+)
 from pytestqt.qtbot import QtBot
 
 from app.diagnosis.link_state import Phase
@@ -75,6 +82,8 @@ def test_the_walk(qtbot: QtBot, qapp: QApplication, tmp_path: Path, language: st
             faults.setdefault(fault, "keys")
         for name in living_garbage(walk.window):
             faults.setdefault(f"the collector would free {name}", "the end")
+        for fault in nameless(walk.window):
+            faults.setdefault(fault, "out of sight")
         own = [one for one in walk.window.findChildren(QAbstractButton) if type(one).__module__.startswith("ui.")]
     assert {type(one).__name__ for one in own} >= {"PortButton", "HoldButton"}  # they paint themselves
     assert controls > 500
@@ -94,6 +103,16 @@ def unnamed(root: QWidget) -> list[str]:
               and not one.text().startswith("<")]  # fmt: skip
     names = Counter(one.objectName() for one in controls)
     return found + [f"{count} controls are called {name}" for name, count in names.items() if count > 1]
+
+
+def nameless(root: QWidget) -> list[str]:
+    """Also the buttons that no stop has in sight."""
+    return [
+        f"{one.objectName()!r} with {one.text() or one.toolTip()!r} has no name"
+        for one in root.findChildren(QAbstractButton)
+        if (one.text() or one.toolTip()) and not (one.objectName() and one.accessibleName())
+        and not one.objectName().startswith("qt_")
+    ]  # fmt: skip
 
 
 def _spoken_name(widget: QWidget) -> str:

@@ -6,9 +6,8 @@ import time
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import QPoint, QPointF, QSize, Qt
-from PySide6.QtGui import QWheelEvent
-from PySide6.QtWidgets import QApplication, QComboBox, QPushButton, QToolButton, QWidget
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QApplication, QPushButton, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.diagnosis.link_state import Phase
@@ -212,58 +211,6 @@ def test_a_spoilt_settings_file_is_no_reason_to_stop(qtbot: QtBot, qapp: QApplic
     with window(qapp, tmp_path) as assembly:
         qtbot.waitUntil(assembly.window.isVisible)
     assert Preferences(tmp_path / "window.ini").theme is None
-
-
-@pytest.mark.parametrize("name", ["en", "zh_CN"])
-def test_nothing_is_cut_off_in_a_small_window(qtbot: QtBot, qapp: QApplication, tmp_path: Path, name: str) -> None:
-    with simulated("small"), window(qapp, tmp_path, options=WindowOptions(language=name)) as assembly:
-        shell = assembly.window
-        assembly.connector.connect_to(Target("sim://small", 115200))
-        wait_online(qtbot, assembly)
-        shell.resize(1024, 600)
-        qtbot.waitUntil(lambda: shell.size() == QSize(1024, 600))
-        shell.refresh()
-        for widget in shell.top_bar.findChildren(QWidget):
-            if widget.isVisible():
-                assert shell.top_bar.rect().contains(widget.geometry()), widget.objectName()
-                assert widget.width() >= widget.minimumSizeHint().width(), widget.objectName()
-        shell.panel.show()
-        shell.refresh()
-        assert shell.panel.geometry().bottom() <= shell.height()
-        assert shell.area.isHidden()  # the list of ports lies over nothing
-
-
-def test_every_control_has_a_name_and_an_icon_a_tooltip(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with window(qapp, tmp_path) as assembly:
-        with qtbot.waitSignal(assembly.window.pages_made, timeout=WAIT_MS):
-            pass
-        assembly.window.toggle_panel()
-        controls = [
-            one
-            for kind in (QPushButton, QToolButton)
-            for one in assembly.window.findChildren(kind)
-            if not one.objectName().startswith("qt_")
-        ]
-        assert len(controls) > 5
-        for control in controls:
-            assert control.objectName(), control
-            assert control.accessibleName(), control.objectName()
-            assert control.text() or control.toolTip(), control.objectName()
-
-
-def test_the_wheel_changes_nothing_that_has_not_the_focus(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with window(qapp, tmp_path) as assembly:
-        panel = assembly.window.panel
-        qtbot.waitUntil(panel.isVisible, timeout=WAIT_MS)
-        panel.list.setFocus()
-        for box in assembly.window.findChildren(QComboBox):
-            before, centre = box.currentIndex(), QPointF(box.rect().center())
-            turn = QWheelEvent(
-                centre, QPointF(box.mapToGlobal(centre.toPoint())), QPoint(0, -120), QPoint(0, -120),
-                Qt.MouseButton.NoButton, Qt.KeyboardModifier.NoModifier, Qt.ScrollPhase.NoScrollPhase, False,
-            )  # fmt: skip
-            QApplication.sendEvent(box, turn)
-            assert box.currentIndex() == before, box.objectName()
 
 
 def test_a_fault_in_a_slot_is_a_calm_line(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:

@@ -4,8 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
-from PySide6.QtGui import QWheelEvent
+from PySide6.QtCore import QEvent, QPoint, Qt
 from PySide6.QtWidgets import (
     QAbstractButton,
     QAbstractSpinBox,
@@ -232,25 +231,6 @@ def test_opening_the_folds_changes_nothing(qtbot: QtBot, panel: SimulatorPanel, 
     open_all(panel)
     panel.refresh()
     assert bench.state() == before
-
-
-def test_the_wheel_turns_only_what_has_the_focus(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:
-    def turn(widget: QWidget) -> None:
-        centre = QPointF(widget.rect().center())
-        event = QWheelEvent(
-            centre, QPointF(widget.mapToGlobal(centre.toPoint())), QPoint(0, 0), QPoint(0, 120),
-            Qt.MouseButton.NoButton, Qt.KeyboardModifier.NoModifier, Qt.ScrollPhase.NoScrollPhase, False,
-        )  # fmt: skip
-        QApplication.sendEvent(widget, event)
-
-    panel.drop.setFocus()
-    for widget in (panel.tilt.slider, panel.tilt.box, panel.cell.slider, panel.cell.box, panel.fall_height):
-        turn(widget)
-    assert bench.state().tilt_deg == 0
-    assert panel.fall_height.value() == 20
-    panel.tilt.slider.setFocus()
-    turn(panel.tilt.slider)
-    assert bench.state().tilt_deg > 0
 
 
 def test_every_control_has_a_name_and_an_accessible_name(panel: SimulatorPanel) -> None:

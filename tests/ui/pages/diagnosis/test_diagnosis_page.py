@@ -13,7 +13,7 @@ from urllib.parse import parse_qsl
 
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QApplication, QPushButton, QWidget
+from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.diagnosis.adapter_facts import Access, AdapterFacts
@@ -358,16 +358,6 @@ def test_an_error_in_another_thread_is_said_too(qtbot: QtBot, qapp: QApplication
                 thread.join()
             assert armed.act is None
             qtbot.waitUntil(lambda: bar.notice is not None and "3 times" in bar.notice.text, timeout=WAIT_MS)
-
-
-def test_every_control_has_a_name_and_says_what_it_is_for(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with diagnosis(qtbot, qapp, tmp_path) as (_assembly, page):
-        for key in ("why", "traffic", "figures", "bundle"):
-            page.go_to(key)
-            for button in page.findChildren(QPushButton):
-                if button.isVisible():
-                    assert button.objectName(), button.text()
-                    assert button.accessibleName(), button.objectName()
 
 
 def test_the_views_are_reached_by_key(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:

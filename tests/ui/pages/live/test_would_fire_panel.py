@@ -4,8 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import QPoint, QPointF, Qt
-from PySide6.QtGui import QWheelEvent
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import (
     QApplication,
     QCheckBox,
@@ -255,21 +254,6 @@ def test_by_keyboard(live: Bench) -> None:
     live.qtbot.keyClick(listed, Qt.Key.Key_Home)
     live.qtbot.keyClick(listed, Qt.Key.Key_Return)
     assert not live.page.plot.is_live
-
-
-def test_the_wheel_changes_nothing_without_the_focus(live: Bench) -> None:
-    tell(live, 0, 0, 0)
-    toggle(live)
-    live.find(QListWidget, "fired_list").setFocus()
-    live.find(QCheckBox, "fired_locked").setFocus()
-    box = live.find(QLineEdit, ATTITUDE)
-    middle = QPointF(box.rect().center())
-    turn = QWheelEvent(
-        middle, box.mapToGlobal(middle), QPoint(), QPoint(0, 120), Qt.MouseButton.NoButton,
-        Qt.KeyboardModifier.NoModifier, Qt.ScrollPhase.NoScrollPhase, False,
-    )  # fmt: skip
-    QApplication.sendEvent(box, turn)
-    assert box.text() == ""
 
 
 def test_how_it_is_judged_is_said_in_the_language_in_use(live: Bench) -> None:

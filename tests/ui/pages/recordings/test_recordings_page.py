@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QApplication, QPushButton, QToolButton, QWidget
+from PySide6.QtWidgets import QApplication, QToolButton, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.engine.target import Target
@@ -341,17 +341,6 @@ def test_from_the_empty_page_to_a_recording_and_back_while_a_module_goes_on(
 
 
 # Looks
-
-
-def test_every_control_has_a_name_and_says_what_it_is(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, template: Path
-) -> None:
-    with made(qtbot, qapp, tmp_path, template, RecordingsPage, LivePage) as both:
-        both.open()
-        for page in (both.page, both.live):
-            for control in page.findChildren(QPushButton):
-                assert control.objectName()
-                assert control.accessibleName(), control.objectName()
 
 
 def test_the_language_changes_while_it_is_open(

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from PySide6.QtCore import QPoint, QPointF, QRect, Qt
 from PySide6.QtGui import QWheelEvent
-from PySide6.QtWidgets import QApplication, QDoubleSpinBox, QLineEdit, QPushButton, QToolButton, QWidget
+from PySide6.QtWidgets import QApplication, QDoubleSpinBox, QLineEdit, QToolButton, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.settings.form import RowState
@@ -308,14 +308,8 @@ def test_the_light_threshold_by_measurement(
         assert one.held("light_threshold") == row.wanted
 
 
-def test_everything_has_a_name_and_follows_the_language(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_the_vendors_term_is_told_in_chinese(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with desk(qtbot, qapp, tmp_path) as one:
-        for page in (one.settings, one.commands):
-            for button in [*page.findChildren(QPushButton), *page.findChildren(QToolButton)]:
-                if button.objectName().startswith("qt_"):
-                    continue
-                assert button.objectName()
-                assert button.accessibleName(), button.objectName()
         one.assembly.language_switch.use(CHINESE)
         assert one.settings.rows[TILT].command.vendor_term in one.settings.rows[TILT].whatsThis()
 
