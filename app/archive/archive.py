@@ -1,7 +1,6 @@
 """The archive of this station: collects its records, exchanges them, says what is not shared yet, settles conflicts."""
 
-from collections.abc import Iterator
-from contextlib import closing, contextmanager
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,11 +9,11 @@ from app.archive.exchange import Exchanged, OnProgress, exchange
 from app.archive.fact_file import FactFile
 from app.archive.fact_set import ArchiveTrouble
 from app.archive.facts import payload_of
-from app.archive.local_facts import LocalFacts, open_facts
+from app.archive.local_facts import LocalFacts, open_facts, store_troubles
 from app.archive.module_names import ModuleNames, NamedModule, Settlement, names_of, pair_of, settlements_in
 from app.archive.server_url import server_url
 from app.stations.station import Station, StationTrouble, encoded, own_station
-from app.store.database import Clock, StoreTrouble, utc_now
+from app.store.database import Clock, utc_now
 from app.store.store import Store
 from app.text.messages import UserMessage, clean, said
 from protocol.translatable import marked
@@ -51,7 +50,7 @@ class Archive:
         self.facts.close()
 
     def collect(self) -> int:
-        with _store_troubles():
+        with store_troubles():
             return collect(self.store, self.facts, self.station)
 
     def sync(self, url: str, *, on_page: OnProgress = lambda _done: None) -> Exchanged:
@@ -113,7 +112,7 @@ class Archive:
             pair=pair, is_same=is_same, name=clean(name.strip() or one.name) if is_same else "", who=clean(who.strip()),
             revision=1 if last is None else last.revision + 1,
         )  # fmt: skip
-        with _store_troubles():
+        with store_troubles():
             self.store.database.write(
                 "INSERT INTO module_settlements (at, content) VALUES (?, ?)",
                 (self.store.database.now(), payload_of(settlement.content())),
@@ -129,11 +128,3 @@ def open_archive(store: Store, *, clock: Clock = utc_now) -> Archive:
     except StationTrouble as trouble:
         raise ArchiveTrouble(UserMessage(trouble.sentence)) from trouble
     return Archive(store, open_facts(folder, clock=clock), station)
-
-
-@contextmanager
-def _store_troubles() -> Iterator[None]:
-    try:
-        yield
-    except StoreTrouble as error:
-        raise ArchiveTrouble(UserMessage(error.sentence)) from error

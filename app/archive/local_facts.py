@@ -5,8 +5,8 @@ by other stations can be made again from the store, and that is on the server or
 """
 
 import logging
-from collections.abc import Mapping, Sequence
-from contextlib import AbstractContextManager
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -92,17 +92,14 @@ class LocalFacts:
     def add(self, facts: Sequence[Fact]) -> int:
         if not facts:
             return 0
-        try:
-            with self.database.together():
-                before = self.last_number()
-                self.database.write_all(
-                    f"INSERT INTO facts ({_COLUMNS}, digest, module, link) "  # noqa: S608
-                    "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT DO NOTHING",
-                    [(*fact.row, row_digest(fact.row), *_looked_up_by(fact)) for fact in facts],
-                )
-                return self.count_after(before)
-        except StoreTrouble as error:
-            raise _trouble(error) from error
+        with store_troubles(), self.database.together():
+            before = self.last_number()
+            self.database.write_all(
+                f"INSERT INTO facts ({_COLUMNS}, digest, module, link) "  # noqa: S608
+                "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT DO NOTHING",
+                [(*fact.row, row_digest(fact.row), *_looked_up_by(fact)) for fact in facts],
+            )
+            return self.count_after(before)
 
     # What is asked of it
 
@@ -167,24 +164,18 @@ class LocalFacts:
         return found
 
     def _read(self, query: str, values: Sequence[object] = ()) -> list[tuple]:  # type: ignore[type-arg]
-        try:
+        with store_troubles():
             return self.database.read(query, values)
-        except StoreTrouble as error:
-            raise _trouble(error) from error
 
     def _write(self, statement: str, values: Sequence[object]) -> None:
-        try:
+        with store_troubles():
             self.database.write(statement, values)
-        except StoreTrouble as error:
-            raise _trouble(error) from error
 
 
 def open_facts(folder: Path, *, clock: Clock = utc_now) -> LocalFacts:
     """Made where there is none; a damaged one is set aside. Raises `ArchiveTrouble`."""
-    try:
+    with store_troubles():
         opened = open_database(folder, clock=clock, migrations=FACT_TABLES, name=FACTS_FILE)
-    except StoreTrouble as error:
-        raise _trouble(error) from error
     return LocalFacts(opened.database, opened.set_aside.sentence if opened.set_aside is not None else None)
 
 
@@ -205,5 +196,10 @@ def _looked_up_by(fact: Fact) -> tuple[str | None, str | None]:
     return module if isinstance(module, str) else None, link if isinstance(link, str) else None
 
 
-def _trouble(error: StoreTrouble) -> ArchiveTrouble:
-    return ArchiveTrouble(UserMessage(error.sentence))
+@contextmanager
+def store_troubles() -> Iterator[None]:
+    """A `StoreTrouble` as an `ArchiveTrouble`."""
+    try:
+        yield
+    except StoreTrouble as error:
+        raise ArchiveTrouble(UserMessage(error.sentence)) from error

@@ -10,7 +10,7 @@ from app.text.messages import clean
 
 
 class GuidedStore:
-    """Over the same file as the store; its table is `guided_schema`."""
+    """Over the same file as the store; its table is in `schema`."""
 
     def __init__(self, database: Database) -> None:
         self._database = database

@@ -92,7 +92,7 @@ class _LastVisit(NamedTuple):
 
 
 class CheckStore:
-    """Over the same file as the store; its tables are `preflight_schema`."""
+    """Over the same file as the store; its tables are in `schema`."""
 
     def __init__(self, database: Database) -> None:
         self._database = database
