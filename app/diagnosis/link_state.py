@@ -123,32 +123,22 @@ def words(state: LinkState, now: float) -> LinkWords:
     match state.phase:
         case Phase.CLOSED:
             return LinkWords(
-                tr("Not connected"),
-                tr("No port is open."),
-                tr("Choose the port that the module is plugged into."),
-                NextStep.CHOOSE_PORT,
+                tr("Not connected"), tr("No port is open."), tr("Choose the module's port"), NextStep.CHOOSE_PORT
             )
         case Phase.OPENING:
-            return LinkWords(tr("Opening…"), tr("The port is being opened."), "", None)
+            return _under_way(tr("Opening…"))
         case Phase.FINDING:
-            return LinkWords(
-                tr("Trying {rate} baud…", rate=state.baud_rate),
-                tr("Looking for the baud rate at which a module answers."),
-                "",
-                None,
-            )
+            return _under_way(tr("Trying {rate} baud", rate=state.baud_rate))
         case Phase.ASKING:
-            return LinkWords(tr("Asking…"), tr("The port is open, the module is being asked."), "", None)
+            return _under_way(tr("Asking the module…"))
         case Phase.ONLINE:
             return LinkWords(tr("Connected"), tr("The module answers."), "", None)
         case Phase.LATE:
+            late = duration(state.lag_s or 0.0)
             return LinkWords(
-                tr("{time} late", time=duration(state.lag_s or 0.0)),
-                tr(
-                    "What the module says arrives {time} late: it may no longer be so.",
-                    time=duration(state.lag_s or 0.0),
-                ),
-                tr("Apart from LOCK, acts are refused meanwhile. Use a cable, or bring the wireless bridge closer."),
+                tr("{time} late", time=late),
+                tr("Answers arrive {time} late.", time=late),
+                tr("Only LOCK is possible. Use a cable or a closer radio link."),
                 None,
             )
         case Phase.OFFLINE:
@@ -158,20 +148,24 @@ def words(state: LinkState, now: float) -> LinkWords:
         case Phase.LOST:
             return LinkWords(
                 tr("Port lost"),
-                tr("The port went away.") if state.trouble is None else explain(state.trouble).what,
+                tr("Port lost") if state.trouble is None else explain(state.trouble).what,
                 tr((state.absence or Absence.AWAY).value),
                 NextStep.CHOOSE_PORT,
             )
         case Phase.SWITCHED_OFF:
-            at = time.strftime("%H:%M", time.localtime(state.off_at))
+            word = tr("Switched off at {time}", time=time.strftime("%H:%M", time.localtime(state.off_at)))
             return LinkWords(
-                tr("Switched off at {time}", time=at),
-                tr("Switched off by command at {time}.", time=at),
-                tr("It comes back by its switch, held for 2 s, or by external power."),
+                word,
+                word,
+                tr("Hold its switch for 2 s, or connect external power."),
                 None,
             )
         case Phase.FAILED:
             return _failed_words(state.trouble, state.absence)
+
+
+def _under_way(word: str) -> LinkWords:
+    return LinkWords(word, word, "", None)
 
 
 def _offline_words(state: LinkState, now: float) -> LinkWords:
@@ -181,7 +175,7 @@ def _offline_words(state: LinkState, now: float) -> LinkWords:
     return LinkWords(
         word,
         tr("The module no longer answers."),
-        tr("Check its power and the cable; it is asked again every 2 s."),
+        tr("Check its power and cable; hold its switch for 2 s."),
         None,
     )
 
@@ -193,18 +187,17 @@ def _silent_words(state: LinkState) -> LinkWords:
             word, step = tr("Wrong rate?"), NextStep.FIND_RATE
         case Silence.ECHO:
             word, step = tr("Only an echo"), NextStep.CHOOSE_PORT
-        case Silence.OTHER_FRAMES:
-            word, step = tr("No answer"), NextStep.CHOOSE_PORT
         case _:
-            word, step = tr("No module"), NextStep.FIND_RATE
+            is_speaking = state.silence is Silence.OTHER_FRAMES
+            word, step = tr("No answer"), NextStep.CHOOSE_PORT if is_speaking else NextStep.FIND_RATE
     return LinkWords(word, explanation.what, explanation.next_step, step)
 
 
 def _failed_words(trouble: PortError | None, absence: Absence | None) -> LinkWords:
     if trouble is None:
         return LinkWords(
-            tr("Closed"),
-            tr("The port was closed by a fault of this program."),
+            tr("Not connected"),
+            tr("A program error closed the port."),
             tr("Connect again."),
             NextStep.CONNECT_AGAIN,
         )
@@ -217,9 +210,9 @@ def _failed_words(trouble: PortError | None, absence: Absence | None) -> LinkWor
 def duration(seconds: float) -> str:
     """ "0.4 s", "12 s", "3 min", "2 h": as exact as a person wants to know it."""
     if seconds < 2:
-        return tr("{value:.1f} s", value=max(0.0, seconds))
+        return tr("{value} s", value=f"{max(0.0, seconds):.1f}")
     if seconds < 120:
-        return tr("{value:.0f} s", value=seconds)
+        return tr("{value} s", value=f"{seconds:.0f}")
     if seconds < 7200:
         return tr("{value:.0f} min", value=seconds / 60)
     return tr("{value:.0f} h", value=seconds / 3600)

@@ -25,8 +25,8 @@ def explain(error: Exception) -> Explanation:
     if found is not None:
         return found
     if isinstance(error, Slept):
-        return Explanation(tr("The computer slept; what was under way has ended."), tr("Start it again."))
+        return Explanation(tr("The computer slept; the operation was cancelled."), tr("Start it again."))
     return Explanation(
-        tr("The program met an error that it did not expect: {error}.", error=error),
-        tr("Connect again. If it fails again, save a support bundle on the Diagnosis page."),
+        tr("Unexpected error: {error}.", error=error),
+        tr("Connect again. If it fails, save a support bundle (Diagnosis)."),
     )

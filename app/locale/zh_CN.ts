@@ -194,10 +194,6 @@
         <translation>其他程序的文件已另存为 {path}。</translation>
     </message>
     <message>
-        <source>A modem program (ModemManager) tries out {port}: it sends AT commands to the module.</source>
-        <translation>调制解调器程序（ModemManager）正在试探 {port}：它向模块发送 AT 命令。</translation>
-    </message>
-    <message>
         <source>A module answers on {port} at {rate} baud.</source>
         <translation>{port} 上有模块以波特率 {rate} 应答。</translation>
     </message>
@@ -208,6 +204,10 @@
     <message>
         <source>A port that is not in the list: a device, a pseudo-terminal or socket://host:port</source>
         <translation>列表中没有的串口：设备名、伪终端或 socket://主机:端口</translation>
+    </message>
+    <message>
+        <source>A program error closed the port.</source>
+        <translation>程序错误导致串口关闭。</translation>
     </message>
     <message>
         <source>A recording is played.</source>
@@ -304,6 +304,18 @@
     <message>
         <source>Acceleration: steady</source>
         <translation>加速度：稳定</translation>
+    </message>
+    <message>
+        <source>Acknowledged.</source>
+        <translation>模块已应答。</translation>
+    </message>
+    <message>
+        <source>Acknowledged; for how long is unknown.</source>
+        <translation>模块已应答；有效时长未知。</translation>
+    </message>
+    <message>
+        <source>Acknowledged; the module is silent.</source>
+        <translation>模块已应答，现无响应。</translation>
     </message>
     <message>
         <source>Activate</source>
@@ -502,8 +514,8 @@
         <translation>重复应答的命令</translation>
     </message>
     <message>
-        <source>Apart from LOCK, acts are refused meanwhile. Use a cable, or bring the wireless bridge closer.</source>
-        <translation>期间除锁定外的操作均被拒绝。请改用线缆，或将无线透传靠近。</translation>
+        <source>Answers arrive {time} late.</source>
+        <translation>应答延迟 {time}。</translation>
     </message>
     <message>
         <source>Apply</source>
@@ -558,8 +570,8 @@
         <translation>与模块相同</translation>
     </message>
     <message>
-        <source>Ask the administrator of this computer for access to serial ports.</source>
-        <translation>请向本计算机的管理员申请串口访问权限。</translation>
+        <source>Ask the administrator for access to serial ports.</source>
+        <translation>请管理员授予串口访问权限。</translation>
     </message>
     <message>
         <source>Ask the module for its trigger records</source>
@@ -572,10 +584,6 @@
     <message>
         <source>Asking until two readings agree…</source>
         <translation>反复读取，直到两次结果一致…</translation>
-    </message>
-    <message>
-        <source>Asking…</source>
-        <translation>正在询问…</translation>
     </message>
     <message>
         <source>Asks once more before anything is sent. What still stands against it is named in the row.</source>
@@ -600,10 +608,6 @@
     <message>
         <source>At which angle does it fire and rearm?</source>
         <translation>在多大角度触发，又在多大角度复位？</translation>
-    </message>
-    <message>
-        <source>At {port} there is a computer that wants somebody to log in, not a module.</source>
-        <translation>{port} 上连接的是一台等待登录的计算机，不是模块。</translation>
     </message>
     <message>
         <source>Attitude</source>
@@ -656,10 +660,6 @@
     <message>
         <source>Back to the check</source>
         <translation>返回检查</translation>
-    </message>
-    <message>
-        <source>Back to the line</source>
-        <translation>返回当前通信</translation>
     </message>
     <message>
         <source>Back to the page</source>
@@ -762,12 +762,8 @@
         <translation>字节</translation>
     </message>
     <message>
-        <source>Bytes received</source>
-        <translation>收到的字节</translation>
-    </message>
-    <message>
-        <source>Bytes such as 41 75, or words</source>
-        <translation>字节（如 41 75）或文字</translation>
+        <source>Bytes (41 75) or words</source>
+        <translation>字节（41 75）或文字</translation>
     </message>
     <message>
         <source>CHAIN BROKEN: {chain}.</source>
@@ -832,10 +828,6 @@
     <message>
         <source>Capture (*.dpscap)</source>
         <translation>抓包文件 (*.dpscap)</translation>
-    </message>
-    <message>
-        <source>Capture {name}: {rows} rows.</source>
-        <translation>抓包文件 {name}：{rows} 行。</translation>
     </message>
     <message>
         <source>Cell</source>
@@ -930,12 +922,8 @@
         <translation>检查线缆和电源。</translation>
     </message>
     <message>
-        <source>Check its plug and its cell; hold its switch for two seconds to switch it on.</source>
-        <translation>请检查插头和电芯；按住开关两秒可开机。</translation>
-    </message>
-    <message>
-        <source>Check its power and the cable; it is asked again every 2 s.</source>
-        <translation>请检查模块供电和接线；每 2 秒重新询问一次。</translation>
+        <source>Check its power and cable; hold its switch for 2 s.</source>
+        <translation>请检查供电和线缆，并长按开关 2 s。</translation>
     </message>
     <message>
         <source>Check only</source>
@@ -950,24 +938,20 @@
         <translation>检查插头、地线和线缆长度。</translation>
     </message>
     <message>
-        <source>Check that it is switched on and that TX and RX are crossed; if so, find the rate.</source>
-        <translation>请检查模块是否已开机、TX 与 RX 是否交叉连接；若无误，请查找波特率。</translation>
+        <source>Check power, ground and crossed TX and RX, or find the baud rate.</source>
+        <translation>请检查供电、地线和 TX/RX 是否交叉，或查找波特率。</translation>
     </message>
     <message>
         <source>Check that it is switched on, that TX and RX are crossed, and that ground is connected.</source>
         <translation>请检查模块已开机、TX 与 RX 已交叉连接、地线已接好。</translation>
     </message>
     <message>
-        <source>Check the cable and plug the adapter in again; the window connects by itself, to this adapter only.</source>
-        <translation>请检查线缆并重新插入适配器；窗口会自动连接，且只连接该适配器。</translation>
+        <source>Check the wire to the module's RX.</source>
+        <translation>请检查连到模块 RX 的线。</translation>
     </message>
     <message>
-        <source>Check the wire from the adapter's TX to the module's RX.</source>
-        <translation>请检查适配器 TX 到模块 RX 的连线。</translation>
-    </message>
-    <message>
-        <source>Check the wiring: TX and RX touch each other, or the module is not connected.</source>
-        <translation>请检查接线：TX 与 RX 短接，或模块未连接。</translation>
+        <source>Check the wiring: TX and RX touch, or no module is connected.</source>
+        <translation>请检查接线：TX 与 RX 短接，或未连接模块。</translation>
     </message>
     <message>
         <source>Check whether the module is fit to fly: all checks are run and listed. READY: everything holds and the module is locked; GO: and it is active. Exit code 0 for both, 1 for NO-GO, 3 where no module answers. Nothing is ever activated, zeroed or deployed. Several ports are checked at once.</source>
@@ -1026,28 +1010,16 @@
         <translation>请选择一条记录。</translation>
     </message>
     <message>
-        <source>Choose a row to see its bytes.</source>
-        <translation>选择一行可查看字节。</translation>
-    </message>
-    <message>
-        <source>Choose another port from the list.</source>
-        <translation>请从列表中选择其他串口。</translation>
+        <source>Choose another port.</source>
+        <translation>请选择其他串口。</translation>
     </message>
     <message>
         <source>Choose columns…</source>
         <translation>选择列…</translation>
     </message>
     <message>
-        <source>Choose the adapter that the module is connected to.</source>
-        <translation>请选择连接模块的适配器。</translation>
-    </message>
-    <message>
         <source>Choose the module's port</source>
         <translation>选择模块所接的串口</translation>
-    </message>
-    <message>
-        <source>Choose the port that the module is plugged into.</source>
-        <translation>请选择模块所接的串口。</translation>
     </message>
     <message>
         <source>Clamps settings</source>
@@ -1058,14 +1030,6 @@
         <translation>清空</translation>
     </message>
     <message>
-        <source>Clear the list</source>
-        <translation>清空列表</translation>
-    </message>
-    <message>
-        <source>Clear the search</source>
-        <translation>清除搜索</translation>
-    </message>
-    <message>
         <source>Close</source>
         <translation>关闭</translation>
     </message>
@@ -1074,8 +1038,8 @@
         <translation>关闭（Esc）</translation>
     </message>
     <message>
-        <source>Close every program that uses serial ports, a second window of this one too, and connect again.</source>
-        <translation>请关闭所有使用串口的程序，包括本程序的另一个窗口，然后重新连接。</translation>
+        <source>Close it and connect again.</source>
+        <translation>请关闭该程序后重新连接。</translation>
     </message>
     <message>
         <source>Close or cancel; never sends anything</source>
@@ -1118,10 +1082,6 @@
         <translation>关闭此面板</translation>
     </message>
     <message>
-        <source>Close {program} and connect again.</source>
-        <translation>请关闭 {program}，然后重新连接。</translation>
-    </message>
-    <message>
         <source>Close, drop the edits</source>
         <translation>关闭并放弃修改</translation>
     </message>
@@ -1130,8 +1090,8 @@
         <translation>关闭，保持激活</translation>
     </message>
     <message>
-        <source>Closed</source>
-        <translation>已关闭</translation>
+        <source>Closed and open bay read too much alike: check the sensor.</source>
+        <translation>伞仓关闭与打开的读数过于接近：请检查传感器。</translation>
     </message>
     <message>
         <source>Column of the acceleration</source>
@@ -1202,8 +1162,8 @@
         <translation>请重新连接。</translation>
     </message>
     <message>
-        <source>Connect again. If it fails again, save a support bundle on the Diagnosis page.</source>
-        <translation>请重新连接。若再次失败，请在“诊断”页保存诊断包。</translation>
+        <source>Connect again. If it fails, save a support bundle (Diagnosis).</source>
+        <translation>请重新连接。如仍失败，请在“诊断”页保存诊断包。</translation>
     </message>
     <message>
         <source>Connect all ports</source>
@@ -1238,8 +1198,8 @@
         <translation>连接…</translation>
     </message>
     <message>
-        <source>Contents of the chosen file</source>
-        <translation>所选文件的内容</translation>
+        <source>Contents</source>
+        <translation>内容</translation>
     </message>
     <message>
         <source>Continue</source>
@@ -1252,6 +1212,10 @@
     <message>
         <source>Copy</source>
         <translation>复制</translation>
+    </message>
+    <message>
+        <source>Copy command</source>
+        <translation>复制命令</translation>
     </message>
     <message>
         <source>Copy details</source>
@@ -1270,24 +1234,16 @@
         <translation>把所选阈值填到参数设置页；在那里写入之前不会发送</translation>
     </message>
     <message>
-        <source>Copy the command</source>
-        <translation>复制命令</translation>
-    </message>
-    <message>
-        <source>Copy the selected rows</source>
-        <translation>复制所选行</translation>
-    </message>
-    <message>
-        <source>Copy the selected rows, or all</source>
-        <translation>复制所选行；未选择时复制全部</translation>
-    </message>
-    <message>
         <source>Copy these values to Settings; nothing is sent</source>
         <translation>把这些值填到设置页；不发送任何内容</translation>
     </message>
     <message>
         <source>Could not be read again: {names}.</source>
         <translation>未能再次读取：{names}。</translation>
+    </message>
+    <message>
+        <source>Could not read the tilt: check it.</source>
+        <translation>无法读取倾角：请检查。</translation>
     </message>
     <message>
         <source>Could not read: {names}. Read again; if it persists, check the wiring.</source>
@@ -1312,6 +1268,10 @@
     <message>
         <source>DPS-S Configurator {version}</source>
         <translation>DPS-S 上位机 {version}</translation>
+    </message>
+    <message>
+        <source>Damaged frames: {rejected} of {bytes} bytes are invalid.</source>
+        <translation>帧受损：{bytes} 字节中有 {rejected} 字节无效。</translation>
     </message>
     <message>
         <source>Damaged on this computer and not sent: {count}.</source>
@@ -1626,10 +1586,6 @@
         <translation>第 {entry} 条被删除。</translation>
     </message>
     <message>
-        <source>Every frame sent and received (Alt+2)</source>
-        <translation>收发的每一帧（Alt+2）</translation>
-    </message>
-    <message>
         <source>Every session is recorded by itself; there is nothing to switch on.</source>
         <translation>每次连接都会自动记录，无需任何操作。</translation>
     </message>
@@ -1726,12 +1682,16 @@
         <translation>坠落</translation>
     </message>
     <message>
-        <source>Files in the bundle</source>
-        <translation>诊断包中的文件</translation>
+        <source>Files</source>
+        <translation>文件</translation>
     </message>
     <message>
         <source>Files of this program</source>
         <translation>本程序的文件</translation>
+    </message>
+    <message>
+        <source>Filter</source>
+        <translation>筛选</translation>
     </message>
     <message>
         <source>Find my module</source>
@@ -1744,6 +1704,10 @@
     <message>
         <source>Find the baud rate at which a module answers. Sends nothing but questions, first at the rate of --baud. Exit code 3 where none answers.</source>
         <translation>查找模块应答的波特率。只发送查询，先用 --baud 指定的波特率。无应答时退出码为 3。</translation>
+    </message>
+    <message>
+        <source>Find the baud rate.</source>
+        <translation>请查找波特率。</translation>
     </message>
     <message>
         <source>Find the rate</source>
@@ -1862,10 +1826,6 @@
         <translation>移除</translation>
     </message>
     <message>
-        <source>Forget all rows</source>
-        <translation>清除所有行</translation>
-    </message>
-    <message>
         <source>Forget it</source>
         <translation>不再提醒</translation>
     </message>
@@ -1874,20 +1834,12 @@
         <translation>移除所选站点</translation>
     </message>
     <message>
+        <source>Frames</source>
+        <translation>帧</translation>
+    </message>
+    <message>
         <source>Frames a second, usual round trip, lag, invalid bytes</source>
         <translation>每秒帧数、通常往返时间、滞后、无效字节数</translation>
-    </message>
-    <message>
-        <source>Frames arrive damaged: {rejected} of {bytes} bytes were rejected.</source>
-        <translation>收到的帧有损坏：{bytes} 字节中有 {rejected} 字节无效。</translation>
-    </message>
-    <message>
-        <source>Frames received</source>
-        <translation>收到的帧</translation>
-    </message>
-    <message>
-        <source>Frames sent and received</source>
-        <translation>收发的帧</translation>
     </message>
     <message>
         <source>Free fall</source>
@@ -2022,12 +1974,8 @@
         <translation>保持水平。</translation>
     </message>
     <message>
-        <source>Hold its switch for two seconds, or connect external power.</source>
-        <translation>请按住模块开关两秒，或接上外接供电。</translation>
-    </message>
-    <message>
-        <source>Hold the list; recording goes on</source>
-        <translation>列表静止，记录继续</translation>
+        <source>Hold its switch for 2 s, or connect external power.</source>
+        <translation>请长按开关 2 s，或接通外接供电。</translation>
     </message>
     <message>
         <source>Hold the picture; recording goes on (Space)</source>
@@ -2118,10 +2066,6 @@
         <translation>无效字节</translation>
     </message>
     <message>
-        <source>Invalid bytes, by reason</source>
-        <translation>无效字节，按原因</translation>
-    </message>
-    <message>
         <source>Invalid bytes. {reasons}</source>
         <translation>无效字节。{reasons}</translation>
     </message>
@@ -2150,10 +2094,6 @@
         <translation>无法判断这是否为 {module}：已有的记录不足。</translation>
     </message>
     <message>
-        <source>It comes back by its switch, held for 2 s, or by external power.</source>
-        <translation>长按开关 2 秒或接通外接供电即可重新开机。</translation>
-    </message>
-    <message>
         <source>It falls for longer than any free-fall time allows.</source>
         <translation>它的坠落时间比可设的任何失重时间都长。</translation>
     </message>
@@ -2180,10 +2120,6 @@
     <message>
         <source>It has no parachute left.</source>
         <translation>已无可用的降落伞。</translation>
-    </message>
-    <message>
-        <source>It has no times; those shown are estimated.</source>
-        <translation>文件中没有时间；显示的时间为推算值。</translation>
     </message>
     <message>
         <source>It holds neither attitude nor acceleration.</source>
@@ -2326,10 +2262,6 @@
         <translation>模块将触发四次。请先从模块上拆下弹射装置（火工品或弹簧），并拆下飞行器的桨叶。测试后自动锁定；每次触发都会写入触发记录。</translation>
     </message>
     <message>
-        <source>It works, but the adapter holds every answer back ({ms} ms): its latency timer is long.</source>
-        <translation>可以工作，但适配器延迟了每个应答（{ms} ms）：其延迟计时器过长。</translation>
-    </message>
-    <message>
         <source>It would be missed with {tilt}°, {acceleration:.1f} g and {time:.2f} s, the most sensitive thresholds that let the others pass.</source>
         <translation>在不误触发其他飞行的最灵敏阈值 {tilt}°、{acceleration:.1f} g、{time:.2f} s 下，该飞行会被漏掉。</translation>
     </message>
@@ -2454,8 +2386,16 @@
         <translation>模块未报告锁定：请按已激活对待。</translation>
     </message>
     <message>
-        <source>LOCK sent {count} times, not yet reported</source>
-        <translation>锁定命令已发送 {count} 次，模块尚未报告锁定</translation>
+        <source>LOCK sent {count}×, not confirmed: treat the module as ACTIVE.</source>
+        <translation>锁定已发送 {count} 次，未确认：请按已激活对待。</translation>
+    </message>
+    <message>
+        <source>LOCK sent {count}×, not yet reported</source>
+        <translation>锁定已发送 {count} 次，尚未报告</translation>
+    </message>
+    <message>
+        <source>LOCK sent {count}×; the module still reports ACTIVE.</source>
+        <translation>锁定已发送 {count} 次，模块仍报告已激活。</translation>
     </message>
     <message>
         <source>LOCK was not sent: treat the module as ACTIVE.</source>
@@ -2464,18 +2404,6 @@
     <message>
         <source>LOCK was pressed</source>
         <translation>已按“锁定”</translation>
-    </message>
-    <message>
-        <source>LOCK was sent once, not confirmed: treat the module as ACTIVE.</source>
-        <translation>锁定命令已发送 1 次，未得到确认：请将模块视为已激活。</translation>
-    </message>
-    <message>
-        <source>LOCK was sent {count} times, and the module still reports ACTIVE.</source>
-        <translation>锁定命令已发送 {count} 次，模块仍报告已激活。</translation>
-    </message>
-    <message>
-        <source>LOCK was sent {count} times, not confirmed: treat the module as ACTIVE.</source>
-        <translation>锁定命令已发送 {count} 次，未得到确认：请将模块视为已激活。</translation>
     </message>
     <message>
         <source>LOCK: put the module into standby</source>
@@ -2622,14 +2550,6 @@
         <translation>通信中断：不保存任何结果。</translation>
     </message>
     <message>
-        <source>Link statistics</source>
-        <translation>链路统计</translation>
-    </message>
-    <message>
-        <source>Link statistics, also over time (Alt+3)</source>
-        <translation>链路统计及随时间的变化（Alt+3）</translation>
-    </message>
-    <message>
         <source>Link: loss</source>
         <translation>链路：丢失</translation>
     </message>
@@ -2678,10 +2598,6 @@
         <translation>锁定 {time}：按激活判断。</translation>
     </message>
     <message>
-        <source>Locking</source>
-        <translation>正在锁定</translation>
-    </message>
-    <message>
         <source>Locking…</source>
         <translation>正在锁定…</translation>
     </message>
@@ -2698,16 +2614,12 @@
         <translation>日志</translation>
     </message>
     <message>
-        <source>Log file</source>
-        <translation>日志文件</translation>
-    </message>
-    <message>
         <source>Log file: {path}</source>
         <translation>日志文件：{path}</translation>
     </message>
     <message>
-        <source>Log out and in again; on some systems only a restart helps.</source>
-        <translation>请注销后重新登录；有些系统需要重启。</translation>
+        <source>Log out and in again, or restart the computer.</source>
+        <translation>请注销后重新登录，或重启电脑。</translation>
     </message>
     <message>
         <source>Longest fall</source>
@@ -2724,14 +2636,6 @@
     <message>
         <source>Looking for ports…</source>
         <translation>正在查找串口…</translation>
-    </message>
-    <message>
-        <source>Looking for the baud rate at which a module answers.</source>
-        <translation>正在查找模块能应答的波特率。</translation>
-    </message>
-    <message>
-        <source>Looking for the module at {rate} baud</source>
-        <translation>正在以 {rate} 波特率查找模块</translation>
     </message>
     <message>
         <source>Looking for thresholds…</source>
@@ -2810,12 +2714,8 @@
         <translation>标为已审阅</translation>
     </message>
     <message>
-        <source>Mark or unmark the selected rows</source>
-        <translation>标记所选行，或取消标记</translation>
-    </message>
-    <message>
-        <source>Mark the selected rows</source>
-        <translation>标记所选行</translation>
+        <source>Marked</source>
+        <translation>已标记</translation>
     </message>
     <message>
         <source>Meaning</source>
@@ -2886,8 +2786,16 @@
         <translation>缺失的记录</translation>
     </message>
     <message>
+        <source>ModemManager sends AT commands on {port}.</source>
+        <translation>ModemManager 正在 {port} 上发送 AT 命令。</translation>
+    </message>
+    <message>
         <source>Module</source>
         <translation>模块</translation>
+    </message>
+    <message>
+        <source>Module and port are at {new} baud.</source>
+        <translation>模块和串口均为 {new} 波特。</translation>
     </message>
     <message>
         <source>Module faults</source>
@@ -2940,10 +2848,6 @@
     <message>
         <source>More light reads lower.</source>
         <translation>光线越强，读数越低。</translation>
-    </message>
-    <message>
-        <source>Most likely the module has another baud rate: find it.</source>
-        <translation>模块很可能使用其他波特率：请查找波特率。</translation>
     </message>
     <message>
         <source>Mouse or space bar</source>
@@ -3066,6 +2970,10 @@
         <translation>命名为 {name}。</translation>
     </message>
     <message>
+        <source>Names are replaced. Nothing is sent.</source>
+        <translation>名称已替换。不会发送任何内容。</translation>
+    </message>
+    <message>
         <source>Never counts as falling: nothing is below 0 g.</source>
         <translation>永远不会判定为失重：加速度不可能低于 0 g。</translation>
     </message>
@@ -3122,6 +3030,10 @@
         <translation>无应答</translation>
     </message>
     <message>
+        <source>No answer at any rate ({old} → {new} baud). Switch it off and on, then use “Find my module”.</source>
+        <translation>任何波特率均无应答（{old} → {new} 波特）。请断电重启模块，再使用“查找我的模块”。</translation>
+    </message>
+    <message>
         <source>No attitude: the attitude trigger is not judged.</source>
         <translation>没有姿态：不判断姿态触发。</translation>
     </message>
@@ -3164,10 +3076,6 @@
     <message>
         <source>No longer known: {station}.</source>
         <translation>已从已知站点中移除：{station}。</translation>
-    </message>
-    <message>
-        <source>No module</source>
-        <translation>无模块</translation>
     </message>
     <message>
         <source>No module answers on {port} at any baud rate.</source>
@@ -3214,6 +3122,10 @@
         <translation>没有页面可以打开 {file}。</translation>
     </message>
     <message>
+        <source>No permission for {port}.</source>
+        <translation>没有 {port} 的访问权限。</translation>
+    </message>
+    <message>
         <source>No port is open.</source>
         <translation>没有打开的串口。</translation>
     </message>
@@ -3242,6 +3154,10 @@
         <translation>没有保护：没有飞行器会倾斜到 {fires:.0f}°。</translation>
     </message>
     <message>
+        <source>No readable frames on {port} at {rate} baud.</source>
+        <translation>{port} 上以 {rate} 波特收不到有效帧。</translation>
+    </message>
+    <message>
         <source>No recent files</source>
         <translation>没有最近的文件</translation>
     </message>
@@ -3264,10 +3180,6 @@
     <message>
         <source>No round trip measured yet</source>
         <translation>尚未测得往返时间</translation>
-    </message>
-    <message>
-        <source>No rows yet</source>
-        <translation>暂无记录</translation>
     </message>
     <message>
         <source>No serial port found. Plug the adapter in: it appears here automatically.</source>
@@ -3354,6 +3266,10 @@
         <translation>不正常</translation>
     </message>
     <message>
+        <source>Not acknowledged; the module is silent: look at it.</source>
+        <translation>未应答，模块无响应：请到现场查看。</translation>
+    </message>
+    <message>
         <source>Not armed and held for 2 s.</source>
         <translation>尚未预备并按住 2 秒。</translation>
     </message>
@@ -3368,6 +3284,10 @@
     <message>
         <source>Not confirmed.</source>
         <translation>尚未确认。</translation>
+    </message>
+    <message>
+        <source>Not confirmed: treat the module as ACTIVE.</source>
+        <translation>未确认：请按已激活对待。</translation>
     </message>
     <message>
         <source>Not connected</source>
@@ -3510,10 +3430,6 @@
         <translation>未记录</translation>
     </message>
     <message>
-        <source>Nothing is sent to any module.</source>
-        <translation>不会向任何模块发送内容。</translation>
-    </message>
-    <message>
         <source>Nothing is sent.</source>
         <translation>不发送任何内容。</translation>
     </message>
@@ -3622,6 +3538,10 @@
         <translation>导出上次全部检查的总报告和每个模块的报告</translation>
     </message>
     <message>
+        <source>Only LOCK is possible. Use a cable or a closer radio link.</source>
+        <translation>目前仅可锁定。请改用线缆或缩短无线距离。</translation>
+    </message>
+    <message>
         <source>Only a test by hand proves the sensors.</source>
         <translation>只有手动测试能证明传感器有效。</translation>
     </message>
@@ -3630,12 +3550,8 @@
         <translation>只有回显</translation>
     </message>
     <message>
-        <source>Only invalid bytes</source>
-        <translation>仅无效字节</translation>
-    </message>
-    <message>
-        <source>Only marked rows</source>
-        <translation>仅标记的行</translation>
+        <source>Only an echo on {port}.</source>
+        <translation>{port} 上只有回显。</translation>
     </message>
     <message>
         <source>Only recordings with all these words</source>
@@ -3652,10 +3568,6 @@
     <message>
         <source>Open</source>
         <translation>打开</translation>
-    </message>
-    <message>
-        <source>Open a capture</source>
-        <translation>打开抓包文件</translation>
     </message>
     <message>
         <source>Open a folder of flight logs</source>
@@ -3692,10 +3604,6 @@
     <message>
         <source>Open on the Live page</source>
         <translation>在“实时”页打开</translation>
-    </message>
-    <message>
-        <source>Open or play a capture (Ctrl+O); or drop it on the window</source>
-        <translation>打开或回放抓包（Ctrl+O）；也可将文件拖到窗口上</translation>
     </message>
     <message>
         <source>Open profile…</source>
@@ -3806,10 +3714,6 @@
         <translation>暂停</translation>
     </message>
     <message>
-        <source>Pause the list</source>
-        <translation>暂停列表</translation>
-    </message>
-    <message>
         <source>Pauses in the log: {count}, {total:.1f} s in all, the longest {longest:.1f} s.</source>
         <translation>日志中断 {count} 次，共 {total:.1f} s，最长 {longest:.1f} s。</translation>
     </message>
@@ -3846,8 +3750,8 @@
         <translation>播放位置</translation>
     </message>
     <message>
-        <source>Play it through the window</source>
-        <translation>在窗口中回放</translation>
+        <source>Play</source>
+        <translation>播放</translation>
     </message>
     <message>
         <source>Play the recording from the start</source>
@@ -3874,8 +3778,8 @@
         <translation>插上</translation>
     </message>
     <message>
-        <source>Plug the adapter in; if no new port appears, its driver is missing. Choose the port from the list.</source>
-        <translation>请插入适配器；若没有出现新串口，说明缺少驱动程序。然后从列表中选择串口。</translation>
+        <source>Plug the adapter in. If no port appears, install its driver.</source>
+        <translation>请插入适配器。如未出现串口，请安装驱动。</translation>
     </message>
     <message>
         <source>Plug the external power in.</source>
@@ -3892,10 +3796,6 @@
     <message>
         <source>Port</source>
         <translation>串口</translation>
-    </message>
-    <message>
-        <source>Port and link statistics</source>
-        <translation>串口与链路统计</translation>
     </message>
     <message>
         <source>Port lost</source>
@@ -4012,10 +3912,6 @@
     <message>
         <source>Program</source>
         <translation>程序</translation>
-    </message>
-    <message>
-        <source>Program and system</source>
-        <translation>程序与系统</translation>
     </message>
     <message>
         <source>Proposal: {limits}</source>
@@ -4166,10 +4062,6 @@
         <translation>正在读取 {file}…</translation>
     </message>
     <message>
-        <source>Reading {name}: {percent} %…</source>
-        <translation>正在读取 {name}：{percent} %…</translation>
-    </message>
-    <message>
         <source>Reading: {what}</source>
         <translation>正在读取：{what}</translation>
     </message>
@@ -4262,16 +4154,16 @@
         <translation>刷新</translation>
     </message>
     <message>
-        <source>Refresh the preview</source>
-        <translation>重新生成预览</translation>
+        <source>Refused: still at {old} baud.</source>
+        <translation>被拒绝：仍为 {old} 波特。</translation>
     </message>
     <message>
         <source>Refuses settings</source>
         <translation>拒绝参数</translation>
     </message>
     <message>
-        <source>Rehearsal: {frame} would have been sent. Nothing was.</source>
-        <translation>演练：本应发送 {frame}。实际没有发送任何内容。</translation>
+        <source>Rehearsal: {frame} was not sent.</source>
+        <translation>演练：未发送 {frame}。</translation>
     </message>
     <message>
         <source>Rehearse…</source>
@@ -4318,10 +4210,6 @@
         <translation>请求</translation>
     </message>
     <message>
-        <source>Requests without reply</source>
-        <translation>无响应的请求</translation>
-    </message>
-    <message>
         <source>Required</source>
         <translation>必需</translation>
     </message>
@@ -4366,8 +4254,8 @@
         <translation>横滚和俯仰（°）</translation>
     </message>
     <message>
-        <source>Round trip, median</source>
-        <translation>往返时间（中位数）</translation>
+        <source>Round trip</source>
+        <translation>往返时间</translation>
     </message>
     <message>
         <source>Round trips</source>
@@ -4422,10 +4310,6 @@
         <translation>保存</translation>
     </message>
     <message>
-        <source>Save a capture</source>
-        <translation>保存抓包文件</translation>
-    </message>
-    <message>
         <source>Save a picture as PNG</source>
         <translation>保存 PNG 图片</translation>
     </message>
@@ -4478,10 +4362,6 @@
         <translation>将所选阈值保存到配置文件</translation>
     </message>
     <message>
-        <source>Save the last 60,000 entries as text (Ctrl+S)</source>
-        <translation>将最近 60,000 条通信保存为文本（Ctrl+S）</translation>
-    </message>
-    <message>
         <source>Save the profile</source>
         <translation>保存配置文件</translation>
     </message>
@@ -4492,10 +4372,6 @@
     <message>
         <source>Save the records that are shown as CSV</source>
         <translation>将显示的记录保存为 CSV</translation>
-    </message>
-    <message>
-        <source>Save the support bundle</source>
-        <translation>保存诊断包</translation>
     </message>
     <message>
         <source>Save the trigger records</source>
@@ -4514,10 +4390,6 @@
         <translation>保存数据…</translation>
     </message>
     <message>
-        <source>Save what is shown here as a zip file</source>
-        <translation>将此处显示的内容保存为 zip 文件</translation>
-    </message>
-    <message>
         <source>Saved as {path}.</source>
         <translation>已保存为 {path}。</translation>
     </message>
@@ -4526,16 +4398,8 @@
         <translation>已保存为 {path}。以下项目未知，未包含在内：{names}。</translation>
     </message>
     <message>
-        <source>Saved the last {count} entries to {path}; older ones are no longer kept.</source>
-        <translation>已将最近 {count} 条保存到 {path}；更早的内容已不再保留。</translation>
-    </message>
-    <message>
         <source>Saved the picture to {path}</source>
         <translation>图片已保存到 {path}</translation>
-    </message>
-    <message>
-        <source>Saved {count} entries to {path}.</source>
-        <translation>已将 {count} 条保存到 {path}。</translation>
     </message>
     <message>
         <source>Saved {count} messages to {path}</source>
@@ -4552,10 +4416,6 @@
     <message>
         <source>Save…</source>
         <translation>保存…</translation>
-    </message>
-    <message>
-        <source>Saving {name}…</source>
-        <translation>正在保存 {name}…</translation>
     </message>
     <message>
         <source>Saving…</source>
@@ -4576,10 +4436,6 @@
     <message>
         <source>Search</source>
         <translation>搜索</translation>
-    </message>
-    <message>
-        <source>Search in the rows</source>
-        <translation>在各行中搜索</translation>
     </message>
     <message>
         <source>Search the recordings</source>
@@ -4604,6 +4460,10 @@
     <message>
         <source>Seen once, not confirmed: {sentence}</source>
         <translation>仅读到一次，未确认：{sentence}</translation>
+    </message>
+    <message>
+        <source>Select a row.</source>
+        <translation>请选择一行。</translation>
     </message>
     <message>
         <source>Send no commands during the check.</source>
@@ -4634,16 +4494,8 @@
         <translation>已发送，未确认。</translation>
     </message>
     <message>
-        <source>Sent, not confirmed: do not rely on it.</source>
-        <translation>已发送，未得到确认：不要以此为准。</translation>
-    </message>
-    <message>
         <source>Sent, not confirmed: treat it as fired.</source>
         <translation>已发送，未得到确认：请视为已触发开伞。</translation>
-    </message>
-    <message>
-        <source>Sent, not confirmed: treat the module as ACTIVE.</source>
-        <translation>已发送，未得到确认：请视模块为已激活。</translation>
     </message>
     <message>
         <source>Sent: {sent}. Received: {received}.</source>
@@ -4706,8 +4558,8 @@
         <translation>放平飞行器，或将传感器置零。</translation>
     </message>
     <message>
-        <source>Set the latency timer to 1 ms in the settings of the adapter's driver (port, advanced).</source>
-        <translation>请在适配器驱动程序的设置（端口，高级）中把延迟计时器设为 1 ms。</translation>
+        <source>Set the driver's latency timer to 1 ms.</source>
+        <translation>请在驱动设置中将延迟计时器设为 1 ms。</translation>
     </message>
     <message>
         <source>Set this server and exchange</source>
@@ -4858,10 +4710,6 @@
         <translation>限值比建议宽松：{checks}。</translation>
     </message>
     <message>
-        <source>Something sends on {port}, but no frame can be read at {rate} baud.</source>
-        <translation>{port} 上有数据，但在 {rate} 波特率下读不出任何帧。</translation>
-    </message>
-    <message>
         <source>Sounds: triggered, lost, restarted</source>
         <translation>提示音：触发、通信中断、重启</translation>
     </message>
@@ -4978,6 +4826,10 @@
         <translation>第 {number} 步：{name}</translation>
     </message>
     <message>
+        <source>Still at {old} baud. Switch it off and on, then try {new} baud.</source>
+        <translation>仍为 {old} 波特。请断电重启模块，再尝试 {new} 波特。</translation>
+    </message>
+    <message>
         <source>Stop motors and fans.</source>
         <translation>停止电机和风扇。</translation>
     </message>
@@ -5026,20 +4878,12 @@
         <translation>断电重启后是否保持？</translation>
     </message>
     <message>
-        <source>Switch the module off and on again</source>
-        <translation>请将模块关机后再开机</translation>
-    </message>
-    <message>
-        <source>Switch the module on, connect ground, and cross the wires: TX to RX and RX to TX.</source>
-        <translation>请打开模块，接好地线，并交叉接线：TX 接 RX，RX 接 TX。</translation>
+        <source>Switch the module off and on</source>
+        <translation>请将模块断电重启</translation>
     </message>
     <message>
         <source>Switched off at {time}</source>
         <translation>{time} 已关机</translation>
-    </message>
-    <message>
-        <source>Switched off by command at {time}.</source>
-        <translation>已于 {time} 按命令关机。</translation>
     </message>
     <message>
         <source>Switched on, the module streams its status unasked. Its state cannot be read.</source>
@@ -5122,8 +4966,12 @@
         <translation>操作未得到确认：不保存任何结果。</translation>
     </message>
     <message>
-        <source>The adapter at {port} has come and gone {visits} times: it loses its power or its contact.</source>
-        <translation>{port} 上的适配器已经出现又消失 {visits} 次：供电或接触不良。</translation>
+        <source>The adapter at {port} came and went {visits} times.</source>
+        <translation>{port} 的适配器反复断开，共 {visits} 次。</translation>
+    </message>
+    <message>
+        <source>The adapter delays every answer by {ms} ms (latency timer).</source>
+        <translation>适配器使每次应答延迟 {ms} ms（延迟计时器）。</translation>
     </message>
     <message>
         <source>The adapter is back, but its port does not open yet; it is tried again.</source>
@@ -5142,10 +4990,6 @@
         <translation>无法使用归档服务器 {server}：{why}</translation>
     </message>
     <message>
-        <source>The audit log cannot be written, so nothing dangerous is sent.</source>
-        <translation>无法写入操作记录，因此不发送任何危险指令。</translation>
-    </message>
-    <message>
         <source>The audit log cannot be written.</source>
         <translation>无法写入操作记录。</translation>
     </message>
@@ -5156,10 +5000,6 @@
     <message>
         <source>The baud rate is not applied with a profile: change it in its own place.</source>
         <translation>波特率不随配置文件应用：请在其专门位置更改。</translation>
-    </message>
-    <message>
-        <source>The bundle could not be put together: {why}.</source>
-        <translation>无法生成诊断包：{why}。</translation>
     </message>
     <message>
         <source>The chain is broken at entry {entry}.</source>
@@ -5202,8 +5042,8 @@
         <translation>电脑曾休眠：不保存任何结果。</translation>
     </message>
     <message>
-        <source>The computer slept; what was under way has ended.</source>
-        <translation>计算机休眠过，正在进行的操作已结束。</translation>
+        <source>The computer slept; the operation was cancelled.</source>
+        <translation>电脑曾休眠，操作已取消。</translation>
     </message>
     <message>
         <source>The details are on the clipboard.</source>
@@ -5234,10 +5074,6 @@
         <translation>文件大于 {kilobytes} KB。</translation>
     </message>
     <message>
-        <source>The first {n} of {all} rows were copied.</source>
-        <translation>共 {all} 行，已复制前 {n} 行。</translation>
-    </message>
-    <message>
         <source>The flight controller could not log for {seconds:.2f} s.</source>
         <translation>飞控有 {seconds:.2f} s 未能写入日志。</translation>
     </message>
@@ -5262,24 +5098,12 @@
         <translation>最近九次触发，每条含触发时的参数和读数。</translation>
     </message>
     <message>
-        <source>The last ten minutes</source>
-        <translation>最近十分钟</translation>
-    </message>
-    <message>
-        <source>The last twelve hours</source>
-        <translation>最近十二小时</translation>
-    </message>
-    <message>
         <source>The light could not be read often enough.</source>
         <translation>光线值读取次数不足。</translation>
     </message>
     <message>
         <source>The link was lost since.</source>
         <translation>此后链路曾丢失。</translation>
-    </message>
-    <message>
-        <source>The link works: the module answers.</source>
-        <translation>通信正常：模块有应答。</translation>
     </message>
     <message>
         <source>The list of known stations cannot be written: {why}.</source>
@@ -5290,40 +5114,8 @@
         <translation>低于所选失重加速度的最长时间</translation>
     </message>
     <message>
-        <source>The module acknowledged and is silent now.</source>
-        <translation>模块已应答，现在没有响应。</translation>
-    </message>
-    <message>
-        <source>The module acknowledged and still answers at {old} baud. Switch it off and on; then look for it at {new} baud.</source>
-        <translation>模块已应答，但仍使用 {old} 波特率。请将其关机再开机，然后以 {new} 波特率查找。</translation>
-    </message>
-    <message>
-        <source>The module acknowledged.</source>
-        <translation>模块已应答。</translation>
-    </message>
-    <message>
-        <source>The module acknowledged. For how long it holds is not known.</source>
-        <translation>模块已应答。持续多久不得而知。</translation>
-    </message>
-    <message>
-        <source>The module answered before and has fallen silent; the port is fine.</source>
-        <translation>模块先前有应答，现在没有了；串口正常。</translation>
-    </message>
-    <message>
-        <source>The module answered that it did not fire, and reports no trigger.</source>
-        <translation>模块应答没有开伞，也没有报告触发。</translation>
-    </message>
-    <message>
-        <source>The module answers at no baud rate. Switch it off and on, then use “Find my module”; it was at {old} and was told {new} baud.</source>
-        <translation>模块在任何波特率下都没有应答。请将其关机再开机，然后使用“查找模块”；原波特率为 {old}，要求改为 {new}。</translation>
-    </message>
-    <message>
         <source>The module answers at {found} baud instead. Change it again.</source>
         <translation>模块却以 {found} 波特率应答。请重新修改。</translation>
-    </message>
-    <message>
-        <source>The module answers at {new} baud, and so does the port.</source>
-        <translation>模块以 {new} 波特率应答，串口也已切换到该速率。</translation>
     </message>
     <message>
         <source>The module answers at {rate} baud.</source>
@@ -5346,20 +5138,12 @@
         <translation>模块无法报告其是否启用。</translation>
     </message>
     <message>
-        <source>The module did not accept it.</source>
-        <translation>模块没有接受。</translation>
-    </message>
-    <message>
         <source>The module did not answer the query for trigger records: whether it keeps any is not known.</source>
         <translation>模块未应答触发记录查询：是否存有记录未知。</translation>
     </message>
     <message>
         <source>The module did not answer the query: its records are not known.</source>
         <translation>模块未应答触发记录查询：是否存有记录未知。</translation>
-    </message>
-    <message>
-        <source>The module did not take the new rate: it still answers at {old} baud.</source>
-        <translation>模块没有采用新的波特率：仍以 {old} 波特率应答。</translation>
     </message>
     <message>
         <source>The module does not answer.</source>
@@ -5398,6 +5182,10 @@
         <translation>模块已锁定：请先激活。</translation>
     </message>
     <message>
+        <source>The module is at {found} baud instead. Change it again.</source>
+        <translation>模块实际为 {found} 波特。请重新更改。</translation>
+    </message>
+    <message>
         <source>The module is locked</source>
         <translation>模块已锁定</translation>
     </message>
@@ -5430,24 +5218,24 @@
         <translation>{port} 上的模块不再应答。请检查供电和接线。</translation>
     </message>
     <message>
+        <source>The module refused and reports no trigger.</source>
+        <translation>模块拒绝执行，且未报告触发。</translation>
+    </message>
+    <message>
+        <source>The module refused.</source>
+        <translation>模块拒绝执行。</translation>
+    </message>
+    <message>
+        <source>The module reports ACTIVE.</source>
+        <translation>模块报告：已激活。</translation>
+    </message>
+    <message>
+        <source>The module reports LOCKED.</source>
+        <translation>模块报告：已锁定。</translation>
+    </message>
+    <message>
         <source>The module reports that it has fired.</source>
         <translation>模块报告已触发开伞。</translation>
-    </message>
-    <message>
-        <source>The module reports that it is ACTIVE.</source>
-        <translation>模块报告已激活。</translation>
-    </message>
-    <message>
-        <source>The module reports that it is LOCKED.</source>
-        <translation>模块报告已锁定。</translation>
-    </message>
-    <message>
-        <source>The module reports that it is LOCKED. LOCK was sent {count} times.</source>
-        <translation>模块报告已锁定。锁定命令共发送 {count} 次。</translation>
-    </message>
-    <message>
-        <source>The module reports that it is still LOCKED.</source>
-        <translation>模块报告仍处于锁定状态。</translation>
     </message>
     <message>
         <source>The module restarted during the test.</source>
@@ -5486,12 +5274,16 @@
         <translation>模块保持锁定；仍请远离伞仓开口。置零会改变水平基准：仅用于修正小角度安装误差。</translation>
     </message>
     <message>
-        <source>The module still answers: it is not switched off.</source>
-        <translation>模块仍有应答：没有关机。</translation>
+        <source>The module still answers: not switched off.</source>
+        <translation>模块仍有应答：未关机。</translation>
     </message>
     <message>
         <source>The module still keeps it.</source>
         <translation>模块中仍保存。</translation>
+    </message>
+    <message>
+        <source>The module still reports LOCKED.</source>
+        <translation>模块仍报告：已锁定。</translation>
     </message>
     <message>
         <source>The module stopped answering.</source>
@@ -5522,8 +5314,8 @@
         <translation>未找到模块。请将其关机再开机，然后使用“查找模块”。</translation>
     </message>
     <message>
-        <source>The module was shut down by this program.</source>
-        <translation>模块已由本程序关机。</translation>
+        <source>The module was switched off.</source>
+        <translation>模块已关机。</translation>
     </message>
     <message>
         <source>The module's baud rate; 115200 unless somebody changed it</source>
@@ -5542,24 +5334,8 @@
         <translation>该串口只能按名称识别，现在可能已是另一个适配器：请手动重新连接。</translation>
     </message>
     <message>
-        <source>The port is being opened.</source>
-        <translation>正在打开串口。</translation>
-    </message>
-    <message>
-        <source>The port is open, the module is being asked.</source>
-        <translation>串口已打开，正在询问模块。</translation>
-    </message>
-    <message>
         <source>The port leads to another device than before: this may be another module.</source>
         <translation>该串口现在指向另一个设备，可能是另一个模块。</translation>
-    </message>
-    <message>
-        <source>The port was closed by a fault of this program.</source>
-        <translation>串口因本程序的错误而关闭。</translation>
-    </message>
-    <message>
-        <source>The port went away.</source>
-        <translation>串口已消失。</translation>
     </message>
     <message>
         <source>The process that read it ended.</source>
@@ -5586,16 +5362,8 @@
         <translation>程序遇到意外错误，将继续运行：{error}。所有待命操作均已解除。</translation>
     </message>
     <message>
-        <source>The program met an error that it did not expect: {error}.</source>
-        <translation>程序遇到意外错误：{error}。</translation>
-    </message>
-    <message>
         <source>The readings are spread wide: measure again in steady light.</source>
         <translation>读数分散较大：请在稳定光线下重新测量。</translation>
-    </message>
-    <message>
-        <source>The readings are too close together for a threshold with a margin: look at the sensor.</source>
-        <translation>读数过于接近，无法设置有余量的阈值：请检查传感器。</translation>
     </message>
     <message>
         <source>The readings did not agree, or the line loses frames: records may be missing. Read again.</source>
@@ -5604,10 +5372,6 @@
     <message>
         <source>The readings did not agree: records may be missing, or be doubtful. Read again, or check the line.</source>
         <translation>各次读取不一致：可能缺少记录，或记录可疑。请重新读取，或检查线路。</translation>
-    </message>
-    <message>
-        <source>The readings with the bay closed and open overlap: light does not tell the two apart.</source>
-        <translation>伞仓关闭与打开时的读数重叠：光线无法区分两种状态。</translation>
     </message>
     <message>
         <source>The record and the report of each module lie beside this one.</source>
@@ -5650,10 +5414,6 @@
         <translation>屏幕 {screen} 不允许此用户打开窗口。</translation>
     </message>
     <message>
-        <source>The selected row in full</source>
-        <translation>所选行的完整内容</translation>
-    </message>
-    <message>
         <source>The serial output is off now. It streams too slowly to know whether it was on before; dps-s set serial_output=true switches it on.</source>
         <translation>串口输出现已关闭。其输出太慢，无法得知之前是否已打开；如需打开，请运行 dps-s set serial_output=true。</translation>
     </message>
@@ -5690,10 +5450,6 @@
         <translation>该测试会使模块触发：只有在您确认不会弹射任何物品后才能开始。</translation>
     </message>
     <message>
-        <source>The tilt could not be read: check it before you rely on it.</source>
-        <translation>无法读取倾角：使用前请先确认。</translation>
-    </message>
-    <message>
         <source>The tilt is measured again</source>
         <translation>重新测量倾角</translation>
     </message>
@@ -5726,10 +5482,6 @@
         <translation>主题</translation>
     </message>
     <message>
-        <source>There are no bytes in {name}.</source>
-        <translation>{name} 中没有字节。</translation>
-    </message>
-    <message>
         <source>There are several adapters: {names}. Choose one: --port P or {variable}.</source>
         <translation>有多个适配器：{names}。请选择一个：--port P 或 {variable}。</translation>
     </message>
@@ -5748,10 +5500,6 @@
     <message>
         <source>There is no folder {folder}.</source>
         <translation>没有文件夹 {folder}。</translation>
-    </message>
-    <message>
-        <source>There is no log file: {why}</source>
-        <translation>没有日志文件：{why}</translation>
     </message>
     <message>
         <source>There is no module “{name}” in the archive.</source>
@@ -5800,10 +5548,6 @@
     <message>
         <source>This computer keeps the same record.</source>
         <translation>本机保存有相同的记录。</translation>
-    </message>
-    <message>
-        <source>This is all that goes in, with names replaced. Nothing is sent.</source>
-        <translation>全部内容都在这里，名称已替换。不会发送到任何地方。</translation>
     </message>
     <message>
         <source>This is another module than before: {differences}.</source>
@@ -5954,6 +5698,10 @@
         <translation>距上一帧的时间</translation>
     </message>
     <message>
+        <source>Times are estimated.</source>
+        <translation>时间为估算值。</translation>
+    </message>
+    <message>
         <source>To be settled</source>
         <translation>待确认</translation>
     </message>
@@ -5982,12 +5730,8 @@
         <translation>太快：先保持水平，再缓慢{direction}倾斜。</translation>
     </message>
     <message>
-        <source>Too few readings with the bay closed: measure again.</source>
-        <translation>伞仓关闭时的读数太少：请重新测量。</translation>
-    </message>
-    <message>
-        <source>Too few readings with the bay open: measure again.</source>
-        <translation>伞仓打开时的读数太少：请重新测量。</translation>
+        <source>Too few readings: measure again.</source>
+        <translation>读数太少：请重新测量。</translation>
     </message>
     <message>
         <source>Too high fires in a descent, too low never.</source>
@@ -6094,10 +5838,6 @@
         <translation>正在尝试 {rate} 波特率</translation>
     </message>
     <message>
-        <source>Trying {rate} baud…</source>
-        <translation>正在尝试波特率 {rate}…</translation>
-    </message>
-    <message>
         <source>Twenty readings, about two seconds</source>
         <translation>二十次读数，约两秒</translation>
     </message>
@@ -6154,6 +5894,10 @@
         <translation>撤销</translation>
     </message>
     <message>
+        <source>Unexpected error: {error}.</source>
+        <translation>意外错误：{error}。</translation>
+    </message>
+    <message>
         <source>Unit of the time</source>
         <translation>时间单位</translation>
     </message>
@@ -6190,12 +5934,12 @@
         <translation>再次断开</translation>
     </message>
     <message>
-        <source>Unplug the adapter, plug it in again and try again.</source>
-        <translation>请拔下适配器，重新插上后再试。</translation>
+        <source>Unplug the adapter and plug it in again.</source>
+        <translation>请拔下适配器后重新插入。</translation>
     </message>
     <message>
-        <source>Unplug the adapter, wait two seconds, and plug it in again.</source>
-        <translation>请拔出适配器，等待两秒，再插入。</translation>
+        <source>Unplug the adapter, plug it in again and try again.</source>
+        <translation>请拔下适配器，重新插上后再试。</translation>
     </message>
     <message>
         <source>Unplug the external power</source>
@@ -6218,6 +5962,10 @@
         <translation>再次断开后</translation>
     </message>
     <message>
+        <source>Unreadable lines: {count}.</source>
+        <translation>无法读取的行：{count}。</translation>
+    </message>
+    <message>
         <source>Until you decide, only queries are sent.</source>
         <translation>在您确认之前，仅发送查询命令。</translation>
     </message>
@@ -6230,12 +5978,12 @@
         <translation>请使用设备名、socket://主机:端口 或 rfc2217://主机:端口。</translation>
     </message>
     <message>
-        <source>Use a shorter cable, connect ground, and keep it away from motors and antennas.</source>
-        <translation>请使用更短的线，接好地线，并远离电机和天线。</translation>
+        <source>Use a shorter cable, connect ground, avoid motors and antennas.</source>
+        <translation>请缩短线缆、接好地线，远离电机和天线。</translation>
     </message>
     <message>
-        <source>Use another USB cable and another socket, without a hub.</source>
-        <translation>请换一根 USB 线和另一个 USB 口，不要经过集线器。</translation>
+        <source>Use another USB cable and socket, without a hub.</source>
+        <translation>请换用其他 USB 线和接口，不要经过集线器。</translation>
     </message>
     <message>
         <source>Use another adapter or USB socket.</source>
@@ -6282,10 +6030,6 @@
         <translation>校验记录</translation>
     </message>
     <message>
-        <source>Views of the diagnosis</source>
-        <translation>诊断视图</translation>
-    </message>
-    <message>
         <source>Void: {why}.</source>
         <translation>作废：{why}。</translation>
     </message>
@@ -6326,10 +6070,6 @@
         <translation>当前焦点是什么？</translation>
     </message>
     <message>
-        <source>What is known of the module</source>
-        <translation>已知的模块信息</translation>
-    </message>
-    <message>
         <source>What is the matter with the line</source>
         <translation>线路有什么问题</translation>
     </message>
@@ -6358,16 +6098,8 @@
         <translation>模块的数据到达过晚。</translation>
     </message>
     <message>
-        <source>What the module says arrives {time} late: it may no longer be so.</source>
-        <translation>模块的数据晚到 {time}：实际情况可能已经改变。</translation>
-    </message>
-    <message>
         <source>What the module says now. A dimmed number with an age is stale; a hatched “unknown” was never said by this module.</source>
         <translation>模块现在的数据。变淡并注明时间的数字已过时；带斜线的“未知”表示这个模块从未报告过。</translation>
-    </message>
-    <message>
-        <source>What to send to whoever helps (Alt+4)</source>
-        <translation>发给提供帮助的人的资料（Alt+4）</translation>
     </message>
     <message>
         <source>What was left out of the log or looks wrong in it</source>
@@ -6376,10 +6108,6 @@
     <message>
         <source>What was read cannot be written: {error}.</source>
         <translation>读到的内容无法写出：{error}。</translation>
-    </message>
-    <message>
-        <source>What went over the line last</source>
-        <translation>最近的通信内容</translation>
     </message>
     <message>
         <source>When</source>
@@ -6410,10 +6138,6 @@
         <translation>显示哪些记录</translation>
     </message>
     <message>
-        <source>Which rows to show</source>
-        <translation>显示哪些行</translation>
-    </message>
-    <message>
         <source>Which thresholds separate the two lists: shaded where a flight fires that must not, hatched where one that must is missed. Click, drag or arrow keys choose thresholds; Enter shows the flights that fire there.</source>
         <translation>哪些阈值能区分两个列表：着色处有不得触发的飞行会触发，斜线处有必须触发的飞行被漏掉。点击、拖动或用方向键选择阈值；按回车显示该处触发的飞行日志。</translation>
     </message>
@@ -6428,14 +6152,6 @@
     <message>
         <source>Why</source>
         <translation>原因</translation>
-    </message>
-    <message>
-        <source>Why does it not connect?</source>
-        <translation>为什么连不上？</translation>
-    </message>
-    <message>
-        <source>Why does it not connect? (Alt+1)</source>
-        <translation>为什么连不上？（Alt+1）</translation>
     </message>
     <message>
         <source>Why not</source>
@@ -6482,12 +6198,12 @@
         <translation>无响应</translation>
     </message>
     <message>
-        <source>Without the password: see the guide</source>
-        <translation>不含密码：见用户手册</translation>
+        <source>Without stream</source>
+        <translation>不含串口输出</translation>
     </message>
     <message>
-        <source>Without the stream</source>
-        <translation>不含串口输出</translation>
+        <source>Without the password: see the guide</source>
+        <translation>不含密码：见用户手册</translation>
     </message>
     <message>
         <source>Wobbles</source>
@@ -6542,8 +6258,8 @@
         <translation>写入 {count} 个模块</translation>
     </message>
     <message>
-        <source>Write to {port} timed out: the adapter or its driver hangs.</source>
-        <translation>写入 {port} 超时：适配器或其驱动程序无响应。</translation>
+        <source>Write to {port} timed out.</source>
+        <translation>写入 {port} 超时。</translation>
     </message>
     <message>
         <source>Write what differs from the profile, or approve.</source>
@@ -6584,14 +6300,6 @@
     <message>
         <source>Wrong rate?</source>
         <translation>波特率不对？</translation>
-    </message>
-    <message>
-        <source>You may not open {port}.</source>
-        <translation>您没有权限打开 {port}。</translation>
-    </message>
-    <message>
-        <source>You may open {port}, but this session does not know it yet.</source>
-        <translation>您有权打开 {port}，但当前登录会话尚未生效。</translation>
     </message>
     <message>
         <source>Your name in the record</source>
@@ -6642,10 +6350,6 @@
         <translation>需要一个有限的数</translation>
     </message>
     <message>
-        <source>a heartbeat was not answered: offline</source>
-        <translation>心跳无应答：离线</translation>
-    </message>
-    <message>
         <source>a list of at most {count} [[manual]] tables is needed.</source>
         <translation>需要由 [[manual]] 表组成的列表，最多 {count} 个。</translation>
     </message>
@@ -6682,8 +6386,12 @@
         <translation>{time}前应答</translation>
     </message>
     <message>
-        <source>acknowledged, but still at the old rate: it changes at the next start, or not at all</source>
-        <translation>已应答，但仍使用原波特率：下次开机时改变，或不会改变</translation>
+        <source>acknowledged, but not kept</source>
+        <translation>已应答，但未保存</translation>
+    </message>
+    <message>
+        <source>acknowledged, still at the old rate: restart the module</source>
+        <translation>已应答，仍为原波特率：请重启模块</translation>
     </message>
     <message>
         <source>acknowledged: {name}, value not repeated</source>
@@ -6942,10 +6650,6 @@
         <translation>无法读取</translation>
     </message>
     <message>
-        <source>cannot be read: unknown after the restart</source>
-        <translation>无法读取：重启后未知</translation>
-    </message>
-    <message>
         <source>cell voltage {fault}, limit {limit}</source>
         <translation>电芯电压{fault}，限值 {limit}</translation>
     </message>
@@ -7020,6 +6724,10 @@
     <message>
         <source>connected</source>
         <translation>已连接</translation>
+    </message>
+    <message>
+        <source>contradictory answers</source>
+        <translation>应答前后矛盾</translation>
     </message>
     <message>
         <source>control byte {control} does not go with command {code}</source>
@@ -7402,10 +7110,6 @@
         <translation>生成时未保存，不在任何链中</translation>
     </message>
     <message>
-        <source>it was read back, but could not be read again at the end</source>
-        <translation>曾回读一致，但最后未能再次回读</translation>
-    </message>
-    <message>
         <source>it was written by a newer version of this program</source>
         <translation>由本程序的更新版本生成</translation>
     </message>
@@ -7452,10 +7156,6 @@
     <message>
         <source>line slow</source>
         <translation>线路慢</translation>
-    </message>
-    <message>
-        <source>line {line}: {why}</source>
-        <translation>第 {line} 行：{why}</translation>
     </message>
     <message>
         <source>link</source>
@@ -7578,8 +7278,12 @@
         <translation>否</translation>
     </message>
     <message>
-        <source>no answer within {seconds:.2f} s, asked {n} times</source>
-        <translation>{seconds:.2f} 秒内无应答，共询问 {n} 次</translation>
+        <source>no answer at any rate</source>
+        <translation>任何波特率均无应答</translation>
+    </message>
+    <message>
+        <source>no answer within {seconds:.2f} s ({n}×)</source>
+        <translation>{seconds:.2f} s 内无应答（{n} 次）</translation>
     </message>
     <message>
         <source>no cause stated</source>
@@ -7634,10 +7338,6 @@
         <translation>无应答</translation>
     </message>
     <message>
-        <source>no reply to the set, and the value is not what was sent</source>
-        <translation>写入没有应答，且当前值与发送的值不同</translation>
-    </message>
-    <message>
         <source>no reply within {seconds:.1f} s, asked once</source>
         <translation>{seconds:.1f} 秒内无应答，已询问 1 次</translation>
     </message>
@@ -7650,8 +7350,12 @@
         <translation>{seconds:.1f} 秒内无应答；命令可能已被执行</translation>
     </message>
     <message>
-        <source>no reply; it may have been carried out</source>
-        <translation>没有应答；可能已经执行</translation>
+        <source>no reply, not set</source>
+        <translation>无应答，未写入</translation>
+    </message>
+    <message>
+        <source>no reply; may have been carried out</source>
+        <translation>无应答，可能已执行</translation>
     </message>
     <message>
         <source>no serial number</source>
@@ -7726,6 +7430,10 @@
         <translation>未检查</translation>
     </message>
     <message>
+        <source>not confirmed within {seconds:.2f} s; may have been carried out</source>
+        <translation>{seconds:.2f} s 内未确认，可能已执行</translation>
+    </message>
+    <message>
         <source>not connected</source>
         <translation>未连接</translation>
     </message>
@@ -7786,12 +7494,12 @@
         <translation>未发送</translation>
     </message>
     <message>
-        <source>not sent: a condition is not fulfilled</source>
+        <source>not sent: a condition is not met</source>
         <translation>未发送：有条件未满足</translation>
     </message>
     <message>
-        <source>not sent: the module did not answer the heartbeat before it</source>
-        <translation>未发送：模块未应答此前的心跳</translation>
+        <source>not sent: heartbeat not answered</source>
+        <translation>未发送：心跳无应答</translation>
     </message>
     <message>
         <source>not sent: the module stopped answering</source>
@@ -7938,6 +7646,10 @@
         <translation>串口断开</translation>
     </message>
     <message>
+        <source>port lost; may have been carried out</source>
+        <translation>串口断开，可能已执行</translation>
+    </message>
+    <message>
         <source>port reopened</source>
         <translation>串口重新打开过</translation>
     </message>
@@ -8058,6 +7770,10 @@
         <translation>被拒绝</translation>
     </message>
     <message>
+        <source>refused; the old value stands</source>
+        <translation>被拒绝，保持原值</translation>
+    </message>
+    <message>
         <source>released too early</source>
         <translation>未按满 2 秒即松开</translation>
     </message>
@@ -8124,14 +7840,6 @@
     <message>
         <source>sent</source>
         <translation>发送</translation>
-    </message>
-    <message>
-        <source>sent, not confirmed within {seconds:.2f} s: it may have been carried out</source>
-        <translation>已发送，{seconds:.2f} 秒内未确认：可能已执行</translation>
-    </message>
-    <message>
-        <source>sent, {n}.</source>
-        <translation>发送，第 {n} 次</translation>
     </message>
     <message>
         <source>separates</source>
@@ -8208,6 +7916,10 @@
     <message>
         <source>stays open</source>
         <translation>保持打开</translation>
+    </message>
+    <message>
+        <source>still at the old rate</source>
+        <translation>仍为原波特率</translation>
     </message>
     <message>
         <source>stream</source>
@@ -8318,56 +8030,28 @@
         <translation>该行太长</translation>
     </message>
     <message>
-        <source>the module acknowledged it and did not keep it</source>
-        <translation>模块已应答，但没有保存</translation>
-    </message>
-    <message>
         <source>the module answers</source>
         <translation>模块已应答</translation>
     </message>
     <message>
-        <source>the module answers at no rate</source>
-        <translation>模块在任何波特率下都没有应答</translation>
-    </message>
-    <message>
-        <source>the module answers: online</source>
-        <translation>模块应答：在线</translation>
+        <source>the module changed it by itself later</source>
+        <translation>模块随后自行更改</translation>
     </message>
     <message>
         <source>the module does not answer</source>
         <translation>模块无应答</translation>
     </message>
     <message>
-        <source>the module gives different answers to the same question</source>
-        <translation>模块对同一询问给出不同的应答</translation>
-    </message>
-    <message>
-        <source>the module held it at first and then changed it by itself</source>
-        <translation>模块起初保存了该值，随后自行更改</translation>
-    </message>
-    <message>
-        <source>the module keeps another value than the one that was sent</source>
-        <translation>模块保存的值与发送的值不同</translation>
+        <source>the module holds another value</source>
+        <translation>模块保存了其他值</translation>
     </message>
     <message>
         <source>the module probably restarted</source>
         <translation>模块可能已重启</translation>
     </message>
     <message>
-        <source>the module refused it and keeps the old value</source>
-        <translation>模块拒绝了，保留原值</translation>
-    </message>
-    <message>
         <source>the module restarted</source>
         <translation>模块已重启</translation>
-    </message>
-    <message>
-        <source>the module restarted in the middle</source>
-        <translation>模块中途重启</translation>
-    </message>
-    <message>
-        <source>the module still answers at the old rate</source>
-        <translation>模块仍以原波特率应答</translation>
     </message>
     <message>
         <source>the name of the port is empty</source>
@@ -8380,10 +8064,6 @@
     <message>
         <source>the name, the beginning of it, or latest</source>
         <translation>名称、名称的开头部分，或 latest（最新的）</translation>
-    </message>
-    <message>
-        <source>the port was lost; it may have been carried out</source>
-        <translation>串口已断开；命令可能已被执行</translation>
     </message>
     <message>
         <source>the profile that says what it should be like</source>
@@ -8432,10 +8112,6 @@
     <message>
         <source>the trigger records in the module were reviewed</source>
         <translation>模块中的触发记录已经查看</translation>
-    </message>
-    <message>
-        <source>the value could not be read back</source>
-        <translation>无法回读该值</translation>
     </message>
     <message>
         <source>then leave a screenshot and the values seen in this folder</source>
@@ -8878,6 +8554,10 @@
         <translation>略去 {count} 个无效采样。</translation>
     </message>
     <message>
+        <source>{count} selected</source>
+        <translation>已选 {count} 项</translation>
+    </message>
+    <message>
         <source>{count} slots are empty.</source>
         <translation>{count} 个存储位为空。</translation>
     </message>
@@ -9002,10 +8682,6 @@
         <translation>{asked} 次中 {lost} 次</translation>
     </message>
     <message>
-        <source>{lost} of {sent}</source>
-        <translation>{lost} / {sent}</translation>
-    </message>
-    <message>
         <source>{lost} of {sent} lost, {bytes} invalid bytes</source>
         <translation>{sent} 次中丢失 {lost} 次，无效字节 {bytes} 个</translation>
     </message>
@@ -9058,8 +8734,8 @@
         <translation>{module}：自上次以来新增 {new} 条；共保存 {count} 条记录。</translation>
     </message>
     <message>
-        <source>{more} more came</source>
-        <translation>又到 {more} 条</translation>
+        <source>{more} new</source>
+        <translation>新增 {more} 行</translation>
     </message>
     <message>
         <source>{ms} ms</source>
@@ -9094,6 +8770,10 @@
         <translation>{name} 正在记录：请先在窗口中关闭串口。</translation>
     </message>
     <message>
+        <source>{name} is empty.</source>
+        <translation>{name} 为空。</translation>
+    </message>
+    <message>
         <source>{name} is given twice.</source>
         <translation>{name} 给了两次。</translation>
     </message>
@@ -9104,10 +8784,6 @@
     <message>
         <source>{name} was deleted.</source>
         <translation>{name} 已删除。</translation>
-    </message>
-    <message>
-        <source>{name} was not opened: {why}.</source>
-        <translation>未打开 {name}：{why}。</translation>
     </message>
     <message>
         <source>{name} was not written and changed from {before} to {after}.</source>
@@ -9174,6 +8850,10 @@
         <translation>{name}：应为 {first} 或 {second}。</translation>
     </message>
     <message>
+        <source>{name}: {rows} rows.</source>
+        <translation>{name}：{rows} 行。</translation>
+    </message>
+    <message>
         <source>{name}: {why}</source>
         <translation>{name}：{why}</translation>
     </message>
@@ -9186,20 +8866,12 @@
         <translation>{total} 条中有 {new} 条新记录</translation>
     </message>
     <message>
-        <source>{n} ({percent})</source>
-        <translation>{n}（{percent}）</translation>
-    </message>
-    <message>
         <source>{n} invalid bytes</source>
         <translation>无效字节 {n}</translation>
     </message>
     <message>
-        <source>{n} lines could not be read; {first}.</source>
-        <translation>有 {n} 行无法读取；{first}。</translation>
-    </message>
-    <message>
-        <source>{n} rows are selected.</source>
-        <translation>已选 {n} 行。</translation>
+        <source>{n} of {all} rows copied.</source>
+        <translation>已复制 {all} 行中的 {n} 行。</translation>
     </message>
     <message>
         <source>{one} and {other}</source>
@@ -9230,14 +8902,6 @@
         <translation>已写入 {percent} %</translation>
     </message>
     <message>
-        <source>{port} at {rate} baud</source>
-        <translation>{port}，{rate} 波特</translation>
-    </message>
-    <message>
-        <source>{port} cannot be used as a serial port.</source>
-        <translation>{port} 不能作为串口使用。</translation>
-    </message>
-    <message>
         <source>{port} does not open within {seconds:.0f} s.</source>
         <translation>{port} 在 {seconds:.0f} 秒内未能打开。</translation>
     </message>
@@ -9246,28 +8910,32 @@
         <translation>{port} 已关闭</translation>
     </message>
     <message>
-        <source>{port} is in use by another program, and the system does not tell which.</source>
-        <translation>{port} 正被其他程序占用，系统没有说明是哪一个。</translation>
+        <source>{port} is in use by another program.</source>
+        <translation>{port} 正被其他程序占用。</translation>
     </message>
     <message>
         <source>{port} is in use by {program} (process {pid}).</source>
         <translation>{port} 正被 {program}（进程 {pid}）占用。</translation>
     </message>
     <message>
-        <source>{port} is no address that this program opens.</source>
-        <translation>本程序不支持地址 {port}。</translation>
+        <source>{port} is no serial port.</source>
+        <translation>{port} 不是串口。</translation>
     </message>
     <message>
         <source>{port} is open, {rate} baud</source>
         <translation>{port} 已打开，波特率 {rate}</translation>
     </message>
     <message>
+        <source>{port} leads to a computer, not a module.</source>
+        <translation>{port} 连接的是计算机，不是模块。</translation>
+    </message>
+    <message>
         <source>{port} only echoes what is sent.</source>
         <translation>{port} 只回显发出的字节。</translation>
     </message>
     <message>
-        <source>{port} vanishes again: the driver for Braille displays (brltty) takes this adapter for one.</source>
-        <translation>{port} 又消失了：盲文显示器驱动（brltty）把这个适配器当成了盲文显示器。</translation>
+        <source>{port} vanishes: brltty, for Braille displays, takes the adapter.</source>
+        <translation>{port} 消失：盲文显示器驱动（brltty）占用了该适配器。</translation>
     </message>
     <message>
         <source>{port} was unplugged, or its driver failed.</source>
@@ -9390,8 +9058,8 @@
         <translation>{text} · 待确认：{count}</translation>
     </message>
     <message>
-        <source>{threshold:.1f} V, {closed:.1f} V away from the closed bay and {open:.1f} V from the open one.</source>
-        <translation>{threshold:.1f} V，与伞仓关闭时相差 {closed:.1f} V，与打开时相差 {open:.1f} V。</translation>
+        <source>{threshold:.1f} V: {closed:.1f} V from closed, {open:.1f} V from open.</source>
+        <translation>{threshold:.1f} V：距关闭 {closed:.1f} V，距打开 {open:.1f} V。</translation>
     </message>
     <message>
         <source>{tilt:.0f}° · {acceleration:.1f} g · {time:.2f} s</source>
@@ -9426,10 +9094,6 @@
         <translation>{time} 会触发：{why}</translation>
     </message>
     <message>
-        <source>{time}, marked</source>
-        <translation>{time}，已标记</translation>
-    </message>
-    <message>
         <source>{tip} ({key})</source>
         <translation>{tip}（{key}）</translation>
     </message>
@@ -9446,36 +9110,16 @@
         <translation>已用 {used}。最多 {size} 或 {days} 天；超出后最早的移入回收站。</translation>
     </message>
     <message>
-        <source>{value:.0f} MB</source>
-        <translation>{value:.0f} MB</translation>
-    </message>
-    <message>
         <source>{value:.0f} h</source>
         <translation>{value:.0f} 小时</translation>
-    </message>
-    <message>
-        <source>{value:.0f} kB</source>
-        <translation>{value:.0f} kB</translation>
     </message>
     <message>
         <source>{value:.0f} min</source>
         <translation>{value:.0f} 分钟</translation>
     </message>
     <message>
-        <source>{value:.0f} s</source>
-        <translation>{value:.0f} 秒</translation>
-    </message>
-    <message>
         <source>{value:.0f}°</source>
         <translation>{value:.0f}°</translation>
-    </message>
-    <message>
-        <source>{value:.1f} GB</source>
-        <translation>{value:.1f} GB</translation>
-    </message>
-    <message>
-        <source>{value:.1f} MB</source>
-        <translation>{value:.1f} MB</translation>
     </message>
     <message>
         <source>{value:.1f} V</source>
@@ -9484,10 +9128,6 @@
     <message>
         <source>{value:.1f} g</source>
         <translation>{value:.1f} g</translation>
-    </message>
-    <message>
-        <source>{value:.1f} s</source>
-        <translation>{value:.1f} 秒</translation>
     </message>
     <message>
         <source>{value:.2f} V</source>
@@ -9528,6 +9168,10 @@
     <message>
         <source>{value} lies between two steps; the nearest are {low} and {high}</source>
         <translation>{value} 位于两个步进值之间；最近的是 {low} 和 {high}</translation>
+    </message>
+    <message>
+        <source>{value} s</source>
+        <translation>{value} s</translation>
     </message>
     <message>
         <source>{value}, confirmed by a person</source>
@@ -9624,12 +9268,6 @@
     <message>
         <source>{wanted} was sent: {why}. It holds {stands}.</source>
         <translation>已发送 {wanted}：{why}。模块当前为 {stands}。</translation>
-    </message>
-    <message>
-        <source>{what}
-{name}, {size} kB</source>
-        <translation>{what}
-{name}，{size} kB</translation>
     </message>
     <message>
         <source>{what} ({done} of {total})</source>
@@ -9748,8 +9386,8 @@
         <translation>≥ 上次连接</translation>
     </message>
     <message>
-        <source>▼ module restarted   ■ port lost</source>
-        <translation>▼ 模块重启   ■ 串口断开</translation>
+        <source>▼ restart   ■ port lost</source>
+        <translation>▼ 重启   ■ 串口断开</translation>
     </message>
 </context>
 </TS>

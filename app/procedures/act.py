@@ -37,20 +37,20 @@ LOOKS = 2
 """Reports in a row that must agree before a trigger is said not to have happened."""
 
 SENTENCES: Mapping[tuple[Act, Outcome], str] = {
-    (Act.ACTIVATE, Outcome.CONFIRMED): marked("The module reports that it is ACTIVE."),
-    (Act.ACTIVATE, Outcome.REFUSED): marked("The module reports that it is still LOCKED."),
-    (Act.ACTIVATE, Outcome.UNKNOWN): marked("Sent, not confirmed: treat the module as ACTIVE."),
-    (Act.ZERO, Outcome.CONFIRMED): marked("The module acknowledged."),
-    (Act.ZERO, Outcome.REFUSED): marked("The module did not accept it."),
+    (Act.ACTIVATE, Outcome.CONFIRMED): marked("The module reports ACTIVE."),
+    (Act.ACTIVATE, Outcome.REFUSED): marked("The module still reports LOCKED."),
+    (Act.ACTIVATE, Outcome.UNKNOWN): marked("Not confirmed: treat the module as ACTIVE."),
+    (Act.ZERO, Outcome.CONFIRMED): marked("Acknowledged."),
+    (Act.ZERO, Outcome.REFUSED): marked("The module refused."),
     (Act.ZERO, Outcome.UNKNOWN): marked("Sent, not confirmed."),
-    (Act.SHUTDOWN, Outcome.CONFIRMED): marked("The module acknowledged and is silent now."),
-    (Act.SHUTDOWN, Outcome.REFUSED): marked("The module still answers: it is not switched off."),
-    (Act.SHUTDOWN, Outcome.UNKNOWN): marked("Sent, not acknowledged; the module is silent now: check it."),
-    (Act.FORBID_DEPLOY, Outcome.CONFIRMED): marked("The module acknowledged. For how long it holds is not known."),
-    (Act.FORBID_DEPLOY, Outcome.REFUSED): marked("The module did not accept it."),
-    (Act.FORBID_DEPLOY, Outcome.UNKNOWN): marked("Sent, not confirmed: do not rely on it."),
+    (Act.SHUTDOWN, Outcome.CONFIRMED): marked("Acknowledged; the module is silent."),
+    (Act.SHUTDOWN, Outcome.REFUSED): marked("The module still answers: not switched off."),
+    (Act.SHUTDOWN, Outcome.UNKNOWN): marked("Not acknowledged; the module is silent: check it."),
+    (Act.FORBID_DEPLOY, Outcome.CONFIRMED): marked("Acknowledged; for how long is unknown."),
+    (Act.FORBID_DEPLOY, Outcome.REFUSED): marked("The module refused."),
+    (Act.FORBID_DEPLOY, Outcome.UNKNOWN): marked("Sent, not confirmed."),
     (Act.DEPLOY, Outcome.CONFIRMED): marked("The module reports that it has fired."),
-    (Act.DEPLOY, Outcome.REFUSED): marked("The module answered that it did not fire, and reports no trigger."),
+    (Act.DEPLOY, Outcome.REFUSED): marked("The module refused and reports no trigger."),
     (Act.DEPLOY, Outcome.UNKNOWN): marked("Sent, not confirmed: treat it as fired."),
 }
 ZEROED_WITHIN_DEG = 1
@@ -82,7 +82,7 @@ class Performed:
     def sentence(self) -> str:
         """In the language in use now."""
         if self.is_rehearsal:
-            return tr("Rehearsal: {frame} would have been sent. Nothing was.", frame=self.frame.hex(" ").upper())
+            return tr("Rehearsal: {frame} was not sent.", frame=self.frame.hex(" ").upper())
         if self.outcome is not Outcome.NOT_SENT:
             words = tr(SENTENCES[self.act, self.outcome])
             return together((words, self._tilt_sentence)) if self.act is Act.ZERO else words
@@ -99,7 +99,7 @@ class Performed:
     @property
     def _tilt_sentence(self) -> str:
         if self.status is None:
-            return tr("The tilt could not be read: check it before you rely on it.")
+            return tr("Could not read the tilt: check it.")
         if self.is_level:
             return tr("Tilt now {tilt:.0f}°.", tilt=self.status.tilt_deg)
         return tr("Tilt now {tilt:.0f}°, not 0°: check the mounting.", tilt=self.status.tilt_deg)
@@ -187,7 +187,7 @@ def _performed(act: Act, after: _Aftermath) -> Performed:
     )
 
 
-LOG_FAILED = marked("The audit log cannot be written, so nothing dangerous is sent.")
+LOG_FAILED = marked("The audit log cannot be written.")
 
 
 def _refresh(act: Act) -> Procedure[None]:

@@ -58,15 +58,12 @@ class BaudEnd(Enum):
 
 
 SENTENCES: Mapping[BaudEnd, str] = {
-    BaudEnd.CHANGED: marked("The module answers at {new} baud, and so does the port."),
-    BaudEnd.AT_RESTART: marked(
-        "The module acknowledged and still answers at {old} baud. Switch it off and on; then look for it at {new} baud."
-    ),
-    BaudEnd.UNCHANGED: marked("The module did not take the new rate: it still answers at {old} baud."),
-    BaudEnd.ELSEWHERE: marked("The module answers at {found} baud instead. Change it again."),
+    BaudEnd.CHANGED: marked("Module and port are at {new} baud."),
+    BaudEnd.AT_RESTART: marked("Still at {old} baud. Switch it off and on, then try {new} baud."),
+    BaudEnd.UNCHANGED: marked("Refused: still at {old} baud."),
+    BaudEnd.ELSEWHERE: marked("The module is at {found} baud instead. Change it again."),
     BaudEnd.LOST: marked(
-        "The module answers at no baud rate. Switch it off and on, then use “Find my module”; it was at {old} and was "
-        "told {new} baud."
+        "No answer at any rate ({old} → {new} baud). Switch it off and on, then use “Find my module”."
     ),
     BaudEnd.NOT_SENT: marked("Nothing was sent."),
 }
@@ -179,7 +176,7 @@ def look_for(new_rate: int, old_rate: int) -> Procedure[int | None]:
     others = [rate for rate in BAUD_RATES if rate not in likely]
     places = [(rate, LIKELY_WAITS_S) for rate in likely * ROUNDS] + [(rate, SWEEP_WAITS_S) for rate in others]
     for done, (rate, waits_s) in enumerate(places):
-        yield Report(done, len(places), marked("Looking for the module at {rate} baud"), (("rate", rate),))
+        yield Report(done, len(places), marked("Trying {rate} baud"), (("rate", rate),))
         yield UseRate(rate)
         yield Listen(SETTLE_S)
         is_here = yield from answers_here(waits_s, questions)

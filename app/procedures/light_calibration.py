@@ -83,10 +83,8 @@ def measure_light(*, samples: int = SAMPLES) -> Procedure[Band]:
 class Obstacle(Enum):
     """Why there is no proposal; the value is a sentence in English, translatable."""
 
-    CLOSED_TOO_FEW = marked("Too few readings with the bay closed: measure again.")
-    OPEN_TOO_FEW = marked("Too few readings with the bay open: measure again.")
-    OVERLAP = marked("The readings with the bay closed and open overlap: light does not tell the two apart.")
-    TOO_CLOSE = marked("The readings are too close together for a threshold with a margin: look at the sensor.")
+    TOO_FEW = marked("Too few readings: measure again.")
+    TOO_CLOSE = marked("Closed and open bay read too much alike: check the sensor.")
 
 
 class LightDirection(Enum):
@@ -112,23 +110,17 @@ class Proposal:
     @property
     def sentence(self) -> str:
         """In the language in use now."""
-        return tr(
-            "{threshold:.1f} V, {closed:.1f} V away from the closed bay and {open:.1f} V from the open one.",
-            threshold=self.threshold_v,
-            closed=self.margin_closed_v,
-            open=self.margin_open_v,
-        )
+        return tr("{threshold:.1f} V: {closed:.1f} V from closed, {open:.1f} V from open.",
+                  threshold=self.threshold_v, closed=self.margin_closed_v, open=self.margin_open_v)  # fmt: skip
 
 
 def propose(closed: Band, opened: Band) -> Proposal | Obstacle:
     """The threshold in the middle of the gap, or why there is none."""
-    if not closed.is_enough:
-        return Obstacle.CLOSED_TOO_FEW
-    if not opened.is_enough:
-        return Obstacle.OPEN_TOO_FEW
+    if not (closed.is_enough and opened.is_enough):
+        return Obstacle.TOO_FEW
     rises = min(opened.raws) > max(closed.raws)
     if not rises and max(opened.raws) >= min(closed.raws):
-        return Obstacle.OVERLAP
+        return Obstacle.TOO_CLOSE
     near_closed, near_open = (max(closed.raws), min(opened.raws)) if rises else (min(closed.raws), max(opened.raws))
     threshold = (near_closed + near_open) // 2
     margin_closed, margin_open = abs(threshold - near_closed), abs(near_open - threshold)

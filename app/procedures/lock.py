@@ -47,9 +47,9 @@ SILENT_S = 1.5
 """Nothing heard for so long while a baud rate is being searched: go on with the search, then lock where it is found."""
 
 SENTENCES: Mapping[Outcome, str] = {
-    Outcome.CONFIRMED: marked("The module reports that it is LOCKED."),
-    Outcome.REFUSED: marked("LOCK was sent {count} times, and the module still reports ACTIVE."),
-    Outcome.UNKNOWN: marked("LOCK was sent {count} times, not confirmed: treat the module as ACTIVE."),
+    Outcome.CONFIRMED: marked("The module reports LOCKED."),
+    Outcome.REFUSED: marked("LOCK sent {count}×; the module still reports ACTIVE."),
+    Outcome.UNKNOWN: marked("LOCK sent {count}×, not confirmed: treat the module as ACTIVE."),
     Outcome.NOT_SENT: marked("LOCK was not sent: treat the module as ACTIVE."),
 }
 
@@ -75,17 +75,13 @@ class Locked:
     @property
     def sentence(self) -> str:
         """In the language in use now."""
-        if self.outcome is Outcome.CONFIRMED and self.sent > 1:
-            return tr("The module reports that it is LOCKED. LOCK was sent {count} times.", count=self.sent)
-        if self.outcome is Outcome.UNKNOWN and self.sent == 1:
-            return tr("LOCK was sent once, not confirmed: treat the module as ACTIVE.")
         text = SENTENCES[self.outcome]
         return tr(text, count=self.sent) if "{count}" in text else tr(text)
 
 
 def waiting_sentence(sent: int) -> str:
     """While it goes on."""
-    return tr("LOCK sent {count} times, not yet reported", count=sent) if sent > 1 else tr("Locking…")
+    return tr("LOCK sent {count}×, not yet reported", count=sent) if sent > 1 else tr("Locking…")
 
 
 class _Proof:
@@ -184,7 +180,7 @@ def _lock_until_reported(journal: Journal, repeat: LockRepeat, proof: _Proof, en
             if not entries:
                 entries.append(_begin(journal))
             proof.note(answer, sight.now)
-            yield Report(min(repeat.sent, LOCKS_MOST) - 1, LOCKS_MOST, marked("Locking"))
+            yield Report(min(repeat.sent, LOCKS_MOST) - 1, LOCKS_MOST, marked("Locking…"))
         if not is_last_answered:
             yield Pause(BREATH_S)
         answer = yield Ask(QUESTIONS[question], attempts=1, repeat=repeat)

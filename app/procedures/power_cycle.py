@@ -32,7 +32,7 @@ class Retention(Enum):
 
     KEPT = "kept"
     LOST = "lost"
-    UNREADABLE = marked("cannot be read: unknown after the restart")
+    UNREADABLE = marked("unknown (cannot be read)")
     NOT_READ = marked("could not be read back")
 
 
@@ -86,7 +86,7 @@ def survives_power_cycle(
         waited_s = sight.now - before.now
         if waited_s > longest_wait_s:
             return PowerCycleResult(ending=Ending.NOT_SEEN, stamps={}, boots_before=boots_before)
-        yield Report(int(waited_s), int(longest_wait_s), marked("Switch the module off and on again"))
+        yield Report(int(waited_s), int(longest_wait_s), marked("Switch the module off and on"))
         has_restarted = sight.device.restarts != before.device.restarts
         boots = yield from _boots()
         if boots is not None and (has_restarted or (boots_before is not None and boots != boots_before)):

@@ -25,7 +25,7 @@ class ReadFault(Enum):
     """Why a value is missing; the value is its English, translatable text."""
 
     NO_REPLY = marked("no reply")
-    UNSTEADY = marked("the module gives different answers to the same question")
+    UNSTEADY = marked("contradictory answers")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1,5 +1,6 @@
 """A recording in words: when, how large, what is out of the ordinary about it."""
 
+import math
 from typing import TYPE_CHECKING
 
 from app.text.durations import stopwatch
@@ -17,12 +18,11 @@ def when_text(entry: "RecordingEntry") -> str:
 def size_text(size_bytes: float) -> str:
     """In powers of 1024, as exact as a person wants to know it."""
     if size_bytes < 1024**2:
-        return tr("{value:.0f} kB", value=size_bytes / 1024)
-    if size_bytes < 100 * 1024**2:
-        return tr("{value:.1f} MB", value=size_bytes / 1024**2)
+        return f"{math.ceil(size_bytes / 1024)} kB"
     if size_bytes < 1024**3:
-        return tr("{value:.0f} MB", value=size_bytes / 1024**2)
-    return tr("{value:.1f} GB", value=size_bytes / 1024**3)
+        megabytes = size_bytes / 1024**2
+        return f"{megabytes:.{0 if megabytes >= 100 else 1}f} MB"
+    return f"{size_bytes / 1024**3:.1f} GB"
 
 
 def remarks(entry: "RecordingEntry") -> str:

@@ -302,7 +302,7 @@ def _void_reason(permit: Permit, act: Act, now_is: InterlockInputs) -> UserMessa
 def _intent_durable(_act: Act, now_is: InterlockInputs) -> UserMessage | None:
     if now_is.is_audit_ready:
         return None
-    return said(marked("The audit log cannot be written, so nothing dangerous is sent."))
+    return said(marked("The audit log cannot be written."))
 
 
 def _may_write(act: Act, now_is: InterlockInputs) -> UserMessage | None:

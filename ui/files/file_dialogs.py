@@ -22,7 +22,7 @@ AskMany = Callable[[QWidget, Path], Sequence[Path]]
 
 def ask_open(parent: QWidget, folder: Path, title: str, name_filter: str) -> Path | None:
     """Let a person choose an existing file; None where nobody chose."""
-    name, _filter = QFileDialog.getOpenFileName(parent, title, str(folder), name_filter)
+    name, _filter = QFileDialog.getOpenFileName(parent, title.rstrip("…"), str(folder), name_filter)
     return Path(name) if name else None
 
 
@@ -45,7 +45,7 @@ def ask_profile(parent: QWidget, folder: Path) -> Path | None:
 
 def ask_path(parent: QWidget, title: str, suggested: Path, name_filter: str) -> Path | None:
     """Let a person choose where to save; asks before it replaces a file."""
-    dialog = QFileDialog(parent, title, str(suggested.parent), name_filter)
+    dialog = QFileDialog(parent, title.rstrip("…"), str(suggested.parent), name_filter)
     dialog.setObjectName("save_dialog")
     dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
     dialog.setDefaultSuffix(suggested.suffix.lstrip("."))

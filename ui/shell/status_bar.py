@@ -45,7 +45,7 @@ class StatusBar(QFrame):
         self._written_at = 0.0
         self._passing = ""
         self._passing_until = 0.0
-        self.figures = control(TickingLabel(), texts, "link_figures", says="Link statistics",
+        self.figures = control(TickingLabel(), texts, "link_figures", says="Statistics",
                                tip="Frames a second, usual round trip, lag, invalid bytes")  # fmt: skip
         self.sign = IconLabel("line_fault_sign", _SIGN_PX)
         self.sign.show_icon(Icon.WARNING, Meaning.ATTENTION)

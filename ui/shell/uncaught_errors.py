@@ -35,7 +35,7 @@ class UncaughtErrors(QObject):
         self._has_come.emit(mishap)
 
     def _show(self, mishap: UncaughtError) -> None:
-        self._say(tr("The program met an error that it did not expect: {error}.", error=mishap.summary))
+        self._say(tr("Unexpected error: {error}.", error=mishap.summary))
         count = self._counts.get(mishap.details, 0)
         self._counts[mishap.details] = count + 1
         if not count:

@@ -59,9 +59,7 @@ class RecordingBar(Banner):
         self.label = named(QLabel(), "recording_label", "strong")
         self.label.setTextFormat(Qt.TextFormat.PlainText)
         self.label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
-        self._note = control(
-            QLabel(), texts, "recording_note", "Nothing is sent to any module.", says="Nothing is sent to any module."
-        )
+        self._note = control(QLabel(), texts, "recording_note", "Nothing is sent.", says="Nothing is sent.")
         self.place = control(
             QProgressBar(), texts, "recording_place", says="Place in the recording", tip="Place in the recording"
         )

@@ -62,7 +62,7 @@ def test_on_a_good_line_it_is_sent_once_and_asked_for_twice() -> None:
     locked = pressed(rig)
     assert (locked.outcome, locked.sent, locked.is_acknowledged) == (Outcome.CONFIRMED, 1, True)
     assert [request.command.name for request in rig.line.requests] == ["activation", "active", "status"]
-    assert locked.sentence == "The module reports that it is LOCKED."
+    assert locked.sentence == "The module reports LOCKED."
 
 
 def test_it_is_repeated_until_it_is_reported() -> None:

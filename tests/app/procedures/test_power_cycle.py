@@ -125,7 +125,7 @@ def test_what_to_do_is_said() -> None:
     run = Run(survives_power_cycle(WANTED, longest_wait_s=2.0), reports.append)
     rig.session.run(run)
     rig.step_until(lambda: run.is_done)
-    assert {report.doing for report in reports} == {"Switch the module off and on again"}
+    assert {report.doing for report in reports} == {"Switch the module off and on"}
 
 
 @pytest.mark.parametrize("phase_ms", range(0, 1100, 10))

@@ -173,7 +173,7 @@ def test_only_the_ritual_deploys() -> None:
         (Act.DEPLOY, InterlockInputs(now=NOW, permit=Permit(Act.DEPLOY, Origin.RITUAL, NOW - 2)),
          "Confirm again: 2.0 s old."),
         (Act.DEPLOY, InterlockInputs(now=NOW, is_audit_ready=False),
-         "The audit log cannot be written, so nothing dangerous is sent."),
+         "The audit log cannot be written."),
         (Act.WRITE, InterlockInputs(now=NOW, active=True),
          "The module is ACTIVE: lock it first."),
     ],

@@ -20,6 +20,7 @@ from PySide6.QtWidgets import (
 from app import version
 from app.diagnosis.link_statistics import LinkStatistics
 from app.diagnosis.support_bundle import BundleFile, Contents, SupportBundle
+from app.recordings.entry_texts import size_text
 from app.recordings.export import not_saved_text
 from app.system.logs import Log, text_of
 from app.text import i18n
@@ -41,12 +42,12 @@ from ui.widgets.visibility_timer import VisibilityTimer
 CAPTURE_ENTRIES: Final = 20_000
 """The last ones: what happened shortly before somebody asked for help."""
 _PART_WORDS: Final = {
-    "about.json": marked("Program and system"),
-    "link.json": marked("Port and link statistics"),
-    "module.json": marked("What is known of the module"),
+    "about.json": marked("Program"),
+    "link.json": marked("Statistics"),
+    "module.json": marked("Module"),
     "preferences.json": marked("Preferences"),
     "log.txt": marked("Log"),
-    "capture.txt": marked("What went over the line last"),
+    "capture.txt": marked("Traffic"),
 }
 _ANY_INDEX = QModelIndex()
 
@@ -94,30 +95,26 @@ class BundlePreview(QWidget):
         self._folder = Path.home()
         texts = services.texts
         self._promise = control(QLabel(), texts, "bundle_promise",
-                                "This is all that goes in, with names replaced. Nothing is sent.")  # fmt: skip
+                                "Names are replaced. Nothing is sent.")  # fmt: skip
         self._promise.setWordWrap(True)
-        self.parts = control(QListWidget(), texts, "bundle_parts", says="Files in the bundle")
+        self.parts = control(QListWidget(), texts, "bundle_parts", says="Files")
         self.parts.setFixedWidth(250)
         self.parts.setWordWrap(True)
         self.parts.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.parts.setStyleSheet("QListWidget::item { padding: 6px 8px; }")
         self.parts.currentRowChanged.connect(self._show_part)
         self._lines = Lines()
-        self.text = control(QListView(), texts, "bundle_text", says="Contents of the chosen file")
+        self.text = control(QListView(), texts, "bundle_text", says="Contents")
         self.text.setModel(self._lines)
         self.text.setUniformItemSizes(True)
         self.text.setTextElideMode(Qt.TextElideMode.ElideNone)
         self.text.setHorizontalScrollMode(QListView.ScrollMode.ScrollPerPixel)
         self.text.setSelectionMode(QListView.SelectionMode.ExtendedSelection)
         self.save = control(QPushButton(), texts, "bundle_save", "Save support bundle…",
-                            says="Save the support bundle",
-                            tip="Save what is shown here as a zip file",
                             picture=Icon.BUNDLE, role="primary", slot=self.choose_and_save)  # fmt: skip
-        self.renew = control(QPushButton(), texts, "bundle_renew", "Refresh", says="Refresh the preview",
-                             tip="Refresh the preview", picture=Icon.AGAIN,
+        self.renew = control(QPushButton(), texts, "bundle_renew", "Refresh", picture=Icon.AGAIN,
                              slot=self.make)  # fmt: skip
         self._where = named(TickingLabel(), "bundle_log_path", "small")
-        texts.bind(self._where.setAccessibleName, "Log file")
         self._where.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._lay_out()
         VisibilityTimer(self, self.make, retranslate=self._retranslate)
@@ -166,12 +163,12 @@ class BundlePreview(QWidget):
         if bundle is None or self._saving.is_running:
             return
         name = default_name("support", ".zip", datetime.now().astimezone())
-        path = self.ask_path(self, tr("Save the support bundle"), self._folder / name, tr("Zip file (*.zip)"))
+        path = self.ask_path(self, tr("Save support bundle…"), self._folder / name, tr("Zip file (*.zip)"))
         if path is None:
             return
         self._folder = path.parent
 
-        self.said.emit(Notice(Meaning.INFORMATION, tr("Saving {name}…", name=path.name)))
+        self.said.emit(Notice(Meaning.INFORMATION, tr("Saving…")))
 
         def fail(error: Exception) -> None:
             self._say(Meaning.ATTENTION, not_saved_text(path, error))
@@ -201,15 +198,11 @@ class BundlePreview(QWidget):
         self._lines.show_text(text, self.text.font())
 
     def _show_where(self) -> None:
-        log = self._log
-        if log is None or log.path is None or log.trouble is not None:
-            trouble = None if log is None else log.trouble
-            self._where.setText(tr("There is no log file: {why}", why=trouble) if trouble is not None else "")
-        else:
-            self._where.setText(tr("Log file: {path}", path=log.path))
+        where = None if self._log is None else self._log.trouble or self._log.path
+        self._where.setText("" if where is None else tr("Log file: {path}", path=where))
 
     def _tell_failure(self, error: Exception) -> None:
-        self._say(Meaning.ATTENTION, tr("The bundle could not be put together: {why}.", why=error))
+        self._say(Meaning.ATTENTION, tr("That did not work: {why}.", why=error))
 
     def _say(self, meaning: Meaning, text: str) -> None:
         self.said.emit(Notice(meaning, text, dismiss=lambda: self.said.emit(None)))
@@ -234,5 +227,4 @@ class BundlePreview(QWidget):
 
 def _title(part: BundleFile) -> str:
     words = tr(_PART_WORDS[part.name]) if part.name in _PART_WORDS else part.name
-    kilobytes = max(0.1, part.size_bytes / 1000)
-    return tr("{what}\n{name}, {size} kB", what=words, name=part.name, size=f"{kilobytes:,.1f}")
+    return f"{words}\n{part.name}, {size_text(part.size_bytes)}"

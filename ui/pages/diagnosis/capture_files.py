@@ -41,7 +41,7 @@ _LOOK_EVERY_MS = 100
 
 def ask_capture(parent: QWidget, folder: Path) -> Path | None:
     kinds = ";;".join((tr("Capture (*.dpscap)"), tr("Hex text (*.txt *.hex *.log)"), tr("All files (*)")))
-    return ask_open(parent, folder, tr("Open a capture"), kinds)
+    return ask_open(parent, folder, tr("Open capture…"), kinds)
 
 
 class Kept:
@@ -134,14 +134,12 @@ class CaptureFiles(QWidget):
         self._folder = Path.home()
         self._saving: BackgroundTask[None] = BackgroundTask("dps-s save", self, finished_at_close=True)
         self._loading: BackgroundTask[Opened] = BackgroundTask("dps-s open capture", self)
-        self._names = {self._saving: "", self._loading: ""}
-        """Of the files under way."""
+        self._opening = ""
+        """Name of the file."""
         texts = services.texts
-        self.open = control(QPushButton(), texts, "capture_open", "Open capture…", says="Open a capture",
-                            tip="Open or play a capture (Ctrl+O); or drop it on the window",
-                            picture=Icon.FOLDER, slot=self.choose)  # fmt: skip
-        self.save = control(QPushButton(), texts, "capture_save", "Save capture…", says="Save a capture",
-                            tip="Save the last 60,000 entries as text (Ctrl+S)", picture=Icon.SAVE,
+        self.open = control(QPushButton(), texts, "capture_open", "Open capture…", key="Ctrl+O", picture=Icon.FOLDER,
+                            slot=self.choose)  # fmt: skip
+        self.save = control(QPushButton(), texts, "capture_save", "Save capture…", key="Ctrl+S", picture=Icon.SAVE,
                             slot=self.choose_and_save)  # fmt: skip
         in_row(self.open, self.save, of=self, spacing=Space.S, margins=0)
         VisibilityTimer(self, self._say_progress, every_ms=_LOOK_EVERY_MS)
@@ -161,7 +159,7 @@ class CaptureFiles(QWidget):
     def open_file(self, path: Path) -> None:
         """Whatever comes of it is told by a signal."""
         self._folder = path.parent
-        self._names[self._loading] = path.name
+        self._opening = path.name
         self._loading.run(
             partial(load_capture, path), self._show, lambda error: self._say(Meaning.ATTENTION, _refusal(path, error))
         )
@@ -174,19 +172,16 @@ class CaptureFiles(QWidget):
         connection = self._connector.connection
         entries = self._kept.entries()
         header = self._kept.header(connection.port, connection.baud_rate)
-        is_whole = not self._kept.has_dropped
         suggested = self._folder / default_name(connection.port, SUFFIX, datetime.now().astimezone())
-        path = self.ask_save(self, tr("Save a capture"), suggested, tr("Capture (*.dpscap)"))
+        path = self.ask_save(self, tr("Save capture…"), suggested, tr("Capture (*.dpscap)"))
         if path is None:
             return
         self._folder = path.parent
-        count = f"{len(entries):,}"
         saved = (
-            tr("Saved {count} entries to {path}.", count=count, path=path)
-            if is_whole
-            else tr("Saved the last {count} entries to {path}; older ones are no longer kept.", count=count, path=path)
+            tr("Saved {rows} rows to {path}. What is older is no longer kept.", rows=f"{len(entries):,}", path=path)
+            if self._kept.has_dropped
+            else tr("Saved {rows} rows to {path}", rows=f"{len(entries):,}", path=path)
         )
-        self._names[self._saving] = path.name
 
         def write(running: Running) -> None:
             parts, number = capture_parts(entries, header), len(entries) // _ENTRIES_AT_ONCE + 2
@@ -210,16 +205,16 @@ class CaptureFiles(QWidget):
         """Of the file that is read, else of the one that is written."""
         if self._loading.is_running:
             share, cancel = self._loading.share or 0.0, self._cancel_loading
-            text = tr("Reading {name}: {percent} %…", name=self._names[self._loading], percent=round(share * 100))
+            text = tr("{what}: {percent} %", what=self._opening, percent=round(share * 100))
         elif self._saving.is_running:
-            text, cancel = tr("Saving {name}…", name=self._names[self._saving]), self._saving.stop
+            text, cancel = tr("Saving…"), self._saving.stop
         else:
             return
         self.said.emit(Notice(Meaning.INFORMATION, text, (Choice("capture_cancel", tr("Cancel"), cancel),)))
 
     def _show(self, opened: Opened) -> None:
         if not opened.rows:
-            self._say(Meaning.ATTENTION, tr("There are no bytes in {name}.", name=opened.path.name))
+            self._say(Meaning.ATTENTION, tr("{name} is empty.", name=opened.path.name))
             return
         self.said.emit(None)
         self.opened.emit(opened)
@@ -229,7 +224,5 @@ class CaptureFiles(QWidget):
 
 
 def _refusal(path: Path, error: Exception) -> str:
-    if isinstance(error, CaptureRefused):
-        return tr("{name} was not opened: {why}.", name=path.name, why=tr(error.args[0]))
-    why = reason_of(error)
-    return tr("{name} was not opened: {why}.", name=path.name, why=why)
+    why = tr(error.args[0]) if isinstance(error, CaptureRefused) else reason_of(error)
+    return tr("{file} cannot be read: {why}.", file=path.name, why=why)

@@ -6,7 +6,7 @@ from PySide6.QtCore import QSize, Qt
 from PySide6.QtWidgets import QFrame, QLabel, QScrollArea, QWidget
 
 from app.diagnosis.link_statistics import COARSE_KEPT, COARSE_S, FINE_KEPT, FINE_S, LinkStatistics
-from app.text.i18n import tr
+from app.text.sentences import aside
 from protocol.translatable import marked
 from ui.plots.link_charts import Histogram, OverTime, ReasonBars, Stretch, percent_text
 from ui.services.context import Services
@@ -23,7 +23,7 @@ LOSS_ATTENTION: Final = 0.01
 _NUMBERS: Final = (
     ("sent", marked("Requests")),
     ("lost", marked("Without reply")),
-    ("trip", marked("Round trip, median")),
+    ("trip", marked("Round trip")),
     ("late", marked("95th percentile")),
     ("rejected", marked("Invalid bytes")),
     ("restarts", marked("Restarts")),
@@ -73,19 +73,15 @@ class LinkStatisticsView(QScrollArea):
         self.shown = figures
         """Whose figures are shown: of the module, or of the recording that is played."""
         texts = services.texts
-        texts.bind(self.setAccessibleName, "Link statistics")
+        texts.bind(self.setAccessibleName, "Statistics")
         self.totals = {key: Total(f"figures_{key}") for key, _ in _NUMBERS}
         for key, title in _NUMBERS:
             texts.bind(self.totals[key].caption.setText, title)
         self.trips, self.reasons, self.over_time = Histogram(), ReasonBars(), OverTime()
-        self.fine = control(ChoiceButton(), texts, "figures_minutes", "10 min", says="The last ten minutes",
-                            tip="The last ten minutes", role="segment",
-                            is_checkable=True)  # fmt: skip
-        self.coarse = control(ChoiceButton(), texts, "figures_hours", "12 h", says="The last twelve hours",
-                              tip="The last twelve hours", role="segment",
-                              is_checkable=True)  # fmt: skip
+        self.fine = control(ChoiceButton(), texts, "figures_minutes", "10 min", role="segment", is_checkable=True)
+        self.coarse = control(ChoiceButton(), texts, "figures_hours", "12 h", role="segment", is_checkable=True)
         self.fine.setChecked(True)
-        self._legend = self._caption(services, "figures_legend", marked("▼ module restarted   ■ port lost"))
+        self._legend = self._caption(services, "figures_legend", marked("▼ restart   ■ port lost"))
         self._lay_out(services)
         for segment in (self.fine, self.coarse):
             segment.setAutoExclusive(True)
@@ -99,7 +95,7 @@ class LinkStatisticsView(QScrollArea):
         shown = self.totals
         shown["sent"].show_total(f"{totals.sent:,}")
         share = min(1.0, totals.time_outs / totals.sent) if totals.sent else 0.0
-        lost = tr("{n} ({percent})", n=f"{totals.time_outs:,}", percent=percent_text(share)) if totals.sent else "–"
+        lost = f"{totals.time_outs:,}{aside(percent_text(share))}" if totals.sent else "–"
         shown["lost"].show_total(lost, needs_look=share > LOSS_ATTENTION)
         for key, quantile in (("trip", 0.5), ("late", 0.95)):
             trip_s = figures.quantile_s(quantile)
@@ -134,9 +130,8 @@ class LinkStatisticsView(QScrollArea):
     def _lay_out(self, services: Services) -> None:
         numbers = named(QFrame(), "figures_totals", "card")
         in_row(*((one, 1) for one in self.totals.values()), of=numbers, spacing=Space.M, margins=(Space.M, Space.S))
-        title = marked("Round-trip time, ms")
-        trips = self._caption(services, "figures_trips_title", title)
-        reasons = self._caption(services, "figures_reasons_title", marked("Invalid bytes, by reason"))
+        trips = self._caption(services, "figures_trips_title", marked("Round-trip time, ms"))
+        reasons = self._caption(services, "figures_reasons_title", marked("Invalid bytes"))
         pair = in_row(
             (self._card("figures_trips_card", trips, self.trips), 3),
             (self._card("figures_reasons_card", reasons, self.reasons), 2),

@@ -30,10 +30,10 @@ from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.recording_bar import recording_target
 
 _VIEWS: Final = (
-    ("why", marked("Connection"), marked("Why does it not connect? (Alt+1)")),
-    ("traffic", marked("Traffic"), marked("Every frame sent and received (Alt+2)")),
-    ("figures", marked("Statistics"), marked("Link statistics, also over time (Alt+3)")),
-    ("bundle", marked("Support"), marked("What to send to whoever helps (Alt+4)")),
+    ("why", marked("Connection")),
+    ("traffic", marked("Traffic")),
+    ("figures", marked("Statistics")),
+    ("bundle", marked("Support")),
 )
 
 
@@ -124,12 +124,12 @@ class DiagnosisPage(StreamPage):
 
     def _capture_notice(self, opened: Opened) -> Notice:
         parts = [
-            tr("Capture {name}: {rows} rows.", name=opened.path.name, rows=f"{len(opened.rows):,}"),
+            tr("{name}: {rows} rows.", name=opened.path.name, rows=f"{len(opened.rows):,}"),
             *(self._faults_said(opened)),
         ]
         choices = (
-            Choice("capture_play", tr("Play it through the window"), self._play, is_main=True),
-            Choice("capture_leave", tr("Back to the line"), self._leave_capture),
+            Choice("capture_play", tr("Play"), self._play, is_main=True),
+            Choice("capture_leave", tr("Back to live"), self._leave_capture),
         )
         return Notice(Meaning.INFORMATION, together(parts), choices)
 
@@ -137,12 +137,12 @@ class DiagnosisPage(StreamPage):
     def _faults_said(opened: Opened) -> list[str]:
         said = []
         if not opened.is_timed:
-            said.append(tr("It has no times; those shown are estimated."))
+            said.append(tr("Times are estimated."))
         faults = opened.faults
         if faults:
-            first = tr("line {line}: {why}", line=faults[0].line, why=tr(faults[0].text))
             many = f"{len(faults)}+" if len(faults) == FAULTS_KEPT else str(len(faults))
-            said.append(tr("{n} lines could not be read; {first}.", n=many, first=first))
+            said.append(tr("Unreadable lines: {count}.", count=many))
+            said.append(tr("Line {line}: {what}", line=faults[0].line, what=tr(faults[0].text)))
         return said
 
     # What is said
@@ -162,7 +162,7 @@ class DiagnosisPage(StreamPage):
     # Making
 
     def _make_tabs(self) -> QTabBar:
-        tabs = control(QTabBar(), self._texts, "diagnosis_tabs", says="Views of the diagnosis")
+        tabs = control(QTabBar(), self._texts, "diagnosis_tabs", says="Diagnosis")
         tabs.setDrawBase(False)
         tabs.setExpanding(False)
         tabs.setUsesScrollButtons(False)
@@ -177,13 +177,13 @@ class DiagnosisPage(StreamPage):
                 self._texts.bind(button.setAccessibleName, english)
                 self._texts.bind(button.setWhatsThis, english)
         views = (self.why, self.traffic, self.figures, self.bundle)
-        for number, (view, (key, title, explanation)) in enumerate(zip(views, _VIEWS, strict=True)):
+        for number, (view, (key, title)) in enumerate(zip(views, _VIEWS, strict=True)):
+            shortcut = f"Alt+{number + 1}"
             tabs.addTab("")
             self._texts.bind(view.setAccessibleName, title)
             self._texts.bind(partial(tabs.setTabText, number), title)
-            self._texts.bind(partial(tabs.setTabToolTip, number), explanation)
-            Shortcut(f"diagnosis_{key}_key", self, view, partial(self._choose, key),
-                     keys=(f"Alt+{number + 1}",))  # fmt: skip
+            tabs.setTabToolTip(number, shortcut)
+            Shortcut(f"diagnosis_{key}_key", self, view, partial(self._choose, key), keys=(shortcut,))
         return tabs
 
     def _choose(self, key: str) -> None:

@@ -41,9 +41,9 @@ MOST_COPIED = 10_000
 _ROW_PX = 24
 _FILTERS = (
     (Filter.ALL, marked("All frames")),
-    (Filter.WITHOUT_STREAM, marked("Without the stream")),
-    (Filter.REJECTED, marked("Only invalid bytes")),
-    (Filter.MARKED, marked("Only marked rows")),
+    (Filter.WITHOUT_STREAM, marked("Without stream")),
+    (Filter.REJECTED, marked("Invalid bytes")),
+    (Filter.MARKED, marked("Marked")),
 )
 
 
@@ -67,18 +67,13 @@ class TrafficPage(QWidget):
             self.model, services.texts, find_start=self._search_start, show_row=self._show_found, say=self._tell_found
         )
         texts = self._texts
-        self.pause = control(QToolButton(), texts, "traffic_pause", "Pause", says="Pause the list",
-                             tip="Hold the list; recording goes on", key="Ctrl+P",
-                             picture=Icon.PAUSE)  # fmt: skip
-        self.pause.setCheckable(True)
-        self.mark = control(QToolButton(), texts, "traffic_mark", "Mark", says="Mark the selected rows",
-                            tip="Mark or unmark the selected rows", key="Ctrl+M", picture=Icon.BOOKMARK,
+        self.pause = control(QToolButton(), texts, "traffic_pause", "Pause", key="Ctrl+P", picture=Icon.PAUSE,
+                             is_checkable=True)  # fmt: skip
+        self.mark = control(QToolButton(), texts, "traffic_mark", "Mark", key="Ctrl+M", picture=Icon.BOOKMARK,
                             slot=self.mark_rows)  # fmt: skip
-        self.copy = control(QToolButton(), texts, "traffic_copy", "Copy", says="Copy the selected rows",
-                            tip="Copy the selected rows, or all", key="Ctrl+C",
-                            picture=Icon.COPY, slot=self.copy_rows)  # fmt: skip
-        self.clear = control(QToolButton(), texts, "traffic_clear", "Clear", says="Clear the list",
-                             tip="Forget all rows", key="Ctrl+Shift+X", picture=Icon.ERASE,
+        self.copy = control(QToolButton(), texts, "traffic_copy", "Copy", key="Ctrl+C", picture=Icon.COPY,
+                            slot=self.copy_rows)  # fmt: skip
+        self.clear = control(QToolButton(), texts, "traffic_clear", "Clear", key="Ctrl+Shift+X", picture=Icon.ERASE,
                              slot=self.clear_rows)  # fmt: skip
         for button in (self.mark, self.copy, self.clear):
             button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
@@ -122,7 +117,7 @@ class TrafficPage(QWidget):
     # Making
 
     def _make_table(self) -> QTableView:
-        table = control(QTableView(), self._texts, "traffic_table", says="Frames sent and received")
+        table = control(QTableView(), self._texts, "traffic_table", says="Traffic")
         table.setModel(self.model)
         list_rows(table, row_px=_ROW_PX)
         table.setIconSize(QSize(14, 14))
@@ -148,11 +143,10 @@ class TrafficPage(QWidget):
         label.setTextFormat(Qt.TextFormat.PlainText)
         label.setMinimumHeight(2 * label.fontMetrics().lineSpacing() + Space.XS)
         label.setAlignment(Qt.AlignmentFlag.AlignTop | Qt.AlignmentFlag.AlignLeft)
-        self._texts.bind(label.setAccessibleDescription, "The selected row in full")
         return label
 
     def _make_filter(self) -> QComboBox:
-        box = control(QComboBox(), self._texts, "traffic_filter", says="Which rows to show", tip="Which rows to show")
+        box = control(QComboBox(), self._texts, "traffic_filter", says="Filter", tip="Filter")
         for number, (wanted, title) in enumerate(_FILTERS):
             box.addItem("", wanted)
             self._texts.bind(partial(box.setItemText, number), title)
@@ -175,7 +169,7 @@ class TrafficPage(QWidget):
         QGuiApplication.clipboard().setText(self.model.as_text(rows))
         count = sum(map(len, wanted))
         if count > len(rows):
-            said = tr("The first {n} of {all} rows were copied.", n=f"{len(rows):,}", all=f"{count:,}")
+            said = tr("{n} of {all} rows copied.", n=f"{len(rows):,}", all=f"{count:,}")
             self.detail.setText(said)
 
     def mark_rows(self) -> None:
@@ -248,11 +242,9 @@ class TrafficPage(QWidget):
         elif self._is_lost:
             text = tr("Not found")
         elif self._is_paused and not self.model.is_recorded:
-            text = tr("{more} more came", more=f"{self.model.unseen:,}")
-        elif rows:
-            text = tr("{rows} rows", rows=f"{rows:,}")
+            text = tr("{more} new", more=f"{self.model.unseen:,}")
         else:
-            text = tr("No rows yet")
+            text = tr("{rows} rows", rows=f"{rows:,}")
         if text != self._count.text():
             self._count.setText(text)
             self._count.setToolTip(text)
@@ -261,8 +253,7 @@ class TrafficPage(QWidget):
         selected = self._selected()
         count = sum(map(len, selected))
         if count != 1:
-            several = tr("{n} rows are selected.", n=f"{count:,}")
-            self.detail.setText(several if count else tr("Choose a row to see its bytes."))
+            self.detail.setText(tr("{count} selected", count=f"{count:,}") if count else tr("Select a row."))
             return
         event = self.model.event_at(selected[0][0])
         self.detail.setText(f"{kind_of(event)}  {hex_of(raw_of(event), 96)}\n{meaning_of(event)}")

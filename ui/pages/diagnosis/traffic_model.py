@@ -12,6 +12,7 @@ from PySide6.QtGui import QFont
 from app.captures.rows import CaptureRows, ChosenRows, Rows
 from app.system.wall_clock import WallClock
 from app.text.i18n import tr
+from app.text.sentences import aside
 from protocol.events import Event, Rejected
 from protocol.frame import Noise
 from protocol.translatable import marked
@@ -254,7 +255,7 @@ class TrafficModel(RowsModel[Row]):
         if role == _TOLD and column is Column.BYTES:
             return hex_of(raw_of(row))
         if role == _SPOKEN and column is Column.TIME and self.is_marked(index.row()):
-            return tr("{time}, marked", time=text)
+            return f"{text}{aside(tr('Marked'))}"
         return text
 
     def _picture(self, row: Row, column: Column, *, is_marked: bool) -> Any:

@@ -50,23 +50,23 @@ class TrafficSearch(QWidget):
         super().__init__()
         self.setObjectName("traffic_search")
         self._model, self._find_start, self._show_row, self._say = model, find_start, show_row, say
-        self.field = control(QLineEdit(), texts, "traffic_search_text", says="Search in the rows",
-                             tip="Bytes such as 41 75, or words", key="Ctrl+F")  # fmt: skip
+        self.field = control(QLineEdit(), texts, "traffic_search_text", says="Search",
+                             tip="Bytes (41 75) or words", key="Ctrl+F")  # fmt: skip
         self.field.setClearButtonEnabled(True)
         self.clear = self.field.findChild(QToolButton)
         self.field.setMinimumWidth(120)
         self.field.setMaximumWidth(200)
-        self.next = control(QToolButton(), texts, "traffic_search_next", says="Next match",
-                            tip="Next match (Enter)", picture=Icon.CHEVRON_DOWN, slot=self.find_next)  # fmt: skip
+        self.next = control(QToolButton(), texts, "traffic_search_next", says="Next match", key="Enter",
+                            picture=Icon.CHEVRON_DOWN, slot=self.find_next)  # fmt: skip
         self.before = control(QToolButton(), texts, "traffic_search_before", says="Previous match",
-                              tip="Previous match (Shift+Enter)", picture=Icon.CHEVRON_UP,
+                              key="Shift+Enter", picture=Icon.CHEVRON_UP,
                               slot=self.find_before)  # fmt: skip
         for button in (self.next, self.before):
             button.setIconSize(QSize(14, 14))
             button.setStyleSheet("QToolButton { padding: 4px; }")
         texts.bind(self.field.setPlaceholderText, "Search")
         if isinstance(self.clear, QToolButton):  # made by Qt
-            control(self.clear, texts, "traffic_search_clear", says="Clear the search", tip="Clear the search")
+            control(self.clear, texts, "traffic_search_clear", says="Clear", tip="Clear")
             self.clear.setStyleSheet("QToolButton { border: none; background: transparent; padding: 0; margin: 0; }")
         self.field.textEdited.connect(self._reset)
         in_row((self.field, 1), self.next, self.before, of=self, spacing=Space.XS, margins=0)

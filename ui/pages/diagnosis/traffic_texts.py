@@ -51,7 +51,7 @@ def kind_of(row: Row) -> str:
                 return tr("sent")
             return tr("echo") if direction is Direction.HOST_TO_MODULE else tr("received")
         case Sent():
-            return tr("sent") if row.attempt == 1 else tr("sent, {n}.", n=row.attempt)
+            return tr("sent") if row.attempt == 1 else f"{tr('sent')} ({row.attempt})"
         case Received():
             return tr(_ROLES[row.role])
         case Rejected():
@@ -100,18 +100,18 @@ def meaning_of(row: Row) -> str:
 def _link_sentence(event: Event) -> str:
     match event:
         case Unanswered() if event.attempts == 0:
-            return tr("not sent: the module did not answer the heartbeat before it")
+            return tr("not sent: heartbeat not answered")
         case Unanswered():
-            return tr("no answer within {seconds:.2f} s, asked {n} times", seconds=event.waited_s, n=event.attempts)
+            return tr("no answer within {seconds:.2f} s ({n}×)", seconds=event.waited_s, n=event.attempts)
         case OutcomeUnknown():
             wait_s = event.waited_s
-            return tr("sent, not confirmed within {seconds:.2f} s: it may have been carried out", seconds=wait_s)
+            return tr("not confirmed within {seconds:.2f} s; may have been carried out", seconds=wait_s)
         case Restarted():
             return tr("the module restarted") if event.is_certain else tr("the module probably restarted")
         case WentOnline():
-            return tr("the module answers: online")
+            return tr("the module answers")
         case WentOffline():
-            return tr("a heartbeat was not answered: offline")
+            return tr("the module does not answer")
         case _:
             return ""
 

@@ -45,7 +45,7 @@ class Remedy(Enum):
 
 
 _REMEDY_WORDS = {
-    Remedy.COPY_COMMAND: marked("Copy the command"),
+    Remedy.COPY_COMMAND: marked("Copy command"),
     Remedy.CONNECT_AGAIN: marked("Connect again"),
     Remedy.CHOOSE_PORT: marked("Choose a port"),
     Remedy.FIND_RATE: marked("Find the rate"),
@@ -73,12 +73,12 @@ REMEDIES: Final = {
 }
 _SEEN: Final = (
     ("port", marked("Port")),
-    ("received", marked("Bytes received")),
-    ("frames", marked("Frames received")),
+    ("received", marked("Bytes")),
+    ("frames", marked("Frames")),
     ("rejected", marked("Invalid bytes")),
     ("echo", marked("Echoed frames")),
-    ("unanswered", marked("Requests without reply")),
-    ("trip", marked("Round trip, median")),
+    ("unanswered", marked("Without reply")),
+    ("trip", marked("Round trip")),
     ("noise", marked("Last invalid bytes")),
 )
 _NOISE_SHOWN: Final = 16
@@ -108,7 +108,7 @@ class WhyPanel(QScrollArea):
         self.act.clicked.connect(self._do)
         self._remedy: Remedy | None = None
         self._meaning = Meaning.UNKNOWN
-        self._texts.bind(self.setAccessibleName, "Why does it not connect?")
+        self._texts.bind(self.setAccessibleName, "Connection")
         self.seen = {key: text_label(f"why_seen_{key}", "", is_selectable=True) for key, _ in _SEEN}
         self._lay_out()
         self._connector.changed.connect(self._notice_target)
@@ -148,13 +148,13 @@ class WhyPanel(QScrollArea):
 
     def _show_without_cause(self, phase: Phase) -> None:
         if self._connector.is_recording:
-            self._show(Meaning.INFORMATION, tr("A recording is played."), tr("Nothing is sent to any module."), None)
+            self._show(Meaning.INFORMATION, tr("A recording is played."), tr("Nothing is sent."), None)
             self._offer(None)
             return
         said = words(self._connector.state, self._connector.clock())
         match phase:
             case Phase.ONLINE:
-                self._show(Meaning.GOOD, tr("The link works: the module answers."), "", None)
+                self._show(Meaning.GOOD, tr("The module answers."), "", None)
                 self._offer(None)
             case Phase.CLOSED:
                 self._show(Meaning.INFORMATION, said.what, said.next_step, None)
@@ -226,12 +226,12 @@ class WhyPanel(QScrollArea):
         trip_s = evidence.round_trip_median_s
         noise = evidence.noise[-_NOISE_SHOWN:]
         shown = {
-            "port": tr("{port} at {rate} baud", port=port, rate=evidence.baud_rate) if evidence.port else port,
+            "port": tr("{port}, {rate} baud", port=port, rate=evidence.baud_rate) if evidence.port else port,
             "received": f"{evidence.bytes_received:,}",
             "frames": f"{counters.frames - counters.by_role[Role.ECHO]:,}",
             "rejected": f"{counters.rejected:,}",
             "echo": f"{counters.by_role[Role.ECHO]:,}",
-            "unanswered": tr("{lost} of {sent}", lost=f"{counters.time_outs:,}", sent=f"{counters.sent:,}"),
+            "unanswered": tr("{lost} of {asked}", lost=f"{counters.time_outs:,}", asked=f"{counters.sent:,}"),
             "trip": "–" if trip_s is None else f"{trip_s * 1000:.1f} ms",
             "noise": noise.hex(" ").upper() or "–",
         }

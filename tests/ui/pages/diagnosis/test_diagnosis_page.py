@@ -144,7 +144,7 @@ def test_a_command_is_shown_and_copied(qtbot: QtBot, qapp: QApplication, tmp_pat
         qtbot.waitUntil(lambda: cause_of(page) is Cause.NO_PERMISSION, timeout=WAIT_MS)
         if sys.platform.startswith("linux"):
             assert page.why.command.text() == "sudo usermod -aG dialout $USER"
-            assert page.why.act.text() == "Copy the command"
+            assert page.why.act.text() == "Copy command"
             click(qtbot, page.why.act)
             assert QApplication.clipboard().text() == "sudo usermod -aG dialout $USER"
 
