@@ -88,7 +88,7 @@ def summarise_logs(
         suspects = deque((yield from _in_processes(waiting, order, is_cancelled, processes, ahead=2 * processes)))
         while suspects and not is_cancelled():  # one of them ended its process: one after the other tells which
             for path in (yield from _in_processes(suspects, order, is_cancelled, 1, ahead=1)):
-                yield SummarisedLog(path, None, said(marked("The process that read it ended.")))
+                yield SummarisedLog(path, None, said(marked("The reading process ended.")))
 
 
 def _in_processes(

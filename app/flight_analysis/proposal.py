@@ -202,10 +202,10 @@ def _conflicts(must_not: _Reached, must: _Reached) -> tuple[SeparationConflict, 
     most_deg, most_s = int(TILTS[-1]), int(TIMES[-1])
     for name, tilt, falls in zip(must_not.names, must_not.tilt.tolist(), must_not.fall, strict=True):
         if tilt >= most_deg:
-            why = said(marked("It tilts to {tilt}°: no threshold up to {most}° lets it pass."),
+            why = said(marked("Tilts to {tilt}°, above every threshold."),
                        tilt=tilt, most=most_deg)  # fmt: skip
         elif int(falls[ACCELERATIONS].min()) >= most_s:
-            why = said(marked("It falls for longer than any free-fall time allows."))
+            why = said(marked("Falls longer than every free-fall time."))
         else:
             continue
         found.append(SeparationConflict(name, FlightGroup.MUST_NOT, why))
@@ -232,8 +232,7 @@ def _missed(must_not: _Reached, must: _Reached) -> list[SeparationConflict]:
             must.names[one],
             FlightGroup.MUST,
             said(
-                marked("It would be missed with {tilt}°, {acceleration:.1f} g and {time:.2f} s, the most "
-                       "sensitive thresholds that let the others pass."),
+                marked("Missed at {tilt}°, {acceleration:.1f} g and {time:.2f} s, where the others pass."),
                 tilt=tilt, acceleration=best_acceleration / TENTH_G.per_unit,
                 time=int(times[best_acceleration]) / CENTISECOND.per_unit,
             ),

@@ -34,11 +34,11 @@ def assembled(raw: RawLog) -> FlightLog:
     forces = [one for one in (_cleaned(each, problems) for each in raw.forces_g) if len(one.time_s)]
     sensed = [*((tilt,) if tilt else ()), *forces]
     if not sensed:
-        raise LogUnreadable(said(marked("It holds neither attitude nor acceleration.")))
+        raise LogUnreadable(said(marked("No attitude and no acceleration.")))
     if tilt is None:
-        problems.append(said(marked("No attitude: the attitude trigger is not judged.")))
+        problems.append(said(marked("No attitude: attitude trigger not judged.")))
     if not forces:
-        problems.append(said(marked("No acceleration: the free-fall trigger is not judged.")))
+        problems.append(said(marked("No acceleration: free-fall trigger not judged.")))
     start_s = min(float(one.time_s[0]) for one in sensed)
     end_s = max(float(one.time_s[-1]) for one in sensed)
     held = [_held(one.time_s - start_s) for one in sensed]
@@ -74,7 +74,7 @@ def _cleaned(channel: Channel, problems: list[UserMessage]) -> Channel:
     is_number = np.isfinite(time_s) & (np.abs(time_s) <= LATEST_S) & np.isfinite(values)
     if not is_number.all():
         count = int((~is_number).sum())
-        problems.append(said(marked("{count} samples that are no numbers are left out."), count=f"{count:,}"))
+        problems.append(said(marked("{count} invalid samples left out."), count=f"{count:,}"))
         time_s, values = time_s[is_number], values[is_number]
     is_newest = np.diff(time_s, append=np.inf) != 0  # of samples with one time: no clock counts that finely
     time_s, values = time_s[is_newest], values[is_newest]
@@ -82,7 +82,7 @@ def _cleaned(channel: Channel, problems: list[UserMessage]) -> Channel:
     if not kept.all():
         problems.append(
             said(
-                marked("The clock of the log jumps back: {count} samples are left out."),
+                marked("The clock jumps back: {count} samples left out."),
                 count=f"{int((~kept).sum()):,}",
             )
         )
@@ -114,7 +114,7 @@ def _held(time_s: Floats) -> tuple[NDArray[np.int64], NDArray[np.intp]]:
     counts[:-1][holds] = np.diff(firsts)[holds]
     total = int(counts.sum())
     if total > MOST_ROWS:
-        raise LogUnreadable(said(marked("It is longer than 48 hours.")))
+        raise LogUnreadable(said(marked("Longer than 48 hours.")))
     samples = np.repeat(np.arange(len(firsts)), counts)
     ramp = np.arange(total) - np.repeat(np.cumsum(counts) - counts, counts)
     return firsts[samples] + ramp, samples
@@ -175,13 +175,13 @@ def note_pauses(time_s: Floats, is_judged: Flags, problems: list[UserMessage]) -
     if len(pauses):
         problems.append(
             said(
-                marked("Pauses in the log: {count}, {total:.1f} s in all, the longest {longest:.1f} s."),
+                marked("Pauses: {count}, {total:.1f} s in all, at most {longest:.1f} s."),
                 count=len(pauses), total=float(pauses.sum()), longest=float(pauses.max()),
             )
         )  # fmt: skip
     if not is_judged.all():
         left_out = covered_part_s(time_s, ~is_judged)
-        problems.append(said(marked("Not judged: {total:.1f} s before arming or after the landing."), total=left_out))
+        problems.append(said(marked("Not judged: {total:.1f} s on the ground."), total=left_out))
 
 
 def covered_part_s(time_s: Floats, is_part: Flags) -> float:
@@ -207,10 +207,10 @@ def flight_of_reports(name: str, kind: LogFormat, reports: Reports, problems: li
     is_good &= time_s >= newest
     if not is_good.all():
         count = int((~is_good).sum())
-        problems.append(said(marked("{count} reports that cannot be true are left out."), count=f"{count:,}"))
+        problems.append(said(marked("{count} invalid samples left out."), count=f"{count:,}"))
     time_s, tilt_deg, acceleration_g = time_s[is_good], tilt_deg[is_good], acceleration_g[is_good]
     if not len(time_s):
-        raise LogUnreadable(said(marked("It holds no status reports.")))
+        raise LogUnreadable(said(marked("No status reports.")))
     start_s = float(time_s[0])
     is_judged = np.ones(len(time_s), np.bool_)
     note_pauses(time_s, is_judged, problems)

@@ -73,9 +73,9 @@ class CsvColumns:
 
     def __post_init__(self) -> None:
         if sum(role in self.names for role in TIMES) != 1:
-            raise LogUnreadable(said(marked("One column has to be the time: time_s, time_ms or time_us.")))
+            raise LogUnreadable(said(marked("One column must be time_s, time_ms or time_us.")))
         if not self.attitude and not self.force:
-            raise LogUnreadable(said(marked("The columns give neither attitude nor acceleration.")))
+            raise LogUnreadable(said(marked("No attitude and no acceleration.")))
 
     @property
     def attitude(self) -> tuple[CsvRole, ...]:
@@ -114,6 +114,6 @@ def recognised(head: Sequence[str]) -> CsvColumns:
 
 def _no_role(word: str) -> UserMessage:
     return said(
-        marked("“{word}” is not of the form ROLE=COLUMN; the roles are {roles}."),
+        marked("“{word}”: ROLE=COLUMN is needed, of {roles}."),
         word=clean(word, longest=60), roles=", ".join(role.value for role in CsvRole),
     )  # fmt: skip

@@ -85,7 +85,7 @@ def _head_of(line: str) -> list[str]:
         head = []
     head = [name.strip() for name in head]
     if not 2 <= len(head) <= MOST_COLUMNS:
-        raise LogUnreadable(said(marked("Its first line names no columns.")))
+        raise LogUnreadable(said(marked("No column names in the first line.")))
     return head
 
 
@@ -95,7 +95,7 @@ def _places(head: list[str], columns: CsvColumns) -> dict[CsvRole, int]:
     for role in wanted:
         name = columns.names[role]
         if name not in head:
-            raise LogUnreadable(said(marked("There is no column “{name}”."), name=clean(name, longest=60)))
+            raise LogUnreadable(said(marked("No column “{name}”."), name=clean(name, longest=60)))
         places[role] = head.index(name)
     return places
 
@@ -110,9 +110,9 @@ def _numbers(file: TextIO, separator: str, places: Mapping[CsvRole, int]) -> lis
         for row in lines:
             cells.extend([_number(row[one]) if one < len(row) else math.nan for one in wanted])
             if len(cells) > MOST_CELLS:
-                raise LogUnreadable(said(marked("It has more than {count} numbers."), count=f"{MOST_CELLS:,}"))
+                raise LogUnreadable(said(marked("Too large."), count=f"{MOST_CELLS:,}"))
     except csv.Error as error:
-        raise LogUnreadable(said(marked("It is no CSV file."))) from error
+        raise LogUnreadable(said(marked("Unknown kind of file."))) from error
     return list(np.frombuffer(cells).reshape(-1, len(wanted)).T)
 
 

@@ -60,7 +60,7 @@ def read_dataflash(path: Path) -> RawLog:
     _read_events(file, raw)
     _read_modes(file, raw)
     if file.skipped_bytes:
-        raw.problems.append(said(marked("Damaged: {count} bytes are left out."), count=f"{file.skipped_bytes:,}"))
+        raw.problems.append(said(marked("Damaged: {count} bytes left out."), count=f"{file.skipped_bytes:,}"))
     return raw
 
 
@@ -69,7 +69,7 @@ def _times(file: DataflashFile, table: DataflashTable) -> Floats:
     for label, scale in _CLOCKS:
         if table.has(label):
             return file.column(table, label) * scale
-    raise LogUnreadable(said(marked("Its records have no times: it is from before 2014.")))
+    raise LogUnreadable(said(marked("No times: from before 2014.")))
 
 
 def _forces(file: DataflashFile, table: DataflashTable) -> list[Channel]:

@@ -63,7 +63,7 @@ class DataflashFile:
 
     def __init__(self, data: bytes, wanted: frozenset[str]) -> None:
         if not data.startswith(MAGIC):
-            raise LogUnreadable(said(marked("It is no DataFlash log.")))
+            raise LogUnreadable(said(marked("Unknown kind of file.")))
         self._data = data
         self._wanted = wanted
         self.tables: dict[str, DataflashTable] = {}

@@ -38,8 +38,7 @@ def _checked(time_s: Floats, force_g: Floats, number: int, problems: list[UserMe
     if is_rest.mean() < LEAST_REST:
         problems.append(
             said(
-                marked("Acceleration sensor {number} never rests at 1 g (half of it below {median:.2f} g): wrong scale "
-                       "or a bad sensor; not judged."),
+                marked("Acceleration sensor {number} never rests at 1 g (median {median:.2f} g); not judged."),
                 number=number, median=float(np.median(force_g[rows])),
             )
         )  # fmt: skip
@@ -49,8 +48,8 @@ def _checked(time_s: Floats, force_g: Floats, number: int, problems: list[UserMe
         is_bad = (time_s >= start_s - AVERAGED_S) & (time_s <= end_s)
         problems.append(
             said(
-                marked("Acceleration sensor {number} lies at {median:.2f} g for {seconds:.0f} s from {start:.1f} s: a "
-                       "bad sensor, not a fall; not judged."),
+                marked("Acceleration sensor {number} stuck at {median:.2f} g for {seconds:.0f} s from {start:.1f} s; "
+                       "not judged."),
                 number=number, median=float(np.nanmedian(force_g[is_bad])), seconds=end_s - start_s, start=start_s,
             )
         )  # fmt: skip
@@ -78,7 +77,7 @@ def _agreed(time_s: Floats, one: Floats, other: Floats, problems: list[UserMessa
         return one
     seconds = float(np.diff(time_s, prepend=time_s[0])[is_apart].clip(max=AVERAGED_S).sum())
     problems.append(
-        said(marked("Two acceleration sensors disagree by more than {limit:.1f} g for {seconds:.2f} s; not judged."),
+        said(marked("Acceleration sensors differ by over {limit:.1f} g for {seconds:.2f} s; not judged."),
              limit=DISAGREE_G, seconds=seconds)
     )  # fmt: skip
     return np.where(is_apart, np.nan, one)

@@ -44,12 +44,12 @@ def read_recording(folder: Path) -> FlightLog:
     except RecordingUnreadable as error:
         cause = error.__cause__
         raise LogUnreadable(said(str(cause)) if isinstance(cause, Unreadable) else cannot_be_read()) from error
-    problems = [said(marked("Damaged or altered since it was recorded: some rows are left out."))] if is_damaged else []
+    problems = [said(marked("A damaged part is left out."))] if is_damaged else []
     return flight_of_reports(str(folder), LogFormat.RECORDING, reports, problems)
 
 
 def cannot_be_read() -> UserMessage:
-    return said(marked("It cannot be read."))
+    return said(marked("cannot be read"))
 
 
 # MCAP, as this program writes it: https://mcap.dev/spec
@@ -59,11 +59,11 @@ def read_mcap(path: Path) -> FlightLog:
     """Raises `LogUnreadable`, OSError."""
     data = read_bytes(path)
     if not data.startswith(MCAP_MAGIC):
-        raise LogUnreadable(said(marked("It is no MCAP file.")))
+        raise LogUnreadable(said(marked("Unknown kind of file.")))
     reader = _McapReader()
     reader.read(data)
     if not reader.topics.keys() & {"/status"}:
-        raise LogUnreadable(said(marked("It is no MCAP file that this program has written.")))
+        raise LogUnreadable(said(marked("Unknown kind of file.")))
     return flight_of_reports(str(path), LogFormat.MCAP, reader.reports(), reader.problems)
 
 
@@ -80,9 +80,7 @@ class _McapReader:
 
     def reports(self) -> Reports:
         if self._unread:
-            self.problems.append(
-                said(marked("{count} reports that cannot be true are left out."), count=f"{self._unread:,}")
-            )
+            self.problems.append(said(marked("{count} invalid samples left out."), count=f"{self._unread:,}"))
         start = self._times_ns[0] if self._times_ns else 0
         since_ns = np.frombuffer(self._times_ns, np.uint64) - np.uint64(start)  # a time before wraps around
         time_s: Floats = np.multiply(since_ns.astype(np.int64), _NANOSECOND, dtype=np.float64)
@@ -104,7 +102,7 @@ class _McapReader:
             else:
                 self._read_record(kind, body)
         if not is_ended:
-            self.problems.append(said(marked("The file is cut off: it is judged up to there.")))
+            self.problems.append(said(marked("cut off")))
 
     def _records(self, data: bytes, place: int) -> Iterator[tuple[int, bytes]]:
         while place + _RECORD_HEAD <= len(data):
@@ -119,7 +117,7 @@ class _McapReader:
     def _read_chunk(self, body: bytes) -> None:
         unpacked = self._unpack(body)
         if unpacked is None:
-            text = marked("A damaged part of the file is left out.")
+            text = marked("A damaged part is left out.")
             self.problems.append(said(text))
             return
         for kind, record in self._records(unpacked, 0):

@@ -19,9 +19,9 @@ DAMPING_S: Final = 0.2
 class RuleReading(Enum):
     """How the vendor's rule is read where it is silent; the value says it."""
 
-    DIRECT = marked("the angle fires at once; the acceleration is not filtered")
+    DIRECT = marked("angle at once, acceleration unfiltered")
     """As `app.firing.judge.Judge` reads it, like the simulated module."""
-    DAMPED = marked("the angle has to last 0.2 s; the acceleration is averaged over 0.2 s")
+    DAMPED = marked("angle lasts 0.2 s, acceleration averaged over 0.2 s")
 
 
 def attitude_view(log: FlightLog, reading: RuleReading) -> tuple[Stretch, Flags]:

@@ -31,7 +31,7 @@ def read_flight_log(path: Path, columns: CsvColumns | None = None) -> FlightLog:
     except OSError as error:
         raise LogUnreadable(said(marked("It cannot be opened: {why}."), why=reason_of(error))) from error
     except (ValueError, MemoryError) as error:  # ValueError: a NUL in the name
-        raise LogUnreadable(said(marked("It cannot be read."))) from error
+        raise LogUnreadable(said(marked("cannot be read"))) from error
 
 
 def _read(path: Path, columns: CsvColumns | None) -> FlightLog:
@@ -57,7 +57,7 @@ def _read(path: Path, columns: CsvColumns | None) -> FlightLog:
 
             return read_recording(path)
         case None:
-            raise LogUnreadable(said(marked("It is no flight log that this program knows.")))
+            raise LogUnreadable(said(marked("Unknown kind of file.")))
 
 
 def format_of(path: Path) -> LogFormat | None:

@@ -23,7 +23,7 @@ def read_bytes(path: Path) -> bytes:
     with path.open("rb") as file:
         size = os.fstat(file.fileno()).st_size
         if size > MOST_BYTES:
-            raise LogUnreadable(said(marked("It is larger than 1 GB.")))
+            raise LogUnreadable(said(marked("Too large.")))
         return file.read(size)
 
 

@@ -37,11 +37,9 @@ def read_ulog(path: Path) -> RawLog:
             _read_topic(file, topic, raw)
     raw.forces_g = [*_forces(file)][:_MOST_SENSORS]
     if file.skipped_bytes:
-        raw.problems.append(said(marked("Damaged: {count} bytes are left out."), count=f"{file.skipped_bytes:,}"))
+        raw.problems.append(said(marked("Damaged: {count} bytes left out."), count=f"{file.skipped_bytes:,}"))
     if file.dropout_s:
-        raw.problems.append(
-            said(marked("The flight controller could not log for {seconds:.2f} s."), seconds=file.dropout_s)
-        )
+        raw.problems.append(said(marked("Nothing logged for {seconds:.2f} s."), seconds=file.dropout_s))
     return raw
 
 

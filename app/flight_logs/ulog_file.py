@@ -77,7 +77,7 @@ class UlogFile:
 
     def __init__(self, data: bytes, wanted: frozenset[str]) -> None:
         if not data.startswith(MAGIC) or len(data) < _HEADER_BYTES:
-            raise LogUnreadable(said(marked("It is no ULog file.")))
+            raise LogUnreadable(said(marked("Unknown kind of file.")))
         self._data = data
         self._wanted = wanted
         self._formats: dict[str, str] = {}
@@ -194,7 +194,7 @@ class UlogFile:
             case "B" if len(body) >= 40:
                 unknown = body[8] & ~_APPENDED or any(body[9:16])
                 if unknown:
-                    raise LogUnreadable(said(marked("It was written in a newer form of ULog.")))
+                    raise LogUnreadable(said(marked("written by a newer version")))
                 self._appended = tuple(sorted(one for one in struct.unpack_from("<3Q", body, 16) if one))
             case "F":
                 name, _, fields = body.decode("latin-1").partition(":")

@@ -86,10 +86,6 @@
         <translation>1 次检查</translation>
     </message>
     <message>
-        <source>1 flight</source>
-        <translation>1 个飞行日志</translation>
-    </message>
-    <message>
         <source>1 g at rest, near 0 g in free fall</source>
         <translation>静止时为 1 g，失重时接近 0 g</translation>
     </message>
@@ -102,16 +98,8 @@
         <translation>1 个需要处理</translation>
     </message>
     <message>
-        <source>1 recording</source>
-        <translation>1 条数据记录</translation>
-    </message>
-    <message>
         <source>1 recording was deleted.</source>
         <translation>已删除 1 条数据记录。</translation>
-    </message>
-    <message>
-        <source>1 trigger record</source>
-        <translation>1 条触发记录</translation>
     </message>
     <message>
         <source>1. Bay closed</source>
@@ -182,8 +170,8 @@
         <translation>{port} 上从 {old} 到 {new} 波特的更改曾被中断。模块可能处于其中任一波特率。</translation>
     </message>
     <message>
-        <source>A damaged part of the file is left out.</source>
-        <translation>略去文件中损坏的部分。</translation>
+        <source>A damaged part is left out.</source>
+        <translation>忽略损坏部分。</translation>
     </message>
     <message>
         <source>A drifting sensor is loose or failing.</source>
@@ -274,10 +262,6 @@
         <translation>约 6 秒，仅查询模块。请将飞行器放平，不要触碰。</translation>
     </message>
     <message>
-        <source>About this recording</source>
-        <translation>关于此数据记录</translation>
-    </message>
-    <message>
         <source>About this setting</source>
         <translation>关于此参数</translation>
     </message>
@@ -286,16 +270,16 @@
         <translation>加速度</translation>
     </message>
     <message>
-        <source>Acceleration as</source>
-        <translation>加速度形式</translation>
+        <source>Acceleration sensor {number} never rests at 1 g (median {median:.2f} g); not judged.</source>
+        <translation>加速度传感器 {number} 静止时不为 1 g（中位数 {median:.2f} g），不判断。</translation>
     </message>
     <message>
-        <source>Acceleration sensor {number} lies at {median:.2f} g for {seconds:.0f} s from {start:.1f} s: a bad sensor, not a fall; not judged.</source>
-        <translation>加速度传感器 {number} 从 {start:.1f} s 起有 {seconds:.0f} s 停在 {median:.2f} g：是传感器故障，不是坠落；不作判断。</translation>
+        <source>Acceleration sensor {number} stuck at {median:.2f} g for {seconds:.0f} s from {start:.1f} s; not judged.</source>
+        <translation>加速度传感器 {number} 从 {start:.1f} s 起停在 {median:.2f} g，持续 {seconds:.0f} s，不判断。</translation>
     </message>
     <message>
-        <source>Acceleration sensor {number} never rests at 1 g (half of it below {median:.2f} g): wrong scale or a bad sensor; not judged.</source>
-        <translation>加速度传感器 {number} 从未稳定在 1 g（中位数 {median:.2f} g）：单位有误或传感器故障；不作判断。</translation>
+        <source>Acceleration sensors differ by over {limit:.1f} g for {seconds:.2f} s; not judged.</source>
+        <translation>加速度传感器相差超过 {limit:.1f} g，持续 {seconds:.2f} s，不判断。</translation>
     </message>
     <message>
         <source>Acceleration: 1 g</source>
@@ -426,14 +410,6 @@
         <translation>全部帧</translation>
     </message>
     <message>
-        <source>All of it as a table, CSV</source>
-        <translation>全部内容，表格 CSV</translation>
-    </message>
-    <message>
-        <source>All records</source>
-        <translation>全部记录</translation>
-    </message>
-    <message>
         <source>All shared, last {time}</source>
         <translation>已全部共享，上次 {time}</translation>
     </message>
@@ -442,16 +418,8 @@
         <translation>全部 {count} 项检查通过；警告：{looks} 项。</translation>
     </message>
     <message>
-        <source>Allow automatic deletion again</source>
-        <translation>重新允许自动删除</translation>
-    </message>
-    <message>
         <source>Already armed: {what}.</source>
         <translation>已预备：{what}。</translation>
-    </message>
-    <message>
-        <source>Also the other files with the same columns</source>
-        <translation>列名相同的其他文件也一并读取</translation>
     </message>
     <message>
         <source>Also while it was locked</source>
@@ -464,10 +432,6 @@
     <message>
         <source>Altitude</source>
         <translation>高度</translation>
-    </message>
-    <message>
-        <source>Altitude in m</source>
-        <translation>高度（m）</translation>
     </message>
     <message>
         <source>An active module fires by its thresholds; a locked one is in standby.</source>
@@ -555,7 +519,7 @@
     </message>
     <message>
         <source>Arming state</source>
-        <translation>解锁状态</translation>
+        <translation>飞控解锁状态</translation>
     </message>
     <message>
         <source>Arms for ten seconds. Nothing is sent yet.</source>
@@ -572,10 +536,6 @@
     <message>
         <source>Ask the administrator for access to serial ports.</source>
         <translation>请管理员授予串口访问权限。</translation>
-    </message>
-    <message>
-        <source>Ask the module for its trigger records</source>
-        <translation>向模块读取触发记录</translation>
     </message>
     <message>
         <source>Asking the module…</source>
@@ -614,10 +574,6 @@
         <translation>姿态</translation>
     </message>
     <message>
-        <source>Attitude as</source>
-        <translation>姿态形式</translation>
-    </message>
-    <message>
         <source>Attitude threshold</source>
         <translation>姿态开伞阈值</translation>
     </message>
@@ -644,10 +600,6 @@
     <message>
         <source>Automatic triggers</source>
         <translation>自动触发</translation>
-    </message>
-    <message>
-        <source>Back to all flights</source>
-        <translation>返回全部飞行日志</translation>
     </message>
     <message>
         <source>Back to live</source>
@@ -734,6 +686,10 @@
         <translation>开机次数 {before} → {after}。</translation>
     </message>
     <message>
+        <source>Boot {now}, but {module} was at {before}: is it the same module?</source>
+        <translation>开机次数为 {now}，而 {module} 此前为 {before}：是同一模块吗？</translation>
+    </message>
+    <message>
         <source>Both triggers are disabled.</source>
         <translation>两种触发均已禁用。</translation>
     </message>
@@ -744,10 +700,6 @@
     <message>
         <source>Broken off: the connection was lost.</source>
         <translation>通信中断。</translation>
-    </message>
-    <message>
-        <source>Broken off: the connection was lost. Nothing was kept of this reading.</source>
-        <translation>通信中断。本次读取未保存。</translation>
     </message>
     <message>
         <source>Broken off: the connection was lost. What was not read back is not known.</source>
@@ -794,32 +746,16 @@
         <translation>取消保存</translation>
     </message>
     <message>
-        <source>Cancelled, nothing was saved.</source>
-        <translation>已取消，没有保存任何内容。</translation>
-    </message>
-    <message>
         <source>Cancelled.</source>
         <translation>已取消。</translation>
-    </message>
-    <message>
-        <source>Cancelled. Nothing was kept of this reading.</source>
-        <translation>已取消。本次读取未保存。</translation>
     </message>
     <message>
         <source>Cancelled. What was not read back is not known.</source>
         <translation>已取消。未回读的内容未知。</translation>
     </message>
     <message>
-        <source>Cancelled: no log was read.</source>
-        <translation>已取消：未读取任何日志。</translation>
-    </message>
-    <message>
         <source>Cancelled: nothing of it is kept.</source>
         <translation>已取消：不保存任何结果。</translation>
-    </message>
-    <message>
-        <source>Cancelled: {done} of {total} logs were read.</source>
-        <translation>已取消：已读取 {done}/{total} 个日志。</translation>
     </message>
     <message>
         <source>Cannot be read back: {names}.</source>
@@ -1006,10 +942,6 @@
         <translation>选择串口…</translation>
     </message>
     <message>
-        <source>Choose a record.</source>
-        <translation>请选择一条记录。</translation>
-    </message>
-    <message>
         <source>Choose another port.</source>
         <translation>请选择其他串口。</translation>
     </message>
@@ -1094,16 +1026,8 @@
         <translation>伞仓关闭与打开的读数过于接近：请检查传感器。</translation>
     </message>
     <message>
-        <source>Column of the acceleration</source>
-        <translation>加速度列</translation>
-    </message>
-    <message>
-        <source>Column of the attitude</source>
-        <translation>姿态列</translation>
-    </message>
-    <message>
-        <source>Columns of a CSV file</source>
-        <translation>CSV 文件的列</translation>
+        <source>Columns</source>
+        <translation>列</translation>
     </message>
     <message>
         <source>Columns of {name}</source>
@@ -1146,10 +1070,6 @@
         <translation>连接模块后即可查看和更改其参数。</translation>
     </message>
     <message>
-        <source>Connect a module, or choose one that was read before.</source>
-        <translation>请连接模块，或选择已登记的模块。</translation>
-    </message>
-    <message>
         <source>Connect a module.</source>
         <translation>请连接模块。</translation>
     </message>
@@ -1176,6 +1096,10 @@
     <message>
         <source>Connect every adapter that is plugged in</source>
         <translation>连接所有已插入的适配器</translation>
+    </message>
+    <message>
+        <source>Connect or choose a module.</source>
+        <translation>请连接或选择模块。</translation>
     </message>
     <message>
         <source>Connect to the simulated module</source>
@@ -1222,18 +1146,6 @@
         <translation>复制详细信息</translation>
     </message>
     <message>
-        <source>Copy the chosen records</source>
-        <translation>复制所选记录</translation>
-    </message>
-    <message>
-        <source>Copy the chosen records, or all</source>
-        <translation>复制所选记录，未选择时复制全部</translation>
-    </message>
-    <message>
-        <source>Copy the chosen thresholds to the Settings page; nothing is sent until they are written there</source>
-        <translation>把所选阈值填到参数设置页；在那里写入之前不会发送</translation>
-    </message>
-    <message>
         <source>Copy these values to Settings; nothing is sent</source>
         <translation>把这些值填到设置页；不发送任何内容</translation>
     </message>
@@ -1278,16 +1190,12 @@
         <translation>本机上已损坏、未发送：{count} 条。</translation>
     </message>
     <message>
-        <source>Damaged or altered since it was recorded: some rows are left out.</source>
-        <translation>记录后已损坏或被改动：略去部分行。</translation>
+        <source>Damaged or altered: {rows} rows left out.</source>
+        <translation>损坏或被修改：忽略 {rows} 行。</translation>
     </message>
     <message>
-        <source>Damaged or altered since it was recorded: {rows} rows are left out.</source>
-        <translation>记录后被损坏或修改：已略去 {rows} 行。</translation>
-    </message>
-    <message>
-        <source>Damaged: {count} bytes are left out.</source>
-        <translation>文件损坏：略去 {count} 字节。</translation>
+        <source>Damaged: {count} bytes left out.</source>
+        <translation>损坏：忽略 {count} 字节。</translation>
     </message>
     <message>
         <source>Dark mode</source>
@@ -1322,20 +1230,8 @@
         <translation>永久删除</translation>
     </message>
     <message>
-        <source>Delete for good, after a question</source>
-        <translation>确认后永久删除</translation>
-    </message>
-    <message>
-        <source>Delete the chosen recordings</source>
-        <translation>删除所选数据记录</translation>
-    </message>
-    <message>
-        <source>Delete this recording for good? {what}</source>
-        <translation>永久删除这条数据记录？{what}</translation>
-    </message>
-    <message>
-        <source>Delete {count} recordings, {size}, for good?</source>
-        <translation>永久删除 {count} 条数据记录（{size}）？</translation>
+        <source>Delete for good? {what}</source>
+        <translation>永久删除？{what}</translation>
     </message>
     <message>
         <source>Delete…</source>
@@ -1452,10 +1348,6 @@
     <message>
         <source>Duration</source>
         <translation>时长</translation>
-    </message>
-    <message>
-        <source>Duration: {time}</source>
-        <translation>时长：{time}</translation>
     </message>
     <message>
         <source>E11: inverted light</source>
@@ -1586,8 +1478,8 @@
         <translation>第 {entry} 条被删除。</translation>
     </message>
     <message>
-        <source>Every session is recorded by itself; there is nothing to switch on.</source>
-        <translation>每次连接都会自动记录，无需任何操作。</translation>
+        <source>Every session is recorded automatically.</source>
+        <translation>每次连接都会自动记录。</translation>
     </message>
     <message>
         <source>Every value is written and read back on each module. The baud rate and the serial output are left as they are; an active module is refused.</source>
@@ -1634,18 +1526,6 @@
         <translation>导出归档</translation>
     </message>
     <message>
-        <source>Export the recording as CSV</source>
-        <translation>将数据记录导出为 CSV</translation>
-    </message>
-    <message>
-        <source>Export the recording as MCAP</source>
-        <translation>将数据记录导出为 MCAP</translation>
-    </message>
-    <message>
-        <source>Export the recording of {when}</source>
-        <translation>导出 {when} 的数据记录</translation>
-    </message>
-    <message>
         <source>Export the report</source>
         <translation>导出报告</translation>
     </message>
@@ -1680,6 +1560,10 @@
     <message>
         <source>Fall</source>
         <translation>坠落</translation>
+    </message>
+    <message>
+        <source>Falls longer than every free-fall time.</source>
+        <translation>坠落时间长于所有失重时间。</translation>
     </message>
     <message>
         <source>Files</source>
@@ -1742,8 +1626,8 @@
         <translation>在 {fires:.0f}° 开伞，在 {rearms:.0f}° 复位。</translation>
     </message>
     <message>
-        <source>Fires at {time} by {why}</source>
-        <translation>{time} 触发（{why}）</translation>
+        <source>Fires at {time}: {why}</source>
+        <translation>{time} 触发：{why}</translation>
     </message>
     <message>
         <source>Fires by itself in free fall.</source>
@@ -1770,8 +1654,8 @@
         <translation>触发角度，{direction}</translation>
     </message>
     <message>
-        <source>First seen {time}.</source>
-        <translation>首次读到：{time}。</translation>
+        <source>First seen {time}</source>
+        <translation>首次读取于 {time}</translation>
     </message>
     <message>
         <source>First visit: continue. Else compare by hand.</source>
@@ -1798,16 +1682,8 @@
         <translation>飞行日志 (*.ulg *.bin *.csv *.mcap)</translation>
     </message>
     <message>
-        <source>Flights that must fire</source>
-        <translation>必须触发的飞行日志</translation>
-    </message>
-    <message>
-        <source>Flights that must not fire</source>
-        <translation>不得触发的飞行日志</translation>
-    </message>
-    <message>
-        <source>For PlotJuggler and Foxglove, with all bytes</source>
-        <translation>供 PlotJuggler 和 Foxglove 使用，含全部字节</translation>
+        <source>For PlotJuggler and Foxglove</source>
+        <translation>用于 PlotJuggler 和 Foxglove</translation>
     </message>
     <message>
         <source>Forbid serial trigger</source>
@@ -1934,10 +1810,6 @@
         <translation>必须通过的引导测试</translation>
     </message>
     <message>
-        <source>Guided tests, last done</source>
-        <translation>引导测试（最近一次）</translation>
-    </message>
-    <message>
         <source>Half duplex</source>
         <translation>半双工</translation>
     </message>
@@ -2010,8 +1882,8 @@
         <translation>如何判断</translation>
     </message>
     <message>
-        <source>INTACT: signed by {station}, and every part is as it was recorded.</source>
-        <translation>完好：由{station}签名，各部分均与记录时一致。</translation>
+        <source>INTACT: signed by {station}.</source>
+        <translation>完整：由 {station} 签名。</translation>
     </message>
     <message>
         <source>If it does not, try another cable.</source>
@@ -2074,16 +1946,8 @@
         <translation>水平放置时是否显示 0°？</translation>
     </message>
     <message>
-        <source>It can no longer be read: {why}</source>
-        <translation>已无法读取：{why}</translation>
-    </message>
-    <message>
         <source>It cannot be opened: {why}.</source>
         <translation>无法打开：{why}。</translation>
-    </message>
-    <message>
-        <source>It cannot be read.</source>
-        <translation>无法读取。</translation>
     </message>
     <message>
         <source>It cannot be told whether this is the same module: too little was read.</source>
@@ -2092,10 +1956,6 @@
     <message>
         <source>It cannot be told whether this is {module}: too little is known of it.</source>
         <translation>无法判断这是否为 {module}：已有的记录不足。</translation>
-    </message>
-    <message>
-        <source>It falls for longer than any free-fall time allows.</source>
-        <translation>它的坠落时间比可设的任何失重时间都长。</translation>
     </message>
     <message>
         <source>It fell longer than the free-fall time of {seconds:.2f} s: active, it would have fired.</source>
@@ -2114,76 +1974,28 @@
         <translation>已发生 {n} 次。</translation>
     </message>
     <message>
-        <source>It has more than {count} numbers.</source>
-        <translation>超过 {count} 个数值。</translation>
+        <source>It has never fired, or its memory was cleared.</source>
+        <translation>从未触发，或记录已被清除。</translation>
     </message>
     <message>
         <source>It has no parachute left.</source>
         <translation>已无可用的降落伞。</translation>
     </message>
     <message>
-        <source>It holds neither attitude nor acceleration.</source>
-        <translation>其中既没有姿态也没有加速度。</translation>
-    </message>
-    <message>
-        <source>It holds no status reports.</source>
-        <translation>其中没有状态报告。</translation>
-    </message>
-    <message>
         <source>It is a new module</source>
         <translation>是新模块</translation>
     </message>
     <message>
-        <source>It is another one</source>
-        <translation>是另一个模块</translation>
-    </message>
-    <message>
-        <source>It is being kept…</source>
-        <translation>正在保存…</translation>
+        <source>It is another module</source>
+        <translation>这是另一个模块</translation>
     </message>
     <message>
         <source>It is being written now and cannot be deleted.</source>
         <translation>正在记录，无法删除。</translation>
     </message>
     <message>
-        <source>It is larger than 1 GB.</source>
-        <translation>文件超过 1 GB。</translation>
-    </message>
-    <message>
-        <source>It is longer than 48 hours.</source>
-        <translation>时长超过 48 小时。</translation>
-    </message>
-    <message>
         <source>It is marked as simulated.</source>
         <translation>已标记为模拟。</translation>
-    </message>
-    <message>
-        <source>It is no CSV file.</source>
-        <translation>不是 CSV 文件。</translation>
-    </message>
-    <message>
-        <source>It is no DataFlash log.</source>
-        <translation>不是 DataFlash 日志。</translation>
-    </message>
-    <message>
-        <source>It is no MCAP file that this program has written.</source>
-        <translation>不是由本程序写出的 MCAP 文件。</translation>
-    </message>
-    <message>
-        <source>It is no MCAP file.</source>
-        <translation>不是 MCAP 文件。</translation>
-    </message>
-    <message>
-        <source>It is no ULog file.</source>
-        <translation>不是 ULog 文件。</translation>
-    </message>
-    <message>
-        <source>It is no flight log that this program knows.</source>
-        <translation>不是本程序支持的飞行日志。</translation>
-    </message>
-    <message>
-        <source>It is no recording of this program.</source>
-        <translation>它不是本程序的数据记录。</translation>
     </message>
     <message>
         <source>It is plugged in</source>
@@ -2210,10 +2022,6 @@
         <translation>是 {module}</translation>
     </message>
     <message>
-        <source>It is {module}: keep them</source>
-        <translation>是 {module}：保存记录</translation>
-    </message>
-    <message>
         <source>It may be another module: choose it and say which one it is.</source>
         <translation>可能是另一个模块：请选中它，并确认是哪一个。</translation>
     </message>
@@ -2230,28 +2038,12 @@
         <translation>锁定前一直处于触发状态：其他方向未测试。</translation>
     </message>
     <message>
-        <source>It tilts to {tilt}°: no threshold up to {most}° lets it pass.</source>
-        <translation>它的倾角达到 {tilt}°：不超过 {most}° 的阈值都会触发。</translation>
-    </message>
-    <message>
         <source>It was ACTIVE when it was last heard: treat it as ACTIVE.</source>
         <translation>最后一次通信时为已激活：请按已激活对待。</translation>
     </message>
     <message>
         <source>It was disconnected.</source>
         <translation>已断开连接。</translation>
-    </message>
-    <message>
-        <source>It was not kept.</source>
-        <translation>未保存。</translation>
-    </message>
-    <message>
-        <source>It was recorded by a newer version of this program.</source>
-        <translation>它由本程序的更新版本记录。</translation>
-    </message>
-    <message>
-        <source>It was written in a newer form of ULog.</source>
-        <translation>由更新版本的 ULog 格式写出。</translation>
     </message>
     <message>
         <source>It was {before} and reads {after} now, without being written here.</source>
@@ -2262,28 +2054,12 @@
         <translation>模块将触发四次。请先从模块上拆下弹射装置（火工品或弹簧），并拆下飞行器的桨叶。测试后自动锁定；每次触发都会写入触发记录。</translation>
     </message>
     <message>
-        <source>It would be missed with {tilt}°, {acceleration:.1f} g and {time:.2f} s, the most sensitive thresholds that let the others pass.</source>
-        <translation>在不误触发其他飞行的最灵敏阈值 {tilt}°、{acceleration:.1f} g、{time:.2f} s 下，该飞行会被漏掉。</translation>
-    </message>
-    <message>
         <source>It would send {frame}.</source>
         <translation>将发送 {frame}。</translation>
     </message>
     <message>
-        <source>Its approved fingerprint belonged to other settings and was removed.</source>
-        <translation>其中已批准的参数校验码属于其他参数，已移除。</translation>
-    </message>
-    <message>
-        <source>Its first line names no columns.</source>
-        <translation>首行没有列名。</translation>
-    </message>
-    <message>
-        <source>Its heading is damaged.</source>
-        <translation>其头部信息已损坏。</translation>
-    </message>
-    <message>
-        <source>Its records have no times: it is from before 2014.</source>
-        <translation>其记录不含时间：是 2014 年以前的日志。</translation>
+        <source>Its approved fingerprint was removed.</source>
+        <translation>已移除其批准的参数校验码。</translation>
     </message>
     <message>
         <source>Jitter</source>
@@ -2318,12 +2094,12 @@
         <translation>保存参数</translation>
     </message>
     <message>
-        <source>Kept over the power cycle.</source>
-        <translation>断电重启后仍保持。</translation>
+        <source>Kept on this computer.</source>
+        <translation>已保存在本机。</translation>
     </message>
     <message>
-        <source>Kept with the record</source>
-        <translation>与记录一起保存</translation>
+        <source>Kept over the power cycle.</source>
+        <translation>断电重启后仍保持。</translation>
     </message>
     <message>
         <source>Key</source>
@@ -2336,10 +2112,6 @@
     <message>
         <source>Kind</source>
         <translation>类别</translation>
-    </message>
-    <message>
-        <source>Known from an earlier visit.</source>
-        <translation>由以前的读取得知。</translation>
     </message>
     <message>
         <source>Known from now on: {station}.</source>
@@ -2387,7 +2159,7 @@
     </message>
     <message>
         <source>LOCK sent {count}×, not confirmed: treat the module as ACTIVE.</source>
-        <translation>锁定已发送 {count} 次，未确认：请按已激活对待。</translation>
+        <translation>锁定已发送 {count} 次，未确认：请视模块为已激活。</translation>
     </message>
     <message>
         <source>LOCK sent {count}×, not yet reported</source>
@@ -2462,12 +2234,8 @@
         <translation>未导入（与站点的原始记录不符）：{count} 条。</translation>
     </message>
     <message>
-        <source>Length in g</source>
-        <translation>合加速度（g）</translation>
-    </message>
-    <message>
-        <source>Length in m/s²</source>
-        <translation>合加速度（m/s²）</translation>
+        <source>Length</source>
+        <translation>合加速度</translation>
     </message>
     <message>
         <source>Length of the time line</source>
@@ -2484,10 +2252,6 @@
     <message>
         <source>Let it fall onto the cushion.</source>
         <translation>松手，让它落到软垫上。</translation>
-    </message>
-    <message>
-        <source>Let the chosen recordings go when there are too many</source>
-        <translation>数据记录过多时允许删除所选数据记录</translation>
     </message>
     <message>
         <source>Light</source>
@@ -2622,16 +2386,16 @@
         <translation>请注销后重新登录，或重启电脑。</translation>
     </message>
     <message>
+        <source>Longer than 48 hours.</source>
+        <translation>超过 48 小时。</translation>
+    </message>
+    <message>
         <source>Longest fall</source>
         <translation>最长坠落</translation>
     </message>
     <message>
         <source>Look for the module</source>
         <translation>查找该模块</translation>
-    </message>
-    <message>
-        <source>Looking for logs…</source>
-        <translation>正在查找日志…</translation>
     </message>
     <message>
         <source>Looking for ports…</source>
@@ -2770,16 +2534,12 @@
         <translation>消息：{text}</translation>
     </message>
     <message>
-        <source>Microseconds</source>
-        <translation>微秒</translation>
-    </message>
-    <message>
-        <source>Milliseconds</source>
-        <translation>毫秒</translation>
-    </message>
-    <message>
         <source>Minimum gap</source>
         <translation>最小间隔</translation>
+    </message>
+    <message>
+        <source>Missed at {tilt}°, {acceleration:.1f} g and {time:.2f} s, where the others pass.</source>
+        <translation>在 {tilt}°、{acceleration:.1f} g、{time:.2f} s（其他飞行不触发）时漏触发。</translation>
     </message>
     <message>
         <source>Missing records</source>
@@ -2858,22 +2618,6 @@
         <translation>移动</translation>
     </message>
     <message>
-        <source>Move flights here: choose them, press M</source>
-        <translation>选中日志后按 M 移到这里</translation>
-    </message>
-    <message>
-        <source>Move the chosen flights to “must fire”</source>
-        <translation>将选中的飞行日志移到“必须触发”</translation>
-    </message>
-    <message>
-        <source>Move the chosen flights to “must not fire”</source>
-        <translation>将选中的飞行日志移到“不得触发”</translation>
-    </message>
-    <message>
-        <source>Move the thresholds on this page to the proposal</source>
-        <translation>将本页阈值设为建议值</translation>
-    </message>
-    <message>
         <source>Move to “must fire”</source>
         <translation>移到“必须触发”</translation>
     </message>
@@ -2882,36 +2626,8 @@
         <translation>移到“不得触发”</translation>
     </message>
     <message>
-        <source>Must fire: none yet</source>
-        <translation>必须触发：暂无</translation>
-    </message>
-    <message>
-        <source>Must fire: {count} of {total} fire in time</source>
-        <translation>必须触发：{total} 个中 {count} 个及时触发</translation>
-    </message>
-    <message>
-        <source>Must fire: {what} ({name})</source>
-        <translation>必须触发：{what}（{name}）</translation>
-    </message>
-    <message>
-        <source>Must not fire: none yet</source>
-        <translation>不得触发：暂无</translation>
-    </message>
-    <message>
-        <source>Must not fire: {count} of {total} fire</source>
-        <translation>不得触发：{total} 个中 {count} 个触发</translation>
-    </message>
-    <message>
-        <source>Must not fire: {degrees}° and {seconds:.2f} s to spare ({name})</source>
-        <translation>不得触发：余量 {degrees}° 和 {seconds:.2f} s（{name}）</translation>
-    </message>
-    <message>
         <source>Mute</source>
         <translation>静默</translation>
-    </message>
-    <message>
-        <source>NEW: {sentence}</source>
-        <translation>新：{sentence}</translation>
     </message>
     <message>
         <source>NO-GO</source>
@@ -2922,8 +2638,8 @@
         <translation>未检查</translation>
     </message>
     <message>
-        <source>NOT SIGNED: its parts fit together, but anyone can make such a record.</source>
-        <translation>未签名：各部分相互一致，但任何人都能生成这样的记录。</translation>
+        <source>NOT SIGNED: anyone can make such a record.</source>
+        <translation>未签名：任何人都能制作这样的记录。</translation>
     </message>
     <message>
         <source>NOT TRIGGERED</source>
@@ -2978,8 +2694,12 @@
         <translation>永远不会判定为失重：加速度不可能低于 0 g。</translation>
     </message>
     <message>
-        <source>Never delete automatically; restores from the trash</source>
-        <translation>不自动删除；回收站中的将恢复</translation>
+        <source>Never delete automatically</source>
+        <translation>不自动删除</translation>
+    </message>
+    <message>
+        <source>New</source>
+        <translation>新增</translation>
     </message>
     <message>
         <source>New ones begin.</source>
@@ -2992,10 +2712,6 @@
     <message>
         <source>New profile…</source>
         <translation>新建配置文件…</translation>
-    </message>
-    <message>
-        <source>New since the last visit</source>
-        <translation>上次读取后新增</translation>
     </message>
     <message>
         <source>New value</source>
@@ -3022,8 +2738,8 @@
         <translation>未安装中文字体。请安装一种（例如 fonts-noto-cjk），然后重启本程序。</translation>
     </message>
     <message>
-        <source>No acceleration: the free-fall trigger is not judged.</source>
-        <translation>没有加速度：不判断失重触发。</translation>
+        <source>No acceleration: free-fall trigger not judged.</source>
+        <translation>没有加速度数据：不判断失重触发。</translation>
     </message>
     <message>
         <source>No answer</source>
@@ -3034,8 +2750,16 @@
         <translation>任何波特率均无应答（{old} → {new} 波特）。请断电重启模块，再使用“查找我的模块”。</translation>
     </message>
     <message>
-        <source>No attitude: the attitude trigger is not judged.</source>
-        <translation>没有姿态：不判断姿态触发。</translation>
+        <source>No answer: the records are unknown.</source>
+        <translation>无应答：记录未知。</translation>
+    </message>
+    <message>
+        <source>No attitude and no acceleration.</source>
+        <translation>没有姿态和加速度数据。</translation>
+    </message>
+    <message>
+        <source>No attitude: attitude trigger not judged.</source>
+        <translation>没有姿态数据：不判断姿态触发。</translation>
     </message>
     <message>
         <source>No changes</source>
@@ -3050,6 +2774,14 @@
         <translation>最近 {days} 天内未做检查。</translation>
     </message>
     <message>
+        <source>No column names in the first line.</source>
+        <translation>第一行没有列名。</translation>
+    </message>
+    <message>
+        <source>No column “{name}”.</source>
+        <translation>没有列“{name}”。</translation>
+    </message>
+    <message>
         <source>No current status.</source>
         <translation>没有有效的状态数据。</translation>
     </message>
@@ -3062,20 +2794,16 @@
         <translation>还没有飞行日志</translation>
     </message>
     <message>
-        <source>No flight that must fire: only false triggers count.</source>
-        <translation>没有必须触发的飞行日志：仅考虑误触发。</translation>
-    </message>
-    <message>
-        <source>No flight that must not fire: only missing triggers count.</source>
-        <translation>没有不得触发的飞行日志：仅考虑漏触发。</translation>
-    </message>
-    <message>
         <source>No invalid bytes</source>
         <translation>无效字节：无</translation>
     </message>
     <message>
         <source>No longer known: {station}.</source>
         <translation>已从已知站点中移除：{station}。</translation>
+    </message>
+    <message>
+        <source>No longer on the module</source>
+        <translation>模块中已不存在</translation>
     </message>
     <message>
         <source>No module answers on {port} at any baud rate.</source>
@@ -3102,8 +2830,8 @@
         <translation>未连接模块</translation>
     </message>
     <message>
-        <source>No new flight logs there.</source>
-        <translation>其中没有新的飞行日志。</translation>
+        <source>No new flight logs.</source>
+        <translation>没有新的飞行日志。</translation>
     </message>
     <message>
         <source>No new trigger record</source>
@@ -3134,8 +2862,8 @@
         <translation>尚未做飞行前检查。</translation>
     </message>
     <message>
-        <source>No pre-flight record can be read in it: {why}.</source>
-        <translation>其中读不出飞行前检查记录：{why}。</translation>
+        <source>No pre-flight record: {why}.</source>
+        <translation>没有飞行前检查记录：{why}。</translation>
     </message>
     <message>
         <source>No proposal yet</source>
@@ -3210,6 +2938,10 @@
         <translation>已知站点中没有此指纹。</translation>
     </message>
     <message>
+        <source>No status reports.</source>
+        <translation>没有状态报告。</translation>
+    </message>
+    <message>
         <source>No such pair of modules in the archive.</source>
         <translation>归档中没有这样的一对模块。</translation>
     </message>
@@ -3218,16 +2950,16 @@
         <translation>不给出阈值建议。</translation>
     </message>
     <message>
-        <source>No thresholds let all of these pass</source>
-        <translation>没有阈值能使其全部不触发</translation>
-    </message>
-    <message>
-        <source>No thresholds separate these two lists</source>
-        <translation>没有阈值能区分这两个列表</translation>
+        <source>No thresholds separate the lists</source>
+        <translation>没有阈值能区分两个列表</translation>
     </message>
     <message>
         <source>No thresholds within the vendor's advice do this for all of them.</source>
         <translation>在厂家建议范围内，没有阈值能对所有飞行都做到。</translation>
+    </message>
+    <message>
+        <source>No times: from before 2014.</source>
+        <translation>没有时间：2014 年之前的日志。</translation>
     </message>
     <message>
         <source>No trigger</source>
@@ -3238,16 +2970,8 @@
         <translation>没有触发记录</translation>
     </message>
     <message>
-        <source>No two readings agreed. Read again, or check the line.</source>
-        <translation>多次读取结果不一致。请重新读取或检查线路。</translation>
-    </message>
-    <message>
-        <source>No. {number} of this module</source>
-        <translation>该模块第 {number} 号</translation>
-    </message>
-    <message>
-        <source>No. {number} of {adapter}</source>
-        <translation>{adapter} 的第 {number} 条</translation>
+        <source>No. {number}</source>
+        <translation>编号 {number}</translation>
     </message>
     <message>
         <source>Noise can end or fake a free fall.</source>
@@ -3286,10 +3010,6 @@
         <translation>尚未确认。</translation>
     </message>
     <message>
-        <source>Not confirmed: treat the module as ACTIVE.</source>
-        <translation>未确认：请按已激活对待。</translation>
-    </message>
-    <message>
         <source>Not connected</source>
         <translation>未连接</translation>
     </message>
@@ -3326,8 +3046,12 @@
         <translation>未判断：状态间隔超过 0.5 s。</translation>
     </message>
     <message>
-        <source>Not judged: {total:.1f} s before arming or after the landing.</source>
-        <translation>未判断：解锁电机前或着陆后的 {total:.1f} s。</translation>
+        <source>Not judged: {total:.1f} s on the ground.</source>
+        <translation>不判断：地面时段 {total:.1f} s。</translation>
+    </message>
+    <message>
+        <source>Not kept on this computer.</source>
+        <translation>未保存在本机。</translation>
     </message>
     <message>
         <source>Not kept.</source>
@@ -3340,10 +3064,6 @@
     <message>
         <source>Not kept: this may be another module than {module} ({differences}).</source>
         <translation>未保存：这可能不是 {module}，而是另一个模块（{differences}）。</translation>
-    </message>
-    <message>
-        <source>Not known</source>
-        <translation>未知</translation>
     </message>
     <message>
         <source>Not known: {names}</source>
@@ -3366,20 +3086,20 @@
         <translation>未打开</translation>
     </message>
     <message>
-        <source>Not read yet</source>
-        <translation>尚未读取</translation>
-    </message>
-    <message>
         <source>Not recorded</source>
         <translation>未记录</translation>
     </message>
     <message>
-        <source>Not reviewed</source>
-        <translation>未复核</translation>
+        <source>Not recording to {folder}: {why}.</source>
+        <translation>无法记录到 {folder}：{why}。</translation>
     </message>
     <message>
-        <source>Not saved to {path}: {why}. Choose another folder.</source>
-        <translation>未能保存到 {path}：{why}。请选择其他文件夹。</translation>
+        <source>Not recording: the disk is full. Free some space, then connect again.</source>
+        <translation>已停止记录：磁盘已满。请清理空间后重新连接。</translation>
+    </message>
+    <message>
+        <source>Not reviewed</source>
+        <translation>未复核</translation>
     </message>
     <message>
         <source>Not triggered</source>
@@ -3400,10 +3120,6 @@
     <message>
         <source>Note</source>
         <translation>备注</translation>
-    </message>
-    <message>
-        <source>Note on this trigger</source>
-        <translation>对此次触发的备注</translation>
     </message>
     <message>
         <source>Nothing</source>
@@ -3438,6 +3154,10 @@
         <translation>没有待确认的事项。</translation>
     </message>
     <message>
+        <source>Nothing logged for {seconds:.2f} s.</source>
+        <translation>有 {seconds:.2f} s 未记录。</translation>
+    </message>
+    <message>
         <source>Nothing to decode: give the bytes in hex, or - to read them from standard input.</source>
         <translation>没有可解码的内容：请给出十六进制字节，或用 - 从标准输入读取。</translation>
     </message>
@@ -3456,10 +3176,6 @@
     <message>
         <source>Nothing was heard of it for long.</source>
         <translation>已很久没有收到其数据。</translation>
-    </message>
-    <message>
-        <source>Nothing was kept yet.</source>
-        <translation>尚未保存。</translation>
     </message>
     <message>
         <source>Nothing was recorded.</source>
@@ -3514,10 +3230,6 @@
         <translation>模块上</translation>
     </message>
     <message>
-        <source>On the module now</source>
-        <translation>模块中现有</translation>
-    </message>
-    <message>
         <source>One code for all readable settings.</source>
         <translation>一个代码代表所有可读参数。</translation>
     </message>
@@ -3526,8 +3238,8 @@
         <translation>所有可读参数对应一个代码：参数相同，任何模块上的代码都相同。</translation>
     </message>
     <message>
-        <source>One column has to be the time: time_s, time_ms or time_us.</source>
-        <translation>须有一列时间：time_s、time_ms 或 time_us。</translation>
+        <source>One column must be time_s, time_ms or time_us.</source>
+        <translation>必须有一列为 time_s、time_ms 或 time_us。</translation>
     </message>
     <message>
         <source>One of {values} {unit}.</source>
@@ -3554,16 +3266,12 @@
         <translation>{port} 上只有回显。</translation>
     </message>
     <message>
-        <source>Only recordings with all these words</source>
-        <translation>仅显示包含所有这些词的数据记录</translation>
+        <source>Only fired</source>
+        <translation>仅触发</translation>
     </message>
     <message>
-        <source>Only records with all these words</source>
-        <translation>只显示包含所有这些词的记录</translation>
-    </message>
-    <message>
-        <source>Only those that fire</source>
-        <translation>仅显示触发的</translation>
+        <source>Only one list has flights.</source>
+        <translation>只有一个列表有飞行。</translation>
     </message>
     <message>
         <source>Open</source>
@@ -3598,12 +3306,8 @@
         <translation>打开文件夹…</translation>
     </message>
     <message>
-        <source>Open logs of PX4, ArduPilot, CSV files or recordings, or drop them here. The page shows which thresholds would have fired in them.</source>
-        <translation>打开 PX4、ArduPilot 日志、CSV 文件或数据记录，也可以拖放到这里。本页显示哪些阈值会在其中触发。</translation>
-    </message>
-    <message>
-        <source>Open on the Live page</source>
-        <translation>在“实时”页打开</translation>
+        <source>Open logs of PX4, ArduPilot, CSV or recordings, or drop them here.</source>
+        <translation>请打开 PX4、ArduPilot、CSV 日志或数据记录，或拖放到此处。</translation>
     </message>
     <message>
         <source>Open profile…</source>
@@ -3620,10 +3324,6 @@
     <message>
         <source>Open the chosen port (Enter)</source>
         <translation>打开所选串口（回车）</translation>
-    </message>
-    <message>
-        <source>Open the recording on the Live page</source>
-        <translation>在“实时”页打开数据记录</translation>
     </message>
     <message>
         <source>Open the window.</source>
@@ -3674,8 +3374,8 @@
         <translation>随时间变化</translation>
     </message>
     <message>
-        <source>PAGE NOT SIGNED: only the record in it is intact. Rely on the line below.</source>
-        <translation>页面未签名：仅其中的记录完好，请以下一行为准。</translation>
+        <source>PAGE NOT SIGNED: only the record in it is intact.</source>
+        <translation>页面未签名：仅其中的记录完整。</translation>
     </message>
     <message>
         <source>PWM trigger</source>
@@ -3714,8 +3414,8 @@
         <translation>暂停</translation>
     </message>
     <message>
-        <source>Pauses in the log: {count}, {total:.1f} s in all, the longest {longest:.1f} s.</source>
-        <translation>日志中断 {count} 次，共 {total:.1f} s，最长 {longest:.1f} s。</translation>
+        <source>Pauses: {count}, {total:.1f} s in all, at most {longest:.1f} s.</source>
+        <translation>中断：{count} 次，共 {total:.1f} s，最长 {longest:.1f} s。</translation>
     </message>
     <message>
         <source>Physics</source>
@@ -3732,10 +3432,6 @@
     <message>
         <source>Pin</source>
         <translation>固定</translation>
-    </message>
-    <message>
-        <source>Pin the selected recordings: they are never deleted automatically</source>
-        <translation>固定所选数据记录：不会被自动删除</translation>
     </message>
     <message>
         <source>Pinned</source>
@@ -3864,6 +3560,10 @@
     <message>
         <source>Previous match (Shift+Enter)</source>
         <translation>上一个匹配（Shift+回车）</translation>
+    </message>
+    <message>
+        <source>Previous record</source>
+        <translation>上一条记录</translation>
     </message>
     <message>
         <source>Print a script with which a shell completes commands, options, settings and files.</source>
@@ -3998,12 +3698,20 @@
         <translation>原始字节</translation>
     </message>
     <message>
+        <source>Read</source>
+        <translation>读取</translation>
+    </message>
+    <message>
         <source>Read again</source>
         <translation>重新读取</translation>
     </message>
     <message>
         <source>Read all</source>
         <translation>全部读取</translation>
+    </message>
+    <message>
+        <source>Read as soon as the module answers.</source>
+        <translation>模块应答后立即读取。</translation>
     </message>
     <message>
         <source>Read everything that can be read. What cannot be had is shown as unknown; exit code 4 then.</source>
@@ -4018,36 +3726,20 @@
         <translation>读取记录</translation>
     </message>
     <message>
-        <source>Read the trigger records</source>
-        <translation>读取触发记录</translation>
-    </message>
-    <message>
         <source>Read the trigger records, as often as it takes until two readings agree. Exit code 4 when they do not, or when the module does not answer.</source>
         <translation>读取触发记录，直到两次读取一致为止。不一致或模块不应答时退出码为 4。</translation>
-    </message>
-    <message>
-        <source>Read with these columns</source>
-        <translation>按这些列读取</translation>
     </message>
     <message>
         <source>Reading</source>
         <translation>规则解读</translation>
     </message>
     <message>
-        <source>Reading logs: {done} of {total}</source>
-        <translation>正在读取日志：{done}/{total}</translation>
+        <source>Reading logs…</source>
+        <translation>正在读取日志…</translation>
     </message>
     <message>
         <source>Reading of the light sensor in the parachute bay: tells whether the bay is open.</source>
         <translation>伞仓内光线传感器的读数：用于判断伞仓是否打开。</translation>
-    </message>
-    <message>
-        <source>Reading of the vendor's rule</source>
-        <translation>厂家规则的解读</translation>
-    </message>
-    <message>
-        <source>Reading the log…</source>
-        <translation>正在读取日志…</translation>
     </message>
     <message>
         <source>Reading the module again…</source>
@@ -4094,10 +3786,6 @@
         <translation>记录会话，直到按下 Ctrl-C：包括每个状态和线路上的每个字节。期间模块的串口输出打开。会话同时保存在数据记录中。</translation>
     </message>
     <message>
-        <source>Record before it</source>
-        <translation>上一份记录</translation>
-    </message>
-    <message>
         <source>Record or report (*.json *.html *.htm *.pdf)</source>
         <translation>记录或报告 (*.json *.html *.htm *.pdf)</translation>
     </message>
@@ -4118,6 +3806,10 @@
         <translation>记录的数值</translation>
     </message>
     <message>
+        <source>Recording cannot be read: {why}.</source>
+        <translation>数据记录无法读取：{why}。</translation>
+    </message>
+    <message>
         <source>Recording of {time}</source>
         <translation>{time} 的数据记录</translation>
     </message>
@@ -4128,6 +3820,10 @@
     <message>
         <source>Recordings</source>
         <translation>数据记录</translation>
+    </message>
+    <message>
+        <source>Recordings: {count}</source>
+        <translation>数据记录：{count}</translation>
     </message>
     <message>
         <source>Records</source>
@@ -4176,10 +3872,6 @@
     <message>
         <source>Remove</source>
         <translation>移除</translation>
-    </message>
-    <message>
-        <source>Remove from this page</source>
-        <translation>从本页移除</translation>
     </message>
     <message>
         <source>Repeated after</source>
@@ -4246,12 +3938,8 @@
         <translation>横滚</translation>
     </message>
     <message>
-        <source>Roll and pitch in rad</source>
-        <translation>横滚和俯仰（rad）</translation>
-    </message>
-    <message>
-        <source>Roll and pitch in °</source>
-        <translation>横滚和俯仰（°）</translation>
+        <source>Roll and pitch</source>
+        <translation>横滚和俯仰</translation>
     </message>
     <message>
         <source>Round trip</source>
@@ -4282,8 +3970,8 @@
         <translation>请执行飞行前检查。</translation>
     </message>
     <message>
-        <source>SIMULATED MODULE: this is no evidence.</source>
-        <translation>模拟模块：不能作为证据。</translation>
+        <source>SIMULATED MODULE: no evidence.</source>
+        <translation>模拟模块：不能作为依据。</translation>
     </message>
     <message>
         <source>Same module</source>
@@ -4318,14 +4006,6 @@
         <translation>将所见画面存为 PNG 图片</translation>
     </message>
     <message>
-        <source>Save all records of this module as CSV</source>
-        <translation>将该模块的所有记录保存为 CSV</translation>
-    </message>
-    <message>
-        <source>Save as a profile</source>
-        <translation>另存为配置文件</translation>
-    </message>
-    <message>
         <source>Save as profile…</source>
         <translation>另存为配置文件…</translation>
     </message>
@@ -4336,10 +4016,6 @@
     <message>
         <source>Save capture…</source>
         <translation>保存抓包…</translation>
-    </message>
-    <message>
-        <source>Save every record of this module as CSV</source>
-        <translation>将该模块的所有记录保存为 CSV</translation>
     </message>
     <message>
         <source>Save every sample in sight as a table, CSV</source>
@@ -4356,26 +4032,6 @@
     <message>
         <source>Save support bundle…</source>
         <translation>保存诊断包…</translation>
-    </message>
-    <message>
-        <source>Save the chosen thresholds in a profile</source>
-        <translation>将所选阈值保存到配置文件</translation>
-    </message>
-    <message>
-        <source>Save the profile</source>
-        <translation>保存配置文件</translation>
-    </message>
-    <message>
-        <source>Save the records shown as CSV</source>
-        <translation>将显示的记录保存为 CSV</translation>
-    </message>
-    <message>
-        <source>Save the records that are shown as CSV</source>
-        <translation>将显示的记录保存为 CSV</translation>
-    </message>
-    <message>
-        <source>Save the trigger records</source>
-        <translation>保存触发记录</translation>
     </message>
     <message>
         <source>Save the values in sight as CSV</source>
@@ -4438,32 +4094,20 @@
         <translation>搜索</translation>
     </message>
     <message>
-        <source>Search the recordings</source>
-        <translation>搜索数据记录</translation>
-    </message>
-    <message>
-        <source>Search the records</source>
-        <translation>搜索记录</translation>
-    </message>
-    <message>
         <source>Searching… {percent} %</source>
         <translation>正在搜索 … {percent} %</translation>
     </message>
     <message>
-        <source>Seconds</source>
-        <translation>秒</translation>
-    </message>
-    <message>
-        <source>Seen in one reading only; not kept. Read again.</source>
-        <translation>仅在一次读取中出现，未保存。请重新读取。</translation>
-    </message>
-    <message>
-        <source>Seen once, not confirmed: {sentence}</source>
-        <translation>仅读到一次，未确认：{sentence}</translation>
+        <source>Seen in one reading only. Read again.</source>
+        <translation>仅在一次读取中出现。请重新读取。</translation>
     </message>
     <message>
         <source>Select a row.</source>
         <translation>请选择一行。</translation>
+    </message>
+    <message>
+        <source>Select flights and press M</source>
+        <translation>选中飞行后按 M</translation>
     </message>
     <message>
         <source>Send no commands during the check.</source>
@@ -4496,6 +4140,10 @@
     <message>
         <source>Sent, not confirmed: treat it as fired.</source>
         <translation>已发送，未得到确认：请视为已触发开伞。</translation>
+    </message>
+    <message>
+        <source>Sent, not confirmed: treat the module as ACTIVE.</source>
+        <translation>已发送，未确认：请视模块为已激活。</translation>
     </message>
     <message>
         <source>Sent: {sent}. Received: {received}.</source>
@@ -4614,24 +4262,12 @@
         <translation>在其他页面显示</translation>
     </message>
     <message>
-        <source>Show only the flights that fire with the chosen thresholds</source>
-        <translation>仅显示按所选阈值会触发的飞行日志</translation>
-    </message>
-    <message>
         <source>Show or hide</source>
         <translation>显示或隐藏</translation>
     </message>
     <message>
-        <source>Show the bytes of the module</source>
-        <translation>显示模块发出的字节</translation>
-    </message>
-    <message>
         <source>Show the newest samples (End)</source>
         <translation>显示最新数据（End 键）</translation>
-    </message>
-    <message>
-        <source>Show the raw bytes</source>
-        <translation>显示原始字节</translation>
     </message>
     <message>
         <source>Show the time of day</source>
@@ -4690,12 +4326,12 @@
         <translation>大小</translation>
     </message>
     <message>
-        <source>Skipped by a person: {count}.</source>
-        <translation>人工跳过：{count} 项。</translation>
-    </message>
-    <message>
         <source>Skipped, it is a NO-GO</source>
         <translation>跳过则禁止飞行</translation>
+    </message>
+    <message>
+        <source>Skipped: {count}.</source>
+        <translation>跳过：{count}。</translation>
     </message>
     <message>
         <source>Slow: bad adapter or busy computer.</source>
@@ -4778,16 +4414,12 @@
         <translation>站点</translation>
     </message>
     <message>
-        <source>Station: none, it is not signed.</source>
+        <source>Station: invalid signature.</source>
+        <translation>站点：签名无效。</translation>
+    </message>
+    <message>
+        <source>Station: none, not signed.</source>
         <translation>站点：无，未签名。</translation>
-    </message>
-    <message>
-        <source>Station: the signature in it is not valid.</source>
-        <translation>站点：其中的签名无效。</translation>
-    </message>
-    <message>
-        <source>Station: {fingerprint}, not known here.</source>
-        <translation>站点：{fingerprint}，不在已知列表中。</translation>
     </message>
     <message>
         <source>Station: {fingerprint}, {station}.</source>
@@ -5026,12 +4658,8 @@
         <translation>某个模块或某架飞行器的检查</translation>
     </message>
     <message>
-        <source>The clock of the log jumps back: {count} samples are left out.</source>
-        <translation>日志时钟回跳：略去 {count} 个采样。</translation>
-    </message>
-    <message>
-        <source>The columns give neither attitude nor acceleration.</source>
-        <translation>所选列既不含姿态也不含加速度。</translation>
+        <source>The clock jumps back: {count} samples left out.</source>
+        <translation>时钟回跳：忽略 {count} 个数据。</translation>
     </message>
     <message>
         <source>The computer slept for {time}; everything is read again.</source>
@@ -5066,16 +4694,8 @@
         <translation>弹射装置已断开，桨叶已拆下</translation>
     </message>
     <message>
-        <source>The file is cut off: it is judged up to there.</source>
-        <translation>文件不完整：只判断到中断处。</translation>
-    </message>
-    <message>
         <source>The file is larger than {kilobytes} KB.</source>
         <translation>文件大于 {kilobytes} KB。</translation>
-    </message>
-    <message>
-        <source>The flight controller could not log for {seconds:.2f} s.</source>
-        <translation>飞控有 {seconds:.2f} s 未能写入日志。</translation>
     </message>
     <message>
         <source>The input is not text; decode reads captures and bytes written in hex, such as 41 75 32.</source>
@@ -5084,10 +4704,6 @@
     <message>
         <source>The key of this station cannot be used: {why}.</source>
         <translation>本站点的密钥无法使用：{why}。</translation>
-    </message>
-    <message>
-        <source>The largest tilt</source>
-        <translation>最大倾角</translation>
     </message>
     <message>
         <source>The last check is not GO.</source>
@@ -5108,10 +4724,6 @@
     <message>
         <source>The list of known stations cannot be written: {why}.</source>
         <translation>无法写入已知站点列表：{why}。</translation>
-    </message>
-    <message>
-        <source>The longest time below the chosen free-fall acceleration</source>
-        <translation>低于所选失重加速度的最长时间</translation>
     </message>
     <message>
         <source>The module answers at {found} baud instead. Change it again.</source>
@@ -5139,10 +4751,6 @@
     </message>
     <message>
         <source>The module did not answer the query for trigger records: whether it keeps any is not known.</source>
-        <translation>模块未应答触发记录查询：是否存有记录未知。</translation>
-    </message>
-    <message>
-        <source>The module did not answer the query: its records are not known.</source>
         <translation>模块未应答触发记录查询：是否存有记录未知。</translation>
     </message>
     <message>
@@ -5192,10 +4800,6 @@
     <message>
         <source>The module keeps no trigger records.</source>
         <translation>模块中没有触发记录。</translation>
-    </message>
-    <message>
-        <source>The module keeps no trigger records: it has never fired, or its memory was cleared.</source>
-        <translation>模块没有触发记录：从未触发，或存储已被清除。</translation>
     </message>
     <message>
         <source>The module no longer answers.</source>
@@ -5278,10 +4882,6 @@
         <translation>模块仍有应答：未关机。</translation>
     </message>
     <message>
-        <source>The module still keeps it.</source>
-        <translation>模块中仍保存。</translation>
-    </message>
-    <message>
         <source>The module still reports LOCKED.</source>
         <translation>模块仍报告：已锁定。</translation>
     </message>
@@ -5290,8 +4890,8 @@
         <translation>模块停止应答。</translation>
     </message>
     <message>
-        <source>The module stopped answering. What came is shown and nothing was kept; read again.</source>
-        <translation>模块停止应答。已收到的记录仅显示，未保存；请重新读取。</translation>
+        <source>The module stopped answering; nothing was kept. Read again.</source>
+        <translation>模块停止应答，未保存任何内容。请重新读取。</translation>
     </message>
     <message>
         <source>The module takes the parachute as gone when its bay is light. Measure in the light of the flight day, with no hand over the sensor.</source>
@@ -5338,10 +4938,6 @@
         <translation>该串口现在指向另一个设备，可能是另一个模块。</translation>
     </message>
     <message>
-        <source>The process that read it ended.</source>
-        <translation>读取它的进程已终止。</translation>
-    </message>
-    <message>
         <source>The profile has no manual item {number}.</source>
         <translation>配置文件没有第 {number} 项人工检查。</translation>
     </message>
@@ -5362,6 +4958,10 @@
         <translation>程序遇到意外错误，将继续运行：{error}。所有待命操作均已解除。</translation>
     </message>
     <message>
+        <source>The reading process ended.</source>
+        <translation>读取进程已结束。</translation>
+    </message>
+    <message>
         <source>The readings are spread wide: measure again in steady light.</source>
         <translation>读数分散较大：请在稳定光线下重新测量。</translation>
     </message>
@@ -5370,8 +4970,12 @@
         <translation>各次读取不一致，或线路丢帧：可能缺少记录。请重新读取。</translation>
     </message>
     <message>
-        <source>The readings did not agree: records may be missing, or be doubtful. Read again, or check the line.</source>
-        <translation>各次读取不一致：可能缺少记录，或记录可疑。请重新读取，或检查线路。</translation>
+        <source>The readings differ: records may be missing. Read again.</source>
+        <translation>多次读取结果不一致，记录可能缺失。请重新读取。</translation>
+    </message>
+    <message>
+        <source>The readings of the rule differ:</source>
+        <translation>两种理解的结果不同：</translation>
     </message>
     <message>
         <source>The record and the report of each module lie beside this one.</source>
@@ -5390,8 +4994,8 @@
         <translation>数据记录已播完</translation>
     </message>
     <message>
-        <source>The records do not follow those that {module} had: is it the same module?</source>
-        <translation>这些记录与 {module} 以前的记录不相接：是同一个模块吗？</translation>
+        <source>The records do not follow those of {module}: is it the same module?</source>
+        <translation>记录与 {module} 的记录不衔接：是同一模块吗？</translation>
     </message>
     <message>
         <source>The records were damaged and kept as {path}.</source>
@@ -5420,18 +5024,6 @@
     <message>
         <source>The session is kept as recording {name}.</source>
         <translation>会话已保存为数据记录 {name}。</translation>
-    </message>
-    <message>
-        <source>The session is no longer recorded in {folder}: {why}.</source>
-        <translation>会话不再记录到 {folder}：{why}。</translation>
-    </message>
-    <message>
-        <source>The session is no longer recorded: the disk is full. Delete old recordings or free some space; the next connection is recorded again.</source>
-        <translation>会话不再记录：磁盘已满。请删除旧数据记录或腾出空间；下次连接时会重新开始记录。</translation>
-    </message>
-    <message>
-        <source>The settings then</source>
-        <translation>触发时的设置</translation>
     </message>
     <message>
         <source>The simulated module is not at rest.</source>
@@ -5466,16 +5058,8 @@
         <translation>厂家建议不要更改。</translation>
     </message>
     <message>
-        <source>The vendor does not say whether an angle has to last, or whether the acceleration is filtered</source>
-        <translation>厂家未说明倾角是否须持续、加速度是否经过滤波</translation>
-    </message>
-    <message>
         <source>The vendor's advice, the reading with the bay fully open, would be {volts:.1f} V.</source>
         <translation>厂家建议取伞仓完全打开时的读数，即 {volts:.1f} V。</translation>
-    </message>
-    <message>
-        <source>The vendor's rule can be read in two ways, and they disagree:</source>
-        <translation>厂家规则有两种解读，结果不同：</translation>
     </message>
     <message>
         <source>Theme</source>
@@ -5488,10 +5072,6 @@
     <message>
         <source>There is no USB adapter. Plug it in, or name the port: --port P or {variable}.</source>
         <translation>没有 USB 适配器。请插入，或指定串口：--port P 或 {variable}。</translation>
-    </message>
-    <message>
-        <source>There is no column “{name}”.</source>
-        <translation>没有“{name}”列。</translation>
     </message>
     <message>
         <source>There is no flight log: give a file, or a folder that holds some.</source>
@@ -5526,28 +5106,12 @@
         <translation>归档中没有这个模块：dps-s archive conflicts 可列出。</translation>
     </message>
     <message>
-        <source>They are read as soon as the module answers.</source>
-        <translation>模块响应后自动读取。</translation>
-    </message>
-    <message>
-        <source>They lie between {first} and {last}.</source>
-        <translation>位于 {first} 与 {last} 之间。</translation>
-    </message>
-    <message>
         <source>They stay beside each other</source>
         <translation>两者并列显示</translation>
     </message>
     <message>
-        <source>This computer does not keep this record.</source>
-        <translation>本机没有保存此记录。</translation>
-    </message>
-    <message>
         <source>This computer has no audit log.</source>
         <translation>本机没有操作记录。</translation>
-    </message>
-    <message>
-        <source>This computer keeps the same record.</source>
-        <translation>本机保存有相同的记录。</translation>
     </message>
     <message>
         <source>This is another module than before: {differences}.</source>
@@ -5566,10 +5130,6 @@
         <translation>无法读取这条数据记录。{why}</translation>
     </message>
     <message>
-        <source>This says boot {now}, {module} was at {before}: is it the same module?</source>
-        <translation>此模块开机次数为 {now}，{module} 上次为 {before}：是同一个模块吗？</translation>
-    </message>
-    <message>
         <source>This station</source>
         <translation>本站点</translation>
     </message>
@@ -5578,12 +5138,8 @@
         <translation>本站点：{fingerprint}</translation>
     </message>
     <message>
-        <source>Three axes in g</source>
-        <translation>三轴（g）</translation>
-    </message>
-    <message>
-        <source>Three axes in m/s²</source>
-        <translation>三轴（m/s²）</translation>
+        <source>Three axes</source>
+        <translation>三轴</translation>
     </message>
     <message>
         <source>Thresholds</source>
@@ -5612,10 +5168,6 @@
     <message>
         <source>Tilt before</source>
         <translation>置零前倾角</translation>
-    </message>
-    <message>
-        <source>Tilt in °</source>
-        <translation>倾角（°）</translation>
     </message>
     <message>
         <source>Tilt it back until it fires, and back</source>
@@ -5670,10 +5222,6 @@
         <translation>倾角，未触发</translation>
     </message>
     <message>
-        <source>Tilt, up to {value}°</source>
-        <translation>倾角，最大 {value}°</translation>
-    </message>
-    <message>
         <source>Tilt: level</source>
         <translation>倾角：水平</translation>
     </message>
@@ -5682,12 +5230,12 @@
         <translation>倾角：稳定</translation>
     </message>
     <message>
-        <source>Time</source>
-        <translation>时间</translation>
+        <source>Tilts to {tilt}°, above every threshold.</source>
+        <translation>倾斜到 {tilt}°，超过所有阈值。</translation>
     </message>
     <message>
-        <source>Time column</source>
-        <translation>时间列</translation>
+        <source>Time</source>
+        <translation>时间</translation>
     </message>
     <message>
         <source>Time of day</source>
@@ -5714,10 +5262,6 @@
         <translation>到下一个控件</translation>
     </message>
     <message>
-        <source>Told</source>
-        <translation>说明</translation>
-    </message>
-    <message>
         <source>Tolerance</source>
         <translation>允差</translation>
     </message>
@@ -5736,6 +5280,10 @@
     <message>
         <source>Too high fires in a descent, too low never.</source>
         <translation>过高下降时会触发，过低不触发。</translation>
+    </message>
+    <message>
+        <source>Too large.</source>
+        <translation>文件过大。</translation>
     </message>
     <message>
         <source>Too low fires in a turn, too high too late.</source>
@@ -5762,16 +5310,16 @@
         <translation>触发状态</translation>
     </message>
     <message>
-        <source>Trigger record</source>
-        <translation>触发记录</translation>
-    </message>
-    <message>
         <source>Trigger record: {what}</source>
         <translation>触发记录：{what}</translation>
     </message>
     <message>
         <source>Trigger records</source>
         <translation>触发记录</translation>
+    </message>
+    <message>
+        <source>Trigger records: {count}</source>
+        <translation>触发记录：{count}</translation>
     </message>
     <message>
         <source>Trigger state is unknown after power-up. Enable the triggers to set it.</source>
@@ -5842,10 +5390,6 @@
         <translation>二十次读数，约两秒</translation>
     </message>
     <message>
-        <source>Two acceleration sensors disagree by more than {limit:.1f} g for {seconds:.2f} s; not judged.</source>
-        <translation>两个加速度传感器有 {seconds:.2f} s 相差超过 {limit:.1f} g；不作判断。</translation>
-    </message>
-    <message>
         <source>Two modules</source>
         <translation>两个模块</translation>
     </message>
@@ -5866,8 +5410,8 @@
         <translation>未知</translation>
     </message>
     <message>
-        <source>UNKNOWN STATION: it is signed, but not by a station you know.</source>
-        <translation>未知站点：已签名，但签名站点不在已知列表中。</translation>
+        <source>UNKNOWN STATION: signed, but not by a known station.</source>
+        <translation>未知站点：已签名，但不是已知站点。</translation>
     </message>
     <message>
         <source>UNSIGNED, missing: {missing}.</source>
@@ -5898,12 +5442,16 @@
         <translation>意外错误：{error}。</translation>
     </message>
     <message>
-        <source>Unit of the time</source>
-        <translation>时间单位</translation>
+        <source>Unit</source>
+        <translation>单位</translation>
     </message>
     <message>
         <source>Unjudged trigger records: {count}.</source>
         <translation>未判定的触发记录：{count} 条。</translation>
+    </message>
+    <message>
+        <source>Unknown kind of file.</source>
+        <translation>未知的文件类型。</translation>
     </message>
     <message>
         <source>Unknown, read, edited, writing, verified or failed. “Verified” means: written, asked for again, and equal.</source>
@@ -6082,10 +5630,6 @@
         <translation>作用</translation>
     </message>
     <message>
-        <source>What it was; kept with the record</source>
-        <translation>实际情况；与记录一起保存</translation>
-    </message>
-    <message>
         <source>What only a person can look at. It counts for this flight only.</source>
         <translation>只能由人查看的项目。仅对本次飞行有效。</translation>
     </message>
@@ -6102,10 +5646,6 @@
         <translation>模块现在的数据。变淡并注明时间的数字已过时；带斜线的“未知”表示这个模块从未报告过。</translation>
     </message>
     <message>
-        <source>What was left out of the log or looks wrong in it</source>
-        <translation>日志中被略去或异常的内容</translation>
-    </message>
-    <message>
         <source>What was read cannot be written: {error}.</source>
         <translation>读到的内容无法写出：{error}。</translation>
     </message>
@@ -6118,10 +5658,6 @@
         <translation>本会触发及接近触发的时刻</translation>
     </message>
     <message>
-        <source>Whether and when it would have fired first with the chosen thresholds</source>
-        <translation>按所选阈值是否触发、首次触发的时间</translation>
-    </message>
-    <message>
         <source>Whether external power is charging the module.</source>
         <translation>外接供电是否正在为模块充电。</translation>
     </message>
@@ -6132,10 +5668,6 @@
     <message>
         <source>Whether the module fires by itself when it tips over. Its state cannot be read.</source>
         <translation>模块翻倒时是否自动触发开伞。此开关的状态无法读取。</translation>
-    </message>
-    <message>
-        <source>Which records to show</source>
-        <translation>显示哪些记录</translation>
     </message>
     <message>
         <source>Which thresholds separate the two lists: shaded where a flight fires that must not, hatched where one that must is missed. Click, drag or arrow keys choose thresholds; Enter shows the flights that fire there.</source>
@@ -6470,8 +6002,24 @@
         <translation>另有 {count} 项</translation>
     </message>
     <message>
+        <source>angle at once, acceleration unfiltered</source>
+        <translation>角度立即生效，加速度不滤波</translation>
+    </message>
+    <message>
+        <source>angle lasts 0.2 s, acceleration averaged over 0.2 s</source>
+        <translation>角度持续 0.2 s，加速度取 0.2 s 平均</translation>
+    </message>
+    <message>
+        <source>another kind of file</source>
+        <translation>其他类型的文件</translation>
+    </message>
+    <message>
         <source>another module?</source>
         <translation>是另一个模块吗？</translation>
+    </message>
+    <message>
+        <source>another record here has the same number</source>
+        <translation>本机有另一条编号相同的记录</translation>
     </message>
     <message>
         <source>answer</source>
@@ -6754,6 +6302,10 @@
         <translation>损坏的数据已略去</translation>
     </message>
     <message>
+        <source>damaged heading</source>
+        <translation>文件头损坏</translation>
+    </message>
+    <message>
         <source>days after which a check is due; default {days}</source>
         <translation>检查到期的天数；默认 {days}</translation>
     </message>
@@ -6764,10 +6316,6 @@
     <message>
         <source>delete one for good (asks for --yes)</source>
         <translation>永久删除一条数据记录（需要 --yes）</translation>
-    </message>
-    <message>
-        <source>depends on the reading</source>
-        <translation>取决于规则解读</translation>
     </message>
     <message>
         <source>deploy the parachute</source>
@@ -6812,6 +6360,10 @@
     <message>
         <source>dps-s set needs NAME=VALUE … or --profile FILE, and not both.</source>
         <translation>dps-s set 需要 NAME=VALUE … 或 --profile FILE，二者不可同时使用。</translation>
+    </message>
+    <message>
+        <source>duplicate checks: {checks}</source>
+        <translation>检查项重复：{checks}</translation>
     </message>
     <message>
         <source>each [[manual]] needs a text.</source>
@@ -6922,32 +6474,28 @@
         <translation>由 PWM 触发</translation>
     </message>
     <message>
-        <source>fired by a source that the vendor does not name ({bit})</source>
-        <translation>由厂家未注明的来源触发（{bit}）</translation>
+        <source>fired by an unnamed source ({bit})</source>
+        <translation>由未命名的来源触发（{bit}）</translation>
     </message>
     <message>
-        <source>fired over the serial line</source>
+        <source>fired over serial</source>
         <translation>由串口触发</translation>
-    </message>
-    <message>
-        <source>fired without a stated cause</source>
-        <translation>触发，原因未注明</translation>
     </message>
     <message>
         <source>fires</source>
         <translation>触发</translation>
     </message>
     <message>
-        <source>fires after 0.2 s</source>
-        <translation>持续 0.2 s 后触发</translation>
-    </message>
-    <message>
-        <source>fires at once</source>
-        <translation>立即触发</translation>
-    </message>
-    <message>
         <source>fires at {angle:.0f}°</source>
         <translation>{angle:.0f}° 触发</translation>
+    </message>
+    <message>
+        <source>first record of this module</source>
+        <translation>本模块的第一条记录</translation>
+    </message>
+    <message>
+        <source>first visit</source>
+        <translation>首次连接</translation>
     </message>
     <message>
         <source>fit to fly</source>
@@ -7062,18 +6610,6 @@
         <translation>无效的选择：%(value)r（可选：%(choices)s）</translation>
     </message>
     <message>
-        <source>it holds what no record holds</source>
-        <translation>含有记录中不应有的内容</translation>
-    </message>
-    <message>
-        <source>it is another kind of file</source>
-        <translation>不是飞行前检查记录</translation>
-    </message>
-    <message>
-        <source>it is no JSON, or damaged</source>
-        <translation>不是 JSON，或已损坏</translation>
-    </message>
-    <message>
         <source>it is no symbolic link</source>
         <translation>不是符号链接</translation>
     </message>
@@ -7090,28 +6626,12 @@
         <translation>确认就是该名称的模块，不论开机次数和参数如何</translation>
     </message>
     <message>
-        <source>it is too large</source>
-        <translation>文件过大</translation>
-    </message>
-    <message>
-        <source>it says {stated}, its checks give {follows}</source>
-        <translation>记录写的是 {stated}，按其检查项应为 {follows}</translation>
-    </message>
-    <message>
         <source>it was altered</source>
         <translation>已被修改</translation>
     </message>
     <message>
         <source>it was broken off while writing; what stands is not known</source>
         <translation>写入时中断；当前值未知</translation>
-    </message>
-    <message>
-        <source>it was not kept when it was made, so it is in no chain</source>
-        <translation>生成时未保存，不在任何链中</translation>
-    </message>
-    <message>
-        <source>it was written by a newer version of this program</source>
-        <translation>由本程序的更新版本生成</translation>
     </message>
     <message>
         <source>its station did not sign it</source>
@@ -7134,12 +6654,8 @@
         <translation>响应延迟</translation>
     </message>
     <message>
-        <source>latest after {seconds:.1f} s</source>
-        <translation>最迟 {seconds:.1f} s</translation>
-    </message>
-    <message>
-        <source>latest after {seconds:.1f} s, {metres:.0f} m lower</source>
-        <translation>最迟 {seconds:.1f} s，下降 {metres:.0f} m</translation>
+        <source>latest {late}</source>
+        <translation>最晚 {late}</translation>
     </message>
     <message>
         <source>light at the trigger, 0.1 V</source>
@@ -7230,6 +6746,10 @@
         <translation>正在测量…已读 {done} 次</translation>
     </message>
     <message>
+        <source>missing checks: {checks}</source>
+        <translation>缺少检查项：{checks}</translation>
+    </message>
+    <message>
         <source>module</source>
         <translation>模块</translation>
     </message>
@@ -7276,6 +6796,10 @@
     <message>
         <source>no</source>
         <translation>否</translation>
+    </message>
+    <message>
+        <source>no JSON, or damaged</source>
+        <translation>不是 JSON 或已损坏</translation>
     </message>
     <message>
         <source>no answer at any rate</source>
@@ -7330,8 +6854,12 @@
         <translation>没有读数</translation>
     </message>
     <message>
-        <source>no record is attached to this PDF</source>
-        <translation>此 PDF 没有附带记录</translation>
+        <source>no record attached</source>
+        <translation>未附带记录</translation>
+    </message>
+    <message>
+        <source>no recording of this program</source>
+        <translation>不是本程序的数据记录</translation>
     </message>
     <message>
         <source>no reply</source>
@@ -7390,14 +6918,6 @@
         <translation>未设置</translation>
     </message>
     <message>
-        <source>none, the record is not signed</source>
-        <translation>无，记录未签名</translation>
-    </message>
-    <message>
-        <source>none: the vendor's advice</source>
-        <translation>无：按厂家建议</translation>
-    </message>
-    <message>
         <source>not acknowledged: {name}, the answer is {raw:02X}</source>
         <translation>未得到正确应答：{name}，应答为 {raw:02X}</translation>
     </message>
@@ -7442,8 +6962,12 @@
         <translation>配置文件中没有</translation>
     </message>
     <message>
-        <source>not kept on this computer</source>
-        <translation>未保存在本机</translation>
+        <source>not kept</source>
+        <translation>未保存</translation>
+    </message>
+    <message>
+        <source>not kept, in no chain</source>
+        <translation>未保存，不在链中</translation>
     </message>
     <message>
         <source>not live</source>
@@ -7660,6 +7184,18 @@
     <message>
         <source>pressed twice</source>
         <translation>按住期间有其他按键</translation>
+    </message>
+    <message>
+        <source>previous record altered or replaced</source>
+        <translation>上一条记录被修改或替换</translation>
+    </message>
+    <message>
+        <source>previous record intact</source>
+        <translation>上一条记录完整</translation>
+    </message>
+    <message>
+        <source>previous record not on this computer</source>
+        <translation>本机没有上一条记录</translation>
     </message>
     <message>
         <source>print CSV and nothing else on standard output</source>
@@ -7906,6 +7442,10 @@
         <translation>已过时</translation>
     </message>
     <message>
+        <source>stated {stated}, but the checks give {follows}</source>
+        <translation>结论为 {stated}，但检查结果应为 {follows}</translation>
+    </message>
+    <message>
         <source>status: tilt {tilt}°, {acceleration:.1f} g, {triggered}, {active}</source>
         <translation>状态：倾角 {tilt}°，{acceleration:.1f} g，{triggered}，{active}</translation>
     </message>
@@ -7982,14 +7522,6 @@
         <translation>所在的飞行器</translation>
     </message>
     <message>
-        <source>the angle fires at once; the acceleration is not filtered</source>
-        <translation>倾角达到即触发；加速度不滤波</translation>
-    </message>
-    <message>
-        <source>the angle has to last 0.2 s; the acceleration is averaged over 0.2 s</source>
-        <translation>倾角须持续 0.2 s；加速度取 0.2 s 平均</translation>
-    </message>
-    <message>
         <source>the bytes are no pairs of hex digits</source>
         <translation>字节不是成对的十六进制数字</translation>
     </message>
@@ -8008,10 +7540,6 @@
     <message>
         <source>the file is too long for a capture</source>
         <translation>文件太长，不是抓包文件</translation>
-    </message>
-    <message>
-        <source>the first record of this module</source>
-        <translation>该模块的第一份记录</translation>
     </message>
     <message>
         <source>the following arguments are required: %s</source>
@@ -8070,24 +7598,8 @@
         <translation>说明模块应有状态的配置文件</translation>
     </message>
     <message>
-        <source>the program or the computer ended in the middle; what arrived until then is there</source>
-        <translation>程序或计算机中途结束，此前收到的内容都在</translation>
-    </message>
-    <message>
         <source>the record (.json), its page (.html) or the report (.pdf)</source>
         <translation>记录（.json）、网页（.html）或报告（.pdf）</translation>
-    </message>
-    <message>
-        <source>the record before it is not on this computer</source>
-        <translation>上一份记录不在本机</translation>
-    </message>
-    <message>
-        <source>the record before it is there and intact</source>
-        <translation>上一份记录存在且完好</translation>
-    </message>
-    <message>
-        <source>the record before it was altered or is another one</source>
-        <translation>上一份记录被改动，或不是同一条记录链中的</translation>
     </message>
     <message>
         <source>the records do not follow those of its last visit</source>
@@ -8138,14 +7650,6 @@
         <translation>没有此文件</translation>
     </message>
     <message>
-        <source>these checks are missing: {checks}</source>
-        <translation>缺少检查项：{checks}</translation>
-    </message>
-    <message>
-        <source>these checks stand in it twice: {checks}</source>
-        <translation>检查项重复：{checks}</translation>
-    </message>
-    <message>
         <source>they are one module</source>
         <translation>是同一个模块</translation>
     </message>
@@ -8160,10 +7664,6 @@
     <message>
         <source>this computer does not trust its certificate</source>
         <translation>本计算机不信任其证书</translation>
-    </message>
-    <message>
-        <source>this computer keeps another record with the same number</source>
-        <translation>本机保存着另一条编号相同的记录</translation>
     </message>
     <message>
         <source>this is no fingerprint.</source>
@@ -8212,6 +7712,10 @@
     <message>
         <source>too high</source>
         <translation>过高</translation>
+    </message>
+    <message>
+        <source>too large</source>
+        <translation>文件过大</translation>
     </message>
     <message>
         <source>too late</source>
@@ -8374,6 +7878,10 @@
         <translation>已写入，已验证</translation>
     </message>
     <message>
+        <source>written by a newer version</source>
+        <translation>由更新版本的程序写入</translation>
+    </message>
+    <message>
         <source>wrong checksum</source>
         <translation>校验错误</translation>
     </message>
@@ -8462,8 +7970,8 @@
         <translation>有 {count} 项无法读取；各行会标明未知项。</translation>
     </message>
     <message>
-        <source>{count} flights</source>
-        <translation>{count} 个飞行日志</translation>
+        <source>{count} invalid samples left out.</source>
+        <translation>忽略 {count} 个无效数据。</translation>
     </message>
     <message>
         <source>{count} kept over the power cycle. {boots}</source>
@@ -8476,6 +7984,10 @@
     <message>
         <source>{count} need you</source>
         <translation>{count} 个需要处理</translation>
+    </message>
+    <message>
+        <source>{count} new</source>
+        <translation>{count} 条新增</translation>
     </message>
     <message>
         <source>{count} not read. {name}: {why}</source>
@@ -8494,12 +8006,20 @@
         <translation>{count} 条尚未共享，上次 {time}</translation>
     </message>
     <message>
-        <source>{count} of them are kept.</source>
-        <translation>其中 {count} 个设为保留。</translation>
+        <source>{count} of them pinned.</source>
+        <translation>其中 {count} 条已固定。</translation>
     </message>
     <message>
-        <source>{count} of {all} checks stand against it.</source>
+        <source>{count} of {all} checks not OK.</source>
         <translation>{all} 项检查中有 {count} 项不通过。</translation>
+    </message>
+    <message>
+        <source>{count} of {total} fire</source>
+        <translation>{total} 次中 {count} 次触发</translation>
+    </message>
+    <message>
+        <source>{count} of {total} fire in time</source>
+        <translation>{total} 次中 {count} 次及时触发</translation>
     </message>
     <message>
         <source>{count} of {total} logs</source>
@@ -8514,24 +8034,12 @@
         <translation>{count} 项通过</translation>
     </message>
     <message>
-        <source>{count} recordings</source>
-        <translation>{count} 条数据记录</translation>
-    </message>
-    <message>
-        <source>{count} recordings are chosen.</source>
-        <translation>已选择 {count} 条数据记录。</translation>
-    </message>
-    <message>
         <source>{count} recordings begin with “{name}”: say more of the name.</source>
         <translation>有 {count} 条数据记录以“{name}”开头：请多写几位名称。</translation>
     </message>
     <message>
         <source>{count} recordings were deleted.</source>
         <translation>已删除 {count} 条数据记录。</translation>
-    </message>
-    <message>
-        <source>{count} records are chosen.</source>
-        <translation>已选择 {count} 条记录。</translation>
     </message>
     <message>
         <source>{count} report LOCKED</source>
@@ -8542,16 +8050,8 @@
         <translation>已记录 {count} 条状态；按 Ctrl-C 结束</translation>
     </message>
     <message>
-        <source>{count} reports that cannot be true are left out.</source>
-        <translation>略去 {count} 个不可能为真的报告。</translation>
-    </message>
-    <message>
         <source>{count} rows written to {file}.</source>
         <translation>已将 {count} 行写入 {file}。</translation>
-    </message>
-    <message>
-        <source>{count} samples that are no numbers are left out.</source>
-        <translation>略去 {count} 个无效采样。</translation>
     </message>
     <message>
         <source>{count} selected</source>
@@ -8562,16 +8062,8 @@
         <translation>{count} 个存储位为空。</translation>
     </message>
     <message>
-        <source>{count} trigger records</source>
-        <translation>{count} 条触发记录</translation>
-    </message>
-    <message>
         <source>{count} trigger records written to {file}.</source>
         <translation>已将 {count} 条触发记录写入 {file}。</translation>
-    </message>
-    <message>
-        <source>{count} unclear</source>
-        <translation>{count} 个不明确</translation>
     </message>
     <message>
         <source>{count} written and read back equal: verified.</source>
@@ -8582,12 +8074,12 @@
         <translation>{count} 条，其中本站点 {own} 条</translation>
     </message>
     <message>
-        <source>{degrees}° above the threshold</source>
-        <translation>高于阈值 {degrees}°</translation>
-    </message>
-    <message>
         <source>{delay:.2f} s after the loss of control</source>
         <translation>失控后 {delay:.2f} s</translation>
+    </message>
+    <message>
+        <source>{delay:.2f} s before the loss of control</source>
+        <translation>失控前 {delay:.2f} s</translation>
     </message>
     <message>
         <source>{example}; default: the server that is set</source>
@@ -8654,8 +8146,8 @@
         <translation>{file}：{why}</translation>
     </message>
     <message>
-        <source>{hours} h {minutes} min {seconds} s</source>
-        <translation>{hours} 小时 {minutes} 分 {seconds} 秒</translation>
+        <source>{group}: {what} to spare ({name})</source>
+        <translation>{group}：余量 {what}（{name}）</translation>
     </message>
     <message>
         <source>{kind} of {at} ({id}): {why}.</source>
@@ -8710,18 +8202,6 @@
         <translation>{median:.1f} V（{count} 次读数，{low:.1f} 至 {high:.1f} V）</translation>
     </message>
     <message>
-        <source>{minutes} min {seconds} s</source>
-        <translation>{minutes} 分 {seconds} 秒</translation>
-    </message>
-    <message>
-        <source>{module} · first visit</source>
-        <translation>{module} · 首次读取</translation>
-    </message>
-    <message>
-        <source>{module} · {new} new since the last visit</source>
-        <translation>{module} · 上次读取后新增 {new} 条</translation>
-    </message>
-    <message>
         <source>{module}, port {port}: {need}</source>
         <translation>{module}，串口 {port}：{need}</translation>
     </message>
@@ -8732,10 +8212,6 @@
     <message>
         <source>{module}: {new} new since the last visit; {count} records are kept.</source>
         <translation>{module}：自上次以来新增 {new} 条；共保存 {count} 条记录。</translation>
-    </message>
-    <message>
-        <source>{more} new</source>
-        <translation>新增 {more} 行</translation>
     </message>
     <message>
         <source>{ms} ms</source>
@@ -8752,10 +8228,6 @@
     <message>
         <source>{name} cannot be deleted: {why}.</source>
         <translation>无法删除 {name}：{why}。</translation>
-    </message>
-    <message>
-        <source>{name} cannot be read: {why}</source>
-        <translation>无法读取 {name}：{why}</translation>
     </message>
     <message>
         <source>{name} cannot be restored: {why}.</source>
@@ -8834,10 +8306,6 @@
         <translation>{name}：无应答，结果未知</translation>
     </message>
     <message>
-        <source>{name}: not read. {why}</source>
-        <translation>{name}：未读取。{why}</translation>
-    </message>
-    <message>
         <source>{name}: the character {code} is not allowed.</source>
         <translation>{name}：不允许使用字符 {code}。</translation>
     </message>
@@ -8854,10 +8322,6 @@
         <translation>{name}：{rows} 行。</translation>
     </message>
     <message>
-        <source>{name}: {why}</source>
-        <translation>{name}：{why}</translation>
-    </message>
-    <message>
         <source>{name}: {why}.</source>
         <translation>{name}：{why}。</translation>
     </message>
@@ -8872,14 +8336,6 @@
     <message>
         <source>{n} of {all} rows copied.</source>
         <translation>已复制 {all} 行中的 {n} 行。</translation>
-    </message>
-    <message>
-        <source>{one} and {other}</source>
-        <translation>{one}，同时{other}</translation>
-    </message>
-    <message>
-        <source>{one}; {other}</source>
-        <translation>{one}；{other}</translation>
     </message>
     <message>
         <source>{page} ({key})</source>
@@ -8962,24 +8418,12 @@
         <translation>{rate} 帧/秒</translation>
     </message>
     <message>
-        <source>{reading}: {what}</source>
-        <translation>{reading}：{what}</translation>
-    </message>
-    <message>
         <source>{rows} rows</source>
         <translation>{rows} 行</translation>
     </message>
     <message>
-        <source>{seconds:.1f} s</source>
-        <translation>{seconds:.1f} s</translation>
-    </message>
-    <message>
         <source>{seconds:.1f} s old</source>
         <translation>{seconds:.1f} 秒前的确认</translation>
-    </message>
-    <message>
-        <source>{seconds:.2f} s longer than the free-fall time</source>
-        <translation>比失重时间长 {seconds:.2f} s</translation>
     </message>
     <message>
         <source>{seconds:.2f} s of free fall is {height:.1f} m before it fires, at {speed:.0f} km/h (from rest, without drag).</source>
@@ -8988,14 +8432,6 @@
     <message>
         <source>{seconds:8.1f} s   tilt {tilt:3}°   {acceleration:4.1f} g   {triggered}   {active}</source>
         <translation>{seconds:8.1f} s   倾角 {tilt:3}°   {acceleration:4.1f} g   {triggered}   {active}</translation>
-    </message>
-    <message>
-        <source>{seconds} s</source>
-        <translation>{seconds} 秒</translation>
-    </message>
-    <message>
-        <source>{sentence} — note: {note}</source>
-        <translation>{sentence} — 备注：{note}</translation>
     </message>
     <message>
         <source>{setting} on the module: {value}</source>
@@ -9062,10 +8498,6 @@
         <translation>{threshold:.1f} V：距关闭 {closed:.1f} V，距打开 {open:.1f} V。</translation>
     </message>
     <message>
-        <source>{tilt:.0f}° · {acceleration:.1f} g · {time:.2f} s</source>
-        <translation>{tilt:.0f}° · {acceleration:.1f} g · {time:.2f} s</translation>
-    </message>
-    <message>
         <source>{tilt:.0f}°, {low:.1f}–{high:.1f} g, moved {change:.0f}° in 2 s</source>
         <translation>{tilt:.0f}°，{low:.1f}–{high:.1f} g，2 秒内变化 {change:.0f}°</translation>
     </message>
@@ -9080,10 +8512,6 @@
     <message>
         <source>{time} near miss: {what}</source>
         <translation>{time} 险些触发：{what}</translation>
-    </message>
-    <message>
-        <source>{time} or more</source>
-        <translation>{time}或更久</translation>
     </message>
     <message>
         <source>{time} too close to tell: {what}</source>
@@ -9106,8 +8534,8 @@
         <translation>{title}：尚未测量</translation>
     </message>
     <message>
-        <source>{used} used. Up to {size} or {days} days; then the oldest go to the trash.</source>
-        <translation>已用 {used}。最多 {size} 或 {days} 天；超出后最早的移入回收站。</translation>
+        <source>{used} of {size} used; kept for {days} days.</source>
+        <translation>已用 {used}/{size}；保留 {days} 天。</translation>
     </message>
     <message>
         <source>{value:.0f} h</source>
@@ -9116,10 +8544,6 @@
     <message>
         <source>{value:.0f} min</source>
         <translation>{value:.0f} 分钟</translation>
-    </message>
-    <message>
-        <source>{value:.0f}°</source>
-        <translation>{value:.0f}°</translation>
     </message>
     <message>
         <source>{value:.1f} V</source>
@@ -9132,10 +8556,6 @@
     <message>
         <source>{value:.2f} V</source>
         <translation>{value:.2f} V</translation>
-    </message>
-    <message>
-        <source>{value:.2f} s</source>
-        <translation>{value:.2f} s</translation>
     </message>
     <message>
         <source>{value} (!) {fault}, limit {limit}</source>
@@ -9234,20 +8654,8 @@
         <translation>{verdict}（已作废）</translation>
     </message>
     <message>
-        <source>{voltage} ({fault})</source>
-        <translation>{voltage}（{fault}）</translation>
-    </message>
-    <message>
-        <source>{voltage} implausible</source>
-        <translation>{voltage} 不可信</translation>
-    </message>
-    <message>
         <source>{voltage} may be the charger's</source>
         <translation>{voltage} 可能是充电器的电压</translation>
-    </message>
-    <message>
-        <source>{voltage}: implausible for one cell</source>
-        <translation>{voltage}：对单节电芯不可信</translation>
     </message>
     <message>
         <source>{volts:.2f} V</source>
@@ -9278,36 +8686,12 @@
         <translation>第 {boot} 次开机后 {uptime}：{what}，{link}，{voltage}</translation>
     </message>
     <message>
-        <source>{what}, after the impact</source>
-        <translation>{what}，在撞地之后</translation>
-    </message>
-    <message>
-        <source>{what}, {metres:.0f} m lower</source>
-        <translation>{what}，下降 {metres:.0f} m</translation>
-    </message>
-    <message>
-        <source>{what}, {seconds:.1f} s after control was lost</source>
-        <translation>{what}，失控后 {seconds:.1f} s</translation>
-    </message>
-    <message>
-        <source>{what}, {seconds:.1f} s before control was lost</source>
-        <translation>{what}，失控前 {seconds:.1f} s</translation>
-    </message>
-    <message>
         <source>{what}: {percent} %</source>
         <translation>{what}：{percent} %</translation>
     </message>
     <message>
-        <source>{what}; {more}</source>
-        <translation>{what}；{more}</translation>
-    </message>
-    <message>
-        <source>{when}, {module}, {port} at {rate} baud: {duration}, {samples} status reports, {size}</source>
-        <translation>{when}，{module}，{port}，波特率 {rate}：{duration}，{samples} 条状态报告，{size}</translation>
-    </message>
-    <message>
-        <source>“dps-s verify FILE” tells whether this record or this page was altered, and which station signed it. Keep the file, whose record also holds the raw frames, with the papers of the aircraft.</source>
-        <translation>“dps-s verify FILE” 可判断本记录或本页面是否被修改，以及由哪个站点签名。文件内的记录还包含原始帧，请与飞行器资料一并保存。</translation>
+        <source>“dps-s verify FILE” tells whether it was altered and who signed it. Keep this file with the aircraft's papers.</source>
+        <translation>“dps-s verify FILE” 可检验是否被修改及由谁签名。请将此文件与飞行器文档一并保存。</translation>
     </message>
     <message>
         <source>“{name}” cannot be set; what can: {names}.</source>
@@ -9366,8 +8750,8 @@
         <translation>“{word}”不是 NAME=VALUE 的形式。</translation>
     </message>
     <message>
-        <source>“{word}” is not of the form ROLE=COLUMN; the roles are {roles}.</source>
-        <translation>“{word}”不是 ROLE=COLUMN 形式；可用的 ROLE：{roles}。</translation>
+        <source>“{word}”: ROLE=COLUMN is needed, of {roles}.</source>
+        <translation>“{word}”：应为 ROLE=COLUMN，可用 {roles}。</translation>
     </message>
     <message>
         <source>… {count} bytes: {words}</source>

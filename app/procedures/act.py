@@ -39,7 +39,7 @@ LOOKS = 2
 SENTENCES: Mapping[tuple[Act, Outcome], str] = {
     (Act.ACTIVATE, Outcome.CONFIRMED): marked("The module reports ACTIVE."),
     (Act.ACTIVATE, Outcome.REFUSED): marked("The module still reports LOCKED."),
-    (Act.ACTIVATE, Outcome.UNKNOWN): marked("Not confirmed: treat the module as ACTIVE."),
+    (Act.ACTIVATE, Outcome.UNKNOWN): marked("Sent, not confirmed: treat the module as ACTIVE."),
     (Act.ZERO, Outcome.CONFIRMED): marked("Acknowledged."),
     (Act.ZERO, Outcome.REFUSED): marked("The module refused."),
     (Act.ZERO, Outcome.UNKNOWN): marked("Sent, not confirmed."),

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 from app.text.durations import stopwatch
 from app.text.i18n import tr
+from app.text.sentences import listed
 
 if TYPE_CHECKING:  # it loads numpy, which the window's first paint does not wait for
     from app.recordings.library import RecordingEntry
@@ -47,19 +48,8 @@ def told(entry: "RecordingEntry") -> str:
     """One recording in a sentence, for the tooltip and screen readers."""
     if entry.trouble is not None:
         return entry.trouble
-    text = tr(
-        "{when}, {module}, {port} at {rate} baud: {duration}, {samples} status reports, {size}",
-        when=when_text(entry),
-        module=entry.module or tr("a module without a name"),
-        port=entry.port,
-        rate=entry.baud_rate,
-        duration=stopwatch(entry.duration_s),
-        samples=f"{entry.sample_count:,}",
-        size=size_text(entry.size_bytes),
-    )
-    more = [remarks(entry), tr("pinned") if entry.is_kept else ""]
-    if entry.was_cut_off:
-        more.append(tr("the program or the computer ended in the middle; what arrived until then is there"))
-    for one in filter(None, more):
-        text = tr("{what}; {more}", what=text, more=one)
-    return text
+    words = (
+        when_text(entry), entry.module, tr("{port}, {rate} baud", port=entry.port, rate=entry.baud_rate),
+        stopwatch(entry.duration_s), size_text(entry.size_bytes), remarks(entry), tr("pinned") if entry.is_kept else "",
+    )  # fmt: skip
+    return listed(filter(None, words))

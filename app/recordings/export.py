@@ -22,9 +22,8 @@ class ExportCancelled(Exception):
 def not_saved_text(path: Path, error: Exception) -> str:
     """Why there is no such file, in the language in use."""
     if isinstance(error, ExportCancelled):
-        return tr("Cancelled, nothing was saved.")
-    why = reason_of(error)
-    return tr("Not saved to {path}: {why}. Choose another folder.", path=path, why=why)
+        return tr("Cancelled.")
+    return tr("{file} cannot be written: {why}.", file=path, why=reason_of(error))
 
 
 def write_parts(

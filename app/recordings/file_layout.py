@@ -100,9 +100,9 @@ def read_opening(folder: Path) -> Opening:
     try:
         fields = json.loads(raw)
         if fields["format"] != FORMAT:
-            raise Unreadable(marked("It is no recording of this program."))
+            raise Unreadable(marked("no recording of this program"))
         if fields["version"] != VERSION:
-            raise Unreadable(marked("It was recorded by a newer version of this program."))
+            raise Unreadable(marked("written by a newer version"))
         started_at = datetime.fromisoformat(fields["started_at"])
         if started_at.tzinfo is None or not is_time(float(fields["start_s"])):
             raise ValueError(started_at)
@@ -121,7 +121,7 @@ def read_opening(folder: Path) -> Opening:
     except Unreadable:
         raise
     except (ValueError, KeyError, TypeError, RecursionError, OverflowError) as error:
-        raise Unreadable(marked("Its heading is damaged.")) from error
+        raise Unreadable(marked("damaged heading")) from error
 
 
 # Files of one's own

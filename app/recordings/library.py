@@ -256,19 +256,15 @@ def _unreadable(folder: Path, error: OSError | Unreadable) -> RecordingEntry:
         is_kept=(folder / KEPT).exists(),
         is_running=False,
         was_cut_off=False,
-        trouble=tr("This recording cannot be read. {why}", why=why),
+        trouble=tr("Recording cannot be read: {why}.", why=why),
     )
 
 
 def stopped_sentence(error: Exception, folder: Path) -> str:
     """Why the session is no longer recorded in this folder, in the language in use."""
     if isinstance(error, OSError) and error.errno in _DISK_FULL:
-        return tr(
-            "The session is no longer recorded: the disk is full. Delete old recordings or free some space; "
-            "the next connection is recorded again."
-        )
-    why = reason_of(error)
-    return tr("The session is no longer recorded in {folder}: {why}.", folder=folder, why=why)
+        return tr("Not recording: the disk is full. Free some space, then connect again.")
+    return tr("Not recording to {folder}: {why}.", folder=folder, why=reason_of(error))
 
 
 def size_of(folder: Path) -> int:

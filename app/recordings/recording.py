@@ -159,14 +159,14 @@ class Recording:
             for one in self.damaged
             for name in ("status_rows", "cell_rows", "light_rows")
         )
-        said = tr("Damaged or altered since it was recorded: {rows} rows are left out.", rows=f"{rows:,}")
+        said = tr("Damaged or altered: {rows} rows left out.", rows=f"{rows:,}")
         if not self.damaged:
             return said
         first, last = (
             f"{datetime.fromtimestamp(at_s + self.wall_offset_s).astimezone():%H:%M:%S}"
             for at_s in (self.damaged[0].first.at_s, self.damaged[-1].last.at_s)
         )
-        return together((said, tr("They lie between {first} and {last}.", first=first, last=last)))
+        return together((said, f"{first} – {last}"))
 
     def close(self) -> None:
         """Let go of the files. What was taken out of it before (series, excerpts) still holds on to them."""

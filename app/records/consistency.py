@@ -39,13 +39,13 @@ def _contradictions(record: Mapping[str, object]) -> Iterator[UserMessage]:
     found = Counter(str(one.get("id")) for one in checks)
     missing = sorted(REQUIRED - found.keys())
     if missing:
-        yield said(marked("these checks are missing: {checks}"), checks=", ".join(missing))
+        yield said(marked("missing checks: {checks}"), checks=", ".join(missing))
     doubled = [clean(name, longest=40) for name, count in found.items() if count > 1]
     if doubled:
-        yield said(marked("these checks stand in it twice: {checks}"), checks=", ".join(doubled[:5]))
+        yield said(marked("duplicate checks: {checks}"), checks=", ".join(doubled[:5]))
     stated, follows = record.get("verdict"), verdict_from(record)
     if stated != follows.value:
-        yield said(marked("it says {stated}, its checks give {follows}"), stated=clean(str(stated), longest=20),
+        yield said(marked("stated {stated}, but the checks give {follows}"), stated=clean(str(stated), longest=20),
                    follows=follows.value)  # fmt: skip
     for one in checks:
         where = _READ_AS.get(str(one.get("id")))

@@ -186,7 +186,7 @@ def is_simulated(port: str) -> bool:
 
 def caveats(record: Mapping[str, object]) -> list[UserMessage]:
     """What stands beside the verdict wherever it is shown."""
-    found = [said(marked("SIMULATED MODULE: this is no evidence."))] if record.get("is_simulated") is True else []
+    found = [said(marked("SIMULATED MODULE: no evidence."))] if record.get("is_simulated") is True else []
     nobody = unsigned(*(record.get(key) for key in ("who", "module", "aircraft")))
     if nobody is not None and recorded_verdict(record) is not Verdict.NO_GO:
         found.append(nobody)

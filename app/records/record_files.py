@@ -26,7 +26,7 @@ class NoRecord(Exception):
 def record_in(data: bytes) -> Record:
     """Raises `NoRecord`."""
     if len(data) > LARGEST_FILE:
-        raise NoRecord(said(marked("it is too large")))
+        raise NoRecord(said(marked("too large")))
     if data.startswith(b"%PDF-"):
         return _from_pdf(data)
     embedded = _IN_HTML.search(data) if data.lstrip()[:1] == b"<" else None
@@ -39,9 +39,9 @@ def _from_json(data: bytes) -> Record:
     try:
         value = json.loads(data, parse_constant=_refuse, object_pairs_hook=_only_once)
     except (ValueError, RecursionError) as error:
-        raise NoRecord(said(marked("it is no JSON, or damaged"))) from error
+        raise NoRecord(said(marked("no JSON, or damaged"))) from error
     if not isinstance(value, dict) or value.get("format") != FORMAT:
-        raise NoRecord(said(marked("it is another kind of file")))
+        raise NoRecord(said(marked("another kind of file")))
     return value
 
 
@@ -62,7 +62,7 @@ def _from_pdf(data: bytes) -> Record:
         for content in (stream[1], _inflated(stream[1])):
             if content.lstrip()[:1] == b"{" and FORMAT.encode() in content:
                 return _from_json(content)
-    raise NoRecord(said(marked("no record is attached to this PDF")))
+    raise NoRecord(said(marked("no record attached")))
 
 
 def _inflated(data: bytes) -> bytes:

@@ -99,12 +99,12 @@ def _head(record: Record) -> str:
         looks = sum(1 for one in _list(record, "checks") if _result(one) is CheckResult.WARN)
         under = tr("All {count} checks hold; warnings: {looks}.", count=len(_list(record, "checks")), looks=looks)
     else:
-        under = tr("{count} of {all} checks stand against it.", count=len(against), all=len(_list(record, "checks")))
+        under = tr("{count} of {all} checks not OK.", count=len(against), all=len(_list(record, "checks")))
     if void is not None:
         why = _VOID_WHY.get(str(void), str(void))
         under = together((under, tr("Void: {why}.", why=tr(why))))
     if skipped:
-        under = together((under, tr("Skipped by a person: {count}.", count=skipped)))
+        under = together((under, tr("Skipped: {count}.", count=skipped)))
     under = together([*(one.in_words() for one in caveats(record)), under])
     return (
         f'<p style="margin:0"><font size="5"><b>{_escaped(tr("Pre-flight check of a parachute module"))}</b></font>'
@@ -128,8 +128,8 @@ def _circumstances(record: Record) -> str:
         (tr("Time"), _time(record)),
         (tr("Aircraft"), record.get("aircraft") or tr("not stated")),
         (tr("Checked by"), record.get("who") or tr("not stated")),
-        (tr("Profile"), record.get("profile") or tr("none: the vendor's advice")),
-        (tr("Settings code"), record.get("fingerprint") or tr("unknown")),
+        (tr("Profile"), record.get("profile") or tr("None: the vendor's advice")),
+        (tr("Fingerprint"), record.get("fingerprint") or tr("unknown")),
         (tr("Boot count"), tr("unknown") if boot is None else boot),
         (tr("Port"), tr("{port}, {rate} baud", port=port, rate=rate)),
         (tr("Record"), _number(record)),
@@ -204,7 +204,7 @@ def _tests(record: Record) -> str:
     rows = [row for one in tests if (row := _test_row(one))]
     if not rows:
         return ""
-    title = _escaped(tr("Guided tests, last done"))
+    title = _escaped(tr("Guided tests"))
     return (f'<table width="100%" cellpadding="1" cellspacing="0" style="margin-top:4px">'
             f'<tr bgcolor="#eeeeee"><td colspan="4" style="color:{PALE}">{title}</td></tr>'
             f"{''.join(rows)}</table>")  # fmt: skip
@@ -238,17 +238,16 @@ def _foot(record: Record) -> str:
     line = "_" * 28
     signed = f"{_escaped(tr('Signature'))} {line} &nbsp; {_escaped(tr('Name, date'))} {line}"
     note = tr(
-        "“dps-s verify FILE” tells whether this record or this page was altered, and which station signed it. Keep the "
-        "file, whose record also holds the raw frames, with the papers of the aircraft."
+        "“dps-s verify FILE” tells whether it was altered and who signed it. Keep this file with the aircraft's papers."
     )
     previous = record.get("previous") or tr("none")
     public = decoded(record.get("station"), KEY_BYTES)
-    station = tr("none, the record is not signed") if public is None else fingerprint_of(public)
+    station = tr("none") if public is None else fingerprint_of(public)
     return (
         f'<p style="margin-top:12px;margin-bottom:4px">{signed}</p>'
         f'<p style="margin:0;color:{PALE}"><small>{_escaped(tr("Station"))}: {_escaped(station)}<br>'
         f"SHA-256 {_cell(record.get('hash'))}<br>"
-        f"{_escaped(tr('Record before it'))}: {_cell(previous)}<br>{_escaped(note)}</small></p>"
+        f"{_escaped(tr('Previous record'))}: {_cell(previous)}<br>{_escaped(note)}</small></p>"
     )
 
 
@@ -262,10 +261,10 @@ def _result(one: object) -> CheckResult:
 def _number(record: Record) -> str:
     number = record.get("number")
     if number == NOT_KEPT:
-        return tr("not kept on this computer")
+        return tr("not kept")
     if record.get("module") is None and record.get("adapter"):
-        return tr("No. {number} of {adapter}", number=number, adapter=record["adapter"])
-    return tr("No. {number} of this module", number=number)
+        return f"{tr('No. {number}', number=number)}{aside(str(record['adapter']))}"
+    return tr("No. {number}", number=number)
 
 
 def _time(record: Record) -> str:

@@ -27,7 +27,7 @@ from app.records.record_files import LARGEST_FILE, NoRecord, record_in
 from app.records.report_html import is_page_of
 from app.stations.known import KnownStation
 from app.stations.station import KEY_BYTES, decoded, fingerprint_of, is_signature
-from app.text.messages import UserMessage, clean, said
+from app.text.messages import UserMessage, clean, listed, said
 from protocol.translatable import marked
 
 FindStation = Callable[[bytes], KnownStation | None]
@@ -60,23 +60,23 @@ class RecordState(Enum):
 class Chain(Enum):
     """The value is English, translatable."""
 
-    FIRST = marked("the first record of this module")
-    LINKED = marked("the record before it is there and intact")
-    NOT_AT_HAND = marked("the record before it is not on this computer")
-    ALONE = marked("it was not kept when it was made, so it is in no chain")
-    BROKEN = marked("the record before it was altered or is another one")
-    DOUBLED = marked("this computer keeps another record with the same number")
+    FIRST = marked("first record of this module")
+    LINKED = marked("previous record intact")
+    NOT_AT_HAND = marked("previous record not on this computer")
+    ALONE = marked("not kept, in no chain")
+    BROKEN = marked("previous record altered or replaced")
+    DOUBLED = marked("another record here has the same number")
 
 
 _HEADLINES: Final[Mapping[RecordState, str]] = {
-    RecordState.INTACT: marked("INTACT: signed by {station}, and every part is as it was recorded."),
-    RecordState.NOT_SIGNED: marked("NOT SIGNED: its parts fit together, but anyone can make such a record."),
-    RecordState.UNKNOWN_STATION: marked("UNKNOWN STATION: it is signed, but not by a station you know."),
-    RecordState.PAGE_NOT_SIGNED: marked("PAGE NOT SIGNED: only the record in it is intact. Rely on the line below."),
+    RecordState.INTACT: marked("INTACT: signed by {station}."),
+    RecordState.NOT_SIGNED: marked("NOT SIGNED: anyone can make such a record."),
+    RecordState.UNKNOWN_STATION: marked("UNKNOWN STATION: signed, but not by a known station."),
+    RecordState.PAGE_NOT_SIGNED: marked("PAGE NOT SIGNED: only the record in it is intact."),
     RecordState.CHAIN_BROKEN: marked("CHAIN BROKEN: {chain}."),
     RecordState.CONTRADICTORY: marked("CONTRADICTS ITSELF: {parts}."),
     RecordState.ALTERED: marked("ALTERED: {parts}."),
-    RecordState.UNREADABLE: marked("No pre-flight record can be read in it: {why}."),
+    RecordState.UNREADABLE: marked("No pre-flight record: {why}."),
 }
 
 
@@ -106,19 +106,19 @@ class Verification:
             return (first,)
         rest = [_introduced(self.record)]
         if self.record.get("is_simulated") is True:
-            rest.append(said(marked("SIMULATED MODULE: this is no evidence.")))
+            rest.append(said(marked("SIMULATED MODULE: no evidence.")))
         if "signature" in self.altered:
-            rest.append(said(marked("Station: the signature in it is not valid.")))
+            rest.append(said(marked("Station: invalid signature.")))
         elif self.signer is None:
-            rest.append(said(marked("Station: none, it is not signed.")))
+            rest.append(said(marked("Station: none, not signed.")))
         else:
-            known = marked("Station: {fingerprint}, {station}.")
-            text = known if self.station is not None else marked("Station: {fingerprint}, not known here.")
-            rest.append(said(text, fingerprint=fingerprint_of(self.signer), station=self._station()))
+            station = self._station() if self.station is not None else said(marked("unknown"))
+            text = marked("Station: {fingerprint}, {station}.")
+            rest.append(said(text, fingerprint=fingerprint_of(self.signer), station=station))
         if self.state is not RecordState.CHAIN_BROKEN:
             rest.append(said(marked("Chain: {what}."), what=chain))
-        kept = marked("This computer keeps the same record.")
-        rest.append(said(kept if self.is_known_here else marked("This computer does not keep this record.")))
+        kept = marked("Kept on this computer.")
+        rest.append(said(kept if self.is_known_here else marked("Not kept on this computer.")))
         return (first, *rest)
 
     def _station(self) -> UserMessage:
@@ -128,10 +128,7 @@ class Verification:
 
     def _parts(self) -> UserMessage:
         if self.state is RecordState.CONTRADICTORY:
-            parts, *others = self.contradictions
-            for other in others:
-                parts = said(marked("{one}; {other}"), one=parts, other=other)
-            return parts
+            return listed(self.contradictions, "; ")
         return UserMessage(", ".join(self.altered))
 
 
@@ -168,12 +165,12 @@ def verify_bytes(
     try:
         record = record_in(data)
         if record.get("version") not in READABLE_VERSIONS:
-            return _unreadable(marked("it was written by a newer version of this program"))
+            return _unreadable(marked("written by a newer version"))
         return _verified(data, record, kept, find_station)
     except NoRecord as error:
         return Verification(state=RecordState.UNREADABLE, why=error.why)
     except (ValueError, RecursionError):
-        return _unreadable(marked("it holds what no record holds"))
+        return _unreadable(marked("another kind of file"))
 
 
 def verify(
@@ -183,7 +180,7 @@ def verify(
     try:
         data = canonical(record)
     except (ValueError, TypeError, RecursionError):
-        return _unreadable(marked("it holds what no record holds"))
+        return _unreadable(marked("another kind of file"))
     return verify_bytes(data, kept, find_station)
 
 

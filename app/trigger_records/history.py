@@ -12,7 +12,8 @@ from enum import Enum
 
 from app.engine.device import BOOTS
 from app.limits.out_of_limits import record_outside
-from app.text.messages import UserMessage, said
+from app.text.durations import stopwatch
+from app.text.messages import UserMessage, listed, said
 from protocol.catalogue import RECORD_PART, RECORDS_KEPT
 from protocol.messages import EmptySlot, TriggerRecord, decode_record
 from protocol.translatable import marked
@@ -128,11 +129,11 @@ def record_of(raw: bytes) -> TriggerRecord:
 
 
 def sentence(record: TriggerRecord) -> UserMessage:
-    """ "tipped past 60° 1 min 48 s after power-on of boot 1, serial link connected, 4.70 V: implausible for …" """
+    """ "tipped past 60° 1:48 after power-on of boot 1, serial link connected, 4.70 V (implausible)" """
     return said(
         marked("{what} {uptime} after power-on of boot {boot}, {link}, {voltage}"),
         what=_what(record),
-        uptime=duration(record.uptime_s),
+        uptime=("≥ " if record.uptime_s >= LONGEST_UPTIME_S else "") + stopwatch(record.uptime_s),
         boot=str(record.boot_count),
         link=said(marked("serial link connected") if record.serial_connected else marked("serial link not connected")),
         voltage=_voltage(record),
@@ -142,11 +143,8 @@ def sentence(record: TriggerRecord) -> UserMessage:
 def _what(record: TriggerRecord) -> UserMessage:
     parts = [_cause(source, record) for source in record.sources]
     if not parts:
-        return said(marked("fired without a stated cause"))
-    whole = parts[0]
-    for part in parts[1:]:
-        whole = said(marked("{one} and {other}"), one=whole, other=part)
-    return whole
+        return said(marked("no cause stated"))
+    return listed(parts, " + ")
 
 
 def _cause(source: str, record: TriggerRecord) -> UserMessage:
@@ -160,11 +158,11 @@ def _cause(source: str, record: TriggerRecord) -> UserMessage:
                 seconds=f"{record.freefall_time_s:.2f} s",
             )
         case "serial":
-            return said(marked("fired over the serial line"))
+            return said(marked("fired over serial"))
         case "pwm":
             return said(marked("fired by PWM"))
         case _:
-            return said(marked("fired by a source that the vendor does not name ({bit})"), bit=source)
+            return said(marked("fired by an unnamed source ({bit})"), bit=source)
 
 
 def _voltage(record: TriggerRecord) -> UserMessage:
@@ -172,22 +170,8 @@ def _voltage(record: TriggerRecord) -> UserMessage:
     if record.charging:
         return said(marked("on external power, {voltage}"), voltage=volts)
     if "cell_voltage_v" in record.implausible:
-        return said(marked("{voltage}: implausible for one cell"), voltage=volts)
+        return said(marked("{text} (implausible)"), text=volts)
     outside = record_outside(record)
     if outside is None:
         return UserMessage(volts)
-    return said(marked("{voltage} ({fault})"), voltage=volts, fault=said(outside.fault.value))
-
-
-def duration(seconds: int) -> UserMessage:
-    """ "1 min 48 s"; at the end of the counter "18 h 12 min 15 s or more"."""
-    hours, rest = divmod(seconds, 3600)
-    minutes, left = divmod(rest, 60)
-    if hours:
-        text = said(marked("{hours} h {minutes} min {seconds} s"), hours=str(hours), minutes=str(minutes),
-                    seconds=str(left))  # fmt: skip
-    elif minutes:
-        text = said(marked("{minutes} min {seconds} s"), minutes=str(minutes), seconds=str(left))
-    else:
-        text = said(marked("{seconds} s"), seconds=str(left))
-    return said(marked("{time} or more"), time=text) if seconds >= LONGEST_UPTIME_S else text
+    return said(marked("{value}, {fault}"), value=volts, fault=said(outside.fault.value))

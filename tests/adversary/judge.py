@@ -312,7 +312,7 @@ def judge_activation(*, is_wanted: bool) -> Judge:
     def judge(case: Case) -> Iterator[Finding]:
         if case.ran.code == DONE:
             yield from stands(case, "active", is_wanted, Breach.FALSE_OUTCOME, "confirmed", settled_s=0.0)
-        if "still LOCKED" in case.ran.err + case.ran.out and case.truth.now.is_active:
+        if "still reports LOCKED" in case.ran.err + case.ran.out and case.truth.now.is_active:
             yield Finding(Breach.FALSE_OUTCOME, "said to be still locked, and it is active")
 
     return judge

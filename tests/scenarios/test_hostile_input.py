@@ -61,7 +61,7 @@ def test_an_address_that_writes_files_or_loads_code_is_refused(
     assert program.main(["read", "--port", address]) == console.NO_LINK
     said = capsys.readouterr().err
     assert said.count("\n") == 1
-    assert "is no address that this program opens" in said
+    assert "is no serial port" in said
     assert not file.exists()
 
 

@@ -77,7 +77,7 @@ def test_a_difference_between_the_readings_is_said(tmp_path: Path, capsys: pytes
     code, printed = fired(capsys, path, "--json")
     assert code == 4
     (problem,) = json.loads(printed.out)["problems"]
-    assert problem.startswith("Under the other reading (the angle has to last 0.2 s; ")
+    assert problem.startswith("Under the other reading (angle lasts 0.2 s, ")
     assert problem.endswith(" it would not fire.")
 
 
@@ -107,7 +107,7 @@ def test_what_cannot_be_read_is_said_and_the_others_are_judged(
     code, printed = fired(capsys, tmp_path, "--json")
     assert code == 2
     assert [json.loads(line)["log"] for line in printed.out.splitlines()] == [str(calm)]
-    assert printed.err == f"{bad}: It is no flight log that this program knows.\n"
+    assert printed.err == f"{bad}: Unknown kind of file.\n"
 
 
 @pytest.mark.parametrize(

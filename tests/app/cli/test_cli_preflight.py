@@ -128,8 +128,8 @@ def test_the_report_is_written_kept_chained_and_verified(
         assert program.main(["verify", str(path)]) == 0
         out = Printed(capsys).out
         assert out.startswith("INTACT")
-        assert "the record before it is there and intact" in out
-        assert "This computer keeps the same record." in out
+        assert "previous record intact" in out
+        assert "Kept on this computer." in out
         assert "M-07: READY" in out
     altered = tmp_path / "altered.json"
     altered.write_text(
@@ -224,7 +224,7 @@ def test_verify_of_what_is_no_record(capsys: pytest.CaptureFixture[str], tmp_pat
     assert program.main(["verify", "a\0b"]) == 2
     (tmp_path / "x.json").write_text("{}", encoding="utf-8")
     assert program.main(["verify", str(tmp_path / "x.json")]) == 2
-    assert "No pre-flight record can be read in it" in Printed(capsys).out
+    assert "No pre-flight record" in Printed(capsys).out
     assert not (data_folder() / FILE_NAME).exists()
 
 

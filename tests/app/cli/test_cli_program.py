@@ -27,8 +27,8 @@ def test_no_such_port(command: str, capsys: pytest.CaptureFixture[str]) -> None:
     printed = Printed(capsys)
     assert printed.out == ""
     assert printed.err == (
-        "There is no port /dev/no-such-port. Plug the adapter in; if no new port appears, its driver is missing. "
-        "Choose the port from the list (dps-s ports).\n"
+        "There is no port /dev/no-such-port. Plug the adapter in. If no port appears, install its driver "
+        "(dps-s ports).\n"
     )
 
 
@@ -39,7 +39,7 @@ def test_no_permission(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.M
     monkeypatch.setattr(serial.Serial, "open", refuse)
     assert program.main(["read", "--port", "/dev/ttyUSB9"]) == 3
     printed = Printed(capsys)
-    assert printed.err.startswith("You may not open /dev/ttyUSB9. ")
+    assert printed.err.startswith("No permission for /dev/ttyUSB9. ")
     assert printed.err.count("\n") == 1
 
 
@@ -155,7 +155,7 @@ def test_a_bug_in_the_worker_is_one_calm_line(
     monkeypatch.setattr(transport.SerialLine, "read", fail)
     assert program.main(["read", "--port", port]) == 1
     printed = Printed(capsys)
-    assert printed.err.startswith("The program met an error that it did not expect: ")
+    assert printed.err.startswith("Unexpected error: ")
     assert printed.err.count("\n") == 1
 
 

@@ -78,7 +78,7 @@ def test_for_people(port: str, capsys: pytest.CaptureFixture[str]) -> None:
     port = f"{port}?clamps=yes"
     assert program.main(["set", "freefall_time_s=0.1", "light_threshold_v=2", "--port", port]) == 1
     assert Printed(capsys).out.splitlines() == [
-        "freefall_time_s    0.1: NOT verified (the module keeps another value than the one that was sent); it is 0.5",
+        "freefall_time_s    0.1: NOT verified (the module holds another value); it is 0.5",
         "light_threshold_v  2: verified",
     ]
 
@@ -113,7 +113,7 @@ def test_a_rate_that_comes_at_the_next_start_is_not_verified(port: str, capsys: 
     assert program.main(["set", "baud_rate=9600", "--port", f"{port}?baud_ack=restart", "--json"]) == 1
     result = json.loads(Printed(capsys).out)["results"]["baud_rate"]
     assert (result["acknowledged"], result["read_back"], result["verified"]) == (True, 115200, False)
-    assert "next start" in result["error"]
+    assert "restart the module" in result["error"]
 
 
 @pytest.mark.parametrize(

@@ -172,7 +172,7 @@ def test_the_commands_are_exact() -> None:
 def test_who_holds_it_is_named() -> None:
     found = found_for(trouble(PortTrouble.BUSY, Holder("minicom", 4711)))
     assert found.what == "/dev/ttyUSB0 is in use by minicom (process 4711)."
-    assert found.next_step == "Close minicom and connect again."
+    assert found.next_step == "Close it and connect again."
 
 
 # From the line to the cause

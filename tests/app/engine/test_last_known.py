@@ -113,7 +113,7 @@ def test_a_shut_down_by_command_is_calm_until_it_answers() -> None:
     said = words(state, NOW + 60)
     notice = link_notice(state, NOW + 60, {}, was_active=True)
     assert state.phase is Phase.SWITCHED_OFF
-    assert said.what.startswith("Switched off by command at ")
+    assert said.what.startswith("Switched off at ")
     assert notice is not None
     assert notice.meaning is Meaning.INFORMATION
     assert "answers" not in notice.text

@@ -108,7 +108,7 @@ def test_a_file_that_is_cut_in_the_middle_is_judged_up_to_there(
     assert flight is not None
     assert 1 < flight.duration_s < 3
     if kind == "mcap":
-        assert flight.problems[0].in_english() == "The file is cut off: it is judged up to there."
+        assert flight.problems[0].in_english() == "cut off"
 
 
 @given(
@@ -152,7 +152,7 @@ def test_an_mcap_file_of_another_program(tmp_path: Path) -> None:
     channel = struct.pack("<HHI4s", 1, 0, 4, b"/imu") + bytes(8)
     path = tmp_path / "other.mcap"
     path.write_bytes(b"\x89MCAP0\r\n" + mcap_record(4, channel))
-    with pytest.raises(LogUnreadable, match="that this program has written"):
+    with pytest.raises(LogUnreadable, match="Unknown kind"):
         read_flight_log(path)
 
 
@@ -173,7 +173,7 @@ def test_a_report_that_says_nothing_sensible_is_left_out(tmp_path: Path, value: 
     path.write_bytes(b"\x89MCAP0\r\n" + mcap_record(4, channel) + messages + mcap_record(15, bytes(4)))
     log = read_flight_log(path)
     assert log.tilt_deg.tolist() in ([5.0], [5.0, 1.0])
-    assert "that cannot be true are left out." in log.problems[0].in_english()
+    assert "invalid samples left out." in log.problems[0].in_english()
 
 
 def test_formats_within_formats_within_formats(tmp_path: Path) -> None:
@@ -222,14 +222,14 @@ def test_a_file_that_is_too_large_is_not_read(tmp_path: Path) -> None:
     path = tmp_path / "large.ulg"
     path.write_bytes(b"ULog\x01\x12\x35\x01")
     os.truncate(path, (1 << 30) + 1)  # holes: it takes no space
-    with pytest.raises(LogUnreadable, match="larger than 1 GB"):
+    with pytest.raises(LogUnreadable, match="Too large"):
         read_flight_log(path)
 
 
 def test_a_newer_ulog_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "new.ulg"
     path.write_bytes(b"ULog\x01\x12\x35\x01" + bytes(8) + made.ulog_record("B", bytes(8) + b"\x02" + bytes(31)))
-    with pytest.raises(LogUnreadable, match="newer form"):
+    with pytest.raises(LogUnreadable, match="newer version"):
         read_flight_log(path)
 
 
@@ -254,5 +254,5 @@ def test_a_folder_that_is_no_recording_and_a_recording_that_is_damaged(tmp_path:
         read_flight_log(tmp_path / "empty")
     folder = recorded_reports(tmp_path / "rec", [(float(at_s), 5.0, 1.0) for at_s in TIMES])
     (folder / "session.json").write_text("{", encoding="utf-8")
-    with pytest.raises(LogUnreadable, match="heading is damaged"):
+    with pytest.raises(LogUnreadable, match="damaged heading"):
         read_flight_log(folder)

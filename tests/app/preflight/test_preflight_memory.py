@@ -121,7 +121,7 @@ def test_the_command_line_says_so_and_that_nothing_is_watched(port: str, capsys:
     assert program.main(["preflight", "--port", port, "--enable-triggers"]) == 0
     out = Printed(capsys).out
     assert "UNSIGNED, missing: Checked by, Module, Aircraft." in out
-    assert "SIMULATED MODULE: this is no evidence." in out
+    assert "SIMULATED MODULE: no evidence." in out
     assert "the verdict of the moment" in out
 
 

@@ -73,7 +73,7 @@ def test_it_is_repeated_until_it_is_reported() -> None:
     assert not rig.bench.state().is_active
     gaps = [later - sooner for sooner, later in pairwise(times)]
     assert all(0.1 <= gap <= 0.25 for gap in gaps), gaps
-    assert locked.sentence == "The module reports that it is LOCKED. LOCK was sent 7 times."
+    assert locked.sentence == "The module reports LOCKED."
 
 
 def test_it_is_repeated_while_the_answer_to_the_question_is_awaited() -> None:
@@ -239,7 +239,7 @@ def test_every_outcome_has_its_sentence() -> None:
             sentence = Locked(outcome=outcome, sent=sent).sentence
             assert sentence
             assert "{" not in sentence
-    assert waiting_sentence(3) == "LOCK sent 3 times, not yet reported"
+    assert waiting_sentence(3) == "LOCK sent 3×, not yet reported"
 
 
 SEEDS = max(12, settings().max_examples // 2)

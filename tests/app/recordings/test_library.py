@@ -205,7 +205,7 @@ def test_a_damaged_one_is_listed_with_its_trouble(tmp_path: Path) -> None:
     (entry,) = library.entries()
     (entry.folder / "session.json").write_text("{", encoding="utf-8")
     (damaged,) = library.entries()
-    assert damaged.trouble == "This recording cannot be read. Its heading is damaged."
+    assert damaged.trouble == "Recording cannot be read: damaged heading."
     assert damaged.size_bytes > 0
     library.delete(damaged)
     assert library.entries() == ()
@@ -307,7 +307,7 @@ def test_one_that_cannot_be_read(kept_at: Path, tmp_path: Path, capsys: pytest.C
     folder = recorded(kept_at, 0.1)
     (folder / "session.json").write_text("{", encoding="utf-8")
     assert program.main(["recordings", "export", "latest", str(tmp_path / "x.csv")]) == 1
-    assert "Its heading is damaged." in Printed(capsys).err
+    assert "damaged heading" in Printed(capsys).err
 
 
 def test_deleting_asks_first(kept_at: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -254,10 +254,10 @@ def test_a_closed_recording_gives_nothing(tmp_path: Path) -> None:
     [
         ({"version": 2}, "newer version"),
         ({"format": "else"}, "no recording of this program"),
-        ({"start_s": "soon"}, "heading is damaged"),
-        ({"start_s": float("nan")}, "heading is damaged"),
-        ({"started_at": "2026-11-21T12:00:00"}, "heading is damaged"),
-        ({"started_at": None}, "heading is damaged"),
+        ({"start_s": "soon"}, "damaged heading"),
+        ({"start_s": float("nan")}, "damaged heading"),
+        ({"started_at": "2026-11-21T12:00:00"}, "damaged heading"),
+        ({"started_at": None}, "damaged heading"),
         ({"port": None}, None),
     ],
 )
@@ -284,7 +284,7 @@ def test_a_heading_of_anything_is_refused(tmp_path: Path, raw: bytes) -> None:
 def test_a_folder_without_files_is_refused(tmp_path: Path) -> None:
     with pytest.raises(RecordingUnreadable) as refused:
         open_recording(tmp_path)
-    assert refused.value.sentence == "This recording cannot be read. No such file or directory"
+    assert refused.value.sentence == "Recording cannot be read: No such file or directory."
 
 
 def test_a_journal_of_a_later_version_is_read_as_far_as_it_is_known(tmp_path: Path) -> None:

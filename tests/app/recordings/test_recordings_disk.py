@@ -49,7 +49,7 @@ def test_a_disk_that_is_full_at_any_byte(tmp_path: Path, monkeypatch: pytest.Mon
         assert not bench.recorder.is_recording
         assert bench.recorder.entry is None
         assert bench.recorder.trouble is not None
-        assert bench.recorder.trouble.startswith("The session is no longer recorded: the disk is full.")
+        assert bench.recorder.trouble.startswith("Not recording: the disk is full.")
         (entry,) = bench.library.entries()
         assert (entry.was_cut_off, entry.is_running) == (True, False)
         found = whole_of(entry.folder)

@@ -319,7 +319,7 @@ def test_a_simulated_module_is_no_evidence() -> None:
     record = _record()
     assert record["is_simulated"] is False
     assert "SIMULATED" not in body(record)
-    assert "SIMULATED MODULE: this is no evidence." in body(record | {"is_simulated": True})
+    assert "SIMULATED MODULE: no evidence." in body(record | {"is_simulated": True})
     assert is_simulated("SIM://bench?cell=4")
     assert not is_simulated("/dev/ttyUSB0")
 

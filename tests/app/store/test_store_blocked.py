@@ -81,7 +81,7 @@ def test_the_window_goes_on_while_trigger_records_and_judgements_are_kept(
             qtbot.waitUntil(lambda: page.work.reading is not None, timeout=WAIT_MS)
             assert [row.is_kept for row in page.work.rows] == [False]
             page.table.selectRow(0)
-            assert page.detail.seen.text() == "It is being kept…"
+            assert page.detail.seen.text() == "Saving…"
             assert store.modules() == ()
             release()
         qtbot.waitUntil(lambda: not page.work.is_busy, timeout=WAIT_MS)
@@ -113,7 +113,7 @@ def test_a_judgement_that_could_not_be_kept_is_said_and_tried_again(
             other.execute("BEGIN IMMEDIATE")
             page.detail.note.setText("tipped on the table")
             bench.click(page.detail.buttons[Judgement.BENCH_TEST])
-            qtbot.waitUntil(lambda: "It was not kept." in said(bench), timeout=WAIT_MS)
+            qtbot.waitUntil(lambda: "Not kept." in said(bench), timeout=WAIT_MS)
             assert texts(bench, 0)[Column.JUDGED] == "—"
             other.execute("ROLLBACK")
         again = page.strip.button("judge_again")

@@ -242,7 +242,7 @@ class TrafficPage(QWidget):
         elif self._is_lost:
             text = tr("Not found")
         elif self._is_paused and not self.model.is_recorded:
-            text = tr("{more} new", more=f"{self.model.unseen:,}")
+            text = tr("{count} new", count=f"{self.model.unseen:,}")
         else:
             text = tr("{rows} rows", rows=f"{rows:,}")
         if text != self._count.text():

@@ -21,27 +21,23 @@ from app.text.messages import said
 from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.pages.flights.texts import short_name
+from ui.services.page_header import HEIGHT_PX
 from ui.style.icons import Icon
 from ui.style.theme import Space
 from ui.widgets.controls import control
-from ui.widgets.labels import text_label
+from ui.widgets.labels import ElidedLabel, text_label
 from ui.widgets.layouts import in_column, in_row
 from ui.widgets.naming import named
 from ui.widgets.sliders import WheelGuard, label_for
 
 NONE: Final[tuple[CsvRole, ...]] = ()
-_TIME_WORDS: Final = {
-    CsvRole.TIME_S: marked("Seconds"), CsvRole.TIME_MS: marked("Milliseconds"), CsvRole.TIME_US: marked("Microseconds"),
-}  # fmt: skip
+_TIME_UNITS: Final = {CsvRole.TIME_S: "s", CsvRole.TIME_MS: "ms", CsvRole.TIME_US: "µs"}
+_TILT, _ROLL_PITCH, _LENGTH, _AXES_3 = marked("Tilt"), marked("Roll and pitch"), marked("Length"), marked("Three axes")
 _ATTITUDE_WORDS: Final = dict(zip(
-    ATTITUDES,
-    (marked("Tilt in °"), marked("Quaternion"), marked("Roll and pitch in °"), marked("Roll and pitch in rad")),
-    strict=True,
+    ATTITUDES, ((_TILT, "°"), (marked("Quaternion"), ""), (_ROLL_PITCH, "°"), (_ROLL_PITCH, "rad")), strict=True,
 ))  # fmt: skip
 _FORCE_WORDS: Final = dict(zip(
-    FORCES,
-    (marked("Length in g"), marked("Length in m/s²"), marked("Three axes in g"), marked("Three axes in m/s²")),
-    strict=True,
+    FORCES, ((_LENGTH, "g"), (_LENGTH, "m/s²"), (_AXES_3, "g"), (_AXES_3, "m/s²")), strict=True,
 ))  # fmt: skip
 _AXES: Final = {
     "tilt_deg": marked("Tilt"), "roll_deg": marked("Roll"), "pitch_deg": marked("Pitch"), "roll_rad": marked("Roll"),
@@ -64,25 +60,23 @@ class ColumnForm(QWidget):
         self._name = ""
         self._head: tuple[str, ...] = ()
         self._guard = WheelGuard(self)
-        self.title = text_label("csv_title", "title")
+        self.title = named(ElidedLabel(), "csv_title", "title")
         self.fault = text_label("csv_fault", "danger")
-        self.time = self._box("csv_time", marked("Time column"))
-        self.unit = self._box("csv_time_unit", marked("Unit of the time"))
-        self.attitude = self._box("csv_attitude", marked("Attitude as"))
-        self.force = self._box("csv_force", marked("Acceleration as"))
-        self.altitude = self._box("csv_altitude", marked("Altitude in m"))
+        self.time = self._box("csv_time", marked("Time"))
+        self.unit = self._box("csv_time_unit", marked("Unit"))
+        self.attitude = self._box("csv_attitude", marked("Attitude"))
+        self.force = self._box("csv_force", marked("Acceleration"))
+        self.altitude = self._box("csv_altitude", marked("Altitude"))
         self.armed = self._box("csv_armed", marked("Arming state"))
-        self.attitude_parts = [self._box(f"csv_attitude_{one}", marked("Column of the attitude"))
+        self.attitude_parts = [self._box(f"csv_attitude_{one}", marked("Attitude"))
                                for one in range(_MOST_PARTS)]  # fmt: skip
-        self.force_parts = [self._box(f"csv_force_{one}", marked("Column of the acceleration"))
+        self.force_parts = [self._box(f"csv_force_{one}", marked("Acceleration"))
                             for one in range(_MOST_PARTS - 1)]  # fmt: skip
         self._labels = {box: named(QLabel(), f"{box.objectName()}_label")
                         for box in (*self.attitude_parts, *self.force_parts)}  # fmt: skip
-        self.read = control(QPushButton(), texts, "csv_read", "Read with these columns",
-                            tip="Also the other files with the same columns", picture=Icon.CHECK, role="primary",
+        self.read = control(QPushButton(), texts, "csv_read", "Read", picture=Icon.CHECK, role="primary",
                             slot=self._choose)  # fmt: skip
-        self.cancel = control(QPushButton(), texts, "csv_cancel", "Cancel", tip="Back to all flights", key="Esc",
-                              slot=self.closed)  # fmt: skip
+        self.cancel = control(QPushButton(), texts, "csv_cancel", "Cancel", key="Esc", slot=self.closed)
         self._lay_out()
         self.attitude.currentIndexChanged.connect(self._show_parts)
         self.force.currentIndexChanged.connect(self._show_parts)
@@ -96,10 +90,10 @@ class ColumnForm(QWidget):
     def retranslate(self) -> None:
         """Fills the boxes; what is chosen stays."""
         self.title.setText(tr("Columns of {name}", name=short_name(self._name)))
-        self._fill(self.unit, [(tr(word), role) for role, word in _TIME_WORDS.items()])
-        none = (tr("none"), NONE)
-        self._fill(self.attitude, [none, *((tr(word), roles) for roles, word in _ATTITUDE_WORDS.items())])
-        self._fill(self.force, [none, *((tr(word), roles) for roles, word in _FORCE_WORDS.items())])
+        self._fill(self.unit, [(unit, role) for role, unit in _TIME_UNITS.items()])
+        for box, kinds in ((self.attitude, _ATTITUDE_WORDS), (self.force, _FORCE_WORDS)):
+            entries = [(" ".join((tr(word), unit)).strip(), roles) for roles, (word, unit) in kinds.items()]
+            self._fill(box, [(tr("none"), NONE), *entries])
         columns = [(name, name) for name in self._head]
         for box in (self.time, *self.attitude_parts, *self.force_parts):
             self._fill(box, columns, is_open=True)
@@ -190,11 +184,12 @@ class ColumnForm(QWidget):
                 self._rows.addRow(label_for(self._texts, box, str(box.property("title"))), box)
         content = named(QWidget(), "csv_content")
         in_column(card, 1, of=content, margins=0)
-        scroll = control(QScrollArea(), self._texts, "csv_scroll", says="Columns of a CSV file")
+        scroll = control(QScrollArea(), self._texts, "csv_scroll", says="Columns")
         scroll.setWidgetResizable(True)
         scroll.setWidget(content)
-        buttons = in_row((self.fault, 1), 0, self.cancel, self.read, spacing=Space.S)
-        in_column(self.title, (scroll, 1), buttons, of=self, spacing=Space.S, margins=0)
+        head = in_row((self.title, 1), self.cancel, self.read, spacing=Space.S)
+        head.addStrut(HEIGHT_PX)
+        in_column(head, self.fault, (scroll, 1), of=self, spacing=Space.S, margins=0)
         self.fault.hide()
 
 

@@ -58,7 +58,7 @@ _LEGEND: Final = (
     _Key(marked("false trigger"), wrong=0.6),
     _Key(marked("no trigger"), missed=0.6),
     _Key(marked("separates")),
-    _Key(marked("depends on the reading"), differs=True),
+    _Key(marked("unclear"), differs=True),
 )
 
 
@@ -161,7 +161,7 @@ class FireMapView(PaintedWidget):
         return QSize(320, 280)
 
     def minimumSizeHint(self) -> QSize:
-        return QSize(240, 150)
+        return QSize(240, 200)
 
     # Where what is
 

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QHBoxLayout, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QPushButton, QVBoxLayout, QWidget
 
 from app.firing.judge import LONGEST_GAP_S, TriggerLimits
 from app.flight_analysis.flight_set import FlightOutcome
@@ -25,6 +25,7 @@ from ui.pages.flights.texts import outcome_lines, short_name
 from ui.pages.flights.verdicts import look_of, verdict_of
 from ui.plots.time_plot import TimePlot
 from ui.plots.view import Lane, Limit, Mark, Scale, Span
+from ui.services.page_header import HEIGHT_PX
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control
@@ -52,8 +53,7 @@ class FlightView(QWidget):
         self._outcome: FlightOutcome | None = None
         self._limits = TriggerLimits()
         self._reading: BackgroundTask[FlightLog] = BackgroundTask("dps-s flight", self)
-        self.back = control(QPushButton(), texts, "flight_back", "All flights", says="All flights",
-                            tip="Back to all flights", key="Esc", picture=Icon.CHEVRON_LEFT,
+        self.back = control(QPushButton(), texts, "flight_back", "All flights", key="Esc", picture=Icon.CHEVRON_LEFT,
                             slot=self.close_flight)  # fmt: skip
         self.name = named(ElidedLabel(), "flight_name", "title")
         self.picture = IconLabel("flight_icon", _ICON_PX)
@@ -61,11 +61,9 @@ class FlightView(QWidget):
         self.problems = text_label("flight_problems", "small", is_selectable=True)
         self.waiting = text_label("flight_waiting", "muted")
         self.waiting.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        head = in_row(self.back, (self.name, 1), spacing=Space.M)
-        said = QHBoxLayout()
-        said.setSpacing(Space.S)
-        said.addWidget(self.picture, 0, Qt.AlignmentFlag.AlignTop)
-        said.addWidget(self.verdict, 1)
+        head = in_row((self.name, 1), self.back, spacing=Space.M)
+        head.addStrut(HEIGHT_PX)
+        said = in_row((self.picture, Qt.AlignmentFlag.AlignTop), (self.verdict, 1), spacing=Space.S)
         self._room = QVBoxLayout()
         in_column(head, said, self.problems, (self._room, 1), of=self, spacing=Space.XS, margins=0)
         self._room.addWidget(self.waiting, 1)
@@ -75,7 +73,7 @@ class FlightView(QWidget):
         self._outcome, self._limits = outcome, limits
         self._remove_plot()
         self.retranslate()
-        self.waiting.setText(tr("Reading the log…"))
+        self.waiting.setText(tr("Reading logs…"))
         self.waiting.show()
         path = Path(outcome.flight.name)
         self._reading.run(lambda _running: read_flight_log(path, columns), self._show_log, self._fail)
@@ -122,7 +120,7 @@ class FlightView(QWidget):
     def _fail(self, error: Exception) -> None:
         if not isinstance(error, LogUnreadable):
             raise error
-        self.waiting.setText(tr("It can no longer be read: {why}", why=error.why.in_words()))
+        self.waiting.setText(tr("{file}: {why}", file=self.name.text(), why=error.why.in_words()))
 
     def _remove_plot(self) -> None:
         if self.plot is not None:
@@ -167,10 +165,10 @@ def marks_of(outcome: FlightOutcome, resets_s: Sequence[float] = ()) -> list[Mar
     direct_s, damped_s = outcome.direct.at_s, outcome.damped.at_s
     is_one = abs(direct_s - damped_s) < _SAME_S if outcome.direct.sources and outcome.damped.sources else False
     if outcome.direct.sources:
-        word = marked("fires") if is_one else marked("fires at once")
+        word = marked("fires") if is_one else marked("Triggers at once")
         marks.append(Mark(direct_s, word, Icon.PARACHUTE, meaning))
     if outcome.damped.sources and not is_one:
-        marks.append(Mark(damped_s, marked("fires after 0.2 s"), Icon.PARACHUTE, meaning))
+        marks.append(Mark(damped_s, marked("Triggers after 0.2 s"), Icon.PARACHUTE, meaning))
     if flight.loss_s is not None:
         marks.append(Mark(flight.loss_s, marked("control lost (estimate)"), Icon.WARNING, Meaning.ATTENTION))
     if flight.impact_s is not None:

@@ -7,13 +7,12 @@ from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QLabel, QPushButton, QWidget
 
 from app.flight_analysis.flight_set import FlightGroup, FlightOutcome
-from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.forms.table_kit import RowsFilter
 from ui.pages.flights.controller import GROUPS, FlightRow
 from ui.pages.flights.model import flights_model
 from ui.pages.flights.table import FlightTable
-from ui.pages.flights.texts import OTHER_LIST, list_caption, list_detail
+from ui.pages.flights.texts import MOVE_WORDS, OTHER_LIST, list_caption, list_detail
 from ui.pages.flights.verdicts import Verdict, verdict_of
 from ui.style.icons import Icon
 from ui.style.theme import Space
@@ -48,16 +47,10 @@ class FlightList(QWidget):
         self.caption = named(QLabel(), f"{name}_caption", "strong")
         self.detail = named(ElidedLabel(), f"{name}_detail", "small")
         is_first = group is FlightGroup.MUST_NOT
-        says = (
-            marked("Move the chosen flights to “must fire”")
-            if is_first
-            else marked("Move the chosen flights to “must not fire”")
-        )
-        self.move_button = control(QPushButton(), texts, f"{name}_move", "Move", says=says, tip=says, key="M",
+        self.move_button = control(QPushButton(), texts, f"{name}_move", "Move", tip=MOVE_WORDS[group], key="M",
                                    picture=Icon.CHEVRON_DOWN if is_first else Icon.CHEVRON_UP,
                                    slot=self.move_chosen)  # fmt: skip
-        spoken = marked("Flights that must not fire") if is_first else marked("Flights that must fire")
-        texts.bind(self.table.setAccessibleName, spoken)
+        texts.bind(self.table.setAccessibleName, group.value)
         head = in_row(self.picture, self.caption, spacing=Space.XS)
         head.addSpacing(Space.XS)
         head.addWidget(self.detail, 1)

@@ -8,7 +8,6 @@ from PySide6.QtCore import QObject
 from PySide6.QtGui import QIcon
 
 from app.text.durations import stopwatch
-from app.text.i18n import tr
 from protocol.translatable import marked
 from ui.forms.table_kit import RowsModel, TableColumn
 from ui.pages.flights.controller import FlightRow
@@ -41,11 +40,11 @@ def _tilt(row: FlightRow) -> float:
 
 
 def _tilt_text(row: FlightRow) -> str:
-    return "—" if math.isnan(_tilt(row)) else tr("{value:.0f}°", value=_tilt(row))
+    return "—" if math.isnan(_tilt(row)) else f"{_tilt(row):.0f}°"
 
 
 def _fall_text(row: FlightRow) -> str:
-    return "—" if row.longest_fall_s < 0 else tr("{value:.2f} s", value=row.longest_fall_s)
+    return "—" if row.longest_fall_s < 0 else f"{row.longest_fall_s:.2f} s"
 
 
 def _duration(row: FlightRow) -> float:
@@ -60,21 +59,18 @@ COLUMNS: Final = (
         lambda row: row.order,
         picture=_fires_icon,
         ink=_fires_ink,
-        tip=marked("Whether and when it would have fired first with the chosen thresholds"),
     ),
     TableColumn[FlightRow](
         marked("Tilt"),
         _tilt_text,
         lambda row: -1.0 if math.isnan(_tilt(row)) else _tilt(row),
         is_right=True,
-        tip=marked("The largest tilt"),
     ),
     TableColumn[FlightRow](
         marked("Fall"),
         _fall_text,
         lambda row: row.longest_fall_s,
         is_right=True,
-        tip=marked("The longest time below the chosen free-fall acceleration"),
     ),
     TableColumn[FlightRow](
         marked("Duration"),
@@ -88,7 +84,6 @@ COLUMNS: Final = (
         lambda row: float(problem_count(row)),
         picture=lambda row: icon(Icon.WARNING, Meaning.ATTENTION) if problem_count(row) else None,
         ink=lambda row: Meaning.ATTENTION if problem_count(row) else None,
-        tip=marked("What was left out of the log or looks wrong in it"),
     ),
 )
 

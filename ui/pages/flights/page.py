@@ -9,7 +9,6 @@ from PySide6.QtCore import QMimeData, Qt
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import (
     QCheckBox,
-    QLabel,
     QPushButton,
     QScrollArea,
     QStackedWidget,
@@ -20,6 +19,8 @@ from app.flight_logs.csv_columns import CsvColumns
 from app.flight_logs.read_log import SUFFIXES
 from app.text.i18n import tr
 from app.text.messages import clean
+from app.text.sentences import together
+from protocol.translatable import marked
 from ui.files.file_dialogs import AskMany, ask_flight_logs, ask_folder
 from ui.pages.flights.column_form import ColumnForm
 from ui.pages.flights.controller import FlightRow, FlightsWork, UnreadLog
@@ -36,7 +37,7 @@ from ui.services.page import Page
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import Shortcut, control
-from ui.widgets.layouts import FlowRow, in_column, in_row
+from ui.widgets.layouts import in_column, in_row
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.visibility_timer import VisibilityTimer
@@ -61,15 +62,11 @@ class FlightsPage(Page):
         self._said: Notice | None = None
         self._ended: LoadEnded | None = None
         texts = services.texts
-        self.count = named(QLabel(), "flights_count", "title")
-        self.fired_only = control(QCheckBox(), texts, "flights_fired_only", "Only those that fire",
-                                  tip="Show only the flights that fire with the chosen thresholds")  # fmt: skip
-        self.open_files = control(QPushButton(), texts, "flights_open", "Open files…", says="Open flight logs",
-                                  tip="Open flight logs", key="Ctrl+O", picture=Icon.FOLDER,
-                                  slot=self.choose_files)  # fmt: skip
-        self.open_folder = control(QPushButton(), texts, "flights_open_folder", "Open folder…",
-                                   says="Open a folder of flight logs", tip="Open a folder of flight logs",
-                                   key="Ctrl+Shift+O", slot=self.choose_folder)  # fmt: skip
+        self.fired_only = control(QCheckBox(), texts, "flights_fired_only", "Only fired")
+        self.open_files = control(QPushButton(), texts, "flights_open", "Open files…", key="Ctrl+O",
+                                  picture=Icon.FOLDER, role="primary", slot=self.choose_files)  # fmt: skip
+        self.open_folder = control(QPushButton(), texts, "flights_open_folder", "Open folder…", key="Ctrl+Shift+O",
+                                   slot=self.choose_folder)  # fmt: skip
         self.strip = NoticeBar(texts)
         self.strip.setObjectName("flights_notice")
         self.thresholds = ThresholdPanel(texts)
@@ -166,8 +163,6 @@ class FlightsPage(Page):
         counts = tuple(one.caption.text() for one in self.lists.of.values())
         self.map.show_limits(work.limits, tr("Map at {limits}: {what}", limits=limits_text(work.limits),
                                              what=" · ".join(counts)))  # fmt: skip
-        total = len(work.flights)
-        self.count.setText(tr("1 flight") if total == 1 else tr("{count} flights", count=f"{total:,}"))
         if self.fired_only.isChecked():
             self._filter(is_wanted=True)
 
@@ -189,9 +184,9 @@ class FlightsPage(Page):
     def _notice(self) -> Notice | None:
         loading = self.work.loading
         if loading.is_running:
-            text = tr("Looking for logs…")
+            text = tr("Reading logs…")
             if loading.total is not None:
-                text = tr("Reading logs: {done} of {total}", done=loading.read, total=loading.total)
+                text = tr("{what} ({done} of {total})", what=text, done=loading.read, total=loading.total)
             return Notice(Meaning.INFORMATION, text, (Choice("cancel_flights", tr("Cancel"), self._cancel),))
         if self._said is not None:
             return self._said
@@ -202,14 +197,11 @@ class FlightsPage(Page):
         if ended.why:
             return Notice(Meaning.ATTENTION, tr("That did not work: {why}.", why=ended.why), dismiss=self._dismiss)
         if ended.was_cancelled:
-            if ended.total is None:
-                text = tr("Cancelled: no log was read.")
-            else:
-                text = tr("Cancelled: {done} of {total} logs were read.", done=ended.read, total=ended.total)
-            return Notice(Meaning.INFORMATION, text, dismiss=self._dismiss)
+            read = [] if ended.total is None else [tr("{count} of {total} logs", count=ended.read, total=ended.total)]
+            return Notice(Meaning.INFORMATION, together((tr("Cancelled."), *read)), dismiss=self._dismiss)
         unread = self.work.unread()
         if ended.total == 0:
-            return Notice(Meaning.INFORMATION, tr("No new flight logs there."), dismiss=self._dismiss)
+            return Notice(Meaning.INFORMATION, tr("No new flight logs."), dismiss=self._dismiss)
         if not unread:
             return None
         first = unread[0]
@@ -229,8 +221,11 @@ class FlightsPage(Page):
         self._show(self.empty if self.work.is_empty else self._overview)
 
     def _show(self, widget: QWidget) -> None:
+        """A flight and the form have a header of their own."""
         self._stack.setCurrentWidget(widget)
-        self._head.setVisible(widget is self._overview)
+        self.header.setVisible(widget in (self.empty, self._overview))
+        for one in (self.thresholds.reading, self.fired_only, self.header.more):
+            one.setVisible(widget is self._overview)
 
     def _filter(self, *, is_wanted: bool) -> None:
         for one in self.lists.of.values():
@@ -279,15 +274,13 @@ class FlightsPage(Page):
         self.form.chosen.connect(self._read_with)
         self.proposal.said.connect(self._say)
         self.proposal.settings_wanted.connect(lambda: self.page_wanted.emit("settings"))
-        self.empty.files.clicked.connect(self.choose_files)
-        self.empty.folder.clicked.connect(self.choose_folder)
         Shortcut("flights_open_key", self, self.open_files, self.choose_files)
         Shortcut("flights_folder_key", self, self.open_folder, self.choose_folder)
 
     def _make_overview(self) -> QWidget:
         content = named(QWidget(), "flights_content")
-        left = in_column(self.thresholds, (self.map, 1), spacing=Space.S)
-        in_row((left, 3), (self.lists, 5), of=content, spacing=Space.M, margins=0)
+        right = in_column(self.thresholds, (self.map, 1), spacing=Space.S)
+        in_row((self.lists, 5), (right, 3), of=content, spacing=Space.M, margins=0)
         self.map.setMinimumWidth(_MAP_PX)
         scroll = control(QScrollArea(), self._services.texts, "flights_scroll", says="Flight logs")
         scroll.setWidgetResizable(True)
@@ -298,11 +291,16 @@ class FlightsPage(Page):
         return overview
 
     def _lay_out(self) -> None:
-        self._head = named(QWidget(), "flights_head")
-        head = FlowRow(self._head)
-        head.add(self.count)
-        head.add_right(self.thresholds.reading, self.fired_only, self.open_files, self.open_folder)
-        in_column(self._head, (self._stack, 1), self.strip, of=self, spacing=Space.S, margins=(Space.M, Space.S))
+        self.header = self.make_header(
+            self._services.texts, marked("Flight logs"), self.thresholds.reading, self.fired_only, self.open_folder,
+            self.open_files,
+        )  # fmt: skip
+        self.header.add_rare("flights_profile_save", marked("Save as profile…"), self.proposal.save_profile)
+        self.header.add_rare("flights_profile_put", marked("Add to a profile…"), self.proposal.add_to_profile)
+        in_column(
+            self.header, (self._stack, 1), self.strip, of=self, spacing=Space.S,
+            margins=(Space.M, Space.XS, Space.M, Space.S),
+        )  # fmt: skip
 
     # Qt
 

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Final
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QMenu, QPushButton, QToolButton
+from PySide6.QtWidgets import QFrame, QPushButton
 
 from app.settings.profile_file import ProfileRefused, read_profile, save_profile
 from app.settings.profiles import Profile
@@ -18,7 +18,7 @@ from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control
 from ui.widgets.labels import ElidedLabel, IconLabel
-from ui.widgets.layouts import FlowRow, in_column
+from ui.widgets.layouts import FlowRow, in_column, in_row
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import Notice
 
@@ -43,33 +43,15 @@ class ProposalBar(QFrame):
         self.picture = IconLabel("flights_proposal_icon", _ICON_PX)
         self.head = named(ElidedLabel(), "flights_proposal_head", "strong")
         self.lines = [named(ElidedLabel(), f"flights_proposal_line_{one}", "small") for one in range(_LINES)]
-        self.take = control(QPushButton(), texts, "flights_take", "Try proposal",
-                            says="Try proposal", tip="Move the thresholds on this page to the proposal",
-                            picture=Icon.CHECK, slot=self._take)  # fmt: skip
-        self.profile = control(QToolButton(), texts, "flights_profile", "Profile", says="Profile",
-                               tip="Save the chosen thresholds in a profile", picture=Icon.CHECKLIST)  # fmt: skip
-        self.profile.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
-        menu = named(QMenu(self.profile), "flights_profile_menu")
-        self.save_as = named(menu.addAction(""), "flights_profile_save")
-        self.put_into = named(menu.addAction(""), "flights_profile_put")
-        texts.bind(self.save_as.setText, "Save as profile…")
-        texts.bind(self.put_into.setText, "Add to a profile…")
-        self.save_as.triggered.connect(self.save_profile)
-        self.put_into.triggered.connect(self.add_to_profile)
-        self.profile.setMenu(menu)
-        self.use = control(QPushButton(), texts, "flights_use", "Use in Settings",
-                           tip="Copy the chosen thresholds to the Settings page; nothing is sent until they are "
-                               "written there",
-                           picture=Icon.SETTINGS, role="primary", slot=self._use)  # fmt: skip
+        self.take = control(QPushButton(), texts, "flights_take", "Try proposal", picture=Icon.CHECK,
+                            slot=self._take)  # fmt: skip
+        self.use = control(QPushButton(), texts, "flights_use", "Use in Settings", tip="Nothing is sent.",
+                           picture=Icon.SETTINGS, slot=self._use)  # fmt: skip
         said = in_column(self.head, *self.lines, spacing=0)
         buttons = FlowRow()
-        buttons.add_right(self.take, self.profile, self.use)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(Space.M, Space.XS, Space.M, Space.XS)
-        row.setSpacing(Space.S)
-        row.addWidget(self.picture, 0, Qt.AlignmentFlag.AlignTop)
-        row.addLayout(said, 1)
-        row.addLayout(buttons)
+        buttons.add_right(self.take, self.use)
+        in_row((self.picture, Qt.AlignmentFlag.AlignTop), (said, 1), buttons, of=self, spacing=Space.S,
+               margins=(Space.M, Space.XS))  # fmt: skip
 
     def refresh(self) -> None:
         work = self._work
@@ -102,7 +84,7 @@ class ProposalBar(QFrame):
 
     def save_profile(self) -> None:
         """A new one that holds the three thresholds and nothing else."""
-        path = self.ask_save(self, tr("Save as a profile"), self._folder() / f"profile{SUFFIX}", _kinds())
+        path = self.ask_save(self, tr("Save as profile…"), self._folder() / f"profile{SUFFIX}", _kinds())
         if path is not None:
             self._write(path, Profile(name=path.stem or tr("Profile"), settings=self._work.settings()))
 
@@ -114,21 +96,21 @@ class ProposalBar(QFrame):
         try:
             profile = read_profile(path)
         except ProfileRefused as refusal:
-            self._say(Meaning.ATTENTION, tr("{name} cannot be read: {why}", name=path.name, why=refusal.sentences[0]))
+            self._say(Meaning.ATTENTION, tr("{file}: {why}", file=path.name, why=refusal.sentences[0]))
             return
         settings = {**profile.settings, **self._work.settings()}
         loses_approval = profile.approved_fingerprint is not None and settings != dict(profile.settings)
         approved = None if loses_approval else profile.approved_fingerprint
-        target = self.ask_save(self, tr("Save the profile"), path, _kinds())
+        target = self.ask_save(self, tr("Add to a profile…"), path, _kinds())
         if target is not None:
-            note = tr("Its approved fingerprint belonged to other settings and was removed.") if loses_approval else ""
+            note = tr("Its approved fingerprint was removed.") if loses_approval else ""
             self._write(target, replace(profile, settings=settings, approved_fingerprint=approved), note)
 
     def _write(self, path: Path, profile: Profile, note: str = "") -> None:
         try:
             save_profile(path, profile)
         except (OSError, ProfileRefused) as error:
-            self._say(Meaning.DANGER, tr("{path} was not saved: {why}.", path=path, why=error))
+            self._say(Meaning.DANGER, tr("{file} cannot be written: {why}.", file=path, why=error))
             return
         self._remembered.add_profile(path)
         self._say(Meaning.GOOD, f"{tr('Saved as {path}.', path=path)} {note}".strip())

@@ -11,6 +11,7 @@ from app.text.i18n import tr
 from ui.forms.table_kit import RowsFilter, list_rows
 from ui.pages.flights.controller import FlightRow
 from ui.pages.flights.model import COLUMNS, FlightColumn
+from ui.pages.flights.texts import MOVE_WORDS
 from ui.style.icons import Icon, icon
 from ui.style.theme import Size, Space, font
 from ui.widgets.naming import named
@@ -98,12 +99,12 @@ class FlightTable(QTableView):
     def menu(self) -> QMenu:
         """For what is chosen."""
         menu = named(QMenu(self), f"{self.objectName()}_menu")
-        is_one = len(self.chosen()) == 1
+        is_one, is_first = len(self.chosen()) == 1, self._group is FlightGroup.MUST_NOT
         entries = (
             ("open", tr("Open"), Icon.LIVE, self.opened, is_one),
-            ("move", self._move_text(), Icon.CHEVRON_DOWN if self._is_first else Icon.CHEVRON_UP, self.move_wanted,
-             bool(self.chosen())),
-            ("remove", tr("Remove from this page"), Icon.CROSS, self.remove_wanted, bool(self.chosen())),
+            ("move", tr(MOVE_WORDS[self._group]), Icon.CHEVRON_DOWN if is_first else Icon.CHEVRON_UP,
+             self.move_wanted, bool(self.chosen())),
+            ("remove", tr("Remove"), Icon.CROSS, self.remove_wanted, bool(self.chosen())),
         )  # fmt: skip
         for name, text, picture, wanted, is_on in entries:
             action = menu.addAction(icon(picture), text)
@@ -111,13 +112,6 @@ class FlightTable(QTableView):
             action.setEnabled(is_on)
             action.triggered.connect(wanted)
         return menu
-
-    @property
-    def _is_first(self) -> bool:
-        return self._group is FlightGroup.MUST_NOT
-
-    def _move_text(self) -> str:
-        return tr("Move to “must fire”") if self._is_first else tr("Move to “must not fire”")
 
     def _show_menu(self, place: QPoint) -> None:
         menu = self.menu()

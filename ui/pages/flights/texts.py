@@ -12,6 +12,7 @@ from app.flight_logs.module_view import RuleReading
 from app.text.durations import stopwatch
 from app.text.i18n import tr
 from app.text.messages import clean
+from app.text.sentences import begun, listed
 from protocol.messages import Source
 from protocol.translatable import marked
 from ui.pages.flights.controller import FlightRow
@@ -23,6 +24,9 @@ READING_WORDS: Final = {
     RuleReading.DIRECT: marked("Triggers at once"),
     RuleReading.DAMPED: marked("Triggers after 0.2 s"),
 }
+MOVE_WORDS: Final = {
+    FlightGroup.MUST_NOT: marked("Move to “must fire”"), FlightGroup.MUST: marked("Move to “must not fire”"),
+}  # fmt: skip
 OTHER_LIST: Final = {FlightGroup.MUST_NOT: FlightGroup.MUST, FlightGroup.MUST: FlightGroup.MUST_NOT}
 
 
@@ -38,7 +42,7 @@ def verdict_text(outcome: FlightOutcome | None) -> str:
         case Verdict.HOLDS:
             return tr("no")
         case _:
-            return tr("{seconds:.1f} s", seconds=math.nan if outcome is None else outcome.direct.at_s)
+            return f"{math.nan if outcome is None else outcome.direct.at_s:.1f} s"
 
 
 def short_name(name: str) -> str:
@@ -59,23 +63,24 @@ def fire_text(fire: FirstFire) -> str:
     """Of one reading: whether and when, why, how late and how much lower."""
     if not fire.sources:
         return tr("No trigger")
-    text = tr("Fires at {time} by {why}", time=moment_text(fire.at_s), why=sources_text(fire.sources))
-    if not fire.is_in_time:
-        return tr("{what}, after the impact", what=text)
-    if math.isnan(fire.delay_s):
-        return text
-    if fire.delay_s < 0:
-        text = tr("{what}, {seconds:.1f} s before control was lost", what=text, seconds=-fire.delay_s)
-    else:
-        text = tr("{what}, {seconds:.1f} s after control was lost", what=text, seconds=fire.delay_s)
-    return text if math.isnan(fire.drop_m) else tr("{what}, {metres:.0f} m lower", what=text, metres=fire.drop_m)
+    text = tr("Fires at {time}: {why}", time=moment_text(fire.at_s), why=sources_text(fire.sources))
+    late = late_text(fire.delay_s, fire.drop_m) if fire.is_in_time else tr("after the impact")
+    return listed(filter(None, (text, late)))
+
+
+def late_text(delay_s: float, drop_m: float) -> str:
+    """After the loss of control; empty where that is not known."""
+    if math.isnan(delay_s):
+        return ""
+    if delay_s < 0:
+        return tr("{delay:.2f} s before the loss of control", delay=-delay_s)
+    late = tr("{delay:.2f} s after the loss of control", delay=delay_s)
+    return late if math.isnan(drop_m) else tr("{late}, {drop:.0f} m lower", late=late, drop=drop_m)
 
 
 def moment_text(at_s: float) -> str:
     """Since the beginning of the log: "12.3 s", "3:07.2"."""
-    if at_s < 60:
-        return tr("{seconds:.1f} s", seconds=at_s)
-    return f"{stopwatch(at_s)}.{int(at_s * 10) % 10}"
+    return f"{at_s:.1f} s" if at_s < 60 else f"{stopwatch(at_s)}.{int(at_s * 10) % 10}"
 
 
 def outcome_lines(outcome: FlightOutcome) -> tuple[str, ...]:
@@ -83,9 +88,9 @@ def outcome_lines(outcome: FlightOutcome) -> tuple[str, ...]:
     if not outcome.is_different:
         return (fire_text(outcome.direct),)
     return (
-        tr("The vendor's rule can be read in two ways, and they disagree:"),
+        tr("The readings of the rule differ:"),
         *(
-            tr("{reading}: {what}", reading=tr(READING_WORDS[reading]), what=fire_text(fire))
+            tr("{reason}: {what}", reason=tr(READING_WORDS[reading]), what=fire_text(fire))
             for reading, fire in ((RuleReading.DIRECT, outcome.direct), (RuleReading.DAMPED, outcome.damped))
         ),
     )
@@ -95,10 +100,10 @@ def told(row: FlightRow) -> str:
     """The row as sentences."""
     name = clean(row.name, longest=200)
     if row.unread is not None:
-        return tr("{name}: not read. {why}", name=name, why=row.unread.why.in_words())
+        return tr("{file}: {why}", file=name, why=row.unread.why.in_words())
     lines = [f"{name} ({tr(row.group.value)})"]
     if row.outcome is not None:
-        lines.append(tr("Duration: {time}", time=stopwatch(row.outcome.flight.duration_s)))
+        lines.append(tr("{reason}: {what}", reason=tr("Duration"), what=stopwatch(row.outcome.flight.duration_s)))
         lines += [*outcome_lines(row.outcome), *(one.in_words() for one in row.outcome.flight.problems)]
     return "\n".join(lines)
 
@@ -112,36 +117,32 @@ def problem_count(row: FlightRow) -> int:
 
 def list_caption(group: FlightGroup, outcomes: list[FlightOutcome]) -> tuple[str, Meaning | None]:
     """Above a list. Where the readings disagree the worse one counts."""
-    total = len(outcomes)
+    total, name = len(outcomes), begun(tr(group.value))
     if not total:
-        return tr("Must fire: none yet") if group is FlightGroup.MUST else tr("Must not fire: none yet"), None
+        return name, None
     if group is FlightGroup.MUST_NOT:
         count = sum(bool(one.direct.sources or one.damped.sources) for one in outcomes)
-        meaning = Meaning.DANGER if count else None
-        return tr("Must not fire: {count} of {total} fire", count=count, total=total), meaning
-    count = sum(one.direct.is_in_time and one.damped.is_in_time for one in outcomes)
-    meaning = Meaning.DANGER if count < total else None
-    return tr("Must fire: {count} of {total} fire in time", count=count, total=total), meaning
+        text, is_bad = tr("{count} of {total} fire", count=count, total=total), count > 0
+    else:
+        count = sum(one.direct.is_in_time and one.damped.is_in_time for one in outcomes)
+        text, is_bad = tr("{count} of {total} fire in time", count=count, total=total), count < total
+    return tr("{reason}: {what}", reason=name, what=text), Meaning.DANGER if is_bad else None
 
 
 def list_detail(group: FlightGroup, outcomes: list[FlightOutcome]) -> str:
     """What depends on the reading, how late the latest is."""
     if not outcomes:
-        return tr("Move flights here: choose them, press M")
+        return tr("Select flights and press M")
     parts = []
     different = sum(one.is_different for one in outcomes)
     if different:
-        parts.append(tr("{count} unclear", count=different))
+        parts.append(tr("{reason}: {what}", reason=tr("unclear"), what=different))
     if group is FlightGroup.MUST:
         fires = [fire for one in outcomes for fire in (one.direct, one.damped) if fire.is_in_time]
         delays = [one.delay_s for one in fires if math.isfinite(one.delay_s)]
         drops = [one.drop_m for one in fires if math.isfinite(one.drop_m)]
-        if delays and drops:
-            parts.append(
-                tr("latest after {seconds:.1f} s, {metres:.0f} m lower", seconds=max(delays), metres=max(drops))
-            )
-        elif delays:
-            parts.append(tr("latest after {seconds:.1f} s", seconds=max(delays)))
+        if delays:
+            parts.append(tr("latest {late}", late=late_text(max(delays), max(drops, default=math.nan))))
     return " · ".join(parts)
 
 
@@ -156,12 +157,8 @@ class ProposalText(NamedTuple):
 
 
 def limits_text(limits: TriggerLimits) -> str:
-    return tr(
-        "{tilt:.0f}° · {acceleration:.1f} g · {time:.2f} s",
-        tilt=limits.attitude_threshold_deg,
-        acceleration=limits.freefall_acceleration_g,
-        time=limits.freefall_time_s,
-    )
+    angle, force_g, time_s = limits.attitude_threshold_deg, limits.freefall_acceleration_g, limits.freefall_time_s
+    return f"{angle:.0f}° · {force_g:.1f} g · {time_s:.2f} s"
 
 
 def proposal_text(proposal: ThresholdProposal | None, *, is_busy: bool, counts: tuple[int, int]) -> ProposalText:
@@ -171,33 +168,22 @@ def proposal_text(proposal: ThresholdProposal | None, *, is_busy: bool, counts: 
     if proposal is None or not any(counts):
         return ProposalText(Icon.INFORMATION, None, tr("No proposal yet"))
     if proposal.limits is None:
-        lines = [tr("{name}: {why}", name=short_name(one.name), why=one.why.in_words()) for one in proposal.conflicts]
-        head = tr("No thresholds separate these two lists") if counts[1] else tr("No thresholds let all of these pass")
-        return ProposalText(Icon.WARNING, Meaning.ATTENTION, head, tuple(lines))
+        lines = [tr("{file}: {why}", file=short_name(one.name), why=one.why.in_words()) for one in proposal.conflicts]
+        return ProposalText(Icon.WARNING, Meaning.ATTENTION, tr("No thresholds separate the lists"), tuple(lines))
     lines = [
         _margin_text(margin)
         for group in (FlightGroup.MUST_NOT, FlightGroup.MUST)
         if (margin := proposal.nearest(group)) is not None
     ]
-    if not counts[1]:
-        lines.append(tr("No flight that must fire: only false triggers count."))
-    if not counts[0]:
-        lines.append(tr("No flight that must not fire: only missing triggers count."))
+    if not all(counts):
+        lines.append(tr("Only one list has flights."))
     head = tr("Proposal: {limits}", limits=limits_text(proposal.limits))
     return ProposalText(Icon.CHECK, None, head, tuple(lines))
 
 
 def _margin_text(margin: FlightMargin) -> str:
     """How far the nearest flight of a list is from the other side."""
-    name = short_name(margin.name)
-    if margin.group is FlightGroup.MUST_NOT:
-        return tr(
-            "Must not fire: {degrees}° and {seconds:.2f} s to spare ({name})",
-            degrees=margin.attitude_deg, seconds=margin.freefall_s, name=name,
-        )  # fmt: skip
-    parts = []
-    if margin.attitude_deg >= 0:
-        parts.append(tr("{degrees}° above the threshold", degrees=margin.attitude_deg))
-    if margin.freefall_s >= 0:
-        parts.append(tr("{seconds:.2f} s longer than the free-fall time", seconds=margin.freefall_s))
-    return tr("Must fire: {what} ({name})", what=" · ".join(parts), name=name)
+    parts = [f"{margin.attitude_deg}°"] * (margin.attitude_deg >= 0)
+    parts += [f"{margin.freefall_s:.2f} s"] * (margin.freefall_s >= 0)
+    return tr("{group}: {what} to spare ({name})", group=begun(tr(margin.group.value)), what=" · ".join(parts),
+              name=short_name(margin.name))  # fmt: skip

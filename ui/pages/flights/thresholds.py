@@ -38,9 +38,7 @@ class ThresholdPanel(QWidget):
         self.acceleration = Dial("flights_acceleration", minimum=_ACCELERATIONS_G[0], maximum=_ACCELERATIONS_G[1],
                                  step=0.1, unit=" g", guard=guard, decimals=1)  # fmt: skip
         self.time = Dial("flights_time", minimum=_TIMES_S[0], maximum=_TIMES_S[1], step=0.01, unit=" s", guard=guard)
-        self.reading = control(QComboBox(), texts, "flights_reading", says="Reading of the vendor's rule",
-                               tip="The vendor does not say whether an angle has to last, or whether the acceleration "
-                                   "is filtered")  # fmt: skip
+        self.reading = control(QComboBox(), texts, "flights_reading", says="Reading", tip="Reading")
         for reading in RuleReading:
             self.reading.addItem("", reading)
         guard.guard(self.reading)

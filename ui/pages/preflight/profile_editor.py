@@ -185,7 +185,7 @@ class ProfileEditor(QWidget):
         recent = self._preferences.recent_profiles
         folder = self._path.parent if self._path is not None else Path(recent[0]).parent if recent else Path.home()
         name = self._path.name if self._path is not None else f"profile{SUFFIX}"
-        path = self.ask_save(self, tr("Save as a profile"), folder / name, tr("Profile (*.toml)"))
+        path = self.ask_save(self, tr("Save as profile…"), folder / name, tr("Profile (*.toml)"))
         if path is not None:
             self._save_to(path)
 

@@ -74,7 +74,7 @@ def _judged(work: PreflightController, standing: Standing) -> Announcement:
         what = tr("All {count} checks hold; warnings: {looks}.", count=len(CHECKS), looks=looks)
         skipped = sum(item.is_done is None for item in assessment.manual)
         if skipped:
-            what = together((what, tr("Skipped by a person: {count}.", count=skipped)))
+            what = together((what, tr("Skipped: {count}.", count=skipped)))
         beside, *foot = _foot(work)
         return Announcement(standing, word, head, (*filter(None, (beside,)), what, *foot))
     names = names_against(assessment)

@@ -21,19 +21,14 @@ class RecordingsButtons(QWidget):
         self.setObjectName("recordings_buttons")
         self._texts = texts
         self._releases: bool | None = None
-        self.csv = control(QPushButton(), texts, "recordings_csv", "CSV…", says="Export the recording as CSV",
-                           tip="All of it as a table, CSV", key="Ctrl+S", picture=Icon.TABLE)  # fmt: skip
+        self.csv = control(QPushButton(), texts, "recordings_csv", "CSV…", key="Ctrl+S", picture=Icon.TABLE)
         self.mcap = control(QPushButton(), texts, "recordings_mcap", "MCAP…",
-                            says="Export the recording as MCAP",
-                            tip="For PlotJuggler and Foxglove, with all bytes",
-                            key="Ctrl+Shift+S", picture=Icon.SAVE)  # fmt: skip
-        self.keep = control(QPushButton(), texts, "recordings_keep", picture=Icon.BOOKMARK)
-        self.delete = control(QPushButton(), texts, "recordings_delete", "Delete…",
-                              says="Delete the chosen recordings",
-                              tip="Delete for good, after a question", key="Del",
+                            tip="For PlotJuggler and Foxglove", key="Ctrl+Shift+S", picture=Icon.SAVE)  # fmt: skip
+        self.keep = control(QPushButton(), texts, "recordings_keep", tip="Never delete automatically",
+                            picture=Icon.BOOKMARK)  # fmt: skip
+        self.delete = control(QPushButton(), texts, "recordings_delete", "Delete…", key="Del",
                               picture=Icon.ERASE)  # fmt: skip
-        self.open = control(QPushButton(), texts, "recordings_open", "Open", says="Open the recording on the Live page",
-                            tip="Open on the Live page", key="Enter", picture=Icon.LIVE,
+        self.open = control(QPushButton(), texts, "recordings_open", "Open", key="Enter", picture=Icon.LIVE,
                             role="primary")  # fmt: skip
         exports = in_row((self.csv, 1), (self.mcap, 1), spacing=Space.S)
         marks = in_row((self.keep, 1), (self.delete, 1), spacing=Space.S)
@@ -53,15 +48,8 @@ class RecordingsButtons(QWidget):
         if releases == self._releases:
             return
         self._releases = releases
-        bind, keep = self._texts.bind, self.keep
-        if releases:
-            bind(keep.setText, "Unpin")
-            bind(keep.setAccessibleName, "Allow automatic deletion again")
-            bind(keep.setToolTip, "Let the chosen recordings go when there are too many")
-        else:
-            bind(keep.setText, "Pin")
-            bind(keep.setAccessibleName, "Pin the selected recordings: they are never deleted automatically")
-            bind(keep.setToolTip, "Never delete automatically; restores from the trash")
+        for setter in (self.keep.setText, self.keep.setAccessibleName):
+            self._texts.bind(setter, "Unpin" if releases else "Pin")
 
 
 class NoRecordings(EmptyState):
@@ -70,7 +58,4 @@ class NoRecordings(EmptyState):
     def __init__(self, texts: Texts) -> None:
         super().__init__("recordings_empty", Icon.RECORDINGS)
         texts.bind(self.title.setText, "No recordings yet")
-        texts.bind(
-            self.text.setText,
-            "Every session is recorded by itself; there is nothing to switch on.",
-        )
+        texts.bind(self.text.setText, "Every session is recorded automatically.")

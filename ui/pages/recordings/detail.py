@@ -44,9 +44,8 @@ class OutlinePicture(PaintedWidget):
 
     def show_outline(self, outline: Outline) -> None:
         self._outline = outline
-        self.announce(
-            tr("Tilt") if not outline else tr("Tilt, up to {value}°", value=round(max(h for _, h in outline)))
-        )
+        highest = f" ≤ {round(max(high for _, high in outline))}°" if outline else ""
+        self.announce(f"{tr('Tilt')}{highest}")
 
     def sizeHint(self) -> QSize:
         return QSize(200, 72)
@@ -81,7 +80,7 @@ class RecordingsDetail(QFrame):
         self.setFixedWidth(WIDTH_PX)
         content = named(QWidget(), "recordings_facts")
         in_column(self.title, self.picture, *rows, 1, of=content, spacing=Space.XS, margins=0)
-        scroll = control(QScrollArea(), texts, "recordings_facts_scroll", says="About this recording")
+        scroll = control(QScrollArea(), texts, "recordings_facts_scroll", says="Recordings")
         scroll.setWidgetResizable(True)
         scroll.setWidget(content)
         for ground in (content, scroll.viewport()):
@@ -94,7 +93,7 @@ class RecordingsDetail(QFrame):
         one = chosen[0] if len(chosen) == 1 else None
         self.picture.show_outline(() if one is None else self._outlines.of(one))
         if one is None:
-            self.title.setText(tr("{count} recordings are chosen.", count=len(chosen)) if chosen else "")
+            self.title.setText(tr("{count} selected", count=len(chosen)) if chosen else "")
             for label in self.facts.values():
                 label.setText("")
             return

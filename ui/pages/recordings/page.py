@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QLabel, QLineEdit, QStackedWidget, QWidget
 from app.recordings.entry_texts import size_text, told, when_text
 from app.recordings.library import RecordingEntry
 from app.text.i18n import tr
+from app.text.sentences import listed, together
 from protocol.translatable import marked
 from ui.files.file_dialogs import AskPath, ask_path, default_name
 from ui.forms.table_kit import RowsFilter
@@ -54,8 +55,7 @@ class RecordingsPage(Page):
         self.count, self.bounds = named(QLabel(), "recordings_count"), named(QLabel(), "recordings_bounds")
         self.count.setProperty("role", "strong")
         self.bounds.setProperty("role", "small")
-        self.search = control(QLineEdit(), services.texts, "recordings_search", says="Search the recordings",
-                              tip="Only recordings with all these words", key="Ctrl+F")  # fmt: skip
+        self.search = control(QLineEdit(), services.texts, "recordings_search", says="Search", key="Ctrl+F")
         self.search.setFixedWidth(_SEARCH_PX)
         self.search.setClearButtonEnabled(True)
         bind = services.texts.bind
@@ -85,8 +85,7 @@ class RecordingsPage(Page):
         if has_entries and not self.table.chosen() and not self._doomed:
             self.table.selectRow(0)
         self._stack.setCurrentWidget(self.table if has_entries else self.empty)
-        count = len(work.entries)
-        self.count.setText(tr("1 recording") if count == 1 else tr("{count} recordings", count=f"{count:,}"))
+        self.count.setText(tr("Recordings: {count}", count=f"{len(work.entries):,}"))
         self.bounds.setText(self._bounds_text())
         self._refresh_notice()
         self._refresh_buttons()
@@ -106,12 +105,8 @@ class RecordingsPage(Page):
     def _bounds_text(self) -> str:
         library = self.work.library
         used = size_text(sum(one.size_bytes for one in self.work.entries))
-        return tr(
-            "{used} used. Up to {size} or {days} days; then the oldest go to the trash.",
-            used=used,
-            size=size_text(library.most_bytes),
-            days=library.most_days,
-        )
+        return tr("{used} of {size} used; kept for {days} days.", used=used, size=size_text(library.most_bytes),
+                  days=library.most_days)  # fmt: skip
 
     def _notice(self) -> Notice | None:
         doing, said = self.work.doing, self.work.said
@@ -128,14 +123,13 @@ class RecordingsPage(Page):
 
     def _question(self) -> Notice:
         doomed = self._doomed
-        size = size_text(sum(one.size_bytes for one in doomed))
-        if len(doomed) == 1:
-            text = tr("Delete this recording for good? {what}", what=told(doomed[0]))
-        else:
-            text = tr("Delete {count} recordings, {size}, for good?", count=len(doomed), size=size)
-            kept = sum(one.is_kept for one in doomed)
-            if kept:
-                text += " " + tr("{count} of them are kept.", count=kept)
+        what = told(doomed[0])
+        if len(doomed) > 1:
+            size = size_text(sum(one.size_bytes for one in doomed))
+            what = listed((tr("Recordings: {count}", count=len(doomed)), size))
+        kept = sum(one.is_kept for one in doomed) if len(doomed) > 1 else 0
+        pinned = [tr("{count} of them pinned.", count=kept)] if kept else []
+        text = together((tr("Delete for good? {what}", what=what), *pinned))
         choices = (
             Choice("delete_recordings", tr("Delete for good"), self._delete, is_step=True),
             Choice("keep_recordings", tr("Cancel"), self._spare, is_main=True),
@@ -155,7 +149,7 @@ class RecordingsPage(Page):
         entry = chosen[0]
         name = default_name(entry.module or entry.port, kind.value, entry.started_at.astimezone())
         kinds = tr("Table (*.csv)") if kind is ExportKind.CSV else tr("MCAP (*.mcap)")
-        title = tr("Export the recording of {when}", when=when_text(entry))
+        title = tr("Recording of {time}", time=when_text(entry))
         path = self.ask_path(self, title, self._folder / name, kinds)
         if path is not None:
             self._folder = path.parent

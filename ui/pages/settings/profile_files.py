@@ -73,7 +73,7 @@ class ProfileFiles(QObject):
             self._say(Meaning.ATTENTION, tr("Nothing is known of the module's settings: read them first."))
             return
         suggested = self._folder() / f"profile{SUFFIX}"
-        path = self.ask_save(self._page, tr("Save as a profile"), suggested, tr("Profile (*.toml)"))
+        path = self.ask_save(self._page, tr("Save as profile…"), suggested, tr("Profile (*.toml)"))
         if path is None:
             return
         try:

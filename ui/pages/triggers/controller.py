@@ -17,6 +17,7 @@ from app.records.trigger_filing import Doubtful, Filing, TriggersReading
 from app.store.database import StoreTrouble, utc_now
 from app.store.store import Store
 from app.text.i18n import tr
+from app.text.sentences import together
 from app.trigger_records.history import Judgement, in_order, record_of
 from protocol.catalogue import BY_NAME
 from protocol.link_states import Presence
@@ -150,9 +151,7 @@ class TriggersController(QObject):
             self._forget_visit()
             self.reading = job.outcome()
             self._show_archive()
-            self.job.say_text(Meaning.DANGER, lambda: tr(
-                "The module stopped answering. What came is shown and nothing was kept; read again."
-            ))  # fmt: skip
+            self.job.say_text(Meaning.DANGER, lambda: tr("The module stopped answering; nothing was kept. Read again."))
         else:
             self.reading = job.outcome()
             self._keep()
@@ -167,13 +166,9 @@ class TriggersController(QObject):
             filing = Filing(store, reading, name, self._naming.adapter, port, is_same_module)
             self._filing.run_in(store.queue, filing.run, partial(self._end_filing, reading), self._fail_filing)
         if reading is not None and not reading.history.is_confirmed:
-            self.job.say_text(Meaning.ATTENTION, lambda: tr(
-                "The readings did not agree: records may be missing, or be doubtful. Read again, or check the line."
-            ))  # fmt: skip
+            self.job.say_text(Meaning.ATTENTION, lambda: tr("The readings differ: records may be missing. Read again."))
         if reading is not None and not reading.history.is_answered:
-            self.job.say_text(Meaning.ATTENTION, lambda: tr(
-                "The module did not answer the query: its records are not known."
-            ))  # fmt: skip
+            self.job.say_text(Meaning.ATTENTION, lambda: tr("No answer: the records are unknown."))
         self._show_archive()
 
     def _forget_visit(self) -> None:
@@ -204,15 +199,15 @@ class TriggersController(QObject):
     def _ask_whose(self, boots: int | None, before: int | None) -> Notice:
         name = self._naming.name
         if before is not None:
-            text = tr("This says boot {now}, {module} was at {before}: is it the same module?", now=boots,
+            text = tr("Boot {now}, but {module} was at {before}: is it the same module?", now=boots,
                       module=name, before=before)  # fmt: skip
         else:
-            text = tr("The records do not follow those that {module} had: is it the same module?", module=name)
+            text = tr("The records do not follow those of {module}: is it the same module?", module=name)
         choices = (
-            Choice("another_module", tr("It is another one"), lambda: self._naming.choose(""), is_step=True),
-            Choice("same_module", tr("It is {module}: keep them", module=name), self._keep_anyway, is_step=True),
+            Choice("another_module", tr("It is another module"), lambda: self._naming.choose(""), is_step=True),
+            Choice("same_module", tr("It is {module}", module=name), self._keep_anyway, is_step=True),
         )
-        return Notice(Meaning.ATTENTION, f"{text} {tr('Nothing was kept yet.')}", choices)
+        return Notice(Meaning.ATTENTION, text, choices)
 
     def _keep_anyway(self) -> None:
         self.job.dismiss()
@@ -292,10 +287,9 @@ def _unkept_row(number: int, raw: bytes, *, is_seen_once: bool) -> TriggerRow:
 
 
 def _broken_off(error: BaseException) -> str:
-    if isinstance(error, Cancelled):
-        return tr("Cancelled. Nothing was kept of this reading.")
-    return tr("Broken off: the connection was lost. Nothing was kept of this reading.")
+    what = tr("Cancelled.") if isinstance(error, Cancelled) else tr("Broken off: the connection was lost.")
+    return together((what, tr("Not kept.")))
 
 
 def _not_kept(trouble: StoreTrouble) -> str:
-    return f"{trouble.sentence} {tr('It was not kept.')}"
+    return together((trouble.sentence, tr("Not kept.")))

@@ -23,7 +23,7 @@ from ui.widgets.layouts import FlowRow, Gap, in_column, in_row
 from ui.widgets.naming import named
 
 JUDGEMENTS: Final = (None, *Judgement)
-WIDTH_PX: Final = 344
+WIDTH_PX: Final = 304
 _WITH_PICTURE_LINES: Final = 28
 """Height of the page in lines of text."""
 
@@ -45,21 +45,15 @@ class TriggersDetail(QFrame):
         self.seen = text_label("triggers_seen", "small", is_selectable=True)
         self.bytes = text_label("triggers_bytes", "muted", is_selectable=True)
         self.bytes.hide()
-        self.raw = control(QToolButton(), texts, "triggers_raw", "Raw bytes", says="Show the raw bytes",
-                           tip="Show the bytes of the module")  # fmt: skip
-        self.raw.setCheckable(True)
+        self.raw = control(QToolButton(), texts, "triggers_raw", "Raw bytes", is_checkable=True)
         self.raw.toggled.connect(self.bytes.setVisible)
         self.buttons: dict[Judgement | None, QToolButton] = {}
         for judgement in JUDGEMENTS:
             name = "none" if judgement is None else judgement.name.lower()
             text = marked("not reviewed") if judgement is None else JUDGEMENT_WORDS[judgement]
-            button = control(QToolButton(), texts, f"triggers_judge_{name}", text, role="segment",
-                             tip="What it was; kept with the record",
-                             slot=partial(self._judge, judgement))  # fmt: skip
-            button.setCheckable(True)
-            self.buttons[judgement] = button
-        self.note = control(QLineEdit(), texts, "triggers_note", says="Note on this trigger",
-                            tip="Kept with the record")  # fmt: skip
+            self.buttons[judgement] = control(QToolButton(), texts, f"triggers_judge_{name}", text, role="segment",
+                                              is_checkable=True, slot=partial(self._judge, judgement))  # fmt: skip
+        self.note = control(QLineEdit(), texts, "triggers_note", says="Note", tip="Note")
         self.note.setMaxLength(LONGEST_NOTE)
         texts.bind(self.note.setPlaceholderText, "Note")
         self.note.editingFinished.connect(self._take_note)
@@ -97,14 +91,13 @@ class TriggersDetail(QFrame):
     @staticmethod
     def _seen_text(row: TriggerRow) -> str:
         if row.is_seen_once:
-            return tr("Seen in one reading only; not kept. Read again.")
+            return tr("Seen in one reading only. Read again.")
         if row.is_being_kept:
-            return tr("It is being kept…")
+            return tr("Saving…")
         if not row.is_kept:
             return tr("Not kept.")
-        seen = tr("First seen {time}.", time=local_time(row.seen.first_seen_at))
-        where = tr("The module still keeps it.") if row.is_on_module else tr("Known from an earlier visit.")
-        return f"{seen} {where}"
+        where = tr("On the module") if row.is_on_module else tr("No longer on the module")
+        return f"{tr('First seen {time}', time=local_time(row.seen.first_seen_at))} · {where}"
 
     def _judge(self, judgement: Judgement | None, _is_checked: bool = False) -> None:
         row = self.row

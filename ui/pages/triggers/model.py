@@ -10,6 +10,7 @@ from PySide6.QtGui import QIcon
 from app.limits.out_of_limits import record_outside
 from app.text.durations import stopwatch
 from app.text.i18n import tr
+from app.text.sentences import begun
 from app.trigger_records.fields import SOURCE_WORDS
 from app.trigger_records.history import JUDGEMENT_WORDS, sentence
 from protocol.translatable import marked
@@ -33,9 +34,9 @@ class Column(IntEnum):
 class Show(Enum):
     """Which records are shown; the value is English, translatable."""
 
-    ALL = marked("All records")
-    ON_MODULE = marked("On the module now")
-    NEW = marked("New since the last visit")
+    ALL = marked("All")
+    ON_MODULE = marked("On the module")
+    NEW = marked("New")
     IMPLAUSIBLE = marked("Implausible")
     UNJUDGED = marked("Not reviewed")
 
@@ -43,11 +44,10 @@ class Show(Enum):
 def told(row: TriggerRow) -> str:
     """The record as one sentence, whether it is new, and what a person noted of it."""
     text = sentence(row.record).in_words()
-    if row.is_seen_once:
-        text = tr("Seen once, not confirmed: {sentence}", sentence=text)
-    if row.is_new:
-        text = tr("NEW: {sentence}", sentence=text)
-    return tr("{sentence} — note: {note}", sentence=text, note=row.seen.note) if row.seen.note else text
+    words = [tr("seen once")] * row.is_seen_once + [tr("New")] * row.is_new
+    for word in words:
+        text = tr("{reason}: {what}", reason=begun(word), what=text)
+    return f"{text} — {row.seen.note}" if row.seen.note else text
 
 
 def sources_in_words(sources: tuple[str, ...]) -> str:
@@ -69,7 +69,7 @@ def _cell(row: TriggerRow) -> str:
     volts, outside = f"{row.record.cell_voltage_v:.2f} V", record_outside(row.record)
     if outside is not None:
         return f"{volts} ({tr(outside.fault.value)})"
-    return tr("{voltage} implausible", voltage=volts) if row.record.implausible else volts
+    return tr("{text} (implausible)", text=volts) if row.record.implausible else volts
 
 
 def _judged(row: TriggerRow) -> str:
@@ -97,12 +97,7 @@ COLUMNS: Final = (
         picture=_news_icon,
     ),
     TableColumn[TriggerRow](marked("Why"), lambda row: sources_in_words(row.record.sources)),
-    TableColumn[TriggerRow](
-        marked("Settings"),
-        _settings,
-        lambda row: float(row.record.attitude_threshold_deg),
-        tip=marked("The settings then"),
-    ),
+    TableColumn[TriggerRow](marked("Settings"), _settings, lambda row: float(row.record.attitude_threshold_deg)),
     TableColumn[TriggerRow](marked("Link"), lambda row: tr("connected") if row.record.serial_connected else tr("no")),
     TableColumn[TriggerRow](marked("Charge"), lambda row: tr("charging") if row.record.charging else tr("no")),
     TableColumn[TriggerRow](
@@ -139,7 +134,7 @@ def is_chosen(show: Show, row: TriggerRow) -> bool:
 
 def as_text(rows: Iterable[TriggerRow]) -> str:
     """Tab-separated, with a head, the sentence at the end."""
-    lines = ["\t".join([*(tr(column.title) for column in COLUMNS), tr("Told"), tr("Raw bytes")])]
+    lines = ["\t".join([*(tr(column.title) for column in COLUMNS), tr("Meaning"), tr("Raw bytes")])]
     for row in rows:
         cells = [column.text(row) for column in COLUMNS]
         lines.append("\t".join([*cells, told(row).replace("\t", " "), row.record.raw.hex(" ").upper()]))

@@ -16,10 +16,11 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from app.recordings.export import not_saved_text
 from app.records.trigger_archive import write_archive
 from app.store.database import StoreTrouble
 from app.text.i18n import tr
-from app.text.sentences import reason_of
+from app.text.sentences import together
 from protocol.translatable import marked
 from ui.connect.module_field import ModuleField
 from ui.files.file_dialogs import AskPath, ask_path
@@ -69,8 +70,7 @@ class TriggersPage(Page):
         self.count.setProperty("role", "strong")
         self.news.setProperty("role", "small")
         self.show_box = self._make_show(guard)
-        self.search = control(QLineEdit(), services.texts, "triggers_search", says="Search the records",
-                              tip="Only records with all these words", key="Ctrl+F")  # fmt: skip
+        self.search = control(QLineEdit(), services.texts, "triggers_search", says="Search", key="Ctrl+F")
         self.search.setFixedWidth(_SEARCH_PX)
         self.search.setClearButtonEnabled(True)
         self._make_buttons()
@@ -93,7 +93,7 @@ class TriggersPage(Page):
         self.model.show_rows(work.rows)
         has_rows = bool(work.rows)
         self._stack.setCurrentWidget(self.table if has_rows else self.empty)
-        self.detail.setVisible(has_rows)
+        self._beside.setVisible(has_rows)
         if has_rows and not self.table.selectionModel().hasSelection():
             self.table.selectRow(0)
         self.empty.title.setText(empty_title(work))
@@ -121,7 +121,7 @@ class TriggersPage(Page):
             return Notice(Meaning.INFORMATION, text, (Choice("name_it", tr("Name it"), self.module.setFocus),))
         store = self._services.storage.store
         if isinstance(store, StoreTrouble):
-            return Notice(Meaning.ATTENTION, f"{store.sentence} {tr('It was not kept.')}")
+            return Notice(Meaning.ATTENTION, together((store.sentence, tr("Not kept."))))
         return None
 
     def _show_detail(self) -> None:
@@ -129,8 +129,7 @@ class TriggersPage(Page):
         if len(rows) == 1:
             self.detail.show_row(rows[0], "")
         else:
-            several = tr("{count} records are chosen.", count=len(rows))
-            self.detail.show_row(None, several if rows else tr("Choose a record."))
+            self.detail.show_row(None, tr("{count} selected", count=len(rows)) if rows else tr("Select a row."))
 
     # What a person does
 
@@ -138,10 +137,11 @@ class TriggersPage(Page):
         """The chosen rows, or all that are shown."""
         QGuiApplication.clipboard().setText(as_text(self._chosen() or self.filter.shown()))
 
-    def _save(self, *, is_archive: bool) -> None:
+    def _save(self, _is_checked: bool = False, *, is_archive: bool) -> None:
         rows = self.work.rows if is_archive else self.filter.shown()
         name = self._naming.name
-        path = self.ask_path(self, tr("Save the trigger records"), self._folder / csv_name(name), tr("Table (*.csv)"))
+        title = tr("Export all…") if is_archive else tr("Export shown…")
+        path = self.ask_path(self, title, self._folder / csv_name(name), tr("Table (*.csv)"))
         if path is None:
             return
         new = frozenset(row.seen.id for row in rows if row.is_new)
@@ -150,8 +150,7 @@ class TriggersPage(Page):
             once = frozenset(row.seen.id for row in rows if row.is_seen_once)
             write_archive(path, name, [row.seen for row in rows], new=new if has_past else None, seen_once=once)
         except OSError as error:
-            why = reason_of(error)
-            text = tr("Not saved to {path}: {why}. Choose another folder.", path=path, why=why)
+            text = not_saved_text(path, error)
             self.work.job.say_text(Meaning.DANGER, lambda: text)
             return
         self._folder = path.parent
@@ -180,31 +179,22 @@ class TriggersPage(Page):
         return box
 
     def _make_buttons(self) -> None:
-        bind = self._services.texts.bind
         texts = self._services.texts
-        self.read = control(QPushButton(), texts, "triggers_read", "Read the records", says="Read the trigger records",
-                            tip="Ask the module for its trigger records", key="F5", picture=Icon.HISTORY,
-                            role="primary")  # fmt: skip
-        self.copy = control(QPushButton(), texts, "triggers_copy", "Copy", says="Copy the chosen records",
-                            tip="Copy the chosen records, or all", key="Ctrl+C", picture=Icon.TABLE,
+        bind = texts.bind
+        self.read = control(QPushButton(), texts, "triggers_read", "Read the records", key="F5", picture=Icon.HISTORY,
+                            role="primary", slot=self.work.read)  # fmt: skip
+        self.copy = control(QPushButton(), texts, "triggers_copy", "Copy", key="Ctrl+C", picture=Icon.TABLE,
                             slot=self.copy_rows)  # fmt: skip
-        self.save_page = control(QPushButton(), texts, "triggers_save_page", "Export shown…",
-                                 says="Save the records that are shown as CSV",
-                                 tip="Save the records shown as CSV", key="Ctrl+S",
-                                 picture=Icon.SAVE)  # fmt: skip
-        self.save_archive = control(QPushButton(), texts, "triggers_save_archive", "Export all…",
-                                    says="Save every record of this module as CSV",
-                                    tip="Save all records of this module as CSV", key="Ctrl+Shift+S",
-                                    picture=Icon.SAVE)  # fmt: skip
-        bind(self.show_box.setAccessibleName, "Which records to show")
-        bind(self.show_box.setToolTip, "Which records to show")
+        self.save_page = control(QPushButton(), texts, "triggers_save_page", "Export shown…", key="Ctrl+S",
+                                 picture=Icon.SAVE, slot=partial(self._save, is_archive=False))  # fmt: skip
+        self.save_archive = control(QPushButton(), texts, "triggers_save_archive", "Export all…", key="Ctrl+Shift+S",
+                                    picture=Icon.SAVE, slot=partial(self._save, is_archive=True))  # fmt: skip
+        bind(self.show_box.setAccessibleName, "Filter")
+        bind(self.show_box.setToolTip, "Filter")
         bind(self.search.setPlaceholderText, "Search")
         bind(self.table.setAccessibleName, "Trigger records")
 
     def _wire(self) -> None:
-        self.read.clicked.connect(self.work.read)
-        self.save_page.clicked.connect(lambda: self._save(is_archive=False))
-        self.save_archive.clicked.connect(lambda: self._save(is_archive=True))
         self.show_box.currentIndexChanged.connect(self._use_filter)
         self.search.textChanged.connect(self._use_filter)
         self.table.selectionModel().selectionChanged.connect(self._show_detail)
@@ -223,7 +213,7 @@ class TriggersPage(Page):
         foot = FlowRow()
         foot.add(self.copy, self.save_page, self.save_archive)
         says = in_row(self.count, self.news, 1, self.module, spacing=Space.M)
-        beside = control(QScrollArea(), texts, "triggers_scroll", says="Trigger record")
+        beside = self._beside = control(QScrollArea(), texts, "triggers_scroll", says="Trigger records")
         beside.setWidgetResizable(True)
         beside.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         beside.setFocusPolicy(Qt.FocusPolicy.NoFocus)

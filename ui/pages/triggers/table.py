@@ -4,7 +4,7 @@ from typing import Final
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QFontMetrics
-from PySide6.QtWidgets import QTableView, QWidget
+from PySide6.QtWidgets import QHeaderView, QTableView, QWidget
 
 from app.text.i18n import tr
 from ui.forms.table_kit import RowsFilter, list_rows
@@ -30,7 +30,7 @@ class TriggersTable(QTableView):
             self.setColumnHidden(column, True)
         columns = self.horizontalHeader()
         columns.setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
-        columns.setStretchLastSection(True)
+        columns.setSectionResizeMode(Column.WHY, QHeaderView.ResizeMode.Stretch)  # cut before the list scrolls sideways
         self.measure()
 
     def measure(self) -> None:
@@ -39,7 +39,6 @@ class TriggersTable(QTableView):
         heads = QFontMetrics(font(Size.SMALL, is_bold=True))
         texts = {
             Column.WHEN: tr("boot {boot} · {uptime}", boot=255, uptime="0:00:00") + "  ",
-            Column.WHY: max(f"{tr('attitude')} + {tr('free fall')}", f"{tr('serial')} + PWM", key=len),
             Column.SETTINGS: "180° 2.5 g 2.55 s",
             Column.JUDGED: tr("seen once"),
         }

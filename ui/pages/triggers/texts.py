@@ -1,6 +1,7 @@
 """Texts of the Triggers page."""
 
 from app.text.i18n import tr
+from app.text.sentences import begun
 from ui.pages.triggers.controller import TriggersController
 from ui.services.module_name import whose
 
@@ -15,7 +16,7 @@ def count_text(work: TriggersController) -> str:
     count = len(work.rows)
     if count == 0 and not is_known_empty(work):
         return tr("Trigger records")
-    return tr("1 trigger record") if count == 1 else tr("{count} trigger records", count=count)
+    return tr("Trigger records: {count}", count=count)
 
 
 def news_text(work: TriggersController, name: str) -> str:
@@ -23,8 +24,8 @@ def news_text(work: TriggersController, name: str) -> str:
     if work.reading is None or (rows and not rows[0].is_kept):
         return module
     if work.is_first_visit:
-        return tr("{module} · first visit", module=module)
-    return tr("{module} · {new} new since the last visit", module=module, new=work.new_count)
+        return f"{module} · {tr('first visit')}"
+    return f"{module} · {tr('{count} new', count=work.new_count)}"
 
 
 def empty_title(work: TriggersController) -> str:
@@ -32,18 +33,18 @@ def empty_title(work: TriggersController) -> str:
         return tr("Reading the trigger records")
     if is_known_empty(work):
         return tr("No trigger records")
-    return tr("Not read yet") if work.reading is None else tr("Not known")
+    return begun(tr("not read yet") if work.reading is None else tr("unknown"))
 
 
 def empty_text(work: TriggersController, *, is_open: bool) -> str:
     if work.is_busy:
         return tr("Asking until two readings agree…")
     if is_known_empty(work):
-        return tr("The module keeps no trigger records: it has never fired, or its memory was cleared.")
+        return tr("It has never fired, or its memory was cleared.")
     if work.reading is not None and not work.reading.history.is_answered:
-        return tr("The module did not answer the query: its records are not known.")
+        return tr("No answer: the records are unknown.")
     if work.reading is not None:
-        return tr("No two readings agreed. Read again, or check the line.")
+        return tr("The readings differ: records may be missing. Read again.")
     if is_open:
-        return tr("They are read as soon as the module answers.")
-    return tr("Connect a module, or choose one that was read before.")
+        return tr("Read as soon as the module answers.")
+    return tr("Connect or choose a module.")

@@ -150,7 +150,7 @@ def test_a_rehearsal_goes_all_the_way_and_sends_nothing(qtbot: QtBot, qapp: QApp
     with desk(qtbot, qapp, tmp_path, page="commands", active=True) as one:
         arm(one, is_rehearsal=True)
         press(one)
-        one.until(lambda: "42 61 11 02 01 14 would have been sent" in outcome(one))
+        one.until(lambda: "42 61 11 02 01 14 was not sent" in outcome(one))
         release(one)
         assert one.changes() == []
         assert audit(one) == []
@@ -163,7 +163,7 @@ def test_a_rehearsal_needs_no_module_that_is_ready(qtbot: QtBot, qapp: QApplicat
         assert not ritual.choose.isEnabled()  # in earnest it would be refused
         arm(one, is_rehearsal=True)
         press(one)
-        one.until(lambda: "would have been sent" in outcome(one))
+        one.until(lambda: "was not sent" in outcome(one))
         assert one.changes() == []
 
 

@@ -41,7 +41,7 @@ def test_what_was_said_of_one_module_is_not_said_of_the_next(qtbot: QtBot, qapp:
         one.until(row.confirm.ask.isEnabled)
         one.ask(row.confirm)
         one.click(row.confirm.go)
-        one.until(lambda: (notice := row.said.notice) is not None and "acknowledged" in notice.text)
+        one.until(lambda: (notice := row.said.notice) is not None and "Acknowledged" in notice.text)
         one.click(one.commands.lock)
         one.until(lambda: one.commands.said.notice is not None)
         one.assembly.connector.connect_to(Target("sim://next", 115200))

@@ -42,7 +42,7 @@ def test_two_seconds_of_reports_are_asked_for_first(is_streaming: bool) -> None:
     if is_streaming:
         end_watch(rig)
     assert done.outcome is Outcome.CONFIRMED
-    assert (done.sentence, outcome_meaning(done)) == ("The module acknowledged. Tilt now 0°.", Meaning.GOOD)
+    assert (done.sentence, outcome_meaning(done)) == ("Acknowledged. Tilt now 0°.", Meaning.GOOD)
 
 
 def test_a_swinging_module_is_not_zeroed() -> None:
@@ -81,10 +81,10 @@ def test_it_moves_at_the_last_moment() -> None:
 
 def test_the_tilt_is_read_afterwards_and_nothing_is_promised() -> None:
     done = Performed(act=Act.ZERO, outcome=Outcome.CONFIRMED, status=Status(7, 1.0, triggered=False, active=False))
-    assert done.sentence == "The module acknowledged. Tilt now 7°, not 0°: check the mounting."
+    assert done.sentence == "Acknowledged. Tilt now 7°, not 0°: check the mounting."
     assert outcome_meaning(done) is Meaning.ATTENTION
     unread = Performed(act=Act.ZERO, outcome=Outcome.CONFIRMED)
-    assert unread.sentence == "The module acknowledged. The tilt could not be read: check it before you rely on it."
+    assert unread.sentence == "Acknowledged. Could not read the tilt: check it."
     assert outcome_meaning(unread) is Meaning.ATTENTION
 
 

@@ -274,4 +274,4 @@ def test_what_came_while_the_list_was_held_still_is_counted(qtbot: QtBot, qapp: 
         traffic.pause.click()
         traffic.on_batch(batch(streamed(1234)))
         traffic.draw()
-        assert traffic._count.text() == "1,234 more came"
+        assert traffic._count.text() == "1,234 new"

@@ -113,7 +113,7 @@ def test_selecting_all_asks_for_no_more_than_is_in_sight(
         page.table.grab()
         QApplication.processEvents()
         assert len(asked) < ROWS / 2
-        assert page.detail.text() == f"{ROWS:,} rows are selected."
+        assert page.detail.text() == f"{ROWS:,} selected"
 
 
 @pytest.mark.parametrize("wanted", [Filter.ALL, Filter.WITHOUT_STREAM])

@@ -165,7 +165,7 @@ def test_a_recorder_in_trouble_costs_the_link_nothing(bench: Bench, tmp_path: Pa
     sign.refresh()
     assert len(bench.handed_on) == 2
     assert len(told) == 1
-    assert "no longer recorded" in told[0]
+    assert "Not recording" in told[0]
     assert sign.label.text() == "Not recorded"
     QApplication.sendEvent(sign, QEvent(QEvent.Type.LanguageChange))
     assert _is_a_warning(sign)
@@ -281,7 +281,7 @@ def test_a_disk_that_takes_nothing_is_said_and_the_link_goes_on(
         assembly.connector.connect_to(Target("sim://unkept", 115200))
         wait_online(qtbot, assembly)
         bar, sign = assembly.window.notice_bar, assembly.window.recording_sign
-        qtbot.waitUntil(lambda: bar.notice is not None and "no longer recorded" in bar.notice.text, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: bar.notice is not None and "Not recording" in bar.notice.text, timeout=WAIT_MS)
         assert bar.button("recordings") is not None
         assert sign.label.text() == "Not recorded"
         assert assembly.connector.is_open

@@ -80,7 +80,7 @@ def test_a_tilt_that_was_changed_is_left_out_and_said(tmp_path: Path) -> None:
         sound = before.tilts[: piece.first.status_rows] + before.tilts[piece.last.status_rows :]
         assert after.value.tolist() == sound
         assert recording.damage is not None
-        assert recording.damage.startswith("Damaged or altered since it was recorded: ")
+        assert recording.damage.startswith("Damaged or altered: ")
         assert [one.kind for one in recording.markers] == [MarkerKind.CONNECTED, MarkerKind.DAMAGED]
         export_csv(recording, tmp_path / "x.csv")
         export_mcap(recording, tmp_path / "x.mcap")
@@ -139,7 +139,7 @@ def test_a_heading_with_an_impossible_time_is_damaged(tmp_path: Path, change: di
     folder = recorded(tmp_path, 0.2)
     heading = json.loads((folder / "session.json").read_text("utf-8"))
     (folder / "session.json").write_text(json.dumps(heading | change), "utf-8")
-    with pytest.raises(RecordingUnreadable, match="heading is damaged"):
+    with pytest.raises(RecordingUnreadable, match="damaged heading"):
         open_recording(folder)
     (entry,) = RecordingLibrary(tmp_path).entries()
     assert entry.trouble is not None
@@ -164,7 +164,7 @@ def test_the_command_line_says_it(capsys: pytest.CaptureFixture[str], tmp_path: 
     assert program.main(["recordings", "export", "latest", str(tmp_path / "x.csv")]) == 4
     printed = Printed(capsys)
     assert "rows written to" in printed.out
-    assert "Damaged or altered since it was recorded" in printed.err
+    assert "Damaged or altered" in printed.err
 
 
 # In the window
@@ -182,7 +182,7 @@ def desk(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Desk]:
 def test_the_window_says_it_at_the_export_and_while_it_is_shown(desk: Desk, tmp_path: Path) -> None:
     desk.page.work.export(desk.page.work.entries[0], tmp_path / "x.csv", ExportKind.CSV)
     desk.wait(lambda: "Saved" in desk.said())
-    assert "Damaged or altered since it was recorded" in desk.said()
+    assert "Damaged or altered" in desk.said()
     assert desk.page.strip.notice is not None
     assert desk.page.strip.notice.meaning is Meaning.ATTENTION
     desk.open()

@@ -50,9 +50,9 @@ def test_edit_write_and_verify(qtbot: QtBot, qapp: QApplication, tmp_path: Path,
 @pytest.mark.parametrize(
     ("ways", "name", "key", "text", "stands", "why"),
     [
-        ({"clamps": True}, "freefall_time", TIME, "0.3", 0.5, "keeps another value"),
-        ({"keeps": False}, "freefall_time", TIME, "1.2", 1.6, "did not keep it"),
-        ({"refuses": True}, "attitude_threshold", TILT, "70", 60, "refused it"),
+        ({"clamps": True}, "freefall_time", TIME, "0.3", 0.5, "holds another value"),
+        ({"keeps": False}, "freefall_time", TIME, "1.2", 1.6, "not kept"),
+        ({"refuses": True}, "attitude_threshold", TILT, "70", 60, "refused"),
     ],
 )
 def test_a_row_stays_red_with_the_reason_until_it_stands(
@@ -263,7 +263,7 @@ def test_the_wheel_edits_only_where_the_keyboard_is(qtbot: QtBot, qapp: QApplica
         assert box.text() == "51"
 
 
-@pytest.mark.parametrize(("behaviour", "says"), [("old", "answers at 9600 baud"), ("restart", "Switch it off and on")])
+@pytest.mark.parametrize(("behaviour", "says"), [("old", "are at 9600 baud"), ("restart", "Switch it off and on")])
 def test_the_baud_rate_needs_two_clicks_and_the_port_follows(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, behaviour: str, says: str
 ) -> None:
