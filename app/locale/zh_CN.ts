@@ -2726,10 +2726,6 @@
         <translation>下一个匹配行</translation>
     </message>
     <message>
-        <source>Next match (Enter)</source>
-        <translation>下一个匹配（回车）</translation>
-    </message>
-    <message>
         <source>Next: enable the triggers and run the check.</source>
         <translation>接下来：使能触发并运行检查。</translation>
     </message>
@@ -2990,8 +2986,8 @@
         <translation>不正常</translation>
     </message>
     <message>
-        <source>Not acknowledged; the module is silent: look at it.</source>
-        <translation>未应答，模块无响应：请到现场查看。</translation>
+        <source>Not acknowledged; the module is silent: check it.</source>
+        <translation>未应答，模块无响应：请现场检查。</translation>
     </message>
     <message>
         <source>Not armed and held for 2 s.</source>
@@ -3556,10 +3552,6 @@
     <message>
         <source>Previous match</source>
         <translation>上一个匹配</translation>
-    </message>
-    <message>
-        <source>Previous match (Shift+Enter)</source>
-        <translation>上一个匹配（Shift+回车）</translation>
     </message>
     <message>
         <source>Previous record</source>
@@ -4128,10 +4120,6 @@
     <message>
         <source>Sensor noise</source>
         <translation>传感器噪声</translation>
-    </message>
-    <message>
-        <source>Sent, not acknowledged; the module is silent now: check it.</source>
-        <translation>已发送，未得到应答；模块现在没有响应：请查看模块。</translation>
     </message>
     <message>
         <source>Sent, not confirmed.</source>
@@ -4724,10 +4712,6 @@
     <message>
         <source>The list of known stations cannot be written: {why}.</source>
         <translation>无法写入已知站点列表：{why}。</translation>
-    </message>
-    <message>
-        <source>The module answers at {found} baud instead. Change it again.</source>
-        <translation>模块却以 {found} 波特率应答。请重新修改。</translation>
     </message>
     <message>
         <source>The module answers at {rate} baud.</source>
@@ -5714,10 +5698,6 @@
         <translation>不带 --yes 时只作说明，不发送任何内容（退出码 2）。所做的操作会写入操作记录。</translation>
     </message>
     <message>
-        <source>Without a Braille display, type: {command} — then plug the adapter in again.</source>
-        <translation>如果不使用盲文显示器，请输入：{command}，然后重新插入适配器。</translation>
-    </message>
-    <message>
         <source>Without a command the window opens. Exit code: 0 done; 1 done and the answer is no; 2 used wrongly; 3 no link (no such port, busy, no permission, no answer); 4 some of it could not be read; 130 or 143 interrupted before there was a result.</source>
         <translation>不带命令时打开窗口。退出码：0 完成；1 完成，但结果为否；2 用法错误；3 无连接（无此串口、被占用、无权限、无应答）；4 部分内容未能取得；130 或 143 在得到结果之前被中断。</translation>
     </message>
@@ -6608,6 +6588,10 @@
     <message>
         <source>invalid choice: %(value)r (choose from %(choices)s)</source>
         <translation>无效的选择：%(value)r（可选：%(choices)s）</translation>
+    </message>
+    <message>
+        <source>it could not be read again</source>
+        <translation>无法再次读取</translation>
     </message>
     <message>
         <source>it is no symbolic link</source>
@@ -8386,10 +8370,6 @@
         <translation>{port} 连接的是计算机，不是模块。</translation>
     </message>
     <message>
-        <source>{port} only echoes what is sent.</source>
-        <translation>{port} 只回显发出的字节。</translation>
-    </message>
-    <message>
         <source>{port} vanishes: brltty, for Braille displays, takes the adapter.</source>
         <translation>{port} 消失：盲文显示器驱动（brltty）占用了该适配器。</translation>
     </message>
@@ -8416,6 +8396,10 @@
     <message>
         <source>{rate} frames/s</source>
         <translation>{rate} 帧/秒</translation>
+    </message>
+    <message>
+        <source>{reason}: {what}</source>
+        <translation>{reason}：{what}</translation>
     </message>
     <message>
         <source>{rows} rows</source>
