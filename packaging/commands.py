@@ -93,32 +93,12 @@ def _run(arguments: list[str]) -> int:
     return call([BIN / "dps-s", *arguments])
 
 
-def _bench(arguments: list[str]) -> int:
-    return call(_python("-m", "tests.benchmarks", *arguments), QT_QPA_PLATFORM="offscreen")
+def _offscreen(module: str) -> Callable[[list[str]], int]:
+    return lambda arguments: call(_python("-m", module, *arguments), QT_QPA_PLATFORM="offscreen")
 
 
-def _soak(arguments: list[str]) -> int:
-    return call(_python("-m", "tests.soak", *arguments), QT_QPA_PLATFORM="offscreen")
-
-
-def _adversary(arguments: list[str]) -> int:
-    return call(_python("-m", "tests.adversary", *arguments), QT_QPA_PLATFORM="offscreen")
-
-
-def _mutants(arguments: list[str]) -> int:
-    return call(_python("-m", "tests.mutants", *arguments), QT_QPA_PLATFORM="offscreen")
-
-
-def _translations(arguments: list[str]) -> int:
-    return call(_python("docs/generate/translations.py", *arguments))
-
-
-def _package(arguments: list[str]) -> int:
-    return call(_python("packaging/package.py", *arguments))
-
-
-def _windows(arguments: list[str]) -> int:
-    return call(_python("packaging/windows/lane.py", *arguments))
+def _script(path: str) -> Callable[[list[str]], int]:
+    return lambda arguments: call(_python(path, *arguments))
 
 
 def _setup(arguments: list[str]) -> int:
@@ -131,14 +111,16 @@ COMMANDS: dict[str, Command] = {
     "demo": Command("open the window on the simulated module", _demo),
     "test": Command("run the tests (arguments go to pytest)", _test),
     "check": Command("run ruff and mypy", _check),
-    "bench": Command("run the benchmark", _bench),
-    "soak": Command("run the endurance test", _soak),
-    "adversary": Command("run every command against every fault and lie", _adversary),
-    "mutants": Command("break the program in 200 small ways and count how many the tests notice", _mutants),
+    "bench": Command("run the benchmark", _offscreen("tests.benchmarks")),
+    "soak": Command("run the endurance test", _offscreen("tests.soak")),
+    "adversary": Command("run every command against every fault and lie", _offscreen("tests.adversary")),
+    "mutants": Command(
+        "break the program in 200 small ways and count how many the tests notice", _offscreen("tests.mutants")
+    ),
     "run": Command("run dps-s with the arguments", _run),
-    "translations": Command("update, check or merge the translations", _translations),
-    "package": Command("build all packages into dist/ and test them", _package),
-    "windows": Command("test and build for Windows, under Wine (Linux, as root)", _windows),
+    "translations": Command("update, check or merge the translations", _script("docs/generate/translations.py")),
+    "package": Command("build all packages into dist/ and test them", _script("packaging/package.py")),
+    "windows": Command("test and build for Windows, under Wine (Linux, as root)", _script("packaging/windows/lane.py")),
     "setup": Command("only install what is needed", _setup),
 }
 LEFTOVERS = ("build", "dist", ".pytest_cache", ".mypy_cache", ".ruff_cache", ".hypothesis")

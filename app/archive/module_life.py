@@ -65,18 +65,45 @@ def life_of(facts: LocalFacts, module: KnownModule) -> ModuleLife:
 def told(fact: Fact) -> UserMessage:
     """What a fact says; of one that no version of this program writes, its kind."""
     try:
-        return _TOLD[FactKind(fact.kind)](fact)
+        return _told(FactKind(fact.kind), fact)
     except (ValueError, KeyError, TypeError, AttributeError):
         return UserMessage(fact.kind)
 
 
-def _module(fact: Fact) -> UserMessage:
-    return said(marked("Named {name}."), name=_text(fact, "module"))
-
-
-def _trigger_record(fact: Fact) -> UserMessage:
-    raw = bytes.fromhex(_text(fact, "raw"))
-    return said(marked("Trigger record: {what}"), what=sentence(trigger_record_of(raw)))
+def _told(kind: FactKind, fact: Fact) -> UserMessage:
+    content = fact.content
+    match kind:
+        case FactKind.MODULE:
+            return said(marked("Named {name}."), name=_text(fact, "module"))
+        case FactKind.TRIGGER_RECORD:
+            what = sentence(trigger_record_of(bytes.fromhex(_text(fact, "raw"))))
+            return said(marked("Trigger record: {what}"), what=what)
+        case FactKind.JUDGEMENT:
+            return _judgement(fact)
+        case FactKind.SNAPSHOT:
+            settings = content.get("settings")
+            listed = sorted(settings.items()) if isinstance(settings, dict) else ()
+            text = ", ".join(f"{clean(str(name))} {value}" for name, value in listed)
+            return said(marked("Settings: {settings}."), settings=clean(text, longest=300))
+        case FactKind.CHECK:
+            line = check_line(fact, record_of(fact) or {})
+            who = UserMessage(line.who) if line.who else said(marked("not named"))
+            text = marked("Pre-flight check {number}: {verdict}, checked by {who}.")
+            return said(text, number=line.number, verdict=line.words, who=who)
+        case FactKind.GUIDED_TEST:
+            verdict = said(VERDICT_WORDS[GuidedVerdict(_text(fact, "verdict"))])
+            if content.get("is_simulated") is True:
+                verdict = said(SIMULATED, verdict=verdict)
+            test = said(TITLES[GuidedKind(_text(fact, "test"))])
+            return said(marked("Guided test {test}: {verdict}."), test=test, verdict=verdict)
+        case FactKind.AUDIT:
+            entry = content["entry"]
+            if not isinstance(entry, list):
+                raise TypeError(entry)
+            act, outcome = (clean(str(one)) for one in (entry[5], entry[9] or "begun"))
+            return said(marked("Audit log: {act}, {outcome}."), act=act, outcome=outcome)
+        case FactKind.SETTLEMENT:
+            return said(marked("A person settled which module this is."))
 
 
 def _judgement(fact: Fact) -> UserMessage:
@@ -84,44 +111,8 @@ def _judgement(fact: Fact) -> UserMessage:
     if value is None:
         return said(marked("Judgement taken back."))
     note = _text(fact, "note")
-    words = said(JUDGEMENT_WORDS[Judgement(value)])
-    if not note:
-        return said(marked("Judged: {judgement}."), judgement=words)
-    return said(marked("Judged: {judgement}; “{note}”."), judgement=words, note=note)
-
-
-def _snapshot(fact: Fact) -> UserMessage:
-    settings = fact.content.get("settings")
-    listed = ", ".join(f"{clean(str(name))} {value}" for name, value in sorted(settings.items())) \
-        if isinstance(settings, dict) else ""  # fmt: skip
-    return said(marked("Settings: {settings}."), settings=clean(listed, longest=300))
-
-
-def _check(fact: Fact) -> UserMessage:
-    line = check_line(fact, record_of(fact) or {})
-    who = UserMessage(line.who) if line.who else said(marked("not named"))
-    text = marked("Pre-flight check {number}: {verdict}, checked by {who}.")
-    return said(text, number=line.number, verdict=line.words, who=who)
-
-
-def _guided_test(fact: Fact) -> UserMessage:
-    title = said(TITLES[GuidedKind(_text(fact, "test"))])
-    verdict = said(VERDICT_WORDS[GuidedVerdict(_text(fact, "verdict"))])
-    if fact.content.get("is_simulated") is True:
-        verdict = said(SIMULATED, verdict=verdict)
-    return said(marked("Guided test {test}: {verdict}."), test=title, verdict=verdict)
-
-
-def _audit(fact: Fact) -> UserMessage:
-    entry = fact.content["entry"]
-    if not isinstance(entry, list):
-        raise TypeError(entry)
-    act, outcome = (clean(str(one)) for one in (entry[5], entry[9] or "begun"))
-    return said(marked("Audit log: {act}, {outcome}."), act=act, outcome=outcome)
-
-
-def _settlement(_fact: Fact) -> UserMessage:
-    return said(marked("A person settled which module this is."))
+    text = marked("Judged: {judgement}; “{note}”.") if note else marked("Judged: {judgement}.")
+    return said(text, judgement=said(JUDGEMENT_WORDS[Judgement(value)]), note=note)
 
 
 def _text(fact: Fact, key: str) -> str:
@@ -129,15 +120,3 @@ def _text(fact: Fact, key: str) -> str:
     if not isinstance(value, str):
         raise TypeError(key)
     return clean(value)
-
-
-_TOLD = {
-    FactKind.MODULE: _module,
-    FactKind.TRIGGER_RECORD: _trigger_record,
-    FactKind.JUDGEMENT: _judgement,
-    FactKind.SNAPSHOT: _snapshot,
-    FactKind.CHECK: _check,
-    FactKind.GUIDED_TEST: _guided_test,
-    FactKind.AUDIT: _audit,
-    FactKind.SETTLEMENT: _settlement,
-}
