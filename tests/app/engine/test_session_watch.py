@@ -102,6 +102,12 @@ def test_a_restart_casts_doubt_on_everything_until_it_is_read_again() -> None:
     again = rig.session.device.view(rig.clock.now_s)
     assert again.fresh("freefall_time_s", rig.clock.now_s) == 1.6
     assert again.fresh("boot_count", rig.clock.now_s) == 6
+    rig.bench.restart()
+    rig.step_until(lambda: not rig.session.device.view(rig.clock.now_s).is_streaming, limit_s=20)
+    rig.step_until(lambda: rig.session.device.view(rig.clock.now_s).restarts == 2, limit_s=20)
+    rig.step_until(lambda: rig.session.device.view(rig.clock.now_s).is_streaming, limit_s=20)
+    known = rig.session.device.view(rig.clock.now_s).values["freefall_time_s"]
+    assert not known.is_stale, "read at once, not when its turn comes"
 
 
 def _hide_restart(rig: Rig) -> None:

@@ -123,6 +123,17 @@ def test_the_port_can_be_opened_again_after_it_was_lost(worker: Worker, watcher:
     assert worker.submit(Job(greet())).wait(3)
 
 
+def test_what_runs_on_one_port_ends_before_another_is_opened(worker: Worker, watcher: Watcher, sim: str) -> None:
+    """And the stream that was switched on there is switched off there."""
+    worker.open(f"{sim}&rate=200", 115200, lambda: watch(StreamSwitch()))
+    watcher.until(lambda batch: batch.device.is_streaming)
+    job = worker.submit(Job(watch(StreamSwitch())))
+    worker.open("/dev/there-is-no-such-port", 115200)
+    watcher.until(has_trouble)
+    assert job.wait(2)
+    assert not bench.module("worker-test").state().is_streaming
+
+
 def test_a_cancelled_job_answers_within_200_ms(worker: Worker, watcher: Watcher, sim: str) -> None:
     worker.open(f"{sim}&mute=yes", 115200)
     watcher.until(is_open)

@@ -5,10 +5,11 @@ from itertools import combinations
 
 import pytest
 
-from app.limits.expectations import CheckLimits, Expectations, ManualItem, expectations_of
+from app.limits.expectations import CheckLimits, Expectations, ManualItem, Past, expectations_of
 from app.preflight.checks import CHECKS
 from app.preflight.evidence import Evidence
-from app.preflight.findings import CheckResult
+from app.preflight.findings import Case, CheckResult
+from app.preflight.line_checks import status_fresh
 from app.preflight.run import TRIGGERS, run_preflight
 from app.preflight.verdict import Verdict, assess, meaning_of, verdict_of
 from app.settings.profile_file import parse_profile
@@ -133,6 +134,14 @@ def test_a_profile_is_taken_whole() -> None:
         manual=(ManualItem("Bridle free", None, is_required=True), ManualItem("Pack date", is_done=False)),
     )
     assert set(LIMITS) == set(CheckLimits.__slots__)
+
+
+@pytest.mark.parametrize(
+    ("age_s", "result"), [(1.0, CheckResult.PASS), (1.01, CheckResult.FAIL), (None, CheckResult.UNKNOWN)]
+)
+def test_the_last_status_counts_for_a_second(age_s: float | None, result: CheckResult) -> None:
+    evidence = Evidence(port="sim", status_age_s=age_s)
+    assert status_fresh(Case(evidence=evidence, expectations=Expectations(), past=Past())).result is result
 
 
 def test_light_that_reads_lower_is_judged_the_other_way() -> None:
