@@ -7,45 +7,12 @@ import time
 
 import pytest
 
-from app.engine.transport import PortError, PortTrouble, open_line
+from app.engine.transport import open_line
 from tests.support.processes import ENVIRONMENT, PROGRAM, ROOT, RunningModule
 from tests.support.terminals import STATUS_FRAME, in_time
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
 pytest_plugins = ["tests.support.port_fixtures"]
-
-
-def test_two_copies_of_the_program_do_not_share_a_port(module: RunningModule) -> None:
-    command = [*PROGRAM, "monitor", "--port", module.port, "--seconds", "8", "--json"]
-    with subprocess.Popen(
-        command, cwd=ROOT, env=ENVIRONMENT, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE
-    ) as first:
-        try:
-            assert first.stdout is not None
-            assert first.stdout.readline()  # it works
-            with pytest.raises(PortError) as refused:
-                open_line(module.port, 115200)
-            assert refused.value.trouble is PortTrouble.BUSY
-            holder = refused.value.holder
-            if sys.platform.startswith("linux"):
-                assert holder is not None
-                assert holder.pid in (first.pid, module.process.pid)  # the simulated module has it open too
-        finally:
-            first.terminate()
-            first.communicate(timeout=10)
-
-
-def test_kill_minus_nine_leaves_a_port_that_can_be_opened(module: RunningModule) -> None:
-    command = [*PROGRAM, "monitor", "--port", module.port, "--seconds", "30"]
-    with subprocess.Popen(
-        command, cwd=ROOT, env=ENVIRONMENT, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE
-    ) as first:
-        assert first.stdout is not None
-        assert first.stdout.readline()
-        first.kill()
-        first.communicate(timeout=10)
-    line = open_line(module.port, 115200)
-    line.close()
 
 
 def test_sigterm_ends_in_time_and_switches_the_stream_off(module: RunningModule) -> None:

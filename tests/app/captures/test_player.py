@@ -2,7 +2,6 @@
 
 import sys
 import time
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -183,18 +182,7 @@ def test_another_player_of_the_same_url_is_left_alone() -> None:
 
 # Through the whole worker
 
-
-@pytest.fixture
-def batches() -> Batches:
-    return Batches()
-
-
-@pytest.fixture
-def worker(batches: Batches) -> Iterator[Worker]:
-    made = Worker(batches)
-    made.start()
-    yield made
-    assert made.stop(2.0)
+pytest_plugins = ["tests.support.port_fixtures"]
 
 
 def test_a_capture_is_a_port_of_the_worker(worker: Worker, batches: Batches, tmp_path: Path) -> None:

@@ -1,10 +1,7 @@
 """The rules of coming back, and the same over real pseudo-terminals with the worker."""
 
 import itertools
-import os
-import sys
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -22,14 +19,7 @@ from app.engine.reconnect import (
     address_of,
 )
 from app.engine.transport import PortError, PortTrouble
-from app.engine.worker import Batch, Connection, PortState, Worker
-from app.procedures.read import READABLE
-from app.procedures.stream import StreamSwitch, watch
-from protocol.catalogue import SERIAL_OUTPUT, Request
-from protocol.events import Sent
-from tests.support.line.batches import Batches
-from tests.support.processes import run_module
-from tests.support.terminals import taken
+from app.engine.worker import Connection, PortState
 
 MINE = PortInfo("/dev/ttyUSB0", "CP2102", "Silicon Labs", "0001", 0x10C4, 0xEA60, "1-1:1.0")
 OTHER = replace(MINE, device="/dev/ttyUSB1", serial_number="0002", location="1-2:1.0")
@@ -259,128 +249,6 @@ def test_it_looks_often_enough_and_not_more_often() -> None:
     gaps = [after - before for before, after in itertools.pairwise(looks)]
     assert max(gaps) <= PATIENT_S + 0.1 + 1e-6 < RETURN_LIMIT_S
     assert len(looks) <= EAGER_FOR_S / EAGER_S + EAGER_FOR_S / PATIENT_S + 2
-
-
-# The same on a real pseudo-terminal
-
-
-class Owner:
-    """Does what the owner of a `Reconnection` has to do, in the worker's own thread and the test's."""
-
-    def __init__(self, worker: Worker, address: Address, list_ports: Callable[[], list[PortInfo]]) -> None:
-        self.reconnection = Reconnection()
-        self._worker = worker
-        self._list_ports = list_ports
-        self._open(address)
-
-    def _open(self, address: Address) -> None:
-        if self.reconnection.is_waiting:
-            self.reconnection.opening(address)
-        else:
-            self.reconnection.want(address)
-        self._worker.open(address.device, 115200, lambda: watch(StreamSwitch()))
-
-    def turn(self, batch: Batch) -> None:
-        connection, now = batch.connection, time.monotonic()
-        self.reconnection.feed(connection, now)
-        if self.reconnection.is_due(now) and connection.state is not PortState.OPENING:
-            found = self.reconnection.poll(self._list_ports(), now)
-            if found is not None:
-                self._open(found)
-            if self.reconnection.is_mistaken:
-                self._worker.close()
-
-
-@pytest.fixture
-def batches() -> Batches:
-    return Batches()
-
-
-@pytest.fixture
-def worker(batches: Batches) -> Iterator[Worker]:
-    made = Worker(batches)
-    made.start()
-    yield made
-    assert made.stop(2.0)
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
-def test_unplugged_and_back_under_another_name_within_two_seconds(
-    worker: Worker, batches: Batches, tmp_path: Path
-) -> None:
-    link = tmp_path / "adapter"
-    with run_module("--link", str(link), "--uptime", "60") as module:
-
-        def list_ports() -> list[PortInfo]:
-            """As the system would list an adapter: its name changes, its identity does not."""
-            return [replace(MINE, device=os.path.realpath(link))] if link.exists() else []
-
-        first_name = os.path.realpath(link)
-        owner = Owner(worker, Address(first_name, MINE.identity, MINE.location), list_ports)
-        owner.turn(batches.until(is_complete))
-        batches.mark()
-        module.tell("unplug")
-        gone = batches.until(is_closed, limit_s=3)
-        owner.turn(gone)
-        assert all(known.is_stale for known in gone.device.values.values())
-        batches.mark()
-        with taken(first_name):
-            module.tell("plug")
-            back_s = time.monotonic()
-            again = batches.until(is_open, limit_s=3, meanwhile=owner.turn)
-            assert time.monotonic() - back_s < RETURN_LIMIT_S
-        assert again.connection.port != first_name
-        assert again.device.known("attitude_threshold_deg", again.at) is None
-        batches.until(is_complete, meanwhile=owner.turn)
-        batches.mark()
-        changes = [one for one in sent(batches) if not one.is_repeatable]
-        assert set(changes) <= {SERIAL_OUTPUT.set(True)}
-        assert len(changes) <= 2  # once for each opening
-        assert owner.reconnection.returns == 1
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
-def test_another_adapter_under_the_old_name_is_not_opened(worker: Worker, batches: Batches, tmp_path: Path) -> None:
-    link = tmp_path / "adapter"
-    with run_module("--link", str(link), "--uptime", "60") as module:
-        listed = [replace(MINE, device=os.path.realpath(link))]
-        owner = Owner(worker, Address(listed[0].device, MINE.identity, MINE.location), lambda: listed)
-        owner.turn(batches.until(is_complete))
-        module.tell("unplug")
-        gone = batches.until(is_closed, limit_s=3)
-        listed[:] = [replace(OTHER, device=listed[0].device)]
-        owner.turn(gone)
-        module.tell("plug")
-        looks = 0
-
-        def turn(batch: Batch) -> None:
-            nonlocal looks
-            looks += owner.reconnection.is_due(time.monotonic())
-            owner.turn(batch)
-
-        batches.mark()
-        with pytest.raises(AssertionError, match="in time"):
-            batches.until(is_open, limit_s=1.5, meanwhile=turn)
-        assert looks >= 2
-        assert owner.reconnection.absence is Absence.ANOTHER
-
-
-def is_open(batch: Batch) -> bool:
-    return batch.connection.state is PortState.OPEN
-
-
-def is_closed(batch: Batch) -> bool:
-    return batch.connection.state is PortState.CLOSED and batch.connection.trouble is not None
-
-
-def is_complete(batch: Batch) -> bool:
-    """Everything that can be read has been read, and nothing casts doubt on it."""
-    keys = {command.key for command in READABLE[1:]}
-    return all(batch.device.fresh(key, batch.at) is not None for key in keys)
-
-
-def sent(batches: Batches) -> list[Request]:
-    return [event.request for batch in batches.all for event in batch.events if isinstance(event, Sent)]
 
 
 def test_whatever_fails_while_the_ports_are_listed_has_one_name(monkeypatch: pytest.MonkeyPatch) -> None:

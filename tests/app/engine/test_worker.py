@@ -1,8 +1,7 @@
 """The worker on real ports: its thread, its batches, and what becomes of them when the port goes away."""
 
-import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import pytest
 
@@ -16,48 +15,10 @@ from app.procedures.stream import StreamSwitch, watch
 from app.simulator import bench
 from protocol.events import Received
 from protocol.messages import Status
+from tests.support.line.batches import Batches
 from tests.support.processes import RunningModule, run_module
 
-
-class Watcher:
-    """Collects batches; `until` waits for one, woken by the worker and not by the clock."""
-
-    def __init__(self) -> None:
-        self.batches: list[Batch] = []
-        self._came = threading.Condition()
-
-    def __call__(self, batch: Batch) -> None:
-        with self._came:
-            self.batches.append(batch)
-            self._came.notify_all()
-
-    def until(self, is_enough: Callable[[Batch], bool], timeout_s: float = 10) -> Batch:
-        with self._came:
-            found = self._came.wait_for(lambda: any(map(is_enough, self.batches)), timeout_s)
-            assert found, "it did not happen in time"
-            return next(batch for batch in self.batches if is_enough(batch))
-
-    @property
-    def samples(self) -> int:
-        return sum(len(batch.samples) for batch in self.batches)
-
-    @property
-    def status_frames(self) -> int:
-        events = (event for batch in self.batches for event in batch.events)
-        return sum(isinstance(event, Received) and isinstance(event.message, Status) for event in events)
-
-
-@pytest.fixture
-def watcher() -> Watcher:
-    return Watcher()
-
-
-@pytest.fixture
-def worker(watcher: Watcher) -> Iterator[Worker]:
-    made = Worker(watcher)
-    made.start()
-    yield made
-    assert made.stop(2.0)
+pytest_plugins = ["tests.support.port_fixtures"]
 
 
 @pytest.fixture
@@ -70,16 +31,25 @@ def is_open(batch: Batch) -> bool:
     return batch.connection.state is PortState.OPEN
 
 
+def samples_in(batches: Batches) -> int:
+    return sum(len(batch.samples) for batch in batches.all)
+
+
+def status_frames_in(batches: Batches) -> int:
+    events = (event for batch in batches.all for event in batch.events)
+    return sum(isinstance(event, Received) and isinstance(event.message, Status) for event in events)
+
+
 def has_trouble(batch: Batch) -> bool:
     return batch.connection.trouble is not None
 
 
-def test_a_procedure_runs_and_its_result_comes_in_a_batch(worker: Worker, watcher: Watcher, sim: str) -> None:
+def test_a_procedure_runs_and_its_result_comes_in_a_batch(worker: Worker, batches: Batches, sim: str) -> None:
     worker.open(sim, 115200)
     job = worker.submit(Job(greet()))
     assert job.wait(3)
     assert job.outcome().is_answered
-    watcher.until(lambda batch: job in batch.finished)
+    batches.until(lambda batch: job in batch.finished)
 
 
 def test_a_job_without_a_port_ends_at_once(worker: Worker) -> None:
@@ -89,9 +59,9 @@ def test_a_job_without_a_port_ends_at_once(worker: Worker) -> None:
         job.outcome()
 
 
-def test_a_port_that_is_not_there_is_a_trouble_in_a_batch(worker: Worker, watcher: Watcher) -> None:
+def test_a_port_that_is_not_there_is_a_trouble_in_a_batch(worker: Worker, batches: Batches) -> None:
     worker.open("/dev/there-is-no-such-port", 115200)
-    trouble = watcher.until(has_trouble).connection.trouble
+    trouble = batches.until(has_trouble).connection.trouble
     assert trouble is not None
     assert trouble.trouble is PortTrouble.MISSING
     job = worker.submit(Job(greet()))
@@ -99,106 +69,100 @@ def test_a_port_that_is_not_there_is_a_trouble_in_a_batch(worker: Worker, watche
     assert job.run.error is trouble
 
 
-def test_unplugged_in_the_middle_ends_the_job_with_the_reason(worker: Worker, watcher: Watcher, sim: str) -> None:
+def test_unplugged_in_the_middle_ends_the_job_with_the_reason(worker: Worker, batches: Batches, sim: str) -> None:
     worker.open(f"{sim}&delay-ms=400", 115200)
-    watcher.until(is_open)
+    batches.until(is_open)
     job = worker.submit(Job(read_everything()))
-    watcher.until(lambda batch: len(batch.samples) > 0)
+    batches.until(lambda batch: len(batch.samples) > 0)
     bench.module("worker-test").unplug()
     assert job.wait(2)
     with pytest.raises(PortError) as lost:
         job.outcome()
     assert lost.value.trouble is PortTrouble.LOST
-    last = watcher.until(has_trouble)
+    last = batches.until(has_trouble)
     assert all(known.is_stale for known in last.device.values.values())
 
 
-def test_the_port_can_be_opened_again_after_it_was_lost(worker: Worker, watcher: Watcher, sim: str) -> None:
+def test_the_port_can_be_opened_again_after_it_was_lost(worker: Worker, batches: Batches, sim: str) -> None:
     worker.open(sim, 115200)
-    watcher.until(is_open)
+    batches.until(is_open)
     bench.module("worker-test").unplug()
-    watcher.until(has_trouble)
+    batches.until(has_trouble)
     bench.module("worker-test").plug()
     worker.open(sim, 115200)
     assert worker.submit(Job(greet())).wait(3)
 
 
-def test_what_runs_on_one_port_ends_before_another_is_opened(worker: Worker, watcher: Watcher, sim: str) -> None:
+def test_what_runs_on_one_port_ends_before_another_is_opened(worker: Worker, batches: Batches, sim: str) -> None:
     """And the stream that was switched on there is switched off there."""
     worker.open(f"{sim}&rate=200", 115200, lambda: watch(StreamSwitch()))
-    watcher.until(lambda batch: batch.device.is_streaming)
+    batches.until(lambda batch: batch.device.is_streaming)
     job = worker.submit(Job(watch(StreamSwitch())))
     worker.open("/dev/there-is-no-such-port", 115200)
-    watcher.until(has_trouble)
+    batches.until(has_trouble)
     assert job.wait(2)
     assert not bench.module("worker-test").state().is_streaming
 
 
-def test_a_cancelled_job_answers_within_200_ms(worker: Worker, watcher: Watcher, sim: str) -> None:
+def test_a_cancelled_job_answers_within_200_ms(worker: Worker, batches: Batches, sim: str) -> None:
     worker.open(f"{sim}&mute=yes", 115200)
-    watcher.until(is_open)
+    batches.until(is_open)
     job = worker.submit(Job(read_everything()))
-    watcher.until(lambda batch: batch.link is not None and batch.link.counters.sent > 0)
+    batches.until(lambda batch: batch.link is not None and batch.link.counters.sent > 0)
     job.cancel()
     assert job.wait(0.2)
 
 
-def test_closing_switches_the_stream_off_again(worker: Worker, watcher: Watcher, sim: str) -> None:
+def test_closing_switches_the_stream_off_again(worker: Worker, batches: Batches, sim: str) -> None:
     worker.open(f"{sim}&rate=200", 115200, lambda: watch(StreamSwitch()))
-    watcher.until(lambda batch: batch.device.is_streaming)
+    batches.until(lambda batch: batch.device.is_streaming)
     worker.close()
-    watcher.until(lambda batch: batch.connection.state is PortState.CLOSED and batch.at > watcher.batches[0].at + 1)
+    batches.until(lambda batch: batch.connection.state is PortState.CLOSED and batch.at > batches.all[0].at + 1)
     assert not bench.module("worker-test").state().is_streaming
 
 
 @pytest.mark.parametrize("options", ["", "&mute=yes", "&rate=1440&stream-at-boot=yes", "&delay-ms=900"])
-def test_stopping_takes_at_most_half_a_second_whatever_is_under_way(options: str, watcher: Watcher, sim: str) -> None:
-    worker = Worker(watcher)
+def test_stopping_takes_at_most_half_a_second_whatever_is_under_way(options: str, batches: Batches, sim: str) -> None:
+    worker = Worker(batches)
     worker.start()
     worker.open(sim + options, 115200, lambda: watch(StreamSwitch()))
     job = worker.submit(Job(read_history()))
-    watcher.until(is_open)
+    batches.until(is_open)
     start_s = time.monotonic()
     assert worker.stop(1.0)
     assert time.monotonic() - start_s < 0.6  # half a second, and the machine's own noise
     assert job.is_done
 
 
-def test_stop_is_idempotent_and_needs_no_start(watcher: Watcher) -> None:
-    worker = Worker(watcher)
+def test_stop_is_idempotent_and_needs_no_start(batches: Batches) -> None:
+    worker = Worker(batches)
     assert worker.stop()
     worker.start()
     assert worker.stop()
     assert worker.stop()
 
 
-def test_a_stream_at_line_rate_from_another_process_arrives_whole(worker: Worker, watcher: Watcher) -> None:
+def test_a_stream_at_line_rate_from_another_process_arrives_whole(worker: Worker, batches: Batches) -> None:
     """1,440 status frames a second over a real pseudo-terminal: every one reaches the device, none is rejected."""
     with run_module("--rate", "1440", "--uptime", "60") as module:
         worker.open(module.port, 115200, lambda: watch(StreamSwitch(), read_all=False))
-        watcher.until(lambda batch: batch.device.stream_hz > 1200, timeout_s=15)
-        seen = watcher.samples
-        watcher.until(lambda _: watcher.samples > seen + 3000, timeout_s=15)
+        batches.until(lambda batch: batch.device.stream_hz > 1200, limit_s=15)
+        seen = samples_in(batches)
+        batches.until(lambda _: samples_in(batches) > seen + 3000, limit_s=15)
         worker.close()
-        closed = watcher.until(
-            lambda batch: batch.connection.state is PortState.CLOSED and watcher.samples > 0, timeout_s=5
+        closed = batches.until(
+            lambda batch: batch.connection.state is PortState.CLOSED and samples_in(batches) > 0, limit_s=5
         )
         assert closed.connection.trouble is None
-    last = [batch.link for batch in watcher.batches if batch.link is not None][-1]
+    last = [batch.link for batch in batches.all if batch.link is not None][-1]
     assert last.counters.rejected == 0
-    assert watcher.samples == watcher.status_frames
+    assert samples_in(batches) == status_frames_in(batches)
 
 
-def test_reading_everything_over_a_pseudo_terminal(worker: Worker, watcher: Watcher, module: RunningModule) -> None:
+def test_reading_everything_over_a_pseudo_terminal(worker: Worker, batches: Batches, module: RunningModule) -> None:
     worker.open(module.port, 115200)
     job = worker.submit(Job(read_everything()))
     assert job.wait(5)
     everything = job.outcome()
     assert everything.errors == {}
     assert len(everything.values) == len(READABLE) - 1
-
-
-@pytest.fixture
-def module() -> Iterator[RunningModule]:
-    with run_module("--uptime", "60") as running:
-        yield running

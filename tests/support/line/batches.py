@@ -32,7 +32,7 @@ class Batches:
         self,
         is_enough: Callable[[Batch], bool],
         *,
-        limit_s: float = 5.0,
+        limit_s: float = 10.0,
         meanwhile: Callable[[Batch], None] = lambda _batch: None,
     ) -> Batch:
         """The first batch since `mark` that is enough; `meanwhile` is called with the latest, 20 times a second."""

@@ -236,40 +236,6 @@ def test_find_the_rate_from_the_list_of_rates(qtbot: QtBot, qapp: QApplication, 
 # Loss and return
 
 
-def test_it_reconnects_by_itself_when_the_module_is_plugged_in_again(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
-    with simulated("back") as bench, window(qapp, tmp_path) as assembly:
-        assembly.connector.connect_to(Target("sim://back", 115200))
-        wait_online(qtbot, assembly)
-        bench.unplug()
-        qtbot.waitUntil(lambda: phase(assembly) is Phase.LOST, timeout=WAIT_MS)
-        assert assembly.connector.device.fresh("active", assembly.connector.clock()) is None
-        bench.plug()
-        qtbot.waitUntil(lambda: phase(assembly) is Phase.ONLINE, timeout=WAIT_MS)
-        qtbot.waitUntil(
-            lambda: assembly.connector.device.fresh("active", assembly.connector.clock()) is False, timeout=WAIT_MS
-        )
-
-
-def test_it_never_reconnects_to_another_adapter(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    ports = Ports(ADAPTER)
-    with simulated("mine") as bench, simulated("other"), window(qapp, tmp_path, ports=ports) as assembly:
-        assembly.connector.connect_to(Target("sim://mine", 115200, ADAPTER.identity))
-        wait_online(qtbot, assembly)
-        bench.unplug()
-        qtbot.waitUntil(lambda: phase(assembly) is Phase.LOST, timeout=WAIT_MS)
-        stranger = replace(SECOND_ADAPTER, device="sim://other")
-        ports.now = [stranger]
-        looks = ports.looks
-        qtbot.waitUntil(lambda: ports.looks >= looks + 2, timeout=WAIT_MS)
-        assert phase(assembly) is Phase.LOST
-        bench.plug()
-        ports.now = [stranger, replace(ADAPTER, device="sim://mine")]
-        qtbot.waitUntil(lambda: phase(assembly) is Phase.ONLINE, timeout=WAIT_MS)
-        assert assembly.connector.connection.port == "sim://mine"
-
-
 def test_after_disconnect_it_stays_disconnected(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("gone") as bench, window(qapp, tmp_path) as assembly:
         assembly.connector.connect_to(Target("sim://gone", 115200))
