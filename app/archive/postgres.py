@@ -44,12 +44,16 @@ _COLUMNS: Final = ", ".join(FACT_COLUMNS)
 _DIGEST: Final = "md5(" + " || '|' || ".join(FACT_COLUMNS) + ")"
 """`row_digest` in SQL."""
 _NO_TABLE: Final = "42P01"
-_NOISE: Final = re.compile(
-    r'^connection (?:failed|is bad): (?:connection to server at "[^"]*", port \d+ failed: )?'
+_BETWEEN: Final = re.compile(
+    r'^connection (?:failed|is bad): | ?connection to server at "[^"]*"(?: \([^)]*\))?, port \d+ failed: '
     r"| Either provide the file.*$"
 )
-"""Of what libpq says: the server's address, which stands before it, and the advice to do without TLS."""
-_UNTRUSTED: Final = "certificate verify failed"
+"""Between the reasons that libpq gives, of several attempts; behind them its advice to do without TLS."""
+_PLAIN: Final = {
+    "certificate verify failed": marked("this computer does not trust its certificate"),
+    "no password supplied": marked("no password was found for it"),
+}
+"""Of what libpq says, what people need not look up."""
 _VERIFIED: Final = "verify-full"
 _NO_PASSWORD: Final = ("no password supplied", "password authentication failed", "28P01", "28000")
 
@@ -183,8 +187,9 @@ def _troubles(url: ServerUrl) -> Iterator[None]:
 
 
 def _trouble(url: ServerUrl, error: Exception) -> ArchiveTrouble:
-    said_by_libpq = _NOISE.sub("", url.scrubbed(str(error)))
-    why = UserMessage(said_by_libpq or type(error).__name__)
-    if _UNTRUSTED in said_by_libpq:
-        why = said(marked("this computer does not trust its certificate"))
+    reasons = dict.fromkeys(filter(None, _BETWEEN.split(url.scrubbed(str(error)))))
+    why = UserMessage("; ".join(reasons) or type(error).__name__)
+    for sign, text in _PLAIN.items():
+        if any(sign in one for one in reasons):
+            why = said(text)
     return ArchiveTrouble(said(marked("The archive server {server} cannot be used: {why}"), server=url.shown, why=why))

@@ -6834,6 +6834,10 @@
         <translation>不是成对的十六进制数字</translation>
     </message>
     <message>
+        <source>no password was found for it</source>
+        <translation>没有找到它的密码</translation>
+    </message>
+    <message>
         <source>no readings</source>
         <translation>没有读数</translation>
     </message>

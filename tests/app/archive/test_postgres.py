@@ -110,7 +110,7 @@ def test_the_password_comes_from_the_systems_places_and_shows_nowhere(
     caplog.set_level(logging.DEBUG)
     one = stations[0]
     plain = server.tcp_url(WITH_PASSWORD)
-    with pytest.raises(ArchiveTrouble, match="no password supplied") as caught:
+    with pytest.raises(ArchiveTrouble, match="no password was found") as caught:
         _sync(one, plain)
     assert plain in str(caught.value)
     with pytest.raises(ArchiveTrouble, match="authentication failed") as caught:

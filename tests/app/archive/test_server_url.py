@@ -65,6 +65,23 @@ def test_psycopg_is_loaded_only_for_a_server_and_its_absence_is_a_sentence(tmp_p
     assert 'pip install "dps-s-configurator[archive]"' in ran.stderr
 
 
+@pytest.mark.parametrize(
+    ("attempts", "why"),
+    [
+        (["FATAL: wrong", "FATAL: wrong"], "FATAL: wrong"),
+        (["FATAL: wrong", "FATAL: no entry"], "FATAL: wrong; FATAL: no entry"),
+        (["fe_sendauth: no password supplied"], "no password was found for it"),
+        (["SSL error: certificate verify failed"], "this computer does not trust its certificate"),
+        (['root certificate file "x" does not exist\nEither provide the file, or change sslmode'],
+         'root certificate file "x" does not exist'),
+    ],
+)  # fmt: skip
+def test_each_reason_of_libpq_is_told_once(attempts: list[str], why: str) -> None:
+    raw = "\n".join(f'connection to server at "db" (10.1.2.3), port 5432 failed: {one}' for one in attempts)
+    trouble = postgres._trouble(server_url("postgresql://db/x"), psycopg.OperationalError(f"connection failed: {raw}"))
+    assert str(trouble) == f"The archive server postgresql://db/x cannot be used: {why}"
+
+
 class _Recorded:
     """A connection that keeps what is executed; the table is missing at first."""
 
