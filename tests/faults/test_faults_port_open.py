@@ -5,16 +5,15 @@ import sys
 import pytest
 
 from app.engine import transport
-from app.engine.transport import PortError, PortTrouble
+from app.engine.transport import PortTrouble
 from app.engine.worker import Batch, Job, PortState, Worker
-from app.procedures.greet import greet
 from app.procedures.read import read_everything
 from app.procedures.stream import StreamSwitch, watch
 from protocol.events import Rejected
 from protocol.link_states import Presence
 from tests.support.line.batches import Batches
 from tests.support.processes import RunningModule
-from tests.support.terminals import CLOSING_S, STATUS_FRAME, Terminal, in_time
+from tests.support.terminals import CLOSING_S, STATUS_FRAME, Terminal
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
 pytest_plugins = ["tests.support.port_fixtures"]
@@ -40,30 +39,6 @@ def test_unplugged_in_the_middle_of_everything(worker: Worker, batches: Batches,
     lost = batches.until(lambda batch: trouble_of(batch) is PortTrouble.LOST)
     assert all(known.is_stale for known in lost.device.values.values())
     assert job.wait(1)
-
-
-def test_a_write_that_blocks_ends_as_stuck_and_closes_in_time(
-    worker: Worker, batches: Batches, terminal: Terminal
-) -> None:
-    worker.open(terminal.name, 115200)
-    batches.until(is_open)
-    terminal.choke()
-    with in_time():
-        job = worker.submit(Job(greet()))
-        batches.until(lambda batch: trouble_of(batch) is PortTrouble.STUCK)
-    assert job.wait(1)
-    assert isinstance(job.run.error, PortError)
-
-
-def test_the_window_closes_in_time_while_a_write_blocks(batches: Batches, terminal: Terminal) -> None:
-    worker = Worker(batches)
-    worker.start()
-    worker.open(terminal.name, 115200, lambda: watch(StreamSwitch()))
-    batches.until(lambda batch: batch.link is not None and batch.link.counters.sent > 0)
-    terminal.choke()
-    worker.submit(Job(read_everything()))
-    with in_time():
-        assert worker.stop(2.0)
 
 
 def test_bytes_after_closing_are_nobodys(worker: Worker, batches: Batches, terminal: Terminal) -> None:

@@ -10,15 +10,10 @@ from app.engine.device import Device, StaleReason
 from app.engine.procedure import Ask, Cancelled, Procedure
 from app.engine.session import Run
 from app.engine.transport import holder_of
-from app.procedures.history import read_history
-from protocol.catalogue import BAUD_RATE, BY_NAME, SERIAL_OUTPUT, STATUS
+from protocol.catalogue import BY_NAME, SERIAL_OUTPUT, STATUS
 from protocol.events import Answered, OutcomeUnknown
 from protocol.link import Link
 from protocol.messages import Acknowledgement
-from tests.faults.fault_kinds import BY_NAME_OF_FAULT
-from tests.faults.fault_rows import ROW_BY_TITLE
-from tests.faults.fault_table import run_cell
-from tests.faults.faulty_port import Phase
 from tests.support.line.sim_line import Rig
 
 THRESHOLD = BY_NAME["attitude_threshold"]
@@ -97,28 +92,6 @@ def test_a_second_cancel_does_not_break_off_the_cleaning_up() -> None:
     assert run.result == "cleaned up"
 
 
-def test_a_streamed_serial_output_is_not_on_for_ever() -> None:
-    rig = Rig({"stream_at_boot": "yes", "uptime": "60", "rate": "50"})
-    rig.step_for(1.0)
-    key = SERIAL_OUTPUT.key
-    assert rig.session.device.view(rig.clock.now_s).fresh(key, rig.clock.now_s) is True
-    rig.bench.module.stop_stream()
-    rig.step_for(2.0)
-    known = rig.session.device.view(rig.clock.now_s).known(key, rig.clock.now_s)
-    assert known is not None
-    assert known.stale_reason is StaleReason.AGED
-
-
-def test_an_acknowledged_baud_rate_is_not_yet_the_rate() -> None:
-    rig = Rig({"baud_ack": "restart"})
-    rig.run(ask(Ask(STATUS.query())))
-    assert rig.session.device.value("baud_rate") is not None
-    rig.run(ask(Ask(BAUD_RATE.set(9600), is_deliberate=True)))
-    known = rig.session.device.value("baud_rate")
-    assert known is not None
-    assert known.stale_reason is StaleReason.WRITE_UNCONFIRMED
-
-
 @pytest.mark.parametrize(("name", "value", "key"), [("deploy", True, "triggered"), ("zero_sensor", None, "tilt_deg")])
 @pytest.mark.parametrize("is_answered", [True, False])
 def test_what_was_reported_before_an_act_is_doubtful_after_it(
@@ -136,20 +109,6 @@ def test_what_was_reported_before_an_act_is_doubtful_after_it(
     known = device.value(key)
     assert known is not None
     assert known.stale_reason is StaleReason.WRITE_UNCONFIRMED
-
-
-@pytest.mark.parametrize("fault", ["replies 1.4 s late", "replies doubled", "5 % of all bytes lost"])
-def test_records_that_come_late_twice_or_damaged_are_not_confirmed(fault: str) -> None:
-    row = ROW_BY_TITLE["history.read_history"]
-    result = run_cell(row, BY_NAME_OF_FAULT[fault], Phase.BEFORE, 0)
-    assert result.faults == ()
-    assert result.says != "confirmed"
-
-
-def test_records_on_a_good_line_are_confirmed() -> None:
-    history = Rig({"history": "2"}).run(read_history())
-    assert history.is_confirmed
-    assert len(history.records) == 2
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="/proc is Linux's")

@@ -2,20 +2,17 @@
 
 import subprocess
 import sys
-import time
 from pathlib import Path
 
-import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QPushButton, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.diagnosis.link_state import Phase
-from app.engine.device import DeviceView, How, Known, StaleReason
 from app.engine.target import Target
 from app.engine.worker import Batch
 from app.text.i18n import language
-from tests.support.window.fakes_ui import WAIT_MS, Ports, simulated, wait_online, window
+from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
 from tests.support.window.steps import settle
 from ui.core.preferences import LastPort, Preferences
 from ui.main import Assembly, WindowOptions
@@ -23,8 +20,6 @@ from ui.services.context import PageEntry, Services
 from ui.services.page import Page, StreamPage
 from ui.style.icons import Icon
 from ui.style.theme import Choice, Meaning
-
-CLOSES_WITHIN_S = 0.6
 
 
 def click(qtbot: QtBot, widget: QWidget) -> None:
@@ -119,17 +114,6 @@ def test_disconnecting_an_active_module_asks(qtbot: QtBot, qapp: QApplication, t
         assert bench.state().is_active
 
 
-def test_closing_is_quick_whatever_the_module_does(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with simulated("slow") as bench, window(qapp, tmp_path) as assembly:
-        assembly.connector.connect_to(Target("sim://slow", 115200))
-        wait_online(qtbot, assembly)
-        bench.change(mute=True)
-        began = time.monotonic()
-        assembly.window.close_now()
-        assert time.monotonic() - began < CLOSES_WITHIN_S
-        assert not assembly.window.isVisible()
-
-
 def test_a_lost_active_is_said_with_its_age(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("stale") as bench, window(qapp, tmp_path) as assembly:
         bench.module.activate(is_active=True)
@@ -144,13 +128,6 @@ def test_a_lost_active_is_said_with_its_age(qtbot: QtBot, qapp: QApplication, tm
         assert notice is not None
         assert "ACTIVE when it was last heard" in notice.text
         assert not assembly.window.top_bar.lock.isEnabled()
-
-
-def test_every_doubt_is_shown_as_stale() -> None:
-    for stale_reason in StaleReason:
-        known = Known(value=True, how=How.READ, at=10.0, stale_reason=stale_reason)
-        view = DeviceView({"active": known})
-        assert view.fresh("active", 10.1) is None
 
 
 def test_chinese_while_running(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -226,17 +203,6 @@ def test_a_fault_in_a_slot_is_a_calm_line(qtbot: QtBot, qapp: QApplication, tmp_
         assert assembly.window.isVisible()
 
 
-def test_listing_ports_never_stops_the_window(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    ports = Ports()
-    ports.hold()
-    with window(qapp, tmp_path, ports=ports) as assembly:
-        qtbot.waitUntil(lambda: ports.looks == 1, timeout=WAIT_MS)
-        assembly.window.go_to("traffic")
-        assert not assembly.ports.has_looked
-        ports.release()
-        qtbot.waitUntil(lambda: assembly.ports.has_looked, timeout=WAIT_MS)
-
-
 class Recorder(StreamPage):
     """A page that keeps what it is given."""
 
@@ -280,20 +246,6 @@ def test_the_window_is_there_before_plots_are_loaded() -> None:
     code = "import sys, ui.main; sys.exit('numpy' in sys.modules)"
     ended = subprocess.run([sys.executable, "-c", code], timeout=60, check=False)
     assert ended.returncode == 0
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="no SIGTERM that a program could answer")
-def test_sigterm_closes_in_good_order(tmp_path: Path) -> None:
-    code = (
-        "from ui.main import WindowOptions, run; from PySide6.QtCore import QTimer;"
-        "import os, signal; from PySide6.QtWidgets import QApplication; app = QApplication([]);"
-        "QTimer.singleShot(300, lambda: os.kill(os.getpid(), signal.SIGTERM));"
-        "raise SystemExit(run(WindowOptions(demo=True)))"
-    )
-    ended = subprocess.run([sys.executable, "-c", code], timeout=60, check=False, capture_output=True)
-    # The offscreen platform has no window manager to tell of sizes, and says so.
-    said = [line for line in ended.stderr.splitlines() if b"propagateSizeHints" not in line]
-    assert (ended.returncode, said) == (0, [])
 
 
 def test_an_unattended_run_leaves_a_picture_and_values(tmp_path: Path) -> None:
