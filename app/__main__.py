@@ -5,6 +5,7 @@ none of them and `dps-s decode` no serial port.
 """
 
 import argparse
+import errno
 import gc
 import io
 import logging
@@ -18,7 +19,7 @@ from typing import NamedTuple
 from app.cli.gui import is_file_name
 from app.terminal import console
 from app.terminal.argparse_words import translate_argparse
-from app.terminal.port_choice import NoPortChosen, choose_port
+from app.terminal.port_choice import choose_port
 from app.text.i18n import set_language, system_language, tr
 from protocol.translatable import marked
 
@@ -39,27 +40,27 @@ class SubCommand(NamedTuple):
 
 WINDOW = "gui"
 ENTRIES = (
-    SubCommand(WINDOW, "app.cli.gui", marked("open the window")),
-    SubCommand("ports", "app.cli.ports", marked("list the serial ports")),
-    SubCommand("read", "app.cli.read", marked("read everything that can be read")),
-    SubCommand("monitor", "app.cli.monitor", marked("print the status as it comes")),
-    SubCommand("history", "app.cli.history", marked("read the trigger records")),
-    SubCommand("find", "app.cli.find", marked("find the baud rate at which a module answers")),
-    SubCommand("set", "app.cli.set", marked("change settings and prove that they stand")),
-    SubCommand("activate", "app.cli.act", marked("make the module ready to fire (asks for --yes)")),
-    SubCommand("lock", "app.cli.act", marked("put the module into standby (asks for --yes)")),
-    SubCommand("zero", "app.cli.act", marked("zero the sensor (asks for --yes)")),
-    SubCommand("shutdown", "app.cli.act", marked("switch the module off (asks for --yes)")),
-    SubCommand("preflight", "app.cli.preflight", marked("check whether the module is fit to fly")),
-    SubCommand("verify", "app.cli.verify", marked("tell whether a pre-flight record was altered")),
-    SubCommand("archive", "app.cli.archive.commands", marked("bring the records of all stations together")),
-    SubCommand("record", "app.cli.record", marked("record a session into a file")),
-    SubCommand("recordings", "app.cli.recordings", marked("list, export and delete recorded sessions")),
-    SubCommand("fired", "app.cli.fired", marked("tell whether thresholds would have fired in flight logs")),
-    SubCommand("decode", "app.cli.decode", marked("explain captured bytes")),
-    SubCommand("completion", "app.cli.reference.completion", marked("print a completion script for a shell")),
-    SubCommand("schema", "app.cli.reference.schema", marked("print the JSON Schema of an output")),
-    SubCommand("simulate", "app.cli.simulate", marked("run a simulated module")),
+    SubCommand(WINDOW, "app.cli.gui", marked("Open the window")),
+    SubCommand("ports", "app.cli.ports", marked("List serial ports")),
+    SubCommand("read", "app.cli.read", marked("Read status and settings")),
+    SubCommand("monitor", "app.cli.monitor", marked("Print the status until Ctrl-C")),
+    SubCommand("history", "app.cli.history", marked("Trigger records")),
+    SubCommand("find", "app.cli.find", marked("Find the baud rate")),
+    SubCommand("set", "app.cli.set", marked("Write and verify settings")),
+    SubCommand("activate", "app.cli.act", marked("Activate")),
+    SubCommand("lock", "app.cli.act", marked("Lock")),
+    SubCommand("zero", "app.cli.act", marked("Zero the sensor")),
+    SubCommand("shutdown", "app.cli.act", marked("Shut down")),
+    SubCommand("preflight", "app.cli.preflight", marked("Pre-flight check")),
+    SubCommand("verify", "app.cli.verify", marked("Verify a pre-flight record")),
+    SubCommand("archive", "app.cli.archive.commands", marked("Share records between stations")),
+    SubCommand("record", "app.cli.record", marked("Record until Ctrl-C")),
+    SubCommand("recordings", "app.cli.recordings", marked("Recordings")),
+    SubCommand("fired", "app.cli.fired", marked("Would it have fired in these flight logs?")),
+    SubCommand("decode", "app.cli.decode", marked("Explain captured bytes")),
+    SubCommand("completion", "app.cli.reference.completion", marked("Shell completion script")),
+    SubCommand("schema", "app.cli.reference.schema", marked("JSON Schema of an output")),
+    SubCommand("simulate", "app.cli.simulate", marked("Simulated module")),
 )
 _BY_NAME = {entry.name: entry for entry in ENTRIES}
 _ANYWHERE = ("-v", "-vv", "--verbose", "--quiet")
@@ -85,7 +86,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         code = console.DONE
     except console.OutputLost as error:
         console.abandon_output()
-        console.say(tr("What was read cannot be written: {error}.", error=error))
+        console.say(tr("{file} cannot be written: {why}.", file="stdout", why=error))
         code = console.PARTLY
     except Exception as error:  # noqa: BLE001  the program's top: people get a sentence, never a traceback
         code = _explain(error)
@@ -98,7 +99,7 @@ def _run_or_refuse(words: list[str]) -> int:
         return _run(words)
     except SystemExit as end:  # argparse: help, or used wrongly
         return end.code if isinstance(end.code, int) else console.USED_WRONGLY
-    except NoPortChosen as error:
+    except console.Refused as error:
         console.say(error.sentence)
         return error.exit_code
 
@@ -121,10 +122,7 @@ def _run(words: list[str]) -> int:
     if entry is None:
         _whole_parser().parse_args(words)  # says what is wrong, and ends
         raise AssertionError(words)
-    parser = _bare_parser()
-    import_module(entry.module).add_parser(parser.add_subparsers(dest="command", metavar="COMMAND"))
-    console.add_verbosity_arguments(parser)
-    args = parser.parse_args(words)
+    args = _parser_of(entry.module).parse_args(words)
     console.set_verbosity(args)
     is_window = entry.name == WINDOW
     _prepare_log(is_wanted=is_window and console.verbosity() > 0, is_window=is_window)
@@ -145,11 +143,9 @@ def _run(words: list[str]) -> int:
 def _bare_parser() -> argparse.ArgumentParser:
     return console.Parser(
         prog="dps-s",
-        description=tr("Configure, test and watch a DPS-S drone parachute module over its serial port."),
+        description=tr("Configures, tests and watches a DPS-S parachute module over its serial port."),
         epilog=tr(
-            "Without a command the window opens. Exit code: 0 done; 1 done and the answer is no; 2 used wrongly; "
-            "3 no link (no such port, busy, no permission, no answer); 4 some of it could not be read; "
-            "130 or 143 interrupted before there was a result."
+            "Exit code: 0 done; 1 the answer is no; 2 used wrongly; 3 no link; 4 done in part; 130, 143 interrupted."
         ),
     )
 
@@ -157,30 +153,40 @@ def _bare_parser() -> argparse.ArgumentParser:
 def _whole_parser() -> argparse.ArgumentParser:
     """Knows all sub-commands by name and summary, and imports none."""
     parser = _bare_parser()
-    parser.add_argument("--version", action="store_true", help=tr("print the version"))
-    subparsers = parser.add_subparsers(
-        title=tr("commands"), metavar="COMMAND", description=tr("dps-s COMMAND --help tells more.")
-    )
+    _add_version(parser)
+    subparsers = parser.add_subparsers(title=tr("commands"), metavar="COMMAND")
     for entry in ENTRIES:
         subparsers.add_parser(entry.name, help=tr(entry.summary))
     parser.usage = "dps-s [-h] [--version] [COMMAND] …"  # without one the window opens
     return parser
 
 
+def _add_version(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--version", action="store_true", help=tr("print the version"))
+
+
+def _parser_of(*modules: str) -> argparse.ArgumentParser:
+    """Knows the commands of these modules with all of their options."""
+    parser = _bare_parser()
+    subparsers = parser.add_subparsers(dest="command", metavar="COMMAND")
+    for module in modules:
+        import_module(module).add_parser(subparsers)
+    for name, one in subparsers.choices.items():
+        one.description = one.description or tr(_BY_NAME[name].summary)
+    console.add_verbosity_arguments(parser)
+    return parser
+
+
 def _complete_parser() -> argparse.ArgumentParser:
     """Knows every command with all of its options."""
-    parser = _bare_parser()
-    parser.add_argument("--version", action="store_true", help=tr("print the version"))
-    subparsers = parser.add_subparsers(metavar="COMMAND")
-    for module in dict.fromkeys(entry.module for entry in ENTRIES):
-        import_module(module).add_parser(subparsers)
-    console.add_verbosity_arguments(parser)
+    parser = _parser_of(*dict.fromkeys(entry.module for entry in ENTRIES))
+    _add_version(parser)
     return parser
 
 
 def _open_window(args: argparse.Namespace) -> int:
     if args.file is not None and not args.file.is_file():
-        console.say(tr("{file} cannot be read: {why}.", file=args.file, why=tr("there is no such file")))
+        console.say(tr("{file} cannot be read: {why}.", file=args.file, why=os.strerror(errno.ENOENT)))
         return console.USED_WRONGLY
     from app.system.screen import window_obstacle
 

@@ -10,10 +10,12 @@ Where that leaves the meaning open, it says so: 01 from 21 or 22 is "received" o
 (E2); 16 answers 16 or 17, so both are named (E4).
 """
 
+from app.text.durations import stopwatch
 from app.text.i18n import tr
+from app.text.sentences import listed
 from app.trigger_records.fields import JsonValue, record_values, source_word
-from protocol.catalogue import COMMANDS, SET, STATUS_PARTS, Command, Request
-from protocol.fields import Choice, Done, Flag, Quantity
+from protocol.catalogue import BY_NAME, COMMANDS, SET, STATUS, STATUS_PARTS, TRIGGER_RECORDS, Command, Request
+from protocol.fields import Choice, Done, Field, Flag, Quantity
 from protocol.frame import Direction, Frame, Noise, decode_request
 from protocol.messages import (
     Acknowledgement,
@@ -34,42 +36,12 @@ _EITHER_OR = 0x01
 """D4 that the table uses for "received" (E2) and that is a value as well."""
 
 _ACTS: dict[tuple[str, int], str] = {
-    ("activation", 0x00): marked("lock the module"),
-    ("activation", 0x01): marked("activate the module"),
-    ("deploy", 0x00): marked("forbid deploying over serial"),
-    ("deploy", 0x01): marked("deploy the parachute"),
-    ("shutdown", 0x01): marked("shut the module down"),
-    ("serial_output", 0x00): marked("switch the serial output off"),
-    ("serial_output", 0x01): marked("switch the serial output on"),
-    ("attitude_trigger", 0x00): marked("enable the attitude trigger"),
-    ("attitude_trigger", 0x01): marked("disable the attitude trigger"),
-    ("freefall_trigger", 0x00): marked("enable the free-fall trigger"),
-    ("freefall_trigger", 0x01): marked("disable the free-fall trigger"),
-    ("zero_sensor", 0x00): marked("zero the sensor"),
+    ("activation", 0x00): marked("Lock"),
+    ("activation", 0x01): marked("Activate"),
+    ("deploy", 0x00): marked("Forbid serial trigger"),
+    ("deploy", 0x01): marked("Deploy"),
 }
-"""Requests that read better in words of their own, by D4."""
-
-_ANSWERS: dict[tuple[str, bool], str] = {
-    ("activation", False): marked("module locked"),
-    ("activation", True): marked("module active"),
-    ("deploy", False): marked("deploying over serial forbidden"),
-    ("deploy", True): marked("parachute deployed"),
-    ("shutdown", True): marked("module shuts down"),
-    ("serial_output", False): marked("serial output off"),
-    ("serial_output", True): marked("serial output on"),
-    ("attitude_trigger", False): marked("attitude trigger disabled"),
-    ("attitude_trigger", True): marked("attitude trigger enabled"),
-    ("freefall_trigger", False): marked("free-fall trigger disabled"),
-    ("freefall_trigger", True): marked("free-fall trigger enabled"),
-    ("zero_sensor", True): marked("sensor zeroed"),
-    ("active", False): marked("not active"),
-    ("active", True): marked("active"),
-    ("triggered", False): marked("not triggered"),
-    ("triggered", True): marked("triggered"),
-    ("charging", False): marked("not charging"),
-    ("charging", True): marked("charging"),
-}
-"""Replies of yes or no in words of their own."""
+"""What reads better in words of its own, by D4."""
 
 
 def meaning(frame: Frame, asked: Asked = None) -> dict[str, JsonValue]:
@@ -181,7 +153,7 @@ def _inside(title: str) -> str:
     return words[:1].lower() + words[1:]
 
 
-def _value(field: Quantity | Flag | Choice | Done, raw: int) -> str:
+def _value(field: Field, raw: int) -> str:
     if isinstance(field, Choice):
         return f"{field.decode(raw)} {tr(field.unit)}"
     text = field.text(raw)
@@ -190,37 +162,34 @@ def _value(field: Quantity | Flag | Choice | Done, raw: int) -> str:
 
 def _words_of_request(request: Request) -> str:
     command = request.command
-    act = _ACTS.get((command.name, request.data)) if request.is_set or not request.is_repeatable else None
-    if act is not None:
-        return tr(act)
     if command.name == "heartbeat":
-        return tr("heartbeat")
-    if request.is_set and command.write is not None:
-        return tr("set {name} to {value}", name=_inside(command.title), value=_value(command.write, request.data))
-    return tr("query: {name}", name=_inside(command.title))
+        return _inside(command.title)
+    if request.is_set:
+        return tr("set: {what}", what=_what(command, command.write, request.data))
+    return tr("query: {what}" if request.is_repeatable else "set: {what}", what=_inside(command.title))
 
 
 def _words_of_message(message: Message, asked: Asked) -> str:
     match message:
         case Heartbeat():
-            return tr("heartbeat")
+            return _inside(BY_NAME["heartbeat"].title)
         case Status():
-            return tr(
-                "status: tilt {tilt}°, {acceleration:.1f} g, {triggered}, {active}",
-                tilt=message.tilt_deg,
-                acceleration=message.acceleration_g,
-                triggered=tr(_ANSWERS["triggered", message.triggered]),
-                active=tr(_ANSWERS["active", message.active]),
+            words = (
+                f"{_inside(marked('Tilt'))} {message.tilt_deg}°",
+                f"{message.acceleration_g:.1f} g",
+                tr("triggered") if message.triggered else tr("not triggered"),
+                tr("active") if message.active else tr("locked"),
             )
+            return tr("{file}: {why}", file=_inside(STATUS.title), why=listed(words))
         case TriggerRecord():
-            return _words_of_record(message)
+            return tr("{file}: {why}", file=_inside(TRIGGER_RECORDS.title), why=_words_of_record(message))
         case EmptySlot():
-            return tr("trigger record: slot never used")
+            return tr("{file}: {why}", file=_inside(TRIGGER_RECORDS.title), why=tr("none"))
         case Reading():
             if _is_value_open(message, asked):
-                return tr("reply: {name}, a value or only “received”", name=_inside(message.command.title))
+                return tr("reply: {what}", what=f"{_inside(message.command.title)} ?")
             possible = _may_answer(message, asked) or (message.command,)
-            return tr("reply: {what}", what=tr(" or ").join(_what(one, message.raw) for one in possible))
+            return tr("reply: {what}", what=" / ".join(_what(one, one.reply, message.raw) for one in possible))
         case Acknowledgement():
             return _words_of_acknowledgement(message, asked)
 
@@ -228,33 +197,30 @@ def _words_of_message(message: Message, asked: Asked) -> str:
 def _words_of_acknowledgement(message: Acknowledgement, asked: Asked) -> str:
     command = message.request.command
     if _is_only_received(message, asked):
-        return tr("acknowledged: {name}, value not repeated", name=_inside(command.title))
+        return tr("acknowledged: {what}", what=_inside(command.title))
     if message.is_accepted:
-        return tr("acknowledged: {what}", what=_what(command, message.raw))
-    return tr("not acknowledged: {name}, the answer is {raw:02X}", name=_inside(command.title), raw=message.raw)
+        return tr("acknowledged: {what}", what=_what(command, command.reply, message.raw))
+    return tr("not acknowledged: {what}", what=f"{_inside(command.title)} ({message.raw:02X})")
 
 
-def _what(command: Command, raw: int) -> str:
-    """What a six-byte reply carries, in words: "cell voltage 3.80 V", "not charging"."""
-    field = command.reply
-    if field is None:
-        return _inside(command.title)
-    value = field.decode(raw)
-    answer = _ANSWERS.get((command.name, value)) if isinstance(value, bool) else None
-    if answer is not None:
-        return tr(answer)
-    return tr("{name} {value}", name=_inside(command.title), value=_value(field, raw))
+def _what(command: Command, field: Field | None, raw: int) -> str:
+    """What a set or a six-byte reply carries, in words: "cell voltage 3.80 V"."""
+    act = _ACTS.get((command.name, raw))
+    if act is not None:
+        return _inside(act)
+    title = _inside(command.title)
+    if field is None or isinstance(field, Done):
+        return title
+    if isinstance(field, Flag) and command.is_setting:
+        return f"{title} {_inside(marked('Enabled') if field.decode(raw) else marked('Disabled'))}"
+    return f"{title} {_value(field, raw)}"
 
 
 def _words_of_record(record: TriggerRecord) -> str:
-    minutes, seconds = divmod(record.uptime_s, 60)
-    sources = ", ".join(source_word(name) for name in record.sources)
-    words = tr(
-        "trigger record: boot {boot}, {minutes} min {seconds} s after power-on, source {sources}; cell {cell:.2f} V",
-        boot=record.boot_count,
-        minutes=minutes,
-        seconds=seconds,
-        sources=sources or tr("unknown"),
-        cell=record.cell_voltage_v,
-    )
-    return tr("{text} (implausible)", text=words) if record.implausible else words
+    cell = f"{record.cell_voltage_v:.2f} V"
+    return listed((
+        f"{_inside(BY_NAME['boot_count'].title)} {record.boot_count}",
+        stopwatch(record.uptime_s),
+        *(map(source_word, record.sources) if record.sources else (tr("unknown"),)),
+        tr("{text} (implausible)", text=cell) if record.implausible else cell,
+    ))  # fmt: skip

@@ -221,11 +221,11 @@ class CaptureReader:
         try:
             raw = _bytes_of(found[3])
         except NotHex:
-            self._fault(marked("the bytes are no pairs of hex digits"))
+            self._fault(marked("no pairs of hex digits"))
             return None
         at_s = self._part_begins_s + float(found[1])
         if self._has_entries and at_s < self._last_s:
-            self._fault(marked("the time runs backwards; the line before counts"))
+            self._fault(marked("the time runs backwards"))
             at_s = self._last_s
         return CaptureEntry(at_s, _WAYS[found[2]], raw) if raw else None
 

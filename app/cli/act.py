@@ -10,9 +10,8 @@ import shlex
 import time
 from typing import TYPE_CHECKING
 
-from app.terminal.console import DONE, NO_LINK, SAID_NO, USED_WRONGLY, add_port_arguments, say, write_lines
+from app.terminal import console
 from app.text.i18n import tr
-from app.text.sentences import together
 
 if TYPE_CHECKING:
     from app.procedures.act import Performed
@@ -26,11 +25,9 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
     from app.safety.acts import EFFECTS, Act
 
     for name in NAMES:
-        effect = tr(EFFECTS[Act(name)])
-        more = tr("Without --yes it says so and sends nothing (exit code 2). What is done is written to the audit log.")
-        parser = subparsers.add_parser(name, description=together((effect, more)))
-        add_port_arguments(parser)
-        parser.add_argument("--yes", action="store_true", help=tr("really do it"))
+        parser = subparsers.add_parser(name, description=tr(EFFECTS[Act(name)]))
+        console.add_port_arguments(parser)
+        console.add_yes_argument(parser)
         parser.set_defaults(run=run, act=name)
 
 
@@ -39,11 +36,9 @@ def run(args: argparse.Namespace) -> int:
 
     act = Act(args.act)
     if not args.yes:
-        write_lines([tr(EFFECTS[act])])
+        console.write_lines([tr(EFFECTS[act])])
         # A URL may hold what a shell takes for its own.
-        port = "" if args.port is None else f"--port {shlex.quote(args.port)} "
-        say(tr("Nothing was sent. To do it, say {command}.", command=f"dps-s {args.act} {port}--yes"))
-        return USED_WRONGLY
+        return console.refuse_without_yes(args.act, *(() if args.port is None else ("--port", shlex.quote(args.port))))
     from app.procedures.act import perform
     from app.procedures.lock import lock
     from app.safety.permit import Origin, Permit
@@ -60,13 +55,13 @@ def run(args: argparse.Namespace) -> int:
             else:
                 done = conversation.run(perform(act, records.journal, permit=permit))
         except KeyboardInterrupt:
-            say(tr("Interrupted: if the command had left already, it may have been carried out."))
+            console.say(tr("Interrupted; may have been carried out."))
             raise
     code = exit_code(done)
-    if code == DONE:
-        write_lines([done.sentence])
+    if code == console.DONE:
+        console.write_lines([done.sentence])
     else:
-        say(done.sentence)
+        console.say(done.sentence)
     return code
 
 
@@ -78,9 +73,9 @@ def exit_code(done: "Performed | Locked") -> int:
 
     if isinstance(done, Locked):
         if done.is_locked:
-            return DONE
-        return SAID_NO if done.is_heard and not done.is_port_lost else NO_LINK
+            return console.DONE
+        return console.SAID_NO if done.is_heard and not done.is_port_lost else console.NO_LINK
     if done.outcome is Outcome.CONFIRMED:
-        return SAID_NO if done.act is Act.ZERO and not done.is_level else DONE
+        return console.SAID_NO if done.act is Act.ZERO and not done.is_level else console.DONE
     is_silent = any(refusal.condition is Interlock.ONLINE for refusal in done.refusals)
-    return NO_LINK if is_silent else SAID_NO
+    return console.NO_LINK if is_silent else console.SAID_NO

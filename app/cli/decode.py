@@ -30,6 +30,7 @@ from protocol.catalogue import BY_NAME, Command
 from protocol.frame import Direction, Frame, Noise, decode_request
 from protocol.stream import Piece, StreamParser
 
+EXAMPLE = "41 75 32"
 LONGEST_RUN = 4096
 """Rejected bytes in one line at most; a longer run goes on in the next line, so that memory stays bounded."""
 SHOWN_BYTES = 16
@@ -53,24 +54,10 @@ class DecodedLine:
 
 
 def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    parser = subparsers.add_parser(
-        "decode",
-        help=tr("explain captured bytes"),
-        description=tr(
-            "Explain captured bytes. What was asked is taken from the host's frames in the capture, else from --asked; "
-            "with neither, a whole trigger record of 16 bytes wins over a reply of six."
-        ),
-    )
-    parser.add_argument(
-        "hex", nargs="*", metavar="HEX",
-        help=tr("bytes in hex, or one file: a capture or hex text; - reads either from standard input"),
-    )  # fmt: skip
-    parser.add_argument(
-        "--asked",
-        metavar="NAME",
-        choices=sorted(BY_NAME),
-        help=tr("the command that the module's frames answer: {names}", names=listed(BY_NAME)),
-    )
+    parser = subparsers.add_parser("decode")
+    parser.add_argument("hex", nargs="*", metavar="HEX", help=tr("hex bytes, a capture, or - for standard input"))
+    parser.add_argument("--asked", metavar="NAME", choices=sorted(BY_NAME),
+                        help=tr("what was asked: {names}", names=listed(BY_NAME)))  # fmt: skip
     console.add_json_argument(parser)
     parser.set_defaults(run=run)
 
@@ -78,7 +65,7 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
 def run(args: argparse.Namespace) -> int:
     words: list[str] = args.hex
     if not words:
-        return _refuse(tr("Nothing to decode: give the bytes in hex, or - to read them from standard input."))
+        raise console.Refused(tr("expected {expected}", expected=f"{EXAMPLE}, FILE, -"))
     asked = BY_NAME[args.asked] if args.asked else None
     printer = _Printer(_json_text if args.json else _text_for_people)
     try:
@@ -90,21 +77,16 @@ def run(args: argparse.Namespace) -> int:
         else:
             _decode_hex(_bytes_of_words(words), asked, printer)
     except NotHex as error:
-        return _refuse(
-            tr(
-                "“{word}” is no pair of hex digits, and no file; bytes look like 41 75 32, 417532 or 0x41,0x75.",
-                word=error.word,
-            )
-        )
-    except UnicodeDecodeError:
-        return _refuse(tr("The input is not text; decode reads captures and bytes written in hex, such as 41 75 32."))
+        raise console.Refused(f"{error.word}: {tr('expected {expected}', expected=EXAMPLE)}") from error
+    except UnicodeDecodeError as error:
+        raise console.Refused(f"{words[0]}: {tr('expected {expected}', expected=EXAMPLE)}") from error
     except CaptureRefused as error:
         text = str(error)
-        return _refuse(tr(text))
+        raise console.Refused(tr(text)) from error
     except BrokenPipeError:
         raise
     except OSError as error:
-        return _refuse(tr("{file} cannot be read: {why}.", file=words[0], why=reason_of(error)))
+        raise console.Refused(tr("{file} cannot be read: {why}.", file=words[0], why=reason_of(error))) from error
     return console.PARTLY if printer.has_rejected else console.DONE
 
 
@@ -223,11 +205,11 @@ def _json_text(line: DecodedLine) -> str:
 def _text_for_people(line: DecodedLine) -> str:
     piece = line.piece
     direction = piece.direction if isinstance(piece, Frame) else _DIRECTIONS[line.way] if line.way else None
-    sender = "-" if direction is None else tr("host") if direction is Direction.HOST_TO_MODULE else tr("module")
+    sender = "-" if direction is None else "host" if direction is Direction.HOST_TO_MODULE else "module"
     shown = _hex(piece.raw[:SHOWN_BYTES])
     words = sentence(piece, line.asked)
     if len(piece.raw) > SHOWN_BYTES:
-        words = tr("… {count} bytes: {words}", count=len(piece.raw), words=words)
+        words = f"… {len(piece.raw)} B: {words}"
     place = f"{piece.offset:6}" if line.at_s is None else f"{line.at_s:11.6f}"
     return f"{place}  {sender:6}  {shown:{3 * SHOWN_BYTES - 1}}  {words}"
 
@@ -260,8 +242,3 @@ def _is_hex(word: str) -> bool:
 
 def _hex(raw: bytes) -> str:
     return raw.hex(" ").upper()
-
-
-def _refuse(reason: str) -> int:
-    console.say(reason)
-    return console.USED_WRONGLY

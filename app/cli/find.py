@@ -2,29 +2,14 @@
 
 import argparse
 
-from app.terminal.console import (
-    DONE,
-    NO_LINK,
-    USUAL_RATE,
-    add_json_argument,
-    add_port_arguments,
-    as_json,
-    say,
-    write_lines,
-)
+from app.terminal import console
 from app.text.i18n import tr
 
 
 def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    parser = subparsers.add_parser(
-        "find",
-        description=tr(
-            "Find the baud rate at which a module answers. Sends nothing but questions, first at the rate of --baud. "
-            "Exit code 3 where none answers."
-        ),
-    )
-    add_port_arguments(parser)
-    add_json_argument(parser)
+    parser = subparsers.add_parser("find")
+    console.add_port_arguments(parser)
+    console.add_json_argument(parser)
     parser.set_defaults(run=run)
 
 
@@ -32,14 +17,14 @@ def run(args: argparse.Namespace) -> int:
     from app.procedures.find import find_rate
     from app.terminal.connection import connected, no_module_anywhere
 
-    first = args.baud or USUAL_RATE
+    first = args.baud or console.USUAL_RATE
     with connected(args.port, first, is_greeted=False) as conversation:
         found = conversation.run(find_rate(first))
     if args.json:
-        write_lines([as_json({"baud_rate": found.baud_rate, "tried": list(found.tried)})])
+        console.write_json({"baud_rate": found.baud_rate, "tried": list(found.tried)})
     if found.baud_rate is None:
-        say(no_module_anywhere(args.port))
-        return NO_LINK
+        console.say(no_module_anywhere(args.port))
+        return console.NO_LINK
     if not args.json:
-        write_lines([tr("A module answers on {port} at {rate} baud.", port=args.port, rate=found.baud_rate)])
-    return DONE
+        console.write_lines([tr("A module answers on {port} at {rate} baud.", port=args.port, rate=found.baud_rate)])
+    return console.DONE

@@ -9,18 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from app.terminal.console import (
-    DONE,
-    PARTLY,
-    USED_WRONGLY,
-    add_json_argument,
-    as_json,
-    end_passing,
-    say,
-    say_in_passing,
-    table,
-    write_lines,
-)
+from app.terminal import console
 from app.text.i18n import tr
 from protocol.translatable import marked
 
@@ -38,34 +27,21 @@ THRESHOLDS = (
 MOST_ACCELERATION_G = 1.5
 ALIKE_S = 0.25
 """Readings that fire within this time of each other agree: one of them waits for 0.2 s."""
-_LATER = marked("Under the other reading ({reading}) it would first fire at {time:.2f} s.")
-_NEVER = marked("Under the other reading ({reading}) it would not fire.")
-
-
-class _WrongWords(ValueError):
-    """The text is a sentence for people."""
+_LATER = marked("{reading}: would first fire at {time:.2f} s.")
+_NEVER = marked("{reading}: would not fire.")
 
 
 def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    parser = subparsers.add_parser(
-        "fired",
-        description=tr(
-            "Tell whether a module with these thresholds would have fired in flight logs: PX4 ULog, ArduPilot "
-            "DataFlash, CSV, recordings and MCAP of this program. Exit code 0 where none would have fired, 4 where one "
-            "or more would, 2 where a log cannot be read."
-        ),
-    )
-    parser.add_argument("logs", nargs="*", metavar="LOG", help=tr("a log, a recording, or a folder of them"))
+    parser = subparsers.add_parser("fired")
+    parser.add_argument("logs", nargs="*", metavar="LOG", help=tr("log, recording or folder"))
     parser.add_argument("--thresholds", nargs="+", action="extend", default=[], metavar="NAME=VALUE",
-                        help=tr("{names}; default: the vendor's values", names=", ".join(THRESHOLDS)))  # fmt: skip
+                        help=", ".join(THRESHOLDS))  # fmt: skip
     parser.add_argument("--column", action="append", default=[], metavar="ROLE=COLUMN",
-                        help=tr("of CSV files: which column holds what, for example roll_deg=ATT.Roll"))  # fmt: skip
+                        help=tr("CSV column, such as {example}", example="roll_deg=ATT.Roll"))  # fmt: skip
     groups = parser.add_mutually_exclusive_group()
-    groups.add_argument("--must-not", action="store_true",
-                        help=tr("propose thresholds that let all of these flights pass"))  # fmt: skip
-    groups.add_argument("--must", action="store_true",
-                        help=tr("propose thresholds that fire in all of these flights"))  # fmt: skip
-    add_json_argument(parser)
+    groups.add_argument("--must-not", action="store_true", help=tr("propose thresholds that fire in none"))
+    groups.add_argument("--must", action="store_true", help=tr("propose thresholds that fire in all"))
+    console.add_json_argument(parser)
     parser.set_defaults(run=run)
 
 
@@ -76,39 +52,37 @@ def run(args: argparse.Namespace) -> int:
 
     known = [word for word in args.thresholds if word.partition("=")[0] in THRESHOLDS]
     others = [word for word in args.thresholds if word not in known]  # --thresholds NAME=VALUE LOG
+    limits = parse_limits(known)
+    paths = _found([*args.logs, *others])
     try:
-        limits = parse_limits(known)
-        paths = _found([*args.logs, *others])
         columns = parse_choice(args.column) if args.column else None
-    except _WrongWords as error:
-        say(str(error))
-        return USED_WRONGLY
     except LogUnreadable as error:
-        say(error.why.in_words())
-        return USED_WRONGLY
+        raise console.Refused(error.why.in_words()) from error
     logs = _judged(paths, LogOrder(columns, limits))
     read = [(one, one.flight) for one in logs if one.flight is not None]
     if args.json:
-        write_lines([as_json(json_of(one, flight)) for one, flight in read])
+        console.write_lines([console.as_json(json_of(one, flight)) for one, flight in read])
     elif read:
-        write_lines(_page(read, is_must=args.must))
+        console.write_lines(_page(read, is_must=args.must))
     for one in logs:
         if one.why_not is not None:
-            say(tr("{file}: {why}", file=one.path, why=one.why_not.in_words()))
+            console.say(tr("{file}: {why}", file=one.path, why=one.why_not.in_words()))
     if args.must or args.must_not:
-        (_say_all if args.json else write_lines)(_proposal_lines([flight for _, flight in read], is_must=args.must))
+        (_say_all if args.json else console.write_lines)(
+            _proposal_lines([flight for _, flight in read], is_must=args.must)
+        )
     if len(read) < len(logs):
-        return USED_WRONGLY
-    return PARTLY if any(one.judged[0].firings for one, _ in read) else DONE
+        return console.USED_WRONGLY
+    return console.PARTLY if any(one.judged[0].firings for one, _ in read) else console.DONE
 
 
 def _say_all(lines: Sequence[str]) -> None:
     for line in lines:
-        say(line)
+        console.say(line)
 
 
 def parse_limits(words: Sequence[str]) -> "TriggerLimits":
-    """Of the vendor's defaults and these. Raises `_WrongWords` with all that is wrong."""
+    """Of the vendor's defaults and these. Raises `Refused` with all that is wrong."""
     from app.firing.judge import TriggerLimits
     from app.settings.values import NotAValue, parse_value
     from protocol.catalogue import SETTINGS
@@ -135,9 +109,9 @@ def parse_limits(words: Sequence[str]) -> "TriggerLimits":
         bool(values.get("freefall_trigger", True)),
     )
     if limits.freefall_acceleration_g > MOST_ACCELERATION_G:
-        faults.append(tr("freefall_acceleration_g: above 1.5 g everything is a fall."))
+        faults.append(f"freefall_acceleration_g: {tr('expected {expected}', expected=f'≤ {MOST_ACCELERATION_G}')}")
     if faults:
-        raise _WrongWords("\n".join(faults))
+        raise console.Refused("\n".join(faults))
     return limits
 
 
@@ -149,7 +123,7 @@ def _found(words: Sequence[str]) -> list[Path]:
     except (OSError, ValueError):  # ValueError: a NUL in the name
         paths = [Path(word) for word in words]
     if not paths:
-        raise _WrongWords(tr("There is no flight log: give a file, or a folder that holds some."))
+        raise console.Refused(tr("No flight log."))
     return paths
 
 
@@ -161,8 +135,8 @@ def _judged(paths: Sequence[Path], order: "LogOrder") -> "list[SummarisedLog]":
     logs = []
     for one in summarise_logs(paths, order):
         logs.append(one)
-        say_in_passing(tr("{count} of {total} logs", count=len(logs), total=len(paths)))
-    end_passing()
+        console.say_in_passing(f"{len(logs)}/{len(paths)}")
+    console.end_passing()
     return sorted(logs, key=lambda one: place[one.path])
 
 
@@ -234,7 +208,7 @@ def _page(read: "Sequence[tuple[SummarisedLog, FlightSummary]]", *, is_must: boo
         for one in _problems(log, flight)
     ]
     counted = tr("{count} of {total} would have fired.", count=fired, total=len(read))
-    return [*table(head, rows), "", counted, *(["", *problems] if problems else [])]
+    return [*console.table(head, rows), "", counted, *(["", *problems] if problems else [])]
 
 
 def _verdict(judged: "JudgedFlight", flight: "FlightSummary", *, is_must: bool) -> str:
@@ -267,7 +241,7 @@ def _proposal_lines(flights: "Sequence[FlightSummary]", *, is_must: bool) -> lis
     nearest = proposal.nearest(group)
     if proposal.limits is None:
         lines = [tr("{file}: {why}", file=one.name, why=one.why.in_words()) for one in proposal.conflicts]
-        return ["", tr("No thresholds within the vendor's advice do this for all of them."), *lines]
+        return ["", tr("No thresholds within the vendor's advice do this."), *lines]
     if nearest is None:
         return []
     values = " ".join(f"{key}={value}" for key, value in proposal.settings.items())

@@ -5,9 +5,8 @@ import re
 from collections.abc import Container
 from pathlib import Path
 
-from app.terminal.console import RATES, USUAL_RATE, seconds
+from app.terminal import console
 from app.text.i18n import LANGUAGES, PSEUDO, tr
-from app.text.sentences import listed
 
 _SUFFIX = re.compile(r"\.[A-Za-z0-9]{1,8}")
 
@@ -18,24 +17,13 @@ def is_file_name(word: str, commands: Container[str]) -> bool:
 
 
 def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    parser = subparsers.add_parser("gui", description=tr("Open the window."))
-    parser.add_argument("file", type=Path, nargs="?", metavar="FILE",
-                        help=tr("open this profile, capture, recording or check"))  # fmt: skip
-    parser.add_argument("--demo", action="store_true", help=tr("connect to a built-in simulated module"))
-    parser.add_argument("--port", metavar="P", help=tr("connect to this port at once"))
-    parser.add_argument(
-        "--baud", type=int, choices=RATES, default=USUAL_RATE, metavar="N", help=tr("baud rate, default 115200")
-    )
-    parser.add_argument(
-        "--lang",
-        choices=(*LANGUAGES, PSEUDO),
-        metavar="L",
-        help=tr("language of the window: {names}", names=listed(LANGUAGES)),
-    )
-    unseen = parser.add_argument_group(tr("without a screen"))
-    unseen.add_argument(
-        "--offscreen-seconds", type=seconds, metavar="S", help=tr("run the window for S seconds, then end it")
-    )
-    unseen.add_argument(
-        "--evidence", type=Path, metavar="DIR", help=tr("then leave a screenshot and the values seen in this folder")
-    )
+    parser = subparsers.add_parser("gui")
+    parser.add_argument("file", type=Path, nargs="?", metavar="FILE", help=tr("profile, capture, recording or check"))
+    parser.add_argument("--demo", action="store_true", help=tr("Simulated module"))
+    parser.add_argument("--port", metavar="P", help=tr("connect to this port"))
+    rates = "|".join(map(str, console.RATES))
+    parser.add_argument("--baud", type=int, choices=console.RATES, default=console.USUAL_RATE, metavar="N",
+                        help=tr("baud rate: {rates}", rates=rates))  # fmt: skip
+    parser.add_argument("--lang", choices=(*LANGUAGES, PSEUDO), metavar="L", help="|".join(LANGUAGES))
+    parser.add_argument("--offscreen-seconds", type=console.seconds, metavar="S", help=tr("end after S seconds"))
+    parser.add_argument("--evidence", type=Path, metavar="DIR", help=tr("save a screenshot and the values there"))

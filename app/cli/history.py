@@ -8,17 +8,7 @@ no link was to be had.
 import argparse
 from typing import TYPE_CHECKING
 
-from app.terminal.console import (
-    DONE,
-    NO_LINK,
-    PARTLY,
-    add_json_argument,
-    add_port_arguments,
-    as_json,
-    say,
-    write,
-    write_lines,
-)
+from app.terminal import console
 from app.text.i18n import tr
 from app.text.sentences import reason_of
 
@@ -29,58 +19,47 @@ if TYPE_CHECKING:
 
 
 def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    parser = subparsers.add_parser(
-        "history",
-        description=tr(
-            "Read the trigger records, as often as it takes until two readings agree. Exit code 4 when they do not, or "
-            "when the module does not answer."
-        ),
-    )
-    add_port_arguments(parser)
+    parser = subparsers.add_parser("history")
+    console.add_port_arguments(parser)
     shape = parser.add_mutually_exclusive_group()
-    add_json_argument(shape)
-    shape.add_argument("--csv", metavar="FILE", help=tr("write a CSV file; - prints it"))
-    parser.add_argument("--module", metavar="NAME", help=tr("keep what is read under this name, and tell what is new"))
+    console.add_json_argument(shape)
+    shape.add_argument("--csv", metavar="FILE", help=tr("write CSV; - prints it"))
+    parser.add_argument("--module", metavar="NAME", help=tr("store the records under this name"))
     parser.add_argument("--same-module", action="store_true",
-                        help=tr("it is the named module, whatever its boot count and settings say"))  # fmt: skip
+                        help=tr("it is the named module, whatever its boot count says"))  # fmt: skip
     parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
     from app.engine.identity import IdentityEvidence
     from app.procedures.history import History, read_history
-    from app.terminal.connection import connected, link_trouble
+    from app.terminal.connection import LinkTrouble, connected, module_is_silent
     from app.terminal.stored_history import keep_visit, read_evidence
 
     received = ReceivedRecords()
-    trouble: str | None = None
+    history: History | None = None
     found = IdentityEvidence()
-    with connected(args.port, args.baud, on_batch=received.on_batch) as conversation:
-        try:
-            history: History = conversation.run(read_history())
-            if args.module is not None:
-                found = conversation.run(read_evidence())
-        except Exception as error:
-            trouble = link_trouble(error)
-            if trouble is None:
-                raise
-            history = received.history()
-    if history.is_line_dead and trouble is None:
-        trouble = tr("The module on {port} stopped answering. Check its power and the wiring.", port=args.port)
+    with connected(args.port, args.baud, on_batch=received.on_batch) as conversation, LinkTrouble() as link:
+        history = conversation.run(read_history())
+        if args.module is not None:
+            found = conversation.run(read_evidence())
+    if history is None or link.sentence is not None:
+        history = received.history()
+    trouble = link.sentence or (module_is_silent(args.port) if history.is_line_dead else None)
     has_something = history.is_answered
     is_written = _print(history, args) if has_something or trouble is None else True
     if args.module is not None and has_something:
         is_written &= keep_visit(history, args.module, port=args.port, found=found, is_same_module=args.same_module)
     if trouble is not None:
-        say(trouble)
-        return PARTLY if has_something else NO_LINK
+        console.say(trouble)
+        return console.PARTLY if has_something else console.NO_LINK
     if not history.is_answered:
-        say(tr("The module did not answer the query for trigger records: whether it keeps any is not known."))
-        return PARTLY
+        console.say(tr("{file}: {why}", file=tr("Trigger records"), why=tr("no reply")))
+        return console.PARTLY
     if not history.is_confirmed:
-        say(tr("The readings did not agree, or the line loses frames: records may be missing. Read again."))
-        return PARTLY
-    return DONE if is_written else PARTLY
+        console.say(tr("The readings differ or frames were lost: records may be missing. Read again."))
+        return console.PARTLY
+    return console.DONE if is_written else console.PARTLY
 
 
 class ReceivedRecords:
@@ -114,19 +93,19 @@ def _print(history: "History", args: argparse.Namespace) -> bool:
     from app.terminal.record_table import csv_of, json_of, page_of, write_csv
 
     if args.json:
-        write_lines([as_json(json_of(history))])
+        console.write_json(json_of(history))
         return True
     if args.csv is None:
-        write_lines(page_of(history))
+        console.write_lines(page_of(history))
         return True
     if args.csv == "-":
-        write(csv_of(history))
+        console.write(csv_of(history))
         return True
     try:
         write_csv(args.csv, history)
     except OSError as error:
-        write_lines(page_of(history))  # nothing that was read is lost
-        say(tr("{file} cannot be written: {why}.", file=args.csv, why=reason_of(error)))
+        console.write_lines(page_of(history))  # nothing that was read is lost
+        console.say(tr("{file} cannot be written: {why}.", file=args.csv, why=reason_of(error)))
         return False
-    write_lines([tr("{count} trigger records written to {file}.", count=len(history.all), file=args.csv)])
+    console.write_lines([tr("{count} rows written to {file}.", count=len(history.all), file=args.csv)])
     return True

@@ -11,20 +11,7 @@ from abc import ABC, abstractmethod
 from contextlib import nullcontext
 from typing import TYPE_CHECKING
 
-from app.terminal.console import (
-    DONE,
-    NO_LINK,
-    PARTLY,
-    add_json_argument,
-    add_port_arguments,
-    as_json,
-    display_width,
-    fitted,
-    padded,
-    say,
-    seconds,
-    write,
-)
+from app.terminal import console
 from app.text.i18n import tr
 
 if TYPE_CHECKING:
@@ -39,16 +26,10 @@ LINE_EVERY_S = 0.1
 
 
 def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    parser = subparsers.add_parser(
-        "monitor",
-        description=tr(
-            "Print the status as it streams, or polled where the module does not stream, until Ctrl-C. The stream is "
-            "switched on where it was off, and off again at the end. Times count from the first status."
-        ),
-    )
-    add_port_arguments(parser)
-    parser.add_argument("--seconds", type=seconds, metavar="S", help=tr("end after S seconds of the stream"))
-    add_json_argument(parser)
+    parser = subparsers.add_parser("monitor")
+    console.add_port_arguments(parser)
+    console.add_seconds_argument(parser)
+    console.add_json_argument(parser)
     parser.set_defaults(run=run)
 
 
@@ -71,12 +52,12 @@ def run(args: argparse.Namespace) -> int:
         printer.print_news()
         printer.finish()
     if trouble is not None:
-        say(trouble)
-        return NO_LINK
+        console.say(trouble)
+        return console.NO_LINK
     if not printer.count:
-        say(tr("The module on {port} answers, but reports no status.", port=args.port))
-        return PARTLY
-    return DONE
+        console.say(tr("The module on {port} reports no status.", port=args.port))
+        return console.PARTLY
+    return console.DONE
 
 
 class Printer(ABC):
@@ -148,7 +129,7 @@ class JsonLines(Printer):
     """One object a line for every sample."""
 
     def _print(self, samples: "list[StatusSample]") -> None:
-        write("".join(as_json(self._object(sample)) + "\n" for sample in samples))
+        console.write("".join(console.as_json(self._object(sample)) + "\n" for sample in samples))
 
     def _object(self, sample: "StatusSample") -> dict[str, object]:
         return {
@@ -181,7 +162,7 @@ class WordLines(Printer):
             before, self._before = self._before, sample
             is_change = before is not None and sample[3:] != before[3:]
             if is_change and self._is_rewriting:
-                write("\n")
+                console.write("\n")
                 self._width = 0
             is_due = self._printed_at is None or sample.at - self._printed_at >= LINE_EVERY_S
             if is_change or (is_due and not self._is_rewriting):
@@ -202,13 +183,13 @@ class WordLines(Printer):
         if self.line is not None:
             words = self.line.beside(words)
         if not self._is_rewriting:
-            write(words + "\n")
+            console.write(words + "\n")
             return
         rate = tr("{rate:.0f} a second", rate=self.stream_hz) if self.stream_hz else tr("polled")
-        words = fitted(f"{words}   {rate}")
-        write("\r" + padded(words, self._width))
-        self._width = display_width(words)
+        words = console.fitted(f"{words}   {rate}")
+        console.write("\r" + console.padded(words, self._width))
+        self._width = console.display_width(words)
 
     def finish(self) -> None:
         if self._is_rewriting and self._width:
-            write("\n")
+            console.write("\n")

@@ -2,13 +2,13 @@
 
 import argparse
 
-from app.terminal.console import DONE, NO_LINK, add_json_argument, note, say, table, write_lines
+from app.terminal import console
 from app.text.i18n import tr
 
 
 def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    parser = subparsers.add_parser("ports", description=tr("List the serial ports, USB first. Opens none of them."))
-    add_json_argument(parser)
+    parser = subparsers.add_parser("ports")
+    console.add_json_argument(parser)
     # `app.engine.ports` starts this very command, with a limit of time, where listing can hang.
     parser.add_argument("--list-here", action="store_true", help=argparse.SUPPRESS)
     parser.set_defaults(run=run)
@@ -20,14 +20,14 @@ def run(args: argparse.Namespace) -> int:
     try:
         ports = scan() if args.list_here else list_ports()
     except PortsUnknown as error:
-        say(error.sentence)
-        return NO_LINK
+        console.say(error.sentence)
+        return console.NO_LINK
     if args.json:
-        write_lines([to_json(ports)])
-        return DONE
+        console.write_lines([to_json(ports)])
+        return console.DONE
     if not ports:
-        note(tr("There is no serial port. Plug the adapter in; if it stays away, try another cable or its driver."))
-        return DONE
+        console.note(tr("There is no serial port. Plug the adapter in; try another cable or its driver."))
+        return console.DONE
     head = (tr("Port"), tr("Name"), tr("Manufacturer"), tr("Serial number"), "USB")
     rows = [
         (
@@ -39,5 +39,5 @@ def run(args: argparse.Namespace) -> int:
         )
         for port in ports
     ]
-    write_lines(table(head, rows))
-    return DONE
+    console.write_lines(console.table(head, rows))
+    return console.DONE

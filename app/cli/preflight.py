@@ -10,22 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from app.terminal.console import (
-    DONE,
-    NO_LINK,
-    PARTLY,
-    SAID_NO,
-    USED_WRONGLY,
-    add_json_argument,
-    add_port_arguments,
-    as_json,
-    end_passing,
-    note,
-    padded,
-    say,
-    say_in_passing,
-    write_lines,
-)
+from app.terminal import console
 from app.text.i18n import tr
 from app.text.sentences import aside, listed, together
 
@@ -33,8 +18,6 @@ if TYPE_CHECKING:
     from app.fleet.check_set import SetMember
     from app.limits.expectations import Expectations
     from app.records.filing import Filed
-    from app.records.record import Record
-    from app.records.report_files import Printer
     from app.stations.station import Station
     from app.store.store import Store
     from app.terminal.interruption import Interruption
@@ -45,39 +28,34 @@ _WAIT_S = 0.1
 
 def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
     parser = subparsers.add_parser(
-        "preflight",
-        description=tr(
-            "Check whether the module is fit to fly: all checks are run and listed. READY: everything holds and the "
-            "module is locked; GO: and it is active. Exit code 0 for both, 1 for NO-GO, 3 where no module answers. "
-            "Nothing is ever activated, zeroed or deployed. Several ports are checked at once."
-        ),
+        "preflight", description=tr("Runs all checks. READY: passed and locked. GO: passed and active.")
     )
-    add_port_arguments(parser, takes_several=True)
-    parser.add_argument("--profile", type=Path, metavar="FILE", help=tr("the profile that says what it should be like"))
-    parser.add_argument("--enable-triggers", action="store_true",
-                        help=tr("enable both automatic triggers first: they cannot be read"))  # fmt: skip
-    parser.add_argument("--report", type=Path, metavar="FILE.pdf",
-                        help=tr("print a report; the same as HTML and the record as JSON go beside it"))  # fmt: skip
-    parser.add_argument("--module", type=_name, metavar="NAME", help=tr("the name that you gave this module"))
-    parser.add_argument("--aircraft", type=_name, default="", metavar="NAME", help=tr("the aircraft it sits in"))
-    parser.add_argument("--who", type=_name, default="", metavar="NAME", help=tr("who checks"))
+    console.add_port_arguments(parser, takes_several=True)
+    parser.add_argument("--profile", type=Path, metavar="FILE", help=tr("compare with this profile"))
+    parser.add_argument("--enable-triggers", action="store_true", help=tr("enable both automatic triggers first"))
+    parser.add_argument("--report", type=Path, metavar="FILE.pdf", help=tr("write PDF, HTML and JSON"))
+    parser.add_argument("--module", type=_name, metavar="NAME", help=tr("Module"))
+    parser.add_argument("--aircraft", type=_name, default="", metavar="NAME", help=tr("Aircraft"))
+    parser.add_argument("--who", type=_name, default="", metavar="NAME", help=tr("Checked by"))
     parser.add_argument("--done", type=int, action="append", default=[], metavar="N",
                         help=tr("manual item N of the profile is OK"))  # fmt: skip
-    parser.add_argument("--records-looked-at", action="store_true",
-                        help=tr("the trigger records in the module were reviewed"))  # fmt: skip
+    parser.add_argument("--records-looked-at", action="store_true", help=tr("trigger records reviewed"))
     parser.add_argument("--same-module", action="store_true",
-                        help=tr("it is the named module, although its boot count says otherwise"))  # fmt: skip
-    add_json_argument(parser)
+                        help=tr("it is the named module, whatever its boot count says"))  # fmt: skip
+    console.add_json_argument(parser)
     parser.set_defaults(run=run, printer=None)
 
 
 def _name(text: str) -> str:
     if len(text) > LONGEST_NAME:
-        raise argparse.ArgumentTypeError(tr("at most {count} characters", count=LONGEST_NAME))
+        raise console.expected(f"≤ {LONGEST_NAME}")
     return text
 
 
 def run(args: argparse.Namespace) -> int:
+    from app.records.report_files import check_target
+    from app.terminal.command_journal import open_store_or_say
+
     ports = [args.port] if isinstance(args.port, str) else list(dict.fromkeys(args.port))
     if len(ports) > 1:
         return _check_several(args, ports)
@@ -85,11 +63,10 @@ def run(args: argparse.Namespace) -> int:
     try:
         expectations = _expectations(args.profile, args.done)
         if args.report is not None:
-            _check_report(args.report)
+            check_target(args.report)
     except ValueError as error:
-        say(str(error))
-        return USED_WRONGLY
-    store = _store()
+        raise console.Refused(str(error)) from error
+    store = open_store_or_say(tr("Not kept."))
     try:
         found = _gather(args, ports[0], store)
         filed = _file(args, found, expectations, store)
@@ -128,32 +105,31 @@ def _file(args: argparse.Namespace, found: _Gathered, expectations: "Expectation
 
 def _check_several(args: argparse.Namespace, ports: list[str]) -> int:
     """All at once; a module that cannot be reached keeps no other one from being checked."""
-    from app.fleet.check_set import SetMember, check_set_target
+    from app.fleet.check_set import SetMember, check_set_target, write_set_reports
+    from app.terminal.command_journal import open_store_or_say
     from app.terminal.connection import link_trouble
 
     if args.module is not None:
-        say(tr("With several ports no --module: it is the name of one."))
-        return USED_WRONGLY
+        raise console.Refused(tr("--module takes one port only."))
     try:
         expectations = _expectations(args.profile, args.done)
         if args.report is not None:
             check_set_target(args.report)
     except ValueError as error:
-        say(str(error))
-        return USED_WRONGLY
+        raise console.Refused(str(error)) from error
     members: list[SetMember] = []
     codes: list[int] = []
-    store = _store()
+    store = open_store_or_say(tr("Not kept."))
     try:
         for port, found in zip(ports, _gather_all(args, ports, store), strict=True):
             if not args.json:
-                write_lines([*([""] if members else []), port])
+                console.write_lines([*([""] if members else []), port])
             if found.error is not None:
-                trouble = link_trouble(found.error) if isinstance(found.error, Exception) else None
+                trouble = link_trouble(found.error)
                 if trouble is None:
                     raise found.error
-                say(trouble)
-                codes.append(NO_LINK)
+                console.say(trouble)
+                codes.append(console.NO_LINK)
                 members.append(SetMember(port, trouble=trouble))
                 continue
             filed = _file(args, found, expectations, store)
@@ -163,10 +139,15 @@ def _check_several(args: argparse.Namespace, ports: list[str]) -> int:
         if store is not None:
             store.close()
     if not args.json:
-        write_lines(["", *_summary_of(members)])
-    if args.report is not None and not _report_set(args.report, members, args.printer):
-        codes.append(PARTLY)
-    return next((code for code in (USED_WRONGLY, SAID_NO, NO_LINK, PARTLY) if code in codes), DONE)
+        console.write_lines(["", *_summary_of(members)])
+    if args.report is not None and not _written(
+        args.report, partial(write_set_reports, args.report, members, args.printer)
+    ):
+        codes.append(console.PARTLY)
+    return next(
+        (code for code in (console.USED_WRONGLY, console.SAID_NO, console.NO_LINK, console.PARTLY) if code in codes),
+        console.DONE,
+    )
 
 
 def _gather_all(args: argparse.Namespace, ports: list[str], store: "Store | None") -> list[_Gathered]:
@@ -188,9 +169,9 @@ def _gather_all(args: argparse.Namespace, ports: list[str], store: "Store | None
         for thread in threads:
             thread.start()
         while alive := [thread for thread in threads if thread.is_alive()]:
-            say_in_passing(tr("Checking {count} modules, {done} done", count=len(ports), done=len(ports) - len(alive)))
+            console.say_in_passing(f"{len(ports) - len(alive)}/{len(ports)}")
             alive[0].join(_WAIT_S)
-        end_passing()
+        console.end_passing()
         interruption.check()
     return list(gathered.values())
 
@@ -205,33 +186,30 @@ def _summary_of(members: "Sequence[SetMember]") -> list[str]:
     rows = zip(words, members, strict=True)
     return [
         summary(members),
-        *((padded(word, first) + padded(one.port, second) + one.why).rstrip() for word, one in rows),
+        *((console.padded(word, first) + console.padded(one.port, second) + one.why).rstrip() for word, one in rows),
     ]
-
-
-def _report_set(path: Path, members: "Sequence[SetMember]", printer: "Printer | None") -> bool:
-    from app.fleet.check_set import write_set_reports
-
-    return _written(path, partial(write_set_reports, path, members, printer))
 
 
 def _conclude(args: argparse.Namespace, filed: "Filed", trouble: str | None) -> int:
     from app.preflight.verdict import Verdict
     from app.records.record import contract_of
+    from app.records.report_files import write_report
 
-    lines = [as_json(contract_of(filed.assessment))] if args.json else page_of(filed)
-    write_lines(lines)
+    lines = [console.as_json(contract_of(filed.assessment))] if args.json else page_of(filed)
+    console.write_lines(lines)
     if filed.trouble is not None:
-        say(together((filed.trouble.sentence, tr("The check was not kept."))))
+        console.say(together((filed.trouble.sentence, tr("Not kept."))))
     if filed.station_trouble is not None:
-        say(together((filed.station_trouble.sentence, tr("The record is not signed."))))
-    is_reported = args.report is None or _report(args.report, filed.record, args.printer)
+        console.say(together((filed.station_trouble.sentence, tr("The record is not signed."))))
+    is_reported = args.report is None or _written(
+        args.report, partial(write_report, args.report, filed.record, args.printer)
+    )
     if trouble is not None:
-        say(trouble)
-        return NO_LINK
+        console.say(trouble)
+        return console.NO_LINK
     if filed.assessment.verdict is Verdict.NO_GO:
-        return SAID_NO
-    return DONE if is_reported else PARTLY
+        return console.SAID_NO
+    return console.DONE if is_reported else console.PARTLY
 
 
 def _expectations(profile: Path | None, done: Sequence[int]) -> "Expectations":
@@ -241,7 +219,7 @@ def _expectations(profile: Path | None, done: Sequence[int]) -> "Expectations":
 
     if profile is None:
         if done:
-            raise ValueError(tr("--done needs a profile with manual items."))
+            raise ValueError(tr("--done needs --profile."))
         return Expectations()
     try:
         found = read_profile(profile)
@@ -249,29 +227,8 @@ def _expectations(profile: Path | None, done: Sequence[int]) -> "Expectations":
         raise ValueError("\n".join(error.sentences)) from error
     wrong = [number for number in done if not 1 <= number <= len(found.manual)]
     if wrong:
-        raise ValueError(tr("The profile has no manual item {number}.", number=wrong[0]))
+        raise ValueError(tr("No manual item {number} in the profile.", number=wrong[0]))
     return expectations_of(found, dict.fromkeys(done, True))
-
-
-def _check_report(path: Path) -> None:
-    from app.records.report_files import check_target
-
-    check_target(path)
-
-
-def _store() -> "Store | None":
-    """None where it cannot be had, which is said; the check goes on without."""
-    from app.store.database import StoreTrouble
-    from app.store.store import open_store
-
-    try:
-        store = open_store()
-    except StoreTrouble as error:
-        say(together((error.sentence, tr("The check will not be kept."))))
-        return None
-    if store.notice is not None:
-        say(store.notice)
-    return store
 
 
 def _gather(
@@ -282,7 +239,7 @@ def _gather(
     from app.preflight.run import run_preflight
     from app.safety.journal import Journal, NoJournal
     from app.store.store_journal import StoreJournal
-    from app.terminal.connection import connected, link_trouble
+    from app.terminal.connection import LinkTrouble, connected, module_is_silent
     from app.terminal.stored_history import may_be_another
     from app.text.messages import clean
 
@@ -292,29 +249,22 @@ def _gather(
     if store is not None:
         name = clean((args.module or "").strip())
         journal = StoreJournal(store, port=port, origin="preflight", adapter=found.adapter, module=name)
-    with connected(
-        port, args.baud, on_batch=lambda batch: found.log.feed(batch.events), interruption=interruption
-    ) as conversation:
-        try:
-            is_enabling = args.enable_triggers and not (
-                args.module and not args.same_module and may_be_another(conversation, store, args.module)
-            )
-            conversation.run(run_preflight(evidence, is_enabling=is_enabling, journal=journal))
-        except Exception as error:
-            found.trouble = link_trouble(error)
-            if found.trouble is None:
-                raise
-            evidence.disturbance = evidence.disturbance or Disturbance.DISCONNECTED
-            return found
-    if evidence.disturbance is Disturbance.SILENT:
-        found.trouble = tr("The module on {port} stopped answering. Check its power and the wiring.", port=port)
+    with (
+        connected(
+            port, args.baud, on_batch=lambda batch: found.log.feed(batch.events), interruption=interruption
+        ) as conversation,
+        LinkTrouble() as link,
+    ):
+        is_enabling = args.enable_triggers and not (
+            args.module and not args.same_module and may_be_another(conversation, store, args.module)
+        )
+        conversation.run(run_preflight(evidence, is_enabling=is_enabling, journal=journal))
+    if link.sentence is not None:
+        found.trouble = link.sentence
+        evidence.disturbance = evidence.disturbance or Disturbance.DISCONNECTED
+    elif evidence.disturbance is Disturbance.SILENT:
+        found.trouble = module_is_silent(port)
     return found
-
-
-def _report(path: Path, record: "Record", printer: "Printer | None") -> bool:
-    from app.records.report_files import write_report
-
-    return _written(path, partial(write_report, path, record, printer))
 
 
 def _written(path: Path, write: "Callable[[Station | None], Sequence[Path]]") -> bool:
@@ -325,9 +275,9 @@ def _written(path: Path, write: "Callable[[Station | None], Sequence[Path]]") ->
     try:
         written = write(station_to_sign(data_folder()))
     except (OSError, RuntimeError, ImportError) as error:
-        say(tr("The report cannot be written: {why}.", why=error))
+        console.say(tr("{file} cannot be written: {why}.", file=path, why=error))
         return False
-    note(tr("Written: {files}.", files=listed(map(str, written))))
+    console.note(tr("Written: {files}.", files=listed(map(str, written))))
     return path in written
 
 
@@ -352,7 +302,7 @@ def page_of(filed: "Filed") -> list[str]:
     lines = [verdict_sentence(assessment.verdict, assessment.case.expectations.activated_by).in_words()]
     lines += [one.in_words() for one in caveats(filed.record)]
     if assessment.verdict is not Verdict.NO_GO:
-        lines.append(tr("This is the verdict of the moment: nothing is watched after it."))
+        lines.append(tr("The verdict of this moment; nothing is watched afterwards."))
     lines.append("")
     rows: list[_Line] = []
     for one in assessment.checks:
@@ -366,5 +316,7 @@ def page_of(filed: "Filed") -> list[str]:
 
     first = max(display_width(row.mark) for row in rows) + 2
     second = max(display_width(row.title) for row in rows if row.shown) + 2
-    lines += [(padded(row.mark, first) + padded(row.title, second) + row.shown).rstrip() for row in rows]
+    lines += [
+        (console.padded(row.mark, first) + console.padded(row.title, second) + row.shown).rstrip() for row in rows
+    ]
     return lines

@@ -6,16 +6,7 @@ Exit code 0; 3 where nothing was had; 4 where some of it was not. What was had i
 import argparse
 from typing import TYPE_CHECKING
 
-from app.terminal.console import (
-    DONE,
-    NO_LINK,
-    PARTLY,
-    add_json_argument,
-    add_port_arguments,
-    as_json,
-    say,
-    write_lines,
-)
+from app.terminal import console
 from app.text.i18n import tr
 from app.text.sentences import listed
 
@@ -31,12 +22,9 @@ PASSES = 3
 
 
 def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    parser = subparsers.add_parser(
-        "read",
-        description=tr("Read everything that can be read. What cannot be had is shown as unknown; exit code 4 then."),
-    )
-    add_port_arguments(parser)
-    add_json_argument(parser)
+    parser = subparsers.add_parser("read")
+    console.add_port_arguments(parser)
+    console.add_json_argument(parser)
     parser.set_defaults(run=run)
 
 
@@ -48,38 +36,35 @@ def run(args: argparse.Namespace) -> int:
         findings, trouble = _read(conversation, args.port)
     has_something = any(key != "baud_rate" for key in findings.values)
     if has_something or trouble is None or args.json:
-        write_lines([as_json(json_of(findings))] if args.json else page_of(findings))
+        console.write_lines([console.as_json(json_of(findings))] if args.json else page_of(findings))
     if trouble is not None:
-        say(trouble)
+        console.say(trouble)
     elif findings.errors:
-        say(
+        console.say(
             tr(
-                "Could not read: {names}. Read again; if it persists, check the wiring.",
+                "Could not read: {names}. Read again or check the wiring.",
                 names=listed(findings.errors),
             )
         )
     if trouble is not None and not has_something:
-        return NO_LINK
-    return PARTLY if findings.errors else DONE
+        return console.NO_LINK
+    return console.PARTLY if findings.errors else console.DONE
 
 
 def _read(conversation: "Conversation", port: str) -> "tuple[Findings, str | None]":
     """What was read, and why it ended early, in a sentence for people."""
-    from app.terminal.connection import link_trouble
+    from app.terminal.connection import LinkTrouble, module_is_silent
     from app.terminal.read_report import FELL_SILENT, PORT_LOST, RESTARTED, why_unanswered
 
-    try:
+    everything: Everything | None = None
+    with LinkTrouble() as link:
         everything = conversation.run(_read_undisturbed())
-    except Exception as error:
-        trouble = link_trouble(error)
-        if trouble is None:
-            raise
-        return _findings(conversation, port, {}, PORT_LOST), trouble
+    if everything is None:
+        return _findings(conversation, port, {}, PORT_LOST), link.sentence
     errors = {key: why_unanswered(unanswered) for key, unanswered in everything.errors.items()}
     if not everything.is_line_dead:
         return _findings(conversation, port, errors, RESTARTED), None
-    trouble = tr("The module on {port} stopped answering. Check its power and the wiring, and read again.", port=port)
-    return _findings(conversation, port, errors, FELL_SILENT), trouble
+    return _findings(conversation, port, errors, FELL_SILENT), module_is_silent(port)
 
 
 def _read_undisturbed() -> "Procedure[Everything]":

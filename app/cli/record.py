@@ -9,19 +9,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from app.terminal.console import (
-    DONE,
-    NO_LINK,
-    PARTLY,
-    USED_WRONGLY,
-    add_port_arguments,
-    end_passing,
-    note,
-    say,
-    say_in_passing,
-    seconds,
-    write_lines,
-)
+from app.terminal import console
 from app.text.i18n import tr
 
 if TYPE_CHECKING:
@@ -36,21 +24,15 @@ SETTLE_LIMIT_S = 10.0
 
 
 def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    from app.terminal.export_file import FORMATS, export_path
+    from app.terminal.export_file import ENDINGS, export_path
 
-    parser = subparsers.add_parser(
-        "record",
-        description=tr(
-            "Record a session until Ctrl-C: every status, and every byte of the line. The module streams meanwhile. It "
-            "is kept among the recordings, too."
-        ),
-    )
-    add_port_arguments(parser)
-    parser.add_argument("--seconds", type=seconds, metavar="S", help=tr("end after S seconds of the stream"))
+    parser = subparsers.add_parser("record")
+    console.add_port_arguments(parser)
+    console.add_seconds_argument(parser)
     way = parser.add_mutually_exclusive_group()
-    way.add_argument("--append", action="store_true", help=tr("add to the file (.csv and .dpscap)"))
+    way.add_argument("--append", action="store_true", help=tr("add to the file (not .mcap)"))
     way.add_argument("--force", action="store_true", help=tr("replace the file"))
-    parser.add_argument("file", type=export_path, metavar="FILE", help=tr(FORMATS))
+    parser.add_argument("file", type=export_path, metavar="FILE", help=", ".join(ENDINGS))
     parser.set_defaults(run=run)
 
 
@@ -60,10 +42,9 @@ def run(args: argparse.Namespace) -> int:
 
     why = why_not_writable(args.file, appends=args.append, replaces=args.force)
     if is_playback(args.port):
-        why = tr("A capture is played there; it is a file already.")
+        why = tr("A recording is played.")
     if why is not None:
-        say(why)
-        return USED_WRONGLY
+        raise console.Refused(why)
     from app.recordings.library import RecordingLibrary
     from app.recordings.recorder import Recorder
     from app.terminal.streaming import StreamSpan, stream
@@ -78,9 +59,9 @@ def run(args: argparse.Namespace) -> int:
         session.close()
     is_whole = export(session, library, args.file, appends=args.append)
     if trouble is not None:
-        say(trouble)
-        return NO_LINK
-    return DONE if is_whole else PARTLY
+        console.say(trouble)
+        return console.NO_LINK
+    return console.DONE if is_whole else console.PARTLY
 
 
 class RecordedSession:
@@ -110,17 +91,17 @@ class RecordedSession:
 
     def on_turn(self, _conversation: "Conversation") -> None:
         self._note_folder()
-        say_in_passing(tr("{count} reports recorded; Ctrl-C ends it", count=self._samples))
+        console.say_in_passing(tr("{count} reports; Ctrl-C ends it", count=self._samples))
 
     def close(self) -> None:
         """Everything is on disk then, or given up, which is said. Idempotent."""
-        end_passing()
+        console.end_passing()
         self._recorder.settle(SETTLE_LIMIT_S)
         self._note_folder()
         if self._recorder.trouble is not None:
-            say(self._recorder.trouble)
+            console.say(self._recorder.trouble)
         if self._recorder.dropped:
-            say(tr("The disk was too slow: {count} reports are missing in the recording.",
+            console.say(tr("The disk was too slow: {count} reports are missing in the recording.",
                    count=self._recorder.dropped))  # fmt: skip
         self._recorder.stop(SETTLE_LIMIT_S)
 
@@ -141,24 +122,24 @@ def export(session: RecordedSession, library: "RecordingLibrary", path: Path, *,
 
     is_whole = session.is_whole and bool(session.folders)
     if not session.folders:
-        say(tr("Nothing was recorded."))
+        console.say(tr("Nothing was recorded."))
     for number, folder in enumerate(session.folders, start=1):
         target = path if number == 1 else path.with_name(f"{path.stem}-{number}{path.suffix}")
         try:
             done = export_recording(folder, target, appends=appends and number == 1)
         except RecordingUnreadable as error:
-            say(error.sentence)
+            console.say(error.sentence)
             is_whole = False
             continue
         except (OSError, ValueError) as error:
-            say(not_written(target, error))
-            say(tr("The session is kept as recording {name}.", name=folder.name))
+            console.say(not_written(target, error))
+            console.say(tr("It is kept as recording {name}.", name=folder.name))
             is_whole = False
             continue
-        write_lines([tr("{count} rows written to {file}.", count=done.rows, file=target)])
+        console.write_lines([tr("{count} rows written to {file}.", count=done.rows, file=target)])
         if library.entry(folder).is_simulated:
-            note(tr("It is marked as simulated."))
+            console.note(tr("Simulated module"))
         for sentence in done.missing:
-            say(sentence)
+            console.say(sentence)
             is_whole = False
     return is_whole

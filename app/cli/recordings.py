@@ -6,20 +6,10 @@ the recording was damaged and is left out.
 """
 
 import argparse
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from app.terminal.console import (
-    DONE,
-    PARTLY,
-    SAID_NO,
-    USED_WRONGLY,
-    add_json_argument,
-    as_json,
-    note,
-    say,
-    table,
-    write_lines,
-)
+from app.terminal import console
 from app.text.durations import stopwatch
 from app.text.i18n import tr
 from app.text.sentences import listed, reason_of
@@ -31,33 +21,29 @@ LATEST = "latest"
 
 
 def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    from app.terminal.export_file import FORMATS, export_path
+    from app.terminal.export_file import ENDINGS, export_path
 
-    parser = subparsers.add_parser(
-        "recordings",
-        description=tr(
-            "List, export, restore and delete the sessions that the window recorded. Nothing is opened or sent."
-        ),
-    )
+    parser = subparsers.add_parser("recordings")
     acts = parser.add_subparsers(title=tr("commands"), metavar="COMMAND", required=True)
-    listing = acts.add_parser("list", help=tr("list them, the newest first"))
-    add_json_argument(listing)
+    listing = acts.add_parser("list", help=tr("list them, newest first"))
+    console.add_json_argument(listing)
     listing.set_defaults(run=run_list)
-    export = acts.add_parser("export", help=tr("write one as CSV, MCAP or capture"))
-    _add_name(export)
-    export.add_argument("file", type=export_path, metavar="FILE", help=tr(FORMATS))
-    export.set_defaults(run=run_export)
-    restoring = acts.add_parser("restore", help=tr("take one out of the trash and keep it"))
-    _add_name(restoring)
-    restoring.set_defaults(run=run_restore)
-    deletion = acts.add_parser("delete", help=tr("delete one for good (asks for --yes)"))
-    _add_name(deletion)
-    deletion.add_argument("--yes", action="store_true", help=tr("really do it"))
-    deletion.set_defaults(run=run_delete)
+    export = _add(acts, "export", tr("write one to a file"), run_export)
+    export.add_argument("file", type=export_path, metavar="FILE", help=", ".join(ENDINGS))
+    _add(acts, "restore", tr("restore one from the trash"), run_restore)
+    console.add_yes_argument(_add(acts, "delete", tr("delete one permanently"), run_delete))
 
 
-def _add_name(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("name", metavar="NAME", help=tr("the name, the beginning of it, or latest"))
+def _add(
+    acts: "argparse._SubParsersAction[argparse.ArgumentParser]",
+    name: str,
+    summary: str,
+    run: Callable[[argparse.Namespace], int],
+) -> argparse.ArgumentParser:
+    parser = acts.add_parser(name, help=summary)
+    parser.add_argument("name", metavar="NAME", help=tr("beginning of the name, or latest"))
+    parser.set_defaults(run=run)
+    return parser
 
 
 def run_list(args: argparse.Namespace) -> int:
@@ -66,14 +52,14 @@ def run_list(args: argparse.Namespace) -> int:
     library = RecordingLibrary()
     entries = (*library.entries(), *library.trashed())
     if args.json:
-        write_lines([as_json({"folder": str(library.folder), "recordings": [json_of(one) for one in entries]})])
-        return DONE
+        console.write_json({"folder": str(library.folder), "recordings": [json_of(one) for one in entries]})
+        return console.DONE
     if not entries:
-        note(tr("No recordings yet. Every session is recorded automatically."))
-        return DONE
+        console.note(tr("No recordings yet"))
+        return console.DONE
     head = (tr("Name"), tr("Started"), tr("Duration"), tr("Reports"), tr("Size"), tr("Port"), tr("Module"), "")
-    write_lines(table(head, [_row(one) for one in entries]))
-    return DONE
+    console.write_lines(console.table(head, [_row(one) for one in entries]))
+    return console.DONE
 
 
 def json_of(entry: "RecordingEntry") -> dict[str, object]:
@@ -129,20 +115,18 @@ def run_export(args: argparse.Namespace) -> int:
     from app.terminal.export_file import export_recording, not_written
 
     entry = _found(RecordingLibrary(), args.name)
-    if entry is None:
-        return USED_WRONGLY
     try:
         done = export_recording(entry.folder, args.file)
     except RecordingUnreadable as error:
-        say(error.sentence)
-        return SAID_NO
+        console.say(error.sentence)
+        return console.SAID_NO
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
-        say(not_written(args.file, error))
-        return PARTLY
-    write_lines([tr("{count} rows written to {file}.", count=done.rows, file=args.file)])
+        console.say(not_written(args.file, error))
+        return console.PARTLY
+    console.write_lines([tr("{count} rows written to {file}.", count=done.rows, file=args.file)])
     for sentence in done.missing:
-        say(sentence)
-    return PARTLY if done.missing else DONE
+        console.say(sentence)
+    return console.PARTLY if done.missing else console.DONE
 
 
 def run_restore(args: argparse.Namespace) -> int:
@@ -150,19 +134,14 @@ def run_restore(args: argparse.Namespace) -> int:
 
     library = RecordingLibrary()
     entry = _found(library, args.name)
-    if entry is None:
-        return USED_WRONGLY
-    name = entry.folder.name
     if not entry.is_trashed:
-        say(tr("{name} is not in the trash.", name=name))
-        return SAID_NO
+        raise _failed(entry, tr("not in the trash"))
     try:
         library.keep(entry, is_kept=True)
     except OSError as error:
-        say(tr("{name} cannot be restored: {why}.", name=name, why=reason_of(error)))
-        return SAID_NO
-    write_lines([tr("{name} was restored.", name=name)])
-    return DONE
+        raise _failed(entry, reason_of(error)) from error
+    console.write_lines([_about(entry, tr("restored"))])
+    return console.DONE
 
 
 def run_delete(args: argparse.Namespace) -> int:
@@ -170,26 +149,28 @@ def run_delete(args: argparse.Namespace) -> int:
 
     library = RecordingLibrary()
     entry = _found(library, args.name)
-    if entry is None:
-        return USED_WRONGLY
-    name = entry.folder.name
     if not args.yes:
-        say(tr("Nothing was deleted. To do it, say dps-s recordings delete {name} --yes.", name=name))
-        return USED_WRONGLY
+        return console.refuse_without_yes("recordings", "delete", entry.folder.name)
     try:
         library.delete(entry)
-    except RecordingInUse:
-        say(tr("{name} is being recorded: close the port in the window first.", name=name))
-        return SAID_NO
+    except RecordingInUse as error:
+        raise _failed(entry, tr("being recorded")) from error
     except OSError as error:
-        say(tr("{name} cannot be deleted: {why}.", name=name, why=reason_of(error)))
-        return SAID_NO
-    write_lines([tr("{name} was deleted.", name=name)])
-    return DONE
+        raise _failed(entry, reason_of(error)) from error
+    console.write_lines([_about(entry, tr("deleted"))])
+    return console.DONE
 
 
-def _found(library: "RecordingLibrary", name: str) -> "RecordingEntry | None":
-    """The one recording that is meant; says why where there is none."""
+def _about(entry: "RecordingEntry", what: str) -> str:
+    return tr("{file}: {why}", file=entry.folder.name, why=what)
+
+
+def _failed(entry: "RecordingEntry", why: str) -> console.Refused:
+    return console.Refused(_about(entry, why), console.SAID_NO)
+
+
+def _found(library: "RecordingLibrary", name: str) -> "RecordingEntry":
+    """The one recording that is meant. Raises `Refused`."""
     entries = (*library.entries(), *library.trashed())
     if name == LATEST and entries:
         return entries[0]
@@ -198,7 +179,5 @@ def _found(library: "RecordingLibrary", name: str) -> "RecordingEntry | None":
     if len(exact or found) == 1:
         return (exact or found)[0]
     if found:
-        say(tr("{count} recordings begin with “{name}”: say more of the name.", count=len(found), name=name))
-    else:
-        say(tr("There is no recording “{name}”: dps-s recordings list shows all.", name=name))
-    return None
+        raise console.Refused(tr("{count} recordings begin with “{name}”.", count=len(found), name=name))
+    raise console.Refused(tr("There is no recording “{name}”.", name=name))

@@ -12,19 +12,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from app.terminal.console import (
-    DONE,
-    NO_LINK,
-    SAID_NO,
-    USED_WRONGLY,
-    TableRow,
-    add_json_argument,
-    add_port_arguments,
-    as_json,
-    say,
-    two_columns,
-    write_lines,
-)
+from app.terminal import console
 from app.text.i18n import tr
 from app.text.sentences import listed
 from protocol.translatable import marked
@@ -38,50 +26,34 @@ if TYPE_CHECKING:
     from protocol.fields import Value
 
 
-class InvalidWord(ValueError):
-    """A word of the command line that is no setting with a value for it; the text is a sentence for people."""
-
-
 def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    parser = subparsers.add_parser(
-        "set",
-        description=tr(
-            "Change settings: {names}. Triggers and serial output take true or false. Each is read back, and all are "
-            "read again at the end; what cannot be read back is only ever acknowledged, never verified. Exit code 1 "
-            "where one differs from what was given, or another one changed.",
-            names=_names(),
-        ),
-    )
-    parser.add_argument("wishes", nargs="*", metavar="NAME=VALUE", help=tr("for example freefall_time_s=1.6"))
+    from app.preflight.reading_object import SETTING_KEYS
+
+    parser = subparsers.add_parser("set")
+    parser.add_argument("wishes", nargs="*", metavar="NAME=VALUE", help=", ".join(SETTING_KEYS))
     parser.add_argument("--profile", metavar="FILE", help=tr("all settings of this profile"))
-    parser.add_argument(
-        "--unlock", action="store_true", help=tr("write also while the module is active, or may be: it can fire")
-    )
-    add_port_arguments(parser)
-    add_json_argument(parser)
+    parser.add_argument("--unlock", action="store_true", help=tr("write although the module may fire"))
+    console.add_port_arguments(parser)
+    console.add_json_argument(parser)
     parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
-    try:
-        wishes = _wishes(args.wishes, args.profile)
-    except InvalidWord as error:
-        say(str(error))
-        return USED_WRONGLY
+    wishes = _wishes(args.wishes, args.profile)
     _warn(wishes)
     report, trouble = _write(wishes, args)
-    write_lines([as_json(json_of(report))] if args.json else page_of(report))
+    console.write_lines([console.as_json(json_of(report))] if args.json else page_of(report))
     for sentence in (*_remarks(report), trouble):
         if sentence is not None:
-            say(sentence)
+            console.say(sentence)
     if any(_is_link_lost(written, report.refusals) for written in report.results):
-        return NO_LINK
-    return DONE if report.is_fine else SAID_NO
+        return console.NO_LINK
+    return console.DONE if report.is_fine else console.SAID_NO
 
 
 def _wishes(words: Sequence[str], profile: str | None) -> "list[SettingChange]":
     if bool(words) == (profile is not None):
-        raise InvalidWord(tr("dps-s set needs NAME=VALUE … or --profile FILE, and not both."))
+        raise console.Refused(tr("Give either NAME=VALUE … or --profile FILE."))
     if profile is None:
         return parse(words)
     from pathlib import Path
@@ -93,14 +65,14 @@ def _wishes(words: Sequence[str], profile: str | None) -> "list[SettingChange]":
     try:
         settings = read_profile(Path(profile)).settings
     except ProfileRefused as error:
-        raise InvalidWord("\n".join(error.sentences)) from error
+        raise console.Refused("\n".join(error.sentences)) from error
     if not settings:
-        raise InvalidWord(tr("{path} holds no settings.", path=profile))
+        raise console.Refused(tr("{path} holds no settings.", path=profile))
     return [SettingChange(SETTINGS_BY_KEY[key], value) for key, value in settings.items()]
 
 
 def parse(words: Sequence[str]) -> "list[SettingChange]":
-    """Every word checked; raises `InvalidWord` with all that is wrong."""
+    """Every word checked; raises `Refused` with all that is wrong."""
     from app.procedures.write_all import SettingChange
     from app.settings.values import NotAValue, parse_value
     from protocol.catalogue import SETTINGS
@@ -112,9 +84,9 @@ def parse(words: Sequence[str]) -> "list[SettingChange]":
         name, equals, text = word.partition("=")
         command = offered.get(name)
         if not equals:
-            faults.append(tr("“{word}” is not of the form NAME=VALUE.", word=word))
+            faults.append(f"{word}: {tr('expected {expected}', expected='NAME=VALUE')}")
         elif command is None or command.write is None:
-            faults.append(tr("“{name}” cannot be set; what can: {names}.", name=name, names=_names()))
+            faults.append(f"{name}: {tr('expected {expected}', expected='|'.join(offered))}")
         elif name in wishes:
             faults.append(tr("{name} is given twice.", name=name))
         else:
@@ -123,7 +95,7 @@ def parse(words: Sequence[str]) -> "list[SettingChange]":
             except NotAValue as error:
                 faults.append(tr("{name}: {why}.", name=name, why=error.why.in_words()))
     if faults:
-        raise InvalidWord("\n".join(faults))
+        raise console.Refused("\n".join(faults))
     return list(wishes.values())
 
 
@@ -134,7 +106,7 @@ def _warn(wishes: "Sequence[SettingChange]") -> None:
     for wish in wishes:
         for consequence in consequences(wish.command, wish.value):
             if consequence.weight is not Weight.PLAIN:
-                say(tr("Warning: {name}: {what}", name=wish.command.key, what=consequence.sentence))
+                console.say(tr("Warning: {name}: {what}", name=wish.command.key, what=consequence.sentence))
 
 
 def _write(wishes: "Sequence[SettingChange]", args: argparse.Namespace) -> "tuple[WriteReport, str | None]":
@@ -144,14 +116,15 @@ def _write(wishes: "Sequence[SettingChange]", args: argparse.Namespace) -> "tupl
     from app.safety.acts import Act
     from app.safety.permit import Origin, Permit
     from app.terminal.command_journal import adapter_of, records_of
-    from app.terminal.connection import connected, link_trouble
+    from app.terminal.connection import LinkTrouble, connected
 
     heard: list[Written] = []
-    trouble: str | None = None
+    report: WriteReport | None = None
     found: dict[Command, Written] = {}
     with (
         records_of(args.port, adapter_of(args.port)) as records,
         connected(args.port, args.baud) as conversation,
+        LinkTrouble() as link,
     ):
         for wish in wishes:
             if args.profile is not None and wish.command.key == "baud_rate" and wish.value == conversation.baud_rate:
@@ -167,13 +140,8 @@ def _write(wishes: "Sequence[SettingChange]", args: argparse.Namespace) -> "tupl
             on_written=heard.append,
         )
         sent = [wish for wish in wishes if wish.command not in found]
-        try:
-            report = conversation.run(write_all(sent, leave))
-        except Exception as error:
-            trouble = link_trouble(error)
-            if trouble is None:
-                raise
-            report = WriteReport(results=tuple(unconfirmed(heard)))
+        report = conversation.run(write_all(sent, leave))
+    report = report or WriteReport(results=tuple(unconfirmed(heard)))
     found |= {one.command: one for one in report.results}
     fault = WriteFault.PORT_LOST
     for wish in sorted(sent, key=lambda one: one.command.key == "baud_rate"):
@@ -183,7 +151,7 @@ def _write(wishes: "Sequence[SettingChange]", args: argparse.Namespace) -> "tupl
                 command=wish.command, wanted=wish.value, heard=Heard.NOT_SENT, verified=verified, fault=fault
             )
             fault = WriteFault.PORT_LOST_BEFORE
-    return replace(report, results=tuple(found[wish.command] for wish in wishes)), trouble
+    return replace(report, results=tuple(found[wish.command] for wish in wishes)), link.sentence
 
 
 def why_unfit(written: "Written", refusals: "Sequence[Refusal]") -> "UserMessage | None":
@@ -193,7 +161,7 @@ def why_unfit(written: "Written", refusals: "Sequence[Refusal]") -> "UserMessage
 
     fault = written.fault
     if fault is WriteFault.NO_REPLY and written.waited_s is not None:
-        return said(marked("no reply within {seconds:.1f} s; it may have been carried out"), seconds=written.waited_s)
+        return said(marked("no reply within {seconds:.1f} s; may have been carried out"), seconds=written.waited_s)
     if fault is WriteFault.NOT_ALLOWED and refusals:
         return said(marked("not sent: {why}"), why=listed([refusal.message for refusal in refusals], between=" "))
     return None if fault is None else said(fault.value)
@@ -234,16 +202,19 @@ def json_of(report: "WriteReport") -> dict[str, object]:
 
 def _remarks(report: "WriteReport") -> list[str]:
     """What else there is to say: settings that nobody wrote."""
+    changed = [f"{one.command.key} {_typed(one.before)} → {_typed(one.after)}" for one in report.changed]
+    unread = [one.key for one in report.unread]
     return [
-        tr("{name} was not written and changed from {before} to {after}.", name=one.command.key,
-           before=_typed(one.before), after=_typed(one.after))
-        for one in report.changed
-    ] + [tr("{name} could not be read again: it may have changed.", name=one.key) for one in report.unread]  # fmt: skip
+        *([tr("Changed without being written: {names}.", names=listed(changed))] if changed else []),
+        *([tr("Could not read: {names}. Read again or check the wiring.", names=listed(unread))] if unread else []),
+    ]
 
 
 def page_of(report: "WriteReport") -> list[str]:
-    rows = [TableRow(one.command.key, _sentence(one, why_unfit(one, report.refusals))) for one in report.results]
-    return two_columns(rows, indent=0)
+    rows = [
+        console.TableRow(one.command.key, _sentence(one, why_unfit(one, report.refusals))) for one in report.results
+    ]
+    return console.two_columns(rows, indent=0)
 
 
 def _sentence(written: "Written", why: "UserMessage | None") -> str:
@@ -256,7 +227,7 @@ def _sentence(written: "Written", why: "UserMessage | None") -> str:
     if why is not None:
         return tr("{value}: NOT verified ({why})", value=wanted, why=why.in_words())
     if written.heard is Heard.UNNEEDED:
-        return tr("{value}: was so already", value=wanted)
+        return tr("{value}: unchanged", value=wanted)
     if written.verified:
         return tr("{value}: verified", value=wanted)
     return tr("{value}: acknowledged (cannot be read back)", value=wanted)
@@ -265,9 +236,3 @@ def _sentence(written: "Written", why: "UserMessage | None") -> str:
 def _typed(value: "Value") -> str:
     """As one would type it."""
     return str(value).lower() if isinstance(value, bool) else f"{value:g}"
-
-
-def _names() -> str:
-    from app.preflight.reading_object import SETTING_KEYS
-
-    return listed(SETTING_KEYS)

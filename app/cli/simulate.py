@@ -14,11 +14,9 @@ from app.simulator.options import OPTIONS, Option, OptionRefused, default_text, 
 from app.simulator.quirks import Group
 from app.simulator.servers.endpoint import Endpoint, Loop, complain
 from app.simulator.servers.tcp_server import TcpEndpoint
+from app.terminal import console
 from app.text.i18n import tr
 from app.text.sentences import reason_of
-
-USED_WRONGLY = 2
-NO_LINK = 3
 
 _EXAMPLES = """\
   dps-s simulate --link /tmp/dps-s --rate 1440
@@ -75,7 +73,7 @@ def _tcp_address(text: str) -> tuple[str, int]:
     host, _, port = text.rpartition(":")
     host = host.strip("[]")
     if not host or not port.isdecimal() or int(port) > 0xFFFF:
-        raise argparse.ArgumentTypeError(tr("expected {expected}", expected="HOST:PORT"))
+        raise console.expected("HOST:PORT")
     return host, int(port)
 
 
@@ -89,8 +87,7 @@ def run(args: argparse.Namespace) -> int:
     values = {option.name: getattr(args, option.name) for option in OPTIONS if hasattr(args, option.name)}
     bench = SimulatedBench(setup_from(values))
     if args.tcp is None and sys.platform == "win32":
-        complain(tr("Windows has no pseudo-terminals: use {option}.", option="--tcp 127.0.0.1:0"))
-        return USED_WRONGLY
+        raise console.Refused(tr("Windows has no pseudo-terminals: use {option}.", option="--tcp 127.0.0.1:0"))
     try:
         endpoint = _endpoint(args, bench)
         loop = Loop(
@@ -99,9 +96,8 @@ def run(args: argparse.Namespace) -> int:
         _serve(loop)
     except OSError as error:
         where = args.link or (":".join(map(str, args.tcp)) if args.tcp else "pty")
-        complain(tr("{file}: {why}", file=where, why=reason_of(error)))
-        return NO_LINK
-    return 0
+        raise console.Refused(tr("{file}: {why}", file=where, why=reason_of(error)), console.NO_LINK) from error
+    return console.DONE
 
 
 def _endpoint(args: argparse.Namespace, bench: SimulatedBench) -> Endpoint:

@@ -8,7 +8,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from app.terminal.console import DONE, SAID_NO, USED_WRONGLY, note, say, write_lines
+from app.terminal import console
 from app.text.i18n import tr
 from app.text.sentences import reason_of
 
@@ -19,39 +19,32 @@ if TYPE_CHECKING:
 
 
 def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    parser = subparsers.add_parser(
-        "verify",
-        description=tr(
-            "Tell whether a pre-flight record was altered, where, who signed it, and whether it agrees with itself. "
-            "Exit code 0 only for an intact record signed by a station you know."
-        ),
-    )
-    parser.add_argument("file", type=Path, nargs="?", metavar="FILE",
-                        help=tr("the record (.json), its page (.html) or the report (.pdf)"))  # fmt: skip
-    parser.add_argument("--trust", metavar="FINGERPRINT",
-                        help=tr("believe the station that signed FILE, which has this fingerprint"))  # fmt: skip
-    parser.add_argument("--name", default="", metavar="NAME", help=tr("what to call that station"))
-    parser.add_argument("--forget", metavar="FINGERPRINT", help=tr("believe this station no longer"))
-    parser.add_argument("--stations", action="store_true",
-                        help=tr("list this station's fingerprint and those of the stations you know"))  # fmt: skip
-    parser.add_argument("--log", action="store_true", help=tr("tell whether the audit log was altered"))
+    parser = subparsers.add_parser("verify")
+    parser.add_argument("file", type=Path, nargs="?", metavar="FILE", help=tr("record: .json, .html or .pdf"))
+    parser.add_argument("--trust", metavar="FINGERPRINT", help=tr("trust the station that signed FILE"))
+    parser.add_argument("--name", default="", metavar="NAME", help=tr("name of that station"))
+    parser.add_argument("--forget", metavar="FINGERPRINT", help=tr("stop trusting this station"))
+    parser.add_argument("--stations", action="store_true", help=tr("list trusted stations"))
+    parser.add_argument("--log", action="store_true", help=tr("verify the audit log"))
     parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
     from app.stations.known import Stations
+    from app.store.database import FILE_NAME
     from app.store.store import data_folder
+    from app.terminal.command_journal import open_store_or_say
 
     others = (args.forget is not None, args.stations, args.log)
     if sum((args.file is not None, *others)) != 1 or (args.trust is not None and args.file is None):
-        say(tr("Give one of FILE, --stations, --forget and --log; --trust goes with FILE."))
-        return USED_WRONGLY
+        raise console.Refused(tr("Give one of FILE, --stations, --forget or --log; --trust needs FILE."))
     stations = Stations(data_folder())
     if args.stations:
         return _list(stations)
     if args.forget is not None:
         return _forget(stations, args.forget)
-    store = _store()
+    # None is made for this.
+    store = open_store_or_say() if (data_folder() / FILE_NAME).exists() else None
     try:
         return _log(store) if args.log else _verify(args, stations, store)
     finally:
@@ -71,44 +64,39 @@ def _verify(args: argparse.Namespace, stations: "Stations", store: "Store | None
     try:
         verification = verify_file(args.file, kept, stations.find)
         if args.trust is not None:
-            if not _trust(stations, verification, args.trust, args.name):
-                return SAID_NO
+            _trust(stations, verification, args.trust, args.name)
             verification = verify_file(args.file, kept, stations.find)
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
-        why = reason_of(error)
-        say(tr("{file} cannot be read: {why}.", file=args.file, why=why))
-        return USED_WRONGLY
+        text = tr("{file} cannot be read: {why}.", file=args.file, why=reason_of(error))
+        raise console.Refused(text) from error
     finally:
         if facts is not None:
             facts.close()
-    write_lines([one.in_words() for one in verification.sentences()])
+    console.write_lines([one.in_words() for one in verification.sentences()])
     if verification.state is RecordState.UNREADABLE:
-        return USED_WRONGLY
-    return DONE if verification.state is RecordState.INTACT else SAID_NO
+        return console.USED_WRONGLY
+    return console.DONE if verification.state is RecordState.INTACT else console.SAID_NO
 
 
-def _trust(stations: "Stations", verification: "Verification", fingerprint: str, name: str) -> bool:
+def _trust(stations: "Stations", verification: "Verification", fingerprint: str, name: str) -> None:
     from app.stations.known import is_same_fingerprint
     from app.stations.station import fingerprint_of
 
     if verification.signer is None or verification.altered:
-        say(tr("No station is taken over from it: it is not signed, or was altered."))
-        return False
+        raise console.Refused(tr("Not trusted: it is unsigned or altered."), console.SAID_NO)
     found = fingerprint_of(verification.signer)
     if not is_same_fingerprint(found, fingerprint):
-        say(tr("It is signed by {found}, not by {given}: no station is taken over.", found=found, given=fingerprint))
-        return False
-    note(tr("Known from now on: {station}.", station=_line(stations.trust(verification.signer, name))))
-    return True
+        text = tr("Not trusted: signed by {found}, not by {given}.", found=found, given=fingerprint)
+        raise console.Refused(text, console.SAID_NO)
+    console.note(tr("Trusted: {station}", station=_line(stations.trust(verification.signer, name))))
 
 
 def _forget(stations: "Stations", fingerprint: str) -> int:
     found = stations.forget(fingerprint)
     if found is None:
-        say(tr("No station that you know has this fingerprint."))
-        return SAID_NO
-    note(tr("No longer known: {station}.", station=_line(found)))
-    return DONE
+        raise console.Refused(tr("No trusted station has this fingerprint."), console.SAID_NO)
+    console.note(tr("Not trusted any more: {station}", station=_line(found)))
+    return console.DONE
 
 
 def _list(stations: "Stations") -> int:
@@ -117,9 +105,9 @@ def _list(stations: "Stations") -> int:
     try:
         stations.make_own()
     except StationTrouble as trouble:
-        say(trouble.sentence)
-    write_lines([_line(one) for one in stations.known()])
-    return DONE
+        console.say(trouble.sentence)
+    console.write_lines([_line(one) for one in stations.known()])
+    return console.DONE
 
 
 def _line(station: "KnownStation") -> str:
@@ -131,33 +119,14 @@ def _log(store: "Store | None") -> int:
     from app.store.database import StoreTrouble
 
     if store is None:
-        say(tr("This computer has no audit log."))
-        return USED_WRONGLY
+        raise console.Refused(tr("No audit log."))
     try:
         faults = check_audit_chain(store.database.read)
         count = store.database.read("SELECT count(*) FROM audit")[0][0]
     except StoreTrouble as error:
-        say(error.sentence)
-        return USED_WRONGLY
+        raise console.Refused(error.sentence) from error
     if not faults:
-        write_lines([tr("The audit log is unbroken: {count} entries.", count=count)])
-        return DONE
-    write_lines([tr(one.fault.value, entry=one.entry) for one in faults])
-    return SAID_NO
-
-
-def _store() -> "Store | None":
-    """The records of this computer, where it has any; none is made for this."""
-    from app.store.database import FILE_NAME, StoreTrouble
-    from app.store.store import data_folder, open_store
-
-    if not (data_folder() / FILE_NAME).exists():
-        return None
-    try:
-        store = open_store()
-    except StoreTrouble as error:
-        say(error.sentence)
-        return None
-    if store.notice is not None:
-        say(store.notice)
-    return store
+        console.write_lines([tr("The audit log is intact: {count} entries.", count=count)])
+        return console.DONE
+    console.write_lines([tr(one.fault.value, entry=one.entry) for one in faults])
+    return console.SAID_NO

@@ -8,10 +8,6 @@
         <translation> 天</translation>
     </message>
     <message>
-        <source> or </source>
-        <translation>或</translation>
-    </message>
-    <message>
         <source>%(prog)s: error: %(message)s
 </source>
         <translation>%(prog)s：错误：%(message)s
@@ -38,20 +34,12 @@
         <translation>视图(&amp;V)</translation>
     </message>
     <message>
-        <source>(!) no lithium cell has this voltage without external power; it is shown as it came.</source>
-        <translation>（!）没有外接供电时，锂电芯不会有此电压；此处按收到的值显示。</translation>
+        <source>--done needs --profile.</source>
+        <translation>--done 需要 --profile。</translation>
     </message>
     <message>
-        <source>(?) seen once, not confirmed: it came in one reading only.</source>
-        <translation>（?）仅读到一次，未确认：只在一次读取中出现。</translation>
-    </message>
-    <message>
-        <source>({fault}) below {limit}, the least for a flight.</source>
-        <translation>（{fault}）低于飞行所需的最低值 {limit}。</translation>
-    </message>
-    <message>
-        <source>--done needs a profile with manual items.</source>
-        <translation>--done 需要含人工检查项目的配置文件。</translation>
+        <source>--module takes one port only.</source>
+        <translation>--module 只能用于一个串口。</translation>
     </message>
     <message>
         <source>00 external power, charging; 01 not</source>
@@ -154,16 +142,8 @@
         <translation>仅为计算，不发送任何内容。</translation>
     </message>
     <message>
-        <source>A capture holds no more: the rest is in the recording {name}.</source>
-        <translation>抓包文件已满：其余内容在数据记录 {name} 中。</translation>
-    </message>
-    <message>
         <source>A capture is played here: it answers questions, but there is no module to change or to check.</source>
         <translation>这里播放的是捕获文件：只能回答查询，没有模块可以更改或检查。</translation>
-    </message>
-    <message>
-        <source>A capture is played there; it is a file already.</source>
-        <translation>该处正在回放抓包文件；它本身已是文件。</translation>
     </message>
     <message>
         <source>A change from {old} to {new} baud at {port} was broken off. The module may be at either rate.</source>
@@ -426,6 +406,10 @@
         <translation>锁定期间也判断</translation>
     </message>
     <message>
+        <source>Altered and left out: {count}.</source>
+        <translation>已被改动、未采用：{count}。</translation>
+    </message>
+    <message>
         <source>Altered on the server: {count}</source>
         <translation>服务器上被修改：{count} 条</translation>
     </message>
@@ -450,8 +434,8 @@
         <translation>上次运行异常退出时未关闭串口输出；不再需要时将关闭。</translation>
     </message>
     <message>
-        <source>An earlier session had left the serial output on; it is switched off when this one ends.</source>
-        <translation>上次运行异常退出时未关闭串口输出；本次结束时将关闭。</translation>
+        <source>An earlier session left the serial output on; it is switched off at the end.</source>
+        <translation>之前的会话未关闭串口输出；结束时将关闭。</translation>
     </message>
     <message>
         <source>An error in the program ended the test: nothing of it is kept.</source>
@@ -674,10 +658,6 @@
         <translation>位翻转</translation>
     </message>
     <message>
-        <source>Boot</source>
-        <translation>开机次数</translation>
-    </message>
-    <message>
         <source>Boot count</source>
         <translation>开机次数</translation>
     </message>
@@ -692,10 +672,6 @@
     <message>
         <source>Both triggers are disabled.</source>
         <translation>两种触发均已禁用。</translation>
-    </message>
-    <message>
-        <source>Bring the records of all stations together, on a PostgreSQL server or in a file. Nothing is sent to a module.</source>
-        <translation>汇总所有站点的记录，通过 PostgreSQL 服务器或文件。不向模块发送任何内容。</translation>
     </message>
     <message>
         <source>Broken off: the connection was lost.</source>
@@ -728,6 +704,10 @@
     <message>
         <source>CONTRADICTS ITSELF: {parts}.</source>
         <translation>自相矛盾：{parts}。</translation>
+    </message>
+    <message>
+        <source>CSV column, such as {example}</source>
+        <translation>CSV 列，例如 {example}</translation>
     </message>
     <message>
         <source>CSV…</source>
@@ -796,10 +776,6 @@
     <message>
         <source>Change now</source>
         <translation>立即更改</translation>
-    </message>
-    <message>
-        <source>Change settings: {names}. Triggers and serial output take true or false. Each is read back, and all are read again at the end; what cannot be read back is only ever acknowledged, never verified. Exit code 1 where one differs from what was given, or another one changed.</source>
-        <translation>更改参数：{names}。触发开关和串口输出取 true 或 false。每项写入后回读，最后再回读全部参数；无法回读的只会是“已应答”，绝不会是“已验证”。有参数与目标值不符或其他参数发生变化时，退出码为 1。</translation>
     </message>
     <message>
         <source>Change the baud rate</source>
@@ -878,20 +854,12 @@
         <translation>请检查供电、地线和 TX/RX 是否交叉，或查找波特率。</translation>
     </message>
     <message>
-        <source>Check that it is switched on, that TX and RX are crossed, and that ground is connected.</source>
-        <translation>请检查模块已开机、TX 与 RX 已交叉连接、地线已接好。</translation>
-    </message>
-    <message>
         <source>Check the wire to the module's RX.</source>
         <translation>请检查连到模块 RX 的线。</translation>
     </message>
     <message>
         <source>Check the wiring: TX and RX touch, or no module is connected.</source>
         <translation>请检查接线：TX 与 RX 短接，或未连接模块。</translation>
-    </message>
-    <message>
-        <source>Check whether the module is fit to fly: all checks are run and listed. READY: everything holds and the module is locked; GO: and it is active. Exit code 0 for both, 1 for NO-GO, 3 where no module answers. Nothing is ever activated, zeroed or deployed. Several ports are checked at once.</source>
-        <translation>检查模块是否可以飞行：所有检查都执行并列出。READY（待激活）：全部通过且模块锁定；GO（可以飞行）：全部通过且模块已激活。退出码：两者均为 0，NO-GO（禁止飞行）为 1，没有模块应答为 3。绝不激活、置零或开伞。多个串口同时检查。</translation>
     </message>
     <message>
         <source>Checked by</source>
@@ -904,10 +872,6 @@
     <message>
         <source>Checking whether it is the same module…</source>
         <translation>正在确认是否为同一模块…</translation>
-    </message>
-    <message>
-        <source>Checking {count} modules, {done} done</source>
-        <translation>正在检查 {count} 个模块，已完成 {done} 个</translation>
     </message>
     <message>
         <source>Checking…</source>
@@ -1046,10 +1010,6 @@
         <translation>比较</translation>
     </message>
     <message>
-        <source>Configure, test and watch a DPS-S drone parachute module over its serial port.</source>
-        <translation>通过串口配置、测试和监视 DPS-S 无人机伞降模块。</translation>
-    </message>
-    <message>
         <source>Configures, tests and watches a DPS-S parachute module over its serial port.</source>
         <translation>通过串口配置、测试和监视 DPS-S 伞降模块。</translation>
     </message>
@@ -1158,8 +1118,8 @@
         <translation>无法读取倾角：请检查。</translation>
     </message>
     <message>
-        <source>Could not read: {names}. Read again; if it persists, check the wiring.</source>
-        <translation>无法读取：{names}。请重新读取；若依然如此，请检查接线。</translation>
+        <source>Could not read: {names}. Read again or check the wiring.</source>
+        <translation>无法读取：{names}。请重新读取或检查接线。</translation>
     </message>
     <message>
         <source>Counts as falling below {limit:.1f} g; at rest it is 1 g.</source>
@@ -1180,6 +1140,10 @@
     <message>
         <source>DPS-S Configurator {version}</source>
         <translation>DPS-S 上位机 {version}</translation>
+    </message>
+    <message>
+        <source>Damaged and not sent: {count}.</source>
+        <translation>已损坏、未发送：{count}。</translation>
     </message>
     <message>
         <source>Damaged frames: {rejected} of {bytes} bytes are invalid.</source>
@@ -1506,8 +1470,12 @@
         <translation>正在同步…</translation>
     </message>
     <message>
-        <source>Explain captured bytes. What was asked is taken from the host's frames in the capture, else from --asked; with neither, a whole trigger record of 16 bytes wins over a reply of six.</source>
-        <translation>解释捕获的字节。所查询的内容取自捕获中上位机的帧，否则取自 --asked；两者皆无时，完整的 16 字节触发记录优先于 6 字节答复。</translation>
+        <source>Exit code: 0 done; 1 the answer is no; 2 used wrongly; 3 no link; 4 done in part; 130, 143 interrupted.</source>
+        <translation>退出码：0 完成；1 结果为否；2 用法错误；3 无连接；4 部分完成；130、143 被中断。</translation>
+    </message>
+    <message>
+        <source>Explain captured bytes</source>
+        <translation>解析捕获的字节</translation>
     </message>
     <message>
         <source>Export all…</source>
@@ -1586,8 +1554,8 @@
         <translation>查明原因（触发记录），重新叠伞，锁定并重启。</translation>
     </message>
     <message>
-        <source>Find the baud rate at which a module answers. Sends nothing but questions, first at the rate of --baud. Exit code 3 where none answers.</source>
-        <translation>查找模块应答的波特率。只发送查询，先用 --baud 指定的波特率。无应答时退出码为 3。</translation>
+        <source>Find the baud rate</source>
+        <translation>查找波特率</translation>
     </message>
     <message>
         <source>Find the baud rate.</source>
@@ -1782,8 +1750,12 @@
         <translation>杂乱字节</translation>
     </message>
     <message>
-        <source>Give one of FILE, --stations, --forget and --log; --trust goes with FILE.</source>
-        <translation>请在 FILE、--stations、--forget 和 --log 中选择一个；--trust 须与 FILE 一起使用。</translation>
+        <source>Give either NAME=VALUE … or --profile FILE.</source>
+        <translation>请给出 NAME=VALUE … 或 --profile FILE 之一。</translation>
+    </message>
+    <message>
+        <source>Give one of FILE, --stations, --forget or --log; --trust needs FILE.</source>
+        <translation>请给出 FILE、--stations、--forget、--log 之一；--trust 需要 FILE。</translation>
     </message>
     <message>
         <source>Guided test</source>
@@ -1890,10 +1862,6 @@
         <translation>如未出现，请换一根线。</translation>
     </message>
     <message>
-        <source>If it is {module}, add --same-module.</source>
-        <translation>如果确实是 {module}，请加上 --same-module。</translation>
-    </message>
-    <message>
         <source>Ignored commands</source>
         <translation>忽略的命令</translation>
     </message>
@@ -1918,10 +1886,6 @@
         <translation>配置文件中</translation>
     </message>
     <message>
-        <source>In zsh ~/.zfunc has to be in $fpath before compinit.</source>
-        <translation>使用 zsh 时，~/.zfunc 须在 compinit 之前加入 $fpath。</translation>
-    </message>
-    <message>
         <source>Increase</source>
         <translation>增大</translation>
     </message>
@@ -1930,8 +1894,8 @@
         <translation>增大（上箭头）</translation>
     </message>
     <message>
-        <source>Interrupted: if the command had left already, it may have been carried out.</source>
-        <translation>已中断：若指令已经发出，可能已经执行。</translation>
+        <source>Interrupted; may have been carried out.</source>
+        <translation>已中断；命令可能已执行。</translation>
     </message>
     <message>
         <source>Invalid bytes</source>
@@ -1994,16 +1958,12 @@
         <translation>正在记录，无法删除。</translation>
     </message>
     <message>
-        <source>It is marked as simulated.</source>
-        <translation>已标记为模拟。</translation>
+        <source>It is kept as recording {name}.</source>
+        <translation>已保存为数据记录 {name}。</translation>
     </message>
     <message>
         <source>It is plugged in</source>
         <translation>已接通</translation>
-    </message>
-    <message>
-        <source>It is signed by {found}, not by {given}: no station is taken over.</source>
-        <translation>签名站点是 {found}，不是 {given}：未添加站点。</translation>
     </message>
     <message>
         <source>It is the same module</source>
@@ -2062,6 +2022,10 @@
         <translation>已移除其批准的参数校验码。</translation>
     </message>
     <message>
+        <source>JSON Schema of an output</source>
+        <translation>输出的 JSON Schema</translation>
+    </message>
+    <message>
         <source>Jitter</source>
         <translation>抖动</translation>
     </message>
@@ -2112,10 +2076,6 @@
     <message>
         <source>Kind</source>
         <translation>类别</translation>
-    </message>
-    <message>
-        <source>Known from now on: {station}.</source>
-        <translation>已加入已知站点：{station}。</translation>
     </message>
     <message>
         <source>Known stations</source>
@@ -2322,16 +2282,8 @@
         <translation>链路：响应时间</translation>
     </message>
     <message>
-        <source>Links of chains that are not here yet</source>
-        <translation>本机尚缺的链条记录</translation>
-    </message>
-    <message>
-        <source>List the serial ports, USB first. Opens none of them.</source>
-        <translation>列出串口，USB 在前。不会打开任何串口。</translation>
-    </message>
-    <message>
-        <source>List, export, restore and delete the sessions that the window recorded. Nothing is opened or sent.</source>
-        <translation>列出、导出、恢复和删除窗口自动保存的数据记录。不打开串口，也不发送任何内容。</translation>
+        <source>List serial ports</source>
+        <translation>列出串口</translation>
     </message>
     <message>
         <source>Live</source>
@@ -2542,6 +2494,10 @@
         <translation>在 {tilt}°、{acceleration:.1f} g、{time:.2f} s（其他飞行不触发）时漏触发。</translation>
     </message>
     <message>
+        <source>Missing in chains</source>
+        <translation>链中缺失</translation>
+    </message>
+    <message>
         <source>Missing records</source>
         <translation>缺失的记录</translation>
     </message>
@@ -2568,14 +2524,6 @@
     <message>
         <source>Module on {port}, {rate} baud</source>
         <translation>{port} 上的模块，波特率 {rate}</translation>
-    </message>
-    <message>
-        <source>Module on {port}, {rate} baud, answers in {milliseconds:.1f} ms</source>
-        <translation>{port} 上的模块，波特率 {rate}，应答时间 {milliseconds:.1f} ms</translation>
-    </message>
-    <message>
-        <source>Module on {port}, {rate} baud, answers {seconds:.1f} s late</source>
-        <translation>{port} 上的模块，波特率 {rate}，应答晚 {seconds:.1f} s</translation>
     </message>
     <message>
         <source>Module {name}</source>
@@ -2758,6 +2706,10 @@
         <translation>没有姿态数据：不判断姿态触发。</translation>
     </message>
     <message>
+        <source>No audit log.</source>
+        <translation>没有操作记录。</translation>
+    </message>
+    <message>
         <source>No changes</source>
         <translation>无更改</translation>
     </message>
@@ -2786,6 +2738,10 @@
         <translation>{port} 询问 {asked} 次后仍无数据。</translation>
     </message>
     <message>
+        <source>No flight log.</source>
+        <translation>没有飞行日志。</translation>
+    </message>
+    <message>
         <source>No flight logs yet</source>
         <translation>还没有飞行日志</translation>
     </message>
@@ -2794,12 +2750,12 @@
         <translation>无效字节：无</translation>
     </message>
     <message>
-        <source>No longer known: {station}.</source>
-        <translation>已从已知站点中移除：{station}。</translation>
-    </message>
-    <message>
         <source>No longer on the module</source>
         <translation>模块中已不存在</translation>
+    </message>
+    <message>
+        <source>No manual item {number} in the profile.</source>
+        <translation>配置文件中没有第 {number} 个人工检查项。</translation>
     </message>
     <message>
         <source>No module answers on {port} at any baud rate.</source>
@@ -2816,10 +2772,6 @@
     <message>
         <source>No module connected</source>
         <translation>未连接模块</translation>
-    </message>
-    <message>
-        <source>No module in the archive yet.</source>
-        <translation>归档中尚无模块。</translation>
     </message>
     <message>
         <source>No module is connected</source>
@@ -2890,10 +2842,6 @@
         <translation>还没有数据记录</translation>
     </message>
     <message>
-        <source>No recordings yet. Every session is recorded automatically.</source>
-        <translation>还没有数据记录。窗口会自动记录每次会话。</translation>
-    </message>
-    <message>
         <source>No records came.</source>
         <translation>没有收到记录。</translation>
     </message>
@@ -2914,8 +2862,8 @@
         <translation>未设置服务器。可用导出和导入通过文件同步。</translation>
     </message>
     <message>
-        <source>No server is set: give its address, as in {example}.</source>
-        <translation>未设置服务器：请给出地址，例如 {example}。</translation>
+        <source>No server is set: give {example}.</source>
+        <translation>未设置服务器：请给出 {example}。</translation>
     </message>
     <message>
         <source>No shortcuts on this page</source>
@@ -2924,14 +2872,6 @@
     <message>
         <source>No simulated module</source>
         <translation>没有模拟模块</translation>
-    </message>
-    <message>
-        <source>No station is taken over from it: it is not signed, or was altered.</source>
-        <translation>未添加站点：文件未签名或已被修改。</translation>
-    </message>
-    <message>
-        <source>No station that you know has this fingerprint.</source>
-        <translation>已知站点中没有此指纹。</translation>
     </message>
     <message>
         <source>No status reports.</source>
@@ -2950,8 +2890,8 @@
         <translation>没有阈值能区分两个列表</translation>
     </message>
     <message>
-        <source>No thresholds within the vendor's advice do this for all of them.</source>
-        <translation>在厂家建议范围内，没有阈值能对所有飞行都做到。</translation>
+        <source>No thresholds within the vendor's advice do this.</source>
+        <translation>厂家建议范围内没有满足条件的阈值。</translation>
     </message>
     <message>
         <source>No times: from before 2014.</source>
@@ -2964,6 +2904,10 @@
     <message>
         <source>No trigger records</source>
         <translation>没有触发记录</translation>
+    </message>
+    <message>
+        <source>No trusted station has this fingerprint.</source>
+        <translation>没有使用此指纹的可信站点。</translation>
     </message>
     <message>
         <source>No. {number}</source>
@@ -3010,10 +2954,6 @@
         <translation>未连接</translation>
     </message>
     <message>
-        <source>Not everything could be written to the audit log in time.</source>
-        <translation>部分内容未能及时写入操作记录。</translation>
-    </message>
-    <message>
         <source>Not everything was kept over the power cycle: see the rows. {boots}</source>
         <translation>断电重启后并非全部保持：请看各行。{boots}</translation>
     </message>
@@ -3052,14 +2992,6 @@
     <message>
         <source>Not kept.</source>
         <translation>未保存。</translation>
-    </message>
-    <message>
-        <source>Not kept: a capture was played, which is no visit of {module}.</source>
-        <translation>未保存：播放的是捕获文件，不是 {module} 的一次连接。</translation>
-    </message>
-    <message>
-        <source>Not kept: this may be another module than {module} ({differences}).</source>
-        <translation>未保存：这可能不是 {module}，而是另一个模块（{differences}）。</translation>
     </message>
     <message>
         <source>Not known: {names}</source>
@@ -3102,6 +3034,18 @@
         <translation>未触发</translation>
     </message>
     <message>
+        <source>Not trusted any more: {station}</source>
+        <translation>已不再信任：{station}</translation>
+    </message>
+    <message>
+        <source>Not trusted: it is unsigned or altered.</source>
+        <translation>未信任：未签名或已被改动。</translation>
+    </message>
+    <message>
+        <source>Not trusted: signed by {found}, not by {given}.</source>
+        <translation>未信任：签名者为 {found}，不是 {given}。</translation>
+    </message>
+    <message>
         <source>Not watched for 2 s yet.</source>
         <translation>尚未观察满 2 秒。</translation>
     </message>
@@ -3122,8 +3066,8 @@
         <translation>无</translation>
     </message>
     <message>
-        <source>Nothing can be added to an MCAP file; choose another name.</source>
-        <translation>MCAP 文件无法追加；请换一个名称。</translation>
+        <source>Nothing can be added to an MCAP file.</source>
+        <translation>无法向 MCAP 文件追加。</translation>
     </message>
     <message>
         <source>Nothing here has the keyboard. Go to a control with Tab.</source>
@@ -3146,16 +3090,8 @@
         <translation>不发送任何内容。</translation>
     </message>
     <message>
-        <source>Nothing is to be settled.</source>
-        <translation>没有待确认的事项。</translation>
-    </message>
-    <message>
         <source>Nothing logged for {seconds:.2f} s.</source>
         <translation>有 {seconds:.2f} s 未记录。</translation>
-    </message>
-    <message>
-        <source>Nothing to decode: give the bytes in hex, or - to read them from standard input.</source>
-        <translation>没有可解码的内容：请给出十六进制字节，或用 - 从标准输入读取。</translation>
     </message>
     <message>
         <source>Nothing to judge.</source>
@@ -3166,8 +3102,12 @@
         <translation>无需接线</translation>
     </message>
     <message>
-        <source>Nothing was deleted. To do it, say dps-s recordings delete {name} --yes.</source>
-        <translation>未删除任何内容。要删除，请执行 dps-s recordings delete {name} --yes。</translation>
+        <source>Nothing was done. To do it: {command}</source>
+        <translation>未执行任何操作。执行请输入：{command}</translation>
+    </message>
+    <message>
+        <source>Nothing was done: this may be another module than {module} ({differences}). Else add --same-module.</source>
+        <translation>未执行：这可能不是模块 {module}（{differences}）。若确认是，请加 --same-module。</translation>
     </message>
     <message>
         <source>Nothing was heard of it for long.</source>
@@ -3182,24 +3122,12 @@
         <translation>没有发送任何内容。</translation>
     </message>
     <message>
-        <source>Nothing was sent. To do it, say {command}.</source>
-        <translation>未发送任何内容。如需执行，请运行 {command}。</translation>
-    </message>
-    <message>
-        <source>Nothing was set: by its boot count this may be another module than {module}.</source>
-        <translation>未设置任何参数：从开机次数看，这可能不是 {module}，而是另一个模块。</translation>
-    </message>
-    <message>
         <source>Nothing was taken from it. Put these right and open it again:</source>
         <translation>未采用其中任何内容。请更正以下问题后重新打开：</translation>
     </message>
     <message>
         <source>Nothing was written.</source>
         <translation>未写入任何内容。</translation>
-    </message>
-    <message>
-        <source>Now</source>
-        <translation>当前</translation>
     </message>
     <message>
         <source>OK</source>
@@ -3322,8 +3250,8 @@
         <translation>打开所选串口（回车）</translation>
     </message>
     <message>
-        <source>Open the window.</source>
-        <translation>打开窗口。</translation>
+        <source>Open the window</source>
+        <translation>打开窗口</translation>
     </message>
     <message>
         <source>Opening the recording of {when}…</source>
@@ -3494,12 +3422,8 @@
         <translation>串口断开</translation>
     </message>
     <message>
-        <source>Port {port}, from {variable}.</source>
-        <translation>串口 {port}，取自 {variable}。</translation>
-    </message>
-    <message>
-        <source>Port {port}, the only adapter ({name}).</source>
-        <translation>串口 {port}，唯一的适配器（{name}）。</translation>
+        <source>Port {port} ({name})</source>
+        <translation>串口 {port}（{name}）</translation>
     </message>
     <message>
         <source>Port {port}: {state}</source>
@@ -3519,6 +3443,10 @@
     </message>
     <message>
         <source>Pre-flight</source>
+        <translation>飞行前检查</translation>
+    </message>
+    <message>
+        <source>Pre-flight check</source>
         <translation>飞行前检查</translation>
     </message>
     <message>
@@ -3558,20 +3486,12 @@
         <translation>上一条记录</translation>
     </message>
     <message>
-        <source>Print a script with which a shell completes commands, options, settings and files.</source>
-        <translation>输出脚本，供 shell 补全命令、选项、参数名和文件。</translation>
-    </message>
-    <message>
-        <source>Print the JSON Schema of what a command prints with --json, or of the record of a check.</source>
-        <translation>输出命令 --json 结果的 JSON Schema，或检查记录的 JSON Schema。</translation>
-    </message>
-    <message>
         <source>Print the chosen record</source>
         <translation>打印所选记录</translation>
     </message>
     <message>
-        <source>Print the status as it streams, or polled where the module does not stream, until Ctrl-C. The stream is switched on where it was off, and off again at the end. Times count from the first status.</source>
-        <translation>持续输出模块的状态，直到按下 Ctrl-C；模块不主动输出时改为轮询。串口输出若原为关闭则打开，结束时再关闭。时间从第一个状态算起。</translation>
+        <source>Print the status until Ctrl-C</source>
+        <translation>显示实时状态，按 Ctrl-C 结束</translation>
     </message>
     <message>
         <source>Problems</source>
@@ -3706,8 +3626,8 @@
         <translation>模块应答后立即读取。</translation>
     </message>
     <message>
-        <source>Read everything that can be read. What cannot be had is shown as unknown; exit code 4 then.</source>
-        <translation>读取全部可读内容。无法取得的显示为未知，此时退出码为 4。</translation>
+        <source>Read status and settings</source>
+        <translation>读取状态和参数</translation>
     </message>
     <message>
         <source>Read the record</source>
@@ -3716,10 +3636,6 @@
     <message>
         <source>Read the records</source>
         <translation>读取记录</translation>
-    </message>
-    <message>
-        <source>Read the trigger records, as often as it takes until two readings agree. Exit code 4 when they do not, or when the module does not answer.</source>
-        <translation>读取触发记录，直到两次读取一致为止。不一致或模块不应答时退出码为 4。</translation>
     </message>
     <message>
         <source>Reading</source>
@@ -3774,12 +3690,12 @@
         <translation>记录</translation>
     </message>
     <message>
-        <source>Record a session until Ctrl-C: every status, and every byte of the line. The module streams meanwhile. It is kept among the recordings, too.</source>
-        <translation>记录会话，直到按下 Ctrl-C：包括每个状态和线路上的每个字节。期间模块的串口输出打开。会话同时保存在数据记录中。</translation>
-    </message>
-    <message>
         <source>Record or report (*.json *.html *.htm *.pdf)</source>
         <translation>记录或报告 (*.json *.html *.htm *.pdf)</translation>
+    </message>
+    <message>
+        <source>Record until Ctrl-C</source>
+        <translation>记录数据，按 Ctrl-C 结束</translation>
     </message>
     <message>
         <source>Record {number} of {module}: {verdict}, {at}, checked by {who}.</source>
@@ -3960,6 +3876,10 @@
     <message>
         <source>Run the pre-flight check.</source>
         <translation>请执行飞行前检查。</translation>
+    </message>
+    <message>
+        <source>Runs all checks. READY: passed and locked. GO: passed and active.</source>
+        <translation>运行所有检查。READY：通过且已锁定。GO：通过且已激活。</translation>
     </message>
     <message>
         <source>SIMULATED MODULE: no evidence.</source>
@@ -4240,6 +4160,14 @@
     <message>
         <source>Shake the plug and the cable, gently, in all directions.</source>
         <translation>朝各个方向轻轻晃动插头和线缆。</translation>
+    </message>
+    <message>
+        <source>Share records between stations</source>
+        <translation>在站点之间共享记录</translation>
+    </message>
+    <message>
+        <source>Shell completion script</source>
+        <translation>Shell 补全脚本</translation>
     </message>
     <message>
         <source>Show it in the plots (Return)</source>
@@ -4550,14 +4478,6 @@
         <translation>将当前安装方式作为水平面。仅用于修正小角度安装误差。</translation>
     </message>
     <message>
-        <source>Tell whether a module with these thresholds would have fired in flight logs: PX4 ULog, ArduPilot DataFlash, CSV, recordings and MCAP of this program. Exit code 0 where none would have fired, 4 where one or more would, 2 where a log cannot be read.</source>
-        <translation>判断采用这些阈值的模块在飞行日志中是否会触发：PX4 ULog、ArduPilot DataFlash、CSV、本程序的数据记录和 MCAP。退出码：0 均不触发；4 有触发；2 有日志无法读取。</translation>
-    </message>
-    <message>
-        <source>Tell whether a pre-flight record was altered, where, who signed it, and whether it agrees with itself. Exit code 0 only for an intact record signed by a station you know.</source>
-        <translation>判断飞行前检查记录是否被修改、何处被修改、由谁签名以及内容是否一致。仅当记录完好且由已知站点签名时退出码为 0。</translation>
-    </message>
-    <message>
         <source>Tells an open bay from a closed one.</source>
         <translation>用于区分伞仓打开与关闭。</translation>
     </message>
@@ -4614,12 +4534,20 @@
         <translation>无法写入操作记录。</translation>
     </message>
     <message>
-        <source>The audit log is unbroken: {count} entries.</source>
-        <translation>操作记录完整：共 {count} 条。</translation>
+        <source>The audit log is incomplete.</source>
+        <translation>操作记录不完整。</translation>
+    </message>
+    <message>
+        <source>The audit log is intact: {count} entries.</source>
+        <translation>操作记录完好：{count} 条。</translation>
     </message>
     <message>
         <source>The baud rate is not applied with a profile: change it in its own place.</source>
         <translation>波特率不随配置文件应用：请在其专门位置更改。</translation>
+    </message>
+    <message>
+        <source>The capture is full; the rest is in the recording {name}.</source>
+        <translation>捕获文件已满；其余在数据记录 {name} 中。</translation>
     </message>
     <message>
         <source>The chain is broken at entry {entry}.</source>
@@ -4636,10 +4564,6 @@
     <message>
         <source>The check was not kept.</source>
         <translation>本次检查未保存。</translation>
-    </message>
-    <message>
-        <source>The check will not be kept.</source>
-        <translation>本次检查将不会保存。</translation>
     </message>
     <message>
         <source>The checks of one module, or of one aircraft</source>
@@ -4686,10 +4610,6 @@
         <translation>文件大于 {kilobytes} KB。</translation>
     </message>
     <message>
-        <source>The input is not text; decode reads captures and bytes written in hex, such as 41 75 32.</source>
-        <translation>输入不是文本；decode 读取抓包文件和十六进制字节，例如 41 75 32。</translation>
-    </message>
-    <message>
         <source>The key of this station cannot be used: {why}.</source>
         <translation>本站点的密钥无法使用：{why}。</translation>
     </message>
@@ -4732,10 +4652,6 @@
     <message>
         <source>The module cannot say whether it is enabled.</source>
         <translation>模块无法报告其是否启用。</translation>
-    </message>
-    <message>
-        <source>The module did not answer the query for trigger records: whether it keeps any is not known.</source>
-        <translation>模块未应答触发记录查询：是否存有记录未知。</translation>
     </message>
     <message>
         <source>The module does not answer.</source>
@@ -4790,16 +4706,12 @@
         <translation>模块不再应答。</translation>
     </message>
     <message>
-        <source>The module on {port} answers, but reports no status.</source>
-        <translation>{port} 上的模块有应答，但不报告状态。</translation>
+        <source>The module on {port} reports no status.</source>
+        <translation>{port} 上的模块不上报状态。</translation>
     </message>
     <message>
         <source>The module on {port} sends, but does not answer.</source>
         <translation>{port} 上的模块在发送，但不应答。</translation>
-    </message>
-    <message>
-        <source>The module on {port} stopped answering. Check its power and the wiring, and read again.</source>
-        <translation>{port} 上的模块不再应答。请检查供电和接线，然后重新读取。</translation>
     </message>
     <message>
         <source>The module on {port} stopped answering. Check its power and the wiring.</source>
@@ -4922,10 +4834,6 @@
         <translation>该串口现在指向另一个设备，可能是另一个模块。</translation>
     </message>
     <message>
-        <source>The profile has no manual item {number}.</source>
-        <translation>配置文件没有第 {number} 项人工检查。</translation>
-    </message>
-    <message>
         <source>The profile has unsaved edits.</source>
         <translation>配置文件有未保存的修改。</translation>
     </message>
@@ -4950,8 +4858,8 @@
         <translation>读数分散较大：请在稳定光线下重新测量。</translation>
     </message>
     <message>
-        <source>The readings did not agree, or the line loses frames: records may be missing. Read again.</source>
-        <translation>各次读取不一致，或线路丢帧：可能缺少记录。请重新读取。</translation>
+        <source>The readings differ or frames were lost: records may be missing. Read again.</source>
+        <translation>多次读取结果不一致或有丢帧：可能缺少记录。请重新读取。</translation>
     </message>
     <message>
         <source>The readings differ: records may be missing. Read again.</source>
@@ -5002,12 +4910,8 @@
         <translation>屏幕 {screen} 不允许此用户打开窗口。</translation>
     </message>
     <message>
-        <source>The serial output is off now. It streams too slowly to know whether it was on before; dps-s set serial_output=true switches it on.</source>
-        <translation>串口输出现已关闭。其输出太慢，无法得知之前是否已打开；如需打开，请运行 dps-s set serial_output=true。</translation>
-    </message>
-    <message>
-        <source>The session is kept as recording {name}.</source>
-        <translation>会话已保存为数据记录 {name}。</translation>
+        <source>The serial output is off now; it may have been on before.</source>
+        <translation>串口输出现已关闭；之前可能是打开的。</translation>
     </message>
     <message>
         <source>The simulated module is not at rest.</source>
@@ -5046,56 +4950,44 @@
         <translation>厂家建议取伞仓完全打开时的读数，即 {volts:.1f} V。</translation>
     </message>
     <message>
+        <source>The verdict of this moment; nothing is watched afterwards.</source>
+        <translation>仅为此刻的结论；之后不再监视。</translation>
+    </message>
+    <message>
         <source>Theme</source>
         <translation>主题</translation>
     </message>
     <message>
-        <source>There are several adapters: {names}. Choose one: --port P or {variable}.</source>
-        <translation>有多个适配器：{names}。请选择一个：--port P 或 {variable}。</translation>
+        <source>There are several adapters: {names}. Give --port.</source>
+        <translation>有多个适配器：{names}。请用 --port 指定。</translation>
     </message>
     <message>
-        <source>There is no USB adapter. Plug it in, or name the port: --port P or {variable}.</source>
-        <translation>没有 USB 适配器。请插入，或指定串口：--port P 或 {variable}。</translation>
-    </message>
-    <message>
-        <source>There is no flight log: give a file, or a folder that holds some.</source>
-        <translation>没有飞行日志：请给出文件，或含有日志的文件夹。</translation>
+        <source>There is no USB adapter. Plug it in, or give --port.</source>
+        <translation>没有 USB 适配器。请插入，或用 --port 指定。</translation>
     </message>
     <message>
         <source>There is no folder {folder}.</source>
         <translation>没有文件夹 {folder}。</translation>
     </message>
     <message>
-        <source>There is no module “{name}” in the archive.</source>
-        <translation>归档中没有模块“{name}”。</translation>
-    </message>
-    <message>
         <source>There is no port {port}.</source>
         <translation>没有串口 {port}。</translation>
     </message>
     <message>
-        <source>There is no recording “{name}”: dps-s recordings list shows all.</source>
-        <translation>没有名为“{name}”的数据记录：dps-s recordings list 可列出全部。</translation>
+        <source>There is no recording “{name}”.</source>
+        <translation>没有数据记录“{name}”。</translation>
     </message>
     <message>
         <source>There is no screen here: neither DISPLAY nor WAYLAND_DISPLAY is set.</source>
         <translation>此处没有屏幕：DISPLAY 和 WAYLAND_DISPLAY 均未设置。</translation>
     </message>
     <message>
-        <source>There is no serial port. Plug the adapter in; if it stays away, try another cable or its driver.</source>
-        <translation>没有串口。请插入适配器；若仍未出现，请更换数据线或安装驱动程序。</translation>
-    </message>
-    <message>
-        <source>There is no such module in the archive: dps-s archive conflicts prints them.</source>
-        <translation>归档中没有这个模块：dps-s archive conflicts 可列出。</translation>
+        <source>There is no serial port. Plug the adapter in; try another cable or its driver.</source>
+        <translation>没有串口。请插入适配器；或更换线缆、安装驱动。</translation>
     </message>
     <message>
         <source>They stay beside each other</source>
         <translation>两者并列显示</translation>
-    </message>
-    <message>
-        <source>This computer has no audit log.</source>
-        <translation>本机没有操作记录。</translation>
     </message>
     <message>
         <source>This is another module than before: {differences}.</source>
@@ -5104,10 +4996,6 @@
     <message>
         <source>This is another module than {module}: {differences}.</source>
         <translation>这不是 {module}，而是另一个模块：{differences}。</translation>
-    </message>
-    <message>
-        <source>This is the verdict of the moment: nothing is watched after it.</source>
-        <translation>这是此刻的结论：之后不再监视。</translation>
     </message>
     <message>
         <source>This recording cannot be read. {why}</source>
@@ -5342,6 +5230,10 @@
         <translation>信任此站点…</translation>
     </message>
     <message>
+        <source>Trusted: {station}</source>
+        <translation>已信任：{station}</translation>
+    </message>
+    <message>
         <source>Try again</source>
         <translation>重试</translation>
     </message>
@@ -5406,14 +5298,6 @@
         <translation>不明确：请重新测试</translation>
     </message>
     <message>
-        <source>Under the other reading ({reading}) it would first fire at {time:.2f} s.</source>
-        <translation>按另一种解读（{reading}），首次触发在 {time:.2f} s。</translation>
-    </message>
-    <message>
-        <source>Under the other reading ({reading}) it would not fire.</source>
-        <translation>按另一种解读（{reading}），没有触发。</translation>
-    </message>
-    <message>
         <source>Undisturbed</source>
         <translation>未受干扰</translation>
     </message>
@@ -5468,10 +5352,6 @@
     <message>
         <source>Unplug the adapter and plug it in again.</source>
         <translation>请拔下适配器后重新插入。</translation>
-    </message>
-    <message>
-        <source>Unplug the adapter, plug it in again and try again.</source>
-        <translation>请拔下适配器，重新插上后再试。</translation>
     </message>
     <message>
         <source>Unplug the external power</source>
@@ -5558,6 +5438,10 @@
         <translation>校验文件…</translation>
     </message>
     <message>
+        <source>Verify a pre-flight record</source>
+        <translation>验证飞行前检查记录</translation>
+    </message>
+    <message>
         <source>Verify a record</source>
         <translation>校验记录</translation>
     </message>
@@ -5630,10 +5514,6 @@
         <translation>模块现在的数据。变淡并注明时间的数字已过时；带斜线的“未知”表示这个模块从未报告过。</translation>
     </message>
     <message>
-        <source>What was read cannot be written: {error}.</source>
-        <translation>读到的内容无法写出：{error}。</translation>
-    </message>
-    <message>
         <source>When</source>
         <translation>时间</translation>
     </message>
@@ -5690,18 +5570,6 @@
         <translation>无线延迟</translation>
     </message>
     <message>
-        <source>With several ports no --module: it is the name of one.</source>
-        <translation>指定多个串口时不能使用 --module：它是一个模块的名称。</translation>
-    </message>
-    <message>
-        <source>Without --yes it says so and sends nothing (exit code 2). What is done is written to the audit log.</source>
-        <translation>不带 --yes 时只作说明，不发送任何内容（退出码 2）。所做的操作会写入操作记录。</translation>
-    </message>
-    <message>
-        <source>Without a command the window opens. Exit code: 0 done; 1 done and the answer is no; 2 used wrongly; 3 no link (no such port, busy, no permission, no answer); 4 some of it could not be read; 130 or 143 interrupted before there was a result.</source>
-        <translation>不带命令时打开窗口。退出码：0 完成；1 完成，但结果为否；2 用法错误；3 无连接（无此串口、被占用、无权限、无应答）；4 部分内容未能取得；130 或 143 在得到结果之前被中断。</translation>
-    </message>
-    <message>
         <source>Without a name of the module the result counts for no pre-flight check.</source>
         <translation>模块没有名称，该结果不计入飞行前检查。</translation>
     </message>
@@ -5726,6 +5594,10 @@
         <translation>会触发 {count} 次。</translation>
     </message>
     <message>
+        <source>Would it have fired in these flight logs?</source>
+        <translation>在这些飞行日志中会触发吗？</translation>
+    </message>
+    <message>
         <source>Would it have fired?</source>
         <translation>是否会触发？</translation>
     </message>
@@ -5748,6 +5620,10 @@
     <message>
         <source>Write and verify</source>
         <translation>写入并验证</translation>
+    </message>
+    <message>
+        <source>Write and verify settings</source>
+        <translation>写入并校验参数</translation>
     </message>
     <message>
         <source>Write anyway</source>
@@ -5854,20 +5730,12 @@
         <translation>某项条件不再满足</translation>
     </message>
     <message>
-        <source>a device name (see dps-s ports), a pseudo-terminal or a URL: socket://HOST:PORT, sim://; default: DPS_S_PORT, or the only adapter</source>
-        <translation>设备名（见 dps-s ports）、伪终端或 URL：socket://主机:端口、sim://；默认：DPS_S_PORT，或唯一的适配器</translation>
-    </message>
-    <message>
         <source>a finite number is needed</source>
         <translation>需要一个有限的数</translation>
     </message>
     <message>
         <source>a list of at most {count} [[manual]] tables is needed.</source>
         <translation>需要由 [[manual]] 表组成的列表，最多 {count} 个。</translation>
-    </message>
-    <message>
-        <source>a log, a recording, or a folder of them</source>
-        <translation>日志、数据记录，或其所在文件夹</translation>
     </message>
     <message>
         <source>a module without a name</source>
@@ -5906,20 +5774,12 @@
         <translation>已应答，仍为原波特率：请重启模块</translation>
     </message>
     <message>
-        <source>acknowledged: {name}, value not repeated</source>
-        <translation>已应答：{name}，未回显数值</translation>
-    </message>
-    <message>
         <source>acknowledged: {what}</source>
         <translation>已应答：{what}</translation>
     </message>
     <message>
         <source>activate before the flight</source>
         <translation>模块锁定，飞行前须激活</translation>
-    </message>
-    <message>
-        <source>activate the module</source>
-        <translation>激活模块</translation>
     </message>
     <message>
         <source>activated</source>
@@ -5934,12 +5794,12 @@
         <translation>已激活</translation>
     </message>
     <message>
-        <source>add to a file what it lacks</source>
-        <translation>将文件中缺少的内容添加到文件</translation>
+        <source>add to an archive file</source>
+        <translation>追加到存档文件</translation>
     </message>
     <message>
-        <source>add to the file (.csv and .dpscap)</source>
-        <translation>追加到该文件（.csv 和 .dpscap）</translation>
+        <source>add to the file (not .mcap)</source>
+        <translation>追加到文件（不支持 .mcap）</translation>
     </message>
     <message>
         <source>advised: {advice}</source>
@@ -5968,14 +5828,6 @@
     <message>
         <source>ambiguous option: %(option)s could match %(matches)s</source>
         <translation>选项 %(option)s 不明确，可能是 %(matches)s</translation>
-    </message>
-    <message>
-        <source>an archive file</source>
-        <translation>归档文件</translation>
-    </message>
-    <message>
-        <source>an archive file; made where there is none</source>
-        <translation>归档文件；不存在时新建</translation>
     </message>
     <message>
         <source>and {count} more</source>
@@ -6014,10 +5866,6 @@
         <translation>晚到</translation>
     </message>
     <message>
-        <source>as dps-s archive conflicts prints it</source>
-        <translation>格式与 dps-s archive conflicts 的输出相同</translation>
-    </message>
-    <message>
         <source>as found, before the first change</source>
         <translation>原始参数，首次修改之前</translation>
     </message>
@@ -6032,10 +5880,6 @@
     <message>
         <source>at most {angle:.0f}°</source>
         <translation>不超过 {angle:.0f}°</translation>
-    </message>
-    <message>
-        <source>at most {count} characters</source>
-        <translation>最多 {count} 个字符</translation>
     </message>
     <message>
         <source>at rest it is 1 g</source>
@@ -6058,14 +5902,6 @@
         <translation>触发时的姿态开伞阈值，1°</translation>
     </message>
     <message>
-        <source>attitude trigger disabled</source>
-        <translation>姿态触发已禁用</translation>
-    </message>
-    <message>
-        <source>attitude trigger enabled</source>
-        <translation>姿态触发已启用</translation>
-    </message>
-    <message>
         <source>attitude, {tilt:.0f}°</source>
         <translation>姿态，{tilt:.0f}°</translation>
     </message>
@@ -6078,12 +5914,8 @@
         <translation>波特</translation>
     </message>
     <message>
-        <source>baud rate, default 115200</source>
-        <translation>波特率，默认 115200</translation>
-    </message>
-    <message>
-        <source>baud rate: {rates}, or auto to try them all; default 115200</source>
-        <translation>波特率：{rates}，或用 auto 逐一尝试；默认 115200</translation>
+        <source>baud rate: {rates}</source>
+        <translation>波特率：{rates}</translation>
     </message>
     <message>
         <source>bay closed</source>
@@ -6106,16 +5938,12 @@
         <translation>重启之前</translation>
     </message>
     <message>
+        <source>beginning of the name, or latest</source>
+        <translation>名称的开头，或 latest</translation>
+    </message>
+    <message>
         <source>being recorded</source>
         <translation>记录中</translation>
-    </message>
-    <message>
-        <source>believe the station that signed FILE, which has this fingerprint</source>
-        <translation>信任签署 FILE 的站点，其指纹为此值</translation>
-    </message>
-    <message>
-        <source>believe this station no longer</source>
-        <translation>不再信任该站点</translation>
     </message>
     <message>
         <source>below 3.5 V a lithium cell is nearly empty; above 4.2 V none is</source>
@@ -6150,10 +5978,6 @@
         <translation>括号嵌套过深。</translation>
     </message>
     <message>
-        <source>bring the records of all stations together</source>
-        <translation>汇总所有站点的记录</translation>
-    </message>
-    <message>
         <source>broken off</source>
         <translation>帧不完整</translation>
     </message>
@@ -6164,10 +5988,6 @@
     <message>
         <source>buttons not in sight</source>
         <translation>按钮未完整显示</translation>
-    </message>
-    <message>
-        <source>bytes in hex, or one file: a capture or hex text; - reads either from standard input</source>
-        <translation>十六进制字节，或一个文件：抓包文件或十六进制文本；- 表示从标准输入读取</translation>
     </message>
     <message>
         <source>cancelled</source>
@@ -6184,10 +6004,6 @@
     <message>
         <source>cell voltage, 0.02 V</source>
         <translation>电芯电压，0.02 V</translation>
-    </message>
-    <message>
-        <source>change settings and prove that they stand</source>
-        <translation>修改参数并验证其生效</translation>
     </message>
     <message>
         <source>changed</source>
@@ -6218,8 +6034,8 @@
         <translation>充电状态标志为 {value}，应为 00 或 01</translation>
     </message>
     <message>
-        <source>check whether the module is fit to fly</source>
-        <translation>检查模块是否可以飞行</translation>
+        <source>check due after N days [{days}]</source>
+        <translation>检查有效期，N 天 [{days}]</translation>
     </message>
     <message>
         <source>checking…</source>
@@ -6238,16 +6054,16 @@
         <translation>命令</translation>
     </message>
     <message>
+        <source>compare with this profile</source>
+        <translation>与此配置文件比较</translation>
+    </message>
+    <message>
         <source>computer slept</source>
         <translation>计算机曾休眠</translation>
     </message>
     <message>
-        <source>connect to a built-in simulated module</source>
-        <translation>连接内置的模拟模块</translation>
-    </message>
-    <message>
-        <source>connect to this port at once</source>
-        <translation>立即连接此串口</translation>
+        <source>connect to this port</source>
+        <translation>连接此串口</translation>
     </message>
     <message>
         <source>connected</source>
@@ -6286,24 +6102,12 @@
         <translation>文件头损坏</translation>
     </message>
     <message>
-        <source>days after which a check is due; default {days}</source>
-        <translation>检查到期的天数；默认 {days}</translation>
+        <source>delete one permanently</source>
+        <translation>永久删除一条</translation>
     </message>
     <message>
-        <source>days after which a guided test is due; default {days}</source>
-        <translation>引导测试到期的天数；默认 {days}</translation>
-    </message>
-    <message>
-        <source>delete one for good (asks for --yes)</source>
-        <translation>永久删除一条数据记录（需要 --yes）</translation>
-    </message>
-    <message>
-        <source>deploy the parachute</source>
-        <translation>触发开伞</translation>
-    </message>
-    <message>
-        <source>deploying over serial forbidden</source>
-        <translation>已禁止串口触发开伞</translation>
+        <source>deleted</source>
+        <translation>已删除</translation>
     </message>
     <message>
         <source>device or socket://host:port</source>
@@ -6314,12 +6118,8 @@
         <translation>不同</translation>
     </message>
     <message>
-        <source>disable the attitude trigger</source>
-        <translation>禁用姿态触发</translation>
-    </message>
-    <message>
-        <source>disable the free-fall trigger</source>
-        <translation>禁用失重触发</translation>
+        <source>do it; without it nothing is done</source>
+        <translation>确认执行；不加则不执行</translation>
     </message>
     <message>
         <source>do not fly</source>
@@ -6332,14 +6132,6 @@
     <message>
         <source>doubled</source>
         <translation>重复</translation>
-    </message>
-    <message>
-        <source>dps-s COMMAND --help tells more.</source>
-        <translation>详见 dps-s COMMAND --help。</translation>
-    </message>
-    <message>
-        <source>dps-s set needs NAME=VALUE … or --profile FILE, and not both.</source>
-        <translation>dps-s set 需要 NAME=VALUE … 或 --profile FILE，二者不可同时使用。</translation>
     </message>
     <message>
         <source>duplicate checks: {checks}</source>
@@ -6358,16 +6150,8 @@
         <translation>已修改</translation>
     </message>
     <message>
-        <source>enable both automatic triggers first: they cannot be read</source>
-        <translation>先启用两种自动触发：其状态无法读取</translation>
-    </message>
-    <message>
-        <source>enable the attitude trigger</source>
-        <translation>启用姿态触发</translation>
-    </message>
-    <message>
-        <source>enable the free-fall trigger</source>
-        <translation>启用失重触发</translation>
+        <source>enable both automatic triggers first</source>
+        <translation>先使能两个自动触发</translation>
     </message>
     <message>
         <source>enabled</source>
@@ -6382,40 +6166,28 @@
         <translation>{age} 前已启用（操作记录第 {entry} 条）</translation>
     </message>
     <message>
-        <source>end after S seconds of the stream</source>
-        <translation>串口输出持续 S 秒后结束</translation>
+        <source>end after S seconds</source>
+        <translation>S 秒后结束</translation>
     </message>
     <message>
-        <source>ends with .csv (a table), .mcap (PlotJuggler, Foxglove) or .dpscap (a capture)</source>
-        <translation>以 .csv（表格）、.mcap（PlotJuggler、Foxglove）或 .dpscap（抓包文件）结尾</translation>
+        <source>end after S seconds of the stream</source>
+        <translation>串口输出持续 S 秒后结束</translation>
     </message>
     <message>
         <source>entries</source>
         <translation>填写内容</translation>
     </message>
     <message>
-        <source>everything that was recorded of this module</source>
-        <translation>这个模块的全部记录</translation>
+        <source>errors and warnings only</source>
+        <translation>只显示错误和警告</translation>
     </message>
     <message>
         <source>exchange with a server</source>
         <translation>与服务器同步</translation>
     </message>
     <message>
-        <source>expected %s argument</source>
-        <translation>需要 %s 个参数值</translation>
-    </message>
-    <message>
-        <source>expected %s arguments</source>
-        <translation>需要 %s 个参数值</translation>
-    </message>
-    <message>
         <source>expected at least one argument</source>
         <translation>至少需要一个参数值</translation>
-    </message>
-    <message>
-        <source>expected at most one argument</source>
-        <translation>最多一个参数值</translation>
     </message>
     <message>
         <source>expected one argument</source>
@@ -6424,10 +6196,6 @@
     <message>
         <source>expected {expected}</source>
         <translation>应为 {expected}</translation>
-    </message>
-    <message>
-        <source>explain captured bytes</source>
-        <translation>解释捕获的字节</translation>
     </message>
     <message>
         <source>failed</source>
@@ -6444,10 +6212,6 @@
     <message>
         <source>fell (below {acceleration} for {seconds})</source>
         <translation>失重（低于 {acceleration} 达 {seconds}）</translation>
-    </message>
-    <message>
-        <source>find the baud rate at which a module answers</source>
-        <translation>查找模块应答的波特率</translation>
     </message>
     <message>
         <source>fired by PWM</source>
@@ -6486,12 +6250,8 @@
         <translation>键盘焦点移到别处</translation>
     </message>
     <message>
-        <source>for example freefall_time_s=1.6</source>
-        <translation>例如 freefall_time_s=1.6</translation>
-    </message>
-    <message>
-        <source>forbid deploying over serial</source>
-        <translation>禁止串口触发开伞</translation>
+        <source>forget the server</source>
+        <translation>清除服务器设置</translation>
     </message>
     <message>
         <source>forward</source>
@@ -6514,18 +6274,6 @@
         <translation>触发时的失重时间，0.01 s</translation>
     </message>
     <message>
-        <source>free-fall trigger disabled</source>
-        <translation>失重触发已禁用</translation>
-    </message>
-    <message>
-        <source>free-fall trigger enabled</source>
-        <translation>失重触发已启用</translation>
-    </message>
-    <message>
-        <source>freefall_acceleration_g: above 1.5 g everything is a fall.</source>
-        <translation>freefall_acceleration_g：加速度阈值超过 1.5 g 时一切都算坠落。</translation>
-    </message>
-    <message>
         <source>from behind</source>
         <translation>从后方看</translation>
     </message>
@@ -6534,12 +6282,16 @@
         <translation>从侧面看</translation>
     </message>
     <message>
-        <source>heartbeat</source>
-        <translation>心跳</translation>
+        <source>guided test due after N days [{days}]</source>
+        <translation>引导测试有效期，N 天 [{days}]</translation>
     </message>
     <message>
         <source>heartbeat carries {found}, expected A5 5A</source>
         <translation>心跳内容为 {found}，应为 A5 5A</translation>
+    </message>
+    <message>
+        <source>hex bytes, a capture, or - for standard input</source>
+        <translation>十六进制字节、捕获文件，或 - 表示标准输入</translation>
     </message>
     <message>
         <source>holds for {minutes} min</source>
@@ -6550,16 +6302,16 @@
         <translation>有效 {seconds} 秒</translation>
     </message>
     <message>
-        <source>host</source>
-        <translation>上位机</translation>
-    </message>
-    <message>
         <source>ignored explicit argument %r</source>
         <translation>多余的参数值 %r</translation>
     </message>
     <message>
         <source>impact</source>
         <translation>撞地</translation>
+    </message>
+    <message>
+        <source>import an archive file</source>
+        <translation>导入存档文件</translation>
     </message>
     <message>
         <source>impossible value</source>
@@ -6602,12 +6354,8 @@
         <translation>内容不完整</translation>
     </message>
     <message>
-        <source>it is the named module, although its boot count says otherwise</source>
-        <translation>尽管开机次数不符，确为所命名的模块</translation>
-    </message>
-    <message>
-        <source>it is the named module, whatever its boot count and settings say</source>
-        <translation>确认就是该名称的模块，不论开机次数和参数如何</translation>
+        <source>it is the named module, whatever its boot count says</source>
+        <translation>确认是该模块，忽略开机次数</translation>
     </message>
     <message>
         <source>it was altered</source>
@@ -6622,16 +6370,8 @@
         <translation>并非由所属站点签名</translation>
     </message>
     <message>
-        <source>keep what is read under this name, and tell what is new</source>
-        <translation>以此名称保存读到的记录，并说明哪些是新的</translation>
-    </message>
-    <message>
         <source>lag {seconds} s</source>
         <translation>滞后 {seconds} s</translation>
-    </message>
-    <message>
-        <source>language of the window: {names}</source>
-        <translation>窗口语言：{names}</translation>
     </message>
     <message>
         <source>late</source>
@@ -6666,36 +6406,28 @@
         <translation>通信中断</translation>
     </message>
     <message>
-        <source>list modules that may be the same one</source>
-        <translation>列出可能是同一个的模块</translation>
+        <source>list possible duplicates</source>
+        <translation>列出可能重复的模块</translation>
     </message>
     <message>
-        <source>list the serial ports</source>
-        <translation>列出串口</translation>
+        <source>list them, newest first</source>
+        <translation>列出全部，最新的在前</translation>
     </message>
     <message>
-        <source>list them, the newest first</source>
-        <translation>列出数据记录，最新的在前</translation>
-    </message>
-    <message>
-        <source>list this station's fingerprint and those of the stations you know</source>
-        <translation>列出本站点及已知站点的指纹</translation>
-    </message>
-    <message>
-        <source>list, export and delete recorded sessions</source>
-        <translation>列出、导出和删除已记录的会话</translation>
+        <source>list trusted stations</source>
+        <translation>列出可信站点</translation>
     </message>
     <message>
         <source>live</source>
         <translation>实时</translation>
     </message>
     <message>
-        <source>lock the module</source>
-        <translation>锁定模块</translation>
-    </message>
-    <message>
         <source>locked</source>
         <translation>已锁定</translation>
+    </message>
+    <message>
+        <source>log, recording or folder</source>
+        <translation>日志、数据记录或文件夹</translation>
     </message>
     <message>
         <source>longer</source>
@@ -6714,10 +6446,6 @@
         <translation>电压低</translation>
     </message>
     <message>
-        <source>make the module ready to fire (asks for --yes)</source>
-        <translation>激活模块（需要 --yes）</translation>
-    </message>
-    <message>
         <source>manual item N of the profile is OK</source>
         <translation>配置文件的第 N 项人工检查正常</translation>
     </message>
@@ -6734,24 +6462,8 @@
         <translation>缺少检查项：{checks}</translation>
     </message>
     <message>
-        <source>module</source>
-        <translation>模块</translation>
-    </message>
-    <message>
-        <source>module active</source>
-        <translation>模块已激活</translation>
-    </message>
-    <message>
-        <source>module locked</source>
-        <translation>模块已锁定</translation>
-    </message>
-    <message>
         <source>module not named</source>
         <translation>模块未命名</translation>
-    </message>
-    <message>
-        <source>module shuts down</source>
-        <translation>模块即将关机</translation>
     </message>
     <message>
         <source>more noise than that can end a free fall</source>
@@ -6764,6 +6476,10 @@
     <message>
         <source>must not fire</source>
         <translation>不得触发</translation>
+    </message>
+    <message>
+        <source>name of that station</source>
+        <translation>该站点的名称</translation>
     </message>
     <message>
         <source>never</source>
@@ -6854,16 +6570,12 @@
         <translation>无应答</translation>
     </message>
     <message>
-        <source>no reply within {seconds:.1f} s, asked once</source>
-        <translation>{seconds:.1f} 秒内无应答，已询问 1 次</translation>
-    </message>
-    <message>
         <source>no reply within {seconds:.1f} s, asked {attempts} times</source>
         <translation>{seconds:.1f} 秒内无应答，已询问 {attempts} 次</translation>
     </message>
     <message>
-        <source>no reply within {seconds:.1f} s; it may have been carried out</source>
-        <translation>{seconds:.1f} 秒内无应答；命令可能已被执行</translation>
+        <source>no reply within {seconds:.1f} s; may have been carried out</source>
+        <translation>{seconds:.1f} s 内无应答；命令可能已执行</translation>
     </message>
     <message>
         <source>no reply, not set</source>
@@ -6890,10 +6602,6 @@
         <translation>漏触发</translation>
     </message>
     <message>
-        <source>no: locked, in standby</source>
-        <translation>否：已锁定，待机</translation>
-    </message>
-    <message>
         <source>none</source>
         <translation>无</translation>
     </message>
@@ -6902,16 +6610,8 @@
         <translation>尚未批准</translation>
     </message>
     <message>
-        <source>none set</source>
-        <translation>未设置</translation>
-    </message>
-    <message>
-        <source>not acknowledged: {name}, the answer is {raw:02X}</source>
-        <translation>未得到正确应答：{name}，应答为 {raw:02X}</translation>
-    </message>
-    <message>
-        <source>not active</source>
-        <translation>未激活</translation>
+        <source>not acknowledged: {what}</source>
+        <translation>未得到正确应答：{what}</translation>
     </message>
     <message>
         <source>not allowed with argument %s</source>
@@ -6920,10 +6620,6 @@
     <message>
         <source>not asked</source>
         <translation>未询问</translation>
-    </message>
-    <message>
-        <source>not asked: the module stopped answering</source>
-        <translation>未询问：模块不再应答</translation>
     </message>
     <message>
         <source>not at level</source>
@@ -6942,12 +6638,12 @@
         <translation>{seconds:.2f} s 内未确认，可能已执行</translation>
     </message>
     <message>
-        <source>not connected</source>
-        <translation>未连接</translation>
-    </message>
-    <message>
         <source>not in the profile</source>
         <translation>配置文件中没有</translation>
+    </message>
+    <message>
+        <source>not in the trash</source>
+        <translation>不在回收站中</translation>
     </message>
     <message>
         <source>not kept</source>
@@ -6988,14 +6684,6 @@
     <message>
         <source>not read yet</source>
         <translation>尚未读取</translation>
-    </message>
-    <message>
-        <source>not read: the module restarted again and again</source>
-        <translation>未读取：模块反复重启</translation>
-    </message>
-    <message>
-        <source>not read: the port was lost</source>
-        <translation>未读取：串口已断开</translation>
     </message>
     <message>
         <source>not reviewed</source>
@@ -7062,24 +6750,12 @@
         <translation>共 20 次；丢失超过十分之一的线路可能丢失参数</translation>
     </message>
     <message>
-        <source>of CSV files: which column holds what, for example roll_deg=ATT.Roll</source>
-        <translation>用于 CSV 文件：各列的含义，例如 roll_deg=ATT.Roll</translation>
-    </message>
-    <message>
-        <source>off</source>
-        <translation>关</translation>
-    </message>
-    <message>
         <source>offline</source>
         <translation>离线</translation>
     </message>
     <message>
         <source>on external power, {voltage}</source>
         <translation>接外接供电，{voltage}</translation>
-    </message>
-    <message>
-        <source>on: it streams</source>
-        <translation>开：正在持续输出</translation>
     </message>
     <message>
         <source>one bit each: 01 serial, 02 attitude, 04 PWM, 08 free fall</source>
@@ -7090,16 +6766,12 @@
         <translation>以下参数必须给出一个：%s</translation>
     </message>
     <message>
+        <source>only this module</source>
+        <translation>仅此模块</translation>
+    </message>
+    <message>
         <source>only {count} reports in 2 s</source>
         <translation>2 秒内只收到 {count} 次状态</translation>
-    </message>
-    <message>
-        <source>open the window</source>
-        <translation>打开窗口</translation>
-    </message>
-    <message>
-        <source>open this profile, capture, recording or check</source>
-        <translation>打开此配置文件、抓包文件、数据记录或检查记录</translation>
     </message>
     <message>
         <source>optional</source>
@@ -7116,10 +6788,6 @@
     <message>
         <source>over {value}°</source>
         <translation>超过 {value}°</translation>
-    </message>
-    <message>
-        <source>parachute deployed</source>
-        <translation>已开伞</translation>
     </message>
     <message>
         <source>part {number}</source>
@@ -7162,6 +6830,10 @@
         <translation>串口断开，可能已执行</translation>
     </message>
     <message>
+        <source>port or URL; default: DPS_S_PORT or the only adapter</source>
+        <translation>串口或 URL；默认为 DPS_S_PORT 或唯一的适配器</translation>
+    </message>
+    <message>
         <source>port reopened</source>
         <translation>串口重新打开过</translation>
     </message>
@@ -7186,68 +6858,44 @@
         <translation>本机没有上一条记录</translation>
     </message>
     <message>
-        <source>print CSV and nothing else on standard output</source>
-        <translation>在标准输出上只输出 CSV</translation>
+        <source>print CSV only</source>
+        <translation>只输出 CSV</translation>
     </message>
     <message>
-        <source>print JSON and nothing else on standard output</source>
-        <translation>标准输出只输出 JSON</translation>
+        <source>print JSON only</source>
+        <translation>只输出 JSON</translation>
     </message>
     <message>
-        <source>print a completion script for a shell</source>
-        <translation>输出 shell 补全脚本</translation>
-    </message>
-    <message>
-        <source>print a report; the same as HTML and the record as JSON go beside it</source>
-        <translation>导出报告；同名的 HTML 和 JSON 记录放在旁边</translation>
-    </message>
-    <message>
-        <source>print the JSON Schema of an output</source>
-        <translation>输出某项结果的 JSON Schema</translation>
-    </message>
-    <message>
-        <source>print the state of all modules, or the whole life of one</source>
-        <translation>输出所有模块的状态，或一个模块的全部经历</translation>
-    </message>
-    <message>
-        <source>print the status as it comes</source>
-        <translation>持续输出状态</translation>
+        <source>print all modules, or one</source>
+        <translation>输出所有模块或一个模块</translation>
     </message>
     <message>
         <source>print the version</source>
         <translation>显示版本</translation>
     </message>
     <message>
+        <source>profile, capture, recording or check</source>
+        <translation>配置文件、捕获文件、数据记录或检查记录</translation>
+    </message>
+    <message>
         <source>program error</source>
         <translation>程序出错</translation>
     </message>
     <message>
-        <source>propose thresholds that fire in all of these flights</source>
-        <translation>建议使这些飞行均触发的阈值</translation>
+        <source>propose thresholds that fire in all</source>
+        <translation>推荐全部触发的阈值</translation>
     </message>
     <message>
-        <source>propose thresholds that let all of these flights pass</source>
-        <translation>建议使这些飞行均不触发的阈值</translation>
+        <source>propose thresholds that fire in none</source>
+        <translation>推荐全部不触发的阈值</translation>
     </message>
     <message>
-        <source>put the module into standby (asks for --yes)</source>
-        <translation>使模块进入待机，即锁定（需要 --yes）</translation>
-    </message>
-    <message>
-        <source>query: {name}</source>
-        <translation>查询：{name}</translation>
+        <source>query: {what}</source>
+        <translation>查询：{what}</translation>
     </message>
     <message>
         <source>read</source>
         <translation>已读取</translation>
-    </message>
-    <message>
-        <source>read everything that can be read</source>
-        <translation>读取全部可读内容</translation>
-    </message>
-    <message>
-        <source>read the trigger records</source>
-        <translation>读取触发记录</translation>
     </message>
     <message>
         <source>read {time} ago</source>
@@ -7262,10 +6910,6 @@
         <translation>真实触发</translation>
     </message>
     <message>
-        <source>really do it</source>
-        <translation>确认执行</translation>
-    </message>
-    <message>
         <source>rearms at {angle:.0f}°</source>
         <translation>{angle:.0f}° 复位</translation>
     </message>
@@ -7278,8 +6922,8 @@
         <translation>已重新连接</translation>
     </message>
     <message>
-        <source>record a session into a file</source>
-        <translation>将会话记录到文件</translation>
+        <source>record: .json, .html or .pdf</source>
+        <translation>记录：.json、.html 或 .pdf</translation>
     </message>
     <message>
         <source>recorded</source>
@@ -7302,12 +6946,12 @@
         <translation>未按满 2 秒即松开</translation>
     </message>
     <message>
-        <source>replace the file</source>
-        <translation>替换该文件</translation>
+        <source>remember this server, without its password</source>
+        <translation>记住此服务器，不含密码</translation>
     </message>
     <message>
-        <source>reply: {name}, a value or only “received”</source>
-        <translation>应答：{name}，是数值或仅表示“已收到”</translation>
+        <source>replace the file</source>
+        <translation>替换该文件</translation>
     </message>
     <message>
         <source>reply: {what}</source>
@@ -7322,28 +6966,20 @@
         <translation>已重启</translation>
     </message>
     <message>
-        <source>run a simulated module</source>
-        <translation>运行模拟模块</translation>
+        <source>restore one from the trash</source>
+        <translation>从回收站恢复一条</translation>
     </message>
     <message>
-        <source>run the window for S seconds, then end it</source>
-        <translation>窗口运行 S 秒后结束</translation>
+        <source>restored</source>
+        <translation>已恢复</translation>
     </message>
     <message>
         <source>same</source>
         <translation>相同</translation>
     </message>
     <message>
-        <source>say nothing but errors and warnings</source>
-        <translation>只显示错误和警告</translation>
-    </message>
-    <message>
-        <source>say what is done; twice: every frame</source>
-        <translation>显示执行过程；重复两次则显示每一帧</translation>
-    </message>
-    <message>
-        <source>say whether two modules are the same one</source>
-        <translation>确认两个模块是否为同一个</translation>
+        <source>save a screenshot and the values there</source>
+        <translation>在此保存截图和数值</translation>
     </message>
     <message>
         <source>seconds since power-on, high byte first</source>
@@ -7356,10 +6992,6 @@
     <message>
         <source>seen {time} ago</source>
         <translation>{time}前收到</translation>
-    </message>
-    <message>
-        <source>sensor zeroed</source>
-        <translation>传感器已置零</translation>
     </message>
     <message>
         <source>sent</source>
@@ -7390,32 +7022,20 @@
         <translation>序列号 {number}</translation>
     </message>
     <message>
-        <source>serial output off</source>
-        <translation>串口输出已关闭</translation>
+        <source>set: {what}</source>
+        <translation>写入：{what}</translation>
     </message>
     <message>
-        <source>serial output on</source>
-        <translation>串口输出已开启</translation>
+        <source>settle whether two modules are one</source>
+        <translation>确认两个模块是否为同一个</translation>
     </message>
     <message>
-        <source>set no server any more; nothing is exchanged</source>
-        <translation>取消已设置的服务器；不同步</translation>
-    </message>
-    <message>
-        <source>set this server, without its password; the window then uses it</source>
-        <translation>设置此服务器（不含密码），窗口也使用它</translation>
-    </message>
-    <message>
-        <source>set {name} to {value}</source>
-        <translation>将{name}设置为 {value}</translation>
+        <source>show requests; -vv: every frame</source>
+        <translation>显示请求；-vv 显示每一帧</translation>
     </message>
     <message>
         <source>show this help message and exit</source>
         <translation>显示此帮助并退出</translation>
-    </message>
-    <message>
-        <source>shut the module down</source>
-        <translation>模块关机</translation>
     </message>
     <message>
         <source>simulated</source>
@@ -7434,10 +7054,6 @@
         <translation>结论为 {stated}，但检查结果应为 {follows}</translation>
     </message>
     <message>
-        <source>status: tilt {tilt}°, {acceleration:.1f} g, {triggered}, {active}</source>
-        <translation>状态：倾角 {tilt}°，{acceleration:.1f} g，{triggered}，{active}</translation>
-    </message>
-    <message>
         <source>stayed open</source>
         <translation>保持打开</translation>
     </message>
@@ -7450,6 +7066,14 @@
         <translation>仍为原波特率</translation>
     </message>
     <message>
+        <source>stop trusting this station</source>
+        <translation>不再信任此站点</translation>
+    </message>
+    <message>
+        <source>store the records under this name</source>
+        <translation>以此名称保存记录</translation>
+    </message>
+    <message>
         <source>stream</source>
         <translation>串口输出</translation>
     </message>
@@ -7458,44 +7082,8 @@
         <translation>主动输出</translation>
     </message>
     <message>
-        <source>switch the module off (asks for --yes)</source>
-        <translation>模块关机（需要 --yes）</translation>
-    </message>
-    <message>
-        <source>switch the serial output off</source>
-        <translation>关闭串口输出</translation>
-    </message>
-    <message>
-        <source>switch the serial output on</source>
-        <translation>开启串口输出</translation>
-    </message>
-    <message>
         <source>symbolic link to the pseudo-terminal</source>
         <translation>指向伪终端的符号链接</translation>
-    </message>
-    <message>
-        <source>take one out of the trash and keep it</source>
-        <translation>从回收站恢复一条并保留</translation>
-    </message>
-    <message>
-        <source>take over from a file what this computer lacks</source>
-        <translation>从文件导入本机缺少的内容</translation>
-    </message>
-    <message>
-        <source>tell what is in the archive and what is not shared yet</source>
-        <translation>显示归档的内容和尚未共享的内容</translation>
-    </message>
-    <message>
-        <source>tell whether a pre-flight record was altered</source>
-        <translation>查明飞行前检查记录是否被改动</translation>
-    </message>
-    <message>
-        <source>tell whether the audit log was altered</source>
-        <translation>检查操作记录是否被修改</translation>
-    </message>
-    <message>
-        <source>tell whether thresholds would have fired in flight logs</source>
-        <translation>判断这些阈值在飞行日志中是否会触发</translation>
     </message>
     <message>
         <source>the aircraft</source>
@@ -7506,24 +7094,8 @@
         <translation>模块锁定，由飞行器激活</translation>
     </message>
     <message>
-        <source>the aircraft it sits in</source>
-        <translation>所在的飞行器</translation>
-    </message>
-    <message>
-        <source>the bytes are no pairs of hex digits</source>
-        <translation>字节不是成对的十六进制数字</translation>
-    </message>
-    <message>
         <source>the capture is of a later version of the program</source>
         <translation>抓包文件来自本程序的更新版本</translation>
-    </message>
-    <message>
-        <source>the command that the module's frames answer: {names}</source>
-        <translation>模块的帧所应答的命令：{names}</translation>
-    </message>
-    <message>
-        <source>the command, or record</source>
-        <translation>命令名，或 record</translation>
     </message>
     <message>
         <source>the file is too long for a capture</source>
@@ -7570,26 +7142,6 @@
         <translation>模块已重启</translation>
     </message>
     <message>
-        <source>the name of the port is empty</source>
-        <translation>串口名为空</translation>
-    </message>
-    <message>
-        <source>the name that you gave this module</source>
-        <translation>您给此模块起的名称</translation>
-    </message>
-    <message>
-        <source>the name, the beginning of it, or latest</source>
-        <translation>名称、名称的开头部分，或 latest（最新的）</translation>
-    </message>
-    <message>
-        <source>the profile that says what it should be like</source>
-        <translation>说明模块应有状态的配置文件</translation>
-    </message>
-    <message>
-        <source>the record (.json), its page (.html) or the report (.pdf)</source>
-        <translation>记录（.json）、网页（.html）或报告（.pdf）</translation>
-    </message>
-    <message>
         <source>the records do not follow those of its last visit</source>
         <translation>触发记录与上次读取的不衔接</translation>
     </message>
@@ -7602,20 +7154,8 @@
         <translation>检查期间不变；激活后才可以飞行</translation>
     </message>
     <message>
-        <source>the shell</source>
-        <translation>shell 名称</translation>
-    </message>
-    <message>
-        <source>the time runs backwards; the line before counts</source>
-        <translation>时间倒退；以前一行的时间为准</translation>
-    </message>
-    <message>
-        <source>the trigger records in the module were reviewed</source>
-        <translation>模块中的触发记录已经查看</translation>
-    </message>
-    <message>
-        <source>then leave a screenshot and the values seen in this folder</source>
-        <translation>然后在此文件夹中留下截图和所见数值</translation>
+        <source>the time runs backwards</source>
+        <translation>时间倒退</translation>
     </message>
     <message>
         <source>there are too many dots in a row.</source>
@@ -7632,18 +7172,6 @@
     <message>
         <source>there is no setting “{name}”.</source>
         <translation>没有名为“{name}”的设置。</translation>
-    </message>
-    <message>
-        <source>there is no such file</source>
-        <translation>没有此文件</translation>
-    </message>
-    <message>
-        <source>they are one module</source>
-        <translation>是同一个模块</translation>
-    </message>
-    <message>
-        <source>they are two modules</source>
-        <translation>是两个模块</translation>
     </message>
     <message>
         <source>this computer</source>
@@ -7722,12 +7250,8 @@
         <translation>触发标志为 {value}，应为 00 或 01</translation>
     </message>
     <message>
-        <source>trigger record: boot {boot}, {minutes} min {seconds} s after power-on, source {sources}; cell {cell:.2f} V</source>
-        <translation>触发记录：第 {boot} 次开机，开机后 {minutes} 分 {seconds} 秒，触发来源 {sources}；电芯 {cell:.2f} V</translation>
-    </message>
-    <message>
-        <source>trigger record: slot never used</source>
-        <translation>触发记录：此位置从未使用</translation>
+        <source>trigger records reviewed</source>
+        <translation>触发记录已审核</translation>
     </message>
     <message>
         <source>triggered</source>
@@ -7736,6 +7260,10 @@
     <message>
         <source>true or false is needed</source>
         <translation>需要 true 或 false</translation>
+    </message>
+    <message>
+        <source>trust the station that signed FILE</source>
+        <translation>信任为 FILE 签名的站点</translation>
     </message>
     <message>
         <source>unasked</source>
@@ -7752,10 +7280,6 @@
     <message>
         <source>unknown (cannot be read)</source>
         <translation>未知（无法读取）</translation>
-    </message>
-    <message>
-        <source>unknown ({why})</source>
-        <translation>未知（{why}）</translation>
     </message>
     <message>
         <source>unknown code</source>
@@ -7798,6 +7322,10 @@
         <translation>已验证</translation>
     </message>
     <message>
+        <source>verify the audit log</source>
+        <translation>验证操作记录</translation>
+    </message>
+    <message>
         <source>void</source>
         <translation>作废</translation>
     </message>
@@ -7814,20 +7342,8 @@
         <translation>曾激活</translation>
     </message>
     <message>
-        <source>what the one module is called</source>
-        <translation>该模块的名称</translation>
-    </message>
-    <message>
-        <source>what to call that station</source>
-        <translation>该站点的名称</translation>
-    </message>
-    <message>
-        <source>who checks</source>
-        <translation>检查人</translation>
-    </message>
-    <message>
-        <source>who says so</source>
-        <translation>确认人</translation>
+        <source>what was asked: {names}</source>
+        <translation>所查询的命令：{names}</translation>
     </message>
     <message>
         <source>window left</source>
@@ -7838,20 +7354,20 @@
         <translation>窗口繁忙</translation>
     </message>
     <message>
-        <source>without a screen</source>
-        <translation>没有屏幕时</translation>
+        <source>write CSV; - prints it</source>
+        <translation>写入 CSV；- 表示输出到屏幕</translation>
     </message>
     <message>
-        <source>write a CSV file; - prints it</source>
-        <translation>写入 CSV 文件；- 表示直接输出</translation>
+        <source>write PDF, HTML and JSON</source>
+        <translation>写入 PDF、HTML 和 JSON</translation>
     </message>
     <message>
-        <source>write also while the module is active, or may be: it can fire</source>
-        <translation>模块已激活或可能已激活时也写入：它可能开伞</translation>
+        <source>write although the module may fire</source>
+        <translation>即使模块可能触发也写入</translation>
     </message>
     <message>
-        <source>write one as CSV, MCAP or capture</source>
-        <translation>将一条导出为 CSV、MCAP 或抓包文件</translation>
+        <source>write one to a file</source>
+        <translation>将一条写入文件</translation>
     </message>
     <message>
         <source>writing</source>
@@ -7882,24 +7398,8 @@
         <translation>是</translation>
     </message>
     <message>
-        <source>yes: it fires by its thresholds</source>
-        <translation>是：达到阈值即开伞</translation>
-    </message>
-    <message>
-        <source>yes: it has fired</source>
-        <translation>是：已开伞</translation>
-    </message>
-    <message>
         <source>your name</source>
         <translation>您的姓名</translation>
-    </message>
-    <message>
-        <source>zero the sensor</source>
-        <translation>传感器置零</translation>
-    </message>
-    <message>
-        <source>zero the sensor (asks for --yes)</source>
-        <translation>传感器置零（需要 --yes）</translation>
     </message>
     <message>
         <source>{act}: {module} on {port}</source>
@@ -8022,8 +7522,8 @@
         <translation>{count} 项通过</translation>
     </message>
     <message>
-        <source>{count} recordings begin with “{name}”: say more of the name.</source>
-        <translation>有 {count} 条数据记录以“{name}”开头：请多写几位名称。</translation>
+        <source>{count} recordings begin with “{name}”.</source>
+        <translation>{count} 条数据记录以“{name}”开头。</translation>
     </message>
     <message>
         <source>{count} recordings were deleted.</source>
@@ -8034,8 +7534,8 @@
         <translation>{count} 个已报告锁定</translation>
     </message>
     <message>
-        <source>{count} reports recorded; Ctrl-C ends it</source>
-        <translation>已记录 {count} 条状态；按 Ctrl-C 结束</translation>
+        <source>{count} reports; Ctrl-C ends it</source>
+        <translation>{count} 条；按 Ctrl-C 结束</translation>
     </message>
     <message>
         <source>{count} rows written to {file}.</source>
@@ -8050,16 +7550,8 @@
         <translation>{count} 个存储位为空。</translation>
     </message>
     <message>
-        <source>{count} trigger records written to {file}.</source>
-        <translation>已将 {count} 条触发记录写入 {file}。</translation>
-    </message>
-    <message>
         <source>{count} written and read back equal: verified.</source>
         <translation>{count} 项已写入且回读一致：已验证。</translation>
-    </message>
-    <message>
-        <source>{count}, {own} of them of this station</source>
-        <translation>{count} 条，其中本站点 {own} 条</translation>
     </message>
     <message>
         <source>{delay:.2f} s after the loss of control</source>
@@ -8068,10 +7560,6 @@
     <message>
         <source>{delay:.2f} s before the loss of control</source>
         <translation>失控前 {delay:.2f} s</translation>
-    </message>
-    <message>
-        <source>{example}; default: the server that is set</source>
-        <translation>{example}；默认：已设置的服务器</translation>
     </message>
     <message>
         <source>{file} cannot be read: {why}.</source>
@@ -8086,8 +7574,8 @@
         <translation>无法写入 {file}：{why}。</translation>
     </message>
     <message>
-        <source>{file} exists: --append adds to it, --force replaces it.</source>
-        <translation>{file} 已存在：--append 追加，--force 替换。</translation>
+        <source>{file} exists: use --append or --force.</source>
+        <translation>{file} 已存在：请使用 --append 或 --force。</translation>
     </message>
     <message>
         <source>{file} is damaged</source>
@@ -8118,8 +7606,8 @@
         <translation>{file} 已存在且不是飞行前检查报告：请换一个名称。</translation>
     </message>
     <message>
-        <source>{file} was not written by this program; nothing is added to it.</source>
-        <translation>{file} 不是由本程序写入的；不向其追加。</translation>
+        <source>{file} was not written by this program.</source>
+        <translation>{file} 不是本程序写入的。</translation>
     </message>
     <message>
         <source>{file} was written by a newer version of this program.</source>
@@ -8194,12 +7682,8 @@
         <translation>{module}，串口 {port}：{need}</translation>
     </message>
     <message>
-        <source>{module}: the first visit; {count} records are kept.</source>
-        <translation>{module}：首次读取；已保存 {count} 条记录。</translation>
-    </message>
-    <message>
-        <source>{module}: {new} new since the last visit; {count} records are kept.</source>
-        <translation>{module}：自上次以来新增 {new} 条；共保存 {count} 条记录。</translation>
+        <source>{module}: {new} new, {count} records.</source>
+        <translation>{module}：新增 {new} 条，共 {count} 条记录。</translation>
     </message>
     <message>
         <source>{ms} ms</source>
@@ -8210,26 +7694,6 @@
         <translation>{names} 及另外 {count} 项</translation>
     </message>
     <message>
-        <source>{names}; default: the vendor's values</source>
-        <translation>{names}；默认为厂家值</translation>
-    </message>
-    <message>
-        <source>{name} cannot be deleted: {why}.</source>
-        <translation>无法删除 {name}：{why}。</translation>
-    </message>
-    <message>
-        <source>{name} cannot be restored: {why}.</source>
-        <translation>无法恢复 {name}：{why}。</translation>
-    </message>
-    <message>
-        <source>{name} could not be read again: it may have changed.</source>
-        <translation>{name} 未能再次回读：可能已发生变化。</translation>
-    </message>
-    <message>
-        <source>{name} is being recorded: close the port in the window first.</source>
-        <translation>{name} 正在记录：请先在窗口中关闭串口。</translation>
-    </message>
-    <message>
         <source>{name} is empty.</source>
         <translation>{name} 为空。</translation>
     </message>
@@ -8238,28 +7702,8 @@
         <translation>{name} 给了两次。</translation>
     </message>
     <message>
-        <source>{name} is not in the trash.</source>
-        <translation>{name} 不在回收站中。</translation>
-    </message>
-    <message>
-        <source>{name} was deleted.</source>
-        <translation>{name} 已删除。</translation>
-    </message>
-    <message>
-        <source>{name} was not written and changed from {before} to {after}.</source>
-        <translation>{name} 未写入，却从 {before} 变为 {after}。</translation>
-    </message>
-    <message>
-        <source>{name} was restored.</source>
-        <translation>已恢复 {name}。</translation>
-    </message>
-    <message>
         <source>{name} {now}, was {before}</source>
         <translation>{name}为 {now}，原为 {before}</translation>
-    </message>
-    <message>
-        <source>{name} {value}</source>
-        <translation>{name} {value}</translation>
     </message>
     <message>
         <source>{name}: a number from {low} to {high} is needed: {why}.</source>
@@ -8274,24 +7718,8 @@
         <translation>{name}：需要 1 到 {most} 之间的整数天数。</translation>
     </message>
     <message>
-        <source>{name}: answered</source>
-        <translation>{name}：已应答</translation>
-    </message>
-    <message>
-        <source>{name}: answered in {time:.1f} ms</source>
-        <translation>{name}：已应答，用时 {time:.1f} ms</translation>
-    </message>
-    <message>
         <source>{name}: at most {count} characters.</source>
         <translation>{name}：最多 {count} 个字符。</translation>
-    </message>
-    <message>
-        <source>{name}: no answer (attempts: {count})</source>
-        <translation>{name}：无应答（已尝试 {count} 次）</translation>
-    </message>
-    <message>
-        <source>{name}: no answer, outcome unknown</source>
-        <translation>{name}：无应答，结果未知</translation>
     </message>
     <message>
         <source>{name}: the character {code} is not allowed.</source>
@@ -8342,16 +7770,8 @@
         <translation>{path} 未能保存：{why}。</translation>
     </message>
     <message>
-        <source>{percent} % written</source>
-        <translation>已写入 {percent} %</translation>
-    </message>
-    <message>
-        <source>{port} does not open within {seconds:.0f} s.</source>
-        <translation>{port} 在 {seconds:.0f} 秒内未能打开。</translation>
-    </message>
-    <message>
-        <source>{port} is closed</source>
-        <translation>{port} 已关闭</translation>
+        <source>{port} does not open within {seconds:.0f} s. Unplug the adapter and plug it in again.</source>
+        <translation>{port} 在 {seconds:.0f} s 内未能打开。请拔出适配器后重新插入。</translation>
     </message>
     <message>
         <source>{port} is in use by another program.</source>
@@ -8364,10 +7784,6 @@
     <message>
         <source>{port} is no serial port.</source>
         <translation>{port} 不是串口。</translation>
-    </message>
-    <message>
-        <source>{port} is open, {rate} baud</source>
-        <translation>{port} 已打开，波特率 {rate}</translation>
     </message>
     <message>
         <source>{port} leads to a computer, not a module.</source>
@@ -8400,6 +7816,14 @@
     <message>
         <source>{rate} frames/s</source>
         <translation>{rate} 帧/秒</translation>
+    </message>
+    <message>
+        <source>{reading}: would first fire at {time:.2f} s.</source>
+        <translation>{reading}：首次触发在 {time:.2f} s。</translation>
+    </message>
+    <message>
+        <source>{reading}: would not fire.</source>
+        <translation>{reading}：不会触发。</translation>
     </message>
     <message>
         <source>{reason}: {what}</source>
@@ -8606,12 +8030,12 @@
         <translation>{value}：已应答（无法回读）</translation>
     </message>
     <message>
-        <source>{value}: verified</source>
-        <translation>{value}：已验证</translation>
+        <source>{value}: unchanged</source>
+        <translation>{value}：未变</translation>
     </message>
     <message>
-        <source>{value}: was so already</source>
-        <translation>{value}：原本就是如此</translation>
+        <source>{value}: verified</source>
+        <translation>{value}：已验证</translation>
     </message>
     <message>
         <source>{value}: {why}</source>
@@ -8682,10 +8106,6 @@
         <translation>“dps-s verify FILE” 可检验是否被修改及由谁签名。请将此文件与飞行器文档一并保存。</translation>
     </message>
     <message>
-        <source>“{name}” cannot be set; what can: {names}.</source>
-        <translation>“{name}”无法设置；可以设置的有：{names}。</translation>
-    </message>
-    <message>
         <source>“{name}” in {place} is not this program's: install it with pipx or uv tool.</source>
         <translation>{place} 中的“{name}”不属于本程序：请用 pipx 或 uv tool 安装本程序。</translation>
     </message>
@@ -8706,22 +8126,6 @@
         <translation>两个站点都有“{one}”：是同一个模块吗？</translation>
     </message>
     <message>
-        <source>“{text}” ends with none of {endings}</source>
-        <translation>“{text}”不以 {endings} 之一结尾</translation>
-    </message>
-    <message>
-        <source>“{text}” is no number of days</source>
-        <translation>“{text}”不是天数</translation>
-    </message>
-    <message>
-        <source>“{text}” is no number of seconds above 0</source>
-        <translation>“{text}”不是大于 0 的秒数</translation>
-    </message>
-    <message>
-        <source>“{text}” is none of {rates} or auto</source>
-        <translation>“{text}”不是 {rates} 之一，也不是 auto</translation>
-    </message>
-    <message>
         <source>“{value}” is neither true nor false</source>
         <translation>“{value}”既不是 true 也不是 false</translation>
     </message>
@@ -8730,20 +8134,8 @@
         <translation>“{value}”不是数字</translation>
     </message>
     <message>
-        <source>“{word}” is no pair of hex digits, and no file; bytes look like 41 75 32, 417532 or 0x41,0x75.</source>
-        <translation>“{word}”既不是成对的十六进制数字，也不是文件；字节的写法如 41 75 32、417532 或 0x41,0x75。</translation>
-    </message>
-    <message>
-        <source>“{word}” is not of the form NAME=VALUE.</source>
-        <translation>“{word}”不是 NAME=VALUE 的形式。</translation>
-    </message>
-    <message>
         <source>“{word}”: ROLE=COLUMN is needed, of {roles}.</source>
         <translation>“{word}”：应为 ROLE=COLUMN，可用 {roles}。</translation>
-    </message>
-    <message>
-        <source>… {count} bytes: {words}</source>
-        <translation>… 共 {count} 字节：{words}</translation>
     </message>
     <message>
         <source>−{minutes} min</source>

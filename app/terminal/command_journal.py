@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from app.terminal.console import say
 from app.text.i18n import tr
+from app.text.sentences import together
 
 if TYPE_CHECKING:
     from concurrent.futures import Future
@@ -44,6 +45,21 @@ class Records:
         return store.queue.submit(keep)
 
 
+def open_store_or_say(consequence: str = "") -> "Store | None":
+    """The store; None where it cannot be opened, which is said with its consequence."""
+    from app.store.database import StoreTrouble
+    from app.store.store import open_store
+
+    try:
+        store = open_store()
+    except StoreTrouble as error:
+        say(together((error.sentence, consequence)))
+        return None
+    if store.notice is not None:
+        say(store.notice)
+    return store
+
+
 def adapter_of(port: str) -> str:
     """The USB identity of the adapter; "" where it has none, or where the system does not say."""
     from app.engine.ports import PortsUnknown, list_ports
@@ -74,4 +90,4 @@ def records_of(port: str, adapter: str = "") -> Iterator[Records]:
         yield Records(journal_for(error, port=port, origin=ORIGIN), None, port)
     finally:
         if store is not None and store.close():
-            say(tr("Not everything could be written to the audit log in time."))
+            say(tr("The audit log is incomplete."))

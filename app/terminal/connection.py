@@ -7,7 +7,7 @@ that Ctrl-C is heard. Every way out closes the port in good order.
 import queue
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext, suppress
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from typing import TYPE_CHECKING, TypeVar
 
 from app.engine.device import DeviceView
@@ -78,9 +78,8 @@ class Conversation:
             self.wait()
             self._raise_trouble()
             if time.monotonic() > deadline and not self._is_open():
-                what = tr("{port} does not open within {seconds:.0f} s.", port=port, seconds=OPENING_LIMIT_S)
-                step = tr("Unplug the adapter, plug it in again and try again.")
-                raise NoLink(together((what, step)))
+                raise NoLink(tr("{port} does not open within {seconds:.0f} s. Unplug the adapter and plug it in again.",
+                                port=port, seconds=OPENING_LIMIT_S))  # fmt: skip
         end_passing()
         opened_at = time.monotonic()
         while time.monotonic() <= opened_at:  # Windows' clock stands still for 16 ms: nothing was confirmed meanwhile
@@ -178,7 +177,7 @@ class Conversation:
 
 
 def _trace() -> "Trace | None":
-    """What -v wants said."""
+    """For -v."""
     if verbosity() < 1:
         return None
     from app.terminal.trace import Trace
@@ -229,11 +228,24 @@ def _greet(conversation: Conversation, port: str, baud_rate: int | None) -> None
 
 def no_module_anywhere(port: str) -> str:
     what = tr("No module answers on {port} at any baud rate.", port=port)
-    step = tr("Check that it is switched on, that TX and RX are crossed, and that ground is connected.")
-    return together((what, step))
+    return together((what, tr("Check power, ground and crossed TX and RX, or find the baud rate.")))
 
 
-def link_trouble(error: Exception) -> str | None:
+def module_is_silent(port: str) -> str:
+    return tr("The module on {port} stopped answering. Check its power and the wiring.", port=port)
+
+
+class LinkTrouble(AbstractContextManager["LinkTrouble"]):
+    """Ends its block where the link is lost: `sentence` says so then. Any other error goes on."""
+
+    sentence: str | None = None
+
+    def __exit__(self, _kind: object, error: BaseException | None, _trace: object) -> bool:
+        self.sentence = link_trouble(error)
+        return self.sentence is not None
+
+
+def link_trouble(error: BaseException | None) -> str | None:
     """The sentence about an error that means "no link"; None for any other."""
     if isinstance(error, NoLink):
         return error.sentence

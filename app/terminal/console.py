@@ -15,11 +15,11 @@ import threading
 import time
 import unicodedata
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, NamedTuple
 
 from app.text.i18n import CHINESE, language, tr
-from app.text.sentences import listed, reason_of
+from app.text.sentences import reason_of
 from app.text.visible_text import visible, visible_json
 
 if TYPE_CHECKING:
@@ -56,28 +56,25 @@ class Parser(argparse.ArgumentParser):
         super()._print_message(visible(message, keep=NEWLINE) if message else message, file)
 
 
+class Refused(Exception):
+    """Nothing is done: `sentence` says why, in the language in use. Raised through `run`."""
+
+    def __init__(self, sentence: str, exit_code: int = USED_WRONGLY) -> None:
+        super().__init__(sentence)
+        self.sentence, self.exit_code = sentence, exit_code
+
+
 class OutputLost(Exception):
     """Standard output takes no more: a full disk."""
 
 
 def add_port_arguments(parser: argparse.ArgumentParser, *, takes_several: bool = False) -> None:
     """`takes_several`: `port` becomes a list where it is given."""
+    parser.add_argument("--port", type=_port, action="append" if takes_several else "store", metavar="P",
+                        help=tr("port or URL; default: DPS_S_PORT or the only adapter"))  # fmt: skip
+    rates = "|".join(map(str, (*RATES, AUTO)))
     parser.add_argument(
-        "--port",
-        type=_port,
-        action="append" if takes_several else "store",
-        metavar="P",
-        help=tr(
-            "a device name (see dps-s ports), a pseudo-terminal or a URL: socket://HOST:PORT, sim://; default: "
-            "DPS_S_PORT, or the only adapter"
-        ),
-    )
-    parser.add_argument(
-        "--baud",
-        type=_rate,
-        default=USUAL_RATE,
-        metavar="N",
-        help=tr("baud rate: {rates}, or auto to try them all; default 115200", rates=listed(map(str, RATES))),
+        "--baud", type=_rate, default=USUAL_RATE, metavar="N", help=tr("baud rate: {rates}", rates=rates)
     )
 
 
@@ -88,21 +85,37 @@ def add_verbosity_arguments(parser: argparse.ArgumentParser) -> None:
             for one in action.choices.values():
                 add_verbosity_arguments(one)
     # Without a default: that of a sub-command's parser would replace what was said before it.
-    parser.add_argument(
-        "-v", "--verbose", action="count", default=argparse.SUPPRESS, help=tr("say what is done; twice: every frame")
-    )
-    parser.add_argument(
-        "--quiet", action="store_true", default=argparse.SUPPRESS, help=tr("say nothing but errors and warnings")
-    )
+    parser.add_argument("-v", "--verbose", action="count", default=argparse.SUPPRESS,
+                        help=tr("show requests; -vv: every frame"))  # fmt: skip
+    parser.add_argument("--quiet", action="store_true", default=argparse.SUPPRESS, help=tr("errors and warnings only"))
 
 
 def add_json_argument(parser: argparse._ActionsContainer) -> None:
-    parser.add_argument("--json", action="store_true", help=tr("print JSON and nothing else on standard output"))
+    parser.add_argument("--json", action="store_true", help=tr("print JSON only"))
+
+
+def add_yes_argument(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--yes", action="store_true", help=tr("do it; without it nothing is done"))
+
+
+def add_seconds_argument(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--seconds", type=seconds, metavar="S", help=tr("end after S seconds of the stream"))
+
+
+def refuse_without_yes(*words: str) -> int:
+    """The exit code; says with which command it would be done."""
+    say(tr("Nothing was done. To do it: {command}", command=" ".join(("dps-s", *words, "--yes"))))
+    return USED_WRONGLY
+
+
+def expected(what: str) -> argparse.ArgumentTypeError:
+    """For argparse: what an argument looks like."""
+    return argparse.ArgumentTypeError(tr("expected {expected}", expected=what))
 
 
 def _port(text: str) -> str:
     if not text.strip():
-        raise argparse.ArgumentTypeError(tr("the name of the port is empty"))
+        raise expected("P")
     return text
 
 
@@ -112,20 +125,15 @@ def _rate(text: str) -> int | None:
         return None
     if text.isdecimal() and int(text) in RATES:
         return int(text)
-    raise argparse.ArgumentTypeError(
-        tr("“{text}” is none of {rates} or auto", text=text, rates=listed(map(str, RATES)))
-    )
+    raise expected("|".join(map(str, (*RATES, AUTO))))
 
 
 def seconds(text: str) -> float:
     """A time above 0, for argparse."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if 0 < value < math.inf:
-        return value
-    raise argparse.ArgumentTypeError(tr("“{text}” is no number of seconds above 0", text=text))
+    with suppress(ValueError):
+        if 0 < (value := float(text)) < math.inf:
+            return value
+    raise expected("S > 0")
 
 
 # Printing
@@ -221,6 +229,10 @@ def is_closed_pipe(error: OSError) -> bool:
 
 def write_lines(lines: Iterable[str]) -> None:
     write("".join(f"{visible(line, keep=NEWLINE)}\n" for line in lines))
+
+
+def write_json(value: object) -> None:
+    write_lines([as_json(value)])
 
 
 def as_json(value: object) -> str:

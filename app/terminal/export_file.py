@@ -1,16 +1,13 @@
 """Files that recordings are exported to, by the ending of their names."""
 
-import argparse
 from pathlib import Path
 from typing import NamedTuple
 
-from app.terminal.console import end_passing, say_in_passing
+from app.terminal.console import end_passing, expected, say_in_passing
 from app.text.i18n import tr
-from app.text.sentences import listed, reason_of
-from protocol.translatable import marked
+from app.text.sentences import reason_of
 
 CSV, MCAP, CAPTURE = ".csv", ".mcap", ".dpscap"
-FORMATS = marked("ends with .csv (a table), .mcap (PlotJuggler, Foxglove) or .dpscap (a capture)")
 ENDINGS = (CSV, MCAP, CAPTURE)
 
 
@@ -26,7 +23,7 @@ def export_path(text: str) -> Path:
     path = Path(text)
     if path.suffix.lower() in ENDINGS:
         return path
-    raise argparse.ArgumentTypeError(tr("“{text}” ends with none of {endings}", text=text, endings=listed(ENDINGS)))
+    raise expected("|".join(ENDINGS))
 
 
 def why_not_writable(path: Path, *, appends: bool, replaces: bool) -> str | None:
@@ -37,18 +34,18 @@ def why_not_writable(path: Path, *, appends: bool, replaces: bool) -> str | None
     if not path.parent.is_dir():
         return tr("There is no folder {folder}.", folder=path.parent)
     if appends and path.suffix.lower() == MCAP:
-        return tr("Nothing can be added to an MCAP file; choose another name.")
+        return tr("Nothing can be added to an MCAP file.")
     if not path.exists() or replaces:
         return None
     if not appends:
-        return tr("{file} exists: --append adds to it, --force replaces it.", file=path)
+        return tr("{file} exists: use --append or --force.", file=path)
     try:
         with path.open("rb") as file:
             first = file.readline(1000).removeprefix(b"\xef\xbb\xbf").strip().decode("utf-8", "replace")
     except OSError as error:
         return not_written(path, error)
     if first not in ("", HEAD if path.suffix.lower() == CSV else MAGIC):
-        return tr("{file} was not written by this program; nothing is added to it.", file=path)
+        return tr("{file} was not written by this program.", file=path)
     return None
 
 
@@ -71,7 +68,7 @@ def export_recording(folder: Path, path: Path, *, appends: bool = False) -> Expo
                 case ".dpscap":
                     rows, is_full = export_capture(recording, path, appends=appends, on_progress=_show)
                     if is_full:
-                        missing.append(tr("A capture holds no more: the rest is in the recording {name}.",
+                        missing.append(tr("The capture is full; the rest is in the recording {name}.",
                                           name=folder.name))  # fmt: skip
                 case _:
                     rows = export_csv(recording, path, appends=appends, on_progress=_show)
@@ -83,4 +80,4 @@ def export_recording(folder: Path, path: Path, *, appends: bool = False) -> Expo
 
 
 def _show(share: float) -> None:
-    say_in_passing(tr("{percent} % written", percent=f"{share * 100:.0f}"))
+    say_in_passing(f"{share:.0%}")

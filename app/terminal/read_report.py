@@ -13,22 +13,21 @@ from app.preflight.reading_object import LIVE_KEYS, SETTING_KEYS, reading_object
 from app.terminal.console import TableRow, two_columns
 from app.text.i18n import tr
 from app.text.messages import UserMessage, said
+from app.text.sentences import aside
 from protocol.catalogue import BAUD_RATE, BY_NAME, SETTINGS, Command
 from protocol.events import Unanswered
 from protocol.fields import Choice, Done, Field, Flag, Quantity, Value
 from protocol.translatable import marked
 
-PORT_LOST = said(marked("not read: the port was lost"))
-FELL_SILENT = said(marked("not asked: the module stopped answering"))
-RESTARTED = said(marked("not read: the module restarted again and again"))
+PORT_LOST = said(marked("port lost"))
+FELL_SILENT = said(marked("no reply"))
+RESTARTED = said(marked("the module restarted"))
 
 
 def why_unanswered(unanswered: Unanswered) -> UserMessage:
     """Why a value was not had."""
-    if not unanswered.attempts:
+    if unanswered.attempts <= 1:
         return FELL_SILENT
-    if unanswered.attempts == 1:
-        return said(marked("no reply within {seconds:.1f} s, asked once"), seconds=unanswered.waited_s)
     text = marked("no reply within {seconds:.1f} s, asked {attempts} times")
     return said(text, seconds=unanswered.waited_s, attempts=unanswered.attempts)
 
@@ -74,9 +73,8 @@ _LIVE = tuple(
 _SETTINGS = tuple(_shown(command, command.reply) for command in SETTINGS if command.reply is not None)
 
 _ON_OFF = {
-    "serial_output": {True: marked("on: it streams"), False: marked("off")},
-    "active": {True: marked("yes: it fires by its thresholds"), False: marked("no: locked, in standby")},
-    "triggered": {True: marked("yes: it has fired"), False: marked("no")},
+    "active": {True: marked("active"), False: marked("locked")},
+    "triggered": {True: marked("triggered"), False: marked("not triggered")},
 }
 """Where "yes" and "no" would leave open what is meant."""
 
@@ -100,26 +98,15 @@ def page_of(findings: Findings) -> list[str]:
         has_damaged=findings.has_damaged,
         in_use=LimitsInUse(),
     )
+    head = tr("Module on {port}, {rate} baud", port=findings.port, rate=findings.baud_rate)
     if findings.lag_s is not None and findings.lag_s > LONGEST_LAG_S:
-        head = tr(
-            "Module on {port}, {rate} baud, answers {seconds:.1f} s late",
-            port=findings.port,
-            rate=findings.baud_rate,
-            seconds=findings.lag_s,
-        )
-    elif findings.round_trip_s is None:
-        head = tr("Module on {port}, {rate} baud", port=findings.port, rate=findings.baud_rate)
-    else:
-        head = tr(
-            "Module on {port}, {rate} baud, answers in {milliseconds:.1f} ms",
-            port=findings.port,
-            rate=findings.baud_rate,
-            milliseconds=1000 * findings.round_trip_s,
-        )
+        head = f"{head}, {findings.lag_s:.1f} s"
+    elif findings.round_trip_s is not None:
+        head = f"{head}, {1000 * findings.round_trip_s:.1f} ms"
     if line is not None:
         head = line.beside(head)
     ordered = sorted(_SETTINGS, key=lambda shown: SETTING_KEYS.index(shown.key))
-    groups = [(tr("Now"), [_row(shown, findings) for shown in (*_STATUS, *_LIVE)])]
+    groups = [(tr("Status"), [_row(shown, findings) for shown in (*_STATUS, *_LIVE)])]
     groups.append((tr("Settings"), [_row(shown, findings) for shown in ordered]))
     rows = two_columns([row for _, group in groups for row in group])
     lines = [head]
@@ -141,9 +128,7 @@ def _value(shown: _Shown, findings: Findings) -> str:
         outside = outside_of(shown.key, findings.values, LimitsInUse())
         return text if outside is None else outside.beside(text)
     why = findings.errors.get(shown.blamed)
-    if why is not None:
-        return tr("unknown ({why})", why=why.in_words())
-    return tr("unknown (cannot be read)")
+    return tr("unknown") + aside(tr("cannot be read") if why is None else why.in_words())
 
 
 def value_in_words(key: str, shown_by: Field, value: Value) -> str:

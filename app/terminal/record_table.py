@@ -54,7 +54,7 @@ def page_of(history: History) -> list[str]:
         lines = [tr("The module keeps no trigger records.")] if history.is_confirmed else [tr("No records came.")]
         return lines + _remarks(history)
     head = (
-        tr("Boot"),
+        tr("Boot count"),
         tr("After power-on"),
         tr("Source"),
         tr("Attitude"),
@@ -62,7 +62,7 @@ def page_of(history: History) -> list[str]:
         tr("Serial"),
         tr("Charging"),
         tr("Light"),
-        tr("Cell"),
+        tr("Cell voltage"),
     )
     return table(head, [_row(record, is_certain=is_certain) for record, is_certain in _marked(history)]) + _remarks(
         history
@@ -79,10 +79,10 @@ def _row(record: TriggerRecord, *, is_certain: bool) -> tuple[str, ...]:
         sources_in_words(record.sources),
         f"{record.attitude_threshold_deg}°",
         f"{record.freefall_acceleration_g:.1f} g, {record.freefall_time_s:.2f} s",
-        tr("connected") if record.serial_connected else tr("not connected"),
+        tr("yes") if record.serial_connected else tr("no"),
         tr("yes") if record.charging else tr("no"),
         f"{record.light_v:.1f} V",
-        f"{cell}{aside('!')}" if "cell_voltage_v" in record.implausible else cell,
+        tr("{text} (implausible)", text=cell) if "cell_voltage_v" in record.implausible else cell,
     )
 
 
@@ -93,13 +93,10 @@ def sources_in_words(sources: tuple[str, ...]) -> str:
 def _remarks(history: History) -> list[str]:
     remarks = []
     if history.seen_once:
-        remarks.append(tr("(?) seen once, not confirmed: it came in one reading only."))
-    if any(record.implausible for record in history.all):
-        remarks.append(tr("(!) no lithium cell has this voltage without external power; it is shown as it came."))
+        remarks.append(f"(?) {tr('Seen in one reading only. Read again.')}")
     low = next((found for one in history.all if (found := record_outside(one)) is not None), None)
     if low is not None:
-        word = tr(low.fault.value)
-        remarks.append(tr("({fault}) below {limit}, the least for a flight.", fault=word, limit=low.limit))
+        remarks.append(f"{aside(tr(low.fault.value)).strip()} < {low.limit}")
     if history.empty_slots:
         remarks.append(tr("{count} slots are empty.", count=history.empty_slots))
     return ["", *remarks] if remarks else []

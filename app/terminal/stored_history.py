@@ -40,7 +40,7 @@ def may_be_another(conversation: "Conversation", store: "Store | None", module: 
         return True
     if known is None or not went_back(known.boot_count, conversation.run(read_back(BOOT_COUNT)).raw):
         return False
-    say(tr("Nothing was set: by its boot count this may be another module than {module}.", module=name))
+    _say_another(name, tr("Boot count"))
     return True
 
 
@@ -59,7 +59,7 @@ def keep_visit(
     if not name:
         return True
     if is_playback(port):
-        say(tr("Not kept: a capture was played, which is no visit of {module}.", module=name))
+        say(tr("A recording is played: nothing of it is kept as a module’s."))
         return True
     slots = [record.raw for record in history.records]
     try:
@@ -71,9 +71,7 @@ def keep_visit(
             if known is not None and not is_same_module:
                 against = _against(store, known.id, name, slots, found, history)
                 if against:
-                    say(tr("Not kept: this may be another module than {module} ({differences}).", module=name,
-                           differences=listed(against)))  # fmt: skip
-                    say(tr("If it is {module}, add --same-module.", module=name))
+                    _say_another(name, listed(against))
                     return False
             module_id = store.meet_module(name).id
             visit = checks.visit(
@@ -86,13 +84,14 @@ def keep_visit(
     except StoreTrouble as error:
         say(error.sentence)
         return True
-    if visit.new is None:
-        note(tr("{module}: the first visit; {count} records are kept.", module=name, count=len(visit.records)))
-    else:
-        note(tr("{module}: {new} new since the last visit; {count} records are kept.", module=name,
-               new=len(visit.new), count=len(visit.records)))  # fmt: skip
-
+    new = visit.records if visit.new is None else visit.new
+    note(tr("{module}: {new} new, {count} records.", module=name, new=len(new), count=len(visit.records)))
     return True
+
+
+def _say_another(module: str, differences: str) -> None:
+    say(tr("Nothing was done: this may be another module than {module} ({differences}). Else add --same-module.",
+           module=module, differences=differences))  # fmt: skip
 
 
 def _against(

@@ -4,25 +4,19 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from app.engine.ports import PortsUnknown, list_ports
-from app.engine.reconnect import address_of
 from app.engine.worker import Batch
 from app.procedures.stream import StreamSwitch, watch
-from app.store.database import StoreTrouble
-from app.store.store import open_store
 from app.store.stream_memory import StoredStreamMemory, StreamMemory
-from app.terminal.connection import Conversation, connected, link_trouble
+from app.terminal.command_journal import adapter_of, open_store_or_say
+from app.terminal.connection import Conversation, LinkTrouble, connected, module_is_silent
 from app.terminal.console import note, say
 from app.terminal.interruption import Interrupted
 from app.text.i18n import tr
 from protocol.link_states import Presence
 from protocol.translatable import marked
 
-LEFT_ON = marked("An earlier session had left the serial output on; it is switched off when this one ends.")
-UNKNOWN_BEFORE = marked(
-    "The serial output is off now. It streams too slowly to know whether it was on before; dps-s set "
-    "serial_output=true switches it on."
-)
+LEFT_ON = marked("An earlier session left the serial output on; it is switched off at the end.")
+UNKNOWN_BEFORE = marked("The serial output is off now; it may have been on before.")
 WITHOUT_STATUS_S = 5.0
 """With a time limit: how long to wait for a first status, beyond the time wanted."""
 
@@ -72,27 +66,24 @@ def stream(
     `on_begin` is called once a module has answered, `on_turn` ten times a second at least. What streamed because of it
     is switched off at the end. Raises `Interrupted` where no status had come.
     """
-    trouble: str | None = None
+    silence: str | None = None
     try:
         with (
+            LinkTrouble() as link,
             _stream_memory(port) as memory,
             connected(port, baud_rate, on_batch=on_batch) as conversation,
         ):
             on_begin(conversation)
             procedure = watch(span.switch, read_all=reads_all, memory=memory, listens_briefly=True)
             conversation.keep_running(procedure)
-            trouble = _wait(conversation, port, span, on_turn)
+            silence = _wait(conversation, port, span, on_turn)
     except Interrupted:
         if not span.has_begun:
             raise
         span.was_interrupted = True
-    except Exception as error:
-        trouble = link_trouble(error)
-        if trouble is None:
-            raise
     if span.switch.is_unknown_before:
         say(tr(UNKNOWN_BEFORE))
-    return trouble
+    return link.sentence or silence
 
 
 def _wait(
@@ -104,7 +95,7 @@ def _wait(
         conversation.wait()
         conversation.check_running()
         if conversation.device.presence is Presence.OFFLINE:
-            return tr("The module on {port} stopped answering. Check its power and the wiring.", port=port)
+            return module_is_silent(port)
         if gives_up_at is not None and time.monotonic() > gives_up_at:
             break
     return None
@@ -116,20 +107,12 @@ def _stream_memory(port: str) -> Iterator[StreamMemory]:
     if port.startswith(("sim:", "capture:", "loop:")):
         yield StreamMemory()
         return
-    try:
-        adapter = address_of(port, list_ports()).identity
-    except PortsUnknown:
-        adapter = ""
-    try:
-        store = open_store()
-    except StoreTrouble as error:
-        say(error.sentence)
+    store = open_store_or_say()
+    if store is None:
         yield StreamMemory()
         return
     try:
-        if store.notice is not None:
-            say(store.notice)
-        memory = StoredStreamMemory(store, adapter or port)
+        memory = StoredStreamMemory(store, adapter_of(port) or port)
         yield memory
         if memory.is_taken_over:
             note(tr(LEFT_ON))

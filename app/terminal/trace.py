@@ -26,9 +26,9 @@ class Trace:
         if state != self._state:
             self._state = state
             if connection.state is PortState.OPEN:
-                self._say(batch.at, tr("{port} is open, {rate} baud", port=connection.port, rate=connection.baud_rate))
+                self._say(batch.at, f"{connection.port}  {tr('{rate} baud', rate=connection.baud_rate)}")
             elif connection.state is PortState.CLOSED:
-                self._say(batch.at, tr("{port} is closed", port=connection.port))
+                self._say(batch.at, f"{connection.port}  –")
         for event in batch.events:
             if self._has_frames:
                 self._say_frames(event, self._started_at)
@@ -48,18 +48,18 @@ class Trace:
 
 def _words(event: Event) -> str | None:
     match event:
-        case Answered(request=request, round_trip_s=None):
-            return tr("{name}: answered", name=tr(request.command.title))
-        case Answered(request=request, round_trip_s=float(seconds)):
-            return tr("{name}: answered in {time:.1f} ms", name=tr(request.command.title), time=1000 * seconds)
+        case Answered(request=request, round_trip_s=seconds):
+            words = "" if seconds is None else f"{1000 * seconds:.1f} ms"
         case Unanswered(request=request, attempts=attempts):
-            return tr("{name}: no answer (attempts: {count})", name=tr(request.command.title), count=attempts)
+            words = f"{tr('no reply')} × {attempts}"
         case OutcomeUnknown(request=request):
-            return tr("{name}: no answer, outcome unknown", name=tr(request.command.title))
+            words = tr("no reply; may have been carried out")
         case Restarted():
             return tr("the module restarted")
         case WentOnline():
             return tr("the module answers")
         case WentOffline():
             return tr("the module does not answer")
-    return None
+        case _:
+            return None
+    return f"{tr(request.command.title)}  {words}".rstrip()

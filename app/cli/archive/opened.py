@@ -1,10 +1,10 @@
 """The archive of this computer, opened for a command, and how its stations and modules are written."""
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from typing import TYPE_CHECKING
 
-from app.terminal.console import say
+from app.terminal import console
 
 if TYPE_CHECKING:
     from app.archive.archive import Archive
@@ -12,8 +12,8 @@ if TYPE_CHECKING:
 
 
 @contextmanager
-def opened_archive() -> "Iterator[Archive | None]":
-    """The archive of this computer; None where its records cannot be read, which is said."""
+def opened_archive() -> "Iterator[Archive]":
+    """The archive of this computer. Raises `Refused` where its records cannot be read."""
     from app.archive.archive import open_archive
     from app.archive.fact_set import ArchiveTrouble
     from app.store.database import StoreTrouble
@@ -22,25 +22,17 @@ def opened_archive() -> "Iterator[Archive | None]":
     try:
         store = open_store()
     except StoreTrouble as error:
-        say(error.sentence)
-        yield None
-        return
-    try:
+        raise console.Refused(error.sentence) from error
+    with closing(store):
         try:
             archive = open_archive(store)
         except ArchiveTrouble as error:
-            say(error.message.in_words())
-            yield None
-            return
-        for notice in (store.notice, archive.facts.notice):
-            if notice is not None:
-                say(notice)
-        try:
+            raise console.Refused(error.message.in_words()) from error
+        with closing(archive):
+            for notice in (store.notice, archive.facts.notice):
+                if notice is not None:
+                    console.say(notice)
             yield archive
-        finally:
-            archive.close()
-    finally:
-        store.close()
 
 
 def shown_station(public: str) -> str:

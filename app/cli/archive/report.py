@@ -7,20 +7,10 @@ from datetime import UTC, datetime
 from typing import TYPE_CHECKING
 
 from app.cli.archive.opened import member_json, opened_archive, shown_station
-from app.terminal.console import (
-    DONE,
-    SAID_NO,
-    USED_WRONGLY,
-    add_json_argument,
-    as_json,
-    note,
-    say,
-    table,
-    write,
-    write_lines,
-)
+from app.terminal import console
 from app.text.i18n import tr
 from app.text.sentences import together
+from protocol.translatable import marked
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -38,22 +28,23 @@ LIFE_HEAD = ("at", "station", "kind", "told", "value_name", "value")
 def add_report_parser(acts: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
     from app.archive.fleet_state import CHECK_DAYS, TEST_DAYS
 
-    report = acts.add_parser("report", help=tr("print the state of all modules, or the whole life of one"))
-    report.add_argument("--module", metavar="NAME", help=tr("everything that was recorded of this module"))
-    report.add_argument("--check-days", type=_days, default=CHECK_DAYS, metavar="N",
-                        help=tr("days after which a check is due; default {days}", days=CHECK_DAYS))  # fmt: skip
-    report.add_argument("--test-days", type=_days, default=TEST_DAYS, metavar="N",
-                        help=tr("days after which a guided test is due; default {days}", days=TEST_DAYS))  # fmt: skip
+    report = acts.add_parser("report", help=tr("print all modules, or one"))
+    report.add_argument("--module", metavar="NAME", help=tr("only this module"))
+    for name, days, text in (
+        ("--check-days", CHECK_DAYS, marked("check due after N days [{days}]")),
+        ("--test-days", TEST_DAYS, marked("guided test due after N days [{days}]")),
+    ):
+        report.add_argument(name, type=_days, default=days, metavar="N", help=tr(text, days=days))
     form = report.add_mutually_exclusive_group()
-    add_json_argument(form)
-    form.add_argument("--csv", action="store_true", help=tr("print CSV and nothing else on standard output"))
+    console.add_json_argument(form)
+    form.add_argument("--csv", action="store_true", help=tr("print CSV only"))
     report.set_defaults(run=run)
 
 
 def _days(text: str) -> int:
     if text.isdecimal() and 0 < int(text[:9]) <= 100_000:
         return int(text)
-    raise argparse.ArgumentTypeError(tr("“{text}” is no number of days", text=text))
+    raise console.expected("N > 0")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -61,15 +52,13 @@ def run(args: argparse.Namespace) -> int:
     from app.archive.module_life import life_of
 
     with opened_archive() as archive:
-        if archive is None:
-            return USED_WRONGLY
         archive.collect()
         names = archive.names()
         if args.module is not None:
             lives = [life_of(archive.facts, one) for one in names.named(args.module)]
             if not lives:
-                say(tr("There is no module “{name}” in the archive.", name=args.module))
-                return SAID_NO
+                console.say(tr("{file}: {why}", file=args.module, why=tr("none")))
+                return console.SAID_NO
             return _print_lives(args, lives)
         now = datetime.now(UTC)
         states = fleet_state(archive.facts, names, now, check_days=args.check_days, test_days=args.test_days)
@@ -78,17 +67,13 @@ def run(args: argparse.Namespace) -> int:
 
 def _print_fleet(args: argparse.Namespace, states: "list[ModuleToday]", now: datetime) -> int:
     if args.json:
-        write_lines(
-            [as_json({"at": now.isoformat(timespec="seconds"), "modules": [state_json(one) for one in states]})]
-        )
+        console.write_json({"at": now.isoformat(timespec="seconds"), "modules": [state_json(one) for one in states]})
     elif args.csv:
-        write(_csv(FLEET_HEAD, [_fleet_cells(one) for one in states]))
-    elif not states:
-        note(tr("No module in the archive yet."))
+        console.write(_csv(FLEET_HEAD, [_fleet_cells(one) for one in states]))
     else:
         head = (tr("Module"), tr("Last check"), tr("Verdict"), tr("Trigger records"), tr("Due"))
-        write_lines(table(head, [_fleet_row(one) for one in states]))
-    return DONE
+        console.write_lines(console.table(head, [_fleet_row(one) for one in states]))
+    return console.DONE
 
 
 def _fleet_row(state: "ModuleToday") -> tuple[str, ...]:
@@ -103,19 +88,19 @@ def _due(state: "ModuleToday") -> str:
 
 def _print_lives(args: argparse.Namespace, lives: "list[ModuleLife]") -> int:
     if args.json:
-        write_lines([as_json({"lives": [life_json(one) for one in lives]})])
-        return DONE
+        console.write_json({"lives": [life_json(one) for one in lives]})
+        return console.DONE
     if args.csv:
-        write(_csv(LIFE_HEAD, [row for life in lives for row in _life_rows(life)]))
-        return DONE
+        console.write(_csv(LIFE_HEAD, [row for life in lives for row in _life_rows(life)]))
+        return console.DONE
     for life in lives:
-        write_lines([life.module.name])
+        console.write_lines([life.module.name])
         head = (tr("Time"), tr("Station"), "")
-        write_lines(table(head, [
+        console.write_lines(console.table(head, [
             (event.fact.made_at[:19].replace("T", " "), shown_station(event.fact.station)[:9], event.text.in_words())
             for event in life.events
         ]))  # fmt: skip
-    return DONE
+    return console.DONE
 
 
 def state_json(state: "ModuleToday") -> dict[str, object]:

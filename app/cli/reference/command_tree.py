@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from enum import Enum
 
-from app.terminal.console import AUTO, RATES
+from app.terminal import console
 
 _FILE_PLACES = ("FILE", "DIR", "PATH", "LOG", "P", "HEX")
 """How a help text calls what names a file, a folder or a port."""
@@ -85,7 +85,7 @@ def _argument(action: argparse.Action) -> Argument:
     if action.choices is not None:
         return Argument(names, help_text, takes_value, Kind.WORDS, tuple(map(str, action.choices)))
     if "--baud" in names:
-        return Argument(names, help_text, takes_value, Kind.WORDS, (*map(str, RATES), AUTO))
+        return Argument(names, help_text, takes_value, Kind.WORDS, (*map(str, console.RATES), console.AUTO))
     place = action.metavar if isinstance(action.metavar, str) else ""
     if place == "NAME=VALUE":
         return Argument(names, help_text, takes_value, Kind.SETTINGS)

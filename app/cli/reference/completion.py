@@ -1,34 +1,22 @@
 """`dps-s completion bash|zsh|fish`: prints a completion script."""
 
 import argparse
-import shutil
-import textwrap
 
-from app.terminal.console import DONE, write
-from app.text.i18n import tr
+from app.terminal import console
 
 SHELLS = ("bash", "zsh", "fish")
 
 
 def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    parser = subparsers.add_parser(
-        "completion",
-        description=tr("Print a script with which a shell completes commands, options, settings and files."),
-        epilog=_epilog(),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    parser.add_argument("shell", choices=SHELLS, help=tr("the shell"))
+    parser = subparsers.add_parser("completion", epilog=_INSTALL, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("shell", choices=SHELLS)
     parser.set_defaults(run=run, parser=None)
 
 
-def _epilog() -> str:
-    lines = (
-        "bash   dps-s completion bash > ~/.local/share/bash-completion/completions/dps-s",
-        "zsh    dps-s completion zsh > ~/.zfunc/_dps-s",
-        "fish   dps-s completion fish > ~/.config/fish/completions/dps-s.fish",
-    )
-    note = tr("In zsh ~/.zfunc has to be in $fpath before compinit.")
-    return "\n".join((*lines, "", *textwrap.wrap(note, max(20, shutil.get_terminal_size().columns - 2))))
+_INSTALL = """\
+bash   dps-s completion bash > ~/.local/share/bash-completion/completions/dps-s
+zsh    dps-s completion zsh > ~/.zfunc/_dps-s    (~/.zfunc in $fpath before compinit)
+fish   dps-s completion fish > ~/.config/fish/completions/dps-s.fish"""
 
 
 def run(args: argparse.Namespace) -> int:
@@ -47,5 +35,5 @@ def run(args: argparse.Namespace) -> int:
             case Choice(values=choices):
                 values[command.key] = tuple(str(one) for one in choices.values())
     script = {"bash": completion_scripts.bash, "zsh": completion_scripts.zsh, "fish": completion_scripts.fish}
-    write(script[args.shell](tree_of(args.parser), values))
-    return DONE
+    console.write(script[args.shell](tree_of(args.parser), values))
+    return console.DONE

@@ -43,22 +43,22 @@ def test_the_meaning_is_the_same_when_the_very_request_is_known(vector: Vector) 
         ("42 61 01 A5 5A 00", None, "heartbeat"),
         ("41 75 01 A5 5A 00", None, "heartbeat"),
         ("42 61 34 01 00 35", None, "query: cell voltage"),
-        ("42 61 20 02 3C 5E", None, "set attitude threshold to 60°"),
-        ("42 61 11 02 01 14", None, "deploy the parachute"),
-        ("42 61 16 02 00 18", None, "enable the attitude trigger"),
-        ("42 61 25 01 00 26", None, "zero the sensor"),
+        ("42 61 20 02 3C 5E", None, "set: attitude threshold 60°"),
+        ("42 61 11 02 01 14", None, "set: deploy"),
+        ("42 61 16 02 00 18", None, "set: attitude trigger enabled"),
+        ("42 61 25 01 00 26", None, "set: zero the sensor"),
         ("41 75 32 07 0A 00 01 44", None, "status: tilt 7°, 1.0 g, not triggered, active"),
         ("41 75 34 01 BE F3", "cell_voltage", "reply: cell voltage 3.80 V"),
         ("41 75 35 01 BE F4", "cell_voltage", "reply: cell voltage 3.80 V"),
-        ("41 75 33 01 00 34", "charging", "reply: not charging"),
+        ("41 75 33 01 00 34", "charging", "reply: charging no"),
         ("41 75 23 01 25 49", "boot_count", "reply: boot count 37"),
         ("41 75 24 01 06 2B", "baud_rate", "acknowledged: baud rate 115200 baud"),
-        ("41 75 24 01 01 26", "baud_rate", "acknowledged: baud rate, value not repeated"),
-        ("41 75 22 01 01 24", None, "reply: free-fall time, a value or only “received”"),
+        ("41 75 24 01 01 26", "baud_rate", "acknowledged: baud rate"),
+        ("41 75 22 01 01 24", None, "reply: free-fall time ?"),
         ("41 75 22 01 01 24", "freefall_time", "reply: free-fall time 0.01 s"),
-        ("41 75 25 01 01 27", "zero_sensor", "acknowledged: sensor zeroed"),
+        ("41 75 25 01 01 27", "zero_sensor", "acknowledged: zero the sensor"),
         ("41 75 16 01 01 18", "freefall_trigger", "acknowledged: free-fall trigger disabled"),
-        ("41 75 16 01 01 18", None, "reply: attitude trigger disabled or free-fall trigger disabled"),
+        ("41 75 16 01 01 18", None, "reply: attitude trigger disabled / free-fall trigger disabled"),
     ],
 )
 def test_sentences(hex_text: str, asked: str | None, words: str) -> None:
@@ -67,14 +67,12 @@ def test_sentences(hex_text: str, asked: str | None, words: str) -> None:
 
 def test_a_record_in_one_sentence() -> None:
     assert sentence(frame(BY_ID["trigger-record-example"].hex)) == (
-        "trigger record: boot 1, 1 min 48 s after power-on, source attitude; cell 4.70 V (implausible)"
+        "trigger records: boot count 1, 1:48, attitude, 4.70 V (implausible)"
     )
     nobody = encode_long(0x35, bytes((1, 1, 0, 0x6C, 0, 60, 5, 160, 0, 1, 12, 200)))
-    assert sentence(Frame(Direction.MODULE_TO_HOST, nobody)) == (
-        "trigger record: boot 1, 1 min 48 s after power-on, source unknown; cell 4.00 V"
-    )
+    assert sentence(Frame(Direction.MODULE_TO_HOST, nobody)) == ("trigger records: boot count 1, 1:48, unknown, 4.00 V")
     unused = encode_long(0x35, b"\1" + bytes(11))
-    assert sentence(Frame(Direction.MODULE_TO_HOST, unused)) == "trigger record: slot never used"
+    assert sentence(Frame(Direction.MODULE_TO_HOST, unused)) == "trigger records: none"
 
 
 def test_rejected_bytes_are_explained_by_their_reason(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -97,31 +95,31 @@ FREEFALL_TIME = BY_NAME["freefall_time"]
     ("asked", "code", "raw", "values", "words"),
     [
         (FREEFALL_TIME.set(1.6), 0x22, 0xA0, {"value_s": 1.6}, "acknowledged: free-fall time 1.60 s"),
-        (FREEFALL_TIME.set(1.6), 0x22, 1, {"acknowledged": True}, "acknowledged: free-fall time, value not repeated"),
+        (FREEFALL_TIME.set(1.6), 0x22, 1, {"acknowledged": True}, "acknowledged: free-fall time"),
         (
             FREEFALL_TIME.set(1.6),
             0x22,
             0x50,
             {"acknowledged": False},
-            "not acknowledged: free-fall time, the answer is 50",
+            "not acknowledged: free-fall time (50)",
         ),
         (FREEFALL_TIME.set(0.01), 0x22, 1, {"value_s": 0.01}, "acknowledged: free-fall time 0.01 s"),
-        (BY_NAME["status"].query(), 0x22, 1, {"value_s": None}, "reply: free-fall time, a value or only “received”"),
-        (BY_NAME["baud_rate"], 0x24, 1, {"acknowledged": True}, "acknowledged: baud rate, value not repeated"),
-        (None, 0x24, 1, {"acknowledged": True}, "reply: baud rate, a value or only “received”"),
+        (BY_NAME["status"].query(), 0x22, 1, {"value_s": None}, "reply: free-fall time ?"),
+        (BY_NAME["baud_rate"], 0x24, 1, {"acknowledged": True}, "acknowledged: baud rate"),
+        (None, 0x24, 1, {"acknowledged": True}, "reply: baud rate ?"),
         (
             BY_NAME["attitude_threshold"].set(60),
             0x20,
             50,
             {"acknowledged": False, "value_deg": 50},
-            "not acknowledged: attitude threshold, the answer is 32",
+            "not acknowledged: attitude threshold (32)",
         ),
         (
             BY_NAME["activation"].set(True),
             0x10,
             0,
             {"acknowledged": False, "active": False},
-            "not acknowledged: activate / lock, the answer is 00",
+            "not acknowledged: activate / lock (00)",
         ),
     ],
 )
@@ -134,12 +132,12 @@ def test_an_acknowledgement_says_no_more_than_it_knows(
 
 
 def test_sentences_are_translated_and_meanings_are_not(monkeypatch: pytest.MonkeyPatch) -> None:
-    chinese = {"query: {name}": "查询：{name}", "Cell voltage": "电芯电压"}
+    chinese = {"query: {what}": "查询：{what}", "Cell voltage": "电芯电压"}
 
     def translated(text: str, /, **values: object) -> str:
         return chinese.get(text, text).format(**values)
 
-    assert tr("query: {name}", name="x") == "query: x"
+    assert tr("query: {what}", what="x") == "query: x"
     monkeypatch.setattr("app.captures.explain.tr", translated)
     assert sentence(frame("42 61 34 01 00 35")) == "查询：电芯电压"
     assert meaning(frame("42 61 34 01 00 35")) == {"command": "cell_voltage"}
@@ -153,7 +151,7 @@ def test_a_flag_without_words_of_its_own_reads_yes_or_no(monkeypatch: pytest.Mon
     )  # fmt: skip
     monkeypatch.setattr("app.captures.explain.decode_request", lambda raw: beacon.set(True))
     monkeypatch.setitem(BY_CODE, 0x18, beacon)
-    assert sentence(Frame(Direction.HOST_TO_MODULE, beacon.set(True).encode())) == "set beacon to yes"
+    assert sentence(Frame(Direction.HOST_TO_MODULE, beacon.set(True).encode())) == "set: beacon yes"
     assert sentence(reply(0x18, 0)) == "reply: beacon no"
     assert meaning(reply(0x18, 1)) == {"command": "beacon", "lit": True}
 

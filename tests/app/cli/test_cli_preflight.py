@@ -213,7 +213,7 @@ def test_without_a_store_it_goes_on(port: str, capsys: pytest.CaptureFixture[str
     data_folder().write_bytes(b"")  # a file where the folder should be
     assert program.main(["preflight", "--port", port, "--enable-triggers", "--module", "M-07"]) == 0
     printed = Printed(capsys)
-    assert "will not be kept" in printed.err
+    assert "Not kept." in printed.err
     assert printed.out.startswith("READY")
 
 
@@ -260,16 +260,16 @@ def test_history_keeps_what_it_reads_under_a_name(
     assert program.main(words) == 0
     printed = Printed(capsys)
     assert len(json.loads(printed.out)["records"]) == 9
-    assert printed.err == "M-07: the first visit; 9 records are kept.\n"
+    assert printed.err == "M-07: 9 new, 9 records.\n"
     bench = bench_of(port)
     bench.module.activate(is_active=True)
     assert bench.pulse_pwm()
     assert program.main(words) == 0
-    assert Printed(capsys).err == "M-07: 1 new since the last visit; 10 records are kept.\n"
+    assert Printed(capsys).err == "M-07: 1 new, 10 records.\n"
     other = [*words[:2], f"{port}other?history=2&boots=12", *words[3:]]
     assert program.main(other) == 4
     printed = Printed(capsys)
-    assert "Not kept: this may be another module than M-07 (boot count 12, was 37" in printed.err
+    assert "Nothing was done: this may be another module than M-07 (boot count 12, was 37" in printed.err
     assert len(json.loads(printed.out)["records"]) == 2
     records = CheckStore(kept).records(1)
     assert len(records) == 10
@@ -285,7 +285,7 @@ def test_a_module_by_the_name_of_another_is_not_set(
     other = f"{port}other?boots=12"
     assert program.main(["preflight", "--port", other, "--enable-triggers", "--json", "--module", "M-07"]) == 1
     printed = Printed(capsys)
-    assert "Nothing was set" in printed.err
+    assert "Nothing was done" in printed.err
     found = {one["id"]: one["result"] for one in json.loads(printed.out.splitlines()[-1])["checks"]}
     assert (found["attitude_trigger"], found["boot_count"]) == ("unknown", "fail")
 

@@ -86,7 +86,7 @@ def test_a_stranger_can_read_it(module: RunningModule) -> None:
     assert json.loads(run.stdout)["boot_count"] == 37
     people = dps_s("history", "--port", module.port)
     assert (people.returncode, people.stderr) == (0, "")
-    assert people.stdout.startswith("Boot  After power-on  Source")
+    assert people.stdout.startswith("Boot count  After power-on  Source")
 
 
 def test_monitor_interrupted_leaves_the_module_silent(module: RunningModule) -> None:

@@ -92,7 +92,7 @@ def test_used_wrongly(words: list[str], capsys: pytest.CaptureFixture[str]) -> N
     assert program.main(words) == 2
     printed = Printed(capsys)
     assert printed.out == ""
-    assert "dps-s" in printed.err
+    assert printed.err
 
 
 @pytest.mark.parametrize(

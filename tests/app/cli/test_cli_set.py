@@ -130,12 +130,12 @@ def test_a_rate_that_comes_at_the_next_start_is_not_verified(port: str, capsys: 
         (["attitude_threshold_deg=9" + "9" * 5000], ["is no number"]),
         (["baud_rate=12345"], ["12345 is not one of 4800, 9600"]),
         (["attitude_trigger=1"], ["“1” is neither true nor false"]),
-        (["deploy=true"], ["“deploy” cannot be set"]),
-        (["freefall_time=1.2"], ["“freefall_time” cannot be set"]),
+        (["deploy=true"], ["deploy: expected "]),
+        (["freefall_time=1.2"], ["freefall_time: expected "]),
         (["freefall_time_s=1.2", "freefall_time_s=1.3"], ["given twice"]),
         (["freefall_time_s"], ["NAME=VALUE"]),
         ([], ["--profile FILE"]),
-        (["freefall_time_s=1.2", "--profile", "x.toml"], ["not both"]),
+        (["freefall_time_s=1.2", "--profile", "x.toml"], ["either"]),
         (["--profile", "/no/such/file.toml"], ["cannot be read"]),
     ],
 )
@@ -227,7 +227,7 @@ def test_a_setting_that_nobody_wrote_and_that_changed_is_named(
     told = json.loads(printed.out)
     assert told["results"]["freefall_time_s"]["verified"] is True
     assert told["changed"] == {"freefall_acceleration_g": {"before": 0.5, "after": 2.0}}
-    assert "freefall_acceleration_g was not written and changed from 0.5 to 2." in printed.err
+    assert "Changed without being written: freefall_acceleration_g 0.5 → 2." in printed.err
 
 
 def test_unplugged_in_the_middle_says_what_stands_and_what_is_not_known(

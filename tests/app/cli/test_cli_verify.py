@@ -35,7 +35,7 @@ def test_a_station_is_believed_by_its_fingerprint_until_it_is_forgotten(
     assert out.startswith("UNKNOWN STATION")
     assert fingerprint in out
     assert program.main(["verify", str(record), "--trust", "0000-0000-0000-0000-0000"]) == 1
-    assert "no station is taken over" in capsys.readouterr().err
+    assert "Not trusted" in capsys.readouterr().err
     assert program.main(["verify", str(record)]) == 1
     capsys.readouterr()
     assert program.main(["verify", str(record), "--trust", fingerprint.lower(), "--name", "Hangar 2"]) == 0
@@ -78,7 +78,7 @@ def test_the_audit_log_is_verified(capsys: pytest.CaptureFixture[str]) -> None:
         for _ in range(3):
             store.begin(Act.LOCK, FRAME, {}, port="p", origin="window")
     assert program.main(["verify", "--log"]) == 0
-    assert "unbroken: 3 entries" in capsys.readouterr().out
+    assert "intact: 3 entries" in capsys.readouterr().out
     with closing(open_store()) as store:
         store.database.write("DELETE FROM audit WHERE id = 2")
     assert program.main(["verify", "--log"]) == 1

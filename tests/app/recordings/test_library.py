@@ -313,7 +313,7 @@ def test_one_that_cannot_be_read(kept_at: Path, tmp_path: Path, capsys: pytest.C
 def test_deleting_asks_first(kept_at: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder = recorded(kept_at, 0.1)
     assert program.main(["recordings", "delete", "latest"]) == 2
-    assert "Nothing was deleted." in Printed(capsys).err
+    assert "Nothing was done." in Printed(capsys).err
     assert folder.exists()
     assert program.main(["recordings", "delete", "latest", "--yes"]) == 0
     assert not folder.exists()
