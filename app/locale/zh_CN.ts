@@ -5603,7 +5603,7 @@
     </message>
     <message>
         <source>Would not have fired ({time} judged).</source>
-        <translation>不会触发（已判断 {time}）。</translation>
+        <translation>未触发（已判断 {time}）。</translation>
     </message>
     <message>
         <source>Write</source>
@@ -7823,7 +7823,7 @@
     </message>
     <message>
         <source>{reading}: would not fire.</source>
-        <translation>{reading}：不会触发。</translation>
+        <translation>{reading}：未触发。</translation>
     </message>
     <message>
         <source>{reason}: {what}</source>

@@ -250,7 +250,7 @@ def kept_at(user_files: Path) -> Path:
 
 def test_the_list_for_people_and_for_programs(kept_at: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert program.main(["recordings", "list"]) == 0
-    assert Printed(capsys).err == "No recordings yet. Every session is recorded automatically.\n"
+    assert Printed(capsys).err == "No recordings yet\n"
     folder = recorded(kept_at, 2.0)
     RecordingLibrary().keep(RecordingLibrary().entries()[0], is_kept=True)
     assert program.main(["recordings", "list"]) == 0
@@ -294,7 +294,7 @@ def test_a_name_that_is_none_or_many(kept_at: Path, tmp_path: Path, capsys: pyte
 def test_a_file_of_another_kind_is_refused(kept_at: Path, capsys: pytest.CaptureFixture[str]) -> None:
     recorded(kept_at, 0.1)
     assert program.main(["recordings", "export", "latest", "x.txt"]) == 2
-    assert "ends with none of .csv, .mcap, .dpscap" in Printed(capsys).err
+    assert "expected .csv|.mcap|.dpscap" in Printed(capsys).err
 
 
 def test_a_file_that_cannot_be_written(kept_at: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -325,7 +325,7 @@ def test_deleting_one_that_is_being_written(kept_at: Path, capsys: pytest.Captur
         bench.recorder.begin(HEADING)
         bench.feed(batch(1000.0, report(1000.0)))
         assert program.main(["recordings", "delete", "latest", "--yes"]) == 1
-        assert "is being recorded" in Printed(capsys).err
+        assert "being recorded" in Printed(capsys).err
 
 
 def test_deleting_what_the_system_holds(
@@ -337,4 +337,4 @@ def test_deleting_what_the_system_holds(
     recorded(kept_at, 0.1)
     monkeypatch.setattr(shutil, "rmtree", refuse)
     assert program.main(["recordings", "delete", "latest", "--yes"]) == 1
-    assert "cannot be deleted: Permission denied" in Printed(capsys).err
+    assert "Permission denied" in Printed(capsys).err

@@ -82,7 +82,7 @@ def test_a_file_that_is_not_there_opens_no_window(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     assert program.main(["nowhere.toml"]) == 2
-    assert "nowhere.toml cannot be read: there is no such file." in capsys.readouterr().err
+    assert "nowhere.toml cannot be read: No such file or directory." in capsys.readouterr().err
     assert program.main(["bogus"]) == 2
     assert "invalid choice" in capsys.readouterr().err
 
