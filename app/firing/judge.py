@@ -111,10 +111,11 @@ class Judge:
         self._judge_attitude(sample, limits)
         self._judge_fall(sample, limits)
         self._last_s = sample.at_s
-        return SampleVerdict(self._standing & ~before, self._standing)
+        fired = self._standing & ~before if self._standing else NOTHING
+        return SampleVerdict(fired, self._standing)
 
     def _judge_attitude(self, sample: SensorSample, limits: TriggerLimits) -> None:
-        if Source.ATTITUDE in self._standing:
+        if self._standing and Source.ATTITUDE in self._standing:
             if sample.tilt_deg <= limits.reset_angle_deg or not limits.attitude_is_enabled:
                 self._standing &= ~Source.ATTITUDE
         elif limits.attitude_is_enabled and sample.tilt_deg >= limits.attitude_threshold_deg:
@@ -123,7 +124,8 @@ class Judge:
     def _judge_fall(self, sample: SensorSample, limits: TriggerLimits) -> None:
         if not limits.freefall_is_enabled or sample.acceleration_g >= limits.freefall_acceleration_g:
             self._falls_since_s = None
-            self._standing &= ~Source.FREEFALL
+            if self._standing:
+                self._standing &= ~Source.FREEFALL
             return
         has_gap = self._last_s is not None and sample.at_s - self._last_s > LONGEST_GAP_S
         if self._falls_since_s is None or has_gap:

@@ -237,7 +237,8 @@ class Hardware:
         if not self.is_on:
             return math.inf
         runs_s = self.quirks.restart_at_s
-        return min(self.plans.next_s, max(self._sampled_s, self._booted_s + runs_s) if runs_s else math.inf)
+        planned_s = self.plans.next_s
+        return min(planned_s, max(self._sampled_s, self._booted_s + runs_s)) if runs_s else planned_s
 
     def _do_planned(self, now_s: float) -> None:
         while (at_s := self._planned_s()) <= now_s:
@@ -265,7 +266,7 @@ class Hardware:
         sample = SensorSample(at_s, abs(motion.tilt_deg - self.memory.zero_tilt_deg), motion.acceleration_g)
         is_armed = self.state.is_active and not self.state.is_forbidden
         verdict = self._judge.judge(sample, limits(self.memory, self.state), is_active=is_armed)
-        if Source.ATTITUDE in self._fired and Source.ATTITUDE not in verdict.standing:
+        if self._fired and Source.ATTITUDE in self._fired and Source.ATTITUDE not in verdict.standing:
             self._fired &= ~Source.ATTITUDE
         if verdict.fired:
             self.fire(verdict.fired, at_s)

@@ -7,6 +7,7 @@ Times are seconds of one monotonic clock.
 import math
 import random
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import NamedTuple
 
 GRAVITY_M_S2 = 9.81
@@ -50,6 +51,12 @@ def fall_time_s(height_m: float) -> float:
     return math.sqrt(2 * max(0.0, height_m) / GRAVITY_M_S2)
 
 
+@lru_cache(maxsize=64)
+def _noise(seed: int) -> tuple[float, ...]:
+    source = random.Random(seed)  # noqa: S311 (noise, not secrets)
+    return tuple(source.gauss(0.0, 1.0) for _ in range(_NOISE_LENGTH))
+
+
 @dataclass(slots=True, kw_only=True)
 class Physics:
     """Set the public fields at will, after `advance`; call `drop` to let it fall."""
@@ -69,8 +76,7 @@ class Physics:
     _noise: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
-        source = random.Random(self.seed)  # noqa: S311 (noise, not secrets)
-        self._noise = tuple(source.gauss(0.0, 1.0) for _ in range(_NOISE_LENGTH))
+        self._noise = _noise(self.seed)
 
     def advance(self, now_s: float) -> None:
         """Let the time pass: the cell drains or charges, a fall that is over is forgotten. Never goes back."""
