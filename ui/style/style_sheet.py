@@ -151,6 +151,7 @@ QListView, QTreeView, QTableView {
     gridline-color: $divider; selection-background-color: $selection; selection-color: $text;
 }
 QListView:focus, QTreeView:focus, QTableView:focus { border: 2px solid $focus; }
+QTableView::item { padding: 0 5px; border: none; }
 QHeaderView::section {
     background: $sunken; color: $muted; border: none; border-bottom: ${edge}px solid $divider; padding: 4px 8px;
     font-size: 12px; font-weight: 700;

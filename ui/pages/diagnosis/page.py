@@ -192,6 +192,6 @@ class DiagnosisPage(StreamPage):
 
     def _lay_out(self) -> None:
         head = self.make_header(self._texts, marked("Diagnosis"), self.files)
-        head.row.setContentsMargins(Space.M, Space.XS, Space.M, 0)
+        head.row.setContentsMargins(Space.M, 0, Space.M, 0)
         tabs = in_row(self.tabs, 1, margins=(Space.M, 0))
         in_column(head, tabs, self.strip, (self.stack, 1), of=self, spacing=Space.XS, margins=0)

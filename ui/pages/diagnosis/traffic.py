@@ -124,7 +124,6 @@ class TrafficPage(QWidget):
         columns = table.horizontalHeader()
         # A header asks, row for row, whether all of them are selected; of a capture's million that takes ten seconds.
         columns.setSelectionModel(QItemSelectionModel(self.model, columns))
-        columns.setStyleSheet("QHeaderView::section { padding-left: 4px; }")  # above the text of the rows
         columns.setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
         columns.setStretchLastSection(True)
         bar = table.verticalScrollBar()

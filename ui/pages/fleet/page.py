@@ -115,7 +115,7 @@ class FleetPage(Page):
         self.stack = named(QStackedWidget(), "fleet_stack")
         for one in (self.empty, self.view, self.panel):
             self.stack.addWidget(one)
-        top = in_column(head, self.said, spacing=Space.S, margins=(Space.M, Space.S))
+        top = in_column(head, self.said, spacing=Space.S, margins=(Space.M, Space.XS, Space.M, Space.S))
         in_column(top, (self.stack, 1), of=self, spacing=0, margins=0)
 
     # What is shown

@@ -299,7 +299,7 @@ class FlightsPage(Page):
         self.header.add_rare("flights_profile_put", marked("Add to a profile…"), self.proposal.add_to_profile)
         in_column(
             self.header, (self._stack, 1), self.strip, of=self, spacing=Space.S,
-            margins=(Space.M, Space.XS, Space.M, Space.S),
+            margins=(Space.M, 0, Space.M, Space.S),
         )  # fmt: skip
 
     # Qt

@@ -43,7 +43,6 @@ class FlightTable(QTableView):
         columns = self.horizontalHeader()
         columns.setSectionResizeMode(FlightColumn.NAME, QHeaderView.ResizeMode.Stretch)
         columns.setMinimumSectionSize(44)
-        self.setStyleSheet(f"QTableView::item {{ padding: 0 {_PAD_PX}px; border: none; }}")
         self.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
         self.customContextMenuRequested.connect(self._show_menu)
         self.doubleClicked.connect(self._open)

@@ -197,7 +197,6 @@ class CheckHistory(QWidget):
         table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
         table.setFont(font(Size.SMALL))
         columns = table.horizontalHeader()
-        columns.setStyleSheet("QHeaderView::section { padding-left: 4px; }")  # above the text of the rows
         columns.setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
         columns.setStretchLastSection(True)
         for column, width in ((0, 200), (1, 110), (2, 130), (3, 130), (4, 130)):

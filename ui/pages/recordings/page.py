@@ -212,9 +212,7 @@ class RecordingsPage(Page):
         head = self.make_header(self._services.texts, marked("Recordings"), self.search)
         says = in_row(self.count, self.bounds, 1, spacing=Space.M)
         lists = in_row((self._stack, 1), self.detail, spacing=Space.S)
-        in_column(
-            head, says, (lists, 1), self.strip, of=self, spacing=Space.S, margins=(Space.M, Space.XS, Space.M, Space.S)
-        )
+        in_column(head, says, (lists, 1), self.strip, of=self, spacing=Space.S, margins=(Space.M, 0, Space.M, Space.S))
 
     # Qt
 

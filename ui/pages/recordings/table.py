@@ -63,7 +63,6 @@ class RecordingsTable(QTableView):
         columns.setSectionResizeMode(Column.MODULE, QHeaderView.ResizeMode.Stretch)
         columns.setMinimumSectionSize(56)
         # Level with the heads, which the window's style sheet sets in by as much.
-        self.setStyleSheet(f"QTableView::item {{ padding: 0 {_PAD_PX}px; border: none; }}")
         self.doubleClicked.connect(self._open)
         self.measure()
 

@@ -19,7 +19,6 @@ from ui.widgets.layouts import in_column, in_row
 from ui.widgets.naming import named, set_role
 
 _ROW_PX: Final = 28
-_PAD_PX: Final = 5
 
 COLUMNS: Final[tuple[TableColumn[MeasuredValue], ...]] = (
     TableColumn(marked("Value"), lambda one: one.name.in_words()),
@@ -46,7 +45,6 @@ class ResultView(QWidget):
         self.table = control(QTableView(), texts, "tests_table", says="Measured values")
         self.table.setModel(self.model)
         list_rows(self.table, row_px=_ROW_PX)
-        self.table.setStyleSheet(f"QTableView::item {{ padding: 0 {_PAD_PX}px; border: none; }}")
         self.table.setSelectionMode(QTableView.SelectionMode.SingleSelection)
         self.table.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         header = self.table.horizontalHeader()

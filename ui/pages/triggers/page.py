@@ -228,7 +228,7 @@ class TriggersPage(Page):
             foot,
             of=self,
             spacing=Space.S,
-            margins=(Space.M, Space.XS, Space.M, Space.S),
+            margins=(Space.M, 0, Space.M, Space.S),
         )
 
     # Qt

@@ -44,5 +44,5 @@ class TriggersTable(QTableView):
         }
         for column, text in texts.items():
             head = heads.horizontalAdvance(tr(COLUMNS[column].title)) + Space.XL
-            self.setColumnWidth(column, max(metrics.horizontalAdvance(text) + Space.M, head))
+            self.setColumnWidth(column, max(metrics.horizontalAdvance(text) + Space.XL, head))
         self.viewport().update()
