@@ -232,7 +232,7 @@ def _tell_of_store(assembly: Assembly) -> None:
 
 
 def _left_on_notice(dismiss: Callable[[], None]) -> Notice:
-    text = tr("An earlier session had left the serial output on; it is switched off when it is no longer needed.")
+    text = tr("Serial output was left on; it is switched off when not needed.")
     return Notice(Meaning.INFORMATION, text, dismiss=dismiss)
 
 

@@ -115,10 +115,10 @@ class FactFile:
     def _scan(self, file: IO[bytes]) -> None:
         head = _parsed(file.readline(_LONGEST_LINE))
         if head.get("format") != FORMAT:
-            raise ArchiveTrouble(said(marked("{file} is no archive file."), file=self.path))
+            raise ArchiveTrouble(said(marked("{path} is not an archive file."), path=self.path))
         if head.get("version") != VERSION:
-            text = marked("{file} was written by a newer version of this program.")
-            raise ArchiveTrouble(said(text, file=self.path))
+            text = marked("{path} needs a newer version of this program.")
+            raise ArchiveTrouble(said(text, path=self.path))
         start = file.tell()
         while line := file.readline(_LONGEST_LINE):
             row = _row(line)

@@ -42,9 +42,7 @@ def server_url(text: str) -> ServerUrl:
     found = _URL.fullmatch(text.strip()) if len(text) <= LONGEST_URL else None
     if found is None or found["scheme"].lower() not in SCHEMES:
         example = "postgresql://USER@HOST/DATABASE"
-        text = marked(
-            "The address must read like {example}; in a password, / @ ? and # are written as %2F %40 %3F %23."
-        )
+        text = marked("Write {example}; in a password %2F %40 %3F %23 for / @ ? #.")
         raise ArchiveTrouble(said(text, example=example))
     user, _, password = (found["user"] or "").partition(":")
     parts = (part.partition("=") for part in (found["query"] or "").split("&") if part)

@@ -101,7 +101,7 @@ class RecordedSession:
         if self._recorder.trouble is not None:
             console.say(self._recorder.trouble)
         if self._recorder.dropped:
-            console.say(tr("The disk was too slow: {count} reports are missing in the recording.",
+            console.say(tr("The disk was too slow. Reports missing: {count}.",
                    count=self._recorder.dropped))  # fmt: skip
         self._recorder.stop(SETTLE_LIMIT_S)
 

@@ -46,36 +46,24 @@
         <translation>00 外接供电，充电中；01 未充电</translation>
     </message>
     <message>
-        <source>00 serial link connected, 01 not</source>
+        <source>00 link connected, 01 not</source>
         <translation>00 串口已连接，01 未连接</translation>
     </message>
     <message>
-        <source>01 active, 00 not</source>
-        <translation>01 已激活，00 未激活</translation>
+        <source>01 active, else not</source>
+        <translation>01 已激活，其他未激活</translation>
     </message>
     <message>
-        <source>01 is active; anything else is not.</source>
-        <translation>01 为已激活；其他值为未激活。</translation>
+        <source>01 serial, 02 attitude, 04 PWM, 08 free fall</source>
+        <translation>01 串口，02 姿态，04 PWM，08 失重</translation>
     </message>
     <message>
-        <source>01 is triggered; anything else is not.</source>
-        <translation>01 为已触发；其他值为未触发。</translation>
-    </message>
-    <message>
-        <source>01 triggered, 00 not</source>
-        <translation>01 已触发，00 未触发</translation>
-    </message>
-    <message>
-        <source>1 change of a setting has not been written to the module.</source>
-        <translation>有 1 项参数更改尚未写入模块。</translation>
+        <source>01 triggered, else not</source>
+        <translation>01 已触发，其他未触发</translation>
     </message>
     <message>
         <source>1 check</source>
         <translation>1 次检查</translation>
-    </message>
-    <message>
-        <source>1 g at rest, near 0 g in free fall</source>
-        <translation>静止时为 1 g，失重时接近 0 g</translation>
     </message>
     <message>
         <source>1 module</source>
@@ -86,20 +74,16 @@
         <translation>1 个需要处理</translation>
     </message>
     <message>
-        <source>1 recording was deleted.</source>
-        <translation>已删除 1 条数据记录。</translation>
-    </message>
-    <message>
         <source>1. Bay closed</source>
         <translation>1. 伞仓关闭</translation>
     </message>
     <message>
-        <source>1. Connect: plug the adapter in and choose its port.
-2. Settings: compare each value with the vendor's advice beside it.
-3. Pre-flight: run the check before each flight; activate; it must say GO.</source>
-        <translation>1. 连接：插上适配器并选择它的串口。
-2. 参数设置：把每个值与旁边的厂家建议对照。
-3. 飞行前检查：每次飞行前运行检查，激活后必须显示“可以飞行”。</translation>
+        <source>1. Connect: choose the adapter's port.
+2. Settings: compare with the vendor's advice.
+3. Pre-flight: check and activate before each flight, until it says GO.</source>
+        <translation>1. 连接：选择适配器的串口。
+2. 参数设置：与厂家建议对照。
+3. 飞行前检查：每次飞行前检查并激活，直到显示“可以飞行”。</translation>
     </message>
     <message>
         <source>10 min</source>
@@ -146,10 +130,6 @@
         <translation>这里播放的是捕获文件：只能回答查询，没有模块可以更改或检查。</translation>
     </message>
     <message>
-        <source>A change from {old} to {new} baud at {port} was broken off. The module may be at either rate.</source>
-        <translation>{port} 上从 {old} 到 {new} 波特的更改曾被中断。模块可能处于其中任一波特率。</translation>
-    </message>
-    <message>
         <source>A damaged part is left out.</source>
         <translation>忽略损坏部分。</translation>
     </message>
@@ -162,16 +142,16 @@
         <translation>其他程序的文件已另存为 {path}。</translation>
     </message>
     <message>
+        <source>A foreign file was in the way; kept as {path}.</source>
+        <translation>原位置有其他程序的文件，已另存为 {path}。</translation>
+    </message>
+    <message>
         <source>A module answers on {port} at {rate} baud.</source>
         <translation>{port} 上有模块以波特率 {rate} 应答。</translation>
     </message>
     <message>
         <source>A person settled which module this is.</source>
         <translation>已由人员确认这是哪个模块。</translation>
-    </message>
-    <message>
-        <source>A port that is not in the list: a device, a pseudo-terminal or socket://host:port</source>
-        <translation>列表中没有的串口：设备名、伪终端或 socket://主机:端口</translation>
     </message>
     <message>
         <source>A program error closed the port.</source>
@@ -182,12 +162,12 @@
         <translation>正在回放数据记录。</translation>
     </message>
     <message>
-        <source>A recording is played. Nothing is sent to any module.</source>
-        <translation>正在回放数据记录。不会向任何模块发送内容。</translation>
+        <source>A recording is played; nothing is sent.</source>
+        <translation>正在回放数据记录；不发送任何内容。</translation>
     </message>
     <message>
-        <source>A recording is played: nothing of it is kept as a module’s.</source>
-        <translation>正在回放数据记录：其内容不会作为模块数据保存。</translation>
+        <source>A recording is played; nothing of it is stored.</source>
+        <translation>正在回放数据记录；其内容不会存储。</translation>
     </message>
     <message>
         <source>A row for each module, a column for each parameter</source>
@@ -198,16 +178,8 @@
         <translation>测试所依据的参数无法读取。</translation>
     </message>
     <message>
-        <source>A short tone when the module triggers, falls silent or restarts</source>
-        <translation>模块触发、通信中断或重启时发出短促提示音</translation>
-    </message>
-    <message>
         <source>A weak cell may not deploy the parachute.</source>
         <translation>电芯电压过低可能无法开伞。</translation>
-    </message>
-    <message>
-        <source>A write since was not confirmed.</source>
-        <translation>此后有一次写入未得到确认。</translation>
     </message>
     <message>
         <source>A wrong zero fires too early or too late.</source>
@@ -220,10 +192,6 @@
     <message>
         <source>ACTIVE without a check that holds</source>
         <translation>已激活，但没有有效的飞行前检查</translation>
-    </message>
-    <message>
-        <source>ACTIVE: the module fires by its thresholds. LOCKED: it reports standby.</source>
-        <translation>激活：模块按阈值开伞。锁定：模块报告处于待机。</translation>
     </message>
     <message>
         <source>ALTERED: {parts}.</source>
@@ -270,6 +238,10 @@
         <translation>加速度：稳定</translation>
     </message>
     <message>
+        <source>Acknowledged, cannot be read: {count}.</source>
+        <translation>已应答，无法读取：{count} 项。</translation>
+    </message>
+    <message>
         <source>Acknowledged.</source>
         <translation>模块已应答。</translation>
     </message>
@@ -280,6 +252,10 @@
     <message>
         <source>Acknowledged; the module is silent.</source>
         <translation>模块已应答，现无响应。</translation>
+    </message>
+    <message>
+        <source>Action</source>
+        <translation>操作</translation>
     </message>
     <message>
         <source>Activate</source>
@@ -342,10 +318,6 @@
         <translation>请添加每个模块的串口，每个模块显示为一张状态卡片。</translation>
     </message>
     <message>
-        <source>Add to a file what it lacks</source>
-        <translation>将文件中缺少的内容添加到文件</translation>
-    </message>
-    <message>
         <source>Add to a profile…</source>
         <translation>写入已有配置文件…</translation>
     </message>
@@ -356,6 +328,10 @@
     <message>
         <source>After power-on</source>
         <translation>开机后时间</translation>
+    </message>
+    <message>
+        <source>After power-up the triggers' state is unknown; only enabling them sets it.</source>
+        <translation>上电后触发的启用状态未知；只有启用后才能确定。</translation>
     </message>
     <message>
         <source>Against the vendor's advice: {advice}</source>
@@ -378,6 +354,10 @@
         <translation>全部</translation>
     </message>
     <message>
+        <source>All (End)</source>
+        <translation>全部（End 键）</translation>
+    </message>
+    <message>
         <source>All files (*)</source>
         <translation>所有文件 (*)</translation>
     </message>
@@ -390,10 +370,6 @@
         <translation>全部帧</translation>
     </message>
     <message>
-        <source>All shared, last {time}</source>
-        <translation>已全部共享，上次 {time}</translation>
-    </message>
-    <message>
         <source>All {count} checks hold; warnings: {looks}.</source>
         <translation>全部 {count} 项检查通过；警告：{looks} 项。</translation>
     </message>
@@ -402,7 +378,7 @@
         <translation>已预备：{what}。</translation>
     </message>
     <message>
-        <source>Also while it was locked</source>
+        <source>Also while locked</source>
         <translation>锁定期间也判断</translation>
     </message>
     <message>
@@ -426,14 +402,6 @@
         <translation>激活的模块在倾覆或坠落时会开伞。</translation>
     </message>
     <message>
-        <source>An address, or another rate than 115200</source>
-        <translation>其他地址，或不同于 115200 的波特率</translation>
-    </message>
-    <message>
-        <source>An earlier session had left the serial output on; it is switched off when it is no longer needed.</source>
-        <translation>上次运行异常退出时未关闭串口输出；不再需要时将关闭。</translation>
-    </message>
-    <message>
         <source>An earlier session left the serial output on; it is switched off at the end.</source>
         <translation>之前的会话未关闭串口输出；结束时将关闭。</translation>
     </message>
@@ -446,14 +414,6 @@
         <translation>原因不明的触发可能再次发生。</translation>
     </message>
     <message>
-        <source>Angle between aircraft and horizontal plane</source>
-        <translation>飞行器与水平面的夹角</translation>
-    </message>
-    <message>
-        <source>Angle between aircraft and horizontal plane at which it fires; it resets 10° below.</source>
-        <translation>触发开伞时飞行器与水平面的夹角；低于该值 10° 时复位。</translation>
-    </message>
-    <message>
         <source>Another adapter is in its place and is left alone: plug the same one in again, or choose a port.</source>
         <translation>原位置插着另一个适配器，程序不会连接它：请重新插入原来的适配器，或选择一个串口。</translation>
     </message>
@@ -464,6 +424,10 @@
     <message>
         <source>Answers arrive {time} late.</source>
         <translation>应答延迟 {time}。</translation>
+    </message>
+    <message>
+        <source>Any jolt may fire it.</source>
+        <translation>任何颠簸都可能触发。</translation>
     </message>
     <message>
         <source>Apply</source>
@@ -490,6 +454,10 @@
         <translation>所有站点的归档…</translation>
     </message>
     <message>
+        <source>Archive server {server} cannot be used: {why}</source>
+        <translation>归档服务器 {server} 无法使用：{why}</translation>
+    </message>
+    <message>
         <source>Archive: {text}</source>
         <translation>归档：{text}</translation>
     </message>
@@ -502,6 +470,10 @@
         <translation>预备 10 秒</translation>
     </message>
     <message>
+        <source>Arm, then hold for two seconds. Letting go, Esc or leaving the page sends nothing.</source>
+        <translation>先预备，再按住两秒。松开、按 Esc 或离开本页则不发送。</translation>
+    </message>
+    <message>
         <source>Arming state</source>
         <translation>飞控解锁状态</translation>
     </message>
@@ -510,11 +482,15 @@
         <translation>预备十秒钟。此时什么也不发送。</translation>
     </message>
     <message>
+        <source>Arrow keys move, + and − zoom, Shift with arrow keys reads off</source>
+        <translation>方向键移动，+ − 缩放，Shift 加方向键读数</translation>
+    </message>
+    <message>
         <source>As PDF, HTML and JSON</source>
         <translation>PDF、HTML 和 JSON</translation>
     </message>
     <message>
-        <source>As the module has it</source>
+        <source>As on the module</source>
         <translation>与模块相同</translation>
     </message>
     <message>
@@ -530,8 +506,8 @@
         <translation>反复读取，直到两次结果一致…</translation>
     </message>
     <message>
-        <source>Asks once more before anything is sent. What still stands against it is named in the row.</source>
-        <translation>发送前会再问一次。尚不满足的条件在本行中列出。</translation>
+        <source>Asks once more before anything is sent.</source>
+        <translation>发送前会再问一次。</translation>
     </message>
     <message>
         <source>Assumed: LOCK, a restart or a 0.5 s pause ends a fall.</source>
@@ -582,8 +558,16 @@
         <translation>操作记录：{act}，{outcome}。</translation>
     </message>
     <message>
+        <source>Audit log: {what}.</source>
+        <translation>操作记录：{what}。</translation>
+    </message>
+    <message>
         <source>Automatic triggers</source>
         <translation>自动触发</translation>
+    </message>
+    <message>
+        <source>Back</source>
+        <translation>返回</translation>
     </message>
     <message>
         <source>Back to live</source>
@@ -596,22 +580,6 @@
     <message>
         <source>Back to the check</source>
         <translation>返回检查</translation>
-    </message>
-    <message>
-        <source>Back to the page</source>
-        <translation>返回页面</translation>
-    </message>
-    <message>
-        <source>Back to the settings</source>
-        <translation>返回参数设置</translation>
-    </message>
-    <message>
-        <source>Back to the settings; nothing is applied</source>
-        <translation>返回参数设置；不应用任何内容</translation>
-    </message>
-    <message>
-        <source>Back to the settings; nothing is changed</source>
-        <translation>返回参数设置；不作任何更改</translation>
     </message>
     <message>
         <source>Baud rate</source>
@@ -638,20 +606,20 @@
         <translation>伞仓打开</translation>
     </message>
     <message>
-        <source>Begins the ritual that fires the parachute: arm, then hold for two seconds. Letting go, Esc, or leaving the page ends it and sends nothing.</source>
-        <translation>开始开伞流程：先预备，再按住两秒。松开、按 Esc 或离开本页即结束，不发送任何内容。</translation>
-    </message>
-    <message>
         <source>Below 0.7 g.</source>
         <translation>低于 0.7 g。</translation>
+    </message>
+    <message>
+        <source>Below it the module counts as falling.</source>
+        <translation>低于此值时，模块判定为失重。</translation>
     </message>
     <message>
         <source>Below the threshold</source>
         <translation>低于阈值的时间</translation>
     </message>
     <message>
-        <source>Below this acceleration the module counts itself as falling.</source>
-        <translation>加速度低于此值时，模块认为处于失重状态。</translation>
+        <source>Beyond it the parachute counts as gone.</source>
+        <translation>越过此值即判定降落伞已出仓。</translation>
     </message>
     <message>
         <source>Bit errors</source>
@@ -674,16 +642,8 @@
         <translation>两种触发均已禁用。</translation>
     </message>
     <message>
-        <source>Broken off: the connection was lost.</source>
-        <translation>通信中断。</translation>
-    </message>
-    <message>
         <source>Broken off: the connection was lost. What was not read back is not known.</source>
         <translation>通信中断。未回读的内容未知。</translation>
-    </message>
-    <message>
-        <source>Broken off: the module may be at {rate} baud now. Use “Find my module”.</source>
-        <translation>已中断：模块此时可能为 {rate} 波特。请使用“查找模块”。</translation>
     </message>
     <message>
         <source>Bytes</source>
@@ -720,10 +680,6 @@
     <message>
         <source>Cancel</source>
         <translation>取消</translation>
-    </message>
-    <message>
-        <source>Cancel saving</source>
-        <translation>取消保存</translation>
     </message>
     <message>
         <source>Cancelled.</source>
@@ -782,6 +738,10 @@
         <translation>修改波特率</translation>
     </message>
     <message>
+        <source>Changed without being written: {count}; see the rows.</source>
+        <translation>未写入却发生变化：{count} 项；请看各行。</translation>
+    </message>
+    <message>
         <source>Changed without being written: {names}.</source>
         <translation>未写入却已改变：{names}。</translation>
     </message>
@@ -792,6 +752,10 @@
     <message>
         <source>Changing the baud rate…</source>
         <translation>正在更改波特率…</translation>
+    </message>
+    <message>
+        <source>Changing {port} from {old} to {new} baud was interrupted: it may be at either.</source>
+        <translation>{port} 从 {old} 到 {new} 波特的更改曾被中断：可能处于其中任一波特率。</translation>
     </message>
     <message>
         <source>Charge</source>
@@ -898,8 +862,8 @@
         <translation>选择串口</translation>
     </message>
     <message>
-        <source>Choose a port, connect or disconnect (Ctrl+K)</source>
-        <translation>选择串口、连接或断开（Ctrl+K）</translation>
+        <source>Choose a port (Ctrl+K)</source>
+        <translation>选择串口（Ctrl+K）</translation>
     </message>
     <message>
         <source>Choose a port…</source>
@@ -912,10 +876,6 @@
     <message>
         <source>Choose columns…</source>
         <translation>选择列…</translation>
-    </message>
-    <message>
-        <source>Choose the module's port</source>
-        <translation>选择模块所接的串口</translation>
     </message>
     <message>
         <source>Clamps settings</source>
@@ -958,34 +918,6 @@
         <translation>关闭伞仓，然后点击“伞仓已关闭”。</translation>
     </message>
     <message>
-        <source>Close the port</source>
-        <translation>关闭串口</translation>
-    </message>
-    <message>
-        <source>Close the profile and apply nothing</source>
-        <translation>关闭配置文件，不应用任何内容</translation>
-    </message>
-    <message>
-        <source>Close the recording</source>
-        <translation>关闭数据记录</translation>
-    </message>
-    <message>
-        <source>Close this message</source>
-        <translation>关闭此消息</translation>
-    </message>
-    <message>
-        <source>Close this panel</source>
-        <translation>关闭此面板</translation>
-    </message>
-    <message>
-        <source>Close, drop the edits</source>
-        <translation>关闭并放弃修改</translation>
-    </message>
-    <message>
-        <source>Close, leave it ACTIVE</source>
-        <translation>关闭，保持激活</translation>
-    </message>
-    <message>
         <source>Closed and open bay read too much alike: check the sensor.</source>
         <translation>伞仓关闭与打开的读数过于接近：请检查传感器。</translation>
     </message>
@@ -1010,10 +942,6 @@
         <translation>比较</translation>
     </message>
     <message>
-        <source>Configures, tests and watches a DPS-S parachute module over its serial port.</source>
-        <translation>通过串口配置、测试和监视 DPS-S 伞降模块。</translation>
-    </message>
-    <message>
         <source>Confirm again: {why}.</source>
         <translation>请重新确认：{why}。</translation>
     </message>
@@ -1026,8 +954,8 @@
         <translation>连接</translation>
     </message>
     <message>
-        <source>Connect a module to see and change its settings.</source>
-        <translation>连接模块后即可查看和更改其参数。</translation>
+        <source>Connect a module to see its settings.</source>
+        <translation>连接模块后即可查看其参数。</translation>
     </message>
     <message>
         <source>Connect a module.</source>
@@ -1062,10 +990,6 @@
         <translation>请连接或选择模块。</translation>
     </message>
     <message>
-        <source>Connect to the simulated module</source>
-        <translation>连接模拟模块</translation>
-    </message>
-    <message>
         <source>Connected</source>
         <translation>已连接</translation>
     </message>
@@ -1094,6 +1018,10 @@
         <translation>继续编辑</translation>
     </message>
     <message>
+        <source>Copied.</source>
+        <translation>已复制。</translation>
+    </message>
+    <message>
         <source>Copy</source>
         <translation>复制</translation>
     </message>
@@ -1106,12 +1034,12 @@
         <translation>复制详细信息</translation>
     </message>
     <message>
-        <source>Copy these values to Settings; nothing is sent</source>
-        <translation>把这些值填到设置页；不发送任何内容</translation>
-    </message>
-    <message>
         <source>Could not be read again: {names}.</source>
         <translation>未能再次读取：{names}。</translation>
+    </message>
+    <message>
+        <source>Could not be read: {count}; see the rows.</source>
+        <translation>无法读取：{count} 项；请看各行。</translation>
     </message>
     <message>
         <source>Could not read the tilt: check it.</source>
@@ -1122,12 +1050,12 @@
         <translation>无法读取：{names}。请重新读取或检查接线。</translation>
     </message>
     <message>
-        <source>Counts as falling below {limit:.1f} g; at rest it is 1 g.</source>
-        <translation>低于 {limit:.1f} g 判定为失重；静止时为 1 g。</translation>
+        <source>Counts as falling at rest (1 g): fires after the free-fall time.</source>
+        <translation>静止（1 g）时也判定为失重：失重时间一到就会开伞。</translation>
     </message>
     <message>
-        <source>Counts as falling while it stands still (1 g): it fires as soon as the free-fall time is over.</source>
-        <translation>静止（1 g）时也判定为失重：失重时间一到就会开伞。</translation>
+        <source>Counts as falling below {limit:.1f} g; at rest 1 g.</source>
+        <translation>低于 {limit:.1f} g 判定为失重；静止时为 1 g。</translation>
     </message>
     <message>
         <source>DISABLED</source>
@@ -1150,8 +1078,8 @@
         <translation>帧受损：{bytes} 字节中有 {rejected} 字节无效。</translation>
     </message>
     <message>
-        <source>Damaged on this computer and not sent: {count}.</source>
-        <translation>本机上已损坏、未发送：{count} 条。</translation>
+        <source>Damaged here, not sent: {count}.</source>
+        <translation>本机损坏，未发送：{count} 条。</translation>
     </message>
     <message>
         <source>Damaged or altered: {rows} rows left out.</source>
@@ -1168,10 +1096,6 @@
     <message>
         <source>Data arrives {seconds:.1f} s late.</source>
         <translation>数据晚到 {seconds:.1f} s。</translation>
-    </message>
-    <message>
-        <source>Decides when the parachute counts as having left the bay.</source>
-        <translation>用于判断降落伞是否已出仓。</translation>
     </message>
     <message>
         <source>Decrease</source>
@@ -1222,6 +1146,10 @@
         <translation>诊断</translation>
     </message>
     <message>
+        <source>Dimmed with an age: stale. Hatched: never reported.</source>
+        <translation>变淡并注明时间：已过时。斜线：从未报告过。</translation>
+    </message>
+    <message>
         <source>Direction of faults</source>
         <translation>故障方向</translation>
     </message>
@@ -1246,20 +1174,16 @@
         <translation>放弃修改</translation>
     </message>
     <message>
-        <source>Discard what was typed here</source>
-        <translation>放弃此处填写的值</translation>
-    </message>
-    <message>
         <source>Disconnect</source>
         <translation>断开</translation>
     </message>
     <message>
-        <source>Disconnect, drop the edits</source>
-        <translation>断开并放弃修改</translation>
+        <source>Disk full: {path}.</source>
+        <translation>磁盘已满：{path}。</translation>
     </message>
     <message>
-        <source>Disconnect, leave it ACTIVE</source>
-        <translation>断开，保持激活</translation>
+        <source>Dismiss</source>
+        <translation>不再提醒</translation>
     </message>
     <message>
         <source>Do not change it.</source>
@@ -1288,14 +1212,6 @@
     <message>
         <source>Does the plug hold when it is shaken?</source>
         <translation>晃动插头时连接是否可靠？</translation>
-    </message>
-    <message>
-        <source>Drag or arrow keys move, wheel or + and − zoom, Shift with arrow keys reads off, End shows everything</source>
-        <translation>拖动或方向键移动，滚轮或 + − 缩放，Shift 加方向键读数，End 键显示全部</translation>
-    </message>
-    <message>
-        <source>Drag or arrow keys move, wheel or + and − zoom, Shift with arrow keys reads off, Space pauses</source>
-        <translation>拖动或方向键平移，滚轮或 + / − 缩放，Shift 加方向键读数，空格键暂停</translation>
     </message>
     <message>
         <source>Drop {height} m</source>
@@ -1354,10 +1270,6 @@
         <translation>E9：波特率切换</translation>
     </message>
     <message>
-        <source>Each record as a sentence: when it fired, why, and what the settings and readings were. What cannot be true is marked, not hidden.</source>
-        <translation>每条记录是一句话：何时触发、为何触发，以及当时的参数和读数。不可信的内容会标出，而不会隐藏。</translation>
-    </message>
-    <message>
         <source>Earlier values no longer count.</source>
         <translation>之前的数据不再有效。</translation>
     </message>
@@ -1410,10 +1322,6 @@
         <translation>启用或禁用。</translation>
     </message>
     <message>
-        <source>Enables both automatic triggers on the module and checks again. The module cannot be asked how they stand, so after each start only this settles it.</source>
-        <translation>在模块上启用两个自动触发并重新检查。模块无法查询它们的状态，所以每次开机后只有这样才能确定。</translation>
-    </message>
-    <message>
         <source>End all faults</source>
         <translation>结束所有故障</translation>
     </message>
@@ -1450,20 +1358,12 @@
         <translation>每个参数逐一写入并回读。波特率和串口输出保持不变；已激活的模块拒绝写入。</translation>
     </message>
     <message>
-        <source>Everything received is recorded automatically; see Recordings.</source>
-        <translation>线路上的所有内容都会自动记录，见“数据记录”页。</translation>
-    </message>
-    <message>
         <source>Everywhere</source>
         <translation>所有页面</translation>
     </message>
     <message>
         <source>Examples:</source>
         <translation>示例：</translation>
-    </message>
-    <message>
-        <source>Exchange with the server now</source>
-        <translation>立即与服务器同步</translation>
     </message>
     <message>
         <source>Exchanging…</source>
@@ -1570,7 +1470,7 @@
         <translation>参数校验码</translation>
     </message>
     <message>
-        <source>Fingerprint of the settings: {code}</source>
+        <source>Fingerprint: {code}</source>
         <translation>参数校验码：{code}</translation>
     </message>
     <message>
@@ -1578,16 +1478,12 @@
         <translation>触发</translation>
     </message>
     <message>
-        <source>Fires as soon as it is activated, however it lies.</source>
-        <translation>无论姿态如何，一激活就会开伞。</translation>
+        <source>Fires as soon as it is activated.</source>
+        <translation>一激活就会开伞。</translation>
     </message>
     <message>
-        <source>Fires at the first moment of free fall: any jolt may do it.</source>
-        <translation>一出现失重就开伞：任何颠簸都可能触发。</translation>
-    </message>
-    <message>
-        <source>Fires at {fires:.0f}° and never rearms: that would be at {rearms:.0f}°.</source>
-        <translation>在 {fires:.0f}° 开伞，且不会复位：复位角度为 {rearms:.0f}°。</translation>
+        <source>Fires at {fires:.0f}° and never rearms.</source>
+        <translation>在 {fires:.0f}° 开伞，且不会复位。</translation>
     </message>
     <message>
         <source>Fires at {fires:.0f}°, rearms at {rearms:.0f}°.</source>
@@ -1606,7 +1502,7 @@
         <translation>翻倒时自动开伞。</translation>
     </message>
     <message>
-        <source>Fires only when it is upside down, at {fires:.0f}°; rearms at {rearms:.0f}°.</source>
+        <source>Fires only upside down, at {fires:.0f}°; rearms at {rearms:.0f}°.</source>
         <translation>仅在倒扣时开伞（{fires:.0f}°）；在 {rearms:.0f}° 复位。</translation>
     </message>
     <message>
@@ -1614,8 +1510,8 @@
         <translation>触发开伞。</translation>
     </message>
     <message>
-        <source>Fires the parachute. 00 forbids it; for how long, the vendor does not say.</source>
-        <translation>触发开伞。00 为禁止触发；禁止多久，厂家未说明。</translation>
+        <source>Fires the parachute; 00 forbids it, for an unknown time.</source>
+        <translation>触发开伞；00 为禁止触发，时长未知。</translation>
     </message>
     <message>
         <source>Fires, {direction}</source>
@@ -1670,20 +1566,16 @@
         <translation>移除</translation>
     </message>
     <message>
-        <source>Forget it</source>
-        <translation>不再提醒</translation>
-    </message>
-    <message>
         <source>Forget the chosen station</source>
         <translation>移除所选站点</translation>
     </message>
     <message>
-        <source>Frames</source>
-        <translation>帧</translation>
+        <source>Format {format} needs a newer version of this program.</source>
+        <translation>格式 {format} 需要本程序的更新版本。</translation>
     </message>
     <message>
-        <source>Frames a second, usual round trip, lag, invalid bytes</source>
-        <translation>每秒帧数、通常往返时间、滞后、无效字节数</translation>
+        <source>Frames</source>
+        <translation>帧</translation>
     </message>
     <message>
         <source>Free fall</source>
@@ -1706,10 +1598,6 @@
         <translation>失重：无；最低 {weight:.1f} g，{time}。</translation>
     </message>
     <message>
-        <source>Free software under the MIT licence. It is made with:</source>
-        <translation>自由软件，采用 MIT 许可证。所用组件：</translation>
-    </message>
-    <message>
         <source>Free-fall acceleration threshold</source>
         <translation>失重加速度阈值</translation>
     </message>
@@ -1728,14 +1616,6 @@
     <message>
         <source>From Settings</source>
         <translation>取自参数设置</translation>
-    </message>
-    <message>
-        <source>From the vendor's table: {advice}</source>
-        <translation>厂家协议表：{advice}</translation>
-    </message>
-    <message>
-        <source>From {least} to {most} in steps of {step}.</source>
-        <translation>{least} 至 {most}，步长 {step}。</translation>
     </message>
     <message>
         <source>Full screen</source>
@@ -1794,10 +1674,6 @@
         <translation>丢失的心跳</translation>
     </message>
     <message>
-        <source>Held for two seconds, by mouse or space bar, it sends the command once. Letting go before sends nothing.</source>
-        <translation>用鼠标或空格键按住两秒，命令只发送一次。提前松开则不发送。</translation>
-    </message>
-    <message>
         <source>Hex text (*.txt *.hex *.log)</source>
         <translation>十六进制文本 (*.txt *.hex *.log)</translation>
     </message>
@@ -1822,10 +1698,6 @@
         <translation>请长按开关 2 s，或接通外接供电。</translation>
     </message>
     <message>
-        <source>Hold the picture; recording goes on (Space)</source>
-        <translation>画面静止，记录继续（空格键）</translation>
-    </message>
-    <message>
         <source>Hold to DEPLOY</source>
         <translation>按住开伞</translation>
     </message>
@@ -1834,20 +1706,8 @@
         <translation>按住演练</translation>
     </message>
     <message>
-        <source>How long a fall must last before it fires. Longer avoids false triggers, costs height.</source>
-        <translation>失重持续多久才触发开伞。时间越长越能防止误触发，但会损失开伞高度。</translation>
-    </message>
-    <message>
-        <source>How often the module was switched on; 0 follows 255.</source>
-        <translation>模块的开机次数；255 之后归零。</translation>
-    </message>
-    <message>
-        <source>How quick it is played; another speed begins from the start</source>
-        <translation>播放速度；更改速度后从头开始</translation>
-    </message>
-    <message>
-        <source>How the aircraft lies. Red: from here on an active module fires. Blue: here it rearms, 10° below.</source>
-        <translation>飞行器的姿态。红色：从这里起，激活的模块会开伞。蓝色：低 10°，在这里复位。</translation>
+        <source>How long it falls before it fires.</source>
+        <translation>失重持续多久才开伞。</translation>
     </message>
     <message>
         <source>How this is judged</source>
@@ -1858,8 +1718,8 @@
         <translation>完整：由 {station} 签名。</translation>
     </message>
     <message>
-        <source>If it does not, try another cable.</source>
-        <translation>如未出现，请换一根线。</translation>
+        <source>Identified by a person.</source>
+        <translation>已由人员确认。</translation>
     </message>
     <message>
         <source>Ignored commands</source>
@@ -1894,6 +1754,10 @@
         <translation>增大（上箭头）</translation>
     </message>
     <message>
+        <source>Interrupted: maybe at {rate} baud now. Use “Find my module”.</source>
+        <translation>已中断：可能已为 {rate} 波特。请使用“查找模块”。</translation>
+    </message>
+    <message>
         <source>Interrupted; may have been carried out.</source>
         <translation>已中断；命令可能已执行。</translation>
     </message>
@@ -1914,14 +1778,6 @@
         <translation>无法打开：{why}。</translation>
     </message>
     <message>
-        <source>It cannot be told whether this is the same module: too little was read.</source>
-        <translation>无法判断是否为同一个模块：读到的数据不足。</translation>
-    </message>
-    <message>
-        <source>It cannot be told whether this is {module}: too little is known of it.</source>
-        <translation>无法判断这是否为 {module}：已有的记录不足。</translation>
-    </message>
-    <message>
         <source>It fell longer than the free-fall time of {seconds:.2f} s: active, it would have fired.</source>
         <translation>坠落时间超过失重时间 {seconds:.2f} s：若已激活则会开伞。</translation>
     </message>
@@ -1934,10 +1790,6 @@
         <translation>已落下。请勿移动。</translation>
     </message>
     <message>
-        <source>It has happened {n} times.</source>
-        <translation>已发生 {n} 次。</translation>
-    </message>
-    <message>
         <source>It has never fired, or its memory was cleared.</source>
         <translation>从未触发，或记录已被清除。</translation>
     </message>
@@ -1946,16 +1798,12 @@
         <translation>已无可用的降落伞。</translation>
     </message>
     <message>
-        <source>It is a new module</source>
-        <translation>是新模块</translation>
-    </message>
-    <message>
         <source>It is another module</source>
         <translation>这是另一个模块</translation>
     </message>
     <message>
-        <source>It is being written now and cannot be deleted.</source>
-        <translation>正在记录，无法删除。</translation>
+        <source>It is being written: not deleted.</source>
+        <translation>正在写入，未删除。</translation>
     </message>
     <message>
         <source>It is kept as recording {name}.</source>
@@ -1964,10 +1812,6 @@
     <message>
         <source>It is plugged in</source>
         <translation>已接通</translation>
-    </message>
-    <message>
-        <source>It is the same module</source>
-        <translation>是同一个模块</translation>
     </message>
     <message>
         <source>It is this module</source>
@@ -2006,10 +1850,6 @@
         <translation>已断开连接。</translation>
     </message>
     <message>
-        <source>It was {before} and reads {after} now, without being written here.</source>
-        <translation>原为 {before}，现读出 {after}，并非在此写入。</translation>
-    </message>
-    <message>
         <source>It will FIRE four times. Take the ejector (pyro or spring) off the module and the rotors off the aircraft. It is locked afterwards; each firing stays in its trigger records.</source>
         <translation>模块将触发四次。请先从模块上拆下弹射装置（火工品或弹簧），并拆下飞行器的桨叶。测试后自动锁定；每次触发都会写入触发记录。</translation>
     </message>
@@ -2032,10 +1872,6 @@
     <message>
         <source>Judge it on the Triggers page.</source>
         <translation>在“触发记录”页面判定。</translation>
-    </message>
-    <message>
-        <source>Judge locked times as if active</source>
-        <translation>把锁定时段按激活状态判断</translation>
     </message>
     <message>
         <source>Judged: {judgement}.</source>
@@ -2066,6 +1902,10 @@
         <translation>断电重启后仍保持。</translation>
     </message>
     <message>
+        <source>Kept over the power cycle: {count}. {boots}</source>
+        <translation>断电重启后保持：{count} 项。{boots}</translation>
+    </message>
+    <message>
         <source>Key</source>
         <translation>按键</translation>
     </message>
@@ -2094,28 +1934,24 @@
         <translation>再次锁定</translation>
     </message>
     <message>
-        <source>LOCK and close</source>
-        <translation>锁定并关闭</translation>
-    </message>
-    <message>
-        <source>LOCK and disconnect</source>
-        <translation>锁定并断开</translation>
-    </message>
-    <message>
-        <source>LOCK could not be sent: treat the module as ACTIVE. It is sent when the port comes back.</source>
-        <translation>无法发送锁定指令：请将模块视为已激活。串口恢复后将自动发送。</translation>
+        <source>LOCK first</source>
+        <translation>先锁定</translation>
     </message>
     <message>
         <source>LOCK goes on: {names}</source>
         <translation>正在锁定：{names}</translation>
     </message>
     <message>
-        <source>LOCK is not reported yet. It is sent again when the port comes back.</source>
-        <translation>模块尚未报告锁定。串口恢复后将再次发送锁定命令。</translation>
-    </message>
-    <message>
         <source>LOCK is not reported: treat it as ACTIVE.</source>
         <translation>模块未报告锁定：请按已激活对待。</translation>
+    </message>
+    <message>
+        <source>LOCK not reported; sent again when the port is back.</source>
+        <translation>尚未报告锁定；串口恢复后将再次发送。</translation>
+    </message>
+    <message>
+        <source>LOCK not sent: treat the module as ACTIVE. Sent when the port is back.</source>
+        <translation>锁定未发送：请将模块视为已激活。串口恢复后将发送。</translation>
     </message>
     <message>
         <source>LOCK sent {count}×, not confirmed: treat the module as ACTIVE.</source>
@@ -2136,10 +1972,6 @@
     <message>
         <source>LOCK was pressed</source>
         <translation>已按“锁定”</translation>
-    </message>
-    <message>
-        <source>LOCK: put the module into standby</source>
-        <translation>锁定：使模块进入待机</translation>
     </message>
     <message>
         <source>LOCKED</source>
@@ -2178,6 +2010,10 @@
         <translation>最小裕量：{tilt}°、{fall:.2f} s（{file}）。</translation>
     </message>
     <message>
+        <source>Leave it ACTIVE</source>
+        <translation>保持激活</translation>
+    </message>
+    <message>
         <source>Leave it there</source>
         <translation>请勿移动</translation>
     </message>
@@ -2190,8 +2026,8 @@
         <translation>暂时不要碰插头。</translation>
     </message>
     <message>
-        <source>Left out, because it is not what a station recorded: {count}.</source>
-        <translation>未导入（与站点的原始记录不符）：{count} 条。</translation>
+        <source>Left out, altered: {count}.</source>
+        <translation>已略去（被修改）：{count} 条。</translation>
     </message>
     <message>
         <source>Length</source>
@@ -2222,6 +2058,10 @@
         <translation>伞仓光线</translation>
     </message>
     <message>
+        <source>Light in the parachute bay: tells whether it is open.</source>
+        <translation>伞仓内的光线：用于判断伞仓是否打开。</translation>
+    </message>
+    <message>
         <source>Light means open; uncalibrated, this is assumed.</source>
         <translation>有光说明伞仓打开；未校准时只是假定。</translation>
     </message>
@@ -2232,10 +2072,6 @@
     <message>
         <source>Light threshold</source>
         <translation>光线阈值</translation>
-    </message>
-    <message>
-        <source>Light threshold by measurement</source>
-        <translation>通过测量确定光线阈值</translation>
     </message>
     <message>
         <source>Light, bay closed</source>
@@ -2346,10 +2182,6 @@
         <translation>最长坠落</translation>
     </message>
     <message>
-        <source>Look for the module</source>
-        <translation>查找该模块</translation>
-    </message>
-    <message>
         <source>Looking for ports…</source>
         <translation>正在查找串口…</translation>
     </message>
@@ -2384,6 +2216,10 @@
     <message>
         <source>MCAP…</source>
         <translation>MCAP…</translation>
+    </message>
+    <message>
+        <source>MIT licence. Made with:</source>
+        <translation>MIT 许可证。所用组件：</translation>
     </message>
     <message>
         <source>Maintenance</source>
@@ -2438,8 +2274,12 @@
         <translation>含义</translation>
     </message>
     <message>
-        <source>Measure both to get a threshold.</source>
-        <translation>两种状态都测量后才能得到阈值。</translation>
+        <source>Measure both.</source>
+        <translation>请测量两种状态。</translation>
+    </message>
+    <message>
+        <source>Measure in the light of the flight day, with no hand over the sensor.</source>
+        <translation>请在飞行当天的光线下测量，手不要遮挡传感器。</translation>
     </message>
     <message>
         <source>Measure the light threshold</source>
@@ -2462,10 +2302,6 @@
         <translation>测量值</translation>
     </message>
     <message>
-        <source>Measures the light with the bay closed and open and proposes a threshold in the middle. That also finds out which way light moves the reading.</source>
-        <translation>分别在伞仓关闭和打开时测量光线，并建议取中间值作为阈值。同时也能确定光线使读数朝哪个方向变化。</translation>
-    </message>
-    <message>
         <source>Measuring the light</source>
         <translation>正在测量光线</translation>
     </message>
@@ -2475,6 +2311,10 @@
     </message>
     <message>
         <source>Menu</source>
+        <translation>菜单</translation>
+    </message>
+    <message>
+        <source>Menus</source>
         <translation>菜单</translation>
     </message>
     <message>
@@ -2594,6 +2434,14 @@
         <translation>未触发</translation>
     </message>
     <message>
+        <source>NOT all kept over the power cycle: see the rows. {boots}</source>
+        <translation>断电重启后并非全部保持：请看各行。{boots}</translation>
+    </message>
+    <message>
+        <source>NOT as set: {count}; see the rows.</source>
+        <translation>与目标值不符：{count} 项；请看各行。</translation>
+    </message>
+    <message>
         <source>NOT reported, treat as ACTIVE: {names}</source>
         <translation>未报告锁定，请按已激活对待：{names}</translation>
     </message>
@@ -2650,6 +2498,10 @@
         <translation>新增</translation>
     </message>
     <message>
+        <source>New module</source>
+        <translation>新模块</translation>
+    </message>
+    <message>
         <source>New ones begin.</source>
         <translation>将重新开始记录。</translation>
     </message>
@@ -2666,20 +2518,28 @@
         <translation>目标值</translation>
     </message>
     <message>
+        <source>Newest samples (End)</source>
+        <translation>最新数据（End 键）</translation>
+    </message>
+    <message>
         <source>Next</source>
         <translation>下一步</translation>
+    </message>
+    <message>
+        <source>Next control</source>
+        <translation>下一个控件</translation>
     </message>
     <message>
         <source>Next match</source>
         <translation>下一个匹配行</translation>
     </message>
     <message>
-        <source>Next: enable the triggers and run the check.</source>
-        <translation>接下来：使能触发并运行检查。</translation>
+        <source>Next: Settings, then Pre-flight.</source>
+        <translation>接下来：“参数设置”，然后“飞行前检查”。</translation>
     </message>
     <message>
-        <source>No Chinese font is installed. Install one (such as fonts-noto-cjk), then start this program again.</source>
-        <translation>未安装中文字体。请安装一种（例如 fonts-noto-cjk），然后重启本程序。</translation>
+        <source>No Chinese font is installed. Install one (fonts-noto-cjk), then restart.</source>
+        <translation>未安装中文字体。请安装（fonts-noto-cjk）后重启本程序。</translation>
     </message>
     <message>
         <source>No acceleration: free-fall trigger not judged.</source>
@@ -2802,6 +2662,10 @@
         <translation>没有 {port} 的访问权限。</translation>
     </message>
     <message>
+        <source>No permission to write {path}.</source>
+        <translation>无权写入 {path}。</translation>
+    </message>
+    <message>
         <source>No port is open.</source>
         <translation>没有打开的串口。</translation>
     </message>
@@ -2818,12 +2682,12 @@
         <translation>暂无建议</translation>
     </message>
     <message>
-        <source>No protection in free fall: this trigger is off.</source>
-        <translation>失重时没有保护：该触发已关闭。</translation>
+        <source>No protection in free fall.</source>
+        <translation>失重时没有保护。</translation>
     </message>
     <message>
-        <source>No protection when it tips over: this trigger is off.</source>
-        <translation>翻倒时没有保护：该触发已关闭。</translation>
+        <source>No protection when it tips over.</source>
+        <translation>翻倒时没有保护。</translation>
     </message>
     <message>
         <source>No protection: no aircraft tilts by {fires:.0f}°.</source>
@@ -2846,24 +2710,28 @@
         <translation>没有收到记录。</translation>
     </message>
     <message>
-        <source>No restart was seen: nothing is known about a power cycle.</source>
-        <translation>未观察到重启：无法判断断电重启后的情况。</translation>
+        <source>No restart was seen.</source>
+        <translation>未观察到重启。</translation>
     </message>
     <message>
         <source>No round trip measured yet</source>
         <translation>尚未测得往返时间</translation>
     </message>
     <message>
-        <source>No serial port found. Plug the adapter in: it appears here automatically.</source>
-        <translation>未找到串口。请插入适配器，它会自动出现在这里。</translation>
+        <source>No serial port found. Plug the adapter in, or try another cable.</source>
+        <translation>未找到串口。请插入适配器，或换一根线。</translation>
     </message>
     <message>
-        <source>No server is set. Export and Import exchange through a file.</source>
-        <translation>未设置服务器。可用导出和导入通过文件同步。</translation>
+        <source>No server is set.</source>
+        <translation>未设置服务器。</translation>
     </message>
     <message>
         <source>No server is set: give {example}.</source>
         <translation>未设置服务器：请给出 {example}。</translation>
+    </message>
+    <message>
+        <source>No settings known: read them first.</source>
+        <translation>参数未知：请先读取。</translation>
     </message>
     <message>
         <source>No shortcuts on this page</source>
@@ -2878,12 +2746,12 @@
         <translation>没有状态报告。</translation>
     </message>
     <message>
-        <source>No such pair of modules in the archive.</source>
-        <translation>归档中没有这样的一对模块。</translation>
+        <source>No such pair in the archive.</source>
+        <translation>归档中没有这一对。</translation>
     </message>
     <message>
-        <source>No threshold is proposed.</source>
-        <translation>不给出阈值建议。</translation>
+        <source>No such pair of modules in the archive.</source>
+        <translation>归档中没有这样的一对模块。</translation>
     </message>
     <message>
         <source>No thresholds separate the lists</source>
@@ -2954,12 +2822,12 @@
         <translation>未连接</translation>
     </message>
     <message>
-        <source>Not everything was kept over the power cycle: see the rows. {boots}</source>
-        <translation>断电重启后并非全部保持：请看各行。{boots}</translation>
-    </message>
-    <message>
         <source>Not found</source>
         <translation>未找到</translation>
+    </message>
+    <message>
+        <source>Not found. Switch the module off and on, then “Find my module”.</source>
+        <translation>未找到。请将模块关机再开机，然后“查找模块”。</translation>
     </message>
     <message>
         <source>Not judged</source>
@@ -3030,6 +2898,10 @@
         <translation>未复核</translation>
     </message>
     <message>
+        <source>Not shared: {count}. Last: {time}.</source>
+        <translation>未共享：{count} 条。上次：{time}。</translation>
+    </message>
+    <message>
         <source>Not triggered</source>
         <translation>未触发</translation>
     </message>
@@ -3046,16 +2918,16 @@
         <translation>未信任：签名者为 {found}，不是 {given}。</translation>
     </message>
     <message>
+        <source>Not verified, but read as set since: {count}.</source>
+        <translation>未验证，但此后读到的值与目标值一致：{count} 项。</translation>
+    </message>
+    <message>
         <source>Not watched for 2 s yet.</source>
         <translation>尚未观察满 2 秒。</translation>
     </message>
     <message>
         <source>Not yet shared</source>
         <translation>尚未共享</translation>
-    </message>
-    <message>
-        <source>Not yet shared: {count}. Last exchange: {time}.</source>
-        <translation>尚未共享：{count} 条。上次同步：{time}。</translation>
     </message>
     <message>
         <source>Note</source>
@@ -3070,20 +2942,12 @@
         <translation>无法向 MCAP 文件追加。</translation>
     </message>
     <message>
-        <source>Nothing here has the keyboard. Go to a control with Tab.</source>
-        <translation>当前没有控件获得键盘焦点。请用 Tab 键移到某个控件。</translation>
+        <source>Nothing has the focus: press Tab.</source>
+        <translation>没有控件获得焦点：请按 Tab 键。</translation>
     </message>
     <message>
-        <source>Nothing is changed</source>
-        <translation>不作任何更改</translation>
-    </message>
-    <message>
-        <source>Nothing is known of the module's settings: read them first.</source>
-        <translation>模块的参数全部未知：请先读取。</translation>
-    </message>
-    <message>
-        <source>Nothing is recorded</source>
-        <translation>未记录</translation>
+        <source>Nothing is sent</source>
+        <translation>不发送任何内容</translation>
     </message>
     <message>
         <source>Nothing is sent.</source>
@@ -3102,6 +2966,10 @@
         <translation>无需接线</translation>
     </message>
     <message>
+        <source>Nothing was applied. Correct these and open it again:</source>
+        <translation>未应用任何内容。请更正以下问题后重新打开：</translation>
+    </message>
+    <message>
         <source>Nothing was done. To do it: {command}</source>
         <translation>未执行任何操作。执行请输入：{command}</translation>
     </message>
@@ -3110,20 +2978,12 @@
         <translation>未执行：这可能不是模块 {module}（{differences}）。若确认是，请加 --same-module。</translation>
     </message>
     <message>
-        <source>Nothing was heard of it for long.</source>
-        <translation>已很久没有收到其数据。</translation>
-    </message>
-    <message>
         <source>Nothing was recorded.</source>
         <translation>未记录任何内容。</translation>
     </message>
     <message>
         <source>Nothing was sent.</source>
         <translation>没有发送任何内容。</translation>
-    </message>
-    <message>
-        <source>Nothing was taken from it. Put these right and open it again:</source>
-        <translation>未采用其中任何内容。请更正以下问题后重新打开：</translation>
     </message>
     <message>
         <source>Nothing was written.</source>
@@ -3142,6 +3002,10 @@
         <translation>关机，直至长按开关 2 秒或接通外接供电。</translation>
     </message>
     <message>
+        <source>Off until its switch is held 2 s or external power comes.</source>
+        <translation>关机；长按开关 2 秒或接通外接供电后开机。</translation>
+    </message>
+    <message>
         <source>Offline</source>
         <translation>离线</translation>
     </message>
@@ -3156,10 +3020,6 @@
     <message>
         <source>One code for all readable settings.</source>
         <translation>一个代码代表所有可读参数。</translation>
-    </message>
-    <message>
-        <source>One code for all settings that can be read: the same settings give the same code on every module.</source>
-        <translation>所有可读参数对应一个代码：参数相同，任何模块上的代码都相同。</translation>
     </message>
     <message>
         <source>One column must be time_s, time_ms or time_us.</source>
@@ -3214,10 +3074,6 @@
         <translation>打开抓包…</translation>
     </message>
     <message>
-        <source>Open earlier sessions</source>
-        <translation>打开以前的数据记录</translation>
-    </message>
-    <message>
         <source>Open files…</source>
         <translation>打开文件…</translation>
     </message>
@@ -3246,20 +3102,16 @@
         <translation>完全打开伞仓，然后点击“伞仓已打开”。</translation>
     </message>
     <message>
-        <source>Open the chosen port (Enter)</source>
-        <translation>打开所选串口（回车）</translation>
-    </message>
-    <message>
         <source>Open the window</source>
         <translation>打开窗口</translation>
     </message>
     <message>
-        <source>Opening the recording of {when}…</source>
-        <translation>正在打开 {when} 的数据记录…</translation>
-    </message>
-    <message>
         <source>Opening {port}</source>
         <translation>正在打开 {port}</translation>
+    </message>
+    <message>
+        <source>Opening {when}…</source>
+        <translation>正在打开 {when}…</translation>
     </message>
     <message>
         <source>Opening…</source>
@@ -3338,6 +3190,10 @@
         <translation>暂停</translation>
     </message>
     <message>
+        <source>Pause; recording continues (Space)</source>
+        <translation>暂停画面，记录继续（空格键）</translation>
+    </message>
+    <message>
         <source>Pauses: {count}, {total:.1f} s in all, at most {longest:.1f} s.</source>
         <translation>中断：{count} 次，共 {total:.1f} s，最长 {longest:.1f} s。</translation>
     </message>
@@ -3366,16 +3222,12 @@
         <translation>俯仰</translation>
     </message>
     <message>
-        <source>Place in the recording</source>
-        <translation>播放位置</translation>
-    </message>
-    <message>
         <source>Play</source>
         <translation>播放</translation>
     </message>
     <message>
-        <source>Play the recording from the start</source>
-        <translation>从头回放</translation>
+        <source>Play from the start</source>
+        <translation>从头播放</translation>
     </message>
     <message>
         <source>Plots</source>
@@ -3434,6 +3286,10 @@
         <translation>串口</translation>
     </message>
     <message>
+        <source>Position</source>
+        <translation>位置</translation>
+    </message>
+    <message>
         <source>Power cycle: {fate}.</source>
         <translation>断电重启：{fate}。</translation>
     </message>
@@ -3442,12 +3298,20 @@
         <translation>断电</translation>
     </message>
     <message>
+        <source>Power-ups so far; 0 follows 255.</source>
+        <translation>累计上电次数；255 之后归零。</translation>
+    </message>
+    <message>
         <source>Pre-flight</source>
         <translation>飞行前检查</translation>
     </message>
     <message>
         <source>Pre-flight check</source>
         <translation>飞行前检查</translation>
+    </message>
+    <message>
+        <source>Pre-flight check not GO.</source>
+        <translation>飞行前检查的结果不是可以飞行。</translation>
     </message>
     <message>
         <source>Pre-flight check of a parachute module</source>
@@ -3462,7 +3326,11 @@
         <translation>{count} 个模块的飞行前检查</translation>
     </message>
     <message>
-        <source>Pre-flight check {number}: {verdict}, checked by {who}.</source>
+        <source>Pre-flight check older than {days} days.</source>
+        <translation>飞行前检查已超过 {days} 天。</translation>
+    </message>
+    <message>
+        <source>Pre-flight check {number}: {verdict}, by {who}.</source>
         <translation>飞行前检查 {number}：{verdict}，检查人 {who}。</translation>
     </message>
     <message>
@@ -3538,20 +3406,8 @@
         <translation>协议差异</translation>
     </message>
     <message>
-        <source>Proves that the module is there. It sends two by itself, 50 ms apart, after power-up.</source>
-        <translation>证明模块在线。模块上电后自行发送两次，间隔 50 ms。</translation>
-    </message>
-    <message>
-        <source>Put the module into standby, at once</source>
-        <translation>立即使模块进入待机</translation>
-    </message>
-    <message>
-        <source>Puts it into the form; it is written with the other changes</source>
-        <translation>填入表单；与其他更改一起写入</translation>
-    </message>
-    <message>
-        <source>Puts the module into standby at once. Always allowed, never asked twice, sent before everything else. The chips beside it show what the module says afterwards.</source>
-        <translation>立即使模块进入待机。始终允许，从不二次询问，优先于其他一切发送。旁边的标签显示模块随后报告的状态。</translation>
+        <source>Proves that the module is there; two come after power-up.</source>
+        <translation>证明模块在线；上电后自行发送两次。</translation>
     </message>
     <message>
         <source>Qt needs system libraries that are not here. Type: {command}</source>
@@ -3578,10 +3434,6 @@
         <translation>待激活</translation>
     </message>
     <message>
-        <source>READY and GO only if every check holds; GO only while the module reports that it is active. Void after a restart, a loss of the link, a change, or fifteen minutes.</source>
-        <translation>全部检查通过才是“待激活”或“可以飞行”；只有模块自己报告已激活才是“可以飞行”。重启、通信中断、有更改或满十五分钟后作废。</translation>
-    </message>
-    <message>
         <source>READY: activate it before the flight.</source>
         <translation>待激活：请在飞行前激活。</translation>
     </message>
@@ -3594,7 +3446,7 @@
         <translation>回放记录：{name}</translation>
     </message>
     <message>
-        <source>RECORDING: {name}, it has ended</source>
+        <source>RECORDING: {name}, ended</source>
         <translation>回放记录：{name}，已播完</translation>
     </message>
     <message>
@@ -3612,10 +3464,6 @@
     <message>
         <source>Read</source>
         <translation>读取</translation>
-    </message>
-    <message>
-        <source>Read again</source>
-        <translation>重新读取</translation>
     </message>
     <message>
         <source>Read all</source>
@@ -3646,10 +3494,6 @@
         <translation>正在读取日志…</translation>
     </message>
     <message>
-        <source>Reading of the light sensor in the parachute bay: tells whether the bay is open.</source>
-        <translation>伞仓内光线传感器的读数：用于判断伞仓是否打开。</translation>
-    </message>
-    <message>
         <source>Reading the module again…</source>
         <translation>正在重新读取模块…</translation>
     </message>
@@ -3672,10 +3516,6 @@
     <message>
         <source>Rearms, {direction}</source>
         <translation>复位角度，{direction}</translation>
-    </message>
-    <message>
-        <source>Received; it cannot be read back.</source>
-        <translation>模块已收到；无法回读。</translation>
     </message>
     <message>
         <source>Recent files</source>
@@ -3710,10 +3550,6 @@
         <translation>自 {time} 起记录，有缺失</translation>
     </message>
     <message>
-        <source>Recorded values</source>
-        <translation>记录的数值</translation>
-    </message>
-    <message>
         <source>Recording cannot be read: {why}.</source>
         <translation>数据记录无法读取：{why}。</translation>
     </message>
@@ -3728,6 +3564,10 @@
     <message>
         <source>Recordings</source>
         <translation>数据记录</translation>
+    </message>
+    <message>
+        <source>Recordings deleted: {count}.</source>
+        <translation>已删除数据记录：{count} 条。</translation>
     </message>
     <message>
         <source>Recordings: {count}</source>
@@ -3822,6 +3662,10 @@
         <translation>重启后参数丢失</translation>
     </message>
     <message>
+        <source>Restarted; the boot count does not prove a power cycle.</source>
+        <translation>已重启；开机次数不能证明曾断电重启。</translation>
+    </message>
+    <message>
         <source>Restarts</source>
         <translation>重启</translation>
     </message>
@@ -3832,6 +3676,10 @@
     <message>
         <source>Restore initial</source>
         <translation>恢复初始值</translation>
+    </message>
+    <message>
+        <source>Restored from the copy of {when}; later records are missing.</source>
+        <translation>已从 {when} 的备份恢复；此后的记录缺失。</translation>
     </message>
     <message>
         <source>Result</source>
@@ -3864,10 +3712,6 @@
     <message>
         <source>Round-trip time, ms</source>
         <translation>往返时间（毫秒）</translation>
-    </message>
-    <message>
-        <source>Rules and assumptions</source>
-        <translation>规则与假设</translation>
     </message>
     <message>
         <source>Run a simulated module until Ctrl-C. The first line is its port.</source>
@@ -3910,14 +3754,6 @@
         <translation>保存</translation>
     </message>
     <message>
-        <source>Save a picture as PNG</source>
-        <translation>保存 PNG 图片</translation>
-    </message>
-    <message>
-        <source>Save a picture of what is in sight, PNG</source>
-        <translation>将所见画面存为 PNG 图片</translation>
-    </message>
-    <message>
         <source>Save as profile…</source>
         <translation>另存为配置文件…</translation>
     </message>
@@ -3928,10 +3764,6 @@
     <message>
         <source>Save capture…</source>
         <translation>保存抓包…</translation>
-    </message>
-    <message>
-        <source>Save every sample in sight as a table, CSV</source>
-        <translation>将所见的每个采样存为 CSV 表格</translation>
     </message>
     <message>
         <source>Save picture</source>
@@ -3946,10 +3778,6 @@
         <translation>保存诊断包…</translation>
     </message>
     <message>
-        <source>Save the values in sight as CSV</source>
-        <translation>将所见数据存为 CSV</translation>
-    </message>
-    <message>
         <source>Save values</source>
         <translation>保存数据</translation>
     </message>
@@ -3962,24 +3790,24 @@
         <translation>已保存为 {path}。</translation>
     </message>
     <message>
-        <source>Saved as {path}. Not known, so not in it: {names}.</source>
-        <translation>已保存为 {path}。以下项目未知，未包含在内：{names}。</translation>
+        <source>Saved as {path}. Unknown, left out: {names}.</source>
+        <translation>已保存为 {path}。未知，未包含：{names}。</translation>
     </message>
     <message>
-        <source>Saved the picture to {path}</source>
-        <translation>图片已保存到 {path}</translation>
+        <source>Saved to {path}.</source>
+        <translation>已保存到 {path}。</translation>
     </message>
     <message>
-        <source>Saved {count} messages to {path}</source>
-        <translation>已将 {count} 条消息保存到 {path}</translation>
+        <source>Saved to {path}. Rows: {rows}.</source>
+        <translation>已保存到 {path}。行数：{rows}。</translation>
+    </message>
+    <message>
+        <source>Saved to {path}. Rows: {rows}; older ones are gone.</source>
+        <translation>已保存到 {path}。行数：{rows}；更早的已不再保留。</translation>
     </message>
     <message>
         <source>Saved {rows} rows to {path}</source>
         <translation>已保存 {rows} 行到 {path}</translation>
-    </message>
-    <message>
-        <source>Saved {rows} rows to {path}. What is older is no longer kept.</source>
-        <translation>已保存 {rows} 行到 {path}。更早的数据已不再保留。</translation>
     </message>
     <message>
         <source>Save…</source>
@@ -4026,16 +3854,12 @@
         <translation>检查期间不要发送命令。</translation>
     </message>
     <message>
-        <source>Sends each edited row once, then asks for it. A row is verified only when what comes back is equal. Against the vendor's advice it asks for a second click; an ACTIVE module is not written to.</source>
-        <translation>每个修改过的行发送一次，然后读回。只有读回的值相同才算已验证。违背厂家建议时需要再次点击；不会写入处于激活状态的模块。</translation>
+        <source>Sends each edited row once and reads it back; never to an ACTIVE module.</source>
+        <translation>每个修改过的行发送一次并回读；不会写入处于激活状态的模块。</translation>
     </message>
     <message>
-        <source>Sends it once: never repeated, never kept for later. It is in the audit log before it is sent.</source>
-        <translation>只发送一次：不重复，也不留待以后。发送前先写入操作记录。</translation>
-    </message>
-    <message>
-        <source>Sends its status all the time, without being asked.</source>
-        <translation>不经询问，持续发送状态。</translation>
+        <source>Sends it once: never repeated, never kept for later.</source>
+        <translation>只发送一次：不重复，也不留待以后。</translation>
     </message>
     <message>
         <source>Sensor noise</source>
@@ -4074,12 +3898,12 @@
         <translation>串口输出</translation>
     </message>
     <message>
-        <source>Server</source>
-        <translation>服务器</translation>
+        <source>Serial output was left on; it is switched off when not needed.</source>
+        <translation>串口输出此前未关闭；不需要时将关闭。</translation>
     </message>
     <message>
-        <source>Set and acknowledged, never read back.</source>
-        <translation>可设置并应答，不能回读。</translation>
+        <source>Server</source>
+        <translation>服务器</translation>
     </message>
     <message>
         <source>Set changes another</source>
@@ -4118,10 +3942,6 @@
         <translation>请在驱动设置中将延迟计时器设为 1 ms。</translation>
     </message>
     <message>
-        <source>Set this server and exchange</source>
-        <translation>设置此服务器并同步</translation>
-    </message>
-    <message>
         <source>Setting</source>
         <translation>参数</translation>
     </message>
@@ -4142,6 +3962,10 @@
         <translation>参数校验码</translation>
     </message>
     <message>
+        <source>Settings not written: {count}.</source>
+        <translation>尚未写入的参数：{count} 项。</translation>
+    </message>
+    <message>
         <source>Settings revert after</source>
         <translation>参数延时恢复</translation>
     </message>
@@ -4152,6 +3976,10 @@
     <message>
         <source>Several adapters look the same: choose the port that the module is plugged into.</source>
         <translation>有多个适配器无法区分：请选择伞降模块所接的串口。</translation>
+    </message>
+    <message>
+        <source>Shaded: fires, but must not. Hatched: must fire, but is missed.</source>
+        <translation>着色：不得触发却触发。斜线：必须触发却漏掉。</translation>
     </message>
     <message>
         <source>Shake the plug and the cable</source>
@@ -4170,32 +3998,12 @@
         <translation>Shell 补全脚本</translation>
     </message>
     <message>
-        <source>Show it in the plots (Return)</source>
-        <translation>在曲线中查看（回车键）</translation>
-    </message>
-    <message>
         <source>Show on the other pages</source>
         <translation>在其他页面显示</translation>
     </message>
     <message>
         <source>Show or hide</source>
         <translation>显示或隐藏</translation>
-    </message>
-    <message>
-        <source>Show the newest samples (End)</source>
-        <translation>显示最新数据（End 键）</translation>
-    </message>
-    <message>
-        <source>Show the time of day</source>
-        <translation>显示时刻</translation>
-    </message>
-    <message>
-        <source>Show the whole recording</source>
-        <translation>显示整段数据记录</translation>
-    </message>
-    <message>
-        <source>Show the whole recording (End)</source>
-        <translation>显示整段数据记录（End 键）</translation>
     </message>
     <message>
         <source>Shown</source>
@@ -4274,12 +4082,12 @@
         <translation>只在被询问时应答。</translation>
     </message>
     <message>
-        <source>Speed of the recording</source>
-        <translation>播放速度</translation>
+        <source>Speed</source>
+        <translation>速度</translation>
     </message>
     <message>
-        <source>Speed of the serial line. The vendor advises not to change it.</source>
-        <translation>串口通讯速率。厂家建议不要更改。</translation>
+        <source>Speed of the serial line.</source>
+        <translation>串口通讯速率。</translation>
     </message>
     <message>
         <source>Split, pause</source>
@@ -4288,6 +4096,14 @@
     <message>
         <source>Standard input:</source>
         <translation>标准输入：</translation>
+    </message>
+    <message>
+        <source>Standby at once: always allowed, never asked twice, sent before everything else.</source>
+        <translation>立即待机：始终允许，从不二次询问，优先于其他一切发送。</translation>
+    </message>
+    <message>
+        <source>Standby, at once</source>
+        <translation>立即进入待机</translation>
     </message>
     <message>
         <source>Stands against it: {why}</source>
@@ -4366,10 +4182,6 @@
         <translation>状态时效</translation>
     </message>
     <message>
-        <source>Status reports a second</source>
-        <translation>每秒状态帧数</translation>
-    </message>
-    <message>
         <source>Step {number}: {name}</source>
         <translation>第 {number} 步：{name}</translation>
     </message>
@@ -4386,18 +4198,6 @@
         <translation>停止播放</translation>
     </message>
     <message>
-        <source>Stop playing the recording</source>
-        <translation>停止回放</translation>
-    </message>
-    <message>
-        <source>Stop playing; a module can be connected then</source>
-        <translation>停止播放；之后可以连接模块</translation>
-    </message>
-    <message>
-        <source>Stop saving; no file is left</source>
-        <translation>停止保存，不留下文件</translation>
-    </message>
-    <message>
         <source>Stream jitter</source>
         <translation>输出抖动</translation>
     </message>
@@ -4412,6 +4212,10 @@
     <message>
         <source>Streams after start</source>
         <translation>开机后串口输出</translation>
+    </message>
+    <message>
+        <source>Streams the status unasked.</source>
+        <translation>主动实时输出状态。</translation>
     </message>
     <message>
         <source>Sunlight</source>
@@ -4432,14 +4236,6 @@
     <message>
         <source>Switched off at {time}</source>
         <translation>{time} 已关机</translation>
-    </message>
-    <message>
-        <source>Switched on, the module streams its status unasked. Its state cannot be read.</source>
-        <translation>开启后模块主动实时输出状态。此开关的状态无法读取。</translation>
-    </message>
-    <message>
-        <source>Switches the module off. It comes back by its switch, held 2 s, or by external power.</source>
-        <translation>模块关机。长按开关 2 秒或接通外接供电即可再次开机。</translation>
     </message>
     <message>
         <source>Sync now</source>
@@ -4466,16 +4262,12 @@
         <translation>表格 (*.csv)</translation>
     </message>
     <message>
-        <source>Take over from a file what this computer lacks</source>
-        <translation>从文件导入本机缺少的内容</translation>
-    </message>
-    <message>
         <source>Takes its position as level; for small mounting errors only.</source>
         <translation>将当前姿态作为水平基准；仅用于小的安装误差。</translation>
     </message>
     <message>
-        <source>Takes today's mounting as level. For small mounting errors only.</source>
-        <translation>将当前安装方式作为水平面。仅用于修正小角度安装误差。</translation>
+        <source>Takes this position as level; for small mounting errors only.</source>
+        <translation>以当前姿态为水平；仅用于修正小角度安装误差。</translation>
     </message>
     <message>
         <source>Tells an open bay from a closed one.</source>
@@ -4518,16 +4310,8 @@
         <translation>适配器已重新插入，但串口暂时无法打开；程序会继续尝试。</translation>
     </message>
     <message>
-        <source>The address must read like {example}; in a password, / @ ? and # are written as %2F %40 %3F %23.</source>
-        <translation>地址格式应为 {example}；密码中的 / @ ? # 须写作 %2F %40 %3F %23。</translation>
-    </message>
-    <message>
-        <source>The archive server needs psycopg, which is not installed: {command}</source>
-        <translation>使用归档服务器需要 psycopg，尚未安装：{command}</translation>
-    </message>
-    <message>
-        <source>The archive server {server} cannot be used: {why}</source>
-        <translation>无法使用归档服务器 {server}：{why}</translation>
+        <source>The archive server needs psycopg: {command}</source>
+        <translation>归档服务器需要 psycopg：{command}</translation>
     </message>
     <message>
         <source>The audit log cannot be written.</source>
@@ -4542,8 +4326,8 @@
         <translation>操作记录完好：{count} 条。</translation>
     </message>
     <message>
-        <source>The baud rate is not applied with a profile: change it in its own place.</source>
-        <translation>波特率不随配置文件应用：请在其专门位置更改。</translation>
+        <source>The baud rate is never applied with a profile.</source>
+        <translation>波特率不随配置文件应用。</translation>
     </message>
     <message>
         <source>The capture is full; the rest is in the recording {name}.</source>
@@ -4586,10 +4370,6 @@
         <translation>电脑曾休眠，操作已取消。</translation>
     </message>
     <message>
-        <source>The details are on the clipboard.</source>
-        <translation>详细信息已复制到剪贴板。</translation>
-    </message>
-    <message>
         <source>The disk is full: {file} cannot be written.</source>
         <translation>磁盘已满：无法写入 {file}。</translation>
     </message>
@@ -4598,8 +4378,8 @@
         <translation>磁盘写入过慢。</translation>
     </message>
     <message>
-        <source>The disk was too slow: {count} reports are missing in the recording.</source>
-        <translation>磁盘太慢：记录中缺少 {count} 条报告。</translation>
+        <source>The disk was too slow. Reports missing: {count}.</source>
+        <translation>磁盘太慢。缺少上报：{count} 条。</translation>
     </message>
     <message>
         <source>The ejector is disconnected and the rotors are off</source>
@@ -4610,6 +4390,10 @@
         <translation>文件大于 {kilobytes} KB。</translation>
     </message>
     <message>
+        <source>The flight controller must then use {rate} baud, too.</source>
+        <translation>此后飞控也必须使用 {rate} 波特率。</translation>
+    </message>
+    <message>
         <source>The key of this station cannot be used: {why}.</source>
         <translation>本站点的密钥无法使用：{why}。</translation>
     </message>
@@ -4618,16 +4402,16 @@
         <translation>上次检查的结果不是可以飞行。</translation>
     </message>
     <message>
-        <source>The last nine triggers, each with the settings and readings of its moment.</source>
-        <translation>最近九次触发，每条含触发时的参数和读数。</translation>
+        <source>The last nine triggers with settings and readings.</source>
+        <translation>最近九次触发及当时的参数和读数。</translation>
     </message>
     <message>
         <source>The light could not be read often enough.</source>
         <translation>光线值读取次数不足。</translation>
     </message>
     <message>
-        <source>The link was lost since.</source>
-        <translation>此后链路曾丢失。</translation>
+        <source>The link was lost.</source>
+        <translation>通信中断。</translation>
     </message>
     <message>
         <source>The list of known stations cannot be written: {why}.</source>
@@ -4640,10 +4424,6 @@
     <message>
         <source>The module answers.</source>
         <translation>模块应答正常。</translation>
-    </message>
-    <message>
-        <source>The module answers. Next: Settings, then Pre-flight, at the left.</source>
-        <translation>模块已应答。接下来：左侧的“参数设置”，然后“飞行前检查”。</translation>
     </message>
     <message>
         <source>The module became ACTIVE during a test that needs it locked.</source>
@@ -4662,20 +4442,12 @@
         <translation>模块目前没有报告状态。</translation>
     </message>
     <message>
-        <source>The module has no serial number. A name, given once, ties its records and checks together; it is recognised again by its adapter and its boot count.</source>
-        <translation>模块没有序列号。起一次名称，就能把它的记录和检查归在一起；以后通过适配器和开机次数再次识别。</translation>
+        <source>The module has triggered: LOCK, read the record, pack, check again.</source>
+        <translation>模块已触发：请锁定、读取记录、重新装伞并检查。</translation>
     </message>
     <message>
-        <source>The module has no serial number: name it once, and it is known again</source>
-        <translation>模块没有序列号：命名一次，下次即可识别</translation>
-    </message>
-    <message>
-        <source>The module has triggered. Next: read the trigger record, LOCK, then pack and check again.</source>
-        <translation>模块已触发。接下来：读取触发记录、锁定，然后重新装伞并检查。</translation>
-    </message>
-    <message>
-        <source>The module is ACTIVE: it fires by its thresholds, with or without this program.</source>
-        <translation>模块处于激活状态：无论本程序是否运行，达到阈值都会开伞。</translation>
+        <source>The module is ACTIVE: it fires also without this program.</source>
+        <translation>模块处于激活状态：没有本程序也会开伞。</translation>
     </message>
     <message>
         <source>The module is ACTIVE: lock it first.</source>
@@ -4742,16 +4514,8 @@
         <translation>测试期间模块重启。</translation>
     </message>
     <message>
-        <source>The module restarted since.</source>
-        <translation>此后模块已重启。</translation>
-    </message>
-    <message>
-        <source>The module restarted, but the boot count does not prove that its power was off.</source>
-        <translation>模块已重启，但开机次数不能证明曾断电。</translation>
-    </message>
-    <message>
-        <source>The module restarted: activation, triggers and serial output are as after power-up.</source>
-        <translation>模块已重启：激活、触发和串口输出均恢复为上电状态。</translation>
+        <source>The module restarted: enable the triggers and check again.</source>
+        <translation>模块已重启：请启用触发并重新检查。</translation>
     </message>
     <message>
         <source>The module stays locked; keep clear of its opening all the same. A spring under the lid is still loaded: secure it before you open the bay.</source>
@@ -4790,10 +4554,6 @@
         <translation>模块停止应答，未保存任何内容。请重新读取。</translation>
     </message>
     <message>
-        <source>The module takes the parachute as gone when its bay is light. Measure in the light of the flight day, with no hand over the sensor.</source>
-        <translation>模块根据伞仓内的光线判断降落伞是否已离仓。请在飞行当天的光线下测量，手不要遮挡传感器。</translation>
-    </message>
-    <message>
         <source>The module was ACTIVE when it was last heard: treat it as ready to fire.</source>
         <translation>最后一次收到数据时模块处于激活状态：请按随时可能开伞对待。</translation>
     </message>
@@ -4806,56 +4566,40 @@
         <translation>测试期间模块被锁定。</translation>
     </message>
     <message>
-        <source>The module was not found. Switch it off and on, then use “Find my module”.</source>
-        <translation>未找到模块。请将其关机再开机，然后使用“查找模块”。</translation>
-    </message>
-    <message>
         <source>The module was switched off.</source>
         <translation>模块已关机。</translation>
-    </message>
-    <message>
-        <source>The module's baud rate; 115200 unless somebody changed it</source>
-        <translation>模块的波特率；未改动过时为 115200</translation>
     </message>
     <message>
         <source>The next step was not done within {seconds:.0f} s.</source>
         <translation>{seconds:.0f} s 内没有完成下一步。</translation>
     </message>
     <message>
-        <source>The parachute counts as out of the bay when the light reads beyond {limit:.1f} V. Which way light moves the reading is found by measuring with the bay closed, then open.</source>
-        <translation>光线读数越过 {limit:.1f} V 时，判定降落伞已离开伞仓。光线使读数变大还是变小，需先关闭再打开伞仓测量得知。</translation>
+        <source>The parachute counts as gone beyond {limit:.1f} V; measure which way, bay closed and open.</source>
+        <translation>光线越过 {limit:.1f} V 即判定降落伞已出仓；方向请在伞仓关闭和打开时测量。</translation>
     </message>
     <message>
         <source>The port has only a name, which may be another adapter's by now: connect again by hand.</source>
         <translation>该串口只能按名称识别，现在可能已是另一个适配器：请手动重新连接。</translation>
     </message>
     <message>
-        <source>The port leads to another device than before: this may be another module.</source>
-        <translation>该串口现在指向另一个设备，可能是另一个模块。</translation>
-    </message>
-    <message>
         <source>The profile has unsaved edits.</source>
         <translation>配置文件有未保存的修改。</translation>
-    </message>
-    <message>
-        <source>The profile is of format {format}; this program knows {known}. Use a newer version of it.</source>
-        <translation>配置文件的格式为 {format}；本程序支持到 {known}。请使用更新版本的程序。</translation>
     </message>
     <message>
         <source>The program may not write into {file}.</source>
         <translation>程序无权写入 {file}。</translation>
     </message>
     <message>
-        <source>The program met an error that it did not expect and goes on: {error}. Nothing is armed.</source>
-        <translation>程序遇到意外错误，将继续运行：{error}。所有待命操作均已解除。</translation>
+        <source>The program's records were damaged; kept as {path}.</source>
+        <translation>本程序的记录已损坏，另存为 {path}。</translation>
+    </message>
+    <message>
+        <source>The program's records were gone.</source>
+        <translation>本程序的记录已丢失。</translation>
     </message>
     <message>
         <source>The reading process ended.</source>
         <translation>读取进程已结束。</translation>
-    </message>
-    <message>
-        <source>The readings are spread wide: measure again in steady light.</source>
-        <translation>读数分散较大：请在稳定光线下重新测量。</translation>
     </message>
     <message>
         <source>The readings differ or frames were lost: records may be missing. Read again.</source>
@@ -4870,6 +4614,10 @@
         <translation>两种理解的结果不同：</translation>
     </message>
     <message>
+        <source>The readings scatter: measure again in steady light.</source>
+        <translation>读数分散：请在稳定光线下重新测量。</translation>
+    </message>
+    <message>
         <source>The record and the report of each module lie beside this one.</source>
         <translation>每个模块的记录和报告与本报告在同一文件夹。</translation>
     </message>
@@ -4878,12 +4626,8 @@
         <translation>记录未签名。</translation>
     </message>
     <message>
-        <source>The recording cannot be read any more.</source>
-        <translation>该数据记录已无法读取。</translation>
-    </message>
-    <message>
-        <source>The recording has ended</source>
-        <translation>数据记录已播完</translation>
+        <source>The recording is unreadable.</source>
+        <translation>该数据记录无法读取。</translation>
     </message>
     <message>
         <source>The records do not follow those of {module}: is it the same module?</source>
@@ -4926,16 +4670,16 @@
         <translation>系统未能列出串口。请关闭蓝牙后重试。</translation>
     </message>
     <message>
-        <source>The test makes the module fire: it begins only after you say that nothing can be ejected.</source>
-        <translation>该测试会使模块触发：只有在您确认不会弹射任何物品后才能开始。</translation>
+        <source>The test makes the module fire.</source>
+        <translation>该测试会使模块触发。</translation>
     </message>
     <message>
         <source>The tilt is measured again</source>
         <translation>重新测量倾角</translation>
     </message>
     <message>
-        <source>The user guide is missing from this installation.</source>
-        <translation>此安装中缺少用户指南。</translation>
+        <source>The user guide is not installed.</source>
+        <translation>未安装用户指南。</translation>
     </message>
     <message>
         <source>The vendor advises against it.</source>
@@ -4944,10 +4688,6 @@
     <message>
         <source>The vendor advises not to change it.</source>
         <translation>厂家建议不要更改。</translation>
-    </message>
-    <message>
-        <source>The vendor's advice, the reading with the bay fully open, would be {volts:.1f} V.</source>
-        <translation>厂家建议取伞仓完全打开时的读数，即 {volts:.1f} V。</translation>
     </message>
     <message>
         <source>The verdict of this moment; nothing is watched afterwards.</source>
@@ -4986,16 +4726,16 @@
         <translation>没有串口。请插入适配器；或更换线缆、安装驱动。</translation>
     </message>
     <message>
-        <source>They stay beside each other</source>
-        <translation>两者并列显示</translation>
+        <source>This may be another module: the port leads to another device.</source>
+        <translation>这可能是另一个模块：该串口现在指向另一个设备。</translation>
     </message>
     <message>
-        <source>This is another module than before: {differences}.</source>
-        <translation>这与之前的不是同一个模块：{differences}。</translation>
+        <source>This may be another module: too little is known.</source>
+        <translation>这可能是另一个模块：已知信息不足。</translation>
     </message>
     <message>
-        <source>This is another module than {module}: {differences}.</source>
-        <translation>这不是 {module}，而是另一个模块：{differences}。</translation>
+        <source>This may be another module: {differences}.</source>
+        <translation>这可能是另一个模块：{differences}。</translation>
     </message>
     <message>
         <source>This recording cannot be read. {why}</source>
@@ -5036,6 +4776,10 @@
     <message>
         <source>Tilt at rest</source>
         <translation>静止倾角</translation>
+    </message>
+    <message>
+        <source>Tilt at which it fires; rearms 10° below.</source>
+        <translation>达到此倾角即开伞；低 10° 复位。</translation>
     </message>
     <message>
         <source>Tilt before</source>
@@ -5086,8 +4830,8 @@
         <translation>倾角，已触发</translation>
     </message>
     <message>
-        <source>Tilt, acceleration, trigger and activation in one report; also what is streamed.</source>
-        <translation>一次报告倾角、加速度、触发状态和激活状态；实时输出的内容与此相同。</translation>
+        <source>Tilt, acceleration, trigger and activation.</source>
+        <translation>倾角、加速度、触发状态和激活状态。</translation>
     </message>
     <message>
         <source>Tilt, not triggered</source>
@@ -5124,14 +4868,6 @@
     <message>
         <source>To be settled</source>
         <translation>待确认</translation>
-    </message>
-    <message>
-        <source>To the menus</source>
-        <translation>到菜单</translation>
-    </message>
-    <message>
-        <source>To the next control</source>
-        <translation>到下一个控件</translation>
     </message>
     <message>
         <source>Tolerance</source>
@@ -5174,12 +4910,16 @@
         <translation>在其报告“已锁定”之前，请视为随时可能开伞。</translation>
     </message>
     <message>
-        <source>Treat the module as ACTIVE: it does not report that it is locked.</source>
+        <source>Treat the module as ACTIVE: it does not report LOCKED.</source>
         <translation>请将模块视为已激活：模块未报告锁定。</translation>
     </message>
     <message>
         <source>Trigger</source>
         <translation>触发状态</translation>
+    </message>
+    <message>
+        <source>Trigger record: judgement withdrawn.</source>
+        <translation>触发记录：判定已撤回。</translation>
     </message>
     <message>
         <source>Trigger record: {what}</source>
@@ -5188,6 +4928,10 @@
     <message>
         <source>Trigger records</source>
         <translation>触发记录</translation>
+    </message>
+    <message>
+        <source>Trigger records not judged: {count}.</source>
+        <translation>尚未判定的触发记录：{count} 条。</translation>
     </message>
     <message>
         <source>Trigger records: {count}</source>
@@ -5218,6 +4962,10 @@
         <translation>持续 0.2 s 后触发</translation>
     </message>
     <message>
+        <source>Triggers and near misses</source>
+        <translation>触发及接近触发</translation>
+    </message>
+    <message>
         <source>Triggers at once</source>
         <translation>立即触发</translation>
     </message>
@@ -5238,10 +4986,6 @@
         <translation>重试</translation>
     </message>
     <message>
-        <source>Try everything without a module</source>
-        <translation>没有模块也能试用全部功能</translation>
-    </message>
-    <message>
         <source>Try on recorded data</source>
         <translation>用数据记录试算</translation>
     </message>
@@ -5250,24 +4994,20 @@
         <translation>试用建议</translation>
     </message>
     <message>
-        <source>Try the edits of the Settings page</source>
-        <translation>用设置页中的修改试算</translation>
-    </message>
-    <message>
-        <source>Try thresholds on measured data</source>
-        <translation>用测得的数据试算阈值</translation>
-    </message>
-    <message>
         <source>Trying {rate} baud</source>
         <translation>正在尝试 {rate} 波特率</translation>
     </message>
     <message>
-        <source>Twenty readings, about two seconds</source>
-        <translation>二十次读数，约两秒</translation>
-    </message>
-    <message>
         <source>Two modules</source>
         <translation>两个模块</translation>
+    </message>
+    <message>
+        <source>Two seconds, by mouse or space bar. Letting go before sends nothing.</source>
+        <translation>用鼠标或空格键按住两秒。提前松开则不发送。</translation>
+    </message>
+    <message>
+        <source>Two stations use “{one}”. Same module?</source>
+        <translation>两个站点都使用“{one}”。是同一个模块吗？</translation>
     </message>
     <message>
         <source>Type: {command}</source>
@@ -5310,6 +5050,10 @@
         <translation>意外错误：{error}。</translation>
     </message>
     <message>
+        <source>Unexpected error: {error}. Nothing is armed.</source>
+        <translation>意外错误：{error}。所有待命操作均已解除。</translation>
+    </message>
+    <message>
         <source>Unit</source>
         <translation>单位</translation>
     </message>
@@ -5320,10 +5064,6 @@
     <message>
         <source>Unknown kind of file.</source>
         <translation>未知的文件类型。</translation>
-    </message>
-    <message>
-        <source>Unknown, read, edited, writing, verified or failed. “Verified” means: written, asked for again, and equal.</source>
-        <translation>未知、已读取、已修改、正在写入、已验证或失败。“已验证”表示：写入后再次读取，且值相同。</translation>
     </message>
     <message>
         <source>Unknown: {what}.</source>
@@ -5430,8 +5170,20 @@
         <translation>厂家建议</translation>
     </message>
     <message>
+        <source>Vendor's advice: {volts:.1f} V.</source>
+        <translation>厂家建议：{volts:.1f} V。</translation>
+    </message>
+    <message>
+        <source>Vendor: {advice}</source>
+        <translation>厂家：{advice}</translation>
+    </message>
+    <message>
         <source>Verdict</source>
         <translation>结论</translation>
+    </message>
+    <message>
+        <source>Verified: {count}.</source>
+        <translation>已验证：{count} 项。</translation>
     </message>
     <message>
         <source>Verify a file…</source>
@@ -5446,12 +5198,12 @@
         <translation>校验记录</translation>
     </message>
     <message>
-        <source>Void: {why}.</source>
-        <translation>作废：{why}。</translation>
+        <source>Void after a restart, a lost link, a change, or fifteen minutes.</source>
+        <translation>重启、通信中断、有更改或满十五分钟后作废。</translation>
     </message>
     <message>
-        <source>Voltage of the module's cell; with external power connected it is the charging voltage.</source>
-        <translation>模块的电芯电压；接有外接供电时为充电电压。</translation>
+        <source>Void: {why}.</source>
+        <translation>作废：{why}。</translation>
     </message>
     <message>
         <source>Waiting for the module</source>
@@ -5470,12 +5222,12 @@
         <translation>警告：{count}</translation>
     </message>
     <message>
-        <source>What a person checks</source>
-        <translation>由人检查的内容</translation>
+        <source>Was {before}, now {after}; not written here.</source>
+        <translation>原为 {before}，现为 {after}；并非在此写入。</translation>
     </message>
     <message>
-        <source>What a person could do to a real module on the bench, done to the simulated one.</source>
-        <translation>把人在工作台上能对真实模块做的事，用在模拟模块上。</translation>
+        <source>What a person checks</source>
+        <translation>由人检查的内容</translation>
     </message>
     <message>
         <source>What changes by itself is unreliable.</source>
@@ -5486,60 +5238,24 @@
         <translation>当前焦点是什么？</translation>
     </message>
     <message>
-        <source>What is the matter with the line</source>
-        <translation>线路有什么问题</translation>
-    </message>
-    <message>
         <source>What is this? Point at it</source>
         <translation>这是什么？点击查看</translation>
-    </message>
-    <message>
-        <source>What it does</source>
-        <translation>作用</translation>
-    </message>
-    <message>
-        <source>What only a person can look at. It counts for this flight only.</source>
-        <translation>只能由人查看的项目。仅对本次飞行有效。</translation>
     </message>
     <message>
         <source>What the check expects</source>
         <translation>检查的要求</translation>
     </message>
     <message>
-        <source>What the module says arrives late.</source>
-        <translation>模块的数据到达过晚。</translation>
-    </message>
-    <message>
-        <source>What the module says now. A dimmed number with an age is stale; a hatched “unknown” was never said by this module.</source>
-        <translation>模块现在的数据。变淡并注明时间的数字已过时；带斜线的“未知”表示这个模块从未报告过。</translation>
-    </message>
-    <message>
         <source>When</source>
         <translation>时间</translation>
     </message>
     <message>
-        <source>When it would have fired, and near misses</source>
-        <translation>本会触发及接近触发的时刻</translation>
+        <source>Whether external power charges it.</source>
+        <translation>外接供电是否正在充电。</translation>
     </message>
     <message>
-        <source>Whether external power is charging the module.</source>
-        <translation>外接供电是否正在为模块充电。</translation>
-    </message>
-    <message>
-        <source>Whether the module fires by itself in free fall. Its state cannot be read.</source>
-        <translation>模块失重时是否自动触发开伞。此开关的状态无法读取。</translation>
-    </message>
-    <message>
-        <source>Whether the module fires by itself when it tips over. Its state cannot be read.</source>
-        <translation>模块翻倒时是否自动触发开伞。此开关的状态无法读取。</translation>
-    </message>
-    <message>
-        <source>Which thresholds separate the two lists: shaded where a flight fires that must not, hatched where one that must is missed. Click, drag or arrow keys choose thresholds; Enter shows the flights that fire there.</source>
-        <translation>哪些阈值能区分两个列表：着色处有不得触发的飞行会触发，斜线处有必须触发的飞行被漏掉。点击、拖动或用方向键选择阈值；按回车显示该处触发的飞行日志。</translation>
-    </message>
-    <message>
-        <source>Whoever talks to the module, also the flight controller, must use {rate} baud from then on.</source>
-        <translation>此后与模块通信的各方（包括飞控）都必须使用 {rate} 波特率。</translation>
+        <source>Whether the module has triggered.</source>
+        <translation>模块是否已触发。</translation>
     </message>
     <message>
         <source>Whose checks</source>
@@ -5570,8 +5286,16 @@
         <translation>无线延迟</translation>
     </message>
     <message>
+        <source>With external power it is the charging voltage.</source>
+        <translation>接有外接供电时为充电电压。</translation>
+    </message>
+    <message>
         <source>Without a name of the module the result counts for no pre-flight check.</source>
         <translation>模块没有名称，该结果不计入飞行前检查。</translation>
+    </message>
+    <message>
+        <source>Without a serial number its name identifies it</source>
+        <translation>没有序列号，由名称识别</translation>
     </message>
     <message>
         <source>Without reply</source>
@@ -5582,8 +5306,8 @@
         <translation>不含串口输出</translation>
     </message>
     <message>
-        <source>Without the password: see the guide</source>
-        <translation>不含密码：见用户手册</translation>
+        <source>Without the password</source>
+        <translation>不含密码</translation>
     </message>
     <message>
         <source>Wobbles</source>
@@ -5654,12 +5378,12 @@
         <translation>写入与配置文件不同之处，或批准。</translation>
     </message>
     <message>
-        <source>Write what is ticked to the module and read it back</source>
-        <translation>将勾选的项目写入模块并回读</translation>
-    </message>
-    <message>
         <source>Write {count} changes</source>
         <translation>写入 {count} 项更改</translation>
+    </message>
+    <message>
+        <source>Write {example}; in a password %2F %40 %3F %23 for / @ ? #.</source>
+        <translation>请写作 {example}；密码中的 / @ ? # 写作 %2F %40 %3F %23。</translation>
     </message>
     <message>
         <source>Writes nothing</source>
@@ -5730,12 +5454,8 @@
         <translation>某项条件不再满足</translation>
     </message>
     <message>
-        <source>a finite number is needed</source>
-        <translation>需要一个有限的数</translation>
-    </message>
-    <message>
-        <source>a list of at most {count} [[manual]] tables is needed.</source>
-        <translation>需要由 [[manual]] 表组成的列表，最多 {count} 个。</translation>
+        <source>a lithium cell has 3.5 V to 4.2 V</source>
+        <translation>锂电芯为 3.5 V 至 4.2 V</translation>
     </message>
     <message>
         <source>a module without a name</source>
@@ -5750,8 +5470,8 @@
         <translation>人员</translation>
     </message>
     <message>
-        <source>a sensor at rest does not wander further</source>
-        <translation>静止的传感器不会有更大的漂移</translation>
+        <source>a resting sensor wanders less</source>
+        <translation>静止的传感器漂移更小</translation>
     </message>
     <message>
         <source>acceleration, 0.1 g</source>
@@ -5806,8 +5526,8 @@
         <translation>建议：{advice}</translation>
     </message>
     <message>
-        <source>after 1000 ms the vendor calls the module offline</source>
-        <translation>厂家规定 1000 ms 无应答即模块离线</translation>
+        <source>after 1000 ms the module counts as offline</source>
+        <translation>1000 ms 后模块即视为离线</translation>
     </message>
     <message>
         <source>after the impact</source>
@@ -5882,12 +5602,12 @@
         <translation>不超过 {angle:.0f}°</translation>
     </message>
     <message>
-        <source>at rest it is 1 g</source>
-        <translation>静止时为 1 g</translation>
+        <source>at most {count} [[manual]] tables.</source>
+        <translation>最多 {count} 个 [[manual]] 表。</translation>
     </message>
     <message>
-        <source>at rest it is 1 g; free fall begins below 0.7 g</source>
-        <translation>静止时为 1 g；低于 0.7 g 即为失重</translation>
+        <source>at rest it is 1 g</source>
+        <translation>静止时为 1 g</translation>
     </message>
     <message>
         <source>at {time:.2f} s: {why}</source>
@@ -5898,8 +5618,8 @@
         <translation>姿态</translation>
     </message>
     <message>
-        <source>attitude threshold then, 1°</source>
-        <translation>触发时的姿态开伞阈值，1°</translation>
+        <source>attitude threshold, 1°</source>
+        <translation>姿态开伞阈值，1°</translation>
     </message>
     <message>
         <source>attitude, {tilt:.0f}°</source>
@@ -5946,10 +5666,6 @@
         <translation>记录中</translation>
     </message>
     <message>
-        <source>below 3.5 V a lithium cell is nearly empty; above 4.2 V none is</source>
-        <translation>低于 3.5 V 时锂电芯几乎耗尽；没有电芯高于 4.2 V</translation>
-    </message>
-    <message>
         <source>below {g} g for {time} s</source>
         <translation>低于 {g} g 持续 {time} 秒</translation>
     </message>
@@ -5962,8 +5678,12 @@
         <translation>台架测试</translation>
     </message>
     <message>
-        <source>boot count at the trigger</source>
-        <translation>触发时的开机次数</translation>
+        <source>beyond it one side fires late</source>
+        <translation>超出则一侧开伞偏晚</translation>
+    </message>
+    <message>
+        <source>boot count</source>
+        <translation>开机次数</translation>
     </message>
     <message>
         <source>boot count {now}, was {before}</source>
@@ -5974,16 +5694,12 @@
         <translation>第 {boot} 次开机 · {uptime}</translation>
     </message>
     <message>
-        <source>brackets are nested too deeply.</source>
-        <translation>括号嵌套过深。</translation>
-    </message>
-    <message>
         <source>broken off</source>
         <translation>帧不完整</translation>
     </message>
     <message>
-        <source>built in, or without a description</source>
-        <translation>内置串口或无描述</translation>
+        <source>built in</source>
+        <translation>内置</translation>
     </message>
     <message>
         <source>buttons not in sight</source>
@@ -6174,6 +5890,10 @@
         <translation>串口输出持续 S 秒后结束</translation>
     </message>
     <message>
+        <source>ended</source>
+        <translation>已播完</translation>
+    </message>
+    <message>
         <source>entries</source>
         <translation>填写内容</translation>
     </message>
@@ -6254,6 +5974,10 @@
         <translation>清除服务器设置</translation>
     </message>
     <message>
+        <source>format: a whole number from 1.</source>
+        <translation>format：从 1 开始的整数。</translation>
+    </message>
+    <message>
         <source>forward</source>
         <translation>向前</translation>
     </message>
@@ -6266,12 +5990,12 @@
         <translation>失重，{weight:.1f} g</translation>
     </message>
     <message>
-        <source>free-fall acceleration threshold then, 0.1 g</source>
-        <translation>触发时的失重加速度阈值，0.1 g</translation>
+        <source>free-fall acceleration threshold, 0.1 g</source>
+        <translation>失重加速度阈值，0.1 g</translation>
     </message>
     <message>
-        <source>free-fall time then, 0.01 s</source>
-        <translation>触发时的失重时间，0.01 s</translation>
+        <source>free-fall time, 0.01 s</source>
+        <translation>失重时间，0.01 s</translation>
     </message>
     <message>
         <source>from behind</source>
@@ -6326,6 +6050,10 @@
         <translation>被中断</translation>
     </message>
     <message>
+        <source>interrupted while writing; the value is unknown</source>
+        <translation>写入时中断；当前值未知</translation>
+    </message>
+    <message>
         <source>invalid</source>
         <translation>无效</translation>
     </message>
@@ -6336,6 +6064,10 @@
     <message>
         <source>invalid bytes</source>
         <translation>有无效字节</translation>
+    </message>
+    <message>
+        <source>invalid bytes: {n}</source>
+        <translation>无效字节 {n}</translation>
     </message>
     <message>
         <source>invalid choice: %(value)r (choose from %(choices)s)</source>
@@ -6362,10 +6094,6 @@
         <translation>已被修改</translation>
     </message>
     <message>
-        <source>it was broken off while writing; what stands is not known</source>
-        <translation>写入时中断；当前值未知</translation>
-    </message>
-    <message>
         <source>its station did not sign it</source>
         <translation>并非由所属站点签名</translation>
     </message>
@@ -6382,8 +6110,8 @@
         <translation>最晚 {late}</translation>
     </message>
     <message>
-        <source>light at the trigger, 0.1 V</source>
-        <translation>触发时的光线，0.1 V</translation>
+        <source>light, 0.1 V</source>
+        <translation>光线，0.1 V</translation>
     </message>
     <message>
         <source>limit {value}</source>
@@ -6434,8 +6162,8 @@
         <translation>更长</translation>
     </message>
     <message>
-        <source>longer avoids false triggers, costs height</source>
-        <translation>时间长可避免误触发，但损失开伞高度</translation>
+        <source>longer: fewer false triggers, more height lost</source>
+        <translation>越长误触发越少，损失高度越多</translation>
     </message>
     <message>
         <source>lost</source>
@@ -6454,8 +6182,8 @@
         <translation>已一致</translation>
     </message>
     <message>
-        <source>measuring… {done} readings</source>
-        <translation>正在测量…已读 {done} 次</translation>
+        <source>measuring… {done}</source>
+        <translation>正在测量… {done}</translation>
     </message>
     <message>
         <source>missing checks: {checks}</source>
@@ -6466,7 +6194,7 @@
         <translation>模块未命名</translation>
     </message>
     <message>
-        <source>more noise than that can end a free fall</source>
+        <source>more noise can end a fall</source>
         <translation>噪声更大会中断失重判断</translation>
     </message>
     <message>
@@ -6480,6 +6208,10 @@
     <message>
         <source>name of that station</source>
         <translation>该站点的名称</translation>
+    </message>
+    <message>
+        <source>nested too deeply.</source>
+        <translation>嵌套过深。</translation>
     </message>
     <message>
         <source>never</source>
@@ -6554,10 +6286,6 @@
         <translation>没有找到它的密码</translation>
     </message>
     <message>
-        <source>no readings</source>
-        <translation>没有读数</translation>
-    </message>
-    <message>
         <source>no record attached</source>
         <translation>未附带记录</translation>
     </message>
@@ -6608,6 +6336,18 @@
     <message>
         <source>none approved</source>
         <translation>尚未批准</translation>
+    </message>
+    <message>
+        <source>not TOML: {why}.</source>
+        <translation>不是 TOML：{why}。</translation>
+    </message>
+    <message>
+        <source>not UTF-8 text.</source>
+        <translation>不是 UTF-8 文本。</translation>
+    </message>
+    <message>
+        <source>not a fingerprint.</source>
+        <translation>不是有效的参数校验码。</translation>
     </message>
     <message>
         <source>not acknowledged: {what}</source>
@@ -6746,8 +6486,8 @@
         <translation>现在</translation>
     </message>
     <message>
-        <source>of 20; a line that loses more than a tenth may lose a setting</source>
-        <translation>共 20 次；丢失超过十分之一的线路可能丢失参数</translation>
+        <source>of 20; a worse line may lose a setting</source>
+        <translation>共 20 次；更差的线路可能丢失参数</translation>
     </message>
     <message>
         <source>offline</source>
@@ -6756,10 +6496,6 @@
     <message>
         <source>on external power, {voltage}</source>
         <translation>接外接供电，{voltage}</translation>
-    </message>
-    <message>
-        <source>one bit each: 01 serial, 02 attitude, 04 PWM, 08 free fall</source>
-        <translation>每位一个来源：01 串口，02 姿态，04 PWM，08 失重</translation>
     </message>
     <message>
         <source>one of the arguments %s is required</source>
@@ -7106,10 +6842,6 @@
         <translation>缺少以下参数：%s</translation>
     </message>
     <message>
-        <source>the format is a whole number from 1 on.</source>
-        <translation>format 是从 1 开始的整数。</translation>
-    </message>
-    <message>
         <source>the frame broke off</source>
         <translation>帧不完整</translation>
     </message>
@@ -7158,22 +6890,6 @@
         <translation>时间倒退</translation>
     </message>
     <message>
-        <source>there are too many dots in a row.</source>
-        <translation>一行中的点太多。</translation>
-    </message>
-    <message>
-        <source>there is no guided test “{name}”.</source>
-        <translation>没有名为“{name}”的引导测试。</translation>
-    </message>
-    <message>
-        <source>there is no limit “{name}”.</source>
-        <translation>没有名为“{name}”的限值。</translation>
-    </message>
-    <message>
-        <source>there is no setting “{name}”.</source>
-        <translation>没有名为“{name}”的设置。</translation>
-    </message>
-    <message>
         <source>this computer</source>
         <translation>本机</translation>
     </message>
@@ -7182,28 +6898,12 @@
         <translation>本计算机不信任其证书</translation>
     </message>
     <message>
-        <source>this is no fingerprint.</source>
-        <translation>这不是有效的指纹码。</translation>
-    </message>
-    <message>
-        <source>this is not TOML: {why}.</source>
-        <translation>这不是 TOML：{why}。</translation>
-    </message>
-    <message>
-        <source>this is not UTF-8 text.</source>
-        <translation>这不是 UTF-8 文本。</translation>
-    </message>
-    <message>
         <source>threshold {value:.1f} V</source>
         <translation>阈值 {value:.1f} V</translation>
     </message>
     <message>
         <source>tilt, 1°</source>
         <translation>倾角，1°</translation>
-    </message>
-    <message>
-        <source>tilted further, one side fires late and the other early</source>
-        <translation>倾角更大时，一侧开伞偏晚，另一侧偏早</translation>
     </message>
     <message>
         <source>time is up</source>
@@ -7426,22 +7126,6 @@
         <translation>{check}：判定值 {measured}，读取值 {read}</translation>
     </message>
     <message>
-        <source>{count} NOT as set: see the red rows.</source>
-        <translation>{count} 项与期望不符：请看红色行。</translation>
-    </message>
-    <message>
-        <source>{count} acknowledged; cannot be read back.</source>
-        <translation>{count} 项已应答；无法回读。</translation>
-    </message>
-    <message>
-        <source>{count} changed without being written: see the red rows.</source>
-        <translation>{count} 项未写入却发生变化：见红色行。</translation>
-    </message>
-    <message>
-        <source>{count} changes of settings have not been written to the module.</source>
-        <translation>有 {count} 项参数更改尚未写入模块。</translation>
-    </message>
-    <message>
         <source>{count} changes on the Settings page are not written to the module shown there.</source>
         <translation>设置页面有 {count} 项更改尚未写入当前显示的模块。</translation>
     </message>
@@ -7454,16 +7138,8 @@
         <translation>{count} 项待检查</translation>
     </message>
     <message>
-        <source>{count} could not be read; the rows say what is not known.</source>
-        <translation>有 {count} 项无法读取；各行会标明未知项。</translation>
-    </message>
-    <message>
         <source>{count} invalid samples left out.</source>
         <translation>忽略 {count} 个无效数据。</translation>
-    </message>
-    <message>
-        <source>{count} kept over the power cycle. {boots}</source>
-        <translation>断电重启后有 {count} 项保持。{boots}</translation>
     </message>
     <message>
         <source>{count} modules</source>
@@ -7480,18 +7156,6 @@
     <message>
         <source>{count} not read. {name}: {why}</source>
         <translation>{count} 个未读取。{name}：{why}</translation>
-    </message>
-    <message>
-        <source>{count} not verified, but read as set since.</source>
-        <translation>{count} 项未验证，但此后读到的值与所需一致。</translation>
-    </message>
-    <message>
-        <source>{count} not yet shared</source>
-        <translation>{count} 条尚未共享</translation>
-    </message>
-    <message>
-        <source>{count} not yet shared, last {time}</source>
-        <translation>{count} 条尚未共享，上次 {time}</translation>
     </message>
     <message>
         <source>{count} of them pinned.</source>
@@ -7526,10 +7190,6 @@
         <translation>{count} 条数据记录以“{name}”开头。</translation>
     </message>
     <message>
-        <source>{count} recordings were deleted.</source>
-        <translation>已删除 {count} 条数据记录。</translation>
-    </message>
-    <message>
         <source>{count} report LOCKED</source>
         <translation>{count} 个已报告锁定</translation>
     </message>
@@ -7548,10 +7208,6 @@
     <message>
         <source>{count} slots are empty.</source>
         <translation>{count} 个存储位为空。</translation>
-    </message>
-    <message>
-        <source>{count} written and read back equal: verified.</source>
-        <translation>{count} 项已写入且回读一致：已验证。</translation>
     </message>
     <message>
         <source>{delay:.2f} s after the loss of control</source>
@@ -7590,10 +7246,6 @@
         <translation>{file} 被其他程序占用。</translation>
     </message>
     <message>
-        <source>{file} is no archive file.</source>
-        <translation>{file} 不是归档文件。</translation>
-    </message>
-    <message>
         <source>{file} is no profile: {why}</source>
         <translation>{file} 不是配置文件：{why}</translation>
     </message>
@@ -7610,10 +7262,6 @@
         <translation>{file} 不是本程序写入的。</translation>
     </message>
     <message>
-        <source>{file} was written by a newer version of this program.</source>
-        <translation>{file} 由本程序的更新版本写入。</translation>
-    </message>
-    <message>
         <source>{file}: the name of the report must end in .pdf.</source>
         <translation>{file}：报告文件名必须以 .pdf 结尾。</translation>
     </message>
@@ -7626,12 +7274,20 @@
         <translation>{group}：余量 {what}（{name}）</translation>
     </message>
     <message>
+        <source>{judgement}; “{note}”</source>
+        <translation>{judgement}；“{note}”</translation>
+    </message>
+    <message>
         <source>{kind} of {at} ({id}): {why}.</source>
         <translation>{kind}，{at}（{id}）：{why}。</translation>
     </message>
     <message>
         <source>{late}, {drop:.0f} m lower</source>
         <translation>{late}，低 {drop:.0f} m</translation>
+    </message>
+    <message>
+        <source>{least} to {most}, in steps of {step}.</source>
+        <translation>{least} 至 {most}，步长 {step}。</translation>
     </message>
     <message>
         <source>{light:.1f} V, on the wrong side</source>
@@ -7674,8 +7330,8 @@
         <translation>与 {threshold:.1f} V 相差至少 {margin:.1f} V</translation>
     </message>
     <message>
-        <source>{median:.1f} V ({count} readings, {low:.1f} to {high:.1f} V)</source>
-        <translation>{median:.1f} V（{count} 次读数，{low:.1f} 至 {high:.1f} V）</translation>
+        <source>{median:.1f} V ({low:.1f} to {high:.1f} V)</source>
+        <translation>{median:.1f} V（{low:.1f} 至 {high:.1f} V）</translation>
     </message>
     <message>
         <source>{module}, port {port}: {need}</source>
@@ -7706,32 +7362,32 @@
         <translation>{name}为 {now}，原为 {before}</translation>
     </message>
     <message>
-        <source>{name}: a number from {low} to {high} is needed: {why}.</source>
-        <translation>{name}：应为 {low} 到 {high} 之间的数：{why}。</translation>
-    </message>
-    <message>
-        <source>{name}: a text in quotation marks is needed.</source>
-        <translation>{name}：需要带引号的文本。</translation>
-    </message>
-    <message>
-        <source>{name}: a whole number of days from 1 to {most} is needed.</source>
-        <translation>{name}：需要 1 到 {most} 之间的整数天数。</translation>
-    </message>
-    <message>
         <source>{name}: at most {count} characters.</source>
         <translation>{name}：最多 {count} 个字符。</translation>
     </message>
     <message>
-        <source>{name}: the character {code} is not allowed.</source>
-        <translation>{name}：不允许使用字符 {code}。</translation>
+        <source>{name}: days from 1 to {most}.</source>
+        <translation>{name}：1 到 {most} 天。</translation>
     </message>
     <message>
-        <source>{name}: true or false is needed.</source>
-        <translation>{name}：需要 true 或 false。</translation>
+        <source>{name}: text in quotation marks.</source>
+        <translation>{name}：带引号的文本。</translation>
     </message>
     <message>
-        <source>{name}: {first} or {second} is needed.</source>
-        <translation>{name}：应为 {first} 或 {second}。</translation>
+        <source>{name}: true or false.</source>
+        <translation>{name}：true 或 false。</translation>
+    </message>
+    <message>
+        <source>{name}: {code} is not allowed.</source>
+        <translation>{name}：不允许使用 {code}。</translation>
+    </message>
+    <message>
+        <source>{name}: {first} or {second}.</source>
+        <translation>{name}：{first} 或 {second}。</translation>
+    </message>
+    <message>
+        <source>{name}: {low} to {high}; {why}.</source>
+        <translation>{name}：{low} 到 {high}；{why}。</translation>
     </message>
     <message>
         <source>{name}: {rows} rows.</source>
@@ -7744,10 +7400,6 @@
     <message>
         <source>{new} new of {total}</source>
         <translation>{total} 条中有 {new} 条新记录</translation>
-    </message>
-    <message>
-        <source>{n} invalid bytes</source>
-        <translation>无效字节 {n}</translation>
     </message>
     <message>
         <source>{n} of {all} rows copied.</source>
@@ -7764,6 +7416,18 @@
     <message>
         <source>{path} holds no settings.</source>
         <translation>{path} 中没有设置。</translation>
+    </message>
+    <message>
+        <source>{path} is in use by another program.</source>
+        <translation>{path} 被其他程序占用。</translation>
+    </message>
+    <message>
+        <source>{path} is not an archive file.</source>
+        <translation>{path} 不是归档文件。</translation>
+    </message>
+    <message>
+        <source>{path} needs a newer version of this program.</source>
+        <translation>{path} 需要本程序的更新版本。</translation>
     </message>
     <message>
         <source>{path} was not saved: {why}.</source>
@@ -7838,8 +7502,8 @@
         <translation>{seconds:.1f} 秒前的确认</translation>
     </message>
     <message>
-        <source>{seconds:.2f} s of free fall is {height:.1f} m before it fires, at {speed:.0f} km/h (from rest, without drag).</source>
-        <translation>失重 {seconds:.2f} 秒后开伞，此时已下落 {height:.1f} m，速度 {speed:.0f} km/h（由静止开始，不计空气阻力）。</translation>
+        <source>{seconds:.2f} s of free fall is {height:.1f} m before it fires, at {speed:.0f} km/h.</source>
+        <translation>失重 {seconds:.2f} 秒后开伞，此时已下落 {height:.1f} m，速度 {speed:.0f} km/h。</translation>
     </message>
     <message>
         <source>{seconds:8.1f} s   tilt {tilt:3}°   {acceleration:4.1f} g   {triggered}   {active}</source>
@@ -7902,7 +7566,7 @@
         <translation>{text}（不可信）</translation>
     </message>
     <message>
-        <source>{text} · to settle: {count}</source>
+        <source>{text} · conflicts: {count}</source>
         <translation>{text} · 待确认：{count}</translation>
     </message>
     <message>
@@ -7986,8 +7650,8 @@
         <translation>{value} g 失重</translation>
     </message>
     <message>
-        <source>{value} has more digits than can be sent</source>
-        <translation>{value} 的位数超过可发送的位数</translation>
+        <source>{value} has too many digits</source>
+        <translation>{value} 的位数过多</translation>
     </message>
     <message>
         <source>{value} is not one of {values}</source>
@@ -7996,10 +7660,6 @@
     <message>
         <source>{value} is outside {low} to {high}</source>
         <translation>{value} 超出 {low} 至 {high} 的范围</translation>
-    </message>
-    <message>
-        <source>{value} lies between two steps; the nearest are {low} and {high}</source>
-        <translation>{value} 位于两个步进值之间；最近的是 {low} 和 {high}</translation>
     </message>
     <message>
         <source>{value} s</source>
@@ -8028,6 +7688,10 @@
     <message>
         <source>{value}: acknowledged (cannot be read back)</source>
         <translation>{value}：已应答（无法回读）</translation>
+    </message>
+    <message>
+        <source>{value}: the nearest steps are {low} and {high}</source>
+        <translation>{value}：最近的步进值为 {low} 和 {high}</translation>
     </message>
     <message>
         <source>{value}: unchanged</source>
@@ -8102,6 +7766,10 @@
         <translation>{what}：{percent} %</translation>
     </message>
     <message>
+        <source>“Verified” means written, asked for again, and equal.</source>
+        <translation>“已验证”表示：写入后再次读取，且值相同。</translation>
+    </message>
+    <message>
         <source>“dps-s verify FILE” tells whether it was altered and who signed it. Keep this file with the aircraft's papers.</source>
         <translation>“dps-s verify FILE” 可检验是否被修改及由谁签名。请将此文件与飞行器文档一并保存。</translation>
     </message>
@@ -8110,8 +7778,16 @@
         <translation>{place} 中的“{name}”不属于本程序：请用 pipx 或 uv tool 安装本程序。</translation>
     </message>
     <message>
-        <source>“{name}” is not known here.</source>
-        <translation>此处没有“{name}”这一项。</translation>
+        <source>“{name}” is unknown.</source>
+        <translation>“{name}”未知。</translation>
+    </message>
+    <message>
+        <source>“{one}” and “{other}” are marked different, but both same as a third.</source>
+        <translation>“{one}”与“{other}”被标为不同，却又都与第三个相同。</translation>
+    </message>
+    <message>
+        <source>“{one}” and “{other}” have the same trigger records. Same module?</source>
+        <translation>“{one}”与“{other}”的触发记录相同。是同一个模块吗？</translation>
     </message>
     <message>
         <source>“{one}” and “{other}” have the same trigger records: are they the same module?</source>
@@ -8124,14 +7800,6 @@
     <message>
         <source>“{one}” at two stations: is it the same module?</source>
         <translation>两个站点都有“{one}”：是同一个模块吗？</translation>
-    </message>
-    <message>
-        <source>“{value}” is neither true nor false</source>
-        <translation>“{value}”既不是 true 也不是 false</translation>
-    </message>
-    <message>
-        <source>“{value}” is no number</source>
-        <translation>“{value}”不是数字</translation>
     </message>
     <message>
         <source>“{word}”: ROLE=COLUMN is needed, of {roles}.</source>

@@ -77,14 +77,13 @@ def _attitude(value: Value) -> Consequence:
     fires = float(value)
     rearms = fires - RESET_BELOW_THRESHOLD_DEG
     if fires == 0:
-        return Consequence(said(marked("Fires as soon as it is activated, however it lies.")), weight=Weight.GRAVE)
+        return Consequence(said(marked("Fires as soon as it is activated.")), weight=Weight.GRAVE)
     if rearms <= 0:
-        text = marked("Fires at {fires:.0f}° and never rearms: that would be at {rearms:.0f}°.")
-        return Consequence(said(text, fires=fires, rearms=rearms), Weight.GRAVE)
+        return Consequence(said(marked("Fires at {fires:.0f}° and never rearms."), fires=fires), Weight.GRAVE)
     if fires > 180:
         return Consequence(said(marked("No protection: no aircraft tilts by {fires:.0f}°."), fires=fires), Weight.GRAVE)
     if fires > UPRIGHT_DEG:
-        text = marked("Fires only when it is upside down, at {fires:.0f}°; rearms at {rearms:.0f}°.")
+        text = marked("Fires only upside down, at {fires:.0f}°; rearms at {rearms:.0f}°.")
         return Consequence(said(text, fires=fires, rearms=rearms), Weight.GRAVE)
     return Consequence(said(marked("Fires at {fires:.0f}°, rearms at {rearms:.0f}°."), fires=fires, rearms=rearms))
 
@@ -94,54 +93,45 @@ def _acceleration(value: Value) -> Consequence:
     if limit == 0:
         return Consequence(said(marked("Never counts as falling: nothing is below 0 g.")), weight=Weight.GRAVE)
     if limit >= RESTING_G:
-        text = marked("Counts as falling while it stands still (1 g): it fires as soon as the free-fall time is over.")
+        text = marked("Counts as falling at rest (1 g): fires after the free-fall time.")
         return Consequence(said(text), weight=Weight.GRAVE)
-    return Consequence(said(marked("Counts as falling below {limit:.1f} g; at rest it is 1 g."), limit=limit))
+    return Consequence(said(marked("Counts as falling below {limit:.1f} g; at rest 1 g."), limit=limit))
 
 
 def _time(value: Value) -> Consequence:
     seconds = float(value)
     if seconds == 0:
-        return Consequence(
-            said(marked("Fires at the first moment of free fall: any jolt may do it.")), weight=Weight.GRAVE
-        )
+        return Consequence(said(marked("Any jolt may fire it.")), weight=Weight.GRAVE)
     fall = fall_after(seconds)
-    text = marked(
-        "{seconds:.2f} s of free fall is {height:.1f} m before it fires, at {speed:.0f} km/h (from rest, without drag)."
-    )
+    text = marked("{seconds:.2f} s of free fall is {height:.1f} m before it fires, at {speed:.0f} km/h.")
     return Consequence(said(text, seconds=seconds, height=fall.height_m, speed=fall.speed_km_h))
 
 
 def _light(value: Value) -> Consequence:
-    text = marked(
-        "The parachute counts as out of the bay when the light reads beyond {limit:.1f} V. Which way light moves the "
-        "reading is found by measuring with the bay closed, then open."
-    )
+    text = marked("The parachute counts as gone beyond {limit:.1f} V; measure which way, bay closed and open.")
     return Consequence(said(text, limit=float(value)))
 
 
 def _attitude_trigger(value: Value) -> Consequence:
     if value:
         return Consequence(said(marked("Fires by itself when it tips over.")))
-    return Consequence(
-        said(marked("No protection when it tips over: this trigger is off.")), weight=Weight.AGAINST_ADVICE
-    )
+    return Consequence(said(marked("No protection when it tips over.")), weight=Weight.AGAINST_ADVICE)
 
 
 def _freefall_trigger(value: Value) -> Consequence:
     if value:
         return Consequence(said(marked("Fires by itself in free fall.")))
-    return Consequence(said(marked("No protection in free fall: this trigger is off.")), weight=Weight.AGAINST_ADVICE)
+    return Consequence(said(marked("No protection in free fall.")), weight=Weight.AGAINST_ADVICE)
 
 
 def _serial_output(value: Value) -> Consequence:
     if value:
-        return Consequence(said(marked("Sends its status all the time, without being asked.")))
+        return Consequence(said(marked("Streams the status unasked.")))
     return Consequence(said(marked("Speaks only when asked.")))
 
 
 def _baud_rate(value: Value) -> Consequence:
-    text = marked("Whoever talks to the module, also the flight controller, must use {rate} baud from then on.")
+    text = marked("The flight controller must then use {rate} baud, too.")
     return Consequence(said(text, rate=value))
 
 

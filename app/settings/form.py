@@ -98,7 +98,7 @@ class _Failure:
     stands: Value | None = None
 
 
-_BROKEN_OFF = marked("it was broken off while writing; what stands is not known")
+_BROKEN_OFF = marked("interrupted while writing; the value is unknown")
 
 
 class SettingsForm:
@@ -316,7 +316,7 @@ def _known_state(stands: Known | None) -> RowState:
 
 def changed_text(changed: ChangedSetting) -> str:
     before, after = value_text(changed.command, changed.before), value_text(changed.command, changed.after)
-    return tr("It was {before} and reads {after} now, without being written here.", before=before, after=after)
+    return tr("Was {before}, now {after}; not written here.", before=before, after=after)
 
 
 def _failure_text(command: Command, failure: _Failure) -> str:

@@ -134,16 +134,16 @@ def parse_profile(data: bytes) -> Profile:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
-        raise ProfileRefused((ProfileFault(line, said(marked("this is not UTF-8 text."))),)) from error
+        raise ProfileRefused((ProfileFault(line, said(marked("not UTF-8 text."))),)) from error
     text = text.replace("\r\n", "\n")
     for number, row in enumerate(text.split("\n"), start=1):
         if row.partition("=")[0].count(".") > MOST_DOTS:
-            raise ProfileRefused((ProfileFault(number, said(marked("there are too many dots in a row."))),))
+            raise ProfileRefused((ProfileFault(number, said(marked("nested too deeply."))),))
     faults: list[ProfileFault] = []
     tables = _tables(text, faults)
     newer = tables.get("format")
     if isinstance(newer, int) and not isinstance(newer, bool) and newer > FORMAT:
-        why = marked("The profile is of format {format}; this program knows {known}. Use a newer version of it.")
+        why = marked("Format {format} needs a newer version of this program.")
         raise ProfileRefused((ProfileFault(None, said(why, format=number_text(newer), known=FORMAT)),))
     reader = _Reader(key_lines(text), faults)
     profile = reader.profile(tables)
@@ -160,13 +160,13 @@ def _tables(text: str, faults: list[ProfileFault]) -> dict[str, Any]:
         try:
             return tomllib.loads("\n".join(lines))
         except RecursionError:
-            faults.append(ProfileFault(None, said(marked("brackets are nested too deeply."))))
+            faults.append(ProfileFault(None, said(marked("nested too deeply."))))
             return {}
         except (tomllib.TOMLDecodeError, ValueError) as error:
             found = _SYNTAX.match(str(error))
             line = int(found["line"]) if found is not None and found["line"] else None
             why = shortened(found["why"] if found is not None else str(error), 120)
-            faults.append(ProfileFault(line, said(marked("this is not TOML: {why}."), why=said(why))))
+            faults.append(ProfileFault(line, said(marked("not TOML: {why}."), why=said(why))))
             if line is None or not lines[line - 1]:
                 return {}
             lines[line - 1] = ""
@@ -183,13 +183,13 @@ class _Reader:
     def profile(self, tables: dict[str, Any]) -> Profile:
         for key in tables:
             if key not in _KEYS and key not in SETTINGS_BY_KEY:
-                self._refuse((key,), marked("“{name}” is not known here."), name=shortened(key))
+                self._refuse((key,), marked("“{name}” is unknown."), name=shortened(key))
         if tables.get("format", FORMAT) != FORMAT or isinstance(tables.get("format"), bool):
-            self._refuse(("format",), marked("the format is a whole number from 1 on."))
+            self._refuse(("format",), marked("format: a whole number from 1."))
         name = self._text(tables, "name", LONGEST_NAME)
         fingerprint = self._text(tables, "approved_fingerprint", LONGEST_NAME) or None
         if fingerprint is not None and not is_fingerprint(fingerprint):
-            self._refuse(("approved_fingerprint",), marked("this is no fingerprint."))
+            self._refuse(("approved_fingerprint",), marked("not a fingerprint."))
         self._flag(tables, ("expect_active",))
         return Profile(
             name=name,
@@ -215,7 +215,7 @@ class _Reader:
         for key, value in table.items():
             command = SETTINGS_BY_KEY.get(key)
             if command is None or command.write is None:
-                self._refuse((*under, key), marked("there is no setting “{name}”."), name=shortened(key))
+                self._refuse((*under, key), marked("“{name}” is unknown."), name=shortened(key))
                 continue
             try:
                 yield key, fitting(command.write, value)
@@ -228,10 +228,10 @@ class _Reader:
             allowed = LIMITS.get(name)
             is_number = isinstance(value, int | float) and not isinstance(value, bool)
             if allowed is None:
-                self._refuse(("limits", name), marked("there is no limit “{name}”."), name=shortened(name))
+                self._refuse(("limits", name), marked("“{name}” is unknown."), name=shortened(name))
             elif not is_number or not allowed.low <= value <= allowed.high:
                 self._refuse(
-                    ("limits", name), marked("{name}: a number from {low} to {high} is needed: {why}."),
+                    ("limits", name), marked("{name}: {low} to {high}; {why}."),
                     name=name, low=f"{allowed.low:g}", high=f"{allowed.high:g}", why=said(allowed.why),
                 )  # fmt: skip
             else:
@@ -240,12 +240,12 @@ class _Reader:
 
     def _activated_by(self, table: dict[str, Any]) -> ActivatedBy:
         for key in table.keys() - {"activated_by"}:
-            self._refuse(("expectations", key), marked("“{name}” is not known here."), name=shortened(key))
+            self._refuse(("expectations", key), marked("“{name}” is unknown."), name=shortened(key))
         value = table.get("activated_by", ActivatedBy.PERSON.value)
         found = next((one for one in ActivatedBy if one.value == value), None)
         if found is None:
             self._refuse(
-                ("expectations", "activated_by"), marked("{name}: {first} or {second} is needed."),
+                ("expectations", "activated_by"), marked("{name}: {first} or {second}."),
                 name="activated_by", first='"person"', second='"aircraft"',
             )  # fmt: skip
         return found or ActivatedBy.PERSON
@@ -255,16 +255,16 @@ class _Reader:
             kind = next((one for one in GuidedKind if one.value == name), None)
             is_number = isinstance(value, int) and not isinstance(value, bool)
             if kind is None:
-                self._refuse(("tests", name), marked("there is no guided test “{name}”."), name=shortened(name))
+                self._refuse(("tests", name), marked("“{name}” is unknown."), name=shortened(name))
             elif not is_number or not 1 <= value <= MOST_TEST_DAYS:
-                why = marked("{name}: a whole number of days from 1 to {most} is needed.")
+                why = marked("{name}: days from 1 to {most}.")
                 self._refuse(("tests", name), why, name=name, most=MOST_TEST_DAYS)
             else:
                 yield kind, value
 
     def _manual(self, items: object) -> Iterator[ManualLine]:
         if not isinstance(items, list) or len(items) > MOST_ITEMS:
-            why = marked("a list of at most {count} [[manual]] tables is needed.")
+            why = marked("at most {count} [[manual]] tables.")
             self._refuse(("manual",), why, count=MOST_ITEMS)
             return
         for place, item in enumerate(items):
@@ -273,7 +273,7 @@ class _Reader:
                 self._refuse(path, marked("each [[manual]] needs a text."))
                 continue
             for key in item.keys() - {"text", "required"}:
-                self._refuse((*path, key), marked("“{name}” is not known here."), name=shortened(key))
+                self._refuse((*path, key), marked("“{name}” is unknown."), name=shortened(key))
             text = self._text(item, "text", LONGEST_NAME, under=path)
             if isinstance(item.get("text", ""), str) and not text.strip():
                 self._refuse(path, marked("each [[manual]] needs a text."))
@@ -290,14 +290,14 @@ class _Reader:
         value = table.get(path[-1], False)
         if isinstance(value, bool):
             return value
-        self._refuse(path, marked("{name}: true or false is needed."), name=path[-1])
+        self._refuse(path, marked("{name}: true or false."), name=path[-1])
         return False
 
     def _text(self, table: dict[str, Any], key: str, longest: int, *, under: tuple[str, ...] = ()) -> str:
         value = table.get(key, "")
         path = (*under, key)
         if not isinstance(value, str):
-            self._refuse(path, marked("{name}: a text in quotation marks is needed."), name=key)
+            self._refuse(path, marked("{name}: text in quotation marks."), name=key)
             return ""
         if len(value) > longest:
             self._refuse(path, marked("{name}: at most {count} characters."), name=key, count=longest)
@@ -305,7 +305,7 @@ class _Reader:
         odd = next((one for one in value if one not in allowed and _is_odd(one)), None)
         if odd is not None:
             code = f"U+{ord(odd):04X}"
-            self._refuse(path, marked("{name}: the character {code} is not allowed."), name=key, code=code)
+            self._refuse(path, marked("{name}: {code} is not allowed."), name=key, code=code)
         return value
 
     def _refuse(self, path: tuple[str, ...], text: str, **values: object) -> None:

@@ -66,14 +66,14 @@ class Bound(NamedTuple):
 
 
 LIMITS: Mapping[str, Bound] = MappingProxyType({
-    "heartbeats_lost_max": Bound(0, 2, marked("of 20; a line that loses more than a tenth may lose a setting")),
-    "round_trip_max_ms": Bound(1, 500, marked("after 1000 ms the vendor calls the module offline")),
-    "tilt_max_deg": Bound(0, 15, marked("tilted further, one side fires late and the other early")),
-    "tilt_spread_max_deg": Bound(0, 5, marked("a sensor at rest does not wander further")),
-    "acceleration_min_g": Bound(0.8, 1.0, marked("at rest it is 1 g; free fall begins below 0.7 g")),
+    "heartbeats_lost_max": Bound(0, 2, marked("of 20; a worse line may lose a setting")),
+    "round_trip_max_ms": Bound(1, 500, marked("after 1000 ms the module counts as offline")),
+    "tilt_max_deg": Bound(0, 15, marked("beyond it one side fires late")),
+    "tilt_spread_max_deg": Bound(0, 5, marked("a resting sensor wanders less")),
+    "acceleration_min_g": Bound(0.8, 1.0, marked("at rest it is 1 g")),
     "acceleration_max_g": Bound(1.0, 1.2, marked("at rest it is 1 g")),
-    "acceleration_spread_max_g": Bound(0, 0.4, marked("more noise than that can end a free fall")),
-    "cell_voltage_min_v": Bound(3.5, 4.2, marked("below 3.5 V a lithium cell is nearly empty; above 4.2 V none is")),
+    "acceleration_spread_max_g": Bound(0, 0.4, marked("more noise can end a fall")),
+    "cell_voltage_min_v": Bound(3.5, 4.2, marked("a lithium cell has 3.5 V to 4.2 V")),
 })  # fmt: skip
 
 

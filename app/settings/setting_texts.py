@@ -9,7 +9,7 @@ from protocol.fields import Choice, Flag, Quantity, Value
 from protocol.translatable import marked
 
 _TRADE_OFFS: Final[Mapping[Command, str]] = {
-    BY_NAME["freefall_time"]: marked("longer avoids false triggers, costs height"),
+    BY_NAME["freefall_time"]: marked("longer: fewer false triggers, more height lost"),
 }
 """Where the vendor names no limit but says what a value costs."""
 
@@ -61,7 +61,7 @@ def what_is(command: Command) -> str:
         case Quantity(maximum=maximum, per_unit=per_unit) as field:
             lines.append(
                 tr(
-                    "From {least} to {most} in steps of {step}.",
+                    "{least} to {most}, in steps of {step}.",
                     least=field.text(0),
                     most=field.text(round(maximum * per_unit)),
                     step=field.text(1),
@@ -74,5 +74,5 @@ def what_is(command: Command) -> str:
             lines.append(tr("Enabled or disabled."))
     advice = advice_text(command)
     if advice:
-        lines.append(tr("From the vendor's table: {advice}", advice=advice))
+        lines.append(tr("Vendor: {advice}", advice=advice))
     return "\n".join(lines)

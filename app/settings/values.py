@@ -38,14 +38,14 @@ def parse_value(wanted: Field, text: str) -> Value:
     """The value that `text` stands for, as typed by a person. Raises `NotAValue`."""
     if not isinstance(wanted, Quantity | Choice):
         if text.lower() not in _WORDS:
-            raise NotAValue(said(marked("“{value}” is neither true nor false"), value=shortened(text)))
+            raise NotAValue(_kind_needed(wanted))
         return fitting(wanted, _WORDS[text.lower()])
     try:
         number = Decimal(text if len(text) <= LONGEST_NUMBER else "")
         if not number.is_finite():
             raise InvalidOperation
     except InvalidOperation:
-        raise NotAValue(said(marked("“{value}” is no number"), value=shortened(text))) from None
+        raise NotAValue(_kind_needed(wanted)) from None
     value = int(number) if number == number.to_integral_value() and abs(number) < 10**9 else float(number)
     if Decimal(str(value)) != number:  # more digits than a float carries: between two steps in any case
         raise NotAValue(_why_refused(wanted, text, None))
@@ -65,16 +65,14 @@ def _why_refused(wanted: Field, value: object, error: ValueRefused | None) -> Us
     if not isinstance(wanted, Quantity) or isinstance(value, bool):
         return _kind_needed(wanted)
     if error is None:
-        return said(marked("{value} has more digits than can be sent"), value=shortened(str(value)))
+        return said(marked("{value} has too many digits"), value=shortened(str(value)))
     if len(error.neighbours) == 2:
         low, high = (wanted.text(wanted.encode(one)) for one in error.neighbours)
-        return said(
-            marked("{value} lies between two steps; the nearest are {low} and {high}"), value=value, low=low, high=high
-        )
+        return said(marked("{value}: the nearest steps are {low} and {high}"), value=value, low=low, high=high)
     if error.neighbours:
         low, high = wanted.text(0), wanted.text(255)
         return said(marked("{value} is outside {low} to {high}"), value=value, low=low, high=high)
-    return said(marked("a finite number is needed"))
+    return _kind_needed(wanted)
 
 
 def number_text(value: float) -> str:

@@ -69,19 +69,18 @@ class ArchiveDialog(QDialog):
         self._living: BackgroundTask[tuple[LifeEvent, ...]] = BackgroundTask("dps-s archive life", self)
         self._conflicts: tuple[Conflict, ...] = ()
         self.server = control(QLineEdit(), texts, "archive_server", says="Server",
-                              tip="Without the password: see the guide")  # fmt: skip
+                              tip="Without the password")  # fmt: skip
         self.server.setPlaceholderText("postgresql://USER@HOST/DATABASE?sslrootcert=system")
-        self.use = control(QPushButton(), texts, "archive_use_server", "Use", tip="Set this server and exchange",
+        self.use = control(QPushButton(), texts, "archive_use_server", "Use",
                            slot=self._use_server)  # fmt: skip
         self.server.returnPressed.connect(self.use.click)
         self.sign = IconLabel("archive_sign", _SIGN_PX)
         self.state = text_label("archive_state", is_selectable=True)
-        self.sync = control(QPushButton(), texts, "archive_sync", "Sync now", tip="Exchange with the server now",
+        self.sync = control(QPushButton(), texts, "archive_sync", "Sync now",
                             picture=Icon.AGAIN, slot=exchange.sync)  # fmt: skip
-        self.export = control(QPushButton(), texts, "archive_export", "Export…", tip="Add to a file what it lacks",
+        self.export = control(QPushButton(), texts, "archive_export", "Export…",
                               picture=Icon.SAVE, slot=self._export)  # fmt: skip
-        self.import_ = control(QPushButton(), texts, "archive_import", "Import…",
-                               tip="Take over from a file what this computer lacks", picture=Icon.FOLDER,
+        self.import_ = control(QPushButton(), texts, "archive_import", "Import…", picture=Icon.FOLDER,
                                slot=self._import)  # fmt: skip
         label = control(QLabel(), texts, "archive_server_label", "Server")
         label.setBuddy(self.server)
@@ -118,8 +117,9 @@ class ArchiveDialog(QDialog):
         self.same = control(QPushButton(), texts, "archive_same", says="Same module", slot=lambda: self._settle(0))
         self.same_other = control(QPushButton(), texts, "archive_same_other", says="Same module",
                                   slot=lambda: self._settle(1))  # fmt: skip
-        self.different = control(QPushButton(), texts, "archive_different", "Two modules",
-                                 tip="They stay beside each other", slot=lambda: self._settle(None))  # fmt: skip
+        self.different = control(
+            QPushButton(), texts, "archive_different", "Two modules", slot=lambda: self._settle(None)
+        )
         sign = IconLabel("archive_question_sign", _SIGN_PX)
         sign.show_icon(Icon.WARNING, Meaning.ATTENTION)
         in_row(sign, (self.asked, 1), self.same, self.same_other, self.different, of=self.question,
@@ -256,15 +256,15 @@ class ArchiveDialog(QDialog):
 def _state_words(not_shared: int, last_at: str | None, server: str | None, done: Exchanged | None) -> str:
     parts = []
     if server is not None:
-        parts.append(tr("Not yet shared: {count}. Last exchange: {time}.", count=not_shared, time=last_time(last_at)))
+        parts.append(tr("Not shared: {count}. Last: {time}.", count=not_shared, time=last_time(last_at)))
     if done is not None:
         parts.append(tr("Sent: {sent}. Received: {received}.", sent=done.sent, received=done.received))
         if done.refused_count:
-            text = tr("Left out, because it is not what a station recorded: {count}.", count=done.refused_count)
+            text = tr("Left out, altered: {count}.", count=done.refused_count)
             parts += [text, *(one.sentence().in_words() for one in done.refused[:3])]
         if done.damaged:
-            parts.append(tr("Damaged on this computer and not sent: {count}.", count=len(done.damaged)))
-    return together(parts) or tr("No server is set. Export and Import exchange through a file.")
+            parts.append(tr("Damaged here, not sent: {count}.", count=len(done.damaged)))
+    return together(parts) or tr("No server is set.")
 
 
 def _ask_save(parent: QWidget) -> Path | None:

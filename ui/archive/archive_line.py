@@ -34,17 +34,12 @@ class ArchiveLine(QToolButton):
         if seen is None:
             return
         count, last = seen.status.not_shared, seen.status.last_at
-        if last is None:
-            text = tr("{count} not yet shared", count=count)
-        elif count:
-            text = tr("{count} not yet shared, last {time}", count=count, time=last_time(last))
-        else:
-            text = tr("All shared, last {time}", time=last_time(last))
+        text = tr("Not shared: {count}. Last: {time}.", count=count, time=last_time(last))
         altered = self._exchange.altered
         if altered:
             text = tr("Altered on the server: {count}", count=altered)
         elif seen.status.conflicts:
-            text = tr("{text} · to settle: {count}", text=text, count=seen.status.conflicts)
+            text = tr("{text} · conflicts: {count}", text=text, count=seen.status.conflicts)
         self.setIcon(icon(Icon.WARNING, Meaning.ATTENTION) if altered else icon(Icon.BUNDLE))
         self.setText(text)
         trouble = self._exchange.trouble

@@ -45,12 +45,12 @@ class BaudRecovery:
     def notice(self, pending: PendingBaud) -> Notice:
         """In the language in use."""
         text = tr(
-            "A change from {old} to {new} baud at {port} was broken off. The module may be at either rate.",
+            "Changing {port} from {old} to {new} baud was interrupted: it may be at either.",
             old=pending.old_rate, new=pending.new_rate, port=pending.port,
         )  # fmt: skip
         begin = partial(self._leave, partial(self._look, pending))
-        look = Choice("look_for_baud", tr("Look for the module"), begin, is_main=True)
-        forget = Choice("forget_baud", tr("Forget it"), lambda: self._forget(pending), is_step=True)
+        look = Choice("look_for_baud", tr("Find my module"), begin, is_main=True)
+        forget = Choice("forget_baud", tr("Dismiss"), lambda: self._forget(pending), is_step=True)
         return Notice(Meaning.ATTENTION, text, (look, forget))
 
     def _look(self, pending: PendingBaud) -> None:
@@ -62,7 +62,7 @@ class BaudRecovery:
         def end(job: Job[int | None]) -> None:
             found = None if job.run.error is not None else job.outcome()
             if found is None:
-                self._say(tr("The module was not found. Switch it off and on, then use “Find my module”."))
+                self._say(tr("Not found. Switch the module off and on, then “Find my module”."))
                 return
             changed = BaudEnd.CHANGED if found == pending.new_rate else BaudEnd.UNCHANGED
             self._settle(pending, changed.value if found in (pending.new_rate, pending.old_rate) else "elsewhere")

@@ -61,23 +61,16 @@ class ConnectPanel(QScrollArea):
         self._texts = texts
         self._last: LastPort | None = None
         self.list = PortList()
-        self.other = control(QLineEdit(), texts, "port_address", says="Other port",
-                             tip="A port that is not in the list: a device, a pseudo-terminal "
-                                 "or socket://host:port")  # fmt: skip
-        self.rate = control(QComboBox(), texts, "rate_box", says="Baud rate",
-                            tip="The module's baud rate; 115200 unless somebody changed it")  # fmt: skip
-        self.connect_button = control(QPushButton(), texts, "connect_button", "Connect",
-                                      tip="Open the chosen port (Enter)", slot=self.connect_chosen)  # fmt: skip
-        self.disconnect_button = control(QPushButton(), texts, "disconnect_button", "Disconnect", tip="Close the port",
+        self.other = control(QLineEdit(), texts, "port_address", says="Other port")
+        self.rate = control(QComboBox(), texts, "rate_box", says="Baud rate")
+        self.connect_button = control(QPushButton(), texts, "connect_button", "Connect", slot=self.connect_chosen)
+        self.disconnect_button = control(QPushButton(), texts, "disconnect_button", "Disconnect",
                                          key="Ctrl+D", slot=self.disconnect_wanted)  # fmt: skip
         self.empty = named(QLabel(), "no_ports_hint")
         self.said = named(QLabel(), "connect_state")
         self.options = control(QToolButton(), texts, "connect_options", "Other port or baud rate",
-                               tip="An address, or another rate than 115200", picture=Icon.CHEVRON_DOWN, role="quiet",
-                               is_checkable=True)  # fmt: skip
-        self._close = control(
-            QToolButton(), texts, "connect_close", says="Close", tip="Back to the page", key="Esc", slot=self.hide
-        )
+                               picture=Icon.CHEVRON_DOWN, role="quiet", is_checkable=True)  # fmt: skip
+        self._close = control(QToolButton(), texts, "connect_close", says="Close", key="Esc", slot=self.hide)
         WheelGuard(self).guard(self.rate)
         self._build()
         self._name()
@@ -132,8 +125,7 @@ class ConnectPanel(QScrollArea):
         if self._ports.has_looked and not self._ports.is_current:
             self.empty.setText(tr(NOT_LISTED))
         elif self._ports.has_looked:
-            nothing = tr("No serial port found. Plug the adapter in: it appears here automatically.")
-            self.empty.setText(f"{nothing} {tr('If it does not, try another cable.')}")
+            self.empty.setText(tr("No serial port found. Plug the adapter in, or try another cable."))
         else:
             self.empty.setText(tr("Looking for ports…"))
         self._show_state()

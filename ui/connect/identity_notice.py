@@ -16,18 +16,14 @@ def identity_notice(identity: Identity, naming: ModuleName) -> Notice | None:
     name = naming.meant
     found = differences(identity)
     if found:
-        what = tr("This is another module than {module}: {differences}.", module=name, differences=listed(found))
-        if not name:
-            what = tr("This is another module than before: {differences}.", differences=listed(found))
+        what = tr("This may be another module: {differences}.", differences=listed(found))
     elif not identity.is_adapter_same:
-        what = tr("The port leads to another device than before: this may be another module.")
-    elif name:
-        what = tr("It cannot be told whether this is {module}: too little is known of it.", module=name)
+        what = tr("This may be another module: the port leads to another device.")
     else:
-        what = tr("It cannot be told whether this is the same module: too little was read.")
-    same = tr("It is {module}", module=name) if name else tr("It is the same module")
+        what = tr("This may be another module: too little is known.")
+    same = tr("It is {module}", module=name) if name else tr("Same module")
     choices = (
-        Choice("identity_new", tr("It is a new module"), naming.take_as_new),
+        Choice("identity_new", tr("New module"), naming.take_as_new),
         Choice("identity_same", same, naming.vouch),
     )
     return Notice(Meaning.ATTENTION, together([what, tr("Until you decide, only queries are sent.")]), choices)

@@ -30,7 +30,7 @@ class ModuleField(QComboBox):
         texts.bind(self.setAccessibleName, "Name of the module")
         texts.bind(edit.setAccessibleName, "Name of the module")
         texts.bind(edit.setPlaceholderText, "not named yet")
-        texts.bind(self.setToolTip, "The module has no serial number: name it once, and it is known again")
+        texts.bind(self.setToolTip, "Without a serial number its name identifies it")
         naming.changed.connect(self.show_name)
         self.show_name()
 

@@ -45,7 +45,7 @@ def choice_of(port: PortInfo, *, is_new: bool, is_connected: bool, is_last: bool
     product = "" if port.description == name else port.description
     detail = " · ".join(part for part in (maker, serial) if part)
     if not detail:
-        detail = tr("no serial number") if product else tr("built in, or without a description")
+        detail = tr("no serial number") if product else tr("built in")
     badge = ""
     if is_connected:
         badge = tr("connected")

@@ -12,11 +12,8 @@ from app.diagnosis.link_state import LinkState, link_state
 from app.engine.device import DeviceView
 from app.engine.identity import Identity, Trust
 from app.engine.procedure import Procedure, Report, Result
-from app.engine.reconnect import Absence
 from app.engine.target import Target
 from app.engine.worker import Batch, Connection, Job, PortState, Worker
-from app.procedures.stream import StreamSwitch
-from app.safety.last_known import SeenActivation
 from app.store.stream_memory import StreamMemory
 from protocol.link_states import Presence
 from ui.core.port_connection import PortConnection
@@ -127,14 +124,6 @@ class Connector(QObject):
     # What is known
 
     @property
-    def stream(self) -> StreamSwitch:
-        return self._current.stream
-
-    @property
-    def stream_memory(self) -> StreamMemory:
-        return self._current.stream_memory
-
-    @property
     def target(self) -> Target | None:
         return self._current.target
 
@@ -145,14 +134,6 @@ class Connector(QObject):
     @property
     def identity(self) -> Identity:
         return self._current.identity if self._opening is None else Identity(Trust.OPEN)
-
-    @property
-    def absence(self) -> Absence | None:
-        return self._current.absence
-
-    @property
-    def returns(self) -> int:
-        return self._current.returns
 
     @property
     def last(self) -> Batch | None:
@@ -192,10 +173,6 @@ class Connector(QObject):
     def is_active(self) -> bool:
         return self._current.is_active
 
-    @property
-    def activation(self) -> SeenActivation:
-        return self._current.activation
-
     # What can be done: see `PortConnection`
 
     def connect_to(self, target: Target) -> None:
@@ -207,14 +184,8 @@ class Connector(QObject):
         else:
             self._current.connect_to(target)
 
-    def note_shutdown(self) -> None:
-        self._current.note_shutdown()
-
     def disconnect_port(self) -> None:
         self._current.disconnect_port()
-
-    def forget_module(self) -> None:
-        self._current.forget_module()
 
     def find_rate(self) -> None:
         self._current.find_rate()
@@ -223,12 +194,6 @@ class Connector(QObject):
         self._memory_of = memory_of
         for connection in self._connections:
             connection.remember_stream(memory_of)
-
-    def vouch(self, seen: Identity | None = None) -> None:
-        self._current.vouch(seen)
-
-    def take_as_new(self, seen: Identity | None = None) -> None:
-        self._current.take_as_new(seen)
 
     @property
     def is_busy(self) -> bool:

@@ -207,13 +207,6 @@ class PortConnection(QObject):
         self._worker.close()
         self.changed.emit()
 
-    def forget_module(self) -> None:
-        """Of what is not connected any more, show nothing: it was nobody's. What a real module said stays, as stale."""
-        if not self._is_wanted:
-            self._is_forgotten, self._target = True, None
-            self.forgotten.emit()
-            self.changed.emit()
-
     def set_shown(self, *, is_shown: bool, every_s: float = PUBLISH_EVERY_S) -> None:
         """Whether the pages show this port; else what says nothing new comes a few times a second. `every_s`: a picture
         that moves faster wants it so often."""

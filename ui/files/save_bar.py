@@ -143,13 +143,12 @@ class SaveBar(QWidget):
         self._saving: BackgroundTask[None] = BackgroundTask("dps-s save", self, finished_at_close=True)
         self.note = Note()
         self.csv = control(QPushButton(), texts, "live_save_csv", "Save values…",
-                           says="Save the values in sight as CSV", tip="Save every sample in sight as a table, CSV",
                            key="Ctrl+S", picture=Icon.TABLE, slot=self.save_csv)  # fmt: skip
-        self.png = control(QPushButton(), texts, "live_save_png", "Save picture…", says="Save a picture as PNG",
-                           tip="Save a picture of what is in sight, PNG", key="Ctrl+Shift+S", picture=Icon.CAMERA,
-                           slot=self.save_png)  # fmt: skip
-        self.stop = control(QPushButton(), texts, "live_save_cancel", "Cancel", says="Cancel saving",
-                            tip="Stop saving; no file is left", picture=Icon.CROSS, slot=self._saving.stop)  # fmt: skip
+        self.png = control(QPushButton(), texts, "live_save_png", "Save picture…", key="Ctrl+Shift+S",
+                           picture=Icon.CAMERA, slot=self.save_png)  # fmt: skip
+        self.stop = control(
+            QPushButton(), texts, "live_save_cancel", "Cancel", picture=Icon.CROSS, slot=self._saving.stop
+        )
         self.stop.hide()
         buttons = FlowRow()
         buttons.add_right(self.stop, self.csv, self.png)
@@ -169,9 +168,9 @@ class SaveBar(QWidget):
             return
         rows = f"{excerpt.row_count:,}"
         saved = (
-            tr("Saved {rows} rows to {path}", rows=rows, path=path)
+            tr("Saved to {path}. Rows: {rows}.", rows=rows, path=path)
             if excerpt.is_whole
-            else tr("Saved {rows} rows to {path}. What is older is no longer kept.", rows=rows, path=path)
+            else tr("Saved to {path}. Rows: {rows}; older ones are gone.", rows=rows, path=path)
         )
         self._save(path, csv_parts(excerpt, wall_offset_s=origin.wall_offset_s), part_count(excerpt), saved)
 
@@ -183,7 +182,7 @@ class SaveBar(QWidget):
         path = self._choose(tr("Save picture"), ".png", tr("Picture (*.png)"))
         if path is None:
             return
-        self._save(path, png_parts(image), 1, tr("Saved the picture to {path}", path=path))
+        self._save(path, png_parts(image), 1, tr("Saved to {path}.", path=path))
 
     def refresh(self) -> None:
         """Say how the saving gets on; called by the page's timer."""

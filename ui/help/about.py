@@ -26,9 +26,7 @@ def show_about(window: QWidget) -> QMessageBox:
     box.setWindowTitle(tr("About"))
     box.setIconPixmap(app_icon().pixmap(QSize(64, 64)))
     box.setText(tr("DPS-S Configurator {version}", version=version()))
-    about = tr("Configures, tests and watches a DPS-S parachute module over its serial port.")
-    licence = tr("Free software under the MIT licence. It is made with:")
-    box.setInformativeText("\n".join((about, "", licence, *_made_with())))
+    box.setInformativeText("\n".join((tr("MIT licence. Made with:"), *_made_with())))
     box.show()
     return box
 

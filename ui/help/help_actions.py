@@ -38,7 +38,7 @@ class HelpActions(QObject):
     def say_what_is_next(self, is_first: bool) -> None:
         """Once, when a module answers for the first time."""
         if is_first:
-            self._window.say(tr("The module answers. Next: Settings, then Pre-flight, at the left."))
+            self._window.say(tr("Next: Settings, then Pre-flight."))
 
     # What's this
 
@@ -56,7 +56,7 @@ class HelpActions(QObject):
 
     def say_what_has_focus(self) -> None:
         if not self._explainer().say_what_has_focus():
-            self._window.say(tr("Nothing here has the keyboard. Go to a control with Tab."))
+            self._window.say(tr("Nothing has the focus: press Tab."))
 
     def _explainer(self) -> "WhatsThis":
         from ui.help.whats_this import WhatsThis
@@ -71,7 +71,7 @@ class HelpActions(QObject):
         from ui.help.guide_viewer import GuideViewer, guide_page
 
         if guide_page() is None:
-            self._window.say(tr("The user guide is missing from this installation."))
+            self._window.say(tr("The user guide is not installed."))
             return
         if self._guide is None:
             self._guide = GuideViewer(self._services.texts, self._window)

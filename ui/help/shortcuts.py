@@ -18,8 +18,8 @@ from ui.widgets.document_window import DocumentWindow
 _NATIVE: Final = QKeySequence.SequenceFormat.NativeText
 _ALWAYS: Final = (
     ("Esc", marked("Close or cancel; never sends anything")),
-    ("Tab", marked("To the next control")),
-    ("Alt", marked("To the menus")),
+    ("Tab", marked("Next control")),
+    ("Alt", marked("Menus")),
 )
 
 
@@ -93,7 +93,7 @@ def _always() -> list[Key]:
 
 def _table(title: str, keys: list[Key]) -> Iterator[str]:
     yield f"## {title}\n"
-    yield f"| {tr('Key')} | {tr('What it does')} |"
+    yield f"| {tr('Key')} | {tr('Action')} |"
     yield "| --- | --- |"
     for one in keys:
         yield f"| **{one.keys}** | {one.does.replace('|', '/')} |"

@@ -41,12 +41,10 @@ class PlotHeader(QWidget):
         self.pause = named(QPushButton(), "time-plot-pause")
         self.pause.setIconSize(QSize(16 + TEXT_GAP_PX, 16))
         self.pause.setAutoDefault(False)
-        self.whole = control(QToolButton(), texts, "time-plot-whole", "All", says="Show the whole recording",
-                             tip="Show the whole recording (End)", role="segment",
+        self.whole = control(QToolButton(), texts, "time-plot-whole", "All", tip="All (End)", role="segment",
                              slot=self.whole_wanted)  # fmt: skip
         self.whole.setCheckable(True)
-        self.clock = control(QToolButton(), texts, "time-plot-clock", says="Time of day",
-                             tip="Show the time of day", picture=Icon.CLOCK,
+        self.clock = control(QToolButton(), texts, "time-plot-clock", says="Time of day", picture=Icon.CLOCK,
                              role="segment")  # fmt: skip
         self.clock.setCheckable(True)
         self.row = FlowRow(self, spacing_px=Space.XS)
@@ -88,9 +86,7 @@ class PlotHeader(QWidget):
             self.pause.setAccessibleName(tr("Pause") if view.is_live else tr("Back to live"))
             self.pause.setIcon(icon(Icon.PAUSE if view.is_live else Icon.TO_LIVE))
             self.pause.setToolTip(
-                tr("Hold the picture; recording goes on (Space)")
-                if view.is_live
-                else tr("Show the newest samples (End)")
+                tr("Pause; recording continues (Space)") if view.is_live else tr("Newest samples (End)")
             )
         if view.is_recorded:
             self._say(tr("recorded"), tr("recorded"), Icon.HISTORY, Meaning.INFORMATION)

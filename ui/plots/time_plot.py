@@ -77,16 +77,7 @@ class TimePlot(QWidget):
 
     def _connect(self, texts: Texts) -> None:
         texts.bind(self._canvas.setAccessibleName, "Plots over time")
-        if self._view.is_recorded:
-            texts.bind(
-                self._canvas.setToolTip,
-                "Drag or arrow keys move, wheel or + and − zoom, Shift with arrow keys reads off, End shows everything",
-            )
-        else:
-            texts.bind(
-                self._canvas.setToolTip,
-                "Drag or arrow keys move, wheel or + and − zoom, Shift with arrow keys reads off, Space pauses",
-            )
+        texts.bind(self._canvas.setToolTip, "Arrow keys move, + and − zoom, Shift with arrow keys reads off")
         self._canvas.setToolTipDuration(4000)
         texts.bind(self._language_changed, "Pause")
         self._canvas.panned.connect(self._pan)

@@ -54,8 +54,7 @@ class PreferencesDialog(QDialog):
             texts.bind(partial(self.theme.setItemText, row), title)
         for percent in ZOOMS:
             self.zoom.addItem(f"{percent} %", percent)
-        self.sounds = control(QCheckBox(), texts, "preferences_sounds", "Sounds: triggered, lost, restarted",
-                              tip="A short tone when the module triggers, falls silent or restarts")  # fmt: skip
+        self.sounds = control(QCheckBox(), texts, "preferences_sounds", "Sounds: triggered, lost, restarted")
         self.sidebar = control(QCheckBox(), texts, "preferences_sidebar", "Wide sidebar")
         form = QFormLayout()
         form.setHorizontalSpacing(Space.L)
@@ -71,7 +70,7 @@ class PreferencesDialog(QDialog):
         self.buttons = named(QDialogButtonBox(QDialogButtonBox.StandardButton.Close), "preferences_buttons")
         self.buttons.rejected.connect(self.reject)
         close: QAbstractButton = self.buttons.button(QDialogButtonBox.StandardButton.Close)
-        control(close, texts, "preferences_close", "Close", tip="Close (Esc)")
+        control(close, texts, "preferences_close", "Close", key="Esc")
         in_column(
             form, self.sounds, self.sidebar, self.buttons, of=self, spacing=Space.L, margins=Space.XL
         ).setSizeConstraint(QLayout.SizeConstraint.SetFixedSize)

@@ -19,7 +19,7 @@ def need_fonts(
     """From now on, and for the language in use; `tell` shows a notice, `dismiss` takes it away."""
 
     def notice() -> Notice:
-        text = tr("No Chinese font is installed. Install one (such as fonts-noto-cjk), then start this program again.")
+        text = tr("No Chinese font is installed. Install one (fonts-noto-cjk), then restart.")
         return Notice(Meaning.ATTENTION, text, dismiss=dismiss)
 
     choices.has_font_for = has_font_for

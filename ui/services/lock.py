@@ -112,9 +112,9 @@ class PortLock(QObject):
             text = waiting_sentence(self._shown_count)
             if self._job is None:
                 text = (
-                    tr("LOCK is not reported yet. It is sent again when the port comes back.")
+                    tr("LOCK not reported; sent again when the port is back.")
                     if repeat.sent
-                    else tr("LOCK could not be sent: treat the module as ACTIVE. It is sent when the port comes back.")
+                    else tr("LOCK not sent: treat the module as ACTIVE. Sent when the port is back.")
                 )
             return Notice(Meaning.ATTENTION, text, more)
         if self.failed is None:

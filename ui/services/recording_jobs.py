@@ -10,7 +10,7 @@ from PySide6.QtCore import QObject, Signal
 
 from app.recordings.entry_texts import when_text
 from app.text.i18n import tr
-from app.text.sentences import reason_of
+from app.text.sentences import reason_of, together
 from ui.core.background_task import BackgroundTask, Running
 from ui.services.session_recording import SessionRecording
 from ui.style.theme import Meaning
@@ -100,7 +100,7 @@ class RecordingJobs(QObject):
             self._end(None)
             self.opened.emit(recording)
 
-        self._begin(tr("Opening the recording of {when}…", when=when_text(entry)), work, show)
+        self._begin(tr("Opening {when}…", when=when_text(entry)), work, show)
 
     def export(self, entry: "RecordingEntry", path: Path, kind: ExportKind) -> None:
         """Write all of it into one file, which is there whole or not at all."""
@@ -116,13 +116,11 @@ class RecordingJobs(QObject):
 
         def tell(done: object) -> None:
             count, damage = done if isinstance(done, _Exported) else (0, None)
-            text = (
-                tr("Saved {rows} rows to {path}", rows=f"{count:,}", path=path)
-                if kind is ExportKind.CSV
-                else tr("Saved {count} messages to {path}", count=f"{count:,}", path=path)
-            )
+            text = tr("Saved to {path}. Rows: {rows}.", rows=f"{count:,}", path=path)
             self._end(
-                JobEnded(Meaning.GOOD, text) if damage is None else JobEnded(Meaning.ATTENTION, f"{text}. {damage}")
+                JobEnded(Meaning.GOOD, text)
+                if damage is None
+                else JobEnded(Meaning.ATTENTION, together([text, damage]))
             )
 
         self._begin(tr("Exporting {name}", name=path.name), work, tell, path=path)
@@ -151,8 +149,7 @@ class RecordingJobs(QObject):
             return len(chosen)
 
         def tell(count: object) -> None:
-            text = tr("1 recording was deleted.") if count == 1 else tr("{count} recordings were deleted.", count=count)
-            self._end(JobEnded(Meaning.INFORMATION, text))
+            self._end(JobEnded(Meaning.INFORMATION, tr("Recordings deleted: {count}.", count=count)))
 
         self._begin(tr("Deleting…"), work, tell)
 
@@ -211,7 +208,7 @@ def _why_not(error: Exception, path: Path | None) -> str:
     if isinstance(error, RecordingUnreadable):
         return error.sentence
     if isinstance(error, RecordingInUse):
-        return tr("It is being written now and cannot be deleted.")
+        return tr("It is being written: not deleted.")
     if path is not None:
         return not_saved_text(path, error)
     why = reason_of(error)

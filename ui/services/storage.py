@@ -36,7 +36,7 @@ class RecordingPlayed(StoreTrouble):
 
     @property
     def sentence(self) -> str:
-        return tr("A recording is played: nothing of it is kept as a module’s.")
+        return tr("A recording is played; nothing of it is stored.")
 
 
 class Storage:

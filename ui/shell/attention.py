@@ -7,7 +7,6 @@ from PySide6.QtCore import QObject
 
 from app.diagnosis.link_state import NextStep, Phase
 from app.text.i18n import tr
-from app.text.sentences import together
 from ui.core.connector import Connector
 from ui.services.lock import LockControl
 from ui.services.storage import PendingEdits
@@ -102,7 +101,7 @@ class Attention(QObject):
             self._leave_active(leave, is_closing=is_closing)
 
         self._ask(
-            lambda: unsent_notice(self._unsent.count(), go, self.stay, is_closing=is_closing),
+            lambda: unsent_notice(self._unsent.count(), go, self.stay),
             self._has_unsent_now,
             is_closing=is_closing,
             main="stay",
@@ -192,10 +191,9 @@ class Attention(QObject):
             return None
         if device.restarts == self._restarts:
             return None
-        text = tr("The module restarted: activation, triggers and serial output are as after power-up.")
+        text = tr("The module restarted: enable the triggers and check again.")
         check = Choice("after_restart", tr("Pre-flight"), lambda: self.go_to("preflight"), is_main=True)
-        advice = tr("Next: enable the triggers and run the check.")
-        return Notice(Meaning.ATTENTION, together([text, advice]), (check,), dismiss=self._forget_restart)
+        return Notice(Meaning.ATTENTION, text, (check,), dismiss=self._forget_restart)
 
     def _trigger_notice(self) -> Notice | None:
         """What comes next, as long as the module reports that it has triggered."""
@@ -206,7 +204,7 @@ class Attention(QObject):
         is_triggered = connector.is_open and known is not None and known.value is True
         if not is_triggered or self._has_read_trigger or connector.is_recording:
             return None
-        text = tr("The module has triggered. Next: read the trigger record, LOCK, then pack and check again.")
+        text = tr("The module has triggered: LOCK, read the record, pack, check again.")
         look = Choice("after_trigger", tr("Read the record"), lambda: self.go_to("triggers"), is_main=True)
         return Notice(Meaning.DANGER, text, (look,), dismiss=self._forget_trigger)
 
@@ -223,7 +221,6 @@ class Attention(QObject):
             lambda: self._lock.press_all(then=go) if is_closing else self._lock.press(then=go),
             go,
             self.stay,
-            is_closing=is_closing,
             is_active=self._connector.is_any_active if is_closing else self._connector.is_active,
         )
         locking = self._lock.notice()

@@ -303,7 +303,7 @@ class MainWindow(QMainWindow):
         self.panel.hide()
 
     def _show_page(self, key: str) -> None:
-        self._connector.stream.is_wanted = self._entries[key].wants_stream
+        self._connector.current.stream.is_wanted = self._entries[key].wants_stream
         self.panel.hide()
         page = self._pages.get(key)
         if page is not None and self.stack.indexOf(page) >= 0:

@@ -51,32 +51,24 @@ def leaving_notice(
     leave: Callable[[], None],
     stay: Callable[[], None],
     *,
-    is_closing: bool,
     is_active: bool,
 ) -> Notice:
     """Before the window closes, or the port does, while the module is ACTIVE, or LOCK is not reported."""
-    if is_closing:
-        locks, leaves = tr("LOCK and close"), tr("Close, leave it ACTIVE")
-    else:
-        locks, leaves = tr("LOCK and disconnect"), tr("Disconnect, leave it ACTIVE")
     return Notice(
         Meaning.ATTENTION,
-        tr("The module is ACTIVE: it fires by its thresholds, with or without this program.")
+        tr("The module is ACTIVE: it fires also without this program.")
         if is_active
-        else tr("Treat the module as ACTIVE: it does not report that it is locked."),
+        else tr("Treat the module as ACTIVE: it does not report LOCKED."),
         (
-            Choice("lock_and_leave", locks, lock, is_main=True),
-            Choice("leave_active", leaves, leave, is_step=True),
+            Choice("lock_and_leave", tr("LOCK first"), lock, is_main=True),
+            Choice("leave_active", tr("Leave it ACTIVE"), leave, is_step=True),
             Choice("stay", tr("Cancel"), stay),
         ),
     )
 
 
-def unsent_notice(count: int, leave: Callable[[], None], stay: Callable[[], None], *, is_closing: bool) -> Notice:
+def unsent_notice(count: int, leave: Callable[[], None], stay: Callable[[], None]) -> Notice:
     """Before edits of settings are lost."""
-    leaves = tr("Close, drop the edits") if is_closing else tr("Disconnect, drop the edits")
-    text = tr("{count} changes of settings have not been written to the module.", count=count)
-    if count == 1:
-        text = tr("1 change of a setting has not been written to the module.")
     stays = Choice("stay", tr("Cancel"), stay, is_main=True)
-    return Notice(Meaning.ATTENTION, text, (stays, Choice("drop_edits", leaves, leave, is_step=True)))
+    drops = Choice("drop_edits", tr("Discard edits"), leave, is_step=True)
+    return Notice(Meaning.ATTENTION, tr("Settings not written: {count}.", count=count), (stays, drops))

@@ -57,13 +57,13 @@ class RecordingSign(QWidget):
             text = whole = ""
         else:
             text = tr("Recorded since {time}", time=f"{sign.since.astimezone():%H:%M}")
-            whole = tr("Everything received is recorded automatically; see Recordings.")
+            whole = ""
             if sign.dropped:
                 text = tr("Recorded since {time}, with gaps", time=f"{sign.since.astimezone():%H:%M}")
-                whole = tr("The disk was too slow: {count} reports are missing in the recording.", count=sign.dropped)
+                whole = tr("The disk was too slow. Reports missing: {count}.", count=sign.dropped)
         self.label.setText(text)
         self.setToolTip(whole)
-        self.setAccessibleName(f"{text}. {whole}" if text else tr("Nothing is recorded"))
+        self.setAccessibleName(f"{text}. {whole}".rstrip(". ") if text else tr("Not recorded"))
         self.setVisible(bool(text))
         if sign.trouble is None and not sign.dropped:
             self._picture.show_icon(Icon.RECORD, is_muted=True)

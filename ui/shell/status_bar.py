@@ -45,16 +45,13 @@ class StatusBar(QFrame):
         self._written_at = 0.0
         self._passing = ""
         self._passing_until = 0.0
-        self.figures = control(TickingLabel(), texts, "link_figures", says="Statistics",
-                               tip="Frames a second, usual round trip, lag, invalid bytes")  # fmt: skip
+        self.figures = control(TickingLabel(), texts, "link_figures", says="Statistics")
         self.sign = IconLabel("line_fault_sign", _SIGN_PX)
         self.sign.show_icon(Icon.WARNING, Meaning.ATTENTION)
         self.sign.setFixedSize(_SIGN_PX, _SIGN_PX)
         self.fault = named(QLabel(), "line_fault", "attention")
-        texts.bind(self.fault.setAccessibleDescription, "What is the matter with the line")
         self.passing = named(ElidedLabel(), "passing_message")
-        self.age = control(TickingLabel(), texts, "last_heard", says="Time since the last frame",
-                           tip="Time since the last frame")  # fmt: skip
+        self.age = control(TickingLabel(), texts, "last_heard", says="Time since the last frame")
         # Described, not named: a name would be read aloud in place of the text.
         texts.bind(self.passing.setAccessibleDescription, "Message")
         marked = in_row(self.figures, self.sign, self.fault, spacing=Space.XS)
@@ -130,7 +127,7 @@ class StatusBar(QFrame):
                     tr("{rate} frames/s", rate=rate),
                     tr("{ms} ms", ms="–" if trip is None else f"{trip * 1000:.1f}"),
                     tr("lag {seconds} s", seconds=lag),
-                    tr("{n} invalid bytes", n=f"{link.counters.rejected:,}"),
+                    tr("invalid bytes: {n}", n=f"{link.counters.rejected:,}"),
                 )
             )
         _write(self.figures, figures)

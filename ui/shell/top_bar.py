@@ -83,7 +83,7 @@ class PortButton(QPushButton):
         self._phase = Phase.CLOSED
         self.setProperty("role", "quiet")
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Expanding)
-        texts.bind(self.setToolTip, "Choose a port, connect or disconnect (Ctrl+K)")
+        texts.bind(self.setToolTip, "Choose a port (Ctrl+K)")
 
     @property
     def word(self) -> str:
@@ -234,8 +234,7 @@ class TopBar(QFrame):
             self._fit()
 
     def _make_lock(self, texts: Texts, lock: LockControl) -> QPushButton:
-        button = control(QPushButton(), texts, "lock_button", "LOCK", says="LOCK: put the module into standby",
-                         tip="Put the module into standby, at once", key="Ctrl+L")  # fmt: skip
+        button = control(QPushButton(), texts, "lock_button", "LOCK", tip="Standby, at once", key="Ctrl+L")
         button.setIconSize(QSize(16 + TEXT_GAP_PX, 16))
         lock.bind(button)
         _explain(texts, button, BY_NAME["activation"])
@@ -248,13 +247,13 @@ class TopBar(QFrame):
         said = words(state, now)
         recorded = recording_word(connector)
         if recorded:
-            said = LinkWords(recorded, tr("A recording is played. Nothing is sent to any module."), "", None)
+            said = LinkWords(recorded, tr("A recording is played; nothing is sent."), "", None)
         phase = Phase.ASKING if recorded else state.phase  # never the green of a module that answers
         self.port.show_link(port_title(state, connector.target), phase, said)
         if self.name.text() != self._module:
             self.name.setText(self._module)
             self._fit_name()
-        show_activation(self.activation, connector.activation, now)
+        show_activation(self.activation, connector.current.activation, now)
         show_known_trigger(self.trigger, device.known("triggered", now), now)
         self._show_cell(device, now)
         is_main = connector.is_open and connector.is_active

@@ -35,7 +35,7 @@ class UncaughtErrors(QObject):
         self._has_come.emit(mishap)
 
     def _show(self, mishap: UncaughtError) -> None:
-        self._say(tr("Unexpected error: {error}.", error=mishap.summary))
+        self._say(tr("Unexpected error: {error}. Nothing is armed.", error=mishap.summary))
         count = self._counts.get(mishap.details, 0)
         self._counts[mishap.details] = count + 1
         if not count:
@@ -43,16 +43,13 @@ class UncaughtErrors(QObject):
 
     def _notice(self, mishap: UncaughtError) -> Notice:
         count = self._counts.get(mishap.details, 1)
-        text = tr(
-            "The program met an error that it did not expect and goes on: {error}. Nothing is armed.",
-            error=mishap.summary,
-        )
+        text = tr("Unexpected error: {error}. Nothing is armed.", error=mishap.summary)
         if count > 1:
-            text += " " + tr("It has happened {n} times.", n=count)
+            text += f" (×{count})"
 
         def copy_details() -> None:
             QGuiApplication.clipboard().setText(f"DPS-S Configurator {version()}\n{mishap.thread}\n{mishap.details}")
-            self._say(tr("The details are on the clipboard."))
+            self._say(tr("Copied."))
 
         def dismiss() -> None:
             self._counts.pop(mishap.details, None)

@@ -55,7 +55,7 @@ class NoticeBar(Banner):
         self._text.setTextFormat(Qt.TextFormat.PlainText)
         self._text.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
         self._text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self._dismiss = control(QToolButton(), texts, "notice_dismiss", says="Close this message",
+        self._dismiss = control(QToolButton(), texts, "notice_dismiss", says="Close",
                                 picture=Icon.CROSS, role="quiet",
                                 slot=self._close)  # fmt: skip
         policy = self._dismiss.sizePolicy()

@@ -44,7 +44,7 @@ def recording_word(connector: Connector) -> str:
         return ""
     now = connector.clock()
     if player.is_over(now):
-        return tr("The recording has ended")
+        return tr("ended")
     position, length = stopwatch(player.position_s(now)), stopwatch(player.duration_s)
     return tr("{position} of {length}", position=position, length=length)
 
@@ -59,18 +59,16 @@ class RecordingBar(Banner):
         self.label = named(QLabel(), "recording_label", "strong")
         self.label.setTextFormat(Qt.TextFormat.PlainText)
         self.label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
-        self._note = control(QLabel(), texts, "recording_note", "Nothing is sent.", says="Nothing is sent.")
-        self.place = control(
-            QProgressBar(), texts, "recording_place", says="Place in the recording", tip="Place in the recording"
-        )
+        self._note = control(QLabel(), texts, "recording_note", "Nothing is sent.")
+        self.place = control(QProgressBar(), texts, "recording_place", says="Position")
         self.place.setTextVisible(False)
         self.place.setFixedWidth(88)
         self.place.setRange(0, 1000)
         self.speed = self._make_speed()
-        self.again = control(QPushButton(), texts, "recording_again", says="Play the recording from the start",
-                             tip="Play the recording from the start", picture=Icon.AGAIN, slot=self._play)  # fmt: skip
-        self.stop = control(QPushButton(), texts, "recording_stop", "Stop playing", says="Stop playing the recording",
-                            tip="Stop playing; a module can be connected then", picture=Icon.CROSS)  # fmt: skip
+        self.again = control(
+            QPushButton(), texts, "recording_again", says="Play from the start", picture=Icon.AGAIN, slot=self._play
+        )
+        self.stop = control(QPushButton(), texts, "recording_stop", "Stop playing", picture=Icon.CROSS)
         self.stop.clicked.connect(connector.disconnect_port)
         self.row.setContentsMargins(Space.M, Space.XS, Space.M, Space.XS)
         self.row.addWidget(self.label, 1)
@@ -92,7 +90,7 @@ class RecordingBar(Banner):
         if player is not None:
             self.place.setValue(round(1000 * player.position_s(now) / max(0.001, player.duration_s)))
             if player.is_over(now):
-                text = tr("RECORDING: {name}, it has ended", name=name)
+                text = tr("RECORDING: {name}, ended", name=name)
         self.label.setText(self.label.fontMetrics().elidedText(text, Qt.TextElideMode.ElideMiddle, self.label.width()))
         if text != self.accessibleName():
             self.label.setToolTip(parse_url(target.device).path)
@@ -109,8 +107,7 @@ class RecordingBar(Banner):
             self.speed.blockSignals(False)
 
     def _make_speed(self) -> QComboBox:
-        box = control(QComboBox(), self._texts, "recording_speed", says="Speed of the recording",
-                      tip="How quick it is played; another speed begins from the start")  # fmt: skip
+        box = control(QComboBox(), self._texts, "recording_speed", says="Speed")
         for speed in SPEEDS:
             box.addItem(f"×{speed:g}", speed)
         box.setCurrentIndex(SPEEDS.index(1.0))

@@ -193,10 +193,10 @@ def test_a_fact_of_a_newer_version_is_kept_and_passed_on(stations: list[ArchiveS
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("", "is no archive file"),
-        ("PK\x03\x04", "is no archive file"),
+        ("", "is not an archive file"),
+        ("PK\x03\x04", "is not an archive file"),
         ('{"format": "dps-s archive", "version": 2}\n', "newer version"),
-        ("[" * 100_000, "is no archive file"),
+        ("[" * 100_000, "is not an archive file"),
     ],
 )
 def test_another_file_is_refused_in_a_sentence(tmp_path: Path, text: str, said: str) -> None:

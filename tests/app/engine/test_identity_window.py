@@ -31,7 +31,7 @@ class Desk:
         self.target = Target(f"sim://{port}", 115200)
         self.sent: list[Request] = []
         assembly.connector.batch.connect(self._on_batch)
-        assembly.connector.stream.is_wanted = True
+        assembly.connector.current.stream.is_wanted = True
 
     def _on_batch(self, batch: Batch) -> None:
         self.sent += [event.request for event in batch.events if isinstance(event, Sent)]
@@ -99,7 +99,7 @@ def test_another_module_that_comes_back_on_the_same_port_is_asked_about(
         one.sent.clear()
         one.bench.plug()
         one.wait(lambda: "boot count 12, was 37" in one.asked)
-        assert f"another module than {NAME}" in one.asked
+        assert "may be another module" in one.asked
         assert one.naming.name == ""
         assert one.assembly.window.top_bar._module == ""
         assert one.changes == []

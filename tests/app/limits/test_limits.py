@@ -53,7 +53,7 @@ acceleration_spread_max_g = 20
     with pytest.raises(ProfileRefused) as refused:
         parse_profile(text.encode())
     assert [fault.line for fault in refused.value.faults] == [2, 3, 4, 5, 6]
-    assert "cell_voltage_min_v: a number from 3.5 to 4.2 is needed" in refused.value.sentences[0]
+    assert "cell_voltage_min_v: 3.5 to 4.2;" in refused.value.sentences[0]
 
 
 def test_a_softer_limit_is_said_beside_the_verdict_on_the_record_and_on_the_report() -> None:

@@ -44,7 +44,7 @@ def test_a_later_change_takes_verified_away_and_says_so() -> None:
     row = next(row for row in form.rows(rig.session.device.view(rig.clock.now_s), rig.clock.now_s)
                if row.command.key == KEY)  # fmt: skip
     assert row.state is RowState.CHANGED
-    assert row.reason == "It was 1.20 s and reads 0.20 s now, without being written here."
+    assert row.reason == "Was 1.20 s, now 0.20 s; not written here."
 
 
 def test_a_setting_that_was_never_written_and_changes_is_named_and_accepted_by_reading() -> None:

@@ -141,7 +141,7 @@ def test_a_newer_versions_file_is_left_alone(folder: Path) -> None:
     with pytest.raises(StoreTrouble) as trouble:
         open_store(folder)
     assert trouble.value.fault is StoreFault.NEWER
-    assert trouble.value.sentence.endswith("was written by a newer version of this program.")
+    assert trouble.value.sentence.endswith("needs a newer version of this program.")
     with closing(sqlite3.connect(folder / FILE_NAME)) as file:
         assert file.execute("SELECT count(*) FROM audit").fetchone() == (1,)
 
@@ -183,7 +183,7 @@ def test_a_folder_that_cannot_be_made_is_said(tmp_path: Path) -> None:
     journal = journal_for(trouble.value, port="p", origin="window")
     assert isinstance(journal, NoJournal)
     assert not journal.is_ready
-    with pytest.raises(JournalFailed, match="may not write"):
+    with pytest.raises(JournalFailed, match="No permission"):
         journal.begin(Act.ZERO, FRAME, {}).result(LIMIT_S)
     with pytest.raises(JournalFailed):
         journal.begin_baud(115200, 9600).result(LIMIT_S)

@@ -103,7 +103,6 @@ def _measure_one(assembly: Assembly, port: str) -> dict[str, tuple[float, float]
         raise RuntimeError("not everything was read")
     assembly.connector.disconnect_port()
     turn_until(lambda: assembly.connector.connection.state is PortState.CLOSED, LIMIT_S)
-    assembly.connector.forget_module()
     turn_until(lambda: not one.shows_value, LIMIT_S)
     return one.took
 

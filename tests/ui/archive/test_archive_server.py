@@ -34,7 +34,7 @@ def test_records_are_exchanged_by_themselves_and_what_was_altered_is_named(
             assert exchange.seen is not None
             assert exchange.seen.status.last_at is not None
             last = datetime.fromisoformat(exchange.seen.status.last_at).astimezone()
-            assert line.text() in (f"All shared, last {last:%H:%M}", f"All shared, last {last:%Y-%m-%d}")
+            assert line.text() in (f"Not shared: 0. Last: {last:%H:%M}.", f"Not shared: 0. Last: {last:%Y-%m-%d}.")
             assert here.ids() > other.ids()
             Archive(other.store, other.facts, other.station).sync(server.url())
             assert here.content() == other.content()

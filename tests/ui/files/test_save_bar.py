@@ -54,7 +54,7 @@ def test_the_values_in_sight_are_saved(live: Bench, tmp_path: Path) -> None:
     assert [row["event"] for row in rows if row["event"]] == ["activated"]
     assert {row["cell_voltage_v"] for row in rows} == {"", "3.94"}
     note = live.page.save.note
-    assert (note.text, note.meaning) == (f"Saved {len(rows)} rows to {path}", Meaning.GOOD)
+    assert (note.text, note.meaning) == (f"Saved to {path}. Rows: {len(rows)}.", Meaning.GOOD)
 
 
 def test_what_is_saved_is_what_was_seen_when_it_was_asked_for(live: Bench, tmp_path: Path) -> None:

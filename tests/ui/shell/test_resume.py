@@ -183,11 +183,11 @@ def test_another_adapter_that_takes_the_name_after_the_list_is_closed_again_and_
         wait_said(qtbot, assembly, Absence.ANOTHER.value)
         qtbot.waitUntil(lambda: not connector.is_open, timeout=WAIT_MS)
         assert not connector.device.values
-        assert (phase(assembly), connector.returns) == (Phase.LOST, 0)
+        assert (phase(assembly), connector.current.returns) == (Phase.LOST, 0)
         desk.adapter = mine
         wait_back(qtbot, assembly)
         qtbot.waitUntil(lambda: fresh(assembly) == KEYS, timeout=WAIT_MS)
-        qtbot.waitUntil(lambda: connector.returns == 1, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: connector.current.returns == 1, timeout=WAIT_MS)
 
 
 def test_of_two_alike_the_socket_decides_or_nothing_is_opened(

@@ -147,7 +147,7 @@ def test_everything_that_may_be_under_way(
         qtbot.waitUntil(lambda: assembly.connector.is_open, timeout=WAIT_MS)
         ports.hold()
         assembly.ports.refresh()
-        assembly.connector.stream.is_wanted = True
+        assembly.connector.current.stream.is_wanted = True
         job = assembly.connector.run(procedure(), lambda _job: None)
         qtbot.waitUntil(lambda: job.run.is_started, timeout=WAIT_MS)
         close_in_time(assembly)

@@ -37,17 +37,14 @@ class EmptyPage(QWidget):
         self.text = named(QLabel(), "live_empty_text")
         texts = services.texts
         self._way = control(QLabel(), texts, "live_empty_way",
-                            "1. Connect: plug the adapter in and choose its port.\n2. Settings: compare each value "
-                            "with the vendor's advice beside it.\n3. Pre-flight: run the check before each flight; "
-                            "activate; it must say GO.", role="muted")  # fmt: skip
-        self.choose = control(QPushButton(), texts, "live_choose_port", "Choose a port…", says="Choose a port",
-                              tip="Choose the module's port", key="Ctrl+K", picture=Icon.PLUG,
-                              role="primary", slot=page.ports_wanted)  # fmt: skip
+                            "1. Connect: choose the adapter's port.\n2. Settings: compare with the vendor's "
+                            "advice.\n3. Pre-flight: check and activate before each flight, until it says GO.",
+                            role="muted")  # fmt: skip
+        self.choose = control(QPushButton(), texts, "live_choose_port", "Choose a port…", key="Ctrl+K",
+                              picture=Icon.PLUG, role="primary", slot=page.ports_wanted)  # fmt: skip
         self.simulate = control(QPushButton(), texts, "live_simulate", "Simulated module",
-                                says="Connect to the simulated module", tip="Try everything without a module",
                                 picture=Icon.SIMULATOR, slot=self._simulate)  # fmt: skip
         self.recordings = control(QPushButton(), texts, "live_recordings", "Recordings",
-                                  tip="Open earlier sessions",
                                   picture=Icon.RECORDINGS,
                                   slot=lambda: page.page_wanted.emit("recordings"))  # fmt: skip
         for label in (self._picture, self._title, self.text):

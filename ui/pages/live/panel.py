@@ -206,7 +206,7 @@ class LivePanel(QFrame):
     # Making
 
     def _name(self, texts: Texts) -> None:
-        texts.bind(self.setAccessibleName, "Recorded values" if self._is_recorded else "Measured values")
+        texts.bind(self.setAccessibleName, "Measured values")
         for one, caption in (
             (self.moment, "Time under the cursor"),
             (self.activation, "Activation"),
@@ -219,9 +219,6 @@ class LivePanel(QFrame):
             (self.stream, "Reports"),
         ):
             texts.bind(one.set_caption, caption)
-        texts.bind(self.tilt.setToolTip, "Angle between aircraft and horizontal plane")
-        texts.bind(self.acceleration.setToolTip, "1 g at rest, near 0 g in free fall")
-        texts.bind(self.stream.setToolTip, "Status reports a second")
         for readout, command in ((self.light, "light"), (self.cell, "cell_voltage"), (self.boot_count, "boot_count")):
             texts.bind(readout.setToolTip, BY_NAME[command].explanation)
         for readout, command in (

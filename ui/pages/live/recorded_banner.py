@@ -28,8 +28,7 @@ class RecordedBanner(Banner):
         self.label = named(QLabel(), "recorded_label", "strong")
         self.label.setTextFormat(Qt.TextFormat.PlainText)
         self.label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
-        self.back = control(QPushButton(), texts, "recorded_back", "Back to live",
-                            tip="Close the recording", key="Esc", picture=Icon.TO_LIVE,
+        self.back = control(QPushButton(), texts, "recorded_back", "Back to live", key="Esc", picture=Icon.TO_LIVE,
                             slot=self.left)  # fmt: skip
         self.row.addWidget(self.label, 1)
         self.row.addWidget(self.back)

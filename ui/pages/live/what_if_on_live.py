@@ -26,8 +26,7 @@ class WhatIfOnLive(QObject):
         self.panel = WhatIfPanel(services)
         self.panel.hide()
         self.panel.setFixedWidth(WIDTH_PX)
-        self.button = control(QToolButton(), services.texts, "live_would_fire", "Would it have fired?",
-                              tip="Try thresholds on measured data", key="Ctrl+T",
+        self.button = control(QToolButton(), services.texts, "live_would_fire", "Would it have fired?", key="Ctrl+T",
                               picture=Icon.PARACHUTE)  # fmt: skip
         self.button.setCheckable(True)
         self.button.toggled.connect(self._show)

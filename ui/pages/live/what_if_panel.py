@@ -99,7 +99,7 @@ class WhatIfPanel(QFrame):
         self.judgement.step()
         finding, clock = self.judgement.finding, self._clock
         if self.judgement.error is not None:
-            said = WhatIfVerdict(WhatIfKind.UNREADABLE, tr("The recording cannot be read any more."))
+            said = WhatIfVerdict(WhatIfKind.UNREADABLE, tr("The recording is unreadable."))
         else:
             said = fired_words.verdict(finding, question, clock=clock, progress=self.judgement.progress)
         self._say(said)
@@ -183,27 +183,22 @@ class WhatIfPanel(QFrame):
         self._icon.setFixedSize(QSize(20, 20))
         self.head = text_label("fired_head", "strong")
         self.details = text_label("fired_details", "small")
-        self.list = control(QListWidget(), texts, "fired_list", says="When it would have fired, and near misses",
-                            tip="Show it in the plots (Return)")  # fmt: skip
+        self.list = control(QListWidget(), texts, "fired_list", says="Triggers and near misses")
         self.list.setWordWrap(True)
         self.list.setFixedHeight(_LIST_PX)
         self.list.setIconSize(QSize(16, 16))
         self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.list.hide()
         self.fields = WhatIfFields(self.wanted, texts, WheelGuard(self))
-        self.locked = control(QCheckBox(), texts, "fired_locked", "Also while it was locked",
-                              tip="Judge locked times as if active")  # fmt: skip
+        self.locked = control(QCheckBox(), texts, "fired_locked", "Also while locked")
         self.locked.setChecked(True)
-        self.as_module = control(QPushButton(), texts, "fired_as_module", "As the module has it",
-                                 tip="Discard what was typed here")  # fmt: skip
+        self.as_module = control(QPushButton(), texts, "fired_as_module", "As on the module")
         self.from_settings = control(QPushButton(), texts, "fired_from_settings", "From Settings",
-                                     tip="Try the edits of the Settings page",
                                      slot=self._take_from_settings)  # fmt: skip
         self.use = control(QPushButton(), texts, "fired_use", "Use in Settings",
-                           tip="Copy these values to Settings; nothing is sent",
+                           tip="Nothing is sent",
                            slot=self._use)  # fmt: skip
-        self.about = control(QToolButton(), texts, "fired_about", "How this is judged",
-                             tip="Rules and assumptions", picture=Icon.INFORMATION,
+        self.about = control(QToolButton(), texts, "fired_about", "How this is judged", picture=Icon.INFORMATION,
                              role="quiet")  # fmt: skip
         self.about.setCheckable(True)
         self.rules = text_label("fired_rules", "small")
@@ -221,7 +216,7 @@ class WhatIfPanel(QFrame):
         texts = services.texts
         title = text_label("fired_title", "strong")
         texts.bind(title.setText, "Would it have fired?")
-        close = control(QToolButton(), texts, "fired_close", says="Close this panel", tip="Close this panel", key="Esc",
+        close = control(QToolButton(), texts, "fired_close", says="Close", key="Esc",
                         picture=Icon.CROSS, role="quiet", slot=self._close)  # fmt: skip
         note = text_label("fired_note", "small")
         texts.bind(note.setText, "A calculation; nothing is sent.")

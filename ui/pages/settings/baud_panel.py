@@ -116,5 +116,5 @@ class BaudPanel(QFrame):
 
 
 def _broken_off(rate: int, dismiss: Callable[[], None]) -> Notice:
-    text = tr("Broken off: the module may be at {rate} baud now. Use “Find my module”.", rate=rate)
+    text = tr("Interrupted: maybe at {rate} baud now. Use “Find my module”.", rate=rate)
     return Notice(Meaning.DANGER, text, dismiss=dismiss)

@@ -48,19 +48,16 @@ class CalibrationPanel(QWidget):
         }
         for name, side in self.sides.items():
             side.button.clicked.connect(partial(self._measure, name))
-        texts.bind(self._title.setText, "Light threshold by measurement")
+        texts.bind(self._title.setText, "Measure the light threshold")
         texts.bind(
             self._intro.setText,
-            "The module takes the parachute as gone when its bay is light. Measure in the light of the flight day, "
-            "with no hand over the sensor.",
+            "Measure in the light of the flight day, with no hand over the sensor.",
         )
         self.result = text_label("calibration_result", "strong")
         self.detail = text_label("calibration_detail", "small")
-        self.take = control(QPushButton(), texts, "calibration_take", "Use this threshold",
-                            tip="Puts it into the form; it is written with the other changes", role="primary",
+        self.take = control(QPushButton(), texts, "calibration_take", "Use this threshold", role="primary",
                             slot=self._take)  # fmt: skip
-        self.back = control(QPushButton(), texts, "calibration_back", "Back to the settings",
-                            says="Back to the settings; nothing is changed", tip="Nothing is changed", key="Esc",
+        self.back = control(QPushButton(), texts, "calibration_back", "Back", key="Esc",
                             slot=self._leave)  # fmt: skip
         self._lay_out()
         self._job.changed.connect(self.refresh)
@@ -88,33 +85,25 @@ class CalibrationPanel(QWidget):
             case Proposal():
                 self.result.setText(found.sentence)
                 parts = [tr(found.direction.value)]
-                vendors = tr("The vendor's advice, the reading with the bay fully open, would be {volts:.1f} V.",
-                             volts=found.vendors_v)  # fmt: skip
-                parts.append(vendors)
+                parts.append(tr("Vendor's advice: {volts:.1f} V.", volts=found.vendors_v))
                 if not found.is_steady:
-                    parts.append(tr("The readings are spread wide: measure again in steady light."))
+                    parts.append(tr("The readings scatter: measure again in steady light."))
                 self.detail.setText(together(parts))
             case Obstacle():
                 self.result.setText(tr(found.value))
-                self.detail.setText(tr("No threshold is proposed."))
+                self.detail.setText("")
             case _:
-                self.result.setText(tr("Measure both to get a threshold."))
-                lost = tr("Broken off: the connection was lost.") if self._trouble else ""
-                self.detail.setText(lost)
+                self.result.setText(tr("Measure both."))
+                self.detail.setText(tr("The link was lost.") if self._trouble else "")
 
     def _side_text(self, name: str) -> str:
         if self._job.is_running and self._measuring == name:
             done = 0 if self._job.progress is None else self._job.progress.done
-            return tr("measuring… {done} readings", done=done)
+            return tr("measuring… {done}", done=done)
         band = self._bands.get(name)
-        if band is None:
+        if band is None or not band.raws:
             return tr("not measured yet")
-        if not band.raws:
-            return tr("no readings")
-        return tr(
-            "{median:.1f} V ({count} readings, {low:.1f} to {high:.1f} V)",
-            median=band.median_v, count=len(band.raws), low=band.low_v, high=band.high_v,
-        )  # fmt: skip
+        return tr("{median:.1f} V ({low:.1f} to {high:.1f} V)", median=band.median_v, low=band.low_v, high=band.high_v)
 
     def _measure(self, name: str, _is_checked: bool = False) -> None:
         if not self._job.is_running:
@@ -155,8 +144,7 @@ class _Side(QFrame):
         self.title = control(QLabel(), texts, f"calibration_{name}_title", title, role="strong")
         self.text = named(QLabel(), f"calibration_{name}_text")
         self.text.setWordWrap(True)
-        self.button = control(QPushButton(), texts, f"calibration_{name}_measure", measure,
-                              tip="Twenty readings, about two seconds", picture=picture)  # fmt: skip
+        self.button = control(QPushButton(), texts, f"calibration_{name}_measure", measure, picture=picture)
         self.button.setIconSize(QSize(20 + TEXT_GAP_PX, 20))
         in_column(
             self.title, self.text, (self.button, Qt.AlignmentFlag.AlignLeft), of=self, spacing=Space.S, margins=Space.M

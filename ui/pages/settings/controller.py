@@ -222,18 +222,18 @@ class SettingsController(QObject):
         since = len(report.results) - verified - received - bad - states.count(RowState.CHANGED)
         parts = []
         if verified:
-            parts.append(tr("{count} written and read back equal: verified.", count=verified))
+            parts.append(tr("Verified: {count}.", count=verified))
         if received:
-            parts.append(tr("{count} acknowledged; cannot be read back.", count=received))
+            parts.append(tr("Acknowledged, cannot be read: {count}.", count=received))
         if bad:
-            parts.append(tr("{count} NOT as set: see the red rows.", count=bad))
+            parts.append(tr("NOT as set: {count}; see the rows.", count=bad))
         if moved:
-            parts.append(tr("{count} changed without being written: see the red rows.", count=moved))
+            parts.append(tr("Changed without being written: {count}; see the rows.", count=moved))
         if report.unread:
             titles = ", ".join(tr(command.title) for command in report.unread)
             parts.append(tr("Could not be read again: {names}.", names=titles))
         if since > 0:
-            parts.append(tr("{count} not verified, but read as set since.", count=since))
+            parts.append(tr("Not verified, but read as set since: {count}.", count=since))
         survive: tuple[Choice, ...] = ()
         if verified:
             survive = (Choice("survives", tr("Survives a power cycle?"), self.check_survival),)
@@ -242,8 +242,8 @@ class SettingsController(QObject):
         return Notice(meaning, together(parts), survive, self.job.dismiss)
 
     def _unread_notice(self, missing: int) -> Notice:
-        text = tr("{count} could not be read; the rows say what is not known.", count=missing)
-        again = Choice("read_again", tr("Read again"), self.read_all)
+        text = tr("Could not be read: {count}; see the rows.", count=missing)
+        again = Choice("read_again", tr("Read all"), self.read_all)
         return Notice(Meaning.ATTENTION, text, (again,), self.job.dismiss)
 
 
@@ -257,14 +257,14 @@ def _survival_notice(survival: PowerCycleResult) -> Notice:
     kept = sum(stamp.fate.name == "KEPT" for stamp in survival.stamps.values())
     match survival.ending:
         case Ending.NOT_SEEN:
-            return Notice(Meaning.ATTENTION, tr("No restart was seen: nothing is known about a power cycle."))
+            return Notice(Meaning.ATTENTION, tr("No restart was seen."))
         case Ending.UNPROVEN:
-            text = tr("The module restarted, but the boot count does not prove that its power was off.")
+            text = tr("Restarted; the boot count does not prove a power cycle.")
             return Notice(Meaning.ATTENTION, text)
         case _:
             pass
     boots = tr("Boot count {before} → {after}.", before=survival.boots_before, after=survival.boots_after)
     if survival.is_fine:
-        return Notice(Meaning.GOOD, tr("{count} kept over the power cycle. {boots}", count=kept, boots=boots))
-    text = tr("Not everything was kept over the power cycle: see the rows. {boots}", boots=boots)
+        return Notice(Meaning.GOOD, tr("Kept over the power cycle: {count}. {boots}", count=kept, boots=boots))
+    text = tr("NOT all kept over the power cycle: see the rows. {boots}", boots=boots)
     return Notice(Meaning.DANGER, text)

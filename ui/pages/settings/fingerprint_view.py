@@ -26,6 +26,6 @@ class FingerprintView(QWidget):
         found = fingerprint_of(device, now)
         is_known = found.code is not None and found.is_complete
         self.code.setText((found.code or "") if is_known else "—")
-        self.code.setAccessibleName(tr("Fingerprint of the settings: {code}", code=self.code.text()))
+        self.code.setAccessibleName(tr("Fingerprint: {code}", code=self.code.text()))
         missing = ", ".join(tr(command.title) for command in found.missing)
         self.setToolTip(tr("Not known: {names}", names=missing) if missing else tr("Same settings, same code"))

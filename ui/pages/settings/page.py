@@ -135,7 +135,7 @@ class SettingsPage(Page):
                     tr("Checking whether it is the same module…") if is_there else tr("The module does not answer.")
                 )
             return Notice(Meaning.ATTENTION, together(said)) if said else None
-        return Notice(Meaning.INFORMATION, tr("Connect a module to see and change its settings."))
+        return Notice(Meaning.INFORMATION, tr("Connect a module to see its settings."))
 
     # The chosen row
 

@@ -62,12 +62,9 @@ class ProfileCompare(QWidget):
         self._rows = {command.key: _CompareRow(command, texts) for command in SETTINGS}
         for key, row in self._rows.items():
             row.tick.clicked.connect(partial(self._touch, key))
-        self.apply = control(QPushButton(), texts, "profile_apply", says="Apply",
-                             tip="Write what is ticked to the module and read it back", picture=Icon.CHECK,
+        self.apply = control(QPushButton(), texts, "profile_apply", says="Apply", picture=Icon.CHECK,
                              role="primary", slot=self._apply)  # fmt: skip
-        self.close_button = control(QPushButton(), texts, "profile_close", "Close profile",
-                                    says="Close the profile and apply nothing",
-                                    tip="Back to the settings; nothing is applied", key="Esc",
+        self.close_button = control(QPushButton(), texts, "profile_close", "Close profile", key="Esc",
                                     slot=self.closed)  # fmt: skip
         self._lay_out(texts)
 
@@ -87,7 +84,7 @@ class ProfileCompare(QWidget):
         self.note.setVisible(profile is not None)
         if profile is None:
             self.title.setText(tr("{file} is not a profile", file=self._path.name))
-            self.about.setText(tr("Nothing was taken from it. Put these right and open it again:"))
+            self.about.setText(tr("Nothing was applied. Correct these and open it again:"))
             self.faults.setText("\n".join(self._faults))
             return
         self.title.setText(profile.name)
@@ -112,7 +109,7 @@ class ProfileCompare(QWidget):
         self.applied.emit(self.ticked)
 
     def _lay_out(self, texts: Texts) -> None:
-        texts.bind(self.note.setText, "The baud rate is not applied with a profile: change it in its own place.")
+        texts.bind(self.note.setText, "The baud rate is never applied with a profile.")
         self._table = QFrame()
         self._table.setObjectName("profile_table")
         self._table.setProperty("role", "card")

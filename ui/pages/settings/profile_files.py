@@ -70,7 +70,7 @@ class ProfileFiles(QObject):
         now = self._connector.clock()
         profile = profile_of(self._connector.device, now, name=tr("Profile"))
         if not profile.settings:
-            self._say(Meaning.ATTENTION, tr("Nothing is known of the module's settings: read them first."))
+            self._say(Meaning.ATTENTION, tr("No settings known: read them first."))
             return
         suggested = self._folder() / f"profile{SUFFIX}"
         path = self.ask_save(self._page, tr("Save as profile…"), suggested, tr("Profile (*.toml)"))
@@ -116,4 +116,4 @@ class ProfileFiles(QObject):
 def _saved_text(path: Path, missing: Sequence[str]) -> str:
     if not missing:
         return tr("Saved as {path}.", path=path)
-    return tr("Saved as {path}. Not known, so not in it: {names}.", path=path, names=", ".join(missing))
+    return tr("Saved as {path}. Unknown, left out: {names}.", path=path, names=", ".join(missing))

@@ -1,13 +1,12 @@
 """Row of one setting: parameter, module value, editor, state. As high as every other, whatever its state."""
 
-from collections.abc import Mapping
 from typing import Final, NamedTuple
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QMouseEvent
 from PySide6.QtWidgets import QFrame, QLabel, QSizePolicy, QWidget
 
-from app.engine.device import How, StaleReason
+from app.engine.device import How
 from app.procedures.power_cycle import Retention
 from app.settings.consequences import Weight
 from app.settings.form import FormRow, RowState
@@ -15,7 +14,6 @@ from app.settings.setting_texts import value_text, what_is
 from app.text.i18n import tr
 from app.text.sentences import together
 from protocol.catalogue import Command
-from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.forms.field_editors import FieldEditor, FlagEditor, make_editor
 from ui.forms.value_label import WIDTH_PX as VALUE_PX
@@ -56,15 +54,6 @@ LOOKS: Final = {
     RowState.FAILED: _Look(Icon.CROSS, Meaning.DANGER),
 }
 WRONG: Final = (RowState.FAILED, RowState.CHANGED)
-
-
-DOUBTS: Final[Mapping[StaleReason, str]] = {
-    StaleReason.RESTARTED: marked("The module restarted since."),
-    StaleReason.LINK_LOST: marked("The link was lost since."),
-    StaleReason.WRITE_UNCONFIRMED: marked("A write since was not confirmed."),
-    StaleReason.AGED: marked("Nothing was heard of it for long."),
-    StaleReason.LATE: marked("What the module says arrives late."),
-}
 
 
 class SettingsRow(QFrame):
@@ -151,8 +140,6 @@ def reason_text(row: FormRow) -> str:
     """Why it is in this state; empty where the state says it all."""
     if row.reason:
         return row.reason
-    if row.state is RowState.STALE and row.stands is not None and row.stands.stale_reason is not None:
-        return tr(DOUBTS[row.stands.stale_reason])
     if row.stamp is not None and not row.is_pending:
         if row.stamp.fate is Retention.KEPT:
             return tr("Kept over the power cycle.")
@@ -160,8 +147,6 @@ def reason_text(row: FormRow) -> str:
             stands = value_text(row.command, row.stamp.stands)
             return tr("LOST at the power cycle: it holds {stands}.", stands=stands)
         return tr("Power cycle: {fate}.", fate=tr(row.stamp.fate.value))
-    if row.is_pending and row.stands is None and not row.command.reads_back:
-        return tr("Set and acknowledged, never read back.")
     if row.state is RowState.ACKNOWLEDGED and row.stands is not None and row.stands.how is How.ACKNOWLEDGED:
-        return tr("Received; it cannot be read back.")
+        return tr("cannot be read")
     return ""

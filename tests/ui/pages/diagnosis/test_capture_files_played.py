@@ -91,7 +91,7 @@ def test_another_speed_starts_over_and_it_can_be_stopped(qtbot: QtBot, qapp: QAp
         bar.speed.setCurrentIndex(SPEEDS.index(20.0))
         assert assembly.connector.target == recording_target(path, 20.0)
         qtbot.waitUntil(lambda: "ended" in bar.accessibleName(), timeout=WAIT_MS)
-        qtbot.waitUntil(lambda: assembly.window.top_bar.port.word == "The recording has ended", timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: assembly.window.top_bar.port.word == "ended", timeout=WAIT_MS)
         assert assembly.window.notice_bar.notice is None  # nobody is sent to check a cable
         click(qtbot, bar.again)
         qtbot.waitUntil(lambda: "ended" not in bar.accessibleName(), timeout=WAIT_MS)

@@ -250,14 +250,14 @@ def test_what_is_recorded_is_streamed_whatever_page_is_in_sight(
         assembly.connector.connect_to(Target("sim://paged?uptime=60", 115200))
         wait_online(qtbot, assembly)
         qtbot.waitUntil(lambda: assembly.connector.device.is_streaming, timeout=WAIT_MS)
-        assert not assembly.connector.stream.is_wanted
-        assert assembly.connector.stream.is_recorded
+        assert not assembly.connector.current.stream.is_wanted
+        assert assembly.connector.current.stream.is_recorded
         taken: list[StatusSample] = []
         assembly.connector.batch.connect(lambda batch: taken.extend(batch.samples))
         qtbot.waitUntil(lambda: len(taken) > 100, timeout=WAIT_MS)
         assert taken[-1].at - taken[-101].at < 10.0  # polled it would be 50 s
         assembly.window.disconnect_port()
-        qtbot.waitUntil(lambda: not assembly.connector.stream.is_recorded, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: not assembly.connector.current.stream.is_recorded, timeout=WAIT_MS)
 
 
 def test_closing_the_window_closes_the_recording(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:

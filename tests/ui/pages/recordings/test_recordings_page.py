@@ -272,7 +272,7 @@ def test_deleting_asks_and_says_what_is_lost(one: Desk) -> None:
     assert len(one.library.entries()) == 1
     one.click(one.page.buttons.delete)
     one.answer("delete_recordings")
-    one.wait(lambda: one.said() == "1 recording was deleted.")
+    one.wait(lambda: one.said() == "Recordings deleted: 1.")
     one.wait(one.page.empty.isVisible)
     assert one.library.entries() == ()
 

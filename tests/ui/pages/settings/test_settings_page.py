@@ -42,7 +42,7 @@ def test_edit_write_and_verify(qtbot: QtBot, qapp: QApplication, tmp_path: Path,
         assert state(one, "freefall_trigger") is RowState.ACKNOWLEDGED  # it cannot be read back: never "verified"
         assert (one.held("freefall_time"), one.held("freefall_acceleration")) == (1.2, 0.4)
         assert len(one.changes()) == 3
-        assert notice(one) == "2 written and read back equal: verified. 1 acknowledged; cannot be read back."
+        assert notice(one) == "Verified: 2. Acknowledged, cannot be read: 1."
         assert one.settings.fingerprint.code.text() != code
         assert not one.settings.write.isEnabled()
 
