@@ -142,10 +142,6 @@
         <translation>其他程序的文件已另存为 {path}。</translation>
     </message>
     <message>
-        <source>A foreign file was in the way; kept as {path}.</source>
-        <translation>原位置有其他程序的文件，已另存为 {path}。</translation>
-    </message>
-    <message>
         <source>A module answers on {port} at {rate} baud.</source>
         <translation>{port} 上有模块以波特率 {rate} 应答。</translation>
     </message>
@@ -454,10 +450,6 @@
         <translation>所有站点的归档…</translation>
     </message>
     <message>
-        <source>Archive server {server} cannot be used: {why}</source>
-        <translation>归档服务器 {server} 无法使用：{why}</translation>
-    </message>
-    <message>
         <source>Archive: {text}</source>
         <translation>归档：{text}</translation>
     </message>
@@ -556,10 +548,6 @@
     <message>
         <source>Audit log: {act}, {outcome}.</source>
         <translation>操作记录：{act}，{outcome}。</translation>
-    </message>
-    <message>
-        <source>Audit log: {what}.</source>
-        <translation>操作记录：{what}。</translation>
     </message>
     <message>
         <source>Automatic triggers</source>
@@ -878,6 +866,10 @@
         <translation>选择列…</translation>
     </message>
     <message>
+        <source>Choose the module's port</source>
+        <translation>选择模块所接的串口</translation>
+    </message>
+    <message>
         <source>Clamps settings</source>
         <translation>限制参数范围</translation>
     </message>
@@ -1176,10 +1168,6 @@
     <message>
         <source>Disconnect</source>
         <translation>断开</translation>
-    </message>
-    <message>
-        <source>Disk full: {path}.</source>
-        <translation>磁盘已满：{path}。</translation>
     </message>
     <message>
         <source>Dismiss</source>
@@ -1716,10 +1704,6 @@
     <message>
         <source>INTACT: signed by {station}.</source>
         <translation>完整：由 {station} 签名。</translation>
-    </message>
-    <message>
-        <source>Identified by a person.</source>
-        <translation>已由人员确认。</translation>
     </message>
     <message>
         <source>Ignored commands</source>
@@ -2662,10 +2646,6 @@
         <translation>没有 {port} 的访问权限。</translation>
     </message>
     <message>
-        <source>No permission to write {path}.</source>
-        <translation>无权写入 {path}。</translation>
-    </message>
-    <message>
         <source>No port is open.</source>
         <translation>没有打开的串口。</translation>
     </message>
@@ -2744,10 +2724,6 @@
     <message>
         <source>No status reports.</source>
         <translation>没有状态报告。</translation>
-    </message>
-    <message>
-        <source>No such pair in the archive.</source>
-        <translation>归档中没有这一对。</translation>
     </message>
     <message>
         <source>No such pair of modules in the archive.</source>
@@ -3310,10 +3286,6 @@
         <translation>飞行前检查</translation>
     </message>
     <message>
-        <source>Pre-flight check not GO.</source>
-        <translation>飞行前检查的结果不是可以飞行。</translation>
-    </message>
-    <message>
         <source>Pre-flight check of a parachute module</source>
         <translation>伞降模块飞行前检查</translation>
     </message>
@@ -3326,11 +3298,7 @@
         <translation>{count} 个模块的飞行前检查</translation>
     </message>
     <message>
-        <source>Pre-flight check older than {days} days.</source>
-        <translation>飞行前检查已超过 {days} 天。</translation>
-    </message>
-    <message>
-        <source>Pre-flight check {number}: {verdict}, by {who}.</source>
+        <source>Pre-flight check {number}: {verdict}, checked by {who}.</source>
         <translation>飞行前检查 {number}：{verdict}，检查人 {who}。</translation>
     </message>
     <message>
@@ -3678,10 +3646,6 @@
         <translation>恢复初始值</translation>
     </message>
     <message>
-        <source>Restored from the copy of {when}; later records are missing.</source>
-        <translation>已从 {when} 的备份恢复；此后的记录缺失。</translation>
-    </message>
-    <message>
         <source>Result</source>
         <translation>结果</translation>
     </message>
@@ -3804,10 +3768,6 @@
     <message>
         <source>Saved to {path}. Rows: {rows}; older ones are gone.</source>
         <translation>已保存到 {path}。行数：{rows}；更早的已不再保留。</translation>
-    </message>
-    <message>
-        <source>Saved {rows} rows to {path}</source>
-        <translation>已保存 {rows} 行到 {path}</translation>
     </message>
     <message>
         <source>Save…</source>
@@ -4310,8 +4270,12 @@
         <translation>适配器已重新插入，但串口暂时无法打开；程序会继续尝试。</translation>
     </message>
     <message>
-        <source>The archive server needs psycopg: {command}</source>
-        <translation>归档服务器需要 psycopg：{command}</translation>
+        <source>The archive server needs psycopg, which is not installed: {command}</source>
+        <translation>使用归档服务器需要 psycopg，尚未安装：{command}</translation>
+    </message>
+    <message>
+        <source>The archive server {server} cannot be used: {why}</source>
+        <translation>无法使用归档服务器 {server}：{why}</translation>
     </message>
     <message>
         <source>The audit log cannot be written.</source>
@@ -4588,14 +4552,6 @@
     <message>
         <source>The program may not write into {file}.</source>
         <translation>程序无权写入 {file}。</translation>
-    </message>
-    <message>
-        <source>The program's records were damaged; kept as {path}.</source>
-        <translation>本程序的记录已损坏，另存为 {path}。</translation>
-    </message>
-    <message>
-        <source>The program's records were gone.</source>
-        <translation>本程序的记录已丢失。</translation>
     </message>
     <message>
         <source>The reading process ended.</source>
@@ -4918,20 +4874,12 @@
         <translation>触发状态</translation>
     </message>
     <message>
-        <source>Trigger record: judgement withdrawn.</source>
-        <translation>触发记录：判定已撤回。</translation>
-    </message>
-    <message>
         <source>Trigger record: {what}</source>
         <translation>触发记录：{what}</translation>
     </message>
     <message>
         <source>Trigger records</source>
         <translation>触发记录</translation>
-    </message>
-    <message>
-        <source>Trigger records not judged: {count}.</source>
-        <translation>尚未判定的触发记录：{count} 条。</translation>
     </message>
     <message>
         <source>Trigger records: {count}</source>
@@ -5004,10 +4952,6 @@
     <message>
         <source>Two seconds, by mouse or space bar. Letting go before sends nothing.</source>
         <translation>用鼠标或空格键按住两秒。提前松开则不发送。</translation>
-    </message>
-    <message>
-        <source>Two stations use “{one}”. Same module?</source>
-        <translation>两个站点都使用“{one}”。是同一个模块吗？</translation>
     </message>
     <message>
         <source>Type: {command}</source>
@@ -7258,6 +7202,10 @@
         <translation>{file} 已存在且不是飞行前检查报告：请换一个名称。</translation>
     </message>
     <message>
+        <source>{file} needs a newer version of this program.</source>
+        <translation>{file} 需要本程序的更新版本。</translation>
+    </message>
+    <message>
         <source>{file} was not written by this program.</source>
         <translation>{file} 不是本程序写入的。</translation>
     </message>
@@ -7272,10 +7220,6 @@
     <message>
         <source>{group}: {what} to spare ({name})</source>
         <translation>{group}：余量 {what}（{name}）</translation>
-    </message>
-    <message>
-        <source>{judgement}; “{note}”</source>
-        <translation>{judgement}；“{note}”</translation>
     </message>
     <message>
         <source>{kind} of {at} ({id}): {why}.</source>
@@ -7416,10 +7360,6 @@
     <message>
         <source>{path} holds no settings.</source>
         <translation>{path} 中没有设置。</translation>
-    </message>
-    <message>
-        <source>{path} is in use by another program.</source>
-        <translation>{path} 被其他程序占用。</translation>
     </message>
     <message>
         <source>{path} is not an archive file.</source>
@@ -7780,14 +7720,6 @@
     <message>
         <source>“{name}” is unknown.</source>
         <translation>“{name}”未知。</translation>
-    </message>
-    <message>
-        <source>“{one}” and “{other}” are marked different, but both same as a third.</source>
-        <translation>“{one}”与“{other}”被标为不同，却又都与第三个相同。</translation>
-    </message>
-    <message>
-        <source>“{one}” and “{other}” have the same trigger records. Same module?</source>
-        <translation>“{one}”与“{other}”的触发记录相同。是同一个模块吗？</translation>
     </message>
     <message>
         <source>“{one}” and “{other}” have the same trigger records: are they the same module?</source>

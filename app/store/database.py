@@ -53,7 +53,7 @@ class StoreFault(Enum):
 
     FULL = marked("The disk is full: {file} cannot be written.")
     READ_ONLY = marked("The program may not write into {file}.")
-    NEWER = marked("{file} was written by a newer version of this program.")
+    NEWER = marked("{file} needs a newer version of this program.")
     BUSY = marked("{file} is held by another program.")
     DAMAGED = marked("{file} is damaged.")
     FAILED = marked("{file} cannot be used.")

@@ -204,7 +204,7 @@ def test_without_a_store_settings_are_written_and_the_rate_is_not(
     results = json.loads(printed.out)["results"]
     assert results["freefall_time_s"]["verified"] is True
     assert results["baud_rate"]["error"].startswith("not sent: The audit log cannot be written")
-    assert f"No permission to write {data_folder() / FILE_NAME}." in printed.err
+    assert f"The program may not write into {data_folder() / FILE_NAME}." in printed.err
     assert len(sets(wire)) == 1
 
 

@@ -183,7 +183,7 @@ def test_a_folder_that_cannot_be_made_is_said(tmp_path: Path) -> None:
     journal = journal_for(trouble.value, port="p", origin="window")
     assert isinstance(journal, NoJournal)
     assert not journal.is_ready
-    with pytest.raises(JournalFailed, match="No permission"):
+    with pytest.raises(JournalFailed, match="may not write"):
         journal.begin(Act.ZERO, FRAME, {}).result(LIMIT_S)
     with pytest.raises(JournalFailed):
         journal.begin_baud(115200, 9600).result(LIMIT_S)

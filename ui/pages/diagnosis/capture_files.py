@@ -178,9 +178,9 @@ class CaptureFiles(QWidget):
             return
         self._folder = path.parent
         saved = (
-            tr("Saved {rows} rows to {path}. What is older is no longer kept.", rows=f"{len(entries):,}", path=path)
+            tr("Saved to {path}. Rows: {rows}; older ones are gone.", rows=f"{len(entries):,}", path=path)
             if self._kept.has_dropped
-            else tr("Saved {rows} rows to {path}", rows=f"{len(entries):,}", path=path)
+            else tr("Saved to {path}. Rows: {rows}.", rows=f"{len(entries):,}", path=path)
         )
 
         def write(running: Running) -> None:

@@ -287,7 +287,7 @@ def _unkept_row(number: int, raw: bytes, *, is_seen_once: bool) -> TriggerRow:
 
 
 def _broken_off(error: BaseException) -> str:
-    what = tr("Cancelled.") if isinstance(error, Cancelled) else tr("Broken off: the connection was lost.")
+    what = tr("Cancelled.") if isinstance(error, Cancelled) else tr("The link was lost.")
     return together((what, tr("Not kept.")))
 
 

@@ -154,7 +154,7 @@ class TriggersPage(Page):
             self.work.job.say_text(Meaning.DANGER, lambda: text)
             return
         self._folder = path.parent
-        text = tr("Saved {rows} rows to {path}", rows=len(rows), path=path)
+        text = tr("Saved to {path}. Rows: {rows}.", rows=len(rows), path=path)
         self.work.job.say_text(Meaning.GOOD, lambda: text)
 
     def _use_filter(self) -> None:

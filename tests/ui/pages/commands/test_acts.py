@@ -101,7 +101,7 @@ def test_without_a_log_nothing_dangerous_is_sent_and_locking_is(
     with desk(qtbot, qapp, tmp_path, page="commands", active=True) as one:
         said_above = one.assembly.window.notice_bar.notice
         assert said_above is not None
-        assert said_above.text == f"No permission to write {tmp_path}."
+        assert said_above.text == f"The program may not write into {tmp_path}."
         one.commands.refresh()
         assert "The audit log cannot be written" in one.commands.ritual.conditions.text()
         one.click(one.commands.lock)
