@@ -74,7 +74,7 @@ def _cleaned(channel: Channel, problems: list[UserMessage]) -> Channel:
     is_number = np.isfinite(time_s) & (np.abs(time_s) <= LATEST_S) & np.isfinite(values)
     if not is_number.all():
         count = int((~is_number).sum())
-        problems.append(said(marked("{count} invalid samples left out."), count=f"{count:,}"))
+        problems.append(said(marked("Invalid samples left out: {count}."), count=f"{count:,}"))
         time_s, values = time_s[is_number], values[is_number]
     is_newest = np.diff(time_s, append=np.inf) != 0  # of samples with one time: no clock counts that finely
     time_s, values = time_s[is_newest], values[is_newest]
@@ -82,7 +82,7 @@ def _cleaned(channel: Channel, problems: list[UserMessage]) -> Channel:
     if not kept.all():
         problems.append(
             said(
-                marked("The clock jumps back: {count} samples left out."),
+                marked("The clock jumps back; samples left out: {count}."),
                 count=f"{int((~kept).sum()):,}",
             )
         )
@@ -207,7 +207,7 @@ def flight_of_reports(name: str, kind: LogFormat, reports: Reports, problems: li
     is_good &= time_s >= newest
     if not is_good.all():
         count = int((~is_good).sum())
-        problems.append(said(marked("{count} invalid samples left out."), count=f"{count:,}"))
+        problems.append(said(marked("Invalid samples left out: {count}."), count=f"{count:,}"))
     time_s, tilt_deg, acceleration_g = time_s[is_good], tilt_deg[is_good], acceleration_g[is_good]
     if not len(time_s):
         raise LogUnreadable(said(marked("No status reports.")))

@@ -60,7 +60,7 @@ def read_dataflash(path: Path) -> RawLog:
     _read_events(file, raw)
     _read_modes(file, raw)
     if file.skipped_bytes:
-        raw.problems.append(said(marked("Damaged: {count} bytes left out."), count=f"{file.skipped_bytes:,}"))
+        raw.problems.append(said(marked("Damaged; bytes left out: {count}."), count=f"{file.skipped_bytes:,}"))
     return raw
 
 

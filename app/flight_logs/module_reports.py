@@ -80,7 +80,7 @@ class _McapReader:
 
     def reports(self) -> Reports:
         if self._unread:
-            self.problems.append(said(marked("{count} invalid samples left out."), count=f"{self._unread:,}"))
+            self.problems.append(said(marked("Invalid samples left out: {count}."), count=f"{self._unread:,}"))
         start = self._times_ns[0] if self._times_ns else 0
         since_ns = np.frombuffer(self._times_ns, np.uint64) - np.uint64(start)  # a time before wraps around
         time_s: Floats = np.multiply(since_ns.astype(np.int64), _NANOSECOND, dtype=np.float64)

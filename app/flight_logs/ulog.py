@@ -37,7 +37,7 @@ def read_ulog(path: Path) -> RawLog:
             _read_topic(file, topic, raw)
     raw.forces_g = [*_forces(file)][:_MOST_SENSORS]
     if file.skipped_bytes:
-        raw.problems.append(said(marked("Damaged: {count} bytes left out."), count=f"{file.skipped_bytes:,}"))
+        raw.problems.append(said(marked("Damaged; bytes left out: {count}."), count=f"{file.skipped_bytes:,}"))
     if file.dropout_s:
         raw.problems.append(said(marked("Nothing logged for {seconds:.2f} s."), seconds=file.dropout_s))
     return raw

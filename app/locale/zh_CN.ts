@@ -838,6 +838,10 @@
         <translation>已保存的检查</translation>
     </message>
     <message>
+        <source>Checks to run: {count}</source>
+        <translation>待运行检查：{count} 项</translation>
+    </message>
+    <message>
         <source>Choose</source>
         <translation>选择</translation>
     </message>
@@ -1074,12 +1078,12 @@
         <translation>本机损坏，未发送：{count} 条。</translation>
     </message>
     <message>
-        <source>Damaged or altered: {rows} rows left out.</source>
-        <translation>损坏或被修改：忽略 {rows} 行。</translation>
+        <source>Damaged or altered; rows left out: {rows}.</source>
+        <translation>已损坏或被修改；略去行数：{rows}。</translation>
     </message>
     <message>
-        <source>Damaged: {count} bytes left out.</source>
-        <translation>损坏：忽略 {count} 字节。</translation>
+        <source>Damaged; bytes left out: {count}.</source>
+        <translation>已损坏；略去字节数：{count}。</translation>
     </message>
     <message>
         <source>Dark mode</source>
@@ -1276,6 +1280,10 @@
     <message>
         <source>Edit profile…</source>
         <translation>编辑配置文件…</translation>
+    </message>
+    <message>
+        <source>Empty slots: {count}.</source>
+        <translation>空位：{count} 个。</translation>
     </message>
     <message>
         <source>Enable both triggers and check again</source>
@@ -1752,6 +1760,10 @@
     <message>
         <source>Invalid bytes. {reasons}</source>
         <translation>无效字节。{reasons}</translation>
+    </message>
+    <message>
+        <source>Invalid samples left out: {count}.</source>
+        <translation>略去无效采样：{count} 个。</translation>
     </message>
     <message>
         <source>Is level reported as 0°?</source>
@@ -3614,6 +3626,10 @@
         <translation>坠落中的报告数</translation>
     </message>
     <message>
+        <source>Reports recorded: {count}; Ctrl-C ends it</source>
+        <translation>已记录上报：{count} 条；按 Ctrl-C 结束</translation>
+    </message>
+    <message>
         <source>Requests</source>
         <translation>请求</translation>
     </message>
@@ -3676,6 +3692,10 @@
     <message>
         <source>Round-trip time, ms</source>
         <translation>往返时间（毫秒）</translation>
+    </message>
+    <message>
+        <source>Rows written to {file}: {count}.</source>
+        <translation>已写入 {file} 的行数：{count}。</translation>
     </message>
     <message>
         <source>Run a simulated module until Ctrl-C. The first line is its port.</source>
@@ -4290,6 +4310,10 @@
         <translation>操作记录完好：{count} 条。</translation>
     </message>
     <message>
+        <source>The audit log is unbroken; entries: {count}.</source>
+        <translation>操作记录完整；条目：{count}。</translation>
+    </message>
+    <message>
         <source>The baud rate is never applied with a profile.</source>
         <translation>波特率不随配置文件应用。</translation>
     </message>
@@ -4318,8 +4342,8 @@
         <translation>某个模块或某架飞行器的检查</translation>
     </message>
     <message>
-        <source>The clock jumps back: {count} samples left out.</source>
-        <translation>时钟回跳：忽略 {count} 个数据。</translation>
+        <source>The clock jumps back; samples left out: {count}.</source>
+        <translation>时钟向后跳变；略去采样：{count} 个。</translation>
     </message>
     <message>
         <source>The computer slept for {time}; everything is read again.</source>
@@ -4880,6 +4904,10 @@
     <message>
         <source>Trigger records</source>
         <translation>触发记录</translation>
+    </message>
+    <message>
+        <source>Trigger records written to {file}: {count}.</source>
+        <translation>已写入 {file} 的触发记录：{count} 条。</translation>
     </message>
     <message>
         <source>Trigger records: {count}</source>
@@ -6450,10 +6478,6 @@
         <translation>仅此模块</translation>
     </message>
     <message>
-        <source>only {count} reports in 2 s</source>
-        <translation>2 秒内只收到 {count} 次状态</translation>
-    </message>
-    <message>
         <source>optional</source>
         <translation>可选</translation>
     </message>
@@ -6638,6 +6662,10 @@
         <translation>应答：{what}</translation>
     </message>
     <message>
+        <source>reports in 2 s: only {count}</source>
+        <translation>2 秒内的上报：仅 {count} 条</translation>
+    </message>
+    <message>
         <source>required</source>
         <translation>必需</translation>
     </message>
@@ -6652,6 +6680,10 @@
     <message>
         <source>restored</source>
         <translation>已恢复</translation>
+    </message>
+    <message>
+        <source>rows: {rows}</source>
+        <translation>行数：{rows}</translation>
     </message>
     <message>
         <source>same</source>
@@ -7070,20 +7102,8 @@
         <translation>{check}：判定值 {measured}，读取值 {read}</translation>
     </message>
     <message>
-        <source>{count} changes on the Settings page are not written to the module shown there.</source>
-        <translation>设置页面有 {count} 项更改尚未写入当前显示的模块。</translation>
-    </message>
-    <message>
         <source>{count} checks</source>
         <translation>{count} 次检查</translation>
-    </message>
-    <message>
-        <source>{count} checks to run</source>
-        <translation>{count} 项待检查</translation>
-    </message>
-    <message>
-        <source>{count} invalid samples left out.</source>
-        <translation>忽略 {count} 个无效数据。</translation>
     </message>
     <message>
         <source>{count} modules</source>
@@ -7142,16 +7162,8 @@
         <translation>{count} 条；按 Ctrl-C 结束</translation>
     </message>
     <message>
-        <source>{count} rows written to {file}.</source>
-        <translation>已将 {count} 行写入 {file}。</translation>
-    </message>
-    <message>
         <source>{count} selected</source>
         <translation>已选 {count} 项</translation>
-    </message>
-    <message>
-        <source>{count} slots are empty.</source>
-        <translation>{count} 个存储位为空。</translation>
     </message>
     <message>
         <source>{delay:.2f} s after the loss of control</source>
@@ -7282,6 +7294,14 @@
         <translation>{module}，串口 {port}：{need}</translation>
     </message>
     <message>
+        <source>{module}: the first visit; records kept: {count}.</source>
+        <translation>{module}：首次连接；已保存记录：{count} 条。</translation>
+    </message>
+    <message>
+        <source>{module}: {new} new since the last visit; records kept: {count}.</source>
+        <translation>{module}：自上次连接后新增 {new} 条；已保存记录：{count} 条。</translation>
+    </message>
+    <message>
         <source>{module}: {new} new, {count} records.</source>
         <translation>{module}：新增 {new} 条，共 {count} 条记录。</translation>
     </message>
@@ -7334,12 +7354,12 @@
         <translation>{name}：{low} 到 {high}；{why}。</translation>
     </message>
     <message>
-        <source>{name}: {rows} rows.</source>
-        <translation>{name}：{rows} 行。</translation>
-    </message>
-    <message>
         <source>{name}: {why}.</source>
         <translation>{name}：{why}。</translation>
+    </message>
+    <message>
+        <source>{name}; rows: {rows}.</source>
+        <translation>{name}；行数：{rows}。</translation>
     </message>
     <message>
         <source>{new} new of {total}</source>
@@ -7432,10 +7452,6 @@
     <message>
         <source>{reason}: {what}</source>
         <translation>{reason}：{what}</translation>
-    </message>
-    <message>
-        <source>{rows} rows</source>
-        <translation>{rows} 行</translation>
     </message>
     <message>
         <source>{seconds:.1f} s old</source>
@@ -7542,12 +7558,12 @@
         <translation>{tip}（{key}）</translation>
     </message>
     <message>
-        <source>{title} over {count} checks: {low} to {high}, last {last}</source>
-        <translation>{title}，{count} 次检查：{low} 至 {high}，最近 {last}</translation>
-    </message>
-    <message>
         <source>{title}: not measured yet</source>
         <translation>{title}：尚未测量</translation>
+    </message>
+    <message>
+        <source>{title}: {low} to {high}, last {last}; checks: {count}</source>
+        <translation>{title}：{low} 至 {high}，最近 {last}；检查：{count} 次</translation>
     </message>
     <message>
         <source>{used} of {size} used; kept for {days} days.</source>

@@ -112,7 +112,7 @@ def _too_few(case: Case, limit: UserMessage) -> Finding:
     count = len(case.evidence.trials)
     if not count:
         return unknown(case.fault("status"), limit)
-    return unknown(said(marked("only {count} reports in 2 s"), count=str(count)), limit)
+    return unknown(said(marked("reports in 2 s: only {count}"), count=str(count)), limit)
 
 
 def _tilts(trials: Sequence[Trial]) -> list[float]:

@@ -159,7 +159,7 @@ class Recording:
             for one in self.damaged
             for name in ("status_rows", "cell_rows", "light_rows")
         )
-        said = tr("Damaged or altered: {rows} rows left out.", rows=f"{rows:,}")
+        said = tr("Damaged or altered; rows left out: {rows}.", rows=f"{rows:,}")
         if not self.damaged:
             return said
         first, last = (

@@ -37,7 +37,7 @@ class Trend(PaintedWidget):
         if self.points:
             values = [one.value for one in self.points]
             text = tr(
-                "{title} over {count} checks: {low} to {high}, last {last}",
+                "{title}: {low} to {high}, last {last}; checks: {count}",
                 title=title,
                 count=len(values),
                 low=self._shown(min(values)),

@@ -173,7 +173,7 @@ def test_a_report_that_says_nothing_sensible_is_left_out(tmp_path: Path, value: 
     path.write_bytes(b"\x89MCAP0\r\n" + mcap_record(4, channel) + messages + mcap_record(15, bytes(4)))
     log = read_flight_log(path)
     assert log.tilt_deg.tolist() in ([5.0], [5.0, 1.0])
-    assert "invalid samples left out." in log.problems[0].in_english()
+    assert "Invalid samples left out" in log.problems[0].in_english()
 
 
 def test_formats_within_formats_within_formats(tmp_path: Path) -> None:

@@ -95,7 +95,7 @@ def test_a_clock_that_jumps_leaves_out_the_smaller_part() -> None:
     behind[5000:] -= 30
     for times, left_out in ((ahead, 10), (behind, 1500)):
         log = assembled(raw_log(Channel(TIMES, REST), tilt=Channel(times, LEVEL)))
-        assert problems(log)[0] == f"The clock jumps back: {left_out:,} samples left out."
+        assert problems(log)[0] == f"The clock jumps back; samples left out: {left_out:,}."
         assert log.duration_s == pytest.approx(199.98)
         assert first_fires(log) == []
 
@@ -127,7 +127,7 @@ def test_what_is_no_number_is_left_out() -> None:
     tilt[100:103] = [np.nan, np.inf, -np.inf]
     times[200:202] = [np.nan, 1e300]
     log = assembled(raw_log(tilt=Channel(times, tilt)))
-    assert problems(log) == ["5 invalid samples left out."]
+    assert problems(log) == ["Invalid samples left out: 5."]
     assert np.isfinite(log.tilt_deg).sum() == len(log.time_s)
     assert first_fires(log) == []
 

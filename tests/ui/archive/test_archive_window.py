@@ -87,7 +87,7 @@ def test_without_a_server_nothing_is_shown_and_a_file_carries_everything(
         stick.write_text(stick.read_text(encoding="utf-8").replace("NO-GO", "GO"), encoding="utf-8")
         dialog.import_.click()
         _wait(qtbot, dialog)
-        assert "Left out, because it is not what a station recorded: 1." in dialog.state.text()
+        assert "Left out, altered: 1." in dialog.state.text()
 
 
 def test_a_server_that_is_away_is_a_quiet_line_and_its_password_is_kept_nowhere(
@@ -98,7 +98,7 @@ def test_a_server_that_is_away_is_a_quiet_line_and_its_password_is_kept_nowhere(
     with window(qapp, tmp_path) as assembly:
         line = assembly.archive.line
         qtbot.waitUntil(line.isVisible, timeout=WAIT_MS)
-        assert line.text() == "2 not yet shared"
+        assert line.text() == "Not shared: 2. Last: never."
         assert "postgresql://li@/x" in line.toolTip()
         dialog = _dialog(qtbot, assembly)
         dialog.server.setText(NOWHERE)

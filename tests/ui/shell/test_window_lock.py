@@ -71,9 +71,7 @@ def test_it_is_repeated_and_shown_until_the_module_reports_it(qtbot: QtBot, qapp
         times = lossy(bench, 5)
         bar = assembly.window.notice_bar
         click(qtbot, assembly.window.top_bar.lock)
-        qtbot.waitUntil(
-            lambda: bar.notice is not None and "LOCK sent 3 times, not yet" in bar.notice.text, timeout=WAIT_MS
-        )
+        qtbot.waitUntil(lambda: bar.notice is not None and "LOCK sent 3×, not yet" in bar.notice.text, timeout=WAIT_MS)
         assert bar.notice is not None
         assert bar.notice.meaning is Meaning.ATTENTION
         qtbot.waitUntil(lambda: not bench.state().is_active, timeout=WAIT_MS)

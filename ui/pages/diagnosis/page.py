@@ -124,7 +124,7 @@ class DiagnosisPage(StreamPage):
 
     def _capture_notice(self, opened: Opened) -> Notice:
         parts = [
-            tr("{name}: {rows} rows.", name=opened.path.name, rows=f"{len(opened.rows):,}"),
+            tr("{name}; rows: {rows}.", name=opened.path.name, rows=f"{len(opened.rows):,}"),
             *(self._faults_said(opened)),
         ]
         choices = (

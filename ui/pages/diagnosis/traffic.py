@@ -243,7 +243,7 @@ class TrafficPage(QWidget):
         elif self._is_paused and not self.model.is_recorded:
             text = tr("{count} new", count=f"{self.model.unseen:,}")
         else:
-            text = tr("{rows} rows", rows=f"{rows:,}")
+            text = tr("rows: {rows}", rows=f"{rows:,}")
         if text != self._count.text():
             self._count.setText(text)
             self._count.setToolTip(text)

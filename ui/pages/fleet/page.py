@@ -232,7 +232,7 @@ class FleetPage(Page):
             self._say(
                 Notice(
                     Meaning.ATTENTION,
-                    tr("{count} changes on the Settings page are not written to the module shown there.", count=count),
+                    tr("Settings not written: {count}.", count=count),
                     (Choice("stay", tr("Cancel"), self._clear, is_main=True),
                      Choice("discard", tr("Discard and show the other module"), discard, is_step=True)),
                 )

@@ -123,7 +123,7 @@ class CheckList(QScrollArea):
             titles.append(tr("Warnings: {count}", count=len(failed) - against))
         self._failed.show_title(" · ".join(titles))
         self._manual.show_title(tr("Manual checks"))
-        self.fold.setText(tr("{count} passed", count=passed) if judged else tr("{count} checks to run", count=passed))
+        self.fold.setText(tr("{count} passed", count=passed) if judged else tr("Checks to run: {count}", count=passed))
         self.fold.setAccessibleName(self.fold.text())
 
     def _sort(self, failed: list[str]) -> None:
