@@ -938,6 +938,10 @@
         <translation>比较</translation>
     </message>
     <message>
+        <source>Configures, tests and watches a DPS-S parachute module over its serial port.</source>
+        <translation>通过串口配置、测试和监视 DPS-S 伞降模块。</translation>
+    </message>
+    <message>
         <source>Confirm again: {why}.</source>
         <translation>请重新确认：{why}。</translation>
     </message>
@@ -1072,10 +1076,6 @@
     <message>
         <source>Damaged frames: {rejected} of {bytes} bytes are invalid.</source>
         <translation>帧受损：{bytes} 字节中有 {rejected} 字节无效。</translation>
-    </message>
-    <message>
-        <source>Damaged here, not sent: {count}.</source>
-        <translation>本机损坏，未发送：{count} 条。</translation>
     </message>
     <message>
         <source>Damaged or altered; rows left out: {rows}.</source>
@@ -1280,10 +1280,6 @@
     <message>
         <source>Edit profile…</source>
         <translation>编辑配置文件…</translation>
-    </message>
-    <message>
-        <source>Empty slots: {count}.</source>
-        <translation>空位：{count} 个。</translation>
     </message>
     <message>
         <source>Enable both triggers and check again</source>
@@ -2020,10 +2016,6 @@
     <message>
         <source>Leave the plug alone for a moment.</source>
         <translation>暂时不要碰插头。</translation>
-    </message>
-    <message>
-        <source>Left out, altered: {count}.</source>
-        <translation>已略去（被修改）：{count} 条。</translation>
     </message>
     <message>
         <source>Length</source>
@@ -3626,10 +3618,6 @@
         <translation>坠落中的报告数</translation>
     </message>
     <message>
-        <source>Reports recorded: {count}; Ctrl-C ends it</source>
-        <translation>已记录上报：{count} 条；按 Ctrl-C 结束</translation>
-    </message>
-    <message>
         <source>Requests</source>
         <translation>请求</translation>
     </message>
@@ -3692,10 +3680,6 @@
     <message>
         <source>Round-trip time, ms</source>
         <translation>往返时间（毫秒）</translation>
-    </message>
-    <message>
-        <source>Rows written to {file}: {count}.</source>
-        <translation>已写入 {file} 的行数：{count}。</translation>
     </message>
     <message>
         <source>Run a simulated module until Ctrl-C. The first line is its port.</source>
@@ -4310,10 +4294,6 @@
         <translation>操作记录完好：{count} 条。</translation>
     </message>
     <message>
-        <source>The audit log is unbroken; entries: {count}.</source>
-        <translation>操作记录完整；条目：{count}。</translation>
-    </message>
-    <message>
         <source>The baud rate is never applied with a profile.</source>
         <translation>波特率不随配置文件应用。</translation>
     </message>
@@ -4904,10 +4884,6 @@
     <message>
         <source>Trigger records</source>
         <translation>触发记录</translation>
-    </message>
-    <message>
-        <source>Trigger records written to {file}: {count}.</source>
-        <translation>已写入 {file} 的触发记录：{count} 条。</translation>
     </message>
     <message>
         <source>Trigger records: {count}</source>
@@ -7162,8 +7138,16 @@
         <translation>{count} 条；按 Ctrl-C 结束</translation>
     </message>
     <message>
+        <source>{count} rows written to {file}.</source>
+        <translation>已将 {count} 行写入 {file}。</translation>
+    </message>
+    <message>
         <source>{count} selected</source>
         <translation>已选 {count} 项</translation>
+    </message>
+    <message>
+        <source>{count} slots are empty.</source>
+        <translation>{count} 个存储位为空。</translation>
     </message>
     <message>
         <source>{delay:.2f} s after the loss of control</source>
@@ -7292,14 +7276,6 @@
     <message>
         <source>{module}, port {port}: {need}</source>
         <translation>{module}，串口 {port}：{need}</translation>
-    </message>
-    <message>
-        <source>{module}: the first visit; records kept: {count}.</source>
-        <translation>{module}：首次连接；已保存记录：{count} 条。</translation>
-    </message>
-    <message>
-        <source>{module}: {new} new since the last visit; records kept: {count}.</source>
-        <translation>{module}：自上次连接后新增 {new} 条；已保存记录：{count} 条。</translation>
     </message>
     <message>
         <source>{module}: {new} new, {count} records.</source>

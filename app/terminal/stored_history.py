@@ -59,7 +59,7 @@ def keep_visit(
     if not name:
         return True
     if is_playback(port):
-        say(tr("A recording is played: nothing of it is kept as a module’s."))
+        say(tr("A recording is played; nothing of it is stored."))
         return True
     slots = [record.raw for record in history.records]
     try:

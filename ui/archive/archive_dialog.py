@@ -260,10 +260,10 @@ def _state_words(not_shared: int, last_at: str | None, server: str | None, done:
     if done is not None:
         parts.append(tr("Sent: {sent}. Received: {received}.", sent=done.sent, received=done.received))
         if done.refused_count:
-            text = tr("Left out, altered: {count}.", count=done.refused_count)
+            text = tr("Altered and left out: {count}.", count=done.refused_count)
             parts += [text, *(one.sentence().in_words() for one in done.refused[:3])]
         if done.damaged:
-            parts.append(tr("Damaged here, not sent: {count}.", count=len(done.damaged)))
+            parts.append(tr("Damaged and not sent: {count}.", count=len(done.damaged)))
     return together(parts) or tr("No server is set.")
 
 

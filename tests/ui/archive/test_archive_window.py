@@ -87,7 +87,7 @@ def test_without_a_server_nothing_is_shown_and_a_file_carries_everything(
         stick.write_text(stick.read_text(encoding="utf-8").replace("NO-GO", "GO"), encoding="utf-8")
         dialog.import_.click()
         _wait(qtbot, dialog)
-        assert "Left out, altered: 1." in dialog.state.text()
+        assert "Altered and left out: 1." in dialog.state.text()
 
 
 def test_a_server_that_is_away_is_a_quiet_line_and_its_password_is_kept_nowhere(
@@ -109,7 +109,7 @@ def test_a_server_that_is_away_is_a_quiet_line_and_its_password_is_kept_nowhere(
         for wrong in ("mysql://li:secret@db/x", "postgresql://li:se/cret@db/x"):
             dialog.server.setText(wrong)
             dialog.use.click()
-            assert "must read like" in dialog.state.text()
+            assert "Write " in dialog.state.text()
         dialog.server.setText("")
         dialog.use.click()
         _wait(qtbot, dialog)
