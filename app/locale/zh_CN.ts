@@ -870,8 +870,8 @@
         <translation>选择列…</translation>
     </message>
     <message>
-        <source>Choose the module's port</source>
-        <translation>选择模块所接的串口</translation>
+        <source>Choose the module's port.</source>
+        <translation>请选择模块所接的串口。</translation>
     </message>
     <message>
         <source>Clamps settings</source>
@@ -952,10 +952,6 @@
     <message>
         <source>Connect</source>
         <translation>连接</translation>
-    </message>
-    <message>
-        <source>Connect a module to see its settings.</source>
-        <translation>连接模块后即可查看其参数。</translation>
     </message>
     <message>
         <source>Connect a module.</source>

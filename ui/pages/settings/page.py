@@ -125,17 +125,17 @@ class SettingsPage(Page):
         self.calibration.refresh()
 
     def _idle_notice(self) -> Notice | None:
-        if self._connector.is_wanted:
-            now = self._connector.clock()
-            invalid = [row for row in self.work.form.rows(self._connector.device, now) if row.state is RowState.UNFIT]
-            said = [tr("{setting}: {why}.", setting=tr(row.command.title), why=row.reason) for row in invalid]
-            if self._connector.is_open and not self.work.job.is_running and not self.work.can_write:
-                is_there = self._connector.device.presence is Presence.ONLINE
-                said.append(
-                    tr("Checking whether it is the same module…") if is_there else tr("The module does not answer.")
-                )
-            return Notice(Meaning.ATTENTION, together(said)) if said else None
-        return Notice(Meaning.INFORMATION, tr("Connect a module to see its settings."))
+        if not self._connector.is_wanted:
+            return None
+        now = self._connector.clock()
+        invalid = [row for row in self.work.form.rows(self._connector.device, now) if row.state is RowState.UNFIT]
+        said = [tr("{setting}: {why}.", setting=tr(row.command.title), why=row.reason) for row in invalid]
+        if self._connector.is_open and not self.work.job.is_running and not self.work.can_write:
+            is_there = self._connector.device.presence is Presence.ONLINE
+            said.append(
+                tr("Checking whether it is the same module…") if is_there else tr("The module does not answer.")
+            )
+        return Notice(Meaning.ATTENTION, together(said)) if said else None
 
     # The chosen row
 

@@ -3,7 +3,7 @@
 from typing import Final
 
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QFontMetrics
+from PySide6.QtGui import QFontMetrics, QResizeEvent
 from PySide6.QtWidgets import QHeaderView, QTableView, QWidget
 
 from app.text.i18n import tr
@@ -22,6 +22,7 @@ class TriggersTable(QTableView):
     def __init__(self, model: RowsFilter[TriggerRow], parent: QWidget | None = None) -> None:
         super().__init__(parent)
         named(self, "triggers_table")
+        self._widths: dict[Column, int] = {}
         self.setModel(model)
         self.setSortingEnabled(True)
         self.sortByColumn(Column.WHEN, Qt.SortOrder.DescendingOrder)
@@ -38,11 +39,24 @@ class TriggersTable(QTableView):
         metrics = QFontMetrics(font(Size.BODY))
         heads = QFontMetrics(font(Size.SMALL, is_bold=True))
         texts = {
+            Column.WHY: max(f"{tr('attitude')} + {tr('free fall')}", f"{tr('serial')} + PWM", key=len),
             Column.WHEN: tr("boot {boot} · {uptime}", boot=255, uptime="0:00:00") + "  ",
             Column.SETTINGS: "180° 2.5 g 2.55 s",
             Column.JUDGED: tr("seen once"),
         }
         for column, text in texts.items():
             head = heads.horizontalAdvance(tr(COLUMNS[column].title)) + Space.XL
-            self.setColumnWidth(column, max(metrics.horizontalAdvance(text) + Space.XL, head))
+            self._widths[column] = max(metrics.horizontalAdvance(text) + Space.XL, head)
+            self.setColumnWidth(column, self._widths[column])
+        self._fit()
         self.viewport().update()
+
+    def _fit(self) -> None:
+        """Where not all has room, the cause stays whole; the settings stand in the detail, too."""
+        self.setColumnHidden(Column.SETTINGS, sum(self._widths.values()) > self.viewport().width())
+        self.setColumnWidth(Column.SETTINGS, self._widths[Column.SETTINGS])
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        if self._widths:
+            self._fit()
