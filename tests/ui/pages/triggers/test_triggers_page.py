@@ -15,6 +15,7 @@ from app.trigger_records.history import Judgement
 from tests.support.window.fakes_ui import WAIT_MS
 from tests.support.window.preflight_window import CHECK_MS, OnBench, on_bench
 from ui.pages.triggers.model import Column
+from ui.pages.triggers.table import TriggersTable
 from ui.style.theme import Meaning
 
 EXAMPLE = bytes.fromhex("01 00 6C 02 3C 05 A0 00 01 03 EB".replace(" ", ""))
@@ -104,6 +105,20 @@ def test_the_worked_example_as_a_row_and_a_sentence(qtbot: QtBot, qapp: QApplica
         assert EXAMPLE.hex(" ").upper() in page.detail.bytes.text()
         assert said(bench).startswith("Name the module")
         assert not page.detail.note.isEnabled()
+
+
+@pytest.mark.parametrize(("width", "is_hidden"), [(900, False), (450, True)])
+def test_the_cause_is_whole_in_a_narrow_list(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, width: int, is_hidden: bool
+) -> None:
+    with on_bench(qtbot, qapp, tmp_path, "narrow", is_connected=False) as bench:
+        table = TriggersTable(bench.triggers.filter)
+        qtbot.addWidget(table)
+        table.resize(width, 300)
+        table.show()
+        longest = f"{tr('attitude')} + {tr('free fall')}"
+        assert table.columnWidth(Column.WHY) > table.fontMetrics().horizontalAdvance(longest)
+        assert table.isColumnHidden(Column.SETTINGS) is is_hidden
 
 
 @pytest.mark.parametrize("delivery", list(Delivery))
