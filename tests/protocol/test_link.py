@@ -263,6 +263,8 @@ def test_rejected_bytes_are_counted_by_reason(bench: Bench) -> None:
 def test_every_valid_frame_is_counted(bench: Bench) -> None:
     bench.hear(PULSE, STREAMED, STREAMED)
     assert bench.link.counters.frames == 3
+    roles = bench.link.counters.by_role
+    assert (roles[Role.STREAMED], sum(roles.values())) == (2, 3)
 
 
 def test_a_heartbeat_that_answers_is_a_heartbeat(bench: Bench) -> None:

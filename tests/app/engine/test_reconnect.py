@@ -173,6 +173,13 @@ def test_a_url_and_a_link_are_addresses_of_their_own(device: str) -> None:
     made.feed(closed(device=device), 2.0)
     assert made.poll([], 2.0) == Address(device)
     assert made.absence is Absence.AWAY
+    made.opening(Address(device))
+    made.feed(opened(device), 3.0)
+    if "://" in device:
+        assert made.returns == 1, "nothing is listed that could tell more"
+    else:
+        made.poll([], 3.1)
+    assert (made.returns, made.is_mistaken, made.is_due(3.2)) == (1, False, False)
 
 
 def test_a_link_behind_which_an_adapter_has_come_is_left_alone(tmp_path: Path) -> None:
