@@ -115,7 +115,6 @@ class BundlePreview(QWidget):
         self.renew = control(QPushButton(), texts, "bundle_renew", "Refresh", picture=Icon.AGAIN,
                              slot=self.make)  # fmt: skip
         self._where = named(TickingLabel(), "bundle_log_path", "small")
-        self._where.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._lay_out()
         VisibilityTimer(self, self.make, retranslate=self._retranslate)
         services.appearance.changed.connect(self._follow_theme)
@@ -200,6 +199,8 @@ class BundlePreview(QWidget):
     def _show_where(self) -> None:
         where = None if self._log is None else self._log.trouble or self._log.path
         self._where.setText("" if where is None else tr("Log file: {path}", path=where))
+        if where is not None:  # a label with nothing to select takes no focus
+            self._where.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
 
     def _tell_failure(self, error: Exception) -> None:
         self._say(Meaning.ATTENTION, tr("That did not work: {why}.", why=error))
