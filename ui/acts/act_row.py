@@ -76,7 +76,9 @@ class ActRow(QFrame):
         found = open_conditions(self._services, self.act)
         # What is armed is in sight on this page; a line more in each row would move the button under the hand.
         told = [one for one in found if one.condition is not Interlock.NOTHING_ELSE_ARMED]
-        self.conditions.setText(together(one.sentence for one in told))
+        # Where no module answers, or perhaps another one, whatever else is open follows from that.
+        first = [one for one in told if one.condition in (Interlock.ONLINE, Interlock.IS_THE_ONE_MEANT)][:1]
+        self.conditions.setText(together(one.sentence for one in first or told))
         # An old status alone does not hinder: the engine asks for a new one before it decides.
         in_the_way = [one for one in found if one.condition is not Interlock.FRESH_STATUS]
         if self.act is Act.ZERO:

@@ -38,7 +38,7 @@ class ThresholdPanel(QWidget):
         self.acceleration = Dial("flights_acceleration", minimum=_ACCELERATIONS_G[0], maximum=_ACCELERATIONS_G[1],
                                  step=0.1, unit=" g", guard=guard, decimals=1)  # fmt: skip
         self.time = Dial("flights_time", minimum=_TIMES_S[0], maximum=_TIMES_S[1], step=0.01, unit=" s", guard=guard)
-        self.reading = control(QComboBox(), texts, "flights_reading", says="Reading", tip="Reading")
+        self.reading = control(QComboBox(), texts, "flights_reading", says="Reading")
         for reading in RuleReading:
             self.reading.addItem("", reading)
         guard.guard(self.reading)
@@ -63,6 +63,7 @@ class ThresholdPanel(QWidget):
             lambda value: self._choose(replace(self._limits, freefall_acceleration_g=round(value, 1)))
         )
         self.time.turned.connect(lambda value: self._choose(replace(self._limits, freefall_time_s=round(value, 2))))
+        self.reading.currentTextChanged.connect(self.reading.setToolTip)  # whole where the header has no room for it
         self.reading.activated.connect(lambda _row: self.reading_chosen.emit(self.reading.currentData()))
         texts.bind(self._name_readings, "Reading")
 
