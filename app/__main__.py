@@ -56,7 +56,7 @@ ENTRIES = (
     SubCommand("archive", "app.cli.archive.commands", marked("Share records between stations")),
     SubCommand("record", "app.cli.record", marked("Record until Ctrl-C")),
     SubCommand("recordings", "app.cli.recordings", marked("Recordings")),
-    SubCommand("fired", "app.cli.fired", marked("Would it have fired in these flight logs?")),
+    SubCommand("fired", "app.cli.fired", marked("Would it have fired in these flight logs? Exit code 4: yes")),
     SubCommand("decode", "app.cli.decode", marked("Explain captured bytes")),
     SubCommand("completion", "app.cli.reference.completion", marked("Shell completion script")),
     SubCommand("schema", "app.cli.reference.schema", marked("JSON Schema of an output")),
@@ -154,7 +154,7 @@ def _whole_parser() -> argparse.ArgumentParser:
     """Knows all sub-commands by name and summary, and imports none."""
     parser = _bare_parser()
     _add_version(parser)
-    subparsers = parser.add_subparsers(title=tr("commands"), metavar="COMMAND")
+    subparsers = parser.add_subparsers(metavar="COMMAND")
     for entry in ENTRIES:
         subparsers.add_parser(entry.name, help=tr(entry.summary))
     parser.usage = "dps-s [-h] [--version] [COMMAND] …"  # without one the window opens
@@ -162,7 +162,7 @@ def _whole_parser() -> argparse.ArgumentParser:
 
 
 def _add_version(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--version", action="store_true", help=tr("print the version"))
+    parser.add_argument("--version", action="store_true")
 
 
 def _parser_of(*modules: str) -> argparse.ArgumentParser:

@@ -24,7 +24,7 @@ from app.captures.survey import ENTRY_LINE, LONGEST_LINE, MAGIC_LINE
 from app.terminal import console
 from app.text.hex_text import HexText, NotHex
 from app.text.i18n import tr
-from app.text.sentences import listed, reason_of
+from app.text.sentences import reason_of
 from app.trigger_records.fields import JsonValue
 from protocol.catalogue import BY_NAME, Command
 from protocol.frame import Direction, Frame, Noise, decode_request
@@ -57,7 +57,7 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
     parser = subparsers.add_parser("decode")
     parser.add_argument("hex", nargs="*", metavar="HEX", help=tr("hex bytes, a capture, or - for standard input"))
     parser.add_argument("--asked", metavar="NAME", choices=sorted(BY_NAME),
-                        help=tr("what was asked: {names}", names=listed(BY_NAME)))  # fmt: skip
+                        help=", ".join(BY_NAME))  # fmt: skip
     console.add_json_argument(parser)
     parser.set_defaults(run=run)
 

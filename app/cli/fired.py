@@ -37,7 +37,7 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
     parser.add_argument("--thresholds", nargs="+", action="extend", default=[], metavar="NAME=VALUE",
                         help=", ".join(THRESHOLDS))  # fmt: skip
     parser.add_argument("--column", action="append", default=[], metavar="ROLE=COLUMN",
-                        help=tr("CSV column, such as {example}", example="roll_deg=ATT.Roll"))  # fmt: skip
+                        help="CSV: roll_deg=ATT.Roll")  # fmt: skip
     groups = parser.add_mutually_exclusive_group()
     groups.add_argument("--must-not", action="store_true", help=tr("propose thresholds that fire in none"))
     groups.add_argument("--must", action="store_true", help=tr("propose thresholds that fire in all"))

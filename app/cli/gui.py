@@ -20,8 +20,8 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
     parser = subparsers.add_parser("gui")
     parser.add_argument("file", type=Path, nargs="?", metavar="FILE", help=tr("profile, capture, recording or check"))
     parser.add_argument("--demo", action="store_true", help=tr("Simulated module"))
-    parser.add_argument("--port", metavar="P", help=tr("connect to this port"))
-    rates = "|".join(map(str, console.RATES))
+    parser.add_argument("--port", metavar="P", help=tr("Port"))
+    rates = "|".join(map(str, console.RATES)) + f" [{console.USUAL_RATE}]"
     parser.add_argument("--baud", type=int, choices=console.RATES, default=console.USUAL_RATE, metavar="N",
                         help=tr("baud rate: {rates}", rates=rates))  # fmt: skip
     parser.add_argument("--lang", choices=(*LANGUAGES, PSEUDO), metavar="L", help="|".join(LANGUAGES))

@@ -185,7 +185,7 @@ class WordLines(Printer):
         if not self._is_rewriting:
             console.write(words + "\n")
             return
-        rate = tr("{rate:.0f} a second", rate=self.stream_hz) if self.stream_hz else tr("polled")
+        rate = f"{self.stream_hz:.0f} Hz" if self.stream_hz else "–"
         words = console.fitted(f"{words}   {rate}")
         console.write("\r" + console.padded(words, self._width))
         self._width = console.display_width(words)

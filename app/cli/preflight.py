@@ -33,7 +33,7 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
     console.add_port_arguments(parser, takes_several=True)
     parser.add_argument("--profile", type=Path, metavar="FILE", help=tr("compare with this profile"))
     parser.add_argument("--enable-triggers", action="store_true", help=tr("enable both automatic triggers first"))
-    parser.add_argument("--report", type=Path, metavar="FILE.pdf", help=tr("write PDF, HTML and JSON"))
+    parser.add_argument("--report", type=Path, metavar="FILE.pdf", help="PDF, HTML, JSON")
     parser.add_argument("--module", type=_name, metavar="NAME", help=tr("Module"))
     parser.add_argument("--aircraft", type=_name, default="", metavar="NAME", help=tr("Aircraft"))
     parser.add_argument("--who", type=_name, default="", metavar="NAME", help=tr("Checked by"))
@@ -219,7 +219,7 @@ def _expectations(profile: Path | None, done: Sequence[int]) -> "Expectations":
 
     if profile is None:
         if done:
-            raise ValueError(tr("--done needs --profile."))
+            raise ValueError(tr("No manual item {number} in the profile.", number=done[0]))
         return Expectations()
     try:
         found = read_profile(profile)
@@ -277,7 +277,7 @@ def _written(path: Path, write: "Callable[[Station | None], Sequence[Path]]") ->
     except (OSError, RuntimeError, ImportError) as error:
         console.say(tr("{file} cannot be written: {why}.", file=path, why=error))
         return False
-    console.note(tr("Written: {files}.", files=listed(map(str, written))))
+    console.note(listed(map(str, written)))
     return path in written
 
 

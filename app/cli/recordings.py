@@ -9,6 +9,7 @@ import argparse
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from app.recordings.entry_texts import remarks, size_text, when_text
 from app.terminal import console
 from app.text.durations import stopwatch
 from app.text.i18n import tr
@@ -24,11 +25,11 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
     from app.terminal.export_file import ENDINGS, export_path
 
     parser = subparsers.add_parser("recordings")
-    acts = parser.add_subparsers(title=tr("commands"), metavar="COMMAND", required=True)
-    listing = acts.add_parser("list", help=tr("list them, newest first"))
+    acts = parser.add_subparsers(metavar="COMMAND", required=True)
+    listing = acts.add_parser("list", help=tr("Recordings"))
     console.add_json_argument(listing)
     listing.set_defaults(run=run_list)
-    export = _add(acts, "export", tr("write one to a file"), run_export)
+    export = _add(acts, "export", ", ".join(ENDINGS), run_export)
     export.add_argument("file", type=export_path, metavar="FILE", help=", ".join(ENDINGS))
     _add(acts, "restore", tr("restore one from the trash"), run_restore)
     console.add_yes_argument(_add(acts, "delete", tr("delete one permanently"), run_delete))
@@ -83,30 +84,17 @@ def json_of(entry: "RecordingEntry") -> dict[str, object]:
 
 
 def _row(entry: "RecordingEntry") -> tuple[str, ...]:
+    pinned = tr("pinned") if entry.is_kept else ""
     return (
         entry.folder.name,
-        f"{entry.started_at.astimezone():%Y-%m-%d %H:%M}",
+        when_text(entry),
         stopwatch(round(entry.duration_s)),
         f"{entry.sample_count}",
-        f"{entry.size_bytes / 1e6:.1f} MB",
+        size_text(entry.size_bytes),
         entry.port,
         entry.module,
-        _remarks(entry),
+        listed(filter(None, (remarks(entry), pinned))),
     )
-
-
-def _remarks(entry: "RecordingEntry") -> str:
-    if entry.trouble is not None:
-        return entry.trouble
-    remarks = (
-        (entry.part > 1, tr("part {number}", number=entry.part)),
-        (entry.is_simulated, tr("simulated")),
-        (entry.is_kept, tr("pinned")),
-        (entry.is_running, tr("being recorded")),
-        (entry.was_cut_off, tr("cut off")),
-        (entry.is_trashed, tr("in the trash")),
-    )
-    return listed(text for is_so, text in remarks if is_so)
 
 
 def run_export(args: argparse.Namespace) -> int:
@@ -140,7 +128,7 @@ def run_restore(args: argparse.Namespace) -> int:
         library.keep(entry, is_kept=True)
     except OSError as error:
         raise _failed(entry, reason_of(error)) from error
-    console.write_lines([_about(entry, tr("restored"))])
+    console.write_lines([entry.folder.name])
     return console.DONE
 
 
@@ -157,16 +145,12 @@ def run_delete(args: argparse.Namespace) -> int:
         raise _failed(entry, tr("being recorded")) from error
     except OSError as error:
         raise _failed(entry, reason_of(error)) from error
-    console.write_lines([_about(entry, tr("deleted"))])
+    console.write_lines([entry.folder.name])
     return console.DONE
 
 
-def _about(entry: "RecordingEntry", what: str) -> str:
-    return tr("{file}: {why}", file=entry.folder.name, why=what)
-
-
 def _failed(entry: "RecordingEntry", why: str) -> console.Refused:
-    return console.Refused(_about(entry, why), console.SAID_NO)
+    return console.Refused(tr("{file}: {why}", file=entry.folder.name, why=why), console.SAID_NO)
 
 
 def _found(library: "RecordingLibrary", name: str) -> "RecordingEntry":

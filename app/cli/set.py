@@ -30,7 +30,7 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
     from app.preflight.reading_object import SETTING_KEYS
 
     parser = subparsers.add_parser("set")
-    parser.add_argument("wishes", nargs="*", metavar="NAME=VALUE", help=", ".join(SETTING_KEYS))
+    parser.add_argument("wishes", nargs="*", metavar="NAME=VALUE", help=", ".join(SETTING_KEYS) + "; true|false")
     parser.add_argument("--profile", metavar="FILE", help=tr("all settings of this profile"))
     parser.add_argument("--unlock", action="store_true", help=tr("write although the module may fire"))
     console.add_port_arguments(parser)
@@ -221,11 +221,9 @@ def _sentence(written: "Written", why: "UserMessage | None") -> str:
     from app.procedures.write import Heard
 
     wanted = _typed(written.wanted)
-    if why is not None and written.stands is not None:
-        stands = _typed(written.stands)
-        return tr("{value}: NOT verified ({why}); it is {stands}", value=wanted, why=why.in_words(), stands=stands)
     if why is not None:
-        return tr("{value}: NOT verified ({why})", value=wanted, why=why.in_words())
+        stands = "" if written.stands is None else f" → {_typed(written.stands)}"
+        return tr("{value}: NOT verified ({why})", value=wanted, why=why.in_words() + stands)
     if written.heard is Heard.UNNEEDED:
         return tr("{value}: unchanged", value=wanted)
     if written.verified:

@@ -42,7 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The options of `simulate`, in their groups."""
     way = parser.add_mutually_exclusive_group()
     way.add_argument("--link", type=Path, metavar="PATH", help=tr("symbolic link to the pseudo-terminal"))
-    way.add_argument("--tcp", type=_tcp_address, metavar="HOST:PORT", help=tr("TCP socket; port 0 picks one"))
+    way.add_argument("--tcp", type=_tcp_address, metavar="HOST:PORT")
     groups = {group: parser.add_argument_group(tr(group.value)) for group in Group}
     for option in OPTIONS:
         _add_option(groups[option.group], option)

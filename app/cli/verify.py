@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 
 def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
     parser = subparsers.add_parser("verify")
-    parser.add_argument("file", type=Path, nargs="?", metavar="FILE", help=tr("record: .json, .html or .pdf"))
+    parser.add_argument("file", type=Path, nargs="?", metavar="FILE", help=".json, .html, .pdf")
     parser.add_argument("--trust", metavar="FINGERPRINT", help=tr("trust the station that signed FILE"))
-    parser.add_argument("--name", default="", metavar="NAME", help=tr("name of that station"))
+    parser.add_argument("--name", default="", metavar="NAME", help=tr("Name"))
     parser.add_argument("--forget", metavar="FINGERPRINT", help=tr("stop trusting this station"))
     parser.add_argument("--stations", action="store_true", help=tr("list trusted stations"))
     parser.add_argument("--log", action="store_true", help=tr("verify the audit log"))
@@ -88,14 +88,14 @@ def _trust(stations: "Stations", verification: "Verification", fingerprint: str,
     if not is_same_fingerprint(found, fingerprint):
         text = tr("Not trusted: signed by {found}, not by {given}.", found=found, given=fingerprint)
         raise console.Refused(text, console.SAID_NO)
-    console.note(tr("Trusted: {station}", station=_line(stations.trust(verification.signer, name))))
+    console.note(_line(stations.trust(verification.signer, name)))
 
 
 def _forget(stations: "Stations", fingerprint: str) -> int:
     found = stations.forget(fingerprint)
     if found is None:
         raise console.Refused(tr("No trusted station has this fingerprint."), console.SAID_NO)
-    console.note(tr("Not trusted any more: {station}", station=_line(found)))
+    console.note(_line(found))
     return console.DONE
 
 

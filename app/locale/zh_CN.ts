@@ -34,10 +34,6 @@
         <translation>视图(&amp;V)</translation>
     </message>
     <message>
-        <source>--done needs --profile.</source>
-        <translation>--done 需要 --profile。</translation>
-    </message>
-    <message>
         <source>--module takes one port only.</source>
         <translation>--module 只能用于一个串口。</translation>
     </message>
@@ -274,10 +270,6 @@
         <translation>由谁激活</translation>
     </message>
     <message>
-        <source>Activates</source>
-        <translation>能激活</translation>
-    </message>
-    <message>
         <source>Activate…</source>
         <translation>激活…</translation>
     </message>
@@ -412,10 +404,6 @@
     <message>
         <source>Another adapter is in its place and is left alone: plug the same one in again, or choose a port.</source>
         <translation>原位置插着另一个适配器，程序不会连接它：请重新插入原来的适配器，或选择一个串口。</translation>
-    </message>
-    <message>
-        <source>Answered twice</source>
-        <translation>重复应答的命令</translation>
     </message>
     <message>
         <source>Answers arrive {time} late.</source>
@@ -652,10 +640,6 @@
     <message>
         <source>CONTRADICTS ITSELF: {parts}.</source>
         <translation>自相矛盾：{parts}。</translation>
-    </message>
-    <message>
-        <source>CSV column, such as {example}</source>
-        <translation>CSV 列，例如 {example}</translation>
     </message>
     <message>
         <source>CSV…</source>
@@ -1986,10 +1970,6 @@
         <translation>上次检查</translation>
     </message>
     <message>
-        <source>Last exchange</source>
-        <translation>上次同步</translation>
-    </message>
-    <message>
         <source>Last invalid bytes</source>
         <translation>最近的无效字节</translation>
     </message>
@@ -2136,10 +2116,6 @@
     <message>
         <source>Locking…</source>
         <translation>正在锁定…</translation>
-    </message>
-    <message>
-        <source>Locks</source>
-        <translation>能锁定</translation>
     </message>
     <message>
         <source>Locks every connected module at once</source>
@@ -2344,10 +2320,6 @@
     <message>
         <source>Module not proven: only queries are sent.</source>
         <translation>尚未确认是所指的模块：仅发送查询命令。</translation>
-    </message>
-    <message>
-        <source>Module on {port}, {rate} baud</source>
-        <translation>{port} 上的模块，波特率 {rate}</translation>
     </message>
     <message>
         <source>Module {name}</source>
@@ -2882,10 +2854,6 @@
         <translation>未触发</translation>
     </message>
     <message>
-        <source>Not trusted any more: {station}</source>
-        <translation>已不再信任：{station}</translation>
-    </message>
-    <message>
         <source>Not trusted: it is unsigned or altered.</source>
         <translation>未信任：未签名或已被改动。</translation>
     </message>
@@ -2900,10 +2868,6 @@
     <message>
         <source>Not watched for 2 s yet.</source>
         <translation>尚未观察满 2 秒。</translation>
-    </message>
-    <message>
-        <source>Not yet shared</source>
-        <translation>尚未共享</translation>
     </message>
     <message>
         <source>Note</source>
@@ -3080,10 +3044,6 @@
     <message>
         <source>Open the window</source>
         <translation>打开窗口</translation>
-    </message>
-    <message>
-        <source>Opening {port}</source>
-        <translation>正在打开 {port}</translation>
     </message>
     <message>
         <source>Opening {when}…</source>
@@ -3914,10 +3874,6 @@
         <translation>参数与批准的一致</translation>
     </message>
     <message>
-        <source>Settings clamped after</source>
-        <translation>参数延时被限制</translation>
-    </message>
-    <message>
         <source>Settings code</source>
         <translation>参数校验码</translation>
     </message>
@@ -3976,10 +3932,6 @@
     <message>
         <source>Shut down…</source>
         <translation>关机…</translation>
-    </message>
-    <message>
-        <source>Shuts down</source>
-        <translation>能关机</translation>
     </message>
     <message>
         <source>Signature</source>
@@ -4158,16 +4110,8 @@
         <translation>停止播放</translation>
     </message>
     <message>
-        <source>Stream jitter</source>
-        <translation>输出抖动</translation>
-    </message>
-    <message>
         <source>Stream rate</source>
         <translation>输出速率</translation>
-    </message>
-    <message>
-        <source>Streams</source>
-        <translation>串口输出</translation>
     </message>
     <message>
         <source>Streams after start</source>
@@ -4204,10 +4148,6 @@
     <message>
         <source>System</source>
         <translation>跟随系统</translation>
-    </message>
-    <message>
-        <source>TCP socket; port 0 picks one</source>
-        <translation>TCP 套接字；端口为 0 时自动选择</translation>
     </message>
     <message>
         <source>TRIGGERED</source>
@@ -4698,10 +4638,6 @@
         <translation>无法读取这条数据记录。{why}</translation>
     </message>
     <message>
-        <source>This station</source>
-        <translation>本站点</translation>
-    </message>
-    <message>
         <source>This station: {fingerprint}</source>
         <translation>本站点：{fingerprint}</translation>
     </message>
@@ -4924,10 +4860,6 @@
     <message>
         <source>Trust this station…</source>
         <translation>信任此站点…</translation>
-    </message>
-    <message>
-        <source>Trusted: {station}</source>
-        <translation>已信任：{station}</translation>
     </message>
     <message>
         <source>Try again</source>
@@ -5262,8 +5194,8 @@
         <translation>会触发 {count} 次。</translation>
     </message>
     <message>
-        <source>Would it have fired in these flight logs?</source>
-        <translation>在这些飞行日志中会触发吗？</translation>
+        <source>Would it have fired in these flight logs? Exit code 4: yes</source>
+        <translation>在这些飞行日志中会触发吗？退出码 4：会</translation>
     </message>
     <message>
         <source>Would it have fired?</source>
@@ -5380,10 +5312,6 @@
     <message>
         <source>Zero the sensor…</source>
         <translation>传感器置零…</translation>
-    </message>
-    <message>
-        <source>Zeroes</source>
-        <translation>能置零</translation>
     </message>
     <message>
         <source>Zip file (*.zip)</source>
@@ -5710,20 +5638,12 @@
         <translation>请选择</translation>
     </message>
     <message>
-        <source>commands</source>
-        <translation>命令</translation>
-    </message>
-    <message>
         <source>compare with this profile</source>
         <translation>与此配置文件比较</translation>
     </message>
     <message>
         <source>computer slept</source>
         <translation>计算机曾休眠</translation>
-    </message>
-    <message>
-        <source>connect to this port</source>
-        <translation>连接此串口</translation>
     </message>
     <message>
         <source>connected</source>
@@ -5764,10 +5684,6 @@
     <message>
         <source>delete one permanently</source>
         <translation>永久删除一条</translation>
-    </message>
-    <message>
-        <source>deleted</source>
-        <translation>已删除</translation>
     </message>
     <message>
         <source>device or socket://host:port</source>
@@ -5828,10 +5744,6 @@
     <message>
         <source>end after S seconds</source>
         <translation>S 秒后结束</translation>
-    </message>
-    <message>
-        <source>end after S seconds of the stream</source>
-        <translation>串口输出持续 S 秒后结束</translation>
     </message>
     <message>
         <source>ended</source>
@@ -6082,10 +5994,6 @@
         <translation>列出可能重复的模块</translation>
     </message>
     <message>
-        <source>list them, newest first</source>
-        <translation>列出全部，最新的在前</translation>
-    </message>
-    <message>
         <source>list trusted stations</source>
         <translation>列出可信站点</translation>
     </message>
@@ -6148,10 +6056,6 @@
     <message>
         <source>must not fire</source>
         <translation>不得触发</translation>
-    </message>
-    <message>
-        <source>name of that station</source>
-        <translation>该站点的名称</translation>
     </message>
     <message>
         <source>nested too deeply.</source>
@@ -6506,12 +6410,12 @@
         <translation>串口断开，可能已执行</translation>
     </message>
     <message>
-        <source>port or URL; default: DPS_S_PORT or the only adapter</source>
-        <translation>串口或 URL；默认为 DPS_S_PORT 或唯一的适配器</translation>
-    </message>
-    <message>
         <source>port reopened</source>
         <translation>串口重新打开过</translation>
+    </message>
+    <message>
+        <source>port, socket:// or sim://; default: DPS_S_PORT or the only adapter</source>
+        <translation>串口、socket:// 或 sim://；默认为 DPS_S_PORT 或唯一的适配器</translation>
     </message>
     <message>
         <source>positional arguments</source>
@@ -6534,20 +6438,8 @@
         <translation>本机没有上一条记录</translation>
     </message>
     <message>
-        <source>print CSV only</source>
-        <translation>只输出 CSV</translation>
-    </message>
-    <message>
-        <source>print JSON only</source>
-        <translation>只输出 JSON</translation>
-    </message>
-    <message>
         <source>print all modules, or one</source>
         <translation>输出所有模块或一个模块</translation>
-    </message>
-    <message>
-        <source>print the version</source>
-        <translation>显示版本</translation>
     </message>
     <message>
         <source>profile, capture, recording or check</source>
@@ -6598,10 +6490,6 @@
         <translation>已重新连接</translation>
     </message>
     <message>
-        <source>record: .json, .html or .pdf</source>
-        <translation>记录：.json、.html 或 .pdf</translation>
-    </message>
-    <message>
         <source>recorded</source>
         <translation>记录内容</translation>
     </message>
@@ -6648,10 +6536,6 @@
     <message>
         <source>restore one from the trash</source>
         <translation>从回收站恢复一条</translation>
-    </message>
-    <message>
-        <source>restored</source>
-        <translation>已恢复</translation>
     </message>
     <message>
         <source>rows: {rows}</source>
@@ -6990,10 +6874,6 @@
         <translation>曾激活</translation>
     </message>
     <message>
-        <source>what was asked: {names}</source>
-        <translation>所查询的命令：{names}</translation>
-    </message>
-    <message>
         <source>window left</source>
         <translation>离开了窗口</translation>
     </message>
@@ -7002,20 +6882,8 @@
         <translation>窗口繁忙</translation>
     </message>
     <message>
-        <source>write CSV; - prints it</source>
-        <translation>写入 CSV；- 表示输出到屏幕</translation>
-    </message>
-    <message>
-        <source>write PDF, HTML and JSON</source>
-        <translation>写入 PDF、HTML 和 JSON</translation>
-    </message>
-    <message>
         <source>write although the module may fire</source>
         <translation>即使模块可能触发也写入</translation>
-    </message>
-    <message>
-        <source>write one to a file</source>
-        <translation>将一条写入文件</translation>
     </message>
     <message>
         <source>writing</source>
@@ -7402,10 +7270,6 @@
         <translation>{position} / {length}</translation>
     </message>
     <message>
-        <source>{rate:.0f} a second</source>
-        <translation>每秒 {rate:.0f} 次</translation>
-    </message>
-    <message>
         <source>{rate} baud</source>
         <translation>波特率 {rate}</translation>
     </message>
@@ -7608,10 +7472,6 @@
     <message>
         <source>{value}: NOT verified ({why})</source>
         <translation>{value}：未验证（{why}）</translation>
-    </message>
-    <message>
-        <source>{value}: NOT verified ({why}); it is {stands}</source>
-        <translation>{value}：未验证（{why}）；当前为 {stands}</translation>
     </message>
     <message>
         <source>{value}: acknowledged (cannot be read back)</source>

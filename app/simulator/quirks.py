@@ -40,33 +40,11 @@ def option(group: Group, default: object, text: str, kind: Kind = None) -> Any:
 _dialect, _lie = partial(option, Group.DIALECT), partial(option, Group.LIES)
 
 
-class Acknowledge(StrEnum):
-    ECHO = "echo"
-    ONE = "one"
-
-
-class Delivery(StrEnum):
-    TOGETHER = "together"
-    SPACED = "spaced"
-    PIECES = "pieces"
-
-
-class EmptySlots(StrEnum):
-    NONE = "none"
-    ZEROS = "zeros"
-    ONES = "ones"
-
-
-class BaudChange(StrEnum):
-    OLD = "old"
-    NEW = "new"
-    RESTART = "restart"
-
-
-class Streaming(StrEnum):
-    YES = "yes"
-    ACKNOWLEDGED = "acknowledged"
-    SILENT = "silent"
+Acknowledge = StrEnum("Acknowledge", ["ECHO", "ONE"])
+Delivery = StrEnum("Delivery", ["TOGETHER", "SPACED", "PIECES"])
+EmptySlots = StrEnum("EmptySlots", ["NONE", "ZEROS", "ONES"])
+BaudChange = StrEnum("BaudChange", ["OLD", "NEW", "RESTART"])
+Streaming = StrEnum("Streaming", ["YES", "ACKNOWLEDGED", "SILENT"])
 
 
 class Occasion(NamedTuple):
@@ -115,7 +93,7 @@ class Quirks:
     light_inverted: bool = _dialect(False, marked("E11: inverted light"))
     odd_voltage: bool = _dialect(False, marked("E12: 4.70 V records"))
     remembers: bool = _dialect(False, marked("E15: keeps state"))
-    stream: Streaming = _dialect(Streaming.YES, marked("Streams"))
+    stream: Streaming = _dialect(Streaming.YES, marked("Serial output"))
     stream_at_boot: bool = _dialect(False, marked("Streams after start"))
     keeps: bool = _dialect(True, marked("Keeps settings"))
     clamps: bool = _dialect(False, marked("Clamps settings"))
@@ -124,17 +102,17 @@ class Quirks:
     cross_talk: tuple[Rule, ...] = _lie((), marked("Set changes another"), RULES)
     read_changes: tuple[Rule, ...] = _lie((), marked("Query changes another"), RULES)
     revert_ms: float = _lie(0.0, marked("Settings revert after"), MILLISECONDS)
-    clamp_ms: float = _lie(0.0, marked("Settings clamped after"), MILLISECONDS)
+    clamp_ms: float = _lie(0.0, marked("Clamps settings"), MILLISECONDS)
     forgets: bool = _lie(False, marked("Restart loses settings"))
     silent_restart_ms: float = _lie(0.0, marked("Silent restart after"), MILLISECONDS)
     restart_at_s: float = _lie(0.0, marked("Silent restart every"), ("S", 0, 86_400))
     drop_records: Marks = _lie(frozenset(), marked("Missing records"), "RECORD[/N],…")
-    double_codes: frozenset[int] = _lie(frozenset(), marked("Answered twice"), "CODE,…")
+    double_codes: frozenset[int] = _lie(frozenset(), marked("Duplicate replies"), "CODE,…")
     double_ms: float = _lie(0.0, marked("Repeated after"), MILLISECONDS)
     foreign_replies: tuple[Rule, ...] = _lie((), marked("Foreign replies"), RULES)
-    stream_jitter_ms: float = _lie(0.0, marked("Stream jitter"), MILLISECONDS)
-    activates: bool = _lie(True, marked("Activates"))
-    locks: bool = _lie(True, marked("Locks"))
+    stream_jitter_ms: float = _lie(0.0, marked("Jitter"), MILLISECONDS)
+    activates: bool = _lie(True, marked("Activate"))
+    locks: bool = _lie(True, marked("Lock"))
     active_late_ms: float = _lie(0.0, marked("Reports active late"), MILLISECONDS)
-    zeroes: bool = _lie(True, marked("Zeroes"))
-    shuts_down: bool = _lie(True, marked("Shuts down"))
+    zeroes: bool = _lie(True, marked("Zero the sensor"))
+    shuts_down: bool = _lie(True, marked("Shut down"))

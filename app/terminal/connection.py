@@ -74,7 +74,7 @@ class Conversation:
         self._worker.open(port, baud_rate)
         deadline = time.monotonic() + OPENING_LIMIT_S
         while not self._is_open():
-            say_in_passing(tr("Opening {port}", port=port))
+            say_in_passing(tr("Opening…"))
             self.wait()
             self._raise_trouble()
             if time.monotonic() > deadline and not self._is_open():

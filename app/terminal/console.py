@@ -71,8 +71,8 @@ class OutputLost(Exception):
 def add_port_arguments(parser: argparse.ArgumentParser, *, takes_several: bool = False) -> None:
     """`takes_several`: `port` becomes a list where it is given."""
     parser.add_argument("--port", type=_port, action="append" if takes_several else "store", metavar="P",
-                        help=tr("port or URL; default: DPS_S_PORT or the only adapter"))  # fmt: skip
-    rates = "|".join(map(str, (*RATES, AUTO)))
+                        help=tr("port, socket:// or sim://; default: DPS_S_PORT or the only adapter"))  # fmt: skip
+    rates = "|".join(map(str, (*RATES, AUTO))) + f" [{USUAL_RATE}]"
     parser.add_argument(
         "--baud", type=_rate, default=USUAL_RATE, metavar="N", help=tr("baud rate: {rates}", rates=rates)
     )
@@ -91,7 +91,7 @@ def add_verbosity_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def add_json_argument(parser: argparse._ActionsContainer) -> None:
-    parser.add_argument("--json", action="store_true", help=tr("print JSON only"))
+    parser.add_argument("--json", action="store_true", help="JSON")
 
 
 def add_yes_argument(parser: argparse.ArgumentParser) -> None:
@@ -99,7 +99,7 @@ def add_yes_argument(parser: argparse.ArgumentParser) -> None:
 
 
 def add_seconds_argument(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--seconds", type=seconds, metavar="S", help=tr("end after S seconds of the stream"))
+    parser.add_argument("--seconds", type=seconds, metavar="S", help=tr("end after S seconds"))
 
 
 def refuse_without_yes(*words: str) -> int:

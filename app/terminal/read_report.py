@@ -13,7 +13,7 @@ from app.preflight.reading_object import LIVE_KEYS, SETTING_KEYS, reading_object
 from app.terminal.console import TableRow, two_columns
 from app.text.i18n import tr
 from app.text.messages import UserMessage, said
-from app.text.sentences import aside
+from app.text.sentences import aside, listed
 from protocol.catalogue import BAUD_RATE, BY_NAME, SETTINGS, Command
 from protocol.events import Unanswered
 from protocol.fields import Choice, Done, Field, Flag, Quantity, Value
@@ -98,11 +98,11 @@ def page_of(findings: Findings) -> list[str]:
         has_damaged=findings.has_damaged,
         in_use=LimitsInUse(),
     )
-    head = tr("Module on {port}, {rate} baud", port=findings.port, rate=findings.baud_rate)
+    head = tr("{port}, {rate} baud", port=findings.port, rate=findings.baud_rate)
     if findings.lag_s is not None and findings.lag_s > LONGEST_LAG_S:
-        head = f"{head}, {findings.lag_s:.1f} s"
+        head = listed((head, f"{findings.lag_s:.1f} s"))
     elif findings.round_trip_s is not None:
-        head = f"{head}, {1000 * findings.round_trip_s:.1f} ms"
+        head = listed((head, f"{1000 * findings.round_trip_s:.1f} ms"))
     if line is not None:
         head = line.beside(head)
     ordered = sorted(_SETTINGS, key=lambda shown: SETTING_KEYS.index(shown.key))

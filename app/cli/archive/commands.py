@@ -27,7 +27,7 @@ SHOWN_REFUSALS = 20
 
 def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
     parser = subparsers.add_parser("archive")
-    acts = parser.add_subparsers(title=tr("commands"), metavar="COMMAND", required=True)
+    acts = parser.add_subparsers(metavar="COMMAND", required=True)
 
     def add(name: str, summary: str, run: Callable[[argparse.Namespace], int]) -> argparse.ArgumentParser:
         act = acts.add_parser(name, help=summary)
@@ -76,15 +76,14 @@ def run_status(args: argparse.Namespace) -> int:
         })  # fmt: skip
         return console.DONE if is_sound else console.SAID_NO
     console.write_lines(console.two_columns(map(console.TableRow._make, (
-        (tr("This station"), fingerprint),
         (tr("Records"), f"{status.facts} ({status.own})"),
         (tr("Stations"), f"{len(stations)}"),
         (tr("Server"), status.place or "–"),
-        (tr("Not yet shared"), f"{status.not_shared}"),
-        (tr("Last exchange"), status.last_at or "–"),
         (tr("To be settled"), f"{status.conflicts}"),
         (tr("Missing in chains"), f"{sum(one.missing for one in chains)}"),
     ))))  # fmt: skip
+    shared = tr("Not shared: {count}. Last: {time}.", count=status.not_shared, time=status.last_at or "–")
+    console.write_lines([tr("This station: {fingerprint}", fingerprint=fingerprint), shared])
     for chain in chains:
         for fault in chain.faults:
             console.write_lines([f"{shown_station(chain.station)} {chain.module or ''}: {fault.in_words()}"])

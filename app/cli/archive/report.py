@@ -37,7 +37,7 @@ def add_report_parser(acts: "argparse._SubParsersAction[argparse.ArgumentParser]
         report.add_argument(name, type=_days, default=days, metavar="N", help=tr(text, days=days))
     form = report.add_mutually_exclusive_group()
     console.add_json_argument(form)
-    form.add_argument("--csv", action="store_true", help=tr("print CSV only"))
+    form.add_argument("--csv", action="store_true", help="CSV")
     report.set_defaults(run=run)
 
 

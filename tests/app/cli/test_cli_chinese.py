@@ -51,6 +51,7 @@ def test_no_help_has_one(
     monkeypatch.setenv("COLUMNS", "500")
     assert program.main([*words, "--help"]) == 0
     said = capsys.readouterr().out
+    assert said.startswith(f"用法：{' '.join(('dps-s', *words))}")
     assert "选项：" in said
     assert half_width(re.sub(r"主机:端口", "", said)) == []
 

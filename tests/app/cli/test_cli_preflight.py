@@ -121,7 +121,7 @@ def test_the_report_is_written_kept_chained_and_verified(
         ("manual_1", "unknown", "skipped"), ("manual_2", "warn", "skipped"),
     ]  # fmt: skip
     assert program.main([*words, "--done", "1", "--report", str(report)]) == 0
-    assert "Written: " in Printed(capsys).err
+    assert str(report) in Printed(capsys).err
     record = json.loads(report.with_suffix(".json").read_text(encoding="utf-8"))
     assert (record["number"], record["module"], record["verdict"]) == (2, "M-07", "READY")
     for path in (report, report.with_suffix(".html"), report.with_suffix(".json")):

@@ -6,7 +6,6 @@ import io
 import json
 import sys
 import threading
-from importlib import import_module
 
 import pytest
 import serial
@@ -116,16 +115,6 @@ def test_without_a_command_the_window_opens(
     monkeypatch.setattr(program, "_open_window", open_window)
     assert program.main(words) == 0
     assert {name: opened[0][name] for name in expected} == expected
-
-
-@pytest.mark.parametrize("entry", program.ENTRIES, ids=lambda entry: entry.name)
-def test_every_command_is_there_and_explains_itself(
-    entry: program.SubCommand, capsys: pytest.CaptureFixture[str]
-) -> None:
-    parser = argparse.ArgumentParser()
-    import_module(entry.module).add_parser(parser.add_subparsers())
-    assert program.main([entry.name, "--help"]) == 0
-    assert f"dps-s {entry.name}" in capsys.readouterr().out
 
 
 def test_an_error_of_our_own_is_one_calm_line(

@@ -1,12 +1,14 @@
 """`dps-s set`: every setting, the profile, what is refused before anything is sent, and what is claimed afterwards."""
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 import app.__main__ as program
+from app.engine import transport
 from app.preflight.reading_object import SETTING_KEYS
 from app.safety.acts import Act
 from app.safety.journal import Outcome
@@ -78,7 +80,7 @@ def test_for_people(port: str, capsys: pytest.CaptureFixture[str]) -> None:
     port = f"{port}?clamps=yes"
     assert program.main(["set", "freefall_time_s=0.1", "light_threshold_v=2", "--port", port]) == 1
     assert Printed(capsys).out.splitlines() == [
-        "freefall_time_s    0.1: NOT verified (the module holds another value); it is 0.5",
+        "freefall_time_s    0.1: NOT verified (the module holds another value → 0.5)",
         "light_threshold_v  2: verified",
     ]
 
@@ -208,20 +210,23 @@ def test_without_a_store_settings_are_written_and_the_rate_is_not(
     assert len(sets(wire)) == 1
 
 
+def after_set(monkeypatch: pytest.MonkeyPatch, code: int, act: Callable[[], None]) -> None:
+    """`act` happens right after a set of this code went onto the wire."""
+    write = transport.SerialLine.write
+
+    def written(line: transport.SerialLine, data: bytes) -> None:
+        write(line, data)
+        if data[2:4] == bytes((code, 0x02)):
+            act()
+
+    monkeypatch.setattr(transport.SerialLine, "write", written)
+
+
 def test_a_setting_that_nobody_wrote_and_that_changed_is_named(
     port: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from app.engine import transport
-
-    bench = bench_of(port)
-    write = transport.SerialLine.write
-
-    def meddles(line: transport.SerialLine, data: bytes) -> None:
-        write(line, data)
-        if data[2:4] == b"\x22\x02":
-            bench.module.memory.freefall_acceleration = 20
-
-    monkeypatch.setattr(transport.SerialLine, "write", meddles)
+    memory = bench_of(port).module.memory
+    after_set(monkeypatch, 0x22, lambda: setattr(memory, "freefall_acceleration", 20))
     assert program.main(["set", "freefall_time_s=1.2", "--port", port, "--json"]) == 1
     printed = Printed(capsys)
     told = json.loads(printed.out)
@@ -233,17 +238,7 @@ def test_a_setting_that_nobody_wrote_and_that_changed_is_named(
 def test_unplugged_in_the_middle_says_what_stands_and_what_is_not_known(
     port: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from app.engine import transport
-
-    bench = bench_of(port)
-    write = transport.SerialLine.write
-
-    def unplugs(line: transport.SerialLine, data: bytes) -> None:
-        write(line, data)
-        if data[2:4] == b"\x15\x02":
-            bench.unplug()
-
-    monkeypatch.setattr(transport.SerialLine, "write", unplugs)
+    after_set(monkeypatch, 0x15, bench_of(port).unplug)
     words = ["freefall_time_s=1.2", "light_threshold_v=2", "attitude_threshold_deg=65"]
     assert program.main(["set", *words, "--port", port, "--json"]) == 3
     printed = Printed(capsys)

@@ -130,7 +130,7 @@ def test_the_page_shows_units_and_says_unknown() -> None:
     why = said("no reply within {seconds:.1f} s, asked {attempts} times", seconds=1.0, attempts=3)
     page = "\n".join(found.page_of(found.Findings("/dev/ttyUSB0", 115200, 0.0029, values, {"light_v": why})))
     assert page == (
-        "Module on /dev/ttyUSB0, 115200 baud, 2.9 ms\n"
+        "/dev/ttyUSB0, 115200 baud, 2.9 ms\n"
         "\n"
         "Status\n"
         "  Tilt                              7°\n"

@@ -260,7 +260,7 @@ def test_a_reading_over_a_long_lag_does_not_say_that_the_module_answers_quickly(
     assert link.round_trip_median_s is None or link.round_trip_median_s >= 1.5
     assert link.lag_s == pytest.approx(1.5, abs=0.1)
     head = page_of(Findings("p", 115200, link.round_trip_median_s, {}, {}, lag_s=link.lag_s))[0]
-    assert head.startswith("Module on p, 115200 baud, 1.5 s")
+    assert head.startswith("p, 115200 baud, 1.5 s")
 
 
 def test_a_streaming_module_on_a_quick_line_still_has_its_round_trips() -> None:

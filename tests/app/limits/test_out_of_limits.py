@@ -160,7 +160,7 @@ def test_a_trigger_record_marks_a_low_cell_and_not_the_chargers() -> None:
     kept = replace(RECORD, cell_voltage_v=3.52)
     assert records_page(History((kept,)))[1].endswith("3.52 V (low)")
     assert "(low) < 3.80 V" in records_page(History((kept,)))
-    assert "3.52 V (low)" in sentence(kept).in_words()
+    assert "3.52 V, low" in sentence(kept).in_words()
     assert records_page(History((replace(kept, cell_voltage_v=3.9),)))[1].endswith("3.90 V")
     assert record_outside(replace(kept, cell_voltage_v=4.7)) is None  # implausible, and marked as that
     assert record_outside(replace(kept, cell_voltage_v=4.7, charging=True)) is None

@@ -19,23 +19,16 @@ from app.simulator.options import (
 )
 from app.simulator.quirks import Delivery, Quirks
 from app.simulator.wire import Faults
-
-
-class Clock:
-    def __init__(self) -> None:
-        self.now_s = 1000.0
-
-    def __call__(self) -> float:
-        return self.now_s
+from tests.support.line.sim_line import FakeClock
 
 
 @pytest.fixture
-def clock() -> Clock:
-    return Clock()
+def clock() -> FakeClock:
+    return FakeClock()
 
 
 @pytest.fixture
-def bench(clock: Clock) -> SimulatedBench:
+def bench(clock: FakeClock) -> SimulatedBench:
     return SimulatedBench(clock=clock)
 
 
@@ -84,7 +77,7 @@ def test_an_unknown_option_is_refused_by_name() -> None:
         find_option("speed")
 
 
-def test_a_setup_reaches_the_bench(clock: Clock) -> None:
+def test_a_setup_reaches_the_bench(clock: FakeClock) -> None:
     texts = {"active": "", "boots": "0", "history": "4", "tilt": "5", "bay_open": "yes", "cell": "3.6", "charger": "on"}
     bench = SimulatedBench(setup_from(parse_options(texts | {"baud": "9600"})), clock=clock)
     state = bench.state()
@@ -99,12 +92,12 @@ def test_a_setup_reaches_the_bench(clock: Clock) -> None:
     assert bench.wire.read(clock()) == b"", "its heartbeats are long gone"
 
 
-def test_a_module_that_is_just_switched_on_shows_its_heartbeats(clock: Clock) -> None:
+def test_a_module_that_is_just_switched_on_shows_its_heartbeats(clock: FakeClock) -> None:
     bench = SimulatedBench(setup_from({"uptime": 0.0}), clock=clock)
     assert len(bench.wire.read(clock() + 0.1)) == 12
 
 
-def test_control_lines_move_the_module(bench: SimulatedBench, clock: Clock) -> None:
+def test_control_lines_move_the_module(bench: SimulatedBench, clock: FakeClock) -> None:
     for line in ("tilt 30", "bay open", "cell 3.6", "charger on", "active on", "noise 0", "lifelike off", ""):
         obey(bench, line)
     state = bench.state()
@@ -120,7 +113,7 @@ def test_control_lines_move_the_module(bench: SimulatedBench, clock: Clock) -> N
     assert bench.state().boot_count == 38
 
 
-def test_control_lines_switch_power_faults_and_dialect(bench: SimulatedBench, clock: Clock) -> None:
+def test_control_lines_switch_power_faults_and_dialect(bench: SimulatedBench, clock: FakeClock) -> None:
     obey(bench, "off")
     assert not bench.state().is_on
     obey(bench, "press")

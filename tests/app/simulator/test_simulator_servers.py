@@ -24,6 +24,7 @@ from app.simulator.control_lines import obey
 from app.simulator.options import OPTIONS
 from app.simulator.servers.endpoint import Endpoint, Loop
 from app.simulator.servers.tcp_server import TcpEndpoint
+from app.terminal.console import Refused
 from protocol.catalogue import SERIAL_OUTPUT, STATUS
 
 ASK = STATUS.query().encode()
@@ -253,14 +254,16 @@ def test_wrong_use_is_code_2(words: tuple[str, ...]) -> None:
     assert ended.value.code == 2
 
 
-def test_no_port_to_be_had_is_code_3(capsys: pytest.CaptureFixture[str]) -> None:
+def test_no_port_to_be_had_is_code_3() -> None:
     endpoint = TcpEndpoint("127.0.0.1", 0)
     try:
         args = parse("--tcp", f"127.0.0.1:{endpoint.port}")
-        assert args.run(args) == 3
+        with pytest.raises(Refused) as refused:
+            args.run(args)
     finally:
         endpoint.unplug()
-    assert capsys.readouterr().err.count("\n") == 1
+    assert refused.value.exit_code == 3
+    assert f"127.0.0.1:{endpoint.port}: " in refused.value.sentence
 
 
 @posix_only

@@ -23,25 +23,18 @@ from app.simulator.bench import SimulatedBench
 from app.simulator.quirks import Acknowledge, Quirks, Rule
 from app.simulator.wire import Faults
 from app.text import i18n
+from tests.support.line.sim_line import FakeClock
 from ui.core.texts import Texts
 from ui.simulator.panel import SimulatorPanel
 
 
-class Clock:
-    def __init__(self) -> None:
-        self.now_s = 1000.0
-
-    def __call__(self) -> float:
-        return self.now_s
+@pytest.fixture
+def clock() -> FakeClock:
+    return FakeClock()
 
 
 @pytest.fixture
-def clock() -> Clock:
-    return Clock()
-
-
-@pytest.fixture
-def bench(clock: Clock) -> SimulatedBench:
+def bench(clock: FakeClock) -> SimulatedBench:
     return SimulatedBench(clock=clock)
 
 
@@ -109,7 +102,7 @@ def test_cell_voltage(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench
     assert bench.state().cell_v == pytest.approx(3.6)
 
 
-def test_drop(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench, clock: Clock) -> None:
+def test_drop(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench, clock: FakeClock) -> None:
     type_into(qtbot, panel.fall_height, "30")
     assert "30" in panel.drop.text()
     click(qtbot, panel.drop)
