@@ -10,9 +10,10 @@ from app.engine.device import DeviceView, Known
 from app.engine.identity import Identity
 from app.fleet.verdicts import HeldVerdict
 from app.limits.out_of_limits import LimitsInUse, Outside, value_outside
-from app.preflight.verdict import Verdict
+from app.preflight.verdict import Verdict, verdict_sentence
 from app.procedures.lock import Locked, waiting_sentence
 from app.safety.last_known import Activation, SeenActivation
+from app.settings.profiles import ActivatedBy
 from app.text.i18n import tr
 from app.text.sentences import listed
 from protocol.translatable import marked
@@ -22,20 +23,21 @@ _DIGITS = re.compile(r"(\d+)")
 
 
 class Need(Enum):
-    """What a module needs next, the most urgent first; the value is a sentence, translatable."""
+    """What a module needs next, the most urgent first; the value of those that `Card.next_step` does not word itself is
+    a sentence, translatable."""
 
-    TRIGGERED = marked("TRIGGERED: lock it and read its trigger records.")
-    NOT_LOCKED = marked("LOCK is not reported: treat it as ACTIVE.")
-    WAS_ACTIVE = marked("It was ACTIVE when it was last heard: treat it as ACTIVE.")
-    IDENTITY = marked("It may be another module: choose it and say which one it is.")
-    LINK = marked("Not connected")
-    NO_GO = marked("Stands against it: {why}")
-    OUTSIDE = marked("Out of its limit: {why}")
-    ACTIVE = marked("ACTIVE without a check that holds")
+    TRIGGERED = marked("TRIGGERED: lock it, read its records.")
+    NOT_LOCKED = "not locked"
+    WAS_ACTIVE = marked("Last heard ACTIVE: treat it as ready to fire.")
+    IDENTITY = marked("Another module? Choose it and name it.")
+    LINK = "link"
+    NO_GO = marked("Not met: {names}")
+    OUTSIDE = "outside"
+    ACTIVE = marked("ACTIVE, not checked")
     VOID = marked("Check again: {why}")
-    CHECK = marked("Run the pre-flight check.")
-    ACTIVATE = marked("READY: activate it before the flight.")
-    WAIT = marked("Wait…")
+    CHECK = marked("Start the check.")
+    ACTIVATE = "activate"
+    WAIT = "wait"
     NOTHING = marked("Nothing")
 
     @property
@@ -98,13 +100,13 @@ class Card:
                 said = words(self.link, now)
                 return said.next_step or said.what
             case Need.NO_GO if self.verdict is not None:
-                return tr(Need.NO_GO.value, why=listed(one.in_words() for one in self.verdict.against))
+                return tr(Need.NO_GO.value, names=listed(one.in_words() for one in self.verdict.against))
             case Need.VOID if self.verdict is not None and self.verdict.void is not None:
                 return tr(Need.VOID.value, why=self.verdict.void.said.in_words())
             case Need.OUTSIDE if self.cell_outside is not None:
-                fault = self.cell_outside
-                why = tr("cell voltage {fault}, limit {limit}", fault=tr(fault.fault.value), limit=fault.limit)
-                return tr(Need.OUTSIDE.value, why=why)
+                return self.cell_outside.beside(tr("Cell voltage"))
+            case Need.ACTIVATE:
+                return verdict_sentence(Verdict.READY, ActivatedBy.PERSON).in_words()
             case Need.WAIT if self.is_checking:
                 return tr("Checking…")
             case Need.WAIT:

@@ -93,13 +93,11 @@ def report_body(members: Sequence[SetMember]) -> str:
             + "".join(f"<td>{html.escape(cell)}</td>" for cell in cells)
             + "</tr>"
         )
-    title = html.escape(tr("Pre-flight check of {count} modules", count=len(members)))
+    title = html.escape(tr("Pre-flight check, modules: {count}", count=len(members)))
     at = html.escape(local_now().isoformat(sep=" ", timespec="minutes"))
-    note = html.escape(tr("The record and the report of each module lie beside this one."))
     return (
         f'<p><font size="5"><b>{title}</b></font> {at}</p><p>{html.escape(summary(members))}</p>'
         f'<table width="100%" cellpadding="4" cellspacing="0" border="1"><tr>{head}</tr>{"".join(rows)}</table>'
-        f"<p>{note}</p>"
     )
 
 
@@ -107,7 +105,7 @@ def _page(members: Sequence[SetMember]) -> bytes:
     return (
         f'<!DOCTYPE html>\n<html lang="{"zh-CN" if language() == CHINESE else "en"}"><head><meta charset="utf-8">\n'
         "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'\">\n"
-        f"<title>{html.escape(tr('Pre-flight check of {count} modules', count=len(members)))}</title>\n"
+        f"<title>{html.escape(tr('Pre-flight check, modules: {count}', count=len(members)))}</title>\n"
         "<style>body{font-family:sans-serif;max-width:190mm;margin:8mm auto}</style></head>\n"
         f"<body>{report_body(members)}</body></html>"
     ).encode()

@@ -89,25 +89,25 @@ def outcome_of(report: WriteReport) -> AppliedProfile:
     if failed or changed or report.unread:
         parts = (
             (marked("Not as written: {names}."), failed),
-            (marked("Changed without being written: {names}."), changed),
-            (marked("Could not be read again: {names}."), report.unread),
+            (marked("Changed by itself: {names}."), changed),
+            (marked("Not read back: {names}."), report.unread),
         )
         why = together(tr(text, names=_titles(commands)) for text, commands in parts if commands)
         return AppliedProfile(Applied.FAILED, why)
     unproven = [one.command for one in report.results if one.verified is None]
     if unproven:
-        return AppliedProfile(Applied.ACKNOWLEDGED, tr("Cannot be read back: {names}.", names=_titles(unproven)))
+        return AppliedProfile(Applied.ACKNOWLEDGED, tr("Not read back: {names}.", names=_titles(unproven)))
     return AppliedProfile(Applied.VERIFIED if report.results else Applied.NOTHING_TO_DO)
 
 
 def broken_off(heard: Sequence[Written], error: BaseException) -> AppliedProfile:
     """The connection was lost, or it was cancelled: what was not read back is not known."""
     if isinstance(error, Cancelled):
-        text = tr("Cancelled. What was not read back is not known.")
+        text = tr("Cancelled: the rest is unknown.")
     else:
-        text = tr("Broken off: the connection was lost. What was not read back is not known.")
+        text = tr("Link lost: the rest is unknown.")
     done = [one.command for one in heard if one.verified]
-    more = tr("Written before that: {names}.", names=_titles(done)) if done else ""
+    more = tr("Written: {names}.", names=_titles(done)) if done else ""
     return AppliedProfile(Applied.FAILED, together((text, more)))
 
 

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 
 from app.engine.device import DeviceView
 from app.preflight.evidence import Disturbance
+from app.preflight.reread import TITLES
 from app.preflight.verdict import Verdict, Void, void_reason
 from app.records.filing import Filed
 from app.text.messages import UserMessage
-from protocol.translatable import marked
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +59,7 @@ class Verdicts:
         void = void_reason(filed.assessment, device, now, opened_at=evidence.opened_at if is_open else None)
         active = device.fresh("active", now)
         if void is None and active is True and evidence.is_active is False:
-            void = Void(Disturbance.CHANGED, UserMessage(_ACTIVATION))  # GO needs another reading of everything
+            void = Void(Disturbance.CHANGED, UserMessage(TITLES["active"]))  # GO needs another reading of everything
         if void is not None:
             self._void[whose] = void
 
@@ -77,6 +77,3 @@ class Verdicts:
         if verdict is Verdict.GO and device.fresh("active", now) is not True:
             verdict = Verdict.READY
         return HeldVerdict(verdict, at, None, titles_against(filed))
-
-
-_ACTIVATION = marked("Active")

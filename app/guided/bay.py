@@ -3,6 +3,7 @@
 from app.engine.procedure import EngineView, Inspect, Procedure, Report
 from app.guided.results import BreakOff, GuidedKind, GuidedResult, MeasuredValue, passed_if
 from app.guided.status_watch import (
+    NOT_READ,
     GuidedSetup,
     PersonSteps,
     read_setting,
@@ -11,13 +12,14 @@ from app.guided.status_watch import (
     wait_for_person,
 )
 from app.procedures.light_calibration import Band, LightDirection, measure_light
-from app.text.messages import UserMessage, said
+from app.text.messages import said
 from protocol.translatable import marked
 
 LEAST_MARGIN_V = 0.1
 """One step of the sensor: a threshold on a reading is none."""
 ROUNDING_V = 1e-6
 STEPS = 2
+CLOSE, OPEN = marked("Close the bay"), marked("Open the bay fully")
 
 
 def prepare_bay() -> Procedure[GuidedSetup]:
@@ -27,9 +29,9 @@ def prepare_bay() -> Procedure[GuidedSetup]:
 
 
 def measure_bay(setup: GuidedSetup, steps: PersonSteps) -> Procedure[GuidedResult]:
-    yield Report(0, STEPS, marked("Close the bay, then press “Bay is closed”."))
+    yield Report(0, STEPS, CLOSE)
     closed = yield from _measure(setup, steps)
-    yield Report(1, STEPS, marked("Open the bay fully, then press “Bay is open”."))
+    yield Report(1, STEPS, OPEN)
     opened = yield from _measure(setup, steps)
     yield from require_locked()
     return _result(closed, opened, setup.light_threshold_v)
@@ -41,7 +43,7 @@ def _measure(setup: GuidedSetup, steps: PersonSteps) -> Procedure[Band]:
     require_start(view, setup.restarts)
     band = yield from measure_light()
     if not band.is_enough:
-        raise BreakOff(marked("The light could not be read often enough."))
+        raise BreakOff(NOT_READ, what=said(marked("Light")))
     return band
 
 
@@ -52,27 +54,21 @@ def _result(closed: Band, opened: Band, threshold: float) -> GuidedResult:
         if rises
         else (closed.low_v - threshold, threshold - opened.high_v)
     )
-    tolerance = said(marked("{margin:.1f} V or more from {threshold:.1f} V"), margin=LEAST_MARGIN_V,
-                     threshold=threshold)  # fmt: skip
+    tolerance = said(marked("≥ {margin:.1f} V from {threshold:.1f} V"), margin=LEAST_MARGIN_V, threshold=threshold)
     measured = tuple(
         MeasuredValue(
-            said(name), _band_text(band, margin), tolerance, passed_if(margin >= LEAST_MARGIN_V - ROUNDING_V), margin
+            said(name),
+            said(f"{band.median_v:.1f} V ({margin:+.1f} V)"),
+            tolerance,
+            passed_if(margin >= LEAST_MARGIN_V - ROUNDING_V),
+            margin,
         )
         for name, band, margin in (
             (marked("Bay closed"), closed, margins[0]),
             (marked("Bay open"), opened, margins[1]),
         )
     )
-    result = GuidedResult(GuidedKind.BAY, measured)
+    advice = None if rises else said(LightDirection.FALLS.value)
     if any(margin < LEAST_MARGIN_V - ROUNDING_V for margin in margins):
         advice = said(marked("Calibrate the light threshold."))
-        return GuidedResult(GuidedKind.BAY, measured, advice)
-    if not rises:
-        return GuidedResult(GuidedKind.BAY, measured, said(LightDirection.FALLS.value))
-    return result
-
-
-def _band_text(band: Band, margin: float) -> UserMessage:
-    if margin < 0:
-        return said(marked("{light:.1f} V, on the wrong side"), light=band.median_v)
-    return said(marked("{light:.1f} V, {margin:.1f} V away"), light=band.median_v, margin=margin)
+    return GuidedResult(GuidedKind.BAY, measured, advice)

@@ -11,15 +11,19 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from app.engine.procedure import Procedure
-from app.guided.bay import measure_bay, prepare_bay
-from app.guided.charger import measure_charger, prepare_charger
-from app.guided.free_fall import measure_free_fall, prepare_free_fall
-from app.guided.link import measure_link, prepare_link
-from app.guided.results import TITLES, BreakOff, BrokenOff, GuidedKind, GuidedResult
+from app.guided.bay import CLOSE, OPEN, measure_bay, prepare_bay
+from app.guided.charger import PLUG_IN, UNPLUG, measure_charger, prepare_charger
+from app.guided.free_fall import DROP, HOLD, WAIT, measure_free_fall, prepare_free_fall
+from app.guided.link import REST, SHAKE, measure_link, prepare_link
+from app.guided.results import BreakOff, BrokenOff, GuidedKind, GuidedResult
 from app.guided.status_watch import GuidedSetup, PersonSteps
-from app.guided.tilt import measure_tilt, prepare_tilt
-from app.guided.zero import measure_zero, prepare_zero
-from app.safety.acts import Act
+from app.guided.tilt import TILT_SLOWLY, TiltDirection, measure_tilt, prepare_tilt
+from app.guided.zero import LAY_LEVEL, MEASURE, measure_zero, prepare_zero
+from app.safety.acts import EFFECTS, Act
+from app.safety.acts import TITLES as ACT_TITLES
+from app.text.i18n import tr
+from app.text.messages import UserMessage, said
+from app.text.sentences import together
 from protocol.translatable import marked
 
 
@@ -29,9 +33,8 @@ class GuidedTest:
     `confirms`: the words of the button for each step that a person confirms."""
 
     kind: GuidedKind
-    purpose: str
     safety: str
-    steps: tuple[str, ...]
+    steps: tuple[UserMessage, ...]
     prepare: Callable[[], Procedure[GuidedSetup]]
     measure: Callable[[GuidedSetup, PersonSteps], Procedure[GuidedResult]]
     act: Act | None = None
@@ -39,66 +42,56 @@ class GuidedTest:
     confirms: tuple[str, ...] = ()
 
     @property
-    def title(self) -> str:
-        return TITLES[self.kind]
-
-    @property
     def is_active(self) -> bool:
         """It needs an active module, which must be locked afterwards, whatever came of it."""
         return self.act is Act.ACTIVATE
+
+    @property
+    def precautions(self) -> str:
+        """What must be made safe, in the language in use."""
+        common = "" if self.is_active else tr("Even locked, keep clear of its opening.")
+        return together((common, tr(self.safety)))
 
 
 GUIDED_TESTS: tuple[GuidedTest, ...] = (
     GuidedTest(
         GuidedKind.TILT,
-        marked("At which angle does it fire and rearm?"),
-        marked("It will FIRE four times. Take the ejector (pyro or spring) off the module and the rotors off the "
-               "aircraft. It is locked afterwards; each firing stays in its trigger records."),
-        (marked("Activate the module"), marked("Tilt it forward until it fires, and back"),
-         marked("Tilt it to the right until it fires, and back"), marked("Tilt it back until it fires, and back"),
-         marked("Tilt it to the left until it fires, and back"), marked("The module is locked")),
-        prepare_tilt, measure_tilt, Act.ACTIVATE,
-        marked("The ejector is disconnected and the rotors are off"),
+        marked("It will FIRE four times: take off the ejector (pyro or spring) and the rotors."),
+        (said(ACT_TITLES[Act.ACTIVATE]),
+         *(said(TILT_SLOWLY, direction=said(direction.value)) for direction in TiltDirection),
+         said(ACT_TITLES[Act.LOCK])),
+        prepare_tilt, measure_tilt, Act.ACTIVATE, marked("Ejector and rotors are off"),
     ),
     GuidedTest(
         GuidedKind.FREE_FALL,
-        marked("Does it notice a fall?"),
-        marked("The module stays locked; keep clear of its opening all the same. "
-               "Take the rotors off the aircraft, or the module out of it. Use a thick cushion."),
-        (marked("Hold it level, half a metre above the cushion"), marked("Let it fall"), marked("Leave it there")),
+        marked("Take the rotors off."),
+        (said(HOLD), said(DROP), said(WAIT)),
         prepare_free_fall, measure_free_fall,
     ),
     GuidedTest(
         GuidedKind.BAY,
-        marked("Does the light tell an open bay from a closed one?"),
-        marked("The module stays locked; keep clear of its opening all the same. "
-               "A spring under the lid is still loaded: secure it before you open the bay."),
-        (marked("Close the bay"), marked("Open the bay fully")),
+        marked("Secure the loaded spring under the lid."),
+        (said(CLOSE), said(OPEN)),
         prepare_bay, measure_bay,
-        confirms=(marked("Bay is closed"), marked("Bay is open")),
+        confirms=(marked("Bay closed"), marked("Bay open")),
     ),
     GuidedTest(
         GuidedKind.CHARGER,
-        marked("Does it charge, and only when it is plugged in?"),
-        marked("The module stays locked; keep clear of its opening all the same. "
-               "Take the rotors off if plugging in powers the aircraft."),
-        (marked("Unplug the external power"), marked("Plug it in"), marked("Unplug it again")),
+        marked("Take the rotors off."),
+        (said(UNPLUG), said(PLUG_IN), said(UNPLUG)),
         prepare_charger, measure_charger,
-        confirms=(marked("It is unplugged"), marked("It is plugged in"), marked("It is unplugged")),
+        confirms=(marked("Unplugged"), marked("Plugged in"), marked("Unplugged")),
     ),
     GuidedTest(
         GuidedKind.ZERO,
-        marked("Is level reported as 0°?"),
-        marked("The module stays locked; keep clear of its opening all the same. "
-               "Zeroing changes what it takes as level: for small mounting errors only."),
-        (marked("Set the aircraft level"), marked("Zero the sensor"), marked("The tilt is measured again")),
+        EFFECTS[Act.ZERO],
+        (said(LAY_LEVEL), said(ACT_TITLES[Act.ZERO]), said(MEASURE)),
         prepare_zero, measure_zero, Act.ZERO,
     ),
     GuidedTest(
         GuidedKind.LINK,
-        marked("Does the plug hold when it is shaken?"),
-        marked("The module stays locked; keep clear of its opening all the same. Take the rotors off the aircraft."),
-        (marked("Leave the plug alone"), marked("Shake the plug and the cable")),
+        marked("Take the rotors off."),
+        (said(REST), said(SHAKE)),
         prepare_link, measure_link,
     ),
 )  # fmt: skip

@@ -11,6 +11,7 @@ from app.guided.results import BreakOff, GuidedKind, GuidedResult, MeasuredValue
 from app.guided.status_watch import (
     AGREEING,
     NOBODY,
+    NOT_READ,
     PERSON_LIMIT_S,
     SILENT_S,
     GuidedSetup,
@@ -32,7 +33,10 @@ SETTLES_S = 1.0
 """From the report until the voltage is read."""
 REPORTED_WITHIN_S = 5.0
 """After the person says that it is done."""
-STEPS = 3
+PLUGGED_IN = (False, True, False)
+"""Step by step."""
+STEPS = len(PLUGGED_IN)
+UNPLUG, PLUG_IN = marked("Unplug the external power."), marked("Plug the external power in.")
 _CHARGING, _VOLTAGE = BY_NAME["charging"].query(), BY_NAME["cell_voltage"].query()
 
 
@@ -47,14 +51,9 @@ def prepare_charger() -> Procedure[GuidedSetup]:
 
 
 def measure_charger(setup: GuidedSetup, steps: PersonSteps) -> Procedure[GuidedResult]:
-    texts = (
-        (False, marked("Unplug the external power.")),
-        (True, marked("Plug the external power in.")),
-        (False, marked("Unplug the external power again.")),
-    )
     seen: list[_ChargeSeen] = []
-    for number, (is_plugged_in, text) in enumerate(texts):
-        yield Report(number, STEPS, text)
+    for number, is_plugged_in in enumerate(PLUGGED_IN):
+        yield Report(number, STEPS, PLUG_IN if is_plugged_in else UNPLUG)
         seen.append((yield from _until(setup, steps, is_charging=is_plugged_in)))
     steps.done()
     yield from require_locked()
@@ -77,7 +76,7 @@ def _until(setup: GuidedSetup, steps: PersonSteps, *, is_charging: bool) -> Proc
             if now - said_at > REPORTED_WITHIN_S:
                 break
         if now - heard_at > SILENT_S:
-            raise BreakOff(marked("The charge state could not be read."))
+            raise BreakOff(NOT_READ, what=said(marked("Charging")))
         if now - began > PERSON_LIMIT_S:
             raise BreakOff(NOBODY, seconds=PERSON_LIMIT_S)
         yield Pause(ASK_EVERY_S)
@@ -85,7 +84,7 @@ def _until(setup: GuidedSetup, steps: PersonSteps, *, is_charging: bool) -> Proc
     yield Pause(SETTLES_S)
     charging, voltage = (yield from _read(_CHARGING)), (yield from _read(_VOLTAGE))
     if charging is None or voltage is None:
-        raise BreakOff(marked("The charge state could not be read."))
+        raise BreakOff(NOT_READ, what=said(marked("Charging")))
     return _ChargeSeen(bool(charging), float(voltage))
 
 
@@ -96,23 +95,22 @@ def _read(request: Request) -> Procedure[Value | None]:
 
 
 def _result(seen: list[_ChargeSeen]) -> GuidedResult:
-    names = (marked("Unplugged"), marked("Plugged in"), marked("Unplugged again"))
     measured = [
         MeasuredValue(
-            said(name),
+            said(marked("Plugged in") if is_plugged_in else marked("Unplugged")),
             said(marked("charging") if one.is_charging else marked("not charging")),
             said(marked("charging") if is_plugged_in else marked("not charging")),
             passed_if(one.is_charging is is_plugged_in),
             float(one.is_charging),
         )
-        for name, one, is_plugged_in in zip(names, seen, (False, True, False), strict=True)
+        for one, is_plugged_in in zip(seen, PLUGGED_IN, strict=True)
     ]
     cell = seen[-1].voltage_v
     measured.append(
         MeasuredValue(
-            said(marked("Cell voltage, unplugged")),
-            said(marked("{value:.2f} V"), value=cell),
-            said(marked("{low:.2f} V to {high:.2f} V"), low=LOWEST_CELL_V, high=HIGHEST_CELL_V),
+            said(marked("Cell voltage")),
+            said(f"{cell:.2f} V"),
+            said(f"{LOWEST_CELL_V:.2f}–{HIGHEST_CELL_V:.2f} V"),
             passed_if(LOWEST_CELL_V <= cell <= HIGHEST_CELL_V),
             cell,
         )

@@ -34,6 +34,7 @@ STILL_S = 1.0
 AFTERWARDS_S = 1.0
 """How long it is watched after the fall whether a trigger is reported."""
 STEPS = 3
+HOLD, DROP, WAIT = marked("Hold it level, 50 cm above a cushion"), marked("Let it fall"), marked("Leave it there")
 
 
 @dataclass(slots=True)
@@ -68,7 +69,7 @@ def measure_free_fall(setup: GuidedSetup, _steps: PersonSteps) -> Procedure[Guid
     watch = StatusWatch(setup.restarts, may_trigger=True)
     yield from _until_still(watch)
     fall = yield from _fall(watch, setup.freefall_acceleration_g)
-    now: float = yield Report(2, STEPS, marked("It has fallen. Leave it there."))
+    now: float = yield Report(2, STEPS, WAIT)
     has_fired, ends_at = False, now + AFTERWARDS_S
     while now < ends_at:
         reports = yield from watch.next_reports()
@@ -80,7 +81,7 @@ def measure_free_fall(setup: GuidedSetup, _steps: PersonSteps) -> Procedure[Guid
 
 
 def _until_still(watch: StatusWatch) -> Procedure[None]:
-    began: float = yield Report(0, STEPS, marked("Hold it level and still, half a metre above the cushion."))
+    began: float = yield Report(0, STEPS, HOLD)
     since: float | None = None
     while True:
         for report in (yield from watch.next_reports()):
@@ -92,7 +93,7 @@ def _until_still(watch: StatusWatch) -> Procedure[None]:
 
 
 def _fall(watch: StatusWatch, threshold_g: float) -> Procedure[MeasuredFall]:
-    began: float = yield Report(1, STEPS, marked("Let it fall onto the cushion."))
+    began: float = yield Report(1, STEPS, DROP)
     before_at: float | None = None
     fall: MeasuredFall | None = None
     while True:
@@ -122,27 +123,27 @@ def _result(fall: MeasuredFall, setup: GuidedSetup, *, has_fired: bool) -> Guide
     if verdict is GuidedVerdict.PASSED and not is_clear:
         verdict = GuidedVerdict.UNCLEAR
     count = len(fall.below)
-    tolerance = said(marked("{low:.2f} s to {high:.2f} s"), low=SHORTEST_S, high=LONGEST_FALL_S)
+    tolerance = said(f"{SHORTEST_S:.2f}–{LONGEST_FALL_S:.2f} s")
     measured = (
         MeasuredValue(
             said(marked("Below the threshold")),
-            said(marked("{low:.2f} s to {high:.2f} s"), low=shortest, high=longest),
+            said(f"{shortest:.2f}–{longest:.2f} s"),
             tolerance, verdict, (shortest + longest) / 2,
         ),
         MeasuredValue(
             said(marked("Lowest acceleration")),
-            said(marked("{value:.1f} g"), value=fall.lowest_g),
-            said(marked("below {value:.1f} g"), value=setup.freefall_acceleration_g),
+            said(f"{fall.lowest_g:.1f} g"),
+            said(f"< {setup.freefall_acceleration_g:.1f} g"),
             GuidedVerdict.PASSED, fall.lowest_g,
         ),
         MeasuredValue(
-            said(marked("Reports in the fall")),
+            said(marked("Reports")),
             said("{count}", count=count),
-            said(marked("at least {count}"), count=ENOUGH_REPORTS),
+            said(f"≥ {ENOUGH_REPORTS}"),
             GuidedVerdict.PASSED if count >= ENOUGH_REPORTS else GuidedVerdict.UNCLEAR, count,
         ),
         MeasuredValue(
-            said(marked("Reported")),
+            said(marked("Trigger")),
             said(marked("triggered")) if has_fired else said(marked("not triggered")),
             said(marked("not triggered")),
             passed_if(not has_fired), float(has_fired),
@@ -150,6 +151,6 @@ def _result(fall: MeasuredFall, setup: GuidedSetup, *, has_fired: bool) -> Guide
     )  # fmt: skip
     advice = None
     if shortest >= setup.freefall_time_s:
-        advice = said(marked("It fell longer than the free-fall time of {seconds:.2f} s: active, it would have fired."),
+        advice = said(marked("Over {seconds:.2f} s: active, it would have fired."),
                       seconds=setup.freefall_time_s)  # fmt: skip
     return GuidedResult(GuidedKind.FREE_FALL, measured, advice)

@@ -19,6 +19,7 @@ ASK_EVERY_S = 0.02
 WAITS_S = (0.3,)
 """A heartbeat that takes longer is lost: the usual one takes some milliseconds."""
 STEPS = 2
+REST, SHAKE = marked("Leave the plug alone"), marked("Shake plug and cable gently")
 
 
 @dataclass(slots=True)
@@ -38,9 +39,8 @@ def prepare_link() -> Procedure[GuidedSetup]:
 def measure_link(setup: GuidedSetup, _steps: PersonSteps) -> Procedure[GuidedResult]:
     rest, shaken = _Counts(), _Counts()
     try:
-        yield from _count(rest, 0, marked("Leave the plug alone for a moment."), REST_S, setup.restarts)
-        text = marked("Shake the plug and the cable, gently, in all directions.")
-        yield from _count(shaken, 1, text, SHAKEN_S, setup.restarts)
+        yield from _count(rest, 0, REST, REST_S, setup.restarts)
+        yield from _count(shaken, 1, SHAKE, SHAKEN_S, setup.restarts)
     except (PortLost, PortError):
         shaken.is_port_lost = True
     else:
@@ -64,27 +64,20 @@ def _count(counts: _Counts, number: int, text: str, seconds: float, restarts: in
 
 def _result(rest: _Counts, shaken: _Counts) -> GuidedResult:
     none = said(marked("none"))
-    measured = [
+    measured = (
         _lost(said(marked("Lost at rest")), rest),
         _lost(said(marked("Lost while shaken")), shaken),
         _row(said(marked("Invalid bytes")), rest.rejected + shaken.rejected, none),
-        _row(said(marked("Restarts of the module")), max(rest.restarts, shaken.restarts), none),
-        MeasuredValue(
-            said(marked("Port")),
-            said(marked("lost")) if shaken.is_port_lost else said(marked("stayed open")),
-            said(marked("stays open")), passed_if(not shaken.is_port_lost), float(shaken.is_port_lost),
-        ),
-    ]  # fmt: skip
-    result = GuidedResult(GuidedKind.LINK, tuple(measured))
-    if result.verdict is GuidedVerdict.PASSED:
-        return result
-    return GuidedResult(
-        GuidedKind.LINK, tuple(measured), said(marked("Check plug, cable and adapter, and test again."))
+        _row(said(marked("Restarts")), max(rest.restarts, shaken.restarts), none),
+        _row(said(marked("Port lost")), int(shaken.is_port_lost), none),
     )
+    is_fine = GuidedResult(GuidedKind.LINK, measured).verdict is GuidedVerdict.PASSED
+    advice = None if is_fine else said(marked("Check plug, cable and adapter."))
+    return GuidedResult(GuidedKind.LINK, measured, advice)
 
 
 def _lost(name: UserMessage, counts: _Counts) -> MeasuredValue:
-    shown = said(marked("{lost} of {asked}"), lost=counts.lost, asked=counts.asked)
+    shown = said(f"{counts.lost} / {counts.asked}")
     verdict = passed_if(counts.lost == 0) if counts.asked else GuidedVerdict.UNCLEAR
     return MeasuredValue(name, shown, said(marked("none")), verdict, counts.lost)
 

@@ -20,11 +20,11 @@ class GuidedKind(Enum):
 
 
 TITLES: Mapping[GuidedKind, str] = {
-    GuidedKind.TILT: marked("Tilt to the trigger"),
+    GuidedKind.TILT: marked("Attitude trigger"),
     GuidedKind.FREE_FALL: marked("Free fall"),
     GuidedKind.BAY: marked("Parachute bay"),
     GuidedKind.CHARGER: marked("Charger"),
-    GuidedKind.ZERO: marked("Zero"),
+    GuidedKind.ZERO: marked("Zero the sensor"),
     GuidedKind.LINK: marked("Plug and cable"),
 }
 

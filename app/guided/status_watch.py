@@ -10,6 +10,7 @@ from app.engine.procedure import Ask, Await, EngineView, Inspect, Listen, Pause,
 from app.guided.results import BreakOff
 from app.procedures.ask_status import ask_status
 from app.procedures.write import read_back
+from app.text.messages import said
 from protocol.catalogue import BY_NAME, HEARTBEAT, STATUS
 from protocol.events import Answered, Received, Role
 from protocol.fields import Value
@@ -28,7 +29,8 @@ SILENT_S = 2.0
 """Without a report for so long the test is broken off."""
 PERSON_LIMIT_S = 120.0
 """For one step; then nobody is there any more."""
-NOBODY = marked("The next step was not done within {seconds:.0f} s.")
+NOT_READ = marked("Could not be read: {what}.")
+NOBODY = marked("No step within {seconds:.0f} s.")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -131,7 +133,7 @@ class StatusWatch:
         if self._heard_at is None or reports:
             self._heard_at = now
         if now - self._heard_at > SILENT_S:
-            raise BreakOff(marked("The module stopped answering."))
+            raise BreakOff(marked("The module does not answer."))
         for one in reports:
             is_other = one.status.active is not self.is_active
             is_against = is_other or (one.status.triggered and not self.may_trigger)
@@ -141,16 +143,16 @@ class StatusWatch:
             if not is_other:
                 raise BreakOff(marked("The module reports that it has fired."))
             if self.is_active:
-                raise BreakOff(marked("The module was locked during the test."))
-            raise BreakOff(marked("The module became ACTIVE during a test that needs it locked."))
+                raise BreakOff(marked("The module was locked."))
+            raise BreakOff(marked("The module became ACTIVE."))
 
 
 def require_start(sight: EngineView, restarts: int) -> None:
     """The module is still on the start that the test began on, and there."""
     if sight.device.restarts != restarts:
-        raise BreakOff(marked("The module restarted during the test."))
+        raise BreakOff(marked("The module restarted."))
     if sight.device.presence is Presence.OFFLINE:
-        raise BreakOff(marked("The module stopped answering."))
+        raise BreakOff(marked("The module does not answer."))
     if sight.device.is_late:
         raise BreakOff(marked("Data arrives {seconds:.1f} s late."), seconds=LONGEST_LAG_S)
 
@@ -159,11 +161,11 @@ def require_locked() -> Procedure[int]:
     """Raises `BreakOff` unless the module reports now that it is locked and has not fired; its restarts so far."""
     yield from require_module()
     if not (yield from ask_status()):
-        raise BreakOff(marked("The module does not say now how it stands."))
+        raise BreakOff(marked("No current status."))
     sight: EngineView = yield Inspect()
     active, triggered = (sight.device.proven(key, sight.now) for key in ("active", "triggered"))
     if active is None or triggered is None:
-        raise BreakOff(marked("The module does not say now how it stands."))
+        raise BreakOff(marked("No current status."))
     if active.value:
         raise BreakOff(marked("The module is ACTIVE: lock it first."))
     if triggered.value:
@@ -177,6 +179,6 @@ def read_setting(name: str) -> Procedure[float]:
     command = BY_NAME[name]
     back = yield from read_back(command)
     if back.raw is None or command.reply is None:
-        raise BreakOff(marked("A setting that the test goes by could not be read."))
+        raise BreakOff(NOT_READ, what=said(command.title))
     value: Value = command.reply.decode(back.raw)
     return float(value)

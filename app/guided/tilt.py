@@ -41,15 +41,16 @@ STEPS = 6
 """Activating, the four directions, locking."""
 LONGEST_S = 300.0
 """The module is active for no longer than this."""
+TILT_SLOWLY = marked("Tilt it slowly {direction} until it fires")
 
 
 class TiltDirection(Enum):
     """The value is English, translatable."""
 
     FORWARD = marked("forward")
-    RIGHT = marked("to the right")
+    RIGHT = marked("right")
     BACK = marked("back")
-    LEFT = marked("to the left")
+    LEFT = marked("left")
 
 
 class Span:
@@ -67,8 +68,8 @@ class Span:
 
     def message(self) -> UserMessage:
         if self.high_deg - self.low_deg <= 1:
-            return said(marked("{angle:.0f}°"), angle=self.high_deg)
-        return said(marked("{low:.0f}° to {high:.0f}°"), low=self.low_deg, high=self.high_deg)
+            return said(f"{self.high_deg:.0f}°")
+        return said(f"{self.low_deg:.0f}–{self.high_deg:.0f}°")
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +86,7 @@ def prepare_tilt() -> Procedure[GuidedSetup]:
     restarts = yield from require_locked()
     threshold = yield from read_setting("attitude_threshold")
     if threshold <= LEVEL_WITHIN_DEG + RESET_BELOW_THRESHOLD_DEG or threshold + TOLERANCE_DEG > HIGHEST_DEG:
-        raise BreakOff(marked("At a threshold of {threshold:.0f}° this cannot be tested by hand."), threshold=threshold)
+        raise BreakOff(marked("Not testable by hand at {threshold:.0f}°."), threshold=threshold)
     return GuidedSetup(restarts=restarts, attitude_threshold_deg=threshold)
 
 
@@ -107,8 +108,7 @@ def _turn(watch: "_TiltWatch", number: int, direction: TiltDirection) -> Procedu
     """Done again while it was moved too fast; the last try counts."""
     turn = Turn(direction)
     for number_of_try in range(TRIES):
-        too_fast = marked("Too fast: hold it level, then tilt it {direction} slowly.")
-        level = marked("Hold it level.") if number_of_try == 0 else too_fast
+        level = marked("Hold it level.") if number_of_try == 0 else marked("Too fast. Hold it level.")
         yield from watch.level(number, level, direction)
         turn = yield from watch.one_turn(number, direction)
         is_sharp = all(span is None or span.is_sharp for span in (turn.fired, turn.rearmed))
@@ -137,7 +137,7 @@ class _TiltWatch:
 
     def one_turn(self, number: int, direction: TiltDirection) -> Procedure[Turn]:
         """From level until it has fired and rearmed."""
-        yield from self._begin(number, marked("Tilt it slowly {direction}, until it fires."), direction)
+        yield from self._begin(number, TILT_SLOWLY, direction)
         limit = min(HIGHEST_DEG, self._setup.attitude_threshold_deg + MISSED_BY_DEG)
         before, first, reached = 0.0, 0.0, 0.0
         agreeing = beyond = 0
@@ -155,7 +155,7 @@ class _TiltWatch:
         return Turn(direction, reached, Span(before, first), rearmed)
 
     def _back(self, number: int, direction: TiltDirection) -> Procedure[Span | None]:
-        yield from self._begin(number, marked("It fired. Tilt it slowly back to level."), direction)
+        yield from self._begin(number, marked("It fired. Tilt it slowly back."), direction)
         before, first, agreeing = HIGHEST_DEG, 0.0, 0
         level_since: float | None = None
         while agreeing < AGREEING:
@@ -180,7 +180,7 @@ class _TiltWatch:
             self._waiting += yield from self._watch.next_reports()
             view: EngineView = yield Inspect()
             if view.now > self.ends_at:
-                raise BreakOff(marked("The module was active for {seconds:.0f} s: long enough."), seconds=LONGEST_S)
+                raise BreakOff(marked("Ended after {seconds:.0f} s."), seconds=LONGEST_S)
             if view.now > self._step_ends_at:
                 raise BreakOff(NOBODY, seconds=PERSON_LIMIT_S)
         return self._waiting.pop(0)
@@ -196,9 +196,9 @@ def _result(turns: list[Turn], setup: GuidedSetup) -> GuidedResult:
         measured.append(_rearmed(side, turn, threshold - RESET_BELOW_THRESHOLD_DEG))
     advice = None
     if any(turn.fired is None for turn in turns):
-        advice = said(marked("Enable the attitude trigger with a pre-flight check, and test again."))
+        advice = said(marked("Enable the attitude trigger."))
     elif any(turn.rearmed is None for turn in turns):
-        advice = said(marked("It stays triggered until it is locked: the other directions were not tested."))
+        advice = said(marked("It did not rearm: other directions not tested."))
     return GuidedResult(GuidedKind.TILT, tuple(measured), advice)
 
 
@@ -217,7 +217,7 @@ def _rearmed(side: UserMessage, turn: Turn | None, reset: float) -> MeasuredValu
     if turn is None or turn.fired is None:
         return _not_tested(name, reset)
     if turn.rearmed is None:
-        return MeasuredValue(name, said(marked("not at level")), _tolerance(reset), GuidedVerdict.FAILED)
+        return MeasuredValue(name, said(marked("no")), _tolerance(reset), GuidedVerdict.FAILED)
     return _judged(name, turn.rearmed, reset, turn.rearmed.low_deg)
 
 
@@ -234,4 +234,4 @@ def _not_tested(name: UserMessage, wanted: float) -> MeasuredValue:
 
 
 def _tolerance(wanted: float) -> UserMessage:
-    return said(marked("{angle:.0f}° ± {tolerance:.0f}°"), angle=wanted, tolerance=TOLERANCE_DEG)
+    return said(f"{wanted:.0f}° ± {TOLERANCE_DEG:.0f}°")

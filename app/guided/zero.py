@@ -12,11 +12,12 @@ from protocol.translatable import marked
 
 WATCHED_S = 1.0
 STEPS = 3
+LAY_LEVEL, MEASURE = marked("Set the aircraft level and do not touch it."), marked("Measuring the tilt")
 
 
 def prepare_zero() -> Procedure[GuidedSetup]:
     restarts = yield from require_locked()
-    began: float = yield Report(0, STEPS, marked("Set it level, and do not touch it."))
+    began: float = yield Report(0, STEPS, LAY_LEVEL)
     tilt = yield from _tilt(restarts)
     while tilt > LEVEL_WITHIN_DEG:
         tilt = yield from _tilt(restarts)
@@ -27,20 +28,17 @@ def prepare_zero() -> Procedure[GuidedSetup]:
 
 
 def measure_zero(setup: GuidedSetup, _steps: PersonSteps) -> Procedure[GuidedResult]:
-    yield Report(2, STEPS, marked("Measuring the tilt again."))
+    yield Report(2, STEPS, MEASURE)
     after = yield from _tilt(setup.restarts)
     yield from require_locked()
     before = setup.tilt_deg
-    measured = (
-        MeasuredValue(
-            said(marked("Tilt before")), said(marked("{angle:.0f}°"), angle=before),
-            said(marked("at most {angle:.0f}°"), angle=LEVEL_WITHIN_DEG), passed_if(before <= LEVEL_WITHIN_DEG), before,
-        ),
-        MeasuredValue(
-            said(marked("Tilt after")), said(marked("{angle:.0f}°"), angle=after),
-            said(marked("at most {angle:.0f}°"), angle=ZEROED_WITHIN_DEG), passed_if(after <= ZEROED_WITHIN_DEG), after,
-        ),
-    )  # fmt: skip
+    measured = tuple(
+        MeasuredValue(said(name), said(f"{tilt:.0f}°"), said(f"≤ {most:.0f}°"), passed_if(tilt <= most), tilt)
+        for name, tilt, most in (
+            (marked("Tilt before"), before, LEVEL_WITHIN_DEG),
+            (marked("Tilt after"), after, ZEROED_WITHIN_DEG),
+        )
+    )
     return GuidedResult(GuidedKind.ZERO, measured)
 
 

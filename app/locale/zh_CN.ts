@@ -58,18 +58,6 @@
         <translation>01 已触发，其他未触发</translation>
     </message>
     <message>
-        <source>1 check</source>
-        <translation>1 次检查</translation>
-    </message>
-    <message>
-        <source>1 module</source>
-        <translation>1 个模块</translation>
-    </message>
-    <message>
-        <source>1 needs you</source>
-        <translation>1 个需要处理</translation>
-    </message>
-    <message>
         <source>1. Bay closed</source>
         <translation>1. 伞仓关闭</translation>
     </message>
@@ -162,14 +150,6 @@
         <translation>正在回放数据记录；其内容不会存储。</translation>
     </message>
     <message>
-        <source>A row for each module, a column for each parameter</source>
-        <translation>每行一个模块，每列一个参数</translation>
-    </message>
-    <message>
-        <source>A setting that the test goes by could not be read.</source>
-        <translation>测试所依据的参数无法读取。</translation>
-    </message>
-    <message>
         <source>A weak cell may not deploy the parachute.</source>
         <translation>电芯电压过低可能无法开伞。</translation>
     </message>
@@ -182,8 +162,12 @@
         <translation>已激活</translation>
     </message>
     <message>
-        <source>ACTIVE without a check that holds</source>
-        <translation>已激活，但没有有效的飞行前检查</translation>
+        <source>ACTIVE during the test</source>
+        <translation>测试期间变为激活</translation>
+    </message>
+    <message>
+        <source>ACTIVE, not checked</source>
+        <translation>已激活，未检查</translation>
     </message>
     <message>
         <source>ALTERED: {parts}.</source>
@@ -196,10 +180,6 @@
     <message>
         <source>About</source>
         <translation>关于</translation>
-    </message>
-    <message>
-        <source>About six seconds; only asks the module. Set the aircraft level and do not touch it.</source>
-        <translation>约 6 秒，仅查询模块。请将飞行器放平，不要触碰。</translation>
     </message>
     <message>
         <source>About this setting</source>
@@ -258,14 +238,6 @@
         <translation>激活/锁定</translation>
     </message>
     <message>
-        <source>Activate the module</source>
-        <translation>激活模块</translation>
-    </message>
-    <message>
-        <source>Activate the module.</source>
-        <translation>激活模块。</translation>
-    </message>
-    <message>
         <source>Activated by</source>
         <translation>由谁激活</translation>
     </message>
@@ -294,16 +266,12 @@
         <translation>添加</translation>
     </message>
     <message>
-        <source>Add a manual check</source>
-        <translation>添加人工检查</translation>
-    </message>
-    <message>
         <source>Add port</source>
         <translation>添加串口</translation>
     </message>
     <message>
-        <source>Add the port of each module. Every one gets a card with its state.</source>
-        <translation>请添加每个模块的串口，每个模块显示为一张状态卡片。</translation>
+        <source>Add the port of each module.</source>
+        <translation>添加每个模块的串口。</translation>
     </message>
     <message>
         <source>Add to a profile…</source>
@@ -330,8 +298,8 @@
         <translation>飞行器</translation>
     </message>
     <message>
-        <source>Aircraft {name}</source>
-        <translation>飞行器 {name}</translation>
+        <source>Aircraft: {name}</source>
+        <translation>飞行器：{name}</translation>
     </message>
     <message>
         <source>Airframe</source>
@@ -394,16 +362,16 @@
         <translation>之前的会话未关闭串口输出；结束时将关闭。</translation>
     </message>
     <message>
-        <source>An error in the program ended the test: nothing of it is kept.</source>
-        <translation>程序出错，测试已终止：不保存任何结果。</translation>
-    </message>
-    <message>
         <source>An unexplained trigger can happen again.</source>
         <translation>原因不明的触发可能再次发生。</translation>
     </message>
     <message>
         <source>Another adapter is in its place and is left alone: plug the same one in again, or choose a port.</source>
         <translation>原位置插着另一个适配器，程序不会连接它：请重新插入原来的适配器，或选择一个串口。</translation>
+    </message>
+    <message>
+        <source>Another module? Choose it and name it.</source>
+        <translation>可能是另一个模块：选择并命名。</translation>
     </message>
     <message>
         <source>Answers arrive {time} late.</source>
@@ -466,10 +434,6 @@
         <translation>方向键移动，+ − 缩放，Shift 加方向键读数</translation>
     </message>
     <message>
-        <source>As PDF, HTML and JSON</source>
-        <translation>PDF、HTML 和 JSON</translation>
-    </message>
-    <message>
         <source>As on the module</source>
         <translation>与模块相同</translation>
     </message>
@@ -502,12 +466,8 @@
         <translation>假定：倾角等于阈值触发，加速度等于阈值不触发。</translation>
     </message>
     <message>
-        <source>At a threshold of {threshold:.0f}° this cannot be tested by hand.</source>
-        <translation>阈值为 {threshold:.0f}° 时无法手动测试。</translation>
-    </message>
-    <message>
-        <source>At which angle does it fire and rearm?</source>
-        <translation>在多大角度触发，又在多大角度复位？</translation>
+        <source>Attention: {count}</source>
+        <translation>需处理：{count}</translation>
     </message>
     <message>
         <source>Attitude</source>
@@ -550,14 +510,6 @@
         <translation>返回实时</translation>
     </message>
     <message>
-        <source>Back to the board</source>
-        <translation>返回多模块面板</translation>
-    </message>
-    <message>
-        <source>Back to the check</source>
-        <translation>返回检查</translation>
-    </message>
-    <message>
         <source>Baud rate</source>
         <translation>波特率</translation>
     </message>
@@ -568,14 +520,6 @@
     <message>
         <source>Bay closed</source>
         <translation>伞仓关闭</translation>
-    </message>
-    <message>
-        <source>Bay is closed</source>
-        <translation>伞仓已关闭</translation>
-    </message>
-    <message>
-        <source>Bay is open</source>
-        <translation>伞仓已打开</translation>
     </message>
     <message>
         <source>Bay open</source>
@@ -618,10 +562,6 @@
         <translation>两种触发均已禁用。</translation>
     </message>
     <message>
-        <source>Broken off: the connection was lost. What was not read back is not known.</source>
-        <translation>通信中断。未回读的内容未知。</translation>
-    </message>
-    <message>
         <source>Bytes</source>
         <translation>字节</translation>
     </message>
@@ -658,16 +598,8 @@
         <translation>已取消。</translation>
     </message>
     <message>
-        <source>Cancelled. What was not read back is not known.</source>
-        <translation>已取消。未回读的内容未知。</translation>
-    </message>
-    <message>
-        <source>Cancelled: nothing of it is kept.</source>
-        <translation>已取消：不保存任何结果。</translation>
-    </message>
-    <message>
-        <source>Cannot be read back: {names}.</source>
-        <translation>无法回读：{names}。</translation>
+        <source>Cancelled: the rest is unknown.</source>
+        <translation>已取消：其余未知。</translation>
     </message>
     <message>
         <source>Capture (*.dpscap)</source>
@@ -690,10 +622,6 @@
         <translation>电芯电压与充电</translation>
     </message>
     <message>
-        <source>Cell voltage, unplugged</source>
-        <translation>电芯电压（未接外接供电）</translation>
-    </message>
-    <message>
         <source>Chain: {what}.</source>
         <translation>记录链：{what}。</translation>
     </message>
@@ -710,12 +638,12 @@
         <translation>修改波特率</translation>
     </message>
     <message>
-        <source>Changed without being written: {count}; see the rows.</source>
-        <translation>未写入却发生变化：{count} 项；请看各行。</translation>
+        <source>Changed by itself: {names}.</source>
+        <translation>自行改变：{names}。</translation>
     </message>
     <message>
-        <source>Changed without being written: {names}.</source>
-        <translation>未写入却已改变：{names}。</translation>
+        <source>Changed without being written: {count}; see the rows.</source>
+        <translation>未写入却发生变化：{count} 项；请看各行。</translation>
     </message>
     <message>
         <source>Changed without being written: {names}. See Settings.</source>
@@ -778,8 +706,8 @@
         <translation>仅检查</translation>
     </message>
     <message>
-        <source>Check plug, cable and adapter, and test again.</source>
-        <translation>检查插头、线缆和适配器，然后重新测试。</translation>
+        <source>Check plug, cable and adapter.</source>
+        <translation>检查插头、线缆和适配器。</translation>
     </message>
     <message>
         <source>Check plugs, ground and cable length.</source>
@@ -802,12 +730,12 @@
         <translation>检查人</translation>
     </message>
     <message>
-        <source>Checking modules: {done} of {count} done</source>
-        <translation>正在检查模块：已完成 {done}/{count}</translation>
-    </message>
-    <message>
         <source>Checking whether it is the same module…</source>
         <translation>正在确认是否为同一模块…</translation>
+    </message>
+    <message>
+        <source>Checking: {done} of {count}</source>
+        <translation>正在检查：{done} / {count}</translation>
     </message>
     <message>
         <source>Checking…</source>
@@ -818,12 +746,12 @@
         <translation>检查项目</translation>
     </message>
     <message>
-        <source>Checks that are kept</source>
-        <translation>已保存的检查</translation>
-    </message>
-    <message>
         <source>Checks to run: {count}</source>
         <translation>待运行检查：{count} 项</translation>
+    </message>
+    <message>
+        <source>Checks: {count}</source>
+        <translation>检查：{count}</translation>
     </message>
     <message>
         <source>Choose</source>
@@ -894,10 +822,6 @@
         <translation>关闭伞仓，或校准光线阈值。</translation>
     </message>
     <message>
-        <source>Close the bay, then press “Bay is closed”.</source>
-        <translation>关闭伞仓，然后点击“伞仓已关闭”。</translation>
-    </message>
-    <message>
         <source>Closed and open bay read too much alike: check the sensor.</source>
         <translation>伞仓关闭与打开的读数过于接近：请检查传感器。</translation>
     </message>
@@ -914,10 +838,6 @@
         <translation>命令</translation>
     </message>
     <message>
-        <source>Compare one profile with every module, then write what differs</source>
-        <translation>将一个配置文件与所有模块比较，再写入不同的参数</translation>
-    </message>
-    <message>
         <source>Comparison</source>
         <translation>比较</translation>
     </message>
@@ -928,10 +848,6 @@
     <message>
         <source>Confirm again: {why}.</source>
         <translation>请重新确认：{why}。</translation>
-    </message>
-    <message>
-        <source>Confirm that it is the named module and check again</source>
-        <translation>确认是该名称的模块并重新检查</translation>
     </message>
     <message>
         <source>Connect</source>
@@ -956,14 +872,6 @@
     <message>
         <source>Connect all ports</source>
         <translation>连接所有串口</translation>
-    </message>
-    <message>
-        <source>Connect another module</source>
-        <translation>连接另一个模块</translation>
-    </message>
-    <message>
-        <source>Connect every adapter that is plugged in</source>
-        <translation>连接所有已插入的适配器</translation>
     </message>
     <message>
         <source>Connect or choose a module.</source>
@@ -994,10 +902,6 @@
         <translation>继续</translation>
     </message>
     <message>
-        <source>Continue editing</source>
-        <translation>继续编辑</translation>
-    </message>
-    <message>
         <source>Copied.</source>
         <translation>已复制。</translation>
     </message>
@@ -1014,12 +918,12 @@
         <translation>复制详细信息</translation>
     </message>
     <message>
-        <source>Could not be read again: {names}.</source>
-        <translation>未能再次读取：{names}。</translation>
-    </message>
-    <message>
         <source>Could not be read: {count}; see the rows.</source>
         <translation>无法读取：{count} 项；请看各行。</translation>
+    </message>
+    <message>
+        <source>Could not be read: {what}.</source>
+        <translation>无法读取：{what}。</translation>
     </message>
     <message>
         <source>Could not read the tilt: check it.</source>
@@ -1142,16 +1046,16 @@
         <translation>剩余时间</translation>
     </message>
     <message>
-        <source>Discard and show the other module</source>
-        <translation>放弃更改并显示另一个模块</translation>
-    </message>
-    <message>
         <source>Discard edits</source>
         <translation>放弃修改</translation>
     </message>
     <message>
         <source>Disconnect</source>
         <translation>断开</translation>
+    </message>
+    <message>
+        <source>Disconnected.</source>
+        <translation>已断开。</translation>
     </message>
     <message>
         <source>Dismiss</source>
@@ -1168,22 +1072,6 @@
     <message>
         <source>Do not touch the aircraft; check the mounting.</source>
         <translation>不要触碰飞行器；检查模块的固定。</translation>
-    </message>
-    <message>
-        <source>Does it charge, and only when it is plugged in?</source>
-        <translation>是否只在接通外接供电时充电？</translation>
-    </message>
-    <message>
-        <source>Does it notice a fall?</source>
-        <translation>能否检测到坠落？</translation>
-    </message>
-    <message>
-        <source>Does the light tell an open bay from a closed one?</source>
-        <translation>光线能否区分伞仓打开与关闭？</translation>
-    </message>
-    <message>
-        <source>Does the plug hold when it is shaken?</source>
-        <translation>晃动插头时连接是否可靠？</translation>
     </message>
     <message>
         <source>Drop {height} m</source>
@@ -1262,8 +1150,8 @@
         <translation>编辑配置文件…</translation>
     </message>
     <message>
-        <source>Enable both triggers and check again</source>
-        <translation>启用两种触发并重新检查</translation>
+        <source>Ejector and rotors are off</source>
+        <translation>弹射装置和旋翼均已拆下</translation>
     </message>
     <message>
         <source>Enable it now (--enable-triggers).</source>
@@ -1274,16 +1162,12 @@
         <translation>立即启用</translation>
     </message>
     <message>
-        <source>Enable the attitude trigger with a pre-flight check, and test again.</source>
-        <translation>请在飞行前检查中使能姿态触发，然后重新测试。</translation>
+        <source>Enable the attitude trigger.</source>
+        <translation>启用姿态触发。</translation>
     </message>
     <message>
         <source>Enable triggers and check</source>
         <translation>启用触发并检查</translation>
-    </message>
-    <message>
-        <source>Enable triggers and check.</source>
-        <translation>启用触发并检查。</translation>
     </message>
     <message>
         <source>Enabled</source>
@@ -1298,12 +1182,8 @@
         <translation>结束所有故障</translation>
     </message>
     <message>
-        <source>End the check; it is void then</source>
-        <translation>结束检查；检查作废</translation>
-    </message>
-    <message>
-        <source>End the test; the module is locked where it was activated</source>
-        <translation>结束测试；若已激活模块则将其锁定</translation>
+        <source>Ended after {seconds:.0f} s.</source>
+        <translation>{seconds:.0f} 秒后结束。</translation>
     </message>
     <message>
         <source>Enter the thresholds.</source>
@@ -1322,12 +1202,12 @@
         <translation>第 {entry} 条被删除。</translation>
     </message>
     <message>
-        <source>Every session is recorded automatically.</source>
-        <translation>每次连接都会自动记录。</translation>
+        <source>Even locked, keep clear of its opening.</source>
+        <translation>即使已锁定，也请远离伞仓开口。</translation>
     </message>
     <message>
-        <source>Every value is written and read back on each module. The baud rate and the serial output are left as they are; an active module is refused.</source>
-        <translation>每个参数逐一写入并回读。波特率和串口输出保持不变；已激活的模块拒绝写入。</translation>
+        <source>Every session is recorded automatically.</source>
+        <translation>每次连接都会自动记录。</translation>
     </message>
     <message>
         <source>Everywhere</source>
@@ -1364,18 +1244,6 @@
     <message>
         <source>Export the archive</source>
         <translation>导出归档</translation>
-    </message>
-    <message>
-        <source>Export the report</source>
-        <translation>导出报告</translation>
-    </message>
-    <message>
-        <source>Export the selected record as it was stored, with its time</source>
-        <translation>按保存时的内容和时间导出所选记录</translation>
-    </message>
-    <message>
-        <source>Export this record…</source>
-        <translation>导出此记录…</translation>
     </message>
     <message>
         <source>Exporting {name}</source>
@@ -1538,10 +1406,6 @@
         <translation>移除</translation>
     </message>
     <message>
-        <source>Forget the chosen station</source>
-        <translation>移除所选站点</translation>
-    </message>
-    <message>
         <source>Format {format} needs a newer version of this program.</source>
         <translation>格式 {format} 需要本程序的更新版本。</translation>
     </message>
@@ -1630,20 +1494,12 @@
         <translation>引导测试</translation>
     </message>
     <message>
-        <source>Guided tests that must have passed</source>
-        <translation>必须通过的引导测试</translation>
-    </message>
-    <message>
         <source>Half duplex</source>
         <translation>半双工</translation>
     </message>
     <message>
         <source>Heartbeat</source>
         <translation>心跳</translation>
-    </message>
-    <message>
-        <source>Heartbeats lost</source>
-        <translation>丢失的心跳</translation>
     </message>
     <message>
         <source>Hex text (*.txt *.hex *.log)</source>
@@ -1654,12 +1510,8 @@
         <translation>按住 2 秒</translation>
     </message>
     <message>
-        <source>Hold it level and still, half a metre above the cushion.</source>
-        <translation>在软垫上方半米处水平拿稳。</translation>
-    </message>
-    <message>
-        <source>Hold it level, half a metre above the cushion</source>
-        <translation>在软垫上方半米处水平拿稳</translation>
+        <source>Hold it level, 50 cm above a cushion</source>
+        <translation>水平握住，距软垫 50 cm</translation>
     </message>
     <message>
         <source>Hold it level.</source>
@@ -1742,24 +1594,16 @@
         <translation>略去无效采样：{count} 个。</translation>
     </message>
     <message>
-        <source>Is level reported as 0°?</source>
-        <translation>水平放置时是否显示 0°？</translation>
-    </message>
-    <message>
         <source>It cannot be opened: {why}.</source>
         <translation>无法打开：{why}。</translation>
     </message>
     <message>
-        <source>It fell longer than the free-fall time of {seconds:.2f} s: active, it would have fired.</source>
-        <translation>坠落时间超过失重时间 {seconds:.2f} s：若已激活则会开伞。</translation>
+        <source>It did not rearm: other directions not tested.</source>
+        <translation>未复位：其他方向未测试。</translation>
     </message>
     <message>
-        <source>It fired. Tilt it slowly back to level.</source>
-        <translation>已触发。缓慢反向倾斜，回到水平。</translation>
-    </message>
-    <message>
-        <source>It has fallen. Leave it there.</source>
-        <translation>已落下。请勿移动。</translation>
+        <source>It fired. Tilt it slowly back.</source>
+        <translation>已触发。缓慢倾斜回水平。</translation>
     </message>
     <message>
         <source>It has never fired, or its memory was cleared.</source>
@@ -1782,24 +1626,12 @@
         <translation>已保存为数据记录 {name}。</translation>
     </message>
     <message>
-        <source>It is plugged in</source>
-        <translation>已接通</translation>
-    </message>
-    <message>
         <source>It is this module</source>
         <translation>是该模块</translation>
     </message>
     <message>
-        <source>It is unplugged</source>
-        <translation>已断开</translation>
-    </message>
-    <message>
         <source>It is {module}</source>
         <translation>是 {module}</translation>
-    </message>
-    <message>
-        <source>It may be another module: choose it and say which one it is.</source>
-        <translation>可能是另一个模块：请选中它，并确认是哪一个。</translation>
     </message>
     <message>
         <source>It moves: {low:.0f}–{high:.0f}°, {weak:.1f}–{strong:.1f} g in 2 s.</source>
@@ -1810,20 +1642,8 @@
         <translation>只增不减；模块没有序列号。</translation>
     </message>
     <message>
-        <source>It stays triggered until it is locked: the other directions were not tested.</source>
-        <translation>锁定前一直处于触发状态：其他方向未测试。</translation>
-    </message>
-    <message>
-        <source>It was ACTIVE when it was last heard: treat it as ACTIVE.</source>
-        <translation>最后一次通信时为已激活：请按已激活对待。</translation>
-    </message>
-    <message>
-        <source>It was disconnected.</source>
-        <translation>已断开连接。</translation>
-    </message>
-    <message>
-        <source>It will FIRE four times. Take the ejector (pyro or spring) off the module and the rotors off the aircraft. It is locked afterwards; each firing stays in its trigger records.</source>
-        <translation>模块将触发四次。请先从模块上拆下弹射装置（火工品或弹簧），并拆下飞行器的桨叶。测试后自动锁定；每次触发都会写入触发记录。</translation>
+        <source>It will FIRE four times: take off the ejector (pyro or spring) and the rotors.</source>
+        <translation>模块将触发四次：请先拆下弹射装置（火工品或弹簧）和旋翼。</translation>
     </message>
     <message>
         <source>It would send {frame}.</source>
@@ -1894,6 +1714,10 @@
         <translation>已知站点</translation>
     </message>
     <message>
+        <source>Known stations cannot be written: {why}.</source>
+        <translation>无法写入已知站点：{why}。</translation>
+    </message>
+    <message>
         <source>LOCK</source>
         <translation>锁定</translation>
     </message>
@@ -1912,10 +1736,6 @@
     <message>
         <source>LOCK goes on: {names}</source>
         <translation>正在锁定：{names}</translation>
-    </message>
-    <message>
-        <source>LOCK is not reported: treat it as ACTIVE.</source>
-        <translation>模块未报告锁定：请按已激活对待。</translation>
     </message>
     <message>
         <source>LOCK not reported; sent again when the port is back.</source>
@@ -1970,6 +1790,10 @@
         <translation>上次检查</translation>
     </message>
     <message>
+        <source>Last heard ACTIVE: treat it as ready to fire.</source>
+        <translation>最后状态为已激活：请视为随时可能开伞。</translation>
+    </message>
+    <message>
         <source>Last invalid bytes</source>
         <translation>最近的无效字节</translation>
     </message>
@@ -1990,10 +1814,6 @@
         <translation>不要碰插头</translation>
     </message>
     <message>
-        <source>Leave the plug alone for a moment.</source>
-        <translation>暂时不要碰插头。</translation>
-    </message>
-    <message>
         <source>Length</source>
         <translation>合加速度</translation>
     </message>
@@ -2010,16 +1830,8 @@
         <translation>松手落下</translation>
     </message>
     <message>
-        <source>Let it fall onto the cushion.</source>
-        <translation>松手，让它落到软垫上。</translation>
-    </message>
-    <message>
         <source>Light</source>
         <translation>光线</translation>
-    </message>
-    <message>
-        <source>Light in the bay</source>
-        <translation>伞仓光线</translation>
     </message>
     <message>
         <source>Light in the parachute bay: tells whether it is open.</source>
@@ -2038,16 +1850,12 @@
         <translation>光线阈值</translation>
     </message>
     <message>
-        <source>Light, bay closed</source>
-        <translation>光线（伞仓关闭）</translation>
-    </message>
-    <message>
         <source>Limit</source>
         <translation>要求</translation>
     </message>
     <message>
-        <source>Limits: unticked is the program's own</source>
-        <translation>限值：未勾选时使用程序默认值</translation>
+        <source>Limits</source>
+        <translation>限值</translation>
     </message>
     <message>
         <source>Line faults</source>
@@ -2070,8 +1878,8 @@
         <translation>通信中断。未发送任何内容。</translation>
     </message>
     <message>
-        <source>Link lost: nothing of it is kept.</source>
-        <translation>通信中断：不保存任何结果。</translation>
+        <source>Link lost: the rest is unknown.</source>
+        <translation>通信中断：其余未知。</translation>
     </message>
     <message>
         <source>Link: loss</source>
@@ -2102,10 +1910,6 @@
         <translation>先锁定，启用触发，再重新激活。</translation>
     </message>
     <message>
-        <source>Lock this module at once</source>
-        <translation>立即锁定此模块</translation>
-    </message>
-    <message>
         <source>Lock {module}</source>
         <translation>锁定 {module}</translation>
     </message>
@@ -2118,8 +1922,8 @@
         <translation>正在锁定…</translation>
     </message>
     <message>
-        <source>Locks every connected module at once</source>
-        <translation>立即锁定所有已连接的模块</translation>
+        <source>Locks an activated module</source>
+        <translation>锁定已激活的模块</translation>
     </message>
     <message>
         <source>Log</source>
@@ -2218,10 +2022,6 @@
         <translation>标记</translation>
     </message>
     <message>
-        <source>Mark all records as reviewed and check again</source>
-        <translation>将全部记录标为已审阅并重新检查</translation>
-    </message>
-    <message>
         <source>Mark as reviewed</source>
         <translation>标为已审阅</translation>
     </message>
@@ -2266,8 +2066,8 @@
         <translation>正在测量光线</translation>
     </message>
     <message>
-        <source>Measuring the tilt again.</source>
-        <translation>正在重新测量倾角。</translation>
+        <source>Measuring the tilt</source>
+        <translation>正在测量倾角</translation>
     </message>
     <message>
         <source>Menu</source>
@@ -2318,28 +2118,28 @@
         <translation>模块故障</translation>
     </message>
     <message>
+        <source>Module not named: counts for no check.</source>
+        <translation>模块未命名：不计入检查。</translation>
+    </message>
+    <message>
         <source>Module not proven: only queries are sent.</source>
         <translation>尚未确认是所指的模块：仅发送查询命令。</translation>
     </message>
     <message>
-        <source>Module {name}</source>
-        <translation>模块 {name}</translation>
+        <source>Module: {name}</source>
+        <translation>模块：{name}</translation>
     </message>
     <message>
         <source>Modules</source>
         <translation>模块</translation>
     </message>
     <message>
-        <source>Modules without a name</source>
-        <translation>未命名的模块</translation>
+        <source>Modules: {count}</source>
+        <translation>模块：{count}</translation>
     </message>
     <message>
         <source>More</source>
         <translation>更多</translation>
-    </message>
-    <message>
-        <source>More for this module</source>
-        <translation>此模块的更多操作</translation>
     </message>
     <message>
         <source>More for {module}</source>
@@ -2414,10 +2214,6 @@
         <translation>模块名称</translation>
     </message>
     <message>
-        <source>Name of the profile</source>
-        <translation>配置文件名称</translation>
-    </message>
-    <message>
         <source>Name the module to keep these records.</source>
         <translation>请给模块命名，以保存这些记录。</translation>
     </message>
@@ -2448,6 +2244,10 @@
     <message>
         <source>Never delete automatically</source>
         <translation>不自动删除</translation>
+    </message>
+    <message>
+        <source>Never written: baud rate, serial output, an active module.</source>
+        <translation>不写入：波特率、串口输出、已激活的模块。</translation>
     </message>
     <message>
         <source>New</source>
@@ -2530,10 +2330,6 @@
         <translation>无更改</translation>
     </message>
     <message>
-        <source>No check is kept yet. A check is kept as soon as it has been run to its end.</source>
-        <translation>尚未保存任何检查。检查完整结束后即保存。</translation>
-    </message>
-    <message>
         <source>No check within the last {days} days.</source>
         <translation>最近 {days} 天内未做检查。</translation>
     </message>
@@ -2582,10 +2378,6 @@
         <translation>{port} 在 {rate} 波特率下没有模块应答。</translation>
     </message>
     <message>
-        <source>No module answers.</source>
-        <translation>没有模块应答。</translation>
-    </message>
-    <message>
         <source>No module connected</source>
         <translation>未连接模块</translation>
     </message>
@@ -2606,12 +2398,12 @@
         <translation>没有选项 {name}。</translation>
     </message>
     <message>
-        <source>No other station is known</source>
-        <translation>没有其他已知站点</translation>
-    </message>
-    <message>
         <source>No page opens {file}.</source>
         <translation>没有页面可以打开 {file}。</translation>
+    </message>
+    <message>
+        <source>No past checks.</source>
+        <translation>没有历史检查。</translation>
     </message>
     <message>
         <source>No permission for {port}.</source>
@@ -2666,6 +2458,10 @@
         <translation>未观察到重启。</translation>
     </message>
     <message>
+        <source>No result: {why}.</source>
+        <translation>无结果：{why}。</translation>
+    </message>
+    <message>
         <source>No round trip measured yet</source>
         <translation>尚未测得往返时间</translation>
     </message>
@@ -2696,6 +2492,10 @@
     <message>
         <source>No status reports.</source>
         <translation>没有状态报告。</translation>
+    </message>
+    <message>
+        <source>No step within {seconds:.0f} s.</source>
+        <translation>{seconds:.0f} 秒内没有完成下一步。</translation>
     </message>
     <message>
         <source>No such pair of modules in the archive.</source>
@@ -2732,14 +2532,6 @@
     <message>
         <source>Noise can end or fake a free fall.</source>
         <translation>噪声可能中断或误报失重。</translation>
-    </message>
-    <message>
-        <source>Noise of the acceleration</source>
-        <translation>加速度噪声</translation>
-    </message>
-    <message>
-        <source>None: the vendor's advice</source>
-        <translation>无：按厂家建议</translation>
     </message>
     <message>
         <source>Not OK</source>
@@ -2822,12 +2614,16 @@
         <translation>不通过：{names}</translation>
     </message>
     <message>
-        <source>Not older than so many days</source>
-        <translation>不得早于此天数</translation>
+        <source>Not older than</source>
+        <translation>不早于</translation>
     </message>
     <message>
         <source>Not opened</source>
         <translation>未打开</translation>
+    </message>
+    <message>
+        <source>Not read back: {names}.</source>
+        <translation>未回读：{names}。</translation>
     </message>
     <message>
         <source>Not recorded</source>
@@ -2846,8 +2642,16 @@
         <translation>未复核</translation>
     </message>
     <message>
+        <source>Not saved.</source>
+        <translation>未保存。</translation>
+    </message>
+    <message>
         <source>Not shared: {count}. Last: {time}.</source>
         <translation>未共享：{count} 条。上次：{time}。</translation>
+    </message>
+    <message>
+        <source>Not testable by hand at {threshold:.0f}°.</source>
+        <translation>阈值 {threshold:.0f}° 无法手动测试。</translation>
     </message>
     <message>
         <source>Not triggered</source>
@@ -2970,10 +2774,6 @@
         <translation>{values} {unit} 之一。</translation>
     </message>
     <message>
-        <source>One report of the last check of all, and one of each module</source>
-        <translation>导出上次全部检查的总报告和每个模块的报告</translation>
-    </message>
-    <message>
         <source>Only LOCK is possible. Use a cable or a closer radio link.</source>
         <translation>目前仅可锁定。请改用线缆或缩短无线距离。</translation>
     </message>
@@ -3038,10 +2838,6 @@
         <translation>完全打开伞仓</translation>
     </message>
     <message>
-        <source>Open the bay fully, then press “Bay is open”.</source>
-        <translation>完全打开伞仓，然后点击“伞仓已打开”。</translation>
-    </message>
-    <message>
         <source>Open the window</source>
         <translation>打开窗口</translation>
     </message>
@@ -3070,10 +2866,6 @@
         <translation>其他串口或波特率</translation>
     </message>
     <message>
-        <source>Out of its limit: {why}</source>
-        <translation>超出限值：{why}</translation>
-    </message>
-    <message>
         <source>Over serial only: it still fires by itself.</source>
         <translation>只禁止串口触发：模块仍会自动开伞。</translation>
     </message>
@@ -3084,6 +2876,10 @@
     <message>
         <source>Over time</source>
         <translation>随时间变化</translation>
+    </message>
+    <message>
+        <source>Over {seconds:.2f} s: active, it would have fired.</source>
+        <translation>超过 {seconds:.2f} s：激活时会开伞。</translation>
     </message>
     <message>
         <source>PAGE NOT SIGNED: only the record in it is intact.</source>
@@ -3108,10 +2904,6 @@
     <message>
         <source>Parameter</source>
         <translation>参数</translation>
-    </message>
-    <message>
-        <source>Passed</source>
-        <translation>通过</translation>
     </message>
     <message>
         <source>Passed checks</source>
@@ -3182,10 +2974,6 @@
         <translation>插入</translation>
     </message>
     <message>
-        <source>Plug it in</source>
-        <translation>插上</translation>
-    </message>
-    <message>
         <source>Plug the adapter in. If no port appears, install its driver.</source>
         <translation>请插入适配器。如未出现串口，请安装驱动。</translation>
     </message>
@@ -3250,16 +3038,12 @@
         <translation>伞降模块飞行前检查</translation>
     </message>
     <message>
-        <source>Pre-flight check of every module; only questions are sent</source>
-        <translation>对所有模块执行飞行前检查，仅发送查询</translation>
-    </message>
-    <message>
-        <source>Pre-flight check of {count} modules</source>
-        <translation>{count} 个模块的飞行前检查</translation>
-    </message>
-    <message>
         <source>Pre-flight check {number}: {verdict}, checked by {who}.</source>
         <translation>飞行前检查 {number}：{verdict}，检查人 {who}。</translation>
+    </message>
+    <message>
+        <source>Pre-flight check, modules: {count}</source>
+        <translation>飞行前检查，模块：{count}</translation>
     </message>
     <message>
         <source>Preferences</source>
@@ -3282,10 +3066,6 @@
         <translation>上一条记录</translation>
     </message>
     <message>
-        <source>Print the chosen record</source>
-        <translation>打印所选记录</translation>
-    </message>
-    <message>
         <source>Print the status until Ctrl-C</source>
         <translation>显示实时状态，按 Ctrl-C 结束</translation>
     </message>
@@ -3302,16 +3082,8 @@
         <translation>配置文件 (*.toml)</translation>
     </message>
     <message>
-        <source>Profile and modules</source>
-        <translation>配置文件与模块</translation>
-    </message>
-    <message>
         <source>Profile for all…</source>
         <translation>统一配置文件…</translation>
-    </message>
-    <message>
-        <source>Profile “{name}”</source>
-        <translation>配置文件“{name}”</translation>
     </message>
     <message>
         <source>Profile: {name}</source>
@@ -3360,10 +3132,6 @@
     <message>
         <source>READY</source>
         <translation>待激活</translation>
-    </message>
-    <message>
-        <source>READY: activate it before the flight.</source>
-        <translation>待激活：请在飞行前激活。</translation>
     </message>
     <message>
         <source>RECORDING – DPS-S Configurator</source>
@@ -3418,12 +3186,12 @@
         <translation>规则解读</translation>
     </message>
     <message>
-        <source>Reading logs…</source>
-        <translation>正在读取日志…</translation>
+        <source>Reading again…</source>
+        <translation>正在重新读取…</translation>
     </message>
     <message>
-        <source>Reading the module again…</source>
-        <translation>正在重新读取模块…</translation>
+        <source>Reading logs…</source>
+        <translation>正在读取日志…</translation>
     </message>
     <message>
         <source>Reading the trigger records</source>
@@ -3514,10 +3282,6 @@
         <translation>记录已从 {when} 的备份恢复；此后的记录缺失。</translation>
     </message>
     <message>
-        <source>Records that the chosen station signed no longer count as known</source>
-        <translation>所选站点签名的记录不再视为已知</translation>
-    </message>
-    <message>
         <source>Redo</source>
         <translation>重做</translation>
     </message>
@@ -3558,20 +3322,12 @@
         <translation>报告 (*.pdf)</translation>
     </message>
     <message>
-        <source>Reported</source>
-        <translation>模块报告</translation>
-    </message>
-    <message>
         <source>Reports</source>
         <translation>状态报告</translation>
     </message>
     <message>
         <source>Reports active late</source>
         <translation>激活状态延迟上报</translation>
-    </message>
-    <message>
-        <source>Reports in the fall</source>
-        <translation>坠落中的报告数</translation>
     </message>
     <message>
         <source>Requests</source>
@@ -3596,10 +3352,6 @@
     <message>
         <source>Restarts</source>
         <translation>重启</translation>
-    </message>
-    <message>
-        <source>Restarts of the module</source>
-        <translation>模块重启次数</translation>
     </message>
     <message>
         <source>Restore initial</source>
@@ -3640,10 +3392,6 @@
     <message>
         <source>Run a simulated module until Ctrl-C. The first line is its port.</source>
         <translation>运行模拟模块，按 Ctrl-C 结束。第一行输出其串口。</translation>
-    </message>
-    <message>
-        <source>Run the pre-flight check.</source>
-        <translation>请执行飞行前检查。</translation>
     </message>
     <message>
         <source>Runs all checks. READY: passed and locked. GO: passed and active.</source>
@@ -3758,6 +3506,10 @@
         <translation>正在搜索 … {percent} %</translation>
     </message>
     <message>
+        <source>Secure the loaded spring under the lid.</source>
+        <translation>固定仓盖下的压缩弹簧。</translation>
+    </message>
+    <message>
         <source>Seen in one reading only. Read again.</source>
         <translation>仅在一次读取中出现。请重新读取。</translation>
     </message>
@@ -3838,16 +3590,8 @@
         <translation>放下飞行器；若仍如此，禁止飞行。</translation>
     </message>
     <message>
-        <source>Set it level, and do not touch it.</source>
-        <translation>水平放置，请勿触碰。</translation>
-    </message>
-    <message>
         <source>Set it to the reading with the bay fully open.</source>
         <translation>设置为伞仓完全打开时的读数。</translation>
-    </message>
-    <message>
-        <source>Set the aircraft level</source>
-        <translation>将飞行器放平</translation>
     </message>
     <message>
         <source>Set the aircraft level and do not touch it.</source>
@@ -3882,6 +3626,10 @@
         <translation>尚未写入的参数：{count} 项。</translation>
     </message>
     <message>
+        <source>Settings page: {count} unwritten changes.</source>
+        <translation>参数页面有 {count} 项修改未写入。</translation>
+    </message>
+    <message>
         <source>Settings revert after</source>
         <translation>参数延时恢复</translation>
     </message>
@@ -3898,12 +3646,8 @@
         <translation>着色：不得触发却触发。斜线：必须触发却漏掉。</translation>
     </message>
     <message>
-        <source>Shake the plug and the cable</source>
-        <translation>晃动插头和线缆</translation>
-    </message>
-    <message>
-        <source>Shake the plug and the cable, gently, in all directions.</source>
-        <translation>朝各个方向轻轻晃动插头和线缆。</translation>
+        <source>Shake plug and cable gently</source>
+        <translation>轻轻摇动插头和线缆</translation>
     </message>
     <message>
         <source>Share records between stations</source>
@@ -3914,12 +3658,8 @@
         <translation>Shell 补全脚本</translation>
     </message>
     <message>
-        <source>Show on the other pages</source>
-        <translation>在其他页面显示</translation>
-    </message>
-    <message>
-        <source>Show or hide</source>
-        <translation>显示或隐藏</translation>
+        <source>Show on all pages</source>
+        <translation>在所有页面显示</translation>
     </message>
     <message>
         <source>Shown</source>
@@ -3938,8 +3678,8 @@
         <translation>签名</translation>
     </message>
     <message>
-        <source>Signed by {fingerprint}. Trust it only if that computer shows the same fingerprint. What to call it:</source>
-        <translation>签名站点：{fingerprint}。仅当那台计算机显示相同指纹时才信任。名称：</translation>
+        <source>Signed by {fingerprint}. Trust it only if that computer shows the same. Name:</source>
+        <translation>由 {fingerprint} 签名。仅当该电脑显示相同指纹时才信任。名称：</translation>
     </message>
     <message>
         <source>Silent restart after</source>
@@ -3962,8 +3702,8 @@
         <translation>大小</translation>
     </message>
     <message>
-        <source>Skipped, it is a NO-GO</source>
-        <translation>跳过则禁止飞行</translation>
+        <source>Skipped: NO-GO</source>
+        <translation>跳过即禁止飞行</translation>
     </message>
     <message>
         <source>Skipped: {count}.</source>
@@ -4018,10 +3758,6 @@
         <translation>立即进入待机</translation>
     </message>
     <message>
-        <source>Stands against it: {why}</source>
-        <translation>未通过：{why}</translation>
-    </message>
-    <message>
         <source>Start</source>
         <translation>开始</translation>
     </message>
@@ -4032,14 +3768,6 @@
     <message>
         <source>Start the check.</source>
         <translation>开始检查。</translation>
-    </message>
-    <message>
-        <source>Start the test or the next step</source>
-        <translation>开始测试或进入下一步</translation>
-    </message>
-    <message>
-        <source>Start; only asks the module</source>
-        <translation>开始；仅查询模块</translation>
     </message>
     <message>
         <source>Started</source>
@@ -4072,10 +3800,6 @@
     <message>
         <source>Stations</source>
         <translation>站点</translation>
-    </message>
-    <message>
-        <source>Stations whose signatures count as known on this computer</source>
-        <translation>本机信任其签名的站点</translation>
     </message>
     <message>
         <source>Stations: {one}, {other}.</source>
@@ -4154,12 +3878,16 @@
         <translation>已触发</translation>
     </message>
     <message>
-        <source>TRIGGERED: lock it and read its trigger records.</source>
-        <translation>已触发：请锁定并读取触发记录。</translation>
+        <source>TRIGGERED: lock it, read its records.</source>
+        <translation>已触发：锁定并读取触发记录。</translation>
     </message>
     <message>
         <source>Table (*.csv)</source>
         <translation>表格 (*.csv)</translation>
+    </message>
+    <message>
+        <source>Take the rotors off.</source>
+        <translation>拆下旋翼。</translation>
     </message>
     <message>
         <source>Takes its position as level; for small mounting errors only.</source>
@@ -4192,10 +3920,6 @@
     <message>
         <source>That did not work: {why}.</source>
         <translation>操作失败：{why}。</translation>
-    </message>
-    <message>
-        <source>The act was not confirmed: nothing of it is kept.</source>
-        <translation>操作未得到确认：不保存任何结果。</translation>
     </message>
     <message>
         <source>The adapter at {port} came and went {visits} times.</source>
@@ -4242,20 +3966,8 @@
         <translation>记录链在第 {entry} 条处断开。</translation>
     </message>
     <message>
-        <source>The charge state could not be read.</source>
-        <translation>无法读取充电状态。</translation>
-    </message>
-    <message>
         <source>The charger hides the cell's voltage.</source>
         <translation>充电时读到的不是电芯电压。</translation>
-    </message>
-    <message>
-        <source>The check was not kept.</source>
-        <translation>本次检查未保存。</translation>
-    </message>
-    <message>
-        <source>The checks of one module, or of one aircraft</source>
-        <translation>某个模块或某架飞行器的检查</translation>
     </message>
     <message>
         <source>The clock jumps back; samples left out: {count}.</source>
@@ -4264,10 +3976,6 @@
     <message>
         <source>The computer slept for {time}; everything is read again.</source>
         <translation>计算机休眠了 {time}；所有数据正在重新读取。</translation>
-    </message>
-    <message>
-        <source>The computer slept: nothing of it is kept.</source>
-        <translation>电脑曾休眠：不保存任何结果。</translation>
     </message>
     <message>
         <source>The computer slept; the operation was cancelled.</source>
@@ -4284,10 +3992,6 @@
     <message>
         <source>The disk was too slow. Reports missing: {count}.</source>
         <translation>磁盘太慢。缺少上报：{count} 条。</translation>
-    </message>
-    <message>
-        <source>The ejector is disconnected and the rotors are off</source>
-        <translation>弹射装置已断开，桨叶已拆下</translation>
     </message>
     <message>
         <source>The file is larger than {kilobytes} KB.</source>
@@ -4310,16 +4014,8 @@
         <translation>最近九次触发及当时的参数和读数。</translation>
     </message>
     <message>
-        <source>The light could not be read often enough.</source>
-        <translation>光线值读取次数不足。</translation>
-    </message>
-    <message>
         <source>The link was lost.</source>
         <translation>通信中断。</translation>
-    </message>
-    <message>
-        <source>The list of known stations cannot be written: {why}.</source>
-        <translation>无法写入已知站点列表：{why}。</translation>
     </message>
     <message>
         <source>The module answers at {rate} baud.</source>
@@ -4330,8 +4026,8 @@
         <translation>模块应答正常。</translation>
     </message>
     <message>
-        <source>The module became ACTIVE during a test that needs it locked.</source>
-        <translation>该测试要求模块锁定，但模块已变为激活状态。</translation>
+        <source>The module became ACTIVE.</source>
+        <translation>模块变为激活。</translation>
     </message>
     <message>
         <source>The module cannot say whether it is enabled.</source>
@@ -4340,10 +4036,6 @@
     <message>
         <source>The module does not answer.</source>
         <translation>模块没有应答。</translation>
-    </message>
-    <message>
-        <source>The module does not say now how it stands.</source>
-        <translation>模块目前没有报告状态。</translation>
     </message>
     <message>
         <source>The module has triggered: LOCK, read the record, pack, check again.</source>
@@ -4358,8 +4050,8 @@
         <translation>模块已激活：请先锁定。</translation>
     </message>
     <message>
-        <source>The module is ACTIVE: nothing is written. To enable the triggers, lock it first.</source>
-        <translation>模块已激活：不写入任何参数。要启用触发，请先锁定。</translation>
+        <source>The module is ACTIVE: to enable triggers, lock it first.</source>
+        <translation>模块已激活：要启用触发，请先锁定。</translation>
     </message>
     <message>
         <source>The module is LOCKED: activate it first.</source>
@@ -4368,10 +4060,6 @@
     <message>
         <source>The module is at {found} baud instead. Change it again.</source>
         <translation>模块实际为 {found} 波特。请重新更改。</translation>
-    </message>
-    <message>
-        <source>The module is locked</source>
-        <translation>模块已锁定</translation>
     </message>
     <message>
         <source>The module keeps no trigger records.</source>
@@ -4414,32 +4102,12 @@
         <translation>模块报告已触发开伞。</translation>
     </message>
     <message>
-        <source>The module restarted during the test.</source>
-        <translation>测试期间模块重启。</translation>
+        <source>The module restarted.</source>
+        <translation>模块已重启。</translation>
     </message>
     <message>
         <source>The module restarted: enable the triggers and check again.</source>
         <translation>模块已重启：请启用触发并重新检查。</translation>
-    </message>
-    <message>
-        <source>The module stays locked; keep clear of its opening all the same. A spring under the lid is still loaded: secure it before you open the bay.</source>
-        <translation>模块保持锁定；仍请远离伞仓开口。盖板下的弹簧仍处于压缩状态：打开伞仓前请先固定。</translation>
-    </message>
-    <message>
-        <source>The module stays locked; keep clear of its opening all the same. Take the rotors off if plugging in powers the aircraft.</source>
-        <translation>模块保持锁定；仍请远离伞仓开口。若接通电源会给飞行器供电，请先拆下桨叶。</translation>
-    </message>
-    <message>
-        <source>The module stays locked; keep clear of its opening all the same. Take the rotors off the aircraft, or the module out of it. Use a thick cushion.</source>
-        <translation>模块保持锁定；仍请远离伞仓开口。请拆下飞行器的桨叶，或将模块取出。请使用厚软垫。</translation>
-    </message>
-    <message>
-        <source>The module stays locked; keep clear of its opening all the same. Take the rotors off the aircraft.</source>
-        <translation>模块保持锁定；仍请远离伞仓开口。请拆下飞行器的桨叶。</translation>
-    </message>
-    <message>
-        <source>The module stays locked; keep clear of its opening all the same. Zeroing changes what it takes as level: for small mounting errors only.</source>
-        <translation>模块保持锁定；仍请远离伞仓开口。置零会改变水平基准：仅用于修正小角度安装误差。</translation>
     </message>
     <message>
         <source>The module still answers: not switched off.</source>
@@ -4450,32 +4118,16 @@
         <translation>模块仍报告：已锁定。</translation>
     </message>
     <message>
-        <source>The module stopped answering.</source>
-        <translation>模块停止应答。</translation>
-    </message>
-    <message>
         <source>The module stopped answering; nothing was kept. Read again.</source>
         <translation>模块停止应答，未保存任何内容。请重新读取。</translation>
     </message>
     <message>
-        <source>The module was ACTIVE when it was last heard: treat it as ready to fire.</source>
-        <translation>最后一次收到数据时模块处于激活状态：请按随时可能开伞对待。</translation>
-    </message>
-    <message>
-        <source>The module was active for {seconds:.0f} s: long enough.</source>
-        <translation>模块激活已达 {seconds:.0f} s 的上限。</translation>
-    </message>
-    <message>
-        <source>The module was locked during the test.</source>
-        <translation>测试期间模块被锁定。</translation>
+        <source>The module was locked.</source>
+        <translation>模块已被锁定。</translation>
     </message>
     <message>
         <source>The module was switched off.</source>
         <translation>模块已关机。</translation>
-    </message>
-    <message>
-        <source>The next step was not done within {seconds:.0f} s.</source>
-        <translation>{seconds:.0f} s 内没有完成下一步。</translation>
     </message>
     <message>
         <source>The parachute counts as gone beyond {limit:.1f} V; measure which way, bay closed and open.</source>
@@ -4484,10 +4136,6 @@
     <message>
         <source>The port has only a name, which may be another adapter's by now: connect again by hand.</source>
         <translation>该串口只能按名称识别，现在可能已是另一个适配器：请手动重新连接。</translation>
-    </message>
-    <message>
-        <source>The profile has unsaved edits.</source>
-        <translation>配置文件有未保存的修改。</translation>
     </message>
     <message>
         <source>The program may not write into {file}.</source>
@@ -4514,10 +4162,6 @@
         <translation>读数分散：请在稳定光线下重新测量。</translation>
     </message>
     <message>
-        <source>The record and the report of each module lie beside this one.</source>
-        <translation>每个模块的记录和报告与本报告在同一文件夹。</translation>
-    </message>
-    <message>
         <source>The record is not signed.</source>
         <translation>记录未签名。</translation>
     </message>
@@ -4538,12 +4182,8 @@
         <translation>报告无法写入：{why}。</translation>
     </message>
     <message>
-        <source>The result was not kept.</source>
-        <translation>结果未保存。</translation>
-    </message>
-    <message>
-        <source>The results below are out of date. Check again.</source>
-        <translation>以下结果已失效。请重新检查。</translation>
+        <source>The results below are void. Check again.</source>
+        <translation>以下结果已作废。请重新检查。</translation>
     </message>
     <message>
         <source>The screen {screen} does not let this user open a window.</source>
@@ -4568,10 +4208,6 @@
     <message>
         <source>The test makes the module fire.</source>
         <translation>该测试会使模块触发。</translation>
-    </message>
-    <message>
-        <source>The tilt is measured again</source>
-        <translation>重新测量倾角</translation>
     </message>
     <message>
         <source>The user guide is not installed.</source>
@@ -4666,10 +4302,6 @@
         <translation>倾角和加速度</translation>
     </message>
     <message>
-        <source>Tilt at rest</source>
-        <translation>静止倾角</translation>
-    </message>
-    <message>
         <source>Tilt at which it fires; rearms 10° below.</source>
         <translation>达到此倾角即开伞；低 10° 复位。</translation>
     </message>
@@ -4678,24 +4310,8 @@
         <translation>置零前倾角</translation>
     </message>
     <message>
-        <source>Tilt it back until it fires, and back</source>
-        <translation>向后倾斜至触发，再转回水平</translation>
-    </message>
-    <message>
-        <source>Tilt it forward until it fires, and back</source>
-        <translation>向前倾斜至触发，再转回水平</translation>
-    </message>
-    <message>
-        <source>Tilt it slowly {direction}, until it fires.</source>
-        <translation>缓慢{direction}倾斜，直到触发。</translation>
-    </message>
-    <message>
-        <source>Tilt it to the left until it fires, and back</source>
-        <translation>向左倾斜至触发，再转回水平</translation>
-    </message>
-    <message>
-        <source>Tilt it to the right until it fires, and back</source>
-        <translation>向右倾斜至触发，再转回水平</translation>
+        <source>Tilt it slowly {direction} until it fires</source>
+        <translation>{direction}缓慢倾斜，直到触发</translation>
     </message>
     <message>
         <source>Tilt now {tilt:.0f}°, not 0°: check the mounting.</source>
@@ -4706,10 +4322,6 @@
         <translation>当前倾角 {tilt:.0f}°。</translation>
     </message>
     <message>
-        <source>Tilt to the trigger</source>
-        <translation>倾斜触发</translation>
-    </message>
-    <message>
         <source>Tilt {tilt:.0f}° (threshold {threshold:.0f}°): it would fire at once.</source>
         <translation>倾角 {tilt:.0f}°（阈值 {threshold:.0f}°）：会立即开伞。</translation>
     </message>
@@ -4718,16 +4330,8 @@
         <translation>倾角 {tilt:.0f}°：请放平（≤ {limit:.0f}°）。</translation>
     </message>
     <message>
-        <source>Tilt, TRIGGERED</source>
-        <translation>倾角，已触发</translation>
-    </message>
-    <message>
         <source>Tilt, acceleration, trigger and activation.</source>
         <translation>倾角、加速度、触发状态和激活状态。</translation>
-    </message>
-    <message>
-        <source>Tilt, not triggered</source>
-        <translation>倾角，未触发</translation>
     </message>
     <message>
         <source>Tilt: level</source>
@@ -4770,8 +4374,8 @@
         <translation>过于接近，无法判断（已判断 {time}）。</translation>
     </message>
     <message>
-        <source>Too fast: hold it level, then tilt it {direction} slowly.</source>
-        <translation>太快：先保持水平，再缓慢{direction}倾斜。</translation>
+        <source>Too fast. Hold it level.</source>
+        <translation>太快。请水平握住。</translation>
     </message>
     <message>
         <source>Too few readings: measure again.</source>
@@ -4854,10 +4458,6 @@
         <translation>立即触发</translation>
     </message>
     <message>
-        <source>Trust a station</source>
-        <translation>信任站点</translation>
-    </message>
-    <message>
         <source>Trust this station…</source>
         <translation>信任此站点…</translation>
     </message>
@@ -4910,10 +4510,6 @@
         <translation>未签署，缺少：{missing}。</translation>
     </message>
     <message>
-        <source>Unclear: test again</source>
-        <translation>不明确：请重新测试</translation>
-    </message>
-    <message>
         <source>Undisturbed</source>
         <translation>未受干扰</translation>
     </message>
@@ -4962,20 +4558,8 @@
         <translation>拔出</translation>
     </message>
     <message>
-        <source>Unplug it again</source>
-        <translation>再次断开</translation>
-    </message>
-    <message>
         <source>Unplug the adapter and plug it in again.</source>
         <translation>请拔下适配器后重新插入。</translation>
-    </message>
-    <message>
-        <source>Unplug the external power</source>
-        <translation>断开外接供电</translation>
-    </message>
-    <message>
-        <source>Unplug the external power again.</source>
-        <translation>再次断开外接供电。</translation>
     </message>
     <message>
         <source>Unplug the external power.</source>
@@ -4986,12 +4570,12 @@
         <translation>已拔出</translation>
     </message>
     <message>
-        <source>Unplugged again</source>
-        <translation>再次断开后</translation>
-    </message>
-    <message>
         <source>Unreadable lines: {count}.</source>
         <translation>无法读取的行：{count}。</translation>
+    </message>
+    <message>
+        <source>Unsaved edits.</source>
+        <translation>有未保存的修改。</translation>
     </message>
     <message>
         <source>Until you decide, only queries are sent.</source>
@@ -5070,10 +4654,6 @@
         <translation>验证飞行前检查记录</translation>
     </message>
     <message>
-        <source>Verify a record</source>
-        <translation>校验记录</translation>
-    </message>
-    <message>
         <source>Void after a restart, a lost link, a change, or fifteen minutes.</source>
         <translation>重启、通信中断、有更改或满十五分钟后作废。</translation>
     </message>
@@ -5086,10 +4666,6 @@
         <translation>正在等待模块</translation>
     </message>
     <message>
-        <source>Wait…</source>
-        <translation>请稍候…</translation>
-    </message>
-    <message>
         <source>Warning: {name}: {what}</source>
         <translation>警告：{name}：{what}</translation>
     </message>
@@ -5100,10 +4676,6 @@
     <message>
         <source>Was {before}, now {after}; not written here.</source>
         <translation>原为 {before}，现为 {after}；并非在此写入。</translation>
-    </message>
-    <message>
-        <source>What a person checks</source>
-        <translation>由人检查的内容</translation>
     </message>
     <message>
         <source>What changes by itself is unreliable.</source>
@@ -5134,10 +4706,6 @@
         <translation>模块是否已触发。</translation>
     </message>
     <message>
-        <source>Whose checks</source>
-        <translation>谁的检查</translation>
-    </message>
-    <message>
         <source>Why</source>
         <translation>原因</translation>
     </message>
@@ -5164,10 +4732,6 @@
     <message>
         <source>With external power it is the charging voltage.</source>
         <translation>接有外接供电时为充电电压。</translation>
-    </message>
-    <message>
-        <source>Without a name of the module the result counts for no pre-flight check.</source>
-        <translation>模块没有名称，该结果不计入飞行前检查。</translation>
     </message>
     <message>
         <source>Without a serial number its name identifies it</source>
@@ -5210,6 +4774,10 @@
         <translation>写入</translation>
     </message>
     <message>
+        <source>Write ({count})</source>
+        <translation>写入（{count}）</translation>
+    </message>
+    <message>
         <source>Write 1 change</source>
         <translation>写入 1 项更改</translation>
     </message>
@@ -5238,14 +4806,6 @@
         <translation>重新写入参数；若再次变化，禁止飞行。</translation>
     </message>
     <message>
-        <source>Write to 1 module</source>
-        <translation>写入 1 个模块</translation>
-    </message>
-    <message>
-        <source>Write to {count} modules</source>
-        <translation>写入 {count} 个模块</translation>
-    </message>
-    <message>
         <source>Write to {port} timed out.</source>
         <translation>写入 {port} 超时。</translation>
     </message>
@@ -5262,20 +4822,8 @@
         <translation>请写作 {example}；密码中的 / @ ? # 写作 %2F %40 %3F %23。</translation>
     </message>
     <message>
-        <source>Writes nothing</source>
-        <translation>不写入</translation>
-    </message>
-    <message>
-        <source>Writes what differs on each module and verifies it</source>
-        <translation>写入每个模块的不同参数并验证</translation>
-    </message>
-    <message>
         <source>Writing: {what}</source>
         <translation>正在写入：{what}</translation>
-    </message>
-    <message>
-        <source>Written before that: {names}.</source>
-        <translation>此前已写入：{names}。</translation>
     </message>
     <message>
         <source>Written to {folder}: {names}.</source>
@@ -5286,28 +4834,16 @@
         <translation>已写入：{files}。</translation>
     </message>
     <message>
+        <source>Written: {names}.</source>
+        <translation>已写入：{names}。</translation>
+    </message>
+    <message>
         <source>Wrong rate?</source>
         <translation>波特率不对？</translation>
     </message>
     <message>
-        <source>Your name in the record</source>
-        <translation>记录中的姓名</translation>
-    </message>
-    <message>
-        <source>Your name, as it is kept with the result</source>
-        <translation>您的姓名，将与结果一起保存</translation>
-    </message>
-    <message>
-        <source>Zero</source>
-        <translation>置零</translation>
-    </message>
-    <message>
         <source>Zero the sensor</source>
         <translation>传感器置零</translation>
-    </message>
-    <message>
-        <source>Zero the sensor.</source>
-        <translation>传感器置零。</translation>
     </message>
     <message>
         <source>Zero the sensor…</source>
@@ -5466,14 +5002,6 @@
         <translation>等于伞仓打开时的读数</translation>
     </message>
     <message>
-        <source>at least {count}</source>
-        <translation>至少 {count}</translation>
-    </message>
-    <message>
-        <source>at most {angle:.0f}°</source>
-        <translation>不超过 {angle:.0f}°</translation>
-    </message>
-    <message>
         <source>at most {count} [[manual]] tables.</source>
         <translation>最多 {count} 个 [[manual]] 表。</translation>
     </message>
@@ -5542,10 +5070,6 @@
         <translation>低于 {g} g 持续 {time} 秒</translation>
     </message>
     <message>
-        <source>below {value:.1f} g</source>
-        <translation>低于 {value:.1f} g</translation>
-    </message>
-    <message>
         <source>bench test</source>
         <translation>台架测试</translation>
     </message>
@@ -5586,20 +5110,12 @@
         <translation>无法读取</translation>
     </message>
     <message>
-        <source>cell voltage {fault}, limit {limit}</source>
-        <translation>电芯电压{fault}，限值 {limit}</translation>
-    </message>
-    <message>
         <source>cell voltage, 0.02 V</source>
         <translation>电芯电压，0.02 V</translation>
     </message>
     <message>
         <source>changed</source>
         <translation>已变化</translation>
-    </message>
-    <message>
-        <source>charge state unknown</source>
-        <translation>充电状态未知</translation>
     </message>
     <message>
         <source>charger connected</source>
@@ -5966,6 +5482,10 @@
         <translation>最晚 {late}</translation>
     </message>
     <message>
+        <source>left</source>
+        <translation>向左</translation>
+    </message>
+    <message>
         <source>light, 0.1 V</source>
         <translation>光线，0.1 V</translation>
     </message>
@@ -6210,16 +5730,16 @@
         <translation>未询问</translation>
     </message>
     <message>
-        <source>not at level</source>
-        <translation>水平时仍未复位</translation>
-    </message>
-    <message>
         <source>not charging</source>
         <translation>未充电</translation>
     </message>
     <message>
         <source>not checked</source>
         <translation>未检查</translation>
+    </message>
+    <message>
+        <source>not confirmed</source>
+        <translation>未确认</translation>
     </message>
     <message>
         <source>not confirmed within {seconds:.2f} s; may have been carried out</source>
@@ -6538,6 +6058,10 @@
         <translation>从回收站恢复一条</translation>
     </message>
     <message>
+        <source>right</source>
+        <translation>向右</translation>
+    </message>
+    <message>
         <source>rows: {rows}</source>
         <translation>行数：{rows}</translation>
     </message>
@@ -6620,14 +6144,6 @@
     <message>
         <source>stated {stated}, but the checks give {follows}</source>
         <translation>结论为 {stated}，但检查结果应为 {follows}</translation>
-    </message>
-    <message>
-        <source>stayed open</source>
-        <translation>保持打开</translation>
-    </message>
-    <message>
-        <source>stays open</source>
-        <translation>保持打开</translation>
     </message>
     <message>
         <source>still at the old rate</source>
@@ -6748,14 +6264,6 @@
     <message>
         <source>to do</source>
         <translation>待完成</translation>
-    </message>
-    <message>
-        <source>to the left</source>
-        <translation>向左</translation>
-    </message>
-    <message>
-        <source>to the right</source>
-        <translation>向右</translation>
     </message>
     <message>
         <source>too high</source>
@@ -6922,36 +6430,8 @@
         <translation>{act}：{module}（{port}）</translation>
     </message>
     <message>
-        <source>{angle:.0f}°</source>
-        <translation>{angle:.0f}°</translation>
-    </message>
-    <message>
-        <source>{angle:.0f}° ± {tolerance:.0f}°</source>
-        <translation>{angle:.0f}° ± {tolerance:.0f}°</translation>
-    </message>
-    <message>
-        <source>{check}, at least</source>
-        <translation>{check}，至少</translation>
-    </message>
-    <message>
-        <source>{check}, at most</source>
-        <translation>{check}，至多</translation>
-    </message>
-    <message>
         <source>{check}: judged {measured}, read {read}</source>
         <translation>{check}：判定值 {measured}，读取值 {read}</translation>
-    </message>
-    <message>
-        <source>{count} checks</source>
-        <translation>{count} 次检查</translation>
-    </message>
-    <message>
-        <source>{count} modules</source>
-        <translation>{count} 个模块</translation>
-    </message>
-    <message>
-        <source>{count} need you</source>
-        <translation>{count} 个需要处理</translation>
     </message>
     <message>
         <source>{count} new</source>
@@ -7094,52 +6574,20 @@
         <translation>{least} 至 {most}，步长 {step}。</translation>
     </message>
     <message>
-        <source>{light:.1f} V, on the wrong side</source>
-        <translation>{light:.1f} V，位于阈值的另一侧</translation>
-    </message>
-    <message>
-        <source>{light:.1f} V, {margin:.1f} V away</source>
-        <translation>{light:.1f} V，余量 {margin:.1f} V</translation>
-    </message>
-    <message>
         <source>{limit}, advised {advised}</source>
         <translation>{limit}，建议 {advised}</translation>
-    </message>
-    <message>
-        <source>{lost} of {asked}</source>
-        <translation>{asked} 次中 {lost} 次</translation>
     </message>
     <message>
         <source>{lost} of {sent} lost, {bytes} invalid bytes</source>
         <translation>{sent} 次中丢失 {lost} 次，无效字节 {bytes} 个</translation>
     </message>
     <message>
-        <source>{low:.0f}° to {high:.0f}°</source>
-        <translation>{low:.0f}° 至 {high:.0f}°</translation>
-    </message>
-    <message>
-        <source>{low:.2f} V to {high:.2f} V</source>
-        <translation>{low:.2f} V 至 {high:.2f} V</translation>
-    </message>
-    <message>
-        <source>{low:.2f} s to {high:.2f} s</source>
-        <translation>{low:.2f} s 至 {high:.2f} s</translation>
-    </message>
-    <message>
         <source>{low} to {high}</source>
         <translation>{low} 至 {high}</translation>
     </message>
     <message>
-        <source>{margin:.1f} V or more from {threshold:.1f} V</source>
-        <translation>与 {threshold:.1f} V 相差至少 {margin:.1f} V</translation>
-    </message>
-    <message>
         <source>{median:.1f} V ({low:.1f} to {high:.1f} V)</source>
         <translation>{median:.1f} V（{low:.1f} 至 {high:.1f} V）</translation>
-    </message>
-    <message>
-        <source>{module}, port {port}: {need}</source>
-        <translation>{module}，串口 {port}：{need}</translation>
     </message>
     <message>
         <source>{module}: {new} new, {count} records.</source>
@@ -7414,18 +6862,6 @@
         <translation>{value:.0f} 分钟</translation>
     </message>
     <message>
-        <source>{value:.1f} V</source>
-        <translation>{value:.1f} V</translation>
-    </message>
-    <message>
-        <source>{value:.1f} g</source>
-        <translation>{value:.1f} g</translation>
-    </message>
-    <message>
-        <source>{value:.2f} V</source>
-        <translation>{value:.2f} V</translation>
-    </message>
-    <message>
         <source>{value} (!) {fault}, limit {limit}</source>
         <translation>{value}（!）{fault}，限值 {limit}</translation>
     </message>
@@ -7596,6 +7032,10 @@
     <message>
         <source>≥ last visit</source>
         <translation>≥ 上次连接</translation>
+    </message>
+    <message>
+        <source>≥ {margin:.1f} V from {threshold:.1f} V</source>
+        <translation>距 {threshold:.1f} V ≥ {margin:.1f} V</translation>
     </message>
     <message>
         <source>▼ restart   ■ port lost</source>

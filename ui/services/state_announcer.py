@@ -67,7 +67,7 @@ class StateAnnouncer(QObject):
             self._activation, self._is_triggered = Activation.UNKNOWN, False  # told again when it answers again
             parts = [words(state, connection.clock()).what]
             if connection.is_active:
-                parts.append(tr("The module was ACTIVE when it was last heard: treat it as ready to fire."))
+                parts.append(tr("Last heard ACTIVE: treat it as ready to fire."))
             self._say(together(parts), is_urgent=True)
             self._play(Tone.LOST)
 

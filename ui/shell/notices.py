@@ -20,7 +20,7 @@ def link_notice(
     said = words(state, now)
     parts = [said.what, said.next_step]
     if was_active and state.phase in (Phase.LATE, Phase.OFFLINE, Phase.LOST, Phase.FAILED):
-        parts.append(tr("The module was ACTIVE when it was last heard: treat it as ready to fire."))
+        parts.append(tr("Last heard ACTIVE: treat it as ready to fire."))
     steps: tuple[NextStep, ...] = () if said.step is None else (said.step,)
     if said.step is NextStep.CONNECT_AGAIN:
         steps = (NextStep.CONNECT_AGAIN, NextStep.CHOOSE_PORT)

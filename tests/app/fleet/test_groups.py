@@ -45,11 +45,11 @@ def test_one_report_for_the_set_and_one_for_each(tmp_path: Path) -> None:
     members = (
         SetMember("/dev/a", "M-<1>", filed()),
         SetMember("/dev/b", "", filed(cell="3.4")),
-        SetMember("/dev/c", "M-3", None, "No module answers."),
+        SetMember("/dev/c", "M-3", None, "The module does not answer."),
     )
     assert [one.verdict for one in members] == [Verdict.READY, Verdict.NO_GO, None]
     assert "Cell voltage" in members[1].why
-    assert members[2].why == "No module answers."
+    assert members[2].why == "The module does not answer."
     assert summary(members) == f"1 READY, 1 NO-GO, 1 {word_of(None)}"
     target = tmp_path / "set.pdf"
     check_set_target(target)
@@ -61,7 +61,7 @@ def test_one_report_for_the_set_and_one_for_each(tmp_path: Path) -> None:
     assert [one["verdict"] for one in found["modules"]] == ["READY", "NO-GO", None]
     page = target.with_suffix(".html").read_text(encoding="utf-8")
     assert "M-&lt;1&gt;" in page
-    assert "No module answers." in page
+    assert "The module does not answer." in page
     check_set_target(target)  # our own is replaced
     other = tmp_path / "other.pdf"
     other.write_text("a thesis", encoding="utf-8")
@@ -100,4 +100,4 @@ def test_what_was_broken_off_is_never_fine() -> None:
         found = broken_off((), error)
         assert found.state is Applied.FAILED
         assert not found.state.is_fine
-        assert "not known" in found.why
+        assert "is unknown" in found.why

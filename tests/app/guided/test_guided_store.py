@@ -191,7 +191,7 @@ def test_the_filed_check_knows_the_tests_and_prints_them(
     text = body(filed.record)
     if tests:
         assert tests[0]["who"] == "Li"
-        assert "Tilt to the trigger" in text
+        assert "Attitude trigger" in text
         assert "Fires: 61° (60°)" in text
         assert ("simulated" in text.lower()) is is_simulated
     else:

@@ -66,16 +66,14 @@ class CardWidget(QFrame):
         self._is_pressed = False
         self.title = named(ElidedLabel(), "fleet_name", "heading")
         self.port = named(ElidedLabel(), "fleet_port", "small")
-        self.lock = control(QPushButton(), texts, "fleet_lock", "LOCK", tip="Lock this module at once",
-                            picture=Icon.LOCK, slot=lock)  # fmt: skip
+        self.lock = control(QPushButton(), texts, "fleet_lock", "LOCK", picture=Icon.LOCK, slot=lock)
         self.lock.setProperty(IS_LOCK, True)
-        self.more = control(QToolButton(), texts, "fleet_more", says="More for this module",
-                            tip="More for this module", picture=Icon.MORE, role="quiet")  # fmt: skip
+        self.more = control(QToolButton(), texts, "fleet_more", says="More", picture=Icon.MORE, role="quiet")
         menu = named(QMenu(self.more), "fleet_more_menu")
         self.show_action, self.disconnect_action = menu.addAction(""), menu.addAction("")
         self.show_action.triggered.connect(self.chosen)
         self.disconnect_action.triggered.connect(disconnect)
-        texts.bind(self.show_action.setText, "Show on the other pages")
+        texts.bind(self.show_action.setText, "Show on all pages")
         texts.bind(self.disconnect_action.setText, "Disconnect")
         self.more.setMenu(menu)
         self.more.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
@@ -127,7 +125,7 @@ class CardWidget(QFrame):
         self.need.setText(need)
         self.need.setToolTip(need)
         self.show_action.setEnabled(not card.is_shown)
-        self.setAccessibleName(tr("{module}, port {port}: {need}", module=card.title, port=card.port, need=need))
+        self.setAccessibleName(f"{card.title}, {card.port}: {need}")
         self.update()
 
     def _show_numbers(self, card: Card) -> None:

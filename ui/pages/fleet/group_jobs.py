@@ -71,7 +71,9 @@ class GroupChecks(QObject):
         for connection in connections:
             if connection not in reachable:
                 name = self._members.name_of(connection)
-                self._finish(connection, SetMember(port_text(connection.target), name, None, tr("No module answers.")))
+                self._finish(
+                    connection, SetMember(port_text(connection.target), name, None, tr("The module does not answer."))
+                )
         self.changed.emit()
 
     def cancel(self) -> None:
@@ -107,7 +109,7 @@ class GroupChecks(QObject):
             is_cancelled = isinstance(job.run.error, Cancelled)
             evidence.disturbance = Disturbance.INTERRUPTED if is_cancelled else Disturbance.DISCONNECTED
         if evidence.began_at is None:
-            why = tr("Cancelled.") if isinstance(job.run.error, Cancelled) else tr("No module answers.")
+            why = tr("Cancelled.") if isinstance(job.run.error, Cancelled) else tr("The module does not answer.")
             self._finish(connection, SetMember(port_text(connection.target), name, None, why))
             return
         expectations = Expectations() if self.profile is None else expectations_of(self.profile)
@@ -142,7 +144,7 @@ class GroupChecks(QObject):
         """It was disconnected by hand: the others go on."""
         self._heard.discard(connection)
         if connection in self._running:
-            member = SetMember(port_text(connection.target), "", None, tr("It was disconnected."))
+            member = SetMember(port_text(connection.target), "", None, tr("Disconnected."))
             self._finish(connection, member)
 
 

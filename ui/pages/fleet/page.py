@@ -75,30 +75,27 @@ class FleetPage(Page):
         texts = self._services.texts
         self.summary = text_label("fleet_summary", "title")
         self.summary.setWordWrap(False)
-        self.add = control(QToolButton(), texts, "fleet_add", "Add port", tip="Connect another module",
+        self.add = control(QToolButton(), texts, "fleet_add", "Add port",
                            picture=Icon.PLUG)  # fmt: skip
         self.add.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self.add_menu = named(QMenu(self.add), "fleet_add_menu")
         self.add_menu.aboutToShow.connect(self._fill_add_menu)
         self.add.setMenu(self.add_menu)
         self.check = control(QPushButton(), texts, "fleet_check", "Check all", picture=Icon.CHECKLIST,
-                             tip="Pre-flight check of every module; only questions are sent",
                              slot=self._check)  # fmt: skip
         self.open_profile = control(QPushButton(), texts, "fleet_profile", "Profile for all…",
-                                    tip="Compare one profile with every module, then write what differs",
                                     picture=Icon.SETTINGS, slot=self._choose_profile)  # fmt: skip
         self.report = control(QPushButton(), texts, "fleet_report", "Export report…", picture=Icon.SAVE,
-                              tip="One report of the last check of all, and one of each module",
                               slot=self._choose_report)  # fmt: skip
         self.lock_all = control(QPushButton(), texts, "fleet_lock_all", "LOCK ALL", picture=Icon.LOCK, role="primary",
-                                tip="Locks every connected module at once", slot=self._lock_all)  # fmt: skip
+                                slot=self._lock_all)  # fmt: skip
         self.lock_all.setProperty(IS_LOCK, True)
         self.said = named(NoticeBar(texts), "fleet_said")
         self.empty = EmptyState("fleet_empty", Icon.FLEET)
         texts.bind(self.empty.title.setText, "No module is connected")
-        texts.bind(self.empty.text.setText, "Add the port of each module. Every one gets a card with its state.")
+        texts.bind(self.empty.text.setText, "Add the port of each module.")
         self.first = control(QPushButton(), texts, "fleet_connect_all", "Connect all ports", role="primary",
-                             tip="Connect every adapter that is plugged in", slot=self._connect_all)  # fmt: skip
+                             slot=self._connect_all)  # fmt: skip
         self.empty.column.insertWidget(4, self.first, 0, Qt.AlignmentFlag.AlignHCenter)
         self.board = Board()
         self.view = control(QScrollArea(), texts, "fleet_scroll", says="Modules")
@@ -169,7 +166,7 @@ class FleetPage(Page):
         self.board.arrange([by_card[id(card)] for card in by_need(cards.values())])
 
     def _show_summary(self, cards: list[Card]) -> None:
-        parts = [tr("1 module") if len(cards) == 1 else tr("{count} modules", count=len(cards))] if cards else []
+        parts = [tr("Modules: {count}", count=len(cards))] if cards else []
         counts = Counter(card.need for card in cards)
         if counts[Need.NOTHING]:
             parts.append(f"{counts[Need.NOTHING]} {tr('GO')}")
@@ -178,7 +175,7 @@ class FleetPage(Page):
             parts.append(f"{active} {tr('ACTIVE')}")
         urgent = sum(count for need, count in counts.items() if NEED_MEANINGS[need] in _URGENT)
         if urgent:
-            parts.append(tr("1 needs you") if urgent == 1 else tr("{count} need you", count=urgent))
+            parts.append(tr("Attention: {count}", count=urgent))
         self.summary.setText(" · ".join(parts))
 
     def _show_controls(self) -> None:
@@ -197,9 +194,7 @@ class FleetPage(Page):
         if locking is not None:
             return locking
         if self.checks.is_running:
-            text = tr(
-                "Checking modules: {done} of {count} done", count=self.checks.total, done=len(self.checks.results)
-            )
+            text = tr("Checking: {done} of {count}", count=self.checks.total, done=len(self.checks.results))
             return Notice(Meaning.INFORMATION, text, (Choice("cancel", tr("Cancel"), self.checks.cancel),))
         if self.profile.is_running:
             return Notice(Meaning.INFORMATION, result_line({str(n): one for n, one in enumerate(
@@ -234,7 +229,7 @@ class FleetPage(Page):
                     Meaning.ATTENTION,
                     tr("Settings not written: {count}.", count=count),
                     (Choice("stay", tr("Cancel"), self._clear, is_main=True),
-                     Choice("discard", tr("Discard and show the other module"), discard, is_step=True)),
+                     Choice("discard", tr("Discard edits"), discard, is_step=True)),
                 )
             )  # fmt: skip
             return

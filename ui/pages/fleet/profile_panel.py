@@ -49,19 +49,16 @@ class ProfilePanel(QWidget):
         self.hint = text_label("fleet_profile_hint", "small")
         texts.bind(
             self.hint.setText,
-            "Every value is written and read back on each module. The baud rate and the serial output are left as they "
-            "are; an active module is refused.",
+            "Never written: baud rate, serial output, an active module.",
         )
-        self.close_button = control(QPushButton(), texts, "fleet_profile_close", "Back to the board",
-                                    tip="Writes nothing", slot=self.closed)  # fmt: skip
+        self.close_button = control(QPushButton(), texts, "fleet_profile_close", "Back", slot=self.closed)
         self.write = control(StepButton(), texts, "fleet_profile_write", "Write", role="primary",
-                             tip="Writes what differs on each module and verifies it", slot=self._apply)  # fmt: skip
+                             slot=self._apply)  # fmt: skip
         self.table = control(
             QTableWidget(),
             texts,
             "fleet_profile_table",
-            says="Profile and modules",
-            tip="A row for each module, a column for each parameter",
+            says="Profile",
         )
         self.table.horizontalHeader().setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
         self.title.setWordWrap(False)
@@ -79,7 +76,7 @@ class ProfilePanel(QWidget):
         settings = settings_in(profile)
         heads = [tr("Module"), *(tr(one.title) for one in settings), tr("Result")]
         connections = self._members.connections
-        self.title.setText(tr("Profile “{name}”", name=profile.name))
+        self.title.setText(tr("Profile: {name}", name=profile.name))
         if self.table.columnCount() != len(heads) or self.table.rowCount() != len(connections):
             self.table.setColumnCount(len(heads))
             self.table.setRowCount(len(connections))
@@ -91,8 +88,7 @@ class ProfilePanel(QWidget):
             self._fill_row(row, connection, column)
         self.table.resizeColumnsToContents()
         self.write.setEnabled(differing > 0 and not self._group.is_running)
-        many = tr("Write to 1 module") if differing == 1 else tr("Write to {count} modules", count=differing)
-        self.write.setText(many if differing else tr("No changes"))
+        self.write.setText(tr("Write ({count})", count=differing) if differing else tr("No changes"))
         self.close_button.setEnabled(not self._group.is_running)
 
     def _fill_row(self, row: int, connection: PortConnection, column: Column) -> None:

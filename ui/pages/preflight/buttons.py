@@ -21,17 +21,16 @@ class PreflightButtons(QWidget):
         super().__init__()
         self.setObjectName("preflight_buttons")
         self._texts = texts
-        self.run = control(QPushButton(), texts, "preflight_run", "Start", tip="Start; only asks the module",
+        self.run = control(QPushButton(), texts, "preflight_run", "Start",
                            key="Ctrl+Return")  # fmt: skip
         self._main: QPushButton | None = None
         # Cancel goes when the check ends: a press that comes too late must not enable anything.
-        self.enable = control(StepButton(), texts, "preflight_enable", "Enable triggers and check",
-                              tip="Enable both triggers and check again")  # fmt: skip
-        self.cancel = control(StepButton(is_safe=True), texts, "preflight_cancel", "Cancel",
-                              tip="End the check; it is void then", key="Esc", picture=Icon.CROSS)  # fmt: skip
-        self.print = control(QPushButton(), texts, "preflight_print", "Export report…",
-                             tip="As PDF, HTML and JSON", key="Ctrl+P", picture=Icon.SAVE)  # fmt: skip
-        self.history = control(QPushButton(), texts, "preflight_history", "Past checks", tip="Past checks",
+        self.enable = control(StepButton(), texts, "preflight_enable", "Enable triggers and check")
+        self.cancel = control(
+            StepButton(is_safe=True), texts, "preflight_cancel", "Cancel", key="Esc", picture=Icon.CROSS
+        )
+        self.print = control(QPushButton(), texts, "preflight_print", "Export report…", key="Ctrl+P", picture=Icon.SAVE)
+        self.history = control(QPushButton(), texts, "preflight_history", "Past checks",
                                key="Ctrl+H", picture=Icon.HISTORY)  # fmt: skip
         header.add(self.history)
         self.verify = header.add_rare("preflight_verify", marked("Verify a file…"), lambda: None)

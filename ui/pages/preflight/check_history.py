@@ -46,11 +46,11 @@ class _Followed(NamedTuple):
 
 FOLLOWED: Final = (
     _Followed("cell_voltage_v", marked("Cell voltage"), "V", 2),
-    _Followed("light_v", marked("Light, bay closed"), "V", 1),
-    _Followed("tilt_deg", marked("Tilt at rest"), "°", 0),
-    _Followed("acceleration_spread_g", marked("Noise of the acceleration"), "g", 1),
-    _Followed("round_trip_ms", marked("Slowest answer"), "ms", 1),
-    _Followed("heartbeats_lost", marked("Heartbeats lost"), "", 0),
+    _Followed("light_v", marked("Light"), "V", 1),
+    _Followed("tilt_deg", marked("Tilt"), "°", 0),
+    _Followed("acceleration_spread_g", marked("Acceleration: steady"), "g", 1),
+    _Followed("round_trip_ms", marked("Link: response time"), "ms", 1),
+    _Followed("heartbeats_lost", marked("Link: loss"), "", 0),
 )
 
 
@@ -96,19 +96,16 @@ class CheckHistory(QWidget):
         self._services = services
         self.checks: tuple[KeptCheck, ...] = ()
         texts = services.texts
-        self.filter = control(QComboBox(), texts, "check_history_filter", says="Whose checks",
-                              tip="The checks of one module, or of one aircraft")  # fmt: skip
+        self.filter = control(QComboBox(), texts, "check_history_filter", says="Past checks")
         self.filter.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
         guard.guard(self.filter)
         self.count = named(QLabel(), "check_history_count", "muted")
         self.model = RowsModel(_COLUMNS, lambda check: check.id, _told, self)
         self.table = self._make_table()
         self.trends = {one.name: Trend(f"trend_{one.name}") for one in FOLLOWED}
-        self.back = control(QPushButton(), texts, "check_history_back", "Back to the check", tip="Back to the check",
+        self.back = control(QPushButton(), texts, "check_history_back", "Back",
                             key="Esc", picture=Icon.CHEVRON_LEFT, slot=self.closed)  # fmt: skip
-        self.print = control(QPushButton(), texts, "check_history_print", "Export this record…",
-                             says="Print the chosen record",
-                             tip="Export the selected record as it was stored, with its time", picture=Icon.SAVE,
+        self.print = control(QPushButton(), texts, "check_history_print", "Export report…", picture=Icon.SAVE,
                              slot=self._print)  # fmt: skip
         self.filter.activated.connect(self.refresh_rows)
         self.table.selectionModel().selectionChanged.connect(self._enable)
@@ -121,15 +118,15 @@ class CheckHistory(QWidget):
         module_id = self._services.naming.module_id
         self.filter.clear()
         for one in self._services.naming.known:
-            self.filter.addItem(tr("Module {name}", name=one.name), ("module", one.id))
+            self.filter.addItem(tr("Module: {name}", name=one.name), ("module", one.id))
         store = self._services.storage.store
         if isinstance(store, Store):
             try:
                 for name in known_aircraft(store):
-                    self.filter.addItem(tr("Aircraft {name}", name=name), ("aircraft", name))
+                    self.filter.addItem(tr("Aircraft: {name}", name=name), ("aircraft", name))
             except StoreTrouble as trouble:
                 self.count.setText(trouble.sentence)
-        self.filter.addItem(tr("Modules without a name"), ("module", None))
+        self.filter.addItem(tr("Unnamed"), ("module", None))
         place = next((n for n in range(self.filter.count()) if self.filter.itemData(n) == ("module", module_id)), 0)
         self.filter.setCurrentIndex(place)
         self.refresh_rows()
@@ -160,8 +157,8 @@ class CheckHistory(QWidget):
 
     def _count_text(self) -> str:
         if not self.checks:
-            return tr("No check is kept yet. A check is kept as soon as it has been run to its end.")
-        return tr("{count} checks", count=len(self.checks)) if len(self.checks) != 1 else tr("1 check")
+            return tr("No past checks.")
+        return tr("Checks: {count}", count=len(self.checks))
 
     def _fill(self) -> None:
         columns = self.table.horizontalHeader()
@@ -191,7 +188,7 @@ class CheckHistory(QWidget):
     # Making
 
     def _make_table(self) -> QTableView:
-        table = control(QTableView(), self._services.texts, "check_history_table", says="Checks that are kept")
+        table = control(QTableView(), self._services.texts, "check_history_table", says="Past checks")
         table.setModel(self.model)
         list_rows(table, row_px=_ROW_PX)
         table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)

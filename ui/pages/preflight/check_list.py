@@ -48,7 +48,7 @@ class CheckList(QScrollArea):
         self._failed = _Section("preflight_failed")
         self._manual = _Section("preflight_manual")
         self._passed = _Section("preflight_passed")
-        self.fold = control(QToolButton(), texts, "preflight_fold", says="Passed checks", tip="Show or hide",
+        self.fold = control(QToolButton(), texts, "preflight_fold", says="Passed checks",
                             is_checkable=True, role="quiet")  # fmt: skip
         self.fold.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         self.fold.toggled.connect(self._show_fold)

@@ -46,11 +46,10 @@ class PreflightForm(QWidget):
         self.path: Path | None = None
         """Of the profile."""
         texts, preferences = services.texts, services.preferences
-        self.who = control(QLineEdit(preferences.who), texts, "preflight_who", says="Checked by",
-                           tip="Your name in the record")  # fmt: skip
+        self.who = control(QLineEdit(preferences.who), texts, "preflight_who", says="Checked by")
         self.who.setMaxLength(LONGEST_NAME)
         self.module = ModuleField("preflight_module", services.naming, texts, guard)
-        self.aircraft = control(QComboBox(), texts, "preflight_aircraft", says="Aircraft", tip="Aircraft")
+        self.aircraft = control(QComboBox(), texts, "preflight_aircraft", says="Aircraft")
         self.aircraft.setEditable(True)
         self.aircraft.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
         self.aircraft.setMinimumContentsLength(8)
@@ -144,7 +143,7 @@ class PreflightForm(QWidget):
 
     def _fill_menu(self) -> None:
         self.menu.clear()
-        self._add("preflight_profile_none", tr("None: the vendor's advice"), self.use_none)
+        self._add("preflight_profile_none", tr("Vendor's advice"), self.use_none)
         for number, name in enumerate(self._services.preferences.recent_profiles):
             action = partial(self.use_profile, Path(name))
             self._add(f"preflight_profile_{number}", Path(name).name.replace("&", "&&"), action, tip=name)

@@ -20,6 +20,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.guided.catalogue import GUIDED_TESTS
+from app.guided.results import TITLES
 from app.limits.expectations import CheckLimits
 from app.limits.limits import SOFT_LIMITS
 from app.preflight.checks import CHECKS
@@ -62,7 +63,7 @@ class ProfileEditor(QWidget):
         self._original = Profile(name="")
         texts = services.texts
         self.title = named(QLabel(), "profile_editor_title", "title")
-        self.name = control(QLineEdit(), texts, "profile_editor_name", says="Name of the profile")
+        self.name = control(QLineEdit(), texts, "profile_editor_name", says="Name")
         self.airframe = control(QLineEdit(), texts, "profile_editor_airframe", says="Airframe")
         for line in (self.name, self.airframe):
             line.setMaxLength(LONGEST_NAME)
@@ -85,14 +86,14 @@ class ProfileEditor(QWidget):
         for number in (*self.limits.values(), *self.tests.values()):
             number.changed.connect(self.refresh)
         self.manual: list[ManualEditor] = []
-        self.add = control(QPushButton(), texts, "profile_manual_add", "Add", says="Add a manual check",
+        self.add = control(QPushButton(), texts, "profile_manual_add", "Add",
                            slot=lambda: self._add_manual(ManualLine("")))  # fmt: skip
         self.strip = NoticeBar(texts)
         self.strip.setObjectName("profile_editor_notice")
-        self.cancel = control(QPushButton(), texts, "profile_editor_cancel", "Cancel", tip="Cancel", key="Esc",
+        self.cancel = control(QPushButton(), texts, "profile_editor_cancel", "Cancel", key="Esc",
                               slot=self.leave)  # fmt: skip
         self.save_as = control(QPushButton(), texts, "profile_editor_save_as", "Save as…", slot=self.choose_and_save)
-        self.save = control(QPushButton(), texts, "profile_editor_save", "Save", tip="Save", key="Ctrl+S",
+        self.save = control(QPushButton(), texts, "profile_editor_save", "Save", key="Ctrl+S",
                             picture=Icon.SAVE, role="primary", slot=self._save)  # fmt: skip
         self._lay_out()
         VisibilityTimer(self, self.refresh)
@@ -151,11 +152,11 @@ class ProfileEditor(QWidget):
         for name, number in self.limits.items():
             soft, bound = SOFT_LIMITS[name], LIMITS[name]
             check = tr(_CHECK_TITLES[soft.check])
-            title = tr("{check}, at most", check=check) if soft.is_most else tr("{check}, at least", check=check)
+            title = f"{check} {'≤' if soft.is_most else '≥'}"
             number.show_title(title, tr(bound.why))
         for test in GUIDED_TESTS:
             number = self.tests[test.kind]
-            number.show_title(tr(test.title), tr("Not older than so many days"))
+            number.show_title(tr(TITLES[test.kind]), tr("Not older than"))
             number.box.setSuffix(tr(" days"))
         for place, who in enumerate(_ACTIVATED.values()):
             self.activated_by.setItemText(place, tr(who))
@@ -177,9 +178,9 @@ class ProfileEditor(QWidget):
         if not self.is_edited:
             self.closed.emit()
             return
-        keep = Choice("keep", tr("Continue editing"), lambda: self.strip.show_notice(None))
+        keep = Choice("keep", tr("Cancel"), lambda: self.strip.show_notice(None))
         discard = Choice("discard", tr("Discard edits"), self.closed.emit, is_step=True)
-        self.strip.show_notice(Notice(Meaning.ATTENTION, tr("The profile has unsaved edits."), (keep, discard)))
+        self.strip.show_notice(Notice(Meaning.ATTENTION, tr("Unsaved edits."), (keep, discard)))
 
     def choose_and_save(self) -> None:
         recent = self._preferences.recent_profiles
@@ -244,9 +245,9 @@ class ProfileEditor(QWidget):
         self._manual_rows = in_column(of=manual, spacing=Space.XS, margins=0)
         content = named(QWidget(), "profile_editor_content")
         column = in_column(head, spacing=Space.S, margins=(Space.M, 0, Space.M, Space.S))
-        column.addWidget(self._caption("limits", marked("Limits: unticked is the program's own")))
+        column.addWidget(self._caption("limits", marked("Limits")))
         column.addWidget(_card("profile_limits", list(self.limits.values())))
-        column.addWidget(self._caption("tests", marked("Guided tests that must have passed")))
+        column.addWidget(self._caption("tests", marked("Guided tests")))
         column.addWidget(_card("profile_tests", list(self.tests.values())))
         column.addWidget(self._caption("manual", marked("Manual checks")))
         column.addWidget(manual)

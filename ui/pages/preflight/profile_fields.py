@@ -91,7 +91,7 @@ class ManualEditor(QWidget):
         self.number = number
         self.text = named(QLineEdit(line.text), f"{name}_text")
         self.text.setMaxLength(LONGEST_NAME)
-        self.required = control(QCheckBox(), texts, f"{name}_required", "Required", tip="Skipped, it is a NO-GO")
+        self.required = control(QCheckBox(), texts, f"{name}_required", "Required", tip="Skipped: NO-GO")
         self.required.setChecked(line.is_required)
         self.remove = control(QToolButton(), texts, f"{name}_remove", says="Remove", tip="Remove", picture=Icon.CROSS,
                               role="quiet", slot=self.removed)  # fmt: skip
@@ -107,4 +107,4 @@ class ManualEditor(QWidget):
     def show_texts(self) -> None:
         """In the language in use."""
         self.text.setAccessibleName(tr("Manual check {number}", number=self.number))
-        self.text.setPlaceholderText(tr("What a person checks"))
+        self.text.setPlaceholderText(tr("Manual checks"))

@@ -36,7 +36,7 @@ AskRecord = Callable[[QWidget], Path | None]
 def ask_record(parent: QWidget) -> Path | None:
     """A dialog; None where nobody chose."""
     name, _filter = QFileDialog.getOpenFileName(
-        parent, tr("Verify a record"), str(Path.home()), tr("Record or report (*.json *.html *.htm *.pdf)")
+        parent, tr("Verify a file…"), str(Path.home()), tr("Record or report (*.json *.html *.htm *.pdf)")
     )
     return Path(name) if name else None
 
@@ -62,7 +62,7 @@ class RecordFiles(QObject):
     def print_record(self, record: Record) -> None:
         """Ask where to, then write the report as PDF, HTML and JSON."""
         suggested = self._folder / f"{suggested_name(record)}.pdf"
-        path = self.ask_path(self._window, tr("Export the report"), suggested, tr("Report (*.pdf)"))
+        path = self.ask_path(self._window, tr("Export report…"), suggested, tr("Report (*.pdf)"))
         if path is None:
             return
         try:
@@ -129,7 +129,7 @@ class RecordFiles(QObject):
         try:
             Stations(self._keeping.folder).trust(public, name)
         except OSError as error:
-            self._say(Meaning.DANGER, tr("The list of known stations cannot be written: {why}.", why=reason_of(error)))
+            self._say(Meaning.DANGER, tr("Known stations cannot be written: {why}.", why=reason_of(error)))
             return
         self.stations_changed.emit()
         self.verify(path)

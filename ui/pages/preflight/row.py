@@ -37,20 +37,13 @@ LOOKS: Final = {
     CheckResult.WARN: _Look(Icon.INFORMATION, Meaning.INFORMATION),
     CheckResult.UNKNOWN: _Look(Icon.UNKNOWN, Meaning.UNKNOWN),
 }
-_ENABLE: Final = (
-    marked("Enable now"),
-    marked("Enable both triggers and check again"),
-)
 ACTS: Final = {
-    "attitude_trigger": _ENABLE,
-    "freefall_trigger": _ENABLE,
-    "trigger_records": (
-        marked("Mark as reviewed"),
-        marked("Mark all records as reviewed and check again"),
-    ),
-    "boot_count": (marked("It is this module"), marked("Confirm that it is the named module and check again")),
+    "attitude_trigger": marked("Enable now"),
+    "freefall_trigger": marked("Enable now"),
+    "trigger_records": marked("Mark as reviewed"),
+    "boot_count": marked("It is this module"),
 }
-"""What a person can do about a check, here and with one click: the button's text and its tooltip."""
+"""What a person can do about a check, here and with one click; it is checked again then."""
 
 
 class CheckRow(QFrame):
@@ -68,9 +61,9 @@ class CheckRow(QFrame):
         self.measured = text_label(f"check_{check.id}_measured", "")
         self.limit = text_label(f"check_{check.id}_limit", "muted")
         self.reason = text_label(f"check_{check.id}_why", "small")
-        text, tip = ACTS.get(check.id, ("", ""))
+        text = ACTS.get(check.id, "")
         # The end of a check scrolls its rows: what comes to lie under the pointer then was not chosen.
-        self.act = control(StepButton(), texts, f"check_{check.id}_act", text, says=tip, tip=tip,
+        self.act = control(StepButton(), texts, f"check_{check.id}_act", text,
                            slot=lambda: self.act_wanted.emit(check.id))  # fmt: skip
         policy = self.act.sizePolicy()
         policy.setRetainSizeWhenHidden(False)
@@ -149,8 +142,8 @@ class ManualRow(QFrame):
         self._text = text_label(f"{name}_text", "strong")
         self._text.setText(clean(line.text))
         self._need = text_label(f"{name}_need", "muted")
-        self.done = control(ChoiceButton(), texts, f"{name}_done", "OK", tip="OK", is_checkable=True)
-        self.bad = control(ChoiceButton(), texts, f"{name}_bad", "Not OK", tip="Not OK", is_checkable=True)
+        self.done = control(ChoiceButton(), texts, f"{name}_done", "OK", is_checkable=True)
+        self.bad = control(ChoiceButton(), texts, f"{name}_bad", "Not OK", is_checkable=True)
         grid = _grid(self)
         grid.setColumnMinimumWidth(2, 0)
         for column, stretch in ((1, 5), (2, 4), (3, 0)):

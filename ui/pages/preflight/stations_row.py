@@ -23,10 +23,10 @@ AskName = Callable[[QWidget, str], str | None]
 def ask_name(parent: QWidget, fingerprint: str) -> str | None:
     """A dialog; None where the station is not to be trusted."""
     text = tr(
-        "Signed by {fingerprint}. Trust it only if that computer shows the same fingerprint. What to call it:",
+        "Signed by {fingerprint}. Trust it only if that computer shows the same. Name:",
         fingerprint=fingerprint,
     )
-    name, is_trusted = QInputDialog.getText(parent, tr("Trust a station"), text)
+    name, is_trusted = QInputDialog.getText(parent, tr("Trust this station…"), text)
     return name if is_trusted else None
 
 
@@ -40,13 +40,10 @@ class StationsRow(QWidget):
         self.own = named(QLabel(), "station_own", "muted")
         self.own.setTextFormat(Qt.TextFormat.PlainText)
         self.own.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self.known = control(QComboBox(), texts, "stations_known", says="Known stations",
-                             tip="Stations whose signatures count as known on this computer")  # fmt: skip
+        self.known = control(QComboBox(), texts, "stations_known", says="Known stations")
         self.known.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
         guard.guard(self.known)
-        self.forget = control(QPushButton(), texts, "stations_forget", "Forget", says="Forget the chosen station",
-                              tip="Records that the chosen station signed no longer count as known",
-                              slot=self._forget)  # fmt: skip
+        self.forget = control(QPushButton(), texts, "stations_forget", "Forget", slot=self._forget)
         in_row((self.own, 1), self.known, self.forget, of=self, spacing=Space.S, margins=0)
 
     def refresh(self) -> None:
@@ -63,7 +60,7 @@ class StationsRow(QWidget):
                 self.known.addItem(f"{one.name} · {one.fingerprint}", one)
         self.forget.setEnabled(self.known.count() > 0)
         if not self.known.count():
-            self.known.addItem(tr("No other station is known"), None)
+            self.known.addItem(tr("none"), None)
         self.known.setEnabled(self.forget.isEnabled())
 
     def _forget(self) -> None:

@@ -25,7 +25,7 @@ def announcement(work: PreflightController, *, is_connected: bool) -> Announceme
             return _checking(work)
         case Standing.VOID:
             why = begun(work.void.said.in_words()) if work.void is not None else ""
-            lines = (tr("The results below are out of date. Check again."),)
+            lines = (tr("The results below are void. Check again."),)
             return Announcement(standing, tr("VOID"), why, lines)
         case Standing.GO | Standing.READY | Standing.NO_GO:
             return _judged(work, standing)
@@ -38,18 +38,17 @@ class _Before(NamedTuple):
 
 def _before(work: PreflightController, *, is_connected: bool) -> _Before:
     """What to do first. A module that has just been started always needs its triggers enabled."""
+    start = tr("Start the check.")
     if is_connected and work.reported_active:
-        what = tr("The module is ACTIVE: nothing is written. To enable the triggers, lock it first.")
-        return _Before(tr("Start the check."), (what, tr("Do not touch the aircraft.")))
+        what = tr("The module is ACTIVE: to enable triggers, lock it first.")
+        return _Before(start, (what, tr("Do not touch the aircraft.")))
     if is_connected and work.may_fire:
-        what = tr("The module was ACTIVE when it was last heard: treat it as ready to fire.")
-        return _Before(tr("Start the check."), (what,))
+        return _Before(start, (tr("Last heard ACTIVE: treat it as ready to fire."),))
+    level = tr("Set the aircraft level and do not touch it.")
     if is_connected and not work.are_triggers_known:
         why = tr("Trigger state is unknown after power-up. Enable the triggers to set it.")
-        return _Before(tr("Enable triggers and check."), (why, tr("Set the aircraft level and do not touch it.")))
-    todo = tr("Start the check.") if is_connected else tr("Connect a module.")
-    what = tr("About six seconds; only asks the module. Set the aircraft level and do not touch it.")
-    return _Before(todo, (what,))
+        return _Before(tr("Enable triggers and check"), (why, level))
+    return _Before(start if is_connected else tr("Connect a module."), (level,))
 
 
 def _checking(work: PreflightController) -> Announcement:
@@ -68,7 +67,7 @@ def _judged(work: PreflightController, standing: Standing) -> Announcement:
     word = tr(VERDICT_WORDS[verdict])
     head = begun(meaning_of(verdict, assessment.case.expectations.activated_by).in_words())
     if verdict is Verdict.READY and work.reported_active is not False:
-        head = tr("Reading the module again…")  # it may be active by now
+        head = tr("Reading again…")  # it may be active by now
     if verdict is not Verdict.NO_GO:
         looks = sum(one.finding.result is CheckResult.WARN for one in assessment.checks)
         what = tr("All {count} checks hold; warnings: {looks}.", count=len(CHECKS), looks=looks)

@@ -231,7 +231,7 @@ class SettingsController(QObject):
             parts.append(tr("Changed without being written: {count}; see the rows.", count=moved))
         if report.unread:
             titles = ", ".join(tr(command.title) for command in report.unread)
-            parts.append(tr("Could not be read again: {names}.", names=titles))
+            parts.append(tr("Not read back: {names}.", names=titles))
         if since > 0:
             parts.append(tr("Not verified, but read as set since: {count}.", count=since))
         survive: tuple[Choice, ...] = ()
@@ -249,8 +249,8 @@ class SettingsController(QObject):
 
 def _broken_off_notice(error: BaseException) -> Notice:
     if isinstance(error, Cancelled):
-        return Notice(Meaning.INFORMATION, tr("Cancelled. What was not read back is not known."))
-    return Notice(Meaning.DANGER, tr("Broken off: the connection was lost. What was not read back is not known."))
+        return Notice(Meaning.INFORMATION, tr("Cancelled: the rest is unknown."))
+    return Notice(Meaning.DANGER, tr("Link lost: the rest is unknown."))
 
 
 def _survival_notice(survival: PowerCycleResult) -> Notice:

@@ -33,12 +33,12 @@ from ui.core.background_task import BackgroundTask
 from ui.services.context import Services
 from ui.services.running_job import RunningJob
 
-CANCELLED = marked("Cancelled: nothing of it is kept.")
-LOST = marked("Link lost: nothing of it is kept.")
-SLEPT = marked("The computer slept: nothing of it is kept.")
-FAILED = marked("An error in the program ended the test: nothing of it is kept.")
-UNPROVEN = marked("The act was not confirmed: nothing of it is kept.")
-BECAME_ACTIVE = marked("The module became ACTIVE during a test that needs it locked.")
+CANCELLED = marked("cancelled")
+LOST = marked("link lost")
+SLEPT = marked("computer slept")
+FAILED = marked("program error")
+UNPROVEN = marked("not confirmed")
+BECAME_ACTIVE = marked("ACTIVE during the test")
 
 
 class Stage(Enum):
@@ -156,7 +156,7 @@ class GuidedController(QObject):
     def cancel(self, why: str = CANCELLED) -> None:
         """Break it off; the module is locked where it may be active through it."""
         if self.is_running:
-            self._finish(BrokenOff(said(why)))
+            self._finish(_broken_off(why))
 
     # How it goes on
 
@@ -172,12 +172,12 @@ class GuidedController(QObject):
             case Outcome.CONFIRMED:
                 self._measure()
             case None:
-                self._finish(BrokenOff(said(LOST)))
+                self._finish(_broken_off(LOST))
             case Outcome.NOT_SENT:
                 self.owes_lock = False
                 self.changed.emit()
             case _:
-                self._finish(BrokenOff(said(UNPROVEN)))
+                self._finish(_broken_off(UNPROVEN))
 
     def _end_preparing(self, job: Job[GuidedSetup | BrokenOff]) -> None:
         found = self._taken(job)
@@ -205,7 +205,7 @@ class GuidedController(QObject):
         """What came of the job; None where the test has ended with it."""
         error = job.run.error
         if error is not None:
-            self._finish(BrokenOff(said(_why(error))))
+            self._finish(_broken_off(_why(error)))
             return None
         found = job.outcome()
         if isinstance(found, BrokenOff):
@@ -294,6 +294,10 @@ class GuidedController(QObject):
     def _say_trouble(self, trouble: StoreTrouble) -> None:
         self.trouble = trouble
         self.changed.emit()
+
+
+def _broken_off(why: str) -> BrokenOff:
+    return BrokenOff(said(marked("No result: {why}."), why=said(why)))
 
 
 def _why(error: BaseException) -> str:

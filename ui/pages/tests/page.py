@@ -21,7 +21,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.guided.catalogue import GUIDED_TESTS
-from app.guided.results import GuidedKind, GuidedResult
+from app.guided.results import TITLES, GuidedKind, GuidedResult
 from app.safety.acts import Act
 from app.safety.ritual import Input
 from app.text.i18n import tr
@@ -65,8 +65,7 @@ class TestsPage(Page):
         self._guard = RitualGuard(self)
         self._watched: QWidget | None = None
         self.list = control(QListWidget(), texts, "tests_list", says="Guided tests")
-        self.who = control(QLineEdit(), texts, "tests_who", says="Tested by",
-                           tip="Your name, as it is kept with the result")  # fmt: skip
+        self.who = control(QLineEdit(), texts, "tests_who", says="Tested by")
         self.who.setMaxLength(LONGEST_NAME)
         texts.bind(self.who.setPlaceholderText, "your name")
         self.module = ModuleField("tests_module", services.naming, texts, guard)
@@ -80,10 +79,9 @@ class TestsPage(Page):
         self.said = NoticeBar(texts)
         self.said.setObjectName("tests_said")
         self.cancel = control(StepButton(is_safe=True), texts, "tests_cancel", "Cancel",
-                              tip="End the test; the module is locked where it was activated", key="Esc",
+                              tip="Locks an activated module", key="Esc",
                               slot=self.work.cancel)  # fmt: skip
-        self.primary = control(StepButton(), texts, "tests_run", "Start",
-                               tip="Start the test or the next step", key="Ctrl+Return", role="primary",
+        self.primary = control(StepButton(), texts, "tests_run", "Start", key="Ctrl+Return", role="primary",
                                slot=self._go_on)  # fmt: skip
         self._lay_out()
         self._wire()
@@ -119,7 +117,7 @@ class TestsPage(Page):
     def _show_list(self) -> None:
         for row, test in enumerate(GUIDED_TESTS):
             item, last = self.list.item(row), self.work.last.get(test.kind)
-            title, when = tr(test.title), last_text(last)
+            title, when = tr(TITLES[test.kind]), last_text(last)
             item.setText(f"{title}\n{when}")
             item.setData(Qt.ItemDataRole.AccessibleTextRole, f"{title}: {when}")
             item.setToolTip(f"{title}: {when}")
@@ -131,8 +129,8 @@ class TestsPage(Page):
 
     def _show_stage(self) -> None:
         work, test = self.work, self.work.test
-        self.title.setText(tr(test.title))
-        steps = tuple(tr(step) for step in test.steps)
+        self.title.setText(tr(TITLES[test.kind]))
+        steps = tuple(step.in_words() for step in test.steps)
         step = work.step
         shown = steps[min(step, len(steps) - 1)]
         self.picture.show_step(work.kind, min(step, len(steps) - 1), shown)
@@ -160,7 +158,7 @@ class TestsPage(Page):
 
     def _show_safety(self) -> None:
         test = self.work.test
-        self.safety.setText(tr(test.safety))
+        self.safety.setText(test.precautions)
         self._safety_mark.show_icon(
             MEANING_ICONS[Meaning.DANGER if test.is_active else Meaning.INFORMATION],
             Meaning.DANGER if test.is_active else Meaning.INFORMATION,
@@ -190,13 +188,11 @@ class TestsPage(Page):
         if work.stage is Stage.DONE and lock.confirmed is not None and work.test.is_active:
             return Notice(Meaning.GOOD, lock.confirmed.sentence)
         if work.trouble is not None:
-            return Notice(Meaning.ATTENTION, f"{work.trouble.sentence} {tr('The result was not kept.')}")
+            return Notice(Meaning.ATTENTION, f"{work.trouble.sentence} {tr('Not saved.')}")
         if self._connector.is_active and not work.is_running:
             return Notice(Meaning.DANGER, tr("The module is ACTIVE: lock it first."))
         if work.stage is Stage.DONE and isinstance(work.outcome, GuidedResult) and not self._services.naming.name:
-            return Notice(
-                Meaning.ATTENTION, tr("Without a name of the module the result counts for no pre-flight check.")
-            )
+            return Notice(Meaning.ATTENTION, tr("Module not named: counts for no check."))
         return None
 
     def _retranslate(self) -> None:

@@ -6,6 +6,7 @@ from app.guided.kept_test import KeptTest
 from app.guided.results import VERDICT_WORDS, BrokenOff, GuidedKind, GuidedResult, GuidedVerdict
 from app.text.i18n import tr
 from app.text.messages import UserMessage
+from app.text.sentences import begun, listed
 from protocol.catalogue import RESET_BELOW_THRESHOLD_DEG
 from ui.core.connector import Connector
 from ui.pages.tests.controller import GuidedController, Stage
@@ -22,21 +23,10 @@ _UNKNOWN = "–"
 
 def instruction(work: GuidedController) -> str:
     """The one thing to do now."""
-    match work.stage:
-        case Stage.READY:
-            return tr(work.test.purpose)
-        case Stage.PREPARING:
-            report = work.report
-            return _said(report.doing, report.values) if report is not None else tr("Asking the module…")
-        case Stage.CONFIRMING if work.test.is_active:
-            return tr("Activate the module.")
-        case Stage.CONFIRMING:
-            return tr("Zero the sensor.")
-        case Stage.MEASURING:
-            report = work.report
-            return _said(report.doing, report.values) if report is not None else tr("Asking the module…")
-        case Stage.DONE:
-            return ""
+    if work.stage in (Stage.PREPARING, Stage.MEASURING):
+        report = work.report
+        return _said(report.doing, report.values) if report is not None else tr("Asking the module…")
+    return work.test.steps[work.step].in_words() if work.stage is Stage.CONFIRMING else ""
 
 
 def _said(text: str, values: tuple[tuple[str, object], ...]) -> str:
@@ -47,12 +37,7 @@ def _said(text: str, values: tuple[tuple[str, object], ...]) -> str:
 def outcome_text(outcome: GuidedResult | BrokenOff | None) -> tuple[Meaning, str]:
     """The verdict in a line."""
     if isinstance(outcome, GuidedResult):
-        words = {
-            GuidedVerdict.PASSED: tr("Passed"),
-            GuidedVerdict.FAILED: tr("FAILED"),
-            GuidedVerdict.UNCLEAR: tr("Unclear: test again"),
-        }
-        return VERDICT_MEANINGS[outcome.verdict], words[outcome.verdict]
+        return VERDICT_MEANINGS[outcome.verdict], begun(tr(VERDICT_WORDS[outcome.verdict]))
     if isinstance(outcome, BrokenOff):
         return Meaning.ATTENTION, outcome.reason.in_words()
     return Meaning.UNKNOWN, ""
@@ -67,7 +52,7 @@ def last_text(last: KeptTest | None) -> str:
     except ValueError:
         when = last.at
     verdict = tr(VERDICT_WORDS[last.verdict])
-    return f"{verdict} {when}, {last.who or tr('no name')}"
+    return f"{verdict} {when}, {last.who or '—'}"
 
 
 def live_reading(work: GuidedController, connector: Connector) -> LiveReading:
@@ -83,7 +68,7 @@ def live_reading(work: GuidedController, connector: Connector) -> LiveReading:
             return _charge(connector)
         case GuidedKind.ZERO:
             value = _value(connector, "tilt_deg")
-            shown = _UNKNOWN if value is None else tr("{angle:.0f}°", angle=value)
+            shown = _UNKNOWN if value is None else f"{value:.0f}°"
             return LiveReading(tr("Tilt"), shown, value, 20.0, (LiveMark(1.0, "1°", Meaning.GOOD),))
         case GuidedKind.LINK:
             return _losses(work)
@@ -99,7 +84,7 @@ _limit = _value
 
 def _tilt(connector: Connector, threshold: float | None) -> LiveReading:
     value = _value(connector, "tilt_deg")
-    shown = _UNKNOWN if value is None else tr("{angle:.0f}°", angle=value)
+    shown = _UNKNOWN if value is None else f"{value:.0f}°"
     if threshold is None:
         return LiveReading(tr("Tilt"), shown, value, 180.0)
     reset = threshold - RESET_BELOW_THRESHOLD_DEG
@@ -108,13 +93,13 @@ def _tilt(connector: Connector, threshold: float | None) -> LiveReading:
         LiveMark(threshold, tr("fires at {angle:.0f}°", angle=threshold), Meaning.DANGER),
     )
     has_fired = connector.device.fresh("triggered", connector.clock())
-    caption = tr("Tilt, TRIGGERED") if has_fired else tr("Tilt, not triggered")
+    caption = listed((tr("Tilt"), tr("TRIGGERED") if has_fired else tr("not triggered")))
     return LiveReading(caption, shown, value, 120.0, marks)
 
 
 def _acceleration(connector: Connector, threshold: float | None) -> LiveReading:
     value = _value(connector, "acceleration_g")
-    shown = _UNKNOWN if value is None else tr("{value:.1f} g", value=value)
+    shown = _UNKNOWN if value is None else f"{value:.1f} g"
     marks: tuple[LiveMark, ...] = ()
     if threshold is not None:
         marks = (LiveMark(threshold, tr("falls below {value:.1f} g", value=threshold), Meaning.INFORMATION),)
@@ -123,18 +108,24 @@ def _acceleration(connector: Connector, threshold: float | None) -> LiveReading:
 
 def _light(connector: Connector, threshold: float | None) -> LiveReading:
     value = _value(connector, "light_v")
-    shown = _UNKNOWN if value is None else tr("{value:.1f} V", value=value)
+    shown = _UNKNOWN if value is None else f"{value:.1f} V"
     marks: tuple[LiveMark, ...] = ()
     if threshold is not None:
         marks = (LiveMark(threshold, tr("threshold {value:.1f} V", value=threshold), Meaning.INFORMATION),)
     highest = max(3.0, 1.5 * (threshold or 0.0), value or 0.0)
-    return LiveReading(tr("Light in the bay"), shown, value, highest, marks)
+    return LiveReading(tr("Light"), shown, value, highest, marks)
 
 
 def _charge(connector: Connector) -> LiveReading:
     voltage, charging = _value(connector, "cell_voltage_v"), connector.device.fresh("charging", connector.clock())
-    shown = _UNKNOWN if voltage is None else tr("{value:.2f} V", value=voltage)
-    caption = tr("charge state unknown") if charging is None else tr("charging") if charging else tr("not charging")
+    shown = _UNKNOWN if voltage is None else f"{voltage:.2f} V"
+    caption = (
+        listed((tr("Charging"), tr("unknown")))
+        if charging is None
+        else tr("charging")
+        if charging
+        else tr("not charging")
+    )
     return LiveReading(caption, shown, voltage)
 
 
@@ -143,4 +134,4 @@ def _losses(work: GuidedController) -> LiveReading:
     asked, lost = values.get("asked"), values.get("lost")
     if not isinstance(asked, int) or not isinstance(lost, int):
         return LiveReading(tr("lost"), _UNKNOWN)
-    return LiveReading(tr("lost"), tr("{lost} of {asked}", lost=lost, asked=asked), float(lost))
+    return LiveReading(tr("lost"), f"{lost} / {asked}", float(lost))

@@ -114,7 +114,7 @@ def test_on_an_active_module_nothing_is_written(qtbot: QtBot, qapp: QApplication
         page = bench.preflight
         page.tick()
         assert not page.buttons.enable.isEnabled()
-        assert "nothing is written" in page.banner.accessibleName()
+        assert "lock it first" in page.banner.accessibleName()
         assert bench.check(is_enabling=False) is Standing.NO_GO
         assert bench.acts == []
         assert "Lock it" in page.list.rows["attitude_trigger"].reason.text()

@@ -100,7 +100,7 @@ def test_past_checks_and_what_they_measured(qtbot: QtBot, qapp: QApplication, tm
         assert verify_file(target, find_station=find_in(bench)).state is RecordState.INTACT
         bench.click(page.buttons.history)
         box = bench.find(QComboBox, "check_history_filter")
-        box.setCurrentIndex(box.findText("Aircraft H6-12"))
+        box.setCurrentIndex(box.findText("Aircraft: H6-12"))
         box.activated.emit(box.currentIndex())
         assert len(history.checks) == 2
         qtbot.keyClick(page, Qt.Key.Key_Escape)

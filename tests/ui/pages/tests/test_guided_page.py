@@ -189,7 +189,7 @@ def _minimise(bench: GestureBench) -> None:
 def _error_in_the_procedure(bench: GestureBench) -> None:
     with patch.object(StatusWatch, "_check", side_effect=RuntimeError("a mistake of ours")):
         bench.wait(0.5)
-    assert "error in the program" in bench.guided.result.verdict.text()
+    assert "program error" in bench.guided.result.verdict.text()
 
 
 def _nobody(bench: GestureBench) -> None:
@@ -248,7 +248,7 @@ def test_an_error_anywhere_in_the_window_locks(bench: GestureBench, qtbot: QtBot
         bench.wait(1.0)
     assert [str(one[1]) for one in errors] == ["a mistake of ours"]
     assert is_locked(bench)
-    assert "error in the program" in bench.guided.result.verdict.text()
+    assert "program error" in bench.guided.result.verdict.text()
 
 
 def test_cancelled_between_the_confirmation_and_the_frame_it_is_never_activated(bench: GestureBench) -> None:
