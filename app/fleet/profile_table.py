@@ -89,7 +89,7 @@ def outcome_of(report: WriteReport) -> AppliedProfile:
     if failed or changed or report.unread:
         parts = (
             (marked("Not as written: {names}."), failed),
-            (marked("Changed by itself: {names}."), changed),
+            (marked("Changed without being written: {names}."), changed),
             (marked("Not read back: {names}."), report.unread),
         )
         why = together(tr(text, names=_titles(commands)) for text, commands in parts if commands)

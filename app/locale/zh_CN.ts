@@ -638,12 +638,12 @@
         <translation>修改波特率</translation>
     </message>
     <message>
-        <source>Changed by itself: {names}.</source>
-        <translation>自行改变：{names}。</translation>
-    </message>
-    <message>
         <source>Changed without being written: {count}; see the rows.</source>
         <translation>未写入却发生变化：{count} 项；请看各行。</translation>
+    </message>
+    <message>
+        <source>Changed without being written: {names}.</source>
+        <translation>未写入却发生变化：{names}。</translation>
     </message>
     <message>
         <source>Changed without being written: {names}. See Settings.</source>
@@ -2640,10 +2640,6 @@
     <message>
         <source>Not reviewed</source>
         <translation>未复核</translation>
-    </message>
-    <message>
-        <source>Not saved.</source>
-        <translation>未保存。</translation>
     </message>
     <message>
         <source>Not shared: {count}. Last: {time}.</source>
@@ -6576,6 +6572,10 @@
     <message>
         <source>{limit}, advised {advised}</source>
         <translation>{limit}，建议 {advised}</translation>
+    </message>
+    <message>
+        <source>{lost} of {asked}</source>
+        <translation>{asked} 次中 {lost} 次</translation>
     </message>
     <message>
         <source>{lost} of {sent} lost, {bytes} invalid bytes</source>

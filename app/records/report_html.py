@@ -128,7 +128,7 @@ def _circumstances(record: Record) -> str:
         (tr("Time"), _time(record)),
         (tr("Aircraft"), record.get("aircraft") or tr("not stated")),
         (tr("Checked by"), record.get("who") or tr("not stated")),
-        (tr("Profile"), record.get("profile") or tr("None: the vendor's advice")),
+        (tr("Profile"), record.get("profile") or tr("Vendor's advice")),
         (tr("Fingerprint"), record.get("fingerprint") or tr("unknown")),
         (tr("Boot count"), tr("unknown") if boot is None else boot),
         (tr("Port"), tr("{port}, {rate} baud", port=port, rate=rate)),

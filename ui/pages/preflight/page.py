@@ -196,7 +196,7 @@ class PreflightPage(Page):
         self.refresh()
         standing, trouble = self.work.standing, self.work.trouble
         if trouble is not None and standing in (Standing.GO, Standing.READY, Standing.NO_GO):
-            self.say(Notice(Meaning.ATTENTION, f"{trouble.sentence} {tr('Not saved.')}"))
+            self.say(Notice(Meaning.ATTENTION, f"{trouble.sentence} {tr('Not kept.')}"))
         if standing in (Standing.CHECKING, Standing.GO, Standing.READY):
             self.list.verticalScrollBar().setValue(0)
         if standing is Standing.NO_GO:

@@ -188,7 +188,7 @@ class TestsPage(Page):
         if work.stage is Stage.DONE and lock.confirmed is not None and work.test.is_active:
             return Notice(Meaning.GOOD, lock.confirmed.sentence)
         if work.trouble is not None:
-            return Notice(Meaning.ATTENTION, f"{work.trouble.sentence} {tr('Not saved.')}")
+            return Notice(Meaning.ATTENTION, f"{work.trouble.sentence} {tr('Not kept.')}")
         if self._connector.is_active and not work.is_running:
             return Notice(Meaning.DANGER, tr("The module is ACTIVE: lock it first."))
         if work.stage is Stage.DONE and isinstance(work.outcome, GuidedResult) and not self._services.naming.name:

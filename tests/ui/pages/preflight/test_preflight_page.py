@@ -245,4 +245,4 @@ def test_without_a_store_the_verdict_stands_and_says_that_it_was_not_kept(
     data_folder().write_text("a file where the folder should be", encoding="utf-8")
     with on_bench(qtbot, qapp, tmp_path, "homeless") as bench:
         assert bench.check() is Standing.READY
-        assert "Not saved." in said(bench)
+        assert "Not kept." in said(bench)
