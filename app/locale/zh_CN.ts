@@ -3622,10 +3622,6 @@
         <translation>尚未写入的参数：{count} 项。</translation>
     </message>
     <message>
-        <source>Settings page: {count} unwritten changes.</source>
-        <translation>参数页面有 {count} 项修改未写入。</translation>
-    </message>
-    <message>
         <source>Settings revert after</source>
         <translation>参数延时恢复</translation>
     </message>
