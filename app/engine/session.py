@@ -25,12 +25,10 @@ __all__ = ["Run", "Session", "Slept"]
 LOCK = ACTIVATION.set(False)
 LONGEST_STEP_S = 0.02
 GATHER_S = 0.008
-"""How long to let a fast stream pile up while no answer is awaited."""
+"""How long to let a stream pile up while no answer is awaited, where a frame or more comes in that time."""
 GATHER_FRAME_S = 0.002
 """How long to let the rest of a frame come that has begun."""
 _FRAME = Layout.STATUS.value
-FAST_BYTES_PER_S = 1000
-"""A frame for each `GATHER_S`."""
 AWAIT_POLL_S = 0.002
 """How often it is looked whether what a procedure awaits has come."""
 AWAIT_GRACE_S = 0.1
@@ -64,6 +62,7 @@ class Session:
         self.identity = IdentityCheck(expected)
         self.bytes_received = 0
         self._heard_at = self.opened_at
+        self.gather_s = GATHER_S
         self._is_fast = True
         self._timing = timing or Timing()
         self._link = Link(self.opened_at, timing=self._timing)
@@ -147,13 +146,13 @@ class Session:
         self._notice_sleep(now)
         self._serve(now)
         wait_s = max(0.0, min(longest_s, self._next_due(now) - now))
-        data = self.line.read(wait_s, GATHER_S if self._link.is_idle and self._is_fast else 0.0)
+        data = self.line.read(wait_s, self.gather_s if self._link.is_idle and self._is_fast else 0.0)
         while self._link.is_idle and 0 < len(data) < _FRAME and (rest := self.line.read(GATHER_FRAME_S, 0.0)):
             data += rest
         began, now = now, self.clock()
         if data:
             self.bytes_received += len(data)
-            self._is_fast = len(data) > FAST_BYTES_PER_S * (now - self._heard_at)
+            self._is_fast = len(data) * self.gather_s > _FRAME * (now - self._heard_at)
             self._heard_at = now
         slept_s = self._asleep_s()
         if slept_s:

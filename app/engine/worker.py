@@ -18,7 +18,7 @@ from app.engine.device import Device, DeviceView, StatusSample
 from app.engine.identity import NOBODY_MEANT, Expected, Identity
 from app.engine.playback import is_playback
 from app.engine.procedure import LinkView, PortLost, Procedure, Report, Result
-from app.engine.session import Run, Session
+from app.engine.session import GATHER_S, Run, Session
 from app.engine.transport import PortError, SerialLine, open_line
 from app.system.sleep_detector import Clock, SleepDetector, sleepless_clock
 from app.system.uncaught import report_uncaught_error
@@ -29,6 +29,8 @@ PUBLISH_EVERY_S = 1 / 15
 """What only adds to what was said before: reports of a module whose state is the same."""
 LONGEST_STEP_S = 0.05
 """An order ends the wait, and whatever is due earlier; see `SerialLine.interrupt`."""
+LONGEST_GATHER_S = 0.025
+"""A stream piles up for so long where it is handed over a few times a second only."""
 CLOSING_LIMIT_S = 0.3
 """How long a background procedure may take to put right what it changed (stream off) before the port closes."""
 ABORT_AFTER_S = 0.33
@@ -249,6 +251,7 @@ class Worker:
             self._obey(order)
             return
         if session is not None:
+            session.gather_s = max(GATHER_S, min(LONGEST_GATHER_S, self.publish_every_s / 10))
             session.step(LONGEST_STEP_S)
             self._gather(session)
             self._collect_finished()

@@ -13,7 +13,8 @@ The time of day says nothing: people and time servers set it.
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from functools import partial
+from typing import NamedTuple
 
 SHORTEST_S = 1.0
 """A sleep; less than that is two clocks that were not read at the same instant."""
@@ -25,8 +26,7 @@ _INTERRUPT_TIMES_PER_S = 10_000_000
 Clock = Callable[[], float]
 
 
-@dataclass(frozen=True, slots=True)
-class ClockReading:
+class ClockReading(NamedTuple):
     """Both clocks at one instant, in seconds. `with_sleep_s` is None where the system does not tell of sleep."""
 
     awake_s: float
@@ -52,8 +52,7 @@ def sleepless_clock() -> Clock | None:
         number: int | None = getattr(time, name, None)
         if number is None or not hasattr(time, "clock_gettime"):
             return None
-        which = number
-        return lambda: time.clock_gettime(which)
+        return partial(time.clock_gettime, number)
 
 
 def plus_time_asleep(clock: Clock, with_sleep: Clock, without_sleep: Clock) -> Clock:
