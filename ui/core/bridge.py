@@ -24,7 +24,7 @@ class Bridge(QObject):
         super().__init__(parent)
         self._lock = Lock()
         self._waiting: list[Batch] = []
-        self._is_closed = False
+        self._is_closed = self._is_held = False
         self._has_come.connect(self._hand_on, Qt.ConnectionType.QueuedConnection)
 
     def deliver(self, batch: Batch) -> None:
@@ -37,6 +37,14 @@ class Bridge(QObject):
                 # Under the lock, so that `close` cannot return while the signal is on its way out.
                 self._has_come.emit()
 
+    def hold(self) -> None:
+        """Hand nothing on until `release`: who has to hear all of it is still being made."""
+        self._is_held = True
+
+    def release(self) -> None:
+        self._is_held = False
+        self._hand_on()
+
     def close(self) -> None:
         """Hand nothing on from now. What waits is dropped: the window is going."""
         with self._lock:
@@ -44,6 +52,8 @@ class Bridge(QObject):
             self._waiting.clear()
 
     def _hand_on(self) -> None:
+        if self._is_held:
+            return
         with self._lock:
             waiting, self._waiting = self._waiting, []
         # Samples of a port that was just left are not those of the next one.

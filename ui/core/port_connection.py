@@ -207,6 +207,13 @@ class PortConnection(QObject):
         self._worker.close()
         self.changed.emit()
 
+    def hold(self) -> None:
+        """The port works, and is heard of at `release`, from the first byte on."""
+        self._bridge.hold()
+
+    def release(self) -> None:
+        self._bridge.release()
+
     def set_shown(self, *, is_shown: bool, every_s: float = PUBLISH_EVERY_S) -> None:
         """Whether the pages show this port; else what says nothing new comes a few times a second. `every_s`: a picture
         that moves faster wants it so often."""

@@ -47,6 +47,8 @@ FIRST_SIZE = QSize(1180, 720)
 WIDE_ENOUGH = 1280
 """For the panel of the simulated module beside a page with the names in the sidebar."""
 REFRESH_EVERY_MS = 100
+_HEARERS = ("diagnosis", "live")
+"""Pages that must hear of everything from the first byte on; the first live value waits for no other one."""
 
 
 class MainWindow(QMainWindow):
@@ -77,6 +79,8 @@ class MainWindow(QMainWindow):
         self._maker = PageMaker(services, entries, self._place, self)
         self._maker.done.connect(self._end_making)
         self._pages = self._maker.pages
+        self._unmade_hearers = self._entries.keys() & set(_HEARERS) or set(self._entries)
+        self._is_loaded = False
         self._waiting_target: Target | None = None
         self._is_leaving = self._is_over = False
         self._refreshed_at = 0.0
@@ -194,13 +198,16 @@ class MainWindow(QMainWindow):
 
     def make_pages(self) -> None:
         """Make the pages, with turns of the event loop between, so that the window stays alive meanwhile."""
+        self._is_loaded = True
         self._maker.begin()
-
-    def _end_making(self) -> None:
-        self.pages_made.emit()
         target, self._waiting_target = self._waiting_target, None
         if target is not None:
             self.connect_to(target)
+
+    def _end_making(self) -> None:
+        self.pages_made.emit()
+        self._connector.current.release()
+        self._connector.changed.emit()  # for the pages that were made while it connected
 
     def _place(self, key: str, page: Page) -> None:
         self._services.appearance.dress(page)
@@ -210,6 +217,9 @@ class MainWindow(QMainWindow):
         page.ports_wanted.connect(self.show_panel)
         if key == self.navigation.chosen:
             self.stack.setCurrentWidget(page)
+        self._unmade_hearers.discard(key)
+        if not self._unmade_hearers:
+            self._connector.current.release()
 
     def _file_pages(self) -> list[FilePage]:
         pages = ((key, self._pages[key]) for key in self._entries if key in self._pages)
@@ -231,9 +241,13 @@ class MainWindow(QMainWindow):
         self._refresh_notice()
 
     def connect_to(self, target: Target) -> None:
-        if not self._maker.is_done:
-            self._waiting_target = target  # the pages hear of everything, from the first byte on
+        if not self._is_loaded:
+            self._waiting_target = target
             return
+        if self._unmade_hearers:
+            self._connector.current.hold()
+            for key in _HEARERS:
+                self._maker.want(key)
         self.attention.leave(partial(self._connector.connect_to, target))
 
     def disconnect_port(self) -> None:

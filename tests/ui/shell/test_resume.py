@@ -15,6 +15,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
+from app.captures.entries import Way
 from app.diagnosis.link_state import Phase
 from app.engine.ports import PortInfo, PortsUnknown
 from app.engine.reconnect import RETURN_LIMIT_S, Absence
@@ -23,7 +24,7 @@ from app.engine.worker import Batch, PortState, Worker
 from app.procedures.read import READABLE
 from app.safety.acts import Act
 from protocol.catalogue import SERIAL_OUTPUT, Request
-from protocol.events import Sent
+from protocol.events import Received, Sent
 from tests.support.processes import RunningModule, run_module
 from tests.support.terminals import taken
 from tests.support.window.fakes_ui import (
@@ -39,6 +40,7 @@ from tests.support.window.fakes_ui import (
 from tests.support.window.steps import settle
 from ui.acts.confirm import Confirm
 from ui.main import PAGES, Assembly
+from ui.shell.main_window import MainWindow
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
 
@@ -301,13 +303,37 @@ def test_without_that_page_there_is_no_such_button(qtbot: QtBot, qapp: QApplicat
         assert assembly.window.notice_bar.button("why") is None
 
 
-def test_a_port_that_is_wanted_early_is_opened_once_the_pages_are_there(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+def test_a_port_that_is_wanted_early_is_read_while_the_pages_are_made_and_none_misses_anything(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    with simulated("early"), window(qapp, tmp_path) as assembly:
+    ends: list[int] = []
+    end = MainWindow._end_making
+
+    def _end_making(_window: MainWindow) -> None:
+        ends.append(1)
+
+    monkeypatch.setattr(MainWindow, "_end_making", _end_making)
+    with simulated("early"), window(qapp, tmp_path, entries=PAGES) as assembly:
+        connector, batches = assembly.connector, list[Batch]()
+        connector.batch.connect(batches.append)
         assembly.window.connect_to(Target("sim://early", 115200))
-        assert not assembly.connector.is_wanted
-        wait_online(qtbot, assembly)
+        assert not connector.is_wanted  # the store is not open yet
+        qtbot.waitUntil(lambda: bool(ends), timeout=WAIT_MS)
+        wait_online(qtbot, assembly)  # the last page is not waited for
+        end(assembly.window)
+        pages: dict[str, Any] = assembly.window._pages
+        events = [one for batch in batches for one in batch.events]
+        sent = [one.raw for one in events if isinstance(one, Sent)]
+        received = [one.frame.raw for one in events if isinstance(one, Received)]
+        kept = pages["diagnosis"].kept.entries()
+        assert b"".join(one.raw for one in kept if one.way is Way.OUT) == b"".join(sent)
+        assert b"".join(one.raw for one in kept if one.way is Way.IN) == b"".join(received)
+        assert len(sent) > 5 < len(received)
+        assert pages["live"].data.has_samples
+        assert pages["settings"].work.can_write
+        for key in ("settings", "triggers", "tests"):
+            assert pages[key].work._whose == connector.whose, key
+        assert [one.target for one in pages["fleet"].members.connections] == [connector.target]
 
 
 def test_nothing_of_the_module_before_is_shown_for_another_port(
