@@ -24,6 +24,7 @@ class VisibilityTimer(QObject):
         hidden: Callable[[], object] | None = None,
     ) -> None:
         super().__init__(widget)
+        self._widget = widget
         self._refresh, self._retranslate = refresh, retranslate or refresh
         self._hidden = hidden
         self._timer: QTimer | None = None
@@ -31,6 +32,11 @@ class VisibilityTimer(QObject):
             self._timer = QTimer(self, interval=every_ms)
             self._timer.timeout.connect(tick or refresh)
         widget.installEventFilter(self)
+
+    def refresh_seen(self) -> None:
+        """Something changed: refresh now where the widget is visible, else when it is shown."""
+        if self._widget.isVisible():
+            self._refresh()
 
     def restart(self) -> None:
         """The next tick is a whole period from now."""

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QApplication, QWidget
+from PySide6.QtWidgets import QApplication, QLabel, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.captures.entries import Way
@@ -371,3 +371,27 @@ def test_after_a_sleep_it_is_said_and_nothing_goes_on(
         assert assembly.window._services.armed.act is None
         qtbot.waitUntil(lambda: fresh(assembly) == KEYS, timeout=WAIT_MS)
         assert phase(assembly) is Phase.ONLINE
+
+
+def test_a_hidden_page_is_brought_up_to_date_when_it_is_shown_and_not_before(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    with simulated("hidden"), window(qapp, tmp_path, entries=PAGES) as assembly:
+        assembly.window.connect_to(Target("sim://hidden", 115200))
+        wait_online(qtbot, assembly)
+        qtbot.waitUntil(lambda: len(assembly.window._pages) == len(PAGES), timeout=WAIT_MS)
+        for key in ("commands", "settings", "live"):
+            assembly.window.go_to(key)
+        labels: dict[str, list[Any]] = {
+            "commands": [
+                assembly.window.findChild(QLabel, one) for one in ("act_zero_conditions", "ritual_conditions")
+            ],
+            "settings": [assembly.window.findChild(QLabel, "baud_conditions")],
+        }
+        before = {key: [one.text() for one in its] for key, its in labels.items()}
+        assembly.connector.disconnect_port()
+        qtbot.waitUntil(lambda: not assembly.connector.is_open, timeout=WAIT_MS)
+        for key, its in labels.items():
+            assert [one.text() for one in its] == before[key]
+            assembly.window.go_to(key)
+            assert all(one.text() != old for one, old in zip(its, before[key], strict=True))

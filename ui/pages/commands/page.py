@@ -61,9 +61,9 @@ class CommandsPage(Page):
         self.acts = {act: ActRow(services, act) for act in (*OPERATION, *MAINTENANCE)}
         self.ritual = RitualWidget(services)
         self._lay_out()
-        VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS)
-        self._connector.changed.connect(self.refresh)
-        services.lock.changed.connect(self.refresh)
+        timer = VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS)
+        self._connector.changed.connect(timer.refresh_seen)
+        services.lock.changed.connect(timer.refresh_seen)
         self.refresh()
 
     def refresh(self) -> None:

@@ -91,7 +91,7 @@ class SettingsPage(Page):
         for view in (self._form, self.compare, self.calibration):
             self._stack.addWidget(view)
         self._wire()
-        VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS)
+        self.work.changed.connect(VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS).refresh_seen)
         self.refresh()
 
     def open_file(self, path: Path) -> None:
@@ -259,7 +259,6 @@ class SettingsPage(Page):
         self.compare.closed.connect(self.show_form)
         self.calibration.closed.connect(self.show_form)
         self.calibration.proposed.connect(self._take_threshold)
-        work.changed.connect(self.refresh)
         exchange = self._services.exchange
         exchange.find_drafts = lambda: form.wanted
         exchange.can_use = lambda: work.can_edit
