@@ -1242,10 +1242,6 @@
         <translation>导出所显示的…</translation>
     </message>
     <message>
-        <source>Export the archive</source>
-        <translation>导出归档</translation>
-    </message>
-    <message>
         <source>Exporting {name}</source>
         <translation>正在导出 {name}</translation>
     </message>
@@ -1548,10 +1544,6 @@
     <message>
         <source>Implausible</source>
         <translation>不可信</translation>
-    </message>
-    <message>
-        <source>Import an archive</source>
-        <translation>导入归档</translation>
     </message>
     <message>
         <source>Import…</source>
@@ -2210,10 +2202,6 @@
         <translation>命名</translation>
     </message>
     <message>
-        <source>Name of the module</source>
-        <translation>模块名称</translation>
-    </message>
-    <message>
         <source>Name the module to keep these records.</source>
         <translation>请给模块命名，以保存这些记录。</translation>
     </message>
@@ -2798,10 +2786,6 @@
         <translation>打开</translation>
     </message>
     <message>
-        <source>Open a folder of flight logs</source>
-        <translation>打开飞行日志文件夹</translation>
-    </message>
-    <message>
         <source>Open a profile</source>
         <translation>打开配置文件</translation>
     </message>
@@ -2956,10 +2940,6 @@
     <message>
         <source>Plots</source>
         <translation>曲线</translation>
-    </message>
-    <message>
-        <source>Plots over time</source>
-        <translation>随时间变化的曲线</translation>
     </message>
     <message>
         <source>Plug and cable</source>
@@ -3270,10 +3250,6 @@
         <translation>记录</translation>
     </message>
     <message>
-        <source>Records of the module</source>
-        <translation>模块的记录</translation>
-    </message>
-    <message>
         <source>Records restored from the copy of {when}; later ones are missing.</source>
         <translation>记录已从 {when} 的备份恢复；此后的记录缺失。</translation>
     </message>
@@ -3434,20 +3410,12 @@
         <translation>保存抓包…</translation>
     </message>
     <message>
-        <source>Save picture</source>
-        <translation>保存图片</translation>
-    </message>
-    <message>
         <source>Save picture…</source>
         <translation>保存图片…</translation>
     </message>
     <message>
         <source>Save support bundle…</source>
         <translation>保存诊断包…</translation>
-    </message>
-    <message>
-        <source>Save values</source>
-        <translation>保存数据</translation>
     </message>
     <message>
         <source>Save values…</source>
@@ -4278,8 +4246,8 @@
         <translation>阈值</translation>
     </message>
     <message>
-        <source>Ticked settings are written to the module</source>
-        <translation>勾选的参数将写入模块</translation>
+        <source>Ticked settings are written</source>
+        <translation>勾选的参数将写入</translation>
     </message>
     <message>
         <source>Tilt</source>
@@ -4846,10 +4814,6 @@
         <translation>Zip 文件 (*.zip)</translation>
     </message>
     <message>
-        <source>[{name}] is a table.</source>
-        <translation>[{name}] 应为一个表。</translation>
-    </message>
-    <message>
         <source>a condition opened</source>
         <translation>某项条件不再满足</translation>
     </message>
@@ -4992,10 +4956,6 @@
     <message>
         <source>as read with the bay open</source>
         <translation>等于伞仓打开时的读数</translation>
-    </message>
-    <message>
-        <source>at most {count} [[manual]] tables.</source>
-        <translation>最多 {count} 个 [[manual]] 表。</translation>
     </message>
     <message>
         <source>at rest it is 1 g</source>
@@ -5336,10 +5296,6 @@
     <message>
         <source>forget the server</source>
         <translation>清除服务器设置</translation>
-    </message>
-    <message>
-        <source>format: a whole number from 1.</source>
-        <translation>format：从 1 开始的整数。</translation>
     </message>
     <message>
         <source>forward</source>
@@ -5764,10 +5720,6 @@
     <message>
         <source>not named</source>
         <translation>未填写</translation>
-    </message>
-    <message>
-        <source>not named yet</source>
-        <translation>尚未命名</translation>
     </message>
     <message>
         <source>not reached</source>
@@ -6290,10 +6242,6 @@
         <translation>已触发</translation>
     </message>
     <message>
-        <source>true or false is needed</source>
-        <translation>需要 true 或 false</translation>
-    </message>
-    <message>
         <source>trust the station that signed FILE</source>
         <translation>信任为 FILE 签名的站点</translation>
     </message>
@@ -6614,24 +6562,8 @@
         <translation>{name}：最多 {count} 个字符。</translation>
     </message>
     <message>
-        <source>{name}: days from 1 to {most}.</source>
-        <translation>{name}：1 到 {most} 天。</translation>
-    </message>
-    <message>
-        <source>{name}: text in quotation marks.</source>
-        <translation>{name}：带引号的文本。</translation>
-    </message>
-    <message>
-        <source>{name}: true or false.</source>
-        <translation>{name}：true 或 false。</translation>
-    </message>
-    <message>
         <source>{name}: {code} is not allowed.</source>
         <translation>{name}：不允许使用 {code}。</translation>
-    </message>
-    <message>
-        <source>{name}: {first} or {second}.</source>
-        <translation>{name}：{first} 或 {second}。</translation>
     </message>
     <message>
         <source>{name}: {low} to {high}; {why}.</source>
@@ -6887,7 +6819,7 @@
     </message>
     <message>
         <source>{value} s</source>
-        <translation>{value} s</translation>
+        <translation>{value} 秒</translation>
     </message>
     <message>
         <source>{value}, confirmed by a person</source>

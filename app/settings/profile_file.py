@@ -185,7 +185,7 @@ class _Reader:
             if key not in _KEYS and key not in SETTINGS_BY_KEY:
                 self._refuse((key,), marked("“{name}” is unknown."), name=shortened(key))
         if tables.get("format", FORMAT) != FORMAT or isinstance(tables.get("format"), bool):
-            self._refuse(("format",), marked("format: a whole number from 1."))
+            self._expect(("format",), "1")
         name = self._text(tables, "name", LONGEST_NAME)
         fingerprint = self._text(tables, "approved_fingerprint", LONGEST_NAME) or None
         if fingerprint is not None and not is_fingerprint(fingerprint):
@@ -244,10 +244,7 @@ class _Reader:
         value = table.get("activated_by", ActivatedBy.PERSON.value)
         found = next((one for one in ActivatedBy if one.value == value), None)
         if found is None:
-            self._refuse(
-                ("expectations", "activated_by"), marked("{name}: {first} or {second}."),
-                name="activated_by", first='"person"', second='"aircraft"',
-            )  # fmt: skip
+            self._expect(("expectations", "activated_by"), '"person", "aircraft"')
         return found or ActivatedBy.PERSON
 
     def _tests(self, table: dict[str, Any]) -> Iterator[tuple[GuidedKind, int]]:
@@ -257,15 +254,13 @@ class _Reader:
             if kind is None:
                 self._refuse(("tests", name), marked("“{name}” is unknown."), name=shortened(name))
             elif not is_number or not 1 <= value <= MOST_TEST_DAYS:
-                why = marked("{name}: days from 1 to {most}.")
-                self._refuse(("tests", name), why, name=name, most=MOST_TEST_DAYS)
+                self._expect(("tests", name), f"1 … {MOST_TEST_DAYS}")
             else:
                 yield kind, value
 
     def _manual(self, items: object) -> Iterator[ManualLine]:
         if not isinstance(items, list) or len(items) > MOST_ITEMS:
-            why = marked("at most {count} [[manual]] tables.")
-            self._refuse(("manual",), why, count=MOST_ITEMS)
+            self._expect(("manual",), f"[[manual]], ≤ {MOST_ITEMS}")
             return
         for place, item in enumerate(items):
             path = ("manual", str(place))
@@ -279,25 +274,29 @@ class _Reader:
                 self._refuse(path, marked("each [[manual]] needs a text."))
             yield ManualLine(text, self._flag(item, (*path, "required")))
 
+    def _expect(self, path: tuple[str, ...], expected: str) -> None:
+        why = said(marked("expected {expected}"), expected=expected)
+        self._refuse(path, marked("{name}: {why}."), name=path[-1], why=why)
+
     def _table(self, tables: dict[str, Any], key: str) -> dict[str, Any]:
         table = tables.get(key, {})
         if isinstance(table, dict):
             return table
-        self._refuse((key,), marked("[{name}] is a table."), name=key)
+        self._expect((key,), f"[{key}]")
         return {}
 
     def _flag(self, table: dict[str, Any], path: tuple[str, ...]) -> bool:
         value = table.get(path[-1], False)
         if isinstance(value, bool):
             return value
-        self._refuse(path, marked("{name}: true or false."), name=path[-1])
+        self._expect(path, "true, false")
         return False
 
     def _text(self, table: dict[str, Any], key: str, longest: int, *, under: tuple[str, ...] = ()) -> str:
         value = table.get(key, "")
         path = (*under, key)
         if not isinstance(value, str):
-            self._refuse(path, marked("{name}: text in quotation marks."), name=key)
+            self._expect(path, '"…"')
             return ""
         if len(value) > longest:
             self._refuse(path, marked("{name}: at most {count} characters."), name=key, count=longest)

@@ -55,7 +55,7 @@ def parse_value(wanted: Field, text: str) -> Value:
 def _kind_needed(wanted: Field) -> UserMessage:
     if isinstance(wanted, Quantity | Choice):
         return said(marked("a number is needed"))
-    return said(marked("true or false is needed"))
+    return said(marked("expected {expected}"), expected="true, false")
 
 
 def _why_refused(wanted: Field, value: object, error: ValueRefused | None) -> UserMessage:

@@ -88,7 +88,7 @@ class ArchiveDialog(QDialog):
         self.modules = modules_table(self)
         self.life = life_table(self)
         texts.bind(self.modules.view.setAccessibleName, "Modules")
-        texts.bind(self.life.view.setAccessibleName, "Records of the module")
+        texts.bind(self.life.view.setAccessibleName, "Records")
         self.modules.view.selectionModel().selectionChanged.connect(lambda _new, _old: self._show_life())
         split = named(QSplitter(Qt.Orientation.Vertical), "archive_split")
         split.addWidget(self.modules.view)
@@ -271,11 +271,11 @@ def _ask_save(parent: QWidget) -> Path | None:
     """An existing file is added to, so nothing is asked before it."""
     options = QFileDialog.Option.DontConfirmOverwrite
     name, _filter = QFileDialog.getSaveFileName(
-        parent, tr("Export the archive"), f"dps-s{SUFFIX}", tr("Archive (*.dpsarchive)"), options=options
+        parent, tr("Export…"), f"dps-s{SUFFIX}", tr("Archive (*.dpsarchive)"), options=options
     )
     return Path(name) if name else None
 
 
 def _ask_open(parent: QWidget) -> Path | None:
-    name, _filter = QFileDialog.getOpenFileName(parent, tr("Import an archive"), "", tr("Archive (*.dpsarchive)"))
+    name, _filter = QFileDialog.getOpenFileName(parent, tr("Import…"), "", tr("Archive (*.dpsarchive)"))
     return Path(name) if name else None

@@ -35,7 +35,7 @@ def ask_flight_logs(parent: QWidget, folder: Path) -> Sequence[Path]:
 
 def ask_folder(parent: QWidget, folder: Path) -> Sequence[Path]:
     """One existing folder."""
-    name = QFileDialog.getExistingDirectory(parent, tr("Open a folder of flight logs"), str(folder))
+    name = QFileDialog.getExistingDirectory(parent, tr("Open flight logs"), str(folder))
     return [Path(name)] if name else []
 
 

@@ -163,7 +163,7 @@ class SaveBar(QWidget):
         if self.is_saving:
             return
         excerpt, origin = self._take_excerpt(), self._find_origin()
-        path = self._choose(tr("Save values"), ".csv", tr("Table (*.csv)"))
+        path = self._choose(tr("Save values…"), ".csv", tr("Table (*.csv)"))
         if path is None:
             return
         rows = f"{excerpt.row_count:,}"
@@ -179,7 +179,7 @@ class SaveBar(QWidget):
         if self.is_saving:
             return
         image = self._take_picture(foot_text(self._find_origin(), datetime.now().astimezone()))
-        path = self._choose(tr("Save picture"), ".png", tr("Picture (*.png)"))
+        path = self._choose(tr("Save picture…"), ".png", tr("Picture (*.png)"))
         if path is None:
             return
         self._save(path, png_parts(image), 1, tr("Saved to {path}.", path=path))

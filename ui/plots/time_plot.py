@@ -76,7 +76,7 @@ class TimePlot(QWidget):
         self._drawn = None
 
     def _connect(self, texts: Texts) -> None:
-        texts.bind(self._canvas.setAccessibleName, "Plots over time")
+        texts.bind(self._canvas.setAccessibleName, "Plots")
         texts.bind(self._canvas.setToolTip, "Arrow keys move, + and − zoom, Shift with arrow keys reads off")
         self._canvas.setToolTipDuration(4000)
         texts.bind(self._language_changed, "Pause")

@@ -131,7 +131,7 @@ def test_a_rate_that_comes_at_the_next_start_is_not_verified(port: str, capsys: 
         (["attitude_threshold_deg=60.5"], ["60° and 61°"]),
         (["attitude_threshold_deg=9" + "9" * 5000], ["a number is needed"]),
         (["baud_rate=12345"], ["12345 is not one of 4800, 9600"]),
-        (["attitude_trigger=1"], ["true or false is needed"]),
+        (["attitude_trigger=1"], ["expected true, false"]),
         (["deploy=true"], ["deploy: expected "]),
         (["freefall_time=1.2"], ["freefall_time: expected "]),
         (["freefall_time_s=1.2", "freefall_time_s=1.3"], ["given twice"]),

@@ -165,7 +165,7 @@ def test_it_is_sent_again_when_the_port_comes_back_in_time(qtbot: QtBot, qapp: Q
         assert assembly.lock.is_going_on
         notice = assembly.window.notice_bar.notice
         assert notice is not None
-        assert "when the port comes back" in notice.text
+        assert "when the port is back" in notice.text
         bench.heal()
         bench.change(mute=False)
         bench.plug()

@@ -152,7 +152,7 @@ class _CompareRow:
     def __init__(self, command: Command, texts: Texts) -> None:
         self.command = command
         self.tick = control(QCheckBox(), texts, f"profile_tick_{command.name}", command.title,
-                            tip="Ticked settings are written to the module")  # fmt: skip
+                            tip="Ticked settings are written")  # fmt: skip
         self.wanted = named(QLabel(), f"profile_wanted_{command.name}", "strong")
         self.stands = ValueLabel(command)
         self.stands.setObjectName(f"profile_stands_{command.name}")

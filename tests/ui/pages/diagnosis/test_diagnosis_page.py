@@ -357,7 +357,7 @@ def test_an_error_in_another_thread_is_said_too(qtbot: QtBot, qapp: QApplication
                 thread.start()
                 thread.join()
             assert armed.act is None
-            qtbot.waitUntil(lambda: bar.notice is not None and "3 times" in bar.notice.text, timeout=WAIT_MS)
+            qtbot.waitUntil(lambda: bar.notice is not None and "×3" in bar.notice.text, timeout=WAIT_MS)
 
 
 def test_the_views_are_reached_by_key(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
