@@ -65,8 +65,6 @@ class FlightsPage(Page):
         self.fired_only = control(QCheckBox(), texts, "flights_fired_only", "Only fired")
         self.open_files = control(QPushButton(), texts, "flights_open", "Open files…", key="Ctrl+O",
                                   picture=Icon.FOLDER, role="primary", slot=self.choose_files)  # fmt: skip
-        self.open_folder = control(QPushButton(), texts, "flights_open_folder", "Open folder…", key="Ctrl+Shift+O",
-                                   slot=self.choose_folder)  # fmt: skip
         self.strip = NoticeBar(texts)
         self.strip.setObjectName("flights_notice")
         self.thresholds = ThresholdPanel(texts)
@@ -275,7 +273,6 @@ class FlightsPage(Page):
         self.proposal.said.connect(self._say)
         self.proposal.settings_wanted.connect(lambda: self.page_wanted.emit("settings"))
         Shortcut("flights_open_key", self, self.open_files, self.choose_files)
-        Shortcut("flights_folder_key", self, self.open_folder, self.choose_folder)
 
     def _make_overview(self) -> QWidget:
         content = named(QWidget(), "flights_content")
@@ -292,9 +289,11 @@ class FlightsPage(Page):
 
     def _lay_out(self) -> None:
         self.header = self.make_header(
-            self._services.texts, marked("Flight logs"), self.thresholds.reading, self.fired_only, self.open_folder,
-            self.open_files,
-        )  # fmt: skip
+            self._services.texts, marked("Flight logs"), self.thresholds.reading, self.fired_only, self.open_files
+        )
+        folder = self.header.add_rare("flights_open_folder", marked("Open folder…"), self.choose_folder)
+        folder.setShortcut("Ctrl+Shift+O")
+        self.addAction(folder)
         self.header.add_rare("flights_profile_save", marked("Save as profile…"), self.proposal.save_profile)
         self.header.add_rare("flights_profile_put", marked("Add to a profile…"), self.proposal.add_to_profile)
         in_column(

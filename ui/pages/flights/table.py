@@ -13,7 +13,7 @@ from ui.pages.flights.controller import FlightRow
 from ui.pages.flights.model import COLUMNS, FlightColumn
 from ui.pages.flights.texts import MOVE_WORDS
 from ui.style.icons import Icon, icon
-from ui.style.theme import Size, Space, font
+from ui.style.theme import Size, Space, font, scaled
 from ui.widgets.naming import named
 
 ROW_PX: Final = 28
@@ -63,7 +63,7 @@ class FlightTable(QTableView):
         for column, text in texts.items():
             head = strong.horizontalAdvance(tr(COLUMNS[column].title)) + Space.XL + 2  # with the arrow of the order
             extra = _ICON_PX if column in (FlightColumn.FIRES, FlightColumn.PROBLEMS) else 0
-            width = max(body.horizontalAdvance(text) + extra + 2 * _PAD_PX + _FRAME_PX, head)
+            width = max(body.horizontalAdvance(text) + extra + 2 * scaled(_PAD_PX) + _FRAME_PX, head)
             self.setColumnWidth(column, width)
             if column is FlightColumn.DURATION:
                 self._duration_px = width

@@ -11,7 +11,7 @@ from app.text.i18n import tr
 from ui.forms.table_kit import ROW_ROLE, Index, RowsFilter, list_rows
 from ui.pages.recordings.model import COLUMNS, Column
 from ui.pages.recordings.outlines import Outlines, draw_outline
-from ui.style.theme import Size, Space, current, font
+from ui.style.theme import Size, Space, current, font, scaled
 from ui.widgets.naming import named
 
 ROW_PX: Final = 44
@@ -82,7 +82,9 @@ class RecordingsTable(QTableView):
             # The sorted one has an arrow beside its head.
             head = strong.horizontalAdvance(tr(COLUMNS[column].title)) + Space.XL + 2
             extra = _ICON_PX if column in (Column.KEPT, Column.WHEN) else 0
-            self.setColumnWidth(column, max(body.horizontalAdvance(text) + extra + 2 * _PAD_PX + _FRAME_PX, head))
+            self.setColumnWidth(
+                column, max(body.horizontalAdvance(text) + extra + 2 * scaled(_PAD_PX) + _FRAME_PX, head)
+            )
 
     def chosen(self) -> tuple[RecordingEntry, ...]:
         """In the order in which they stand."""
