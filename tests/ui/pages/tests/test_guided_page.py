@@ -283,7 +283,7 @@ def test_a_pulled_plug_is_said_and_lock_waits_for_the_port(bench: GestureBench) 
     assert isinstance(work.outcome, BrokenOff)
     assert work.owes_lock
     # The window looks for the port by itself meanwhile: while it tries, it says nothing of LOCK for a moment.
-    bench.until(lambda: "LOCK could not be sent" in said(bench))
+    bench.until(lambda: "LOCK not sent" in said(bench))
     assert LOCK not in bench.sent
     bench.bench.plug()
     target = bench.assembly.connector.target
