@@ -153,6 +153,6 @@ def test_the_command_line_ends_with_2_and_keeps_nothing(
 @pytest.mark.usefixtures("speaks_english", "hasty")
 def test_what_only_asks_goes_on(capture: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert program.main(["history", "--port", capture, "--module", "M-07"]) in (0, 4)
-    assert "Not kept: a capture was played" in Printed(capsys).err
+    assert "A recording is played" in Printed(capsys).err
     assert program.main(["monitor", "--port", capture, "--seconds", "1"]) == 0
     assert not (data_folder() / FILE_NAME).exists() or not _kept_anything()
