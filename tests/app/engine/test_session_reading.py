@@ -129,6 +129,13 @@ def test_no_answer_says_what_was_seen_instead(options: dict[str, object], silenc
     assert rig.clock.now_s - start_s < 2
 
 
+def test_only_what_comes_after_the_question_tells_why_nothing_answers() -> None:
+    rig = settled_rig(mute=True, echo=True)
+    assert rig.run(greet()).silence is Silence.ECHO
+    rig.bench.change(echo=False)
+    assert rig.run(greet()).silence is Silence.NOTHING
+
+
 @pytest.mark.parametrize("rate", [4800, 9600, 19200, 38400, 57600, 115200])
 def test_the_rate_is_found_wherever_it_is(rate: int) -> None:
     rig = settled_rig(baud=rate)
