@@ -111,7 +111,7 @@
     </message>
     <message>
         <source>A capture is played here: it answers questions, but there is no module to change or to check.</source>
-        <translation>这里播放的是捕获文件：只能回答查询，没有模块可以更改或检查。</translation>
+        <translation>这里播放的是抓包文件：只能回答查询，没有模块可以更改或检查。</translation>
     </message>
     <message>
         <source>A damaged part is left out.</source>
@@ -1227,7 +1227,7 @@
     </message>
     <message>
         <source>Explain captured bytes</source>
-        <translation>解析捕获的字节</translation>
+        <translation>解析抓包字节</translation>
     </message>
     <message>
         <source>Export all…</source>
@@ -3919,7 +3919,7 @@
     </message>
     <message>
         <source>The capture is full; the rest is in the recording {name}.</source>
-        <translation>捕获文件已满；其余在数据记录 {name} 中。</translation>
+        <translation>抓包文件已满；其余在数据记录 {name} 中。</translation>
     </message>
     <message>
         <source>The chain is broken at entry {entry}.</source>
@@ -4483,7 +4483,7 @@
     </message>
     <message>
         <source>Unexpected error: {error}. Nothing is armed.</source>
-        <translation>意外错误：{error}。所有待命操作均已解除。</translation>
+        <translation>意外错误：{error}。没有任何操作处于预备状态。</translation>
     </message>
     <message>
         <source>Unit</source>
@@ -4607,7 +4607,7 @@
     </message>
     <message>
         <source>Verify a file…</source>
-        <translation>校验文件…</translation>
+        <translation>验证文件…</translation>
     </message>
     <message>
         <source>Verify a pre-flight record</source>
@@ -4751,7 +4751,7 @@
     </message>
     <message>
         <source>Write and verify settings</source>
-        <translation>写入并校验参数</translation>
+        <translation>写入并验证参数</translation>
     </message>
     <message>
         <source>Write anyway</source>
@@ -4879,7 +4879,7 @@
     </message>
     <message>
         <source>add to an archive file</source>
-        <translation>追加到存档文件</translation>
+        <translation>追加到归档文件</translation>
     </message>
     <message>
         <source>add to the file (not .mcap)</source>
@@ -5335,7 +5335,7 @@
     </message>
     <message>
         <source>hex bytes, a capture, or - for standard input</source>
-        <translation>十六进制字节、捕获文件，或 - 表示标准输入</translation>
+        <translation>十六进制字节、抓包文件，或 - 表示标准输入</translation>
     </message>
     <message>
         <source>holds for {minutes} min</source>
@@ -5355,7 +5355,7 @@
     </message>
     <message>
         <source>import an archive file</source>
-        <translation>导入存档文件</translation>
+        <translation>导入归档文件</translation>
     </message>
     <message>
         <source>impossible value</source>
@@ -5907,7 +5907,7 @@
     </message>
     <message>
         <source>profile, capture, recording or check</source>
-        <translation>配置文件、捕获文件、数据记录或检查记录</translation>
+        <translation>配置文件、抓包文件、数据记录或检查记录</translation>
     </message>
     <message>
         <source>program error</source>
