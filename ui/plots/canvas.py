@@ -30,7 +30,8 @@ from ui.style.theme import Size, Theme, current, font
 _STRIP_PX = 22.0
 _LEAST_LANES = 2
 _LEAST_LINES = 1.5
-"""Height of a lane, in lines of text: in a lower one, limits and their labels lie on each other."""
+"""Height of a lane, in lines of text: in a lower one, limits and their labels lie on each other. For the first two one
+line is enough."""
 
 
 class Canvas(QWidget):
@@ -78,10 +79,12 @@ class Canvas(QWidget):
         title = line + 8
         for count in range(len(self._all_lanes), 0, -1):
             self.lanes = self._all_lanes[:count]
-            room = max(60.0, whole.height() - line - 8 - _STRIP_PX - count * title)
+            room = whole.height() - line - 8 - _STRIP_PX - count * title
             weights = sum(lane.lane.weight for lane in self.lanes)
-            if count <= _LEAST_LANES or room * self.lanes[-1].lane.weight / weights >= _LEAST_LINES * line:
+            least = _LEAST_LINES if count > _LEAST_LANES else 1.0
+            if room * self.lanes[-1].lane.weight / weights >= least * line:
                 break
+        room = max(line, room)
         top = 0.0
         for lane in self.lanes:
             height = round(room * lane.lane.weight / weights)

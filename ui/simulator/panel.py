@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from PySide6.QtCore import QEvent, Qt
+from PySide6.QtCore import QEvent, Qt, QTimer
 from PySide6.QtWidgets import (
     QCheckBox,
     QFormLayout,
@@ -95,7 +95,7 @@ class SimulatorPanel(QWidget):
     def changeEvent(self, event: QEvent) -> None:
         super().changeEvent(event)
         if self._is_made and event.type() in (QEvent.Type.StyleChange, QEvent.Type.FontChange):
-            self._fit()
+            QTimer.singleShot(0, self, self._fit)  # once the controls have taken the new style
 
     # Making
 

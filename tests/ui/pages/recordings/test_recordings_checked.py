@@ -80,7 +80,7 @@ def test_a_tilt_that_was_changed_is_left_out_and_said(tmp_path: Path) -> None:
         sound = before.tilts[: piece.first.status_rows] + before.tilts[piece.last.status_rows :]
         assert after.value.tolist() == sound
         assert recording.damage is not None
-        assert recording.damage.startswith("Damaged or altered: ")
+        assert recording.damage.startswith("Damaged or altered")
         assert [one.kind for one in recording.markers] == [MarkerKind.CONNECTED, MarkerKind.DAMAGED]
         export_csv(recording, tmp_path / "x.csv")
         export_mcap(recording, tmp_path / "x.mcap")
