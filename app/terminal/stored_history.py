@@ -1,9 +1,11 @@
 """Stores trigger records under the name of their module and reports new ones."""
 
+from contextlib import closing
 from typing import TYPE_CHECKING
 
 from app.engine.procedure import Procedure
 from app.procedures.history import History
+from app.terminal.command_journal import open_store_or_say
 from app.terminal.console import note, say
 from app.text.i18n import tr
 from app.text.sentences import listed
@@ -52,7 +54,6 @@ def keep_visit(
     from app.engine.playback import is_playback
     from app.records.check_store import CheckStore
     from app.store.database import StoreTrouble
-    from app.store.store import open_store
     from app.text.messages import clean
 
     name = clean(module.strip())
@@ -62,11 +63,11 @@ def keep_visit(
         say(tr("A recording is played; nothing of it is stored."))
         return True
     slots = [record.raw for record in history.records]
+    store = open_store_or_say()
+    if store is None:
+        return True
     try:
-        store = open_store()
-        try:
-            if store.notice is not None:
-                say(store.notice)
+        with closing(store):
             checks, known = CheckStore(store.database), store.module_named(name)
             if known is not None and not is_same_module:
                 against = _against(store, known.id, name, slots, found, history)
@@ -79,8 +80,6 @@ def keep_visit(
             )
             if found.is_complete:
                 store.keep_evidence(module_id, found)
-        finally:
-            store.close()
     except StoreTrouble as error:
         say(error.sentence)
         return True

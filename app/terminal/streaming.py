@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 
 from app.engine.worker import Batch
 from app.procedures.stream import StreamSwitch, watch
@@ -111,10 +111,8 @@ def _stream_memory(port: str) -> Iterator[StreamMemory]:
     if store is None:
         yield StreamMemory()
         return
-    try:
+    with closing(store):
         memory = StoredStreamMemory(store, adapter_of(port) or port)
         yield memory
         if memory.is_taken_over:
             note(tr(LEFT_ON))
-    finally:
-        store.close()
