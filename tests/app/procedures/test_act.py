@@ -331,6 +331,7 @@ def test_the_module_is_asked_again_after_a_long_wait_for_the_disk() -> None:
     rig.step_until(lambda: run.is_done)
     assert run.result is not None
     assert Interlock.IS_LOCKED in {one.condition for one in run.result.refusals}
+    assert Interlock.FRESH_STATUS not in {one.condition for one in run.result.refusals}, "it was asked"
     assert acts_sent(rig) == []
     assert journal.outcomes == {0: Outcome.NOT_SENT}
 
