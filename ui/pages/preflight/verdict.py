@@ -5,6 +5,7 @@ disc with a tick, READY a filled square with a padlock, NO-GO a filled octagon w
 everything else an outline.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import cos, pi, sin
 from typing import Final
@@ -130,18 +131,13 @@ class VerdictBanner(PaintedWidget):
         width = self.width() - left - Space.L
         if width < 60:
             return
-        head_font, body_font = font(Size.TITLE, is_bold=True), font(Size.BODY)
+        head_font = font(Size.TITLE, is_bold=True)
         head_font.setWeight(QFont.Weight.DemiBold)
         flags = int(Qt.AlignmentFlag.AlignLeft) | int(Qt.TextFlag.TextWordWrap)
-        head_metrics, body_metrics = QFontMetricsF(head_font), QFontMetricsF(body_font)
-        unlimited = QRectF(0, 0, width, 1000)
-        body = "\n".join(one.lines)
-        head_px = head_metrics.boundingRect(unlimited, flags, one.head).height() if one.head else 0.0
-        body_px = body_metrics.boundingRect(unlimited, flags, body).height() if body else 0.0
+        head_px = text_px(head_font, width, one.head)
         bar_px = 14.0 if one.progress is not None else 0.0
-        if head_px + body_px + bar_px > self.height() - 2 * Space.S:
-            body_font = font(Size.SMALL)
-            body_px = QFontMetricsF(body_font).boundingRect(unlimited, flags, body).height()
+        body_font, body = fitted(one.lines, width, self.height() - 2 * Space.S - head_px - bar_px)
+        body_px = text_px(body_font, width, body)
         top = max(float(Space.S), (self.height() - head_px - body_px - bar_px) / 2)
         if one.standing is Standing.VOID:
             _clear(painter, QColor(theme.surface), QRectF(left, 0, width, self.height()), head_px + body_px)
@@ -149,8 +145,7 @@ class VerdictBanner(PaintedWidget):
         painter.setFont(head_font)
         painter.drawText(QRectF(left, top, width, head_px), flags, one.head)
         painter.setFont(body_font)
-        room = max(0.0, self.height() - Space.S - top - head_px)
-        painter.drawText(QRectF(left, top + head_px, width, min(body_px, room)), flags, body)
+        painter.drawText(QRectF(left, top + head_px, width, body_px), flags, body)
         if one.progress is not None:
             bar = QRectF(left, top + head_px + body_px + 8, width, 6)
             painter.setPen(Qt.PenStyle.NoPen)
@@ -158,6 +153,22 @@ class VerdictBanner(PaintedWidget):
             painter.drawRoundedRect(bar, 3, 3)
             painter.setBrush(ink)
             painter.drawRoundedRect(QRectF(bar.left(), bar.top(), bar.width() * one.progress, bar.height()), 3, 3)
+
+
+def text_px(one: QFont, width: float, text: str) -> float:
+    """The height of a wrapped text."""
+    flags = int(Qt.AlignmentFlag.AlignLeft) | int(Qt.TextFlag.TextWordWrap)
+    return QFontMetricsF(one).boundingRect(QRectF(0, 0, width, 1000), flags, text).height() if text else 0.0
+
+
+def fitted(lines: Sequence[str], width: float, room_px: float) -> tuple[QFont, str]:
+    """The lines wrapped in the largest font that has room; else each on one row, cut: none is lost."""
+    for size in (Size.BODY, Size.SMALL):
+        one, text = font(size), "\n".join(lines)
+        if text_px(one, width, text) <= room_px:
+            return one, text
+    metrics = QFontMetricsF(one)
+    return one, "\n".join(metrics.elidedText(line, Qt.TextElideMode.ElideRight, width - 2) for line in lines)
 
 
 def _clear(painter: QPainter, colour: QColor, room: QRectF, height_px: float) -> None:

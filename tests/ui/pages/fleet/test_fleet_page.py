@@ -1,5 +1,6 @@
 """The fleet board over fake ports: no wrong card ever, LOCK for one and for all."""
 
+import json
 import random
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -7,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QApplication, QPushButton
+from PySide6.QtWidgets import QApplication, QPushButton, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.engine.identity import Identity, Trust
@@ -274,3 +275,25 @@ def test_closing_asks_while_any_module_is_active_and_locks_all_of_them(desk: Des
     button.click()
     assert [len(worker.wanted(is_urgent=True)) for _, worker in desk.modules] == [1, 1]
     assert not closed
+
+
+def test_the_report_of_all_is_exported_by_its_button(desk: Desk, tmp_path: Path) -> None:
+    desk.plug_in(2)
+    assert not desk.page.report.isEnabled()  # nothing was checked
+    desk.click(desk.page.check)
+    for _, worker in desk.modules:
+        worker.end_jobs(Cancelled())
+    desk.wait(desk.page.report.isEnabled)
+    asked: list[str] = []
+
+    def choose(_parent: QWidget, title: str, _suggested: Path, _kinds: str) -> Path:
+        asked.append(title)
+        return tmp_path / "fleet.pdf"
+
+    desk.page.ask_report = choose
+    desk.click(desk.page.report)
+    desk.wait(lambda: desk.page.said.notice is not None and "fleet.pdf" in desk.page.said.notice.text)
+    assert asked == ["Export report…"]
+    told = json.loads((tmp_path / "fleet.json").read_text(encoding="utf-8"))
+    assert [one["trouble"] for one in told["modules"]] == ["Cancelled."] * 2
+    assert (tmp_path / "fleet.pdf").read_bytes().startswith(b"%PDF")

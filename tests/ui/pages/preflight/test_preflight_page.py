@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from PySide6.QtCore import Qt
+from PySide6.QtGui import QFontMetricsF
 from PySide6.QtWidgets import QApplication, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
 
@@ -20,7 +21,8 @@ from tests.support.check_pace import hurry_check
 from tests.support.window.fakes_ui import WAIT_MS
 from tests.support.window.preflight_window import VERDICTS, find_in, kept, name_module, on_bench, said
 from ui.pages.preflight.controller import Standing
-from ui.style.theme import Meaning
+from ui.pages.preflight.verdict import fitted, text_px
+from ui.style.theme import Meaning, Size, font
 
 PROFILE = """
 format = 1
@@ -246,3 +248,13 @@ def test_without_a_store_the_verdict_stands_and_says_that_it_was_not_kept(
     with on_bench(qtbot, qapp, tmp_path, "homeless") as bench:
         assert bench.check() is Standing.READY
         assert "Not kept." in said(bench)
+
+
+def test_no_line_of_the_banner_is_lost_where_there_is_little_room(qapp: QApplication) -> None:
+    against = "Not met: " + ", ".join(["Attitude trigger enabled"] * 5) + " and 12 more"
+    lines = (against, "SIMULATED MODULE: this is no evidence.", "UNSIGNED, missing: Checked by, Module, Aircraft.")
+    room_px = 3 * QFontMetricsF(font(Size.SMALL)).height() + 2
+    one, text = fitted(lines, 200.0, room_px)
+    assert text_px(one, 200.0, text) <= room_px
+    assert [shown[:8] for shown in text.splitlines()] == [line[:8] for line in lines]
+    assert fitted(lines, 200.0, 1000.0)[1] == "\n".join(lines)
