@@ -154,7 +154,6 @@ def _values(evidence: PortEvidence) -> Mapping[str, object]:
         "visits": evidence.short_visits,
         "bytes": evidence.bytes_received,
         "rejected": counters.rejected,
-        "asked": counters.sent,
         "ms": "" if trip_s is None else round(trip_s * 1000),
     }
 
@@ -291,21 +290,15 @@ CAUSES: tuple[CauseRow, ...] = (
     CauseRow(
         Cause.FELL_SILENT,
         lambda seen: is_silent(seen) and seen.was_online,
-        marked("The module no longer answers."),
+        marked("The module does not answer."),
         marked("Check its power and cable; hold its switch for 2 s."),
     ),
     CauseRow(
         Cause.NOTHING,
-        lambda seen: seen.silence is Silence.NOTHING,
+        lambda seen: seen.silence is Silence.NOTHING or (is_silent(seen) and not seen.bytes_received),
         marked("No module answers on {port} at {rate} baud."),
         marked("Check power, ground and crossed TX and RX, or find the baud rate."),
         terminal_command="dps-s find",
-    ),
-    CauseRow(
-        Cause.NOTHING,
-        lambda seen: is_silent(seen) and not seen.bytes_received,
-        marked("No data on {port} after {asked} requests."),
-        marked("Check power, ground and crossed TX and RX, or find the baud rate."),
     ),
     CauseRow(
         Cause.SLOW_ADAPTER,

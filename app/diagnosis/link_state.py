@@ -11,6 +11,7 @@ from app.engine.transport import PortError
 from app.engine.worker import Connection, PortState
 from app.procedures.greet import Greeting, NoAnswer, Silence
 from app.text.i18n import tr
+from app.text.sentences import begun
 from protocol.link_states import Presence
 
 
@@ -132,7 +133,7 @@ def words(state: LinkState, now: float) -> LinkWords:
         case Phase.ASKING:
             return _under_way(tr("Asking the module…"))
         case Phase.ONLINE:
-            return LinkWords(tr("Connected"), tr("The module answers."), "", None)
+            return LinkWords(begun(tr("connected")), tr("The module answers."), "", None)
         case Phase.LATE:
             late = duration(state.lag_s or 0.0)
             return LinkWords(
@@ -169,12 +170,12 @@ def _under_way(word: str) -> LinkWords:
 
 
 def _offline_words(state: LinkState, now: float) -> LinkWords:
-    word = tr("Offline")
+    word = begun(tr("offline"))
     if state.since is not None:
         word = tr("Offline for {time}", time=duration(now - state.since))
     return LinkWords(
         word,
-        tr("The module no longer answers."),
+        tr("The module does not answer."),
         tr("Check its power and cable; hold its switch for 2 s."),
         None,
     )
@@ -186,7 +187,7 @@ def _silent_words(state: LinkState) -> LinkWords:
         case Silence.GARBAGE:
             word, step = tr("Wrong rate?"), NextStep.FIND_RATE
         case Silence.ECHO:
-            word, step = tr("Only an echo"), NextStep.CHOOSE_PORT
+            word, step = begun(tr("echo")), NextStep.CHOOSE_PORT
         case _:
             is_speaking = state.silence is Silence.OTHER_FRAMES
             word, step = tr("No answer"), NextStep.CHOOSE_PORT if is_speaking else NextStep.FIND_RATE
@@ -198,11 +199,11 @@ def _failed_words(trouble: PortError | None, absence: Absence | None) -> LinkWor
         return LinkWords(
             tr("Not connected"),
             tr("A program error closed the port."),
-            tr("Connect again."),
+            tr("Connect again"),
             NextStep.CONNECT_AGAIN,
         )
     explanation = explain(trouble)
-    word = tr("Not opened") if trouble.trouble not in LOSSES else tr("Port lost")
+    word = tr("Not connected") if trouble.trouble not in LOSSES else tr("Port lost")
     next_step = explanation.next_step if absence is None else tr(absence.value)
     return LinkWords(word, explanation.what, next_step, NextStep.CONNECT_AGAIN)
 

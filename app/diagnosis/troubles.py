@@ -25,7 +25,7 @@ def explain(error: Exception) -> Explanation:
     if found is not None:
         return found
     if isinstance(error, Slept):
-        return Explanation(tr("The computer slept; the operation was cancelled."), tr("Start it again."))
+        return Explanation(tr("The computer slept; the operation was cancelled."), tr("Try again"))
     return Explanation(
         tr("Unexpected error: {error}.", error=error),
         tr("Connect again. If it fails, save a support bundle (Diagnosis)."),

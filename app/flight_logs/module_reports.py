@@ -43,13 +43,15 @@ def read_recording(folder: Path) -> FlightLog:
             is_damaged = recording.damage is not None
     except RecordingUnreadable as error:
         cause = error.__cause__
-        raise LogUnreadable(said(str(cause)) if isinstance(cause, Unreadable) else cannot_be_read()) from error
+        raise LogUnreadable(
+            said("{why}.", why=said(str(cause))) if isinstance(cause, Unreadable) else cannot_be_read()
+        ) from error
     problems = [said(marked("A damaged part is left out."))] if is_damaged else []
     return flight_of_reports(str(folder), LogFormat.RECORDING, reports, problems)
 
 
 def cannot_be_read() -> UserMessage:
-    return said(marked("cannot be read"))
+    return said(marked("It cannot be read."))
 
 
 # MCAP, as this program writes it: https://mcap.dev/spec

@@ -29,9 +29,9 @@ def read_flight_log(path: Path, columns: CsvColumns | None = None) -> FlightLog:
     try:
         return _read(path, columns)
     except OSError as error:
-        raise LogUnreadable(said(marked("It cannot be opened: {why}."), why=reason_of(error))) from error
+        raise LogUnreadable(said("{why}.", why=reason_of(error))) from error
     except (ValueError, MemoryError) as error:  # ValueError: a NUL in the name
-        raise LogUnreadable(said(marked("cannot be read"))) from error
+        raise LogUnreadable(said(marked("It cannot be read."))) from error
 
 
 def _read(path: Path, columns: CsvColumns | None) -> FlightLog:

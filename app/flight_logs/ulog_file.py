@@ -194,7 +194,7 @@ class UlogFile:
             case "B" if len(body) >= 40:
                 unknown = body[8] & ~_APPENDED or any(body[9:16])
                 if unknown:
-                    raise LogUnreadable(said(marked("written by a newer version")))
+                    raise LogUnreadable(said(marked("Written by a newer version.")))
                 self._appended = tuple(sorted(one for one in struct.unpack_from("<3Q", body, 16) if one))
             case "F":
                 name, _, fields = body.decode("latin-1").partition(":")

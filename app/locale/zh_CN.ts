@@ -314,10 +314,6 @@
         <translation>全部（End 键）</translation>
     </message>
     <message>
-        <source>All files (*)</source>
-        <translation>所有文件 (*)</translation>
-    </message>
-    <message>
         <source>All flights</source>
         <translation>全部飞行日志</translation>
     </message>
@@ -602,8 +598,8 @@
         <translation>已取消：其余未知。</translation>
     </message>
     <message>
-        <source>Capture (*.dpscap)</source>
-        <translation>抓包文件 (*.dpscap)</translation>
+        <source>Capture (*.dpscap *.txt *.hex *.log)</source>
+        <translation>抓包文件 (*.dpscap *.txt *.hex *.log)</translation>
     </message>
     <message>
         <source>Cell</source>
@@ -656,10 +652,6 @@
     <message>
         <source>Changing {port} from {old} to {new} baud was interrupted: it may be at either.</source>
         <translation>{port} 从 {old} 到 {new} 波特的更改曾被中断：可能处于其中任一波特率。</translation>
-    </message>
-    <message>
-        <source>Charge</source>
-        <translation>充电</translation>
     </message>
     <message>
         <source>Charge it, unplug it, wait a minute.</source>
@@ -830,10 +822,6 @@
         <translation>列</translation>
     </message>
     <message>
-        <source>Columns of {name}</source>
-        <translation>{name} 的列</translation>
-    </message>
-    <message>
         <source>Commands</source>
         <translation>命令</translation>
     </message>
@@ -862,10 +850,6 @@
         <translation>重新连接</translation>
     </message>
     <message>
-        <source>Connect again.</source>
-        <translation>请重新连接。</translation>
-    </message>
-    <message>
         <source>Connect again. If it fails, save a support bundle (Diagnosis).</source>
         <translation>请重新连接。如仍失败，请在“诊断”页保存诊断包。</translation>
     </message>
@@ -876,10 +860,6 @@
     <message>
         <source>Connect or choose a module.</source>
         <translation>请连接或选择模块。</translation>
-    </message>
-    <message>
-        <source>Connected</source>
-        <translation>已连接</translation>
     </message>
     <message>
         <source>Connecting only reads the module.</source>
@@ -908,10 +888,6 @@
     <message>
         <source>Copy</source>
         <translation>复制</translation>
-    </message>
-    <message>
-        <source>Copy command</source>
-        <translation>复制命令</translation>
     </message>
     <message>
         <source>Copy details</source>
@@ -1498,10 +1474,6 @@
         <translation>心跳</translation>
     </message>
     <message>
-        <source>Hex text (*.txt *.hex *.log)</source>
-        <translation>十六进制文本 (*.txt *.hex *.log)</translation>
-    </message>
-    <message>
         <source>Hold for 2 s</source>
         <translation>按住 2 秒</translation>
     </message>
@@ -1586,8 +1558,8 @@
         <translation>略去无效采样：{count} 个。</translation>
     </message>
     <message>
-        <source>It cannot be opened: {why}.</source>
-        <translation>无法打开：{why}。</translation>
+        <source>It cannot be read.</source>
+        <translation>无法读取。</translation>
     </message>
     <message>
         <source>It did not rearm: other directions not tested.</source>
@@ -1604,10 +1576,6 @@
     <message>
         <source>It has no parachute left.</source>
         <translation>已无可用的降落伞。</translation>
-    </message>
-    <message>
-        <source>It is another module</source>
-        <translation>这是另一个模块</translation>
     </message>
     <message>
         <source>It is being written: not deleted.</source>
@@ -2002,10 +1970,6 @@
         <translation>制造商</translation>
     </message>
     <message>
-        <source>Map at {limits}: {what}</source>
-        <translation>阈值图，{limits}：{what}</translation>
-    </message>
-    <message>
         <source>Margins below 1°, 0.1 g or one report do not count.</source>
         <translation>小于 1°、0.1 g 或一次报告间隔的余量不算余量。</translation>
     </message>
@@ -2238,10 +2202,6 @@
         <translation>不写入：波特率、串口输出、已激活的模块。</translation>
     </message>
     <message>
-        <source>New</source>
-        <translation>新增</translation>
-    </message>
-    <message>
         <source>New module</source>
         <translation>新模块</translation>
     </message>
@@ -2332,10 +2292,6 @@
     <message>
         <source>No current status.</source>
         <translation>没有有效的状态数据。</translation>
-    </message>
-    <message>
-        <source>No data on {port} after {asked} requests.</source>
-        <translation>{port} 询问 {asked} 次后仍无数据。</translation>
     </message>
     <message>
         <source>No flight log.</source>
@@ -2502,14 +2458,6 @@
         <translation>没有时间：2014 年之前的日志。</translation>
     </message>
     <message>
-        <source>No trigger</source>
-        <translation>无触发</translation>
-    </message>
-    <message>
-        <source>No trigger records</source>
-        <translation>没有触发记录</translation>
-    </message>
-    <message>
         <source>No trusted station has this fingerprint.</source>
         <translation>没有使用此指纹的可信站点。</translation>
     </message>
@@ -2582,10 +2530,6 @@
         <translation>不判断：地面时段 {total:.1f} s。</translation>
     </message>
     <message>
-        <source>Not kept on this computer.</source>
-        <translation>未保存在本机。</translation>
-    </message>
-    <message>
         <source>Not kept.</source>
         <translation>未保存。</translation>
     </message>
@@ -2606,10 +2550,6 @@
         <translation>不早于</translation>
     </message>
     <message>
-        <source>Not opened</source>
-        <translation>未打开</translation>
-    </message>
-    <message>
         <source>Not read back: {names}.</source>
         <translation>未回读：{names}。</translation>
     </message>
@@ -2624,10 +2564,6 @@
     <message>
         <source>Not recording: the disk is full. Free some space, then connect again.</source>
         <translation>已停止记录：磁盘已满。请清理空间后重新连接。</translation>
-    </message>
-    <message>
-        <source>Not reviewed</source>
-        <translation>未复核</translation>
     </message>
     <message>
         <source>Not shared: {count}. Last: {time}.</source>
@@ -2764,10 +2700,6 @@
     <message>
         <source>Only a test by hand proves the sensors.</source>
         <translation>只有手动测试能证明传感器有效。</translation>
-    </message>
-    <message>
-        <source>Only an echo</source>
-        <translation>只有回显</translation>
     </message>
     <message>
         <source>Only an echo on {port}.</source>
@@ -2919,10 +2851,6 @@
     </message>
     <message>
         <source>Pin</source>
-        <translation>固定</translation>
-    </message>
-    <message>
-        <source>Pinned</source>
         <translation>固定</translation>
     </message>
     <message>
@@ -3151,10 +3079,6 @@
     </message>
     <message>
         <source>Read the record</source>
-        <translation>读取记录</translation>
-    </message>
-    <message>
-        <source>Read the records</source>
         <translation>读取记录</translation>
     </message>
     <message>
@@ -3466,10 +3390,6 @@
         <translation>搜索</translation>
     </message>
     <message>
-        <source>Searching… {percent} %</source>
-        <translation>正在搜索 … {percent} %</translation>
-    </message>
-    <message>
         <source>Secure the loaded spring under the lid.</source>
         <translation>固定仓盖下的压缩弹簧。</translation>
     </message>
@@ -3720,10 +3640,6 @@
     <message>
         <source>Start</source>
         <translation>开始</translation>
-    </message>
-    <message>
-        <source>Start it again.</source>
-        <translation>请重新开始。</translation>
     </message>
     <message>
         <source>Start the check.</source>
@@ -4026,10 +3942,6 @@
         <translation>模块中没有触发记录。</translation>
     </message>
     <message>
-        <source>The module no longer answers.</source>
-        <translation>模块不再应答。</translation>
-    </message>
-    <message>
         <source>The module on {port} reports no status.</source>
         <translation>{port} 上的模块不上报状态。</translation>
     </message>
@@ -4228,10 +4140,6 @@
     <message>
         <source>This may be another module: {differences}.</source>
         <translation>这可能是另一个模块：{differences}。</translation>
-    </message>
-    <message>
-        <source>This recording cannot be read. {why}</source>
-        <translation>无法读取这条数据记录。{why}</translation>
     </message>
     <message>
         <source>This station: {fingerprint}</source>
@@ -4578,10 +4486,6 @@
         <translation>作废</translation>
     </message>
     <message>
-        <source>VOID: not a valid check</source>
-        <translation>作废：检查无效</translation>
-    </message>
-    <message>
         <source>Value</source>
         <translation>项目</translation>
     </message>
@@ -4786,6 +4690,10 @@
         <translation>正在写入：{what}</translation>
     </message>
     <message>
+        <source>Written by a newer version.</source>
+        <translation>由更新版本的程序写入。</translation>
+    </message>
+    <message>
         <source>Written to {folder}: {names}.</source>
         <translation>已写入 {folder}：{names}。</translation>
     </message>
@@ -4924,10 +4832,6 @@
     <message>
         <source>angle lasts 0.2 s, acceleration averaged over 0.2 s</source>
         <translation>角度持续 0.2 s，加速度取 0.2 s 平均</translation>
-    </message>
-    <message>
-        <source>another kind of file</source>
-        <translation>其他类型的文件</translation>
     </message>
     <message>
         <source>another module?</source>
@@ -5258,16 +5162,8 @@
         <translation>失重（低于 {acceleration} 达 {seconds}）</translation>
     </message>
     <message>
-        <source>fired by PWM</source>
-        <translation>由 PWM 触发</translation>
-    </message>
-    <message>
-        <source>fired by an unnamed source ({bit})</source>
-        <translation>由未命名的来源触发（{bit}）</translation>
-    </message>
-    <message>
-        <source>fired over serial</source>
-        <translation>由串口触发</translation>
+        <source>fired by {source}</source>
+        <translation>触发来源：{source}</translation>
     </message>
     <message>
         <source>fires</source>
@@ -5280,10 +5176,6 @@
     <message>
         <source>first record of this module</source>
         <translation>本模块的第一条记录</translation>
-    </message>
-    <message>
-        <source>first visit</source>
-        <translation>首次连接</translation>
     </message>
     <message>
         <source>fit to fly</source>
@@ -5392,10 +5284,6 @@
     <message>
         <source>invalid choice: %(value)r (choose from %(choices)s)</source>
         <translation>无效的选择：%(value)r（可选：%(choices)s）</translation>
-    </message>
-    <message>
-        <source>it could not be read again</source>
-        <translation>无法再次读取</translation>
     </message>
     <message>
         <source>it is no symbolic link</source>
@@ -6270,6 +6158,10 @@
         <translation>未知命令码 {code}</translation>
     </message>
     <message>
+        <source>unknown kind of file</source>
+        <translation>未知的文件类型</translation>
+    </message>
+    <message>
         <source>unknown: {why}</source>
         <translation>未知：{why}</translation>
     </message>
@@ -6380,10 +6272,6 @@
     <message>
         <source>{count} not read. {name}: {why}</source>
         <translation>{count} 个未读取。{name}：{why}</translation>
-    </message>
-    <message>
-        <source>{count} of them pinned.</source>
-        <translation>其中 {count} 条已固定。</translation>
     </message>
     <message>
         <source>{count} of {all} checks not OK.</source>

@@ -54,7 +54,7 @@ class WriteFault(Enum):
     UNSTEADY = marked("contradictory answers")
     RESTARTED = marked("the module restarted")
     REVERTED = marked("the module changed it by itself later")
-    NO_LAST_READING = marked("it could not be read again")
+    NO_LAST_READING = marked("not read again")
     NOT_SENT = marked("not sent: the module stopped answering")
     NOT_ALLOWED = marked("not sent: a condition is not met")
     AT_RESTART = marked("acknowledged, still at the old rate: restart the module")

@@ -57,7 +57,7 @@ class RecordingUnreadable(Exception):
 
     def __init__(self, why: str) -> None:
         super().__init__(why)
-        self.sentence = tr("This recording cannot be read. {why}", why=why)
+        self.sentence = tr("Recording cannot be read: {why}.", why=why)
 
 
 class Recording:

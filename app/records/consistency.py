@@ -35,7 +35,7 @@ def contradictions(record: Mapping[str, object]) -> tuple[UserMessage, ...]:
 
 
 def _contradictions(record: Mapping[str, object]) -> Iterator[UserMessage]:
-    checks = [one for one in _list(record, "checks") if isinstance(one, Mapping)]
+    checks = [one for one in list_in(record, "checks") if isinstance(one, Mapping)]
     found = Counter(str(one.get("id")) for one in checks)
     missing = sorted(REQUIRED - found.keys())
     if missing:
@@ -64,9 +64,9 @@ def _contradictions(record: Mapping[str, object]) -> Iterator[UserMessage]:
 
 def verdict_from(record: Mapping[str, object]) -> Verdict:
     """What follows from the checks, the manual items and the state that the module reported."""
-    checks = _list(record, "checks")
+    checks = list_in(record, "checks")
     is_fine = record.get("void") is None and bool(checks) and all(_is_fine(one) for one in checks)
-    is_fine = is_fine and all(_is_manual_fine(one) for one in _list(record, "manual"))
+    is_fine = is_fine and all(_is_manual_fine(one) for one in list_in(record, "manual"))
     if record.get("version") == 1:  # a locked module could be GO
         return Verdict.GO if is_fine else Verdict.NO_GO
     active = _at(record.get("read"), ("status", "active"))
@@ -83,7 +83,8 @@ def _is_manual_fine(item: object) -> bool:
     return item.get("is_done") is True or (item.get("is_done") is None and item.get("is_required") is False)
 
 
-def _list(record: Mapping[str, object], key: str) -> list[object]:
+def list_in(record: Mapping[str, object], key: str) -> list[object]:
+    """Empty where the record holds no list of this name."""
     value = record.get(key)
     return value if isinstance(value, list) else []
 

@@ -41,7 +41,7 @@ def _from_json(data: bytes) -> Record:
     except (ValueError, RecursionError) as error:
         raise NoRecord(said(marked("no JSON, or damaged"))) from error
     if not isinstance(value, dict) or value.get("format") != FORMAT:
-        raise NoRecord(said(marked("another kind of file")))
+        raise NoRecord(said(marked("unknown kind of file")))
     return value
 
 

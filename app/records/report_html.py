@@ -8,7 +8,7 @@ nothing. Only what Qt's rich text understands is used: tables, colours and sizes
 import html
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from datetime import datetime
 from itertools import zip_longest
 
@@ -16,13 +16,13 @@ from app.guided.results import TITLES, VERDICT_WORDS, GuidedKind, GuidedVerdict
 from app.preflight.evidence import Disturbance
 from app.preflight.findings import RESULT_WORDS, CheckResult
 from app.preflight.verdict import MANUAL_WORDS, Verdict, verdict_sentence
+from app.records.consistency import list_in
 from app.records.page_seal import sealed_html
 from app.records.record import NOT_KEPT, Record, activated_by, caveats, recorded_verdict
 from app.stations.station import KEY_BYTES, Station, decoded, fingerprint_of
 from app.text.i18n import CHINESE, ENGLISH, language, speaking, tr
 from app.text.messages import UserMessage, clean, said_from
 from app.text.sentences import aside, together
-from protocol.translatable import marked
 
 INK, PALE, GREEN, BLUE, RED, AMBER = "#111111", "#555555", "#0b5d1e", "#0b4a9e", "#a4001d", "#7a4b00"
 _LONGEST_CELL, _LONGEST_ITEM = 160, 100
@@ -42,7 +42,6 @@ _TEST_MARKS = {
     GuidedVerdict.FAILED: ("×", RED),
     GuidedVerdict.UNCLEAR: ("?", RED),
 }
-_VOID = marked("VOID: not a valid check")
 _VOID_WHY: Mapping[str, str] = {one.name.lower(): one.value for one in Disturbance}
 
 
@@ -80,8 +79,8 @@ def _unsealed(record: Record) -> bytes:
 
 def body(record: Record) -> str:
     """What is seen: for a printer. One page of A4 when the size of the text is chosen to fit."""
-    checks = [one for one in _list(record, "checks") if isinstance(one, Mapping)][:_MOST_ROWS]
-    manual = [one for one in _list(record, "manual") if isinstance(one, Mapping)][:_MOST_ROWS]
+    checks = [one for one in list_in(record, "checks") if isinstance(one, Mapping)][:_MOST_ROWS]
+    manual = [one for one in list_in(record, "manual") if isinstance(one, Mapping)][:_MOST_ROWS]
     is_crowded = len(manual) > _ONE_COLUMN and sum(_result(one) is not CheckResult.PASS for one in checks) > _ONE_COLUMN
     middle = _checks(checks, is_crowded=is_crowded), _manual(manual), _tests(record)
     return "\n".join((_head(record), _circumstances(record), *middle, _foot(record)))
@@ -89,17 +88,17 @@ def body(record: Record) -> str:
 
 def _head(record: Record) -> str:
     void, verdict = record.get("void"), recorded_verdict(record)
-    against = [one for one in _list(record, "checks") if _result(one) in (CheckResult.FAIL, CheckResult.UNKNOWN)]
+    against = [one for one in list_in(record, "checks") if _result(one) in (CheckResult.FAIL, CheckResult.UNKNOWN)]
     mark, colour = _VERDICT_LOOKS[verdict if void is None else Verdict.NO_GO]
     word = verdict_sentence(verdict, activated_by(record)).in_words()
     if void is not None:
-        word = f"{word} — {tr(_VOID)}"
-    skipped = sum(1 for one in _list(record, "manual") if isinstance(one, Mapping) and one.get("is_done") is None)
+        word = f"{word} — {tr('VOID')}"
+    skipped = sum(1 for one in list_in(record, "manual") if isinstance(one, Mapping) and one.get("is_done") is None)
     if verdict is not Verdict.NO_GO and void is None:
-        looks = sum(1 for one in _list(record, "checks") if _result(one) is CheckResult.WARN)
-        under = tr("All {count} checks hold; warnings: {looks}.", count=len(_list(record, "checks")), looks=looks)
+        looks = sum(1 for one in list_in(record, "checks") if _result(one) is CheckResult.WARN)
+        under = tr("All {count} checks hold; warnings: {looks}.", count=len(list_in(record, "checks")), looks=looks)
     else:
-        under = tr("{count} of {all} checks not OK.", count=len(against), all=len(_list(record, "checks")))
+        under = tr("{count} of {all} checks not OK.", count=len(against), all=len(list_in(record, "checks")))
     if void is not None:
         why = _VOID_WHY.get(str(void), str(void))
         under = together((under, tr("Void: {why}.", why=tr(why))))
@@ -124,12 +123,12 @@ def _circumstances(record: Record) -> str:
     port, rate = (link.get("port"), link.get("baud_rate")) if isinstance(link, Mapping) else (None, None)
     boot = read.get("boot_count") if isinstance(read, Mapping) else None
     cells = (
-        (tr("Module"), record.get("module") or tr("no name")),
+        (tr("Module"), record.get("module") or tr("Unnamed")),
         (tr("Time"), _time(record)),
-        (tr("Aircraft"), record.get("aircraft") or tr("not stated")),
-        (tr("Checked by"), record.get("who") or tr("not stated")),
+        (tr("Aircraft"), record.get("aircraft") or "—"),
+        (tr("Checked by"), record.get("who") or "—"),
         (tr("Profile"), record.get("profile") or tr("Vendor's advice")),
-        (tr("Fingerprint"), record.get("fingerprint") or tr("unknown")),
+        (tr("Settings code"), record.get("fingerprint") or tr("unknown")),
         (tr("Boot count"), tr("unknown") if boot is None else boot),
         (tr("Port"), tr("{port}, {rate} baud", port=port, rate=rate)),
         (tr("Record"), _number(record)),
@@ -145,7 +144,7 @@ def _circumstances(record: Record) -> str:
     if record.get("remarks"):
         rows.append(f'<tr><td style="color:{PALE}">{_escaped(tr("Remarks"))}</td>'
                     f'<td colspan="3">{_cell(record["remarks"])}</td></tr>')  # fmt: skip
-    return f'<table width="100%" cellpadding="1" cellspacing="0" style="margin-top:4px">{"".join(rows)}</table>'
+    return _table(rows)
 
 
 def _checks(checks: list[Mapping[str, object]], *, is_crowded: bool) -> str:
@@ -154,9 +153,15 @@ def _checks(checks: list[Mapping[str, object]], *, is_crowded: bool) -> str:
         f'<td width="{width}" style="color:{PALE}">{_escaped(title)}</td>'
         for title, width in ((tr("Result"), "13%"), (tr("Check"), "29%"), (tr("Measured"), "29%"), (tr("Limit"), "29%"))
     )
-    rows = "".join(_row(one, is_crowded=is_crowded) for one in checks)
-    return (f'<table width="100%" cellpadding="1" cellspacing="0" style="margin-top:4px">'
-            f'<tr bgcolor="#eeeeee">{head}</tr>{rows}</table>')  # fmt: skip
+    return _table([f'<tr bgcolor="#eeeeee">{head}</tr>', *(_row(one, is_crowded=is_crowded) for one in checks)])
+
+
+def _table(rows: Iterable[str]) -> str:
+    return f'<table width="100%" cellpadding="1" cellspacing="0" style="margin-top:4px">{"".join(rows)}</table>'
+
+
+def _title(text: str, columns: int) -> str:
+    return f'<tr bgcolor="#eeeeee"><td colspan="{columns}" style="color:{PALE}">{_escaped(text)}</td></tr>'
 
 
 def _row(one: Mapping[str, object], *, is_crowded: bool) -> str:
@@ -192,22 +197,16 @@ def _manual(manual: list[Mapping[str, object]]) -> str:
     half = -(-len(cells) // columns)
     pairs = zip_longest(*(cells[start : start + half] for start in range(0, len(cells), half)), fillvalue="<td></td>")
     rows = [f"<tr>{''.join(pair)}</tr>" for pair in pairs]
-    title = _escaped(tr("Manual checks"))
-    return (f'<table width="100%" cellpadding="1" cellspacing="0" style="margin-top:4px">'
-            f'<tr bgcolor="#eeeeee"><td colspan="{2 * columns}" style="color:{PALE}">{title}</td></tr>'
-            f"{''.join(rows)}</table>")  # fmt: skip
+    return _table([_title(tr("Manual checks"), 2 * columns), *rows])
 
 
 def _tests(record: Record) -> str:
     """The last guided tests, as they were known at the check."""
-    tests = [one for one in _list(record, "tests") if isinstance(one, Mapping)][: len(GuidedKind)]
+    tests = [one for one in list_in(record, "tests") if isinstance(one, Mapping)][: len(GuidedKind)]
     rows = [row for one in tests if (row := _test_row(one))]
     if not rows:
         return ""
-    title = _escaped(tr("Guided tests"))
-    return (f'<table width="100%" cellpadding="1" cellspacing="0" style="margin-top:4px">'
-            f'<tr bgcolor="#eeeeee"><td colspan="4" style="color:{PALE}">{title}</td></tr>'
-            f"{''.join(rows)}</table>")  # fmt: skip
+    return _table([_title(tr("Guided tests"), 4), *rows])
 
 
 def _test_row(one: Mapping[str, object]) -> str:
@@ -216,7 +215,7 @@ def _test_row(one: Mapping[str, object]) -> str:
     except ValueError:
         return ""
     mark, colour = _TEST_MARKS[verdict]
-    who = str(one.get("who") or tr("not stated"))
+    who = str(one.get("who") or "—")
     when = f"{str(one.get('at'))[:10]}, {who}"
     if one.get("is_simulated") is True:
         when = f"{when}, {tr('simulated')}"
@@ -274,11 +273,6 @@ def _time(record: Record) -> str:
         return str(record.get("at"))
     offset = f"{at:%z}"
     return f"{at:%Y-%m-%d %H:%M:%S} UTC{offset[:3]}:{offset[3:5]}" if offset else f"{at:%Y-%m-%d %H:%M:%S}"
-
-
-def _list(record: Record, key: str) -> list[object]:
-    value = record.get(key)
-    return value if isinstance(value, list) else []
 
 
 def _said(sentence: UserMessage) -> str:

@@ -118,7 +118,7 @@ class Verification:
         if self.state is not RecordState.CHAIN_BROKEN:
             rest.append(said(marked("Chain: {what}."), what=chain))
         kept = marked("Kept on this computer.")
-        rest.append(said(kept if self.is_known_here else marked("Not kept on this computer.")))
+        rest.append(said(kept if self.is_known_here else marked("Not kept.")))
         return (first, *rest)
 
     def _station(self) -> UserMessage:
@@ -170,7 +170,7 @@ def verify_bytes(
     except NoRecord as error:
         return Verification(state=RecordState.UNREADABLE, why=error.why)
     except (ValueError, RecursionError):
-        return _unreadable(marked("another kind of file"))
+        return _unreadable(marked("unknown kind of file"))
 
 
 def verify(
@@ -180,7 +180,7 @@ def verify(
     try:
         data = canonical(record)
     except (ValueError, TypeError, RecursionError):
-        return _unreadable(marked("another kind of file"))
+        return _unreadable(marked("unknown kind of file"))
     return verify_bytes(data, kept, find_station)
 
 

@@ -1,6 +1,7 @@
 """Fields of a trigger record in JSON, CSV and the archive, and the texts of its source."""
 
 from app.text.i18n import tr
+from app.text.messages import UserMessage, said
 from protocol.catalogue import RECORD_PART
 from protocol.messages import TriggerRecord
 from protocol.translatable import marked
@@ -16,6 +17,12 @@ SOURCE_WORDS = {
     "freefall": marked("free fall"),
 }
 """English, marked. A bit that the vendor gives no name stands for itself."""
+
+
+def source_message(source: str) -> UserMessage:
+    """One source of a record in words; one that the vendor does not name by its bit."""
+    text = SOURCE_WORDS.get(source)
+    return said(marked("unnamed ({bit})"), bit=source) if text is None else UserMessage(text)
 
 
 def record_values(record: TriggerRecord) -> dict[str, JsonValue]:

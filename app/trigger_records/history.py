@@ -14,6 +14,7 @@ from app.engine.device import BOOTS
 from app.limits.out_of_limits import record_outside
 from app.text.durations import stopwatch
 from app.text.messages import UserMessage, listed, said
+from app.trigger_records.fields import source_message
 from protocol.catalogue import RECORD_PART, RECORDS_KEPT
 from protocol.messages import EmptySlot, TriggerRecord, decode_record
 from protocol.translatable import marked
@@ -157,12 +158,8 @@ def _cause(source: str, record: TriggerRecord) -> UserMessage:
                 acceleration=f"{record.freefall_acceleration_g:.1f} g",
                 seconds=f"{record.freefall_time_s:.2f} s",
             )
-        case "serial":
-            return said(marked("fired over serial"))
-        case "pwm":
-            return said(marked("fired by PWM"))
         case _:
-            return said(marked("fired by an unnamed source ({bit})"), bit=source)
+            return said(marked("fired by {source}"), source=source_message(source))
 
 
 def _voltage(record: TriggerRecord) -> UserMessage:

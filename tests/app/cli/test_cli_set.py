@@ -244,7 +244,7 @@ def test_unplugged_in_the_middle_says_what_stands_and_what_is_not_known(
     printed = Printed(capsys)
     results = json.loads(printed.out)["results"]
     assert results["freefall_time_s"]["verified"] is False
-    assert results["freefall_time_s"]["error"] == "it could not be read again"
+    assert results["freefall_time_s"]["error"] == "not read again"
     assert results["light_threshold_v"]["error"] == "port lost; may have been carried out"
     assert results["attitude_threshold_deg"]["error"] == "not sent: the port was lost"
     assert "unplugged" in printed.err

@@ -216,7 +216,7 @@ class Walk:
         page.form.read.click()
         yield self._stop("flights, columns")
         page.on_escape()
-        page.work.remove([*page.lists.names()])
+        page.work.remove([row.name for one in page.lists.of.values() for row in one.model.rows])
 
     def _on_diagnosis(self) -> Iterator[Stop]:
         for key in ("traffic", "figures", "bundle", "why"):

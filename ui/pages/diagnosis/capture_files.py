@@ -40,8 +40,7 @@ _LOOK_EVERY_MS = 100
 
 
 def ask_capture(parent: QWidget, folder: Path) -> Path | None:
-    kinds = ";;".join((tr("Capture (*.dpscap)"), tr("Hex text (*.txt *.hex *.log)"), tr("All files (*)")))
-    return ask_open(parent, folder, tr("Open capture…"), kinds)
+    return ask_open(parent, folder, tr("Open capture…"), tr("Capture (*.dpscap *.txt *.hex *.log)"))
 
 
 class Kept:
@@ -173,7 +172,7 @@ class CaptureFiles(QWidget):
         entries = self._kept.entries()
         header = self._kept.header(connection.port, connection.baud_rate)
         suggested = self._folder / default_name(connection.port, SUFFIX, datetime.now().astimezone())
-        path = self.ask_save(self, tr("Save capture…"), suggested, tr("Capture (*.dpscap)"))
+        path = self.ask_save(self, tr("Save capture…"), suggested, tr("Capture (*.dpscap *.txt *.hex *.log)"))
         if path is None:
             return
         self._folder = path.parent

@@ -237,7 +237,7 @@ class TrafficPage(QWidget):
     def _show_count(self) -> None:
         rows = self.model.rowCount()
         if self.search.is_searching:
-            text = tr("Searching… {percent} %", percent=round(self.search.share * 100))
+            text = tr("{what}: {percent} %", what=tr("Search"), percent=round(self.search.share * 100))
         elif self._is_lost:
             text = tr("Not found")
         elif self._is_paused and not self.model.is_recorded:

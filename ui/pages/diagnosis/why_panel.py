@@ -45,7 +45,7 @@ class Remedy(Enum):
 
 
 _REMEDY_WORDS = {
-    Remedy.COPY_COMMAND: marked("Copy command"),
+    Remedy.COPY_COMMAND: marked("Copy"),
     Remedy.CONNECT_AGAIN: marked("Connect again"),
     Remedy.CHOOSE_PORT: marked("Choose a port"),
     Remedy.FIND_RATE: marked("Find the rate"),
@@ -53,23 +53,20 @@ _REMEDY_WORDS = {
 REMEDIES: Final = {
     Cause.BRAILLE: Remedy.COPY_COMMAND,
     Cause.MODEM_PROBER: Remedy.COPY_COMMAND,
-    Cause.FLAPPING: Remedy.CONNECT_AGAIN,
-    Cause.HELD: Remedy.CONNECT_AGAIN,
-    Cause.LOG_IN_AGAIN: Remedy.CONNECT_AGAIN,
     Cause.NO_PERMISSION: Remedy.COPY_COMMAND,
+    Cause.SLOW_ADAPTER: Remedy.COPY_COMMAND,
     Cause.MISSING: Remedy.CHOOSE_PORT,
-    Cause.UNPLUGGED: Remedy.CONNECT_AGAIN,
-    Cause.STUCK: Remedy.CONNECT_AGAIN,
     Cause.UNUSABLE: Remedy.CHOOSE_PORT,
     Cause.LOGIN: Remedy.CHOOSE_PORT,
-    Cause.SHUT_DOWN: Remedy.CONNECT_AGAIN,
-    Cause.ECHO: Remedy.CONNECT_AGAIN,
     Cause.WRONG_RATE: Remedy.FIND_RATE,
-    Cause.BAD_LINE: Remedy.CONNECT_AGAIN,
-    Cause.DEAF: Remedy.CONNECT_AGAIN,
-    Cause.FELL_SILENT: Remedy.CONNECT_AGAIN,
-    Cause.NOTHING: Remedy.CONNECT_AGAIN,
-    Cause.SLOW_ADAPTER: Remedy.COPY_COMMAND,
+}
+"""For every other cause: connect again."""
+_WITHOUT_CAUSE: Final = {
+    Phase.ONLINE: (Meaning.GOOD, None),
+    Phase.CLOSED: (Meaning.INFORMATION, Remedy.CHOOSE_PORT),
+    Phase.OPENING: (Meaning.INFORMATION, None),
+    Phase.FINDING: (Meaning.INFORMATION, None),
+    Phase.ASKING: (Meaning.INFORMATION, None),
 }
 _SEEN: Final = (
     ("port", marked("Port")),
@@ -141,7 +138,7 @@ class WhyPanel(QScrollArea):
         if self.diagnosis is not None:
             meaning = Meaning.INFORMATION if self.diagnosis.cause is Cause.SLOW_ADAPTER else Meaning.ATTENTION
             self._show(meaning, self.diagnosis.what, self.diagnosis.next_step, self.diagnosis.command)
-            self._offer(REMEDIES[self.diagnosis.cause])
+            self._offer(REMEDIES.get(self.diagnosis.cause, Remedy.CONNECT_AGAIN))
         else:
             self._show_without_cause(state.phase)
         self._show_seen(evidence)
@@ -152,19 +149,9 @@ class WhyPanel(QScrollArea):
             self._offer(None)
             return
         said = words(self._connector.state, self._connector.clock())
-        match phase:
-            case Phase.ONLINE:
-                self._show(Meaning.GOOD, tr("The module answers."), "", None)
-                self._offer(None)
-            case Phase.CLOSED:
-                self._show(Meaning.INFORMATION, said.what, said.next_step, None)
-                self._offer(Remedy.CHOOSE_PORT)
-            case Phase.OPENING | Phase.FINDING | Phase.ASKING:
-                self._show(Meaning.INFORMATION, said.what, said.next_step, None)
-                self._offer(None)
-            case _:
-                self._show(Meaning.ATTENTION, said.what, said.next_step, None)
-                self._offer(Remedy.CONNECT_AGAIN)
+        meaning, remedy = _WITHOUT_CAUSE.get(phase, (Meaning.ATTENTION, Remedy.CONNECT_AGAIN))
+        self._show(meaning, said.what, said.next_step, None)
+        self._offer(remedy)
 
     # What is seen
 

@@ -89,7 +89,7 @@ class ColumnForm(QWidget):
 
     def retranslate(self) -> None:
         """Fills the boxes; what is chosen stays."""
-        self.title.setText(tr("Columns of {name}", name=short_name(self._name)))
+        self.title.setText(tr("{reason}: {what}", reason=tr("Columns"), what=short_name(self._name)))
         self._fill(self.unit, [(unit, role) for role, unit in _TIME_UNITS.items()])
         for box, kinds in ((self.attitude, _ATTITUDE_WORDS), (self.force, _FORCE_WORDS)):
             entries = [(" ".join((tr(word), unit)).strip(), roles) for roles, (word, unit) in kinds.items()]

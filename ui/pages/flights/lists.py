@@ -110,7 +110,3 @@ class FlightLists(QWidget):
     def show_rows(self, rows: dict[FlightGroup, list[FlightRow]]) -> None:
         for group, one in self.of.items():
             one.show_rows(rows[group])
-
-    def names(self) -> tuple[str, ...]:
-        """Of all flights and files, in the order of the lists."""
-        return tuple(row.name for one in self.of.values() for row in one.model.rows)

@@ -24,7 +24,6 @@ from protocol.translatable import marked
 from ui.files.file_dialogs import AskMany, ask_flight_logs, ask_folder
 from ui.pages.flights.column_form import ColumnForm
 from ui.pages.flights.controller import FlightRow, FlightsWork, UnreadLog
-from ui.pages.flights.empty import NoFlights
 from ui.pages.flights.fire_map import FireMapView
 from ui.pages.flights.flight_view import FlightView
 from ui.pages.flights.lists import FlightLists
@@ -37,6 +36,7 @@ from ui.services.page import Page
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import Shortcut, control
+from ui.widgets.empty_state import EmptyState
 from ui.widgets.layouts import in_column, in_row
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
@@ -73,7 +73,9 @@ class FlightsPage(Page):
         self.proposal = ProposalBar(services, self.work)
         self.flight = FlightView(texts)
         self.form = ColumnForm(texts)
-        self.empty = NoFlights(texts)
+        self.empty = EmptyState("flights_empty", Icon.MAP)
+        texts.bind(self.empty.title.setText, "No flight logs yet")
+        texts.bind(self.empty.text.setText, "Open logs of PX4, ArduPilot, CSV or recordings, or drop them here.")
         self._stack = named(QStackedWidget(), "flights_stack")
         self._overview = self._make_overview()
         for widget in (self.empty, self._overview, self.flight, self.form):
@@ -159,7 +161,7 @@ class FlightsPage(Page):
         outcomes = work.outcomes()
         self.lists.show_rows(work.rows(outcomes))
         counts = tuple(one.caption.text() for one in self.lists.of.values())
-        self.map.show_limits(work.limits, tr("Map at {limits}: {what}", limits=limits_text(work.limits),
+        self.map.show_limits(work.limits, tr("{reason}: {what}", reason=limits_text(work.limits),
                                              what=" · ".join(counts)))  # fmt: skip
         if self.fired_only.isChecked():
             self._filter(is_wanted=True)

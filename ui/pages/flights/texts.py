@@ -62,7 +62,7 @@ def sources_text(sources: Source) -> str:
 def fire_text(fire: FirstFire) -> str:
     """Of one reading: whether and when, why, how late and how much lower."""
     if not fire.sources:
-        return tr("No trigger")
+        return begun(tr("no trigger"))
     text = tr("Fires at {time}: {why}", time=moment_text(fire.at_s), why=sources_text(fire.sources))
     late = late_text(fire.delay_s, fire.drop_m) if fire.is_in_time else tr("after the impact")
     return listed(filter(None, (text, late)))

@@ -1,4 +1,4 @@
-"""Buttons and empty state of the Recordings page."""
+"""Buttons of the Recordings page."""
 
 from collections.abc import Sequence
 
@@ -9,7 +9,6 @@ from ui.core.texts import Texts
 from ui.style.icons import Icon
 from ui.style.theme import Space
 from ui.widgets.controls import control
-from ui.widgets.empty_state import EmptyState
 from ui.widgets.layouts import in_column, in_row
 
 
@@ -50,12 +49,3 @@ class RecordingsButtons(QWidget):
         self._releases = releases
         for setter in (self.keep.setText, self.keep.setAccessibleName):
             self._texts.bind(setter, "Unpin" if releases else "Pin")
-
-
-class NoRecordings(EmptyState):
-    """Before the first session."""
-
-    def __init__(self, texts: Texts) -> None:
-        super().__init__("recordings_empty", Icon.RECORDINGS)
-        texts.bind(self.title.setText, "No recordings yet")
-        texts.bind(self.text.setText, "Every session is recorded automatically.")

@@ -78,7 +78,7 @@ COLUMNS: Final = (
         ink=_ink,
     ),
     TableColumn[RecordingEntry](
-        marked("Pinned"),
+        marked("Pin"),
         lambda entry: tr("pinned") if entry.is_kept else "",
         picture=lambda entry: icon(Icon.BOOKMARK) if entry.is_kept else None,
         ink=_ink,

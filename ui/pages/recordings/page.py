@@ -9,11 +9,10 @@ from PySide6.QtWidgets import QLabel, QLineEdit, QStackedWidget, QWidget
 from app.recordings.entry_texts import size_text, told, when_text
 from app.recordings.library import RecordingEntry
 from app.text.i18n import tr
-from app.text.sentences import listed, together
+from app.text.sentences import begun, listed, together
 from protocol.translatable import marked
 from ui.files.file_dialogs import AskPath, ask_path, default_name
 from ui.forms.table_kit import RowsFilter
-from ui.pages.recordings.controls import NoRecordings
 from ui.pages.recordings.detail import RecordingsDetail
 from ui.pages.recordings.model import recordings_model
 from ui.pages.recordings.outlines import Outlines
@@ -21,8 +20,10 @@ from ui.pages.recordings.table import RecordingsTable
 from ui.services.context import Services
 from ui.services.page import Page
 from ui.services.recording_jobs import ExportKind
+from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import Shortcut, control
+from ui.widgets.empty_state import EmptyState
 from ui.widgets.layouts import in_column, in_row
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
@@ -63,7 +64,9 @@ class RecordingsPage(Page):
         bind(self.table.setAccessibleName, "Recordings")
         self.detail = RecordingsDetail(services.texts, self.outlines)
         self.buttons = self.detail.buttons
-        self.empty = NoRecordings(services.texts)
+        self.empty = EmptyState("recordings_empty", Icon.RECORDINGS)
+        bind(self.empty.title.setText, "No recordings yet")
+        bind(self.empty.text.setText, "Every session is recorded automatically.")
         self._stack = QStackedWidget()
         self._stack.addWidget(self.empty)
         self._stack.addWidget(self.table)
@@ -77,8 +80,9 @@ class RecordingsPage(Page):
         """Everything as it is now."""
         work, chosen = self.work, self.table.chosen()
         self.model.show_rows(work.entries)
-        if {one.folder for one in self.table.chosen()} != {one.folder for one in chosen}:
-            self.table.choose(chosen)
+        folders = {one.folder for one in chosen}
+        if {one.folder for one in self.table.chosen()} != folders:
+            self.table.choose(lambda one: one.folder in folders)
         has_entries = bool(work.entries)
         self.outlines.read(work.entries)
         self.detail.setVisible(has_entries)
@@ -128,7 +132,7 @@ class RecordingsPage(Page):
             size = size_text(sum(one.size_bytes for one in doomed))
             what = listed((tr("Recordings: {count}", count=len(doomed)), size))
         kept = sum(one.is_kept for one in doomed) if len(doomed) > 1 else 0
-        pinned = [tr("{count} of them pinned.", count=kept)] if kept else []
+        pinned = [tr("{reason}: {what}", reason=begun(tr("pinned")), what=kept)] if kept else []
         text = together((tr("Delete for good? {what}", what=what), *pinned))
         choices = (
             Choice("delete_recordings", tr("Delete for good"), self._delete, is_step=True),
@@ -199,7 +203,7 @@ class RecordingsPage(Page):
         self.buttons.keep.clicked.connect(self._keep)
         self.buttons.delete.clicked.connect(self._ask_to_delete)
         self.table.opened.connect(self._open_chosen)
-        self.table.delete_wanted.connect(self._ask_to_delete)
+        self.table.remove_wanted.connect(self._ask_to_delete)
         self.search.textChanged.connect(self.filter.use)
         self.table.selectionModel().selectionChanged.connect(self._choose_other)
         self._services.appearance.changed.connect(self.table.measure)

@@ -204,7 +204,7 @@ class TriggersController(QObject):
         else:
             text = tr("The records do not follow those of {module}: is it the same module?", module=name)
         choices = (
-            Choice("another_module", tr("It is another module"), lambda: self._naming.choose(""), is_step=True),
+            Choice("another_module", tr("New module"), lambda: self._naming.choose(""), is_step=True),
             Choice("same_module", tr("It is {module}", module=name), self._keep_anyway, is_step=True),
         )
         return Notice(Meaning.ATTENTION, text, choices)

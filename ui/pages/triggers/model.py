@@ -11,7 +11,7 @@ from app.limits.out_of_limits import record_outside
 from app.text.durations import stopwatch
 from app.text.i18n import tr
 from app.text.sentences import begun
-from app.trigger_records.fields import SOURCE_WORDS
+from app.trigger_records.fields import source_message
 from app.trigger_records.history import JUDGEMENT_WORDS, sentence
 from protocol.translatable import marked
 from ui.forms.table_kit import RowsModel, TableColumn
@@ -36,15 +36,15 @@ class Show(Enum):
 
     ALL = marked("All")
     ON_MODULE = marked("On the module")
-    NEW = marked("New")
+    NEW = marked("new")
     IMPLAUSIBLE = marked("Implausible")
-    UNJUDGED = marked("Not reviewed")
+    UNJUDGED = marked("not reviewed")
 
 
 def told(row: TriggerRow) -> str:
     """The record as one sentence, whether it is new, and what a person noted of it."""
     text = sentence(row.record).in_words()
-    words = [tr("seen once")] * row.is_seen_once + [tr("New")] * row.is_new
+    words = [tr("seen once")] * row.is_seen_once + [tr("new")] * row.is_new
     for word in words:
         text = tr("{reason}: {what}", reason=begun(word), what=text)
     return f"{text} — {row.seen.note}" if row.seen.note else text
@@ -52,11 +52,7 @@ def told(row: TriggerRow) -> str:
 
 def sources_in_words(sources: tuple[str, ...]) -> str:
     """Combined ones with a plus; one that the vendor does not name by its bit."""
-    words = []
-    for name in sources:
-        text = SOURCE_WORDS.get(name)
-        words.append(tr("unnamed ({bit})", bit=name) if text is None else tr(text))
-    return " + ".join(words) or tr("no cause stated")
+    return " + ".join(source_message(name).in_words() for name in sources) or tr("no cause stated")
 
 
 def _settings(row: TriggerRow) -> str:
@@ -99,7 +95,7 @@ COLUMNS: Final = (
     TableColumn[TriggerRow](marked("Why"), lambda row: sources_in_words(row.record.sources)),
     TableColumn[TriggerRow](marked("Settings"), _settings, lambda row: float(row.record.attitude_threshold_deg)),
     TableColumn[TriggerRow](marked("Link"), lambda row: tr("connected") if row.record.serial_connected else tr("no")),
-    TableColumn[TriggerRow](marked("Charge"), lambda row: tr("charging") if row.record.charging else tr("no")),
+    TableColumn[TriggerRow](marked("Charger"), lambda row: tr("charging") if row.record.charging else tr("no")),
     TableColumn[TriggerRow](
         marked("Light"), lambda row: f"{row.record.light_v:.1f} V", lambda row: row.record.light_v, is_right=True
     ),

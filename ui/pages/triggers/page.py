@@ -20,12 +20,12 @@ from app.recordings.export import not_saved_text
 from app.records.trigger_archive import write_archive
 from app.store.database import StoreTrouble
 from app.text.i18n import tr
-from app.text.sentences import together
+from app.text.sentences import begun, together
 from protocol.translatable import marked
 from ui.connect.module_field import ModuleField
 from ui.files.file_dialogs import AskPath, ask_path
 from ui.forms.table_kit import RowsFilter
-from ui.pages.triggers.controller import TriggerRow, TriggersController
+from ui.pages.triggers.controller import TriggersController
 from ui.pages.triggers.detail import WIDTH_PX, TriggersDetail
 from ui.pages.triggers.model import Show, as_text, csv_name, is_chosen, triggers_model
 from ui.pages.triggers.table import TriggersTable
@@ -69,7 +69,8 @@ class TriggersPage(Page):
         self.count, self.news = named(QLabel(), "triggers_count"), named(QLabel(), "triggers_news")
         self.count.setProperty("role", "strong")
         self.news.setProperty("role", "small")
-        self.show_box = self._make_show(guard)
+        self.show_box = control(QComboBox(), services.texts, "triggers_show", says="Filter", tip="Filter")
+        self._make_show(guard)
         self.search = control(QLineEdit(), services.texts, "triggers_search", says="Search", key="Ctrl+F")
         self.search.setFixedWidth(_SEARCH_PX)
         self.search.setClearButtonEnabled(True)
@@ -125,7 +126,7 @@ class TriggersPage(Page):
         return None
 
     def _show_detail(self) -> None:
-        rows = self._chosen()
+        rows = self.table.chosen()
         if len(rows) == 1:
             self.detail.show_row(rows[0], "")
         else:
@@ -135,7 +136,7 @@ class TriggersPage(Page):
 
     def copy_rows(self) -> None:
         """The chosen rows, or all that are shown."""
-        QGuiApplication.clipboard().setText(as_text(self._chosen() or self.filter.shown()))
+        QGuiApplication.clipboard().setText(as_text(self.table.chosen() or self.filter.shown()))
 
     def _save(self, _is_checked: bool = False, *, is_archive: bool) -> None:
         rows = self.work.rows if is_archive else self.filter.shown()
@@ -161,27 +162,24 @@ class TriggersPage(Page):
         self.filter.use(self.search.text(), partial(is_chosen, self.show_box.currentData()))
         self._show_detail()
 
-    def _chosen(self) -> list[TriggerRow]:
-        rows = sorted(index.row() for index in self.table.selectionModel().selectedRows())
-        shown = self.filter.shown()
-        return [shown[row] for row in rows if row < len(shown)]
-
     # Making
 
-    def _make_show(self, guard: WheelGuard) -> QComboBox:
-        box = named(QComboBox(), "triggers_show")
+    def _name_entry(self, number: int, text: str) -> None:
+        self.show_box.setItemText(number, begun(text))
+
+    def _make_show(self, guard: WheelGuard) -> None:
+        box = self.show_box
         for number, show in enumerate(Show):
             box.addItem("", show)
-            self._services.texts.bind(partial(box.setItemText, number), show.value)
+            self._services.texts.bind(partial(self._name_entry, number), show.value)
         box.setMinimumContentsLength(10)
         box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
         guard.guard(box)
-        return box
 
     def _make_buttons(self) -> None:
         texts = self._services.texts
         bind = texts.bind
-        self.read = control(QPushButton(), texts, "triggers_read", "Read the records", key="F5", picture=Icon.HISTORY,
+        self.read = control(QPushButton(), texts, "triggers_read", "Read", key="F5", picture=Icon.HISTORY,
                             role="primary", slot=self.work.read)  # fmt: skip
         self.copy = control(QPushButton(), texts, "triggers_copy", "Copy", key="Ctrl+C", picture=Icon.TABLE,
                             slot=self.copy_rows)  # fmt: skip
@@ -189,8 +187,6 @@ class TriggersPage(Page):
                                  picture=Icon.SAVE, slot=partial(self._save, is_archive=False))  # fmt: skip
         self.save_archive = control(QPushButton(), texts, "triggers_save_archive", "Export all…", key="Ctrl+Shift+S",
                                     picture=Icon.SAVE, slot=partial(self._save, is_archive=True))  # fmt: skip
-        bind(self.show_box.setAccessibleName, "Filter")
-        bind(self.show_box.setToolTip, "Filter")
         bind(self.search.setPlaceholderText, "Search")
         bind(self.table.setAccessibleName, "Trigger records")
 

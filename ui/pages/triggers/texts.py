@@ -24,7 +24,7 @@ def news_text(work: TriggersController, name: str) -> str:
     if work.reading is None or (rows and not rows[0].is_kept):
         return module
     if work.is_first_visit:
-        return f"{module} · {tr('first visit')}"
+        return f"{module} · {tr('no earlier visit')}"
     return f"{module} · {tr('{count} new', count=work.new_count)}"
 
 
@@ -32,7 +32,7 @@ def empty_title(work: TriggersController) -> str:
     if work.is_busy:
         return tr("Reading the trigger records")
     if is_known_empty(work):
-        return tr("No trigger records")
+        return tr("Trigger records: {count}", count=0)
     return begun(tr("not read yet") if work.reading is None else tr("unknown"))
 
 

@@ -69,7 +69,7 @@ def test_a_module_that_never_fired(qtbot: QtBot, qapp: QApplication, tmp_path: P
         assert "as soon as the module answers" in page.empty_text.text()
         bench.read_triggers()
         assert "has never fired" in page.empty_text.text()
-        assert page.empty.title.text() == "No trigger records"
+        assert page.empty.title.text() == "Trigger records: 0"
         assert page.count.text() == "Trigger records: 0"
         assert bench.acts == []
 
@@ -79,7 +79,7 @@ def test_the_records_are_read_as_soon_as_the_page_is_in_sight(qtbot: QtBot, qapp
     with on_bench(qtbot, qapp, tmp_path, "unasked", reads_triggers=True) as bench:
         page = bench.triggers
         qtbot.waitUntil(lambda: page.work.reading is not None and not page.work.is_busy, timeout=CHECK_MS)
-        assert page.empty.title.text() == "No trigger records"
+        assert page.empty.title.text() == "Trigger records: 0"
         assert bench.acts == []
         page.work.reading = None  # as after a cancel
         page.work.read_unasked()
@@ -136,7 +136,7 @@ def test_the_tenth_pushes_nothing_out_of_knowledge(qtbot: QtBot, qapp: QApplicat
         page = bench.triggers
         name_module(bench, "M-07")
         bench.read_triggers()
-        assert page.news.text() == "M-07 · first visit"
+        assert page.news.text() == "M-07 · no earlier visit"
         bench.bench.module.activate(is_active=True)
         bench.bench.set_tilt(80)
         qtbot.waitUntil(lambda: bench.bench.state().is_triggered, timeout=8000)

@@ -1,0 +1,89 @@
+"""A list whose rows are chosen whole, opened by double click or Enter and removed by Del."""
+
+from collections.abc import Callable, Collection, Mapping
+from typing import Final, Generic
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QFontMetrics, QKeyEvent, QResizeEvent
+from PySide6.QtWidgets import QHeaderView, QTableView
+
+from ui.forms.table_kit import Row, RowsFilter, list_rows
+from ui.style.theme import Size, Space, font
+from ui.widgets.naming import named
+
+_CELL_PX: Final = 18
+"""Beside the text, with what the style takes."""
+_ICON_PX: Final = 24
+
+
+class RowsTable(QTableView, Generic[Row]):
+    """`stretched`: the column that takes what the others leave; `spare`: the one that is hidden where room is short,
+    and stands in the row's tooltip."""
+
+    opened = Signal()
+    remove_wanted = Signal()
+
+    def __init__(
+        self, name: str, model: RowsFilter[Row], *, row_px: int, sorted_by: int, stretched: int,
+        order: Qt.SortOrder = Qt.SortOrder.DescendingOrder, hidden: Collection[int] = (),
+        spare: int | None = None,
+    ) -> None:  # fmt: skip
+        super().__init__()
+        named(self, name)
+        self._filter, self._spare = model, spare
+        self._widths: dict[int, int] = {}
+        self.setModel(model)
+        self.setSortingEnabled(True)
+        self.sortByColumn(sorted_by, order)
+        list_rows(self, row_px=row_px)
+        for column in hidden:
+            self.setColumnHidden(column, True)
+        self.horizontalHeader().setSectionResizeMode(stretched, QHeaderView.ResizeMode.Stretch)
+        self.doubleClicked.connect(self._open)
+
+    def chosen(self) -> tuple[Row, ...]:
+        """In the order in which they stand."""
+        rows = sorted(index.row() for index in self.selectionModel().selectedRows())
+        return tuple(self._filter.row_at(row) for row in rows)
+
+    def choose(self, is_wanted: Callable[[Row], bool]) -> None:
+        """Select these where they are in the list."""
+        model = self.selectionModel()
+        self.clearSelection()
+        for row in range(self._filter.rowCount()):
+            if is_wanted(self._filter.row_at(row)):
+                model.select(self._filter.index(row, 0), model.SelectionFlag.Select | model.SelectionFlag.Rows)
+
+    def fit_columns(self, texts: Mapping[int, str], *, with_icon: Collection[int] = ()) -> None:
+        """Columns as wide as these texts, at least as their heads with the arrow of the order."""
+        body, heads = QFontMetrics(font(Size.BODY)), QFontMetrics(font(Size.SMALL, is_bold=True))
+        for column, text in texts.items():
+            title = str(self._filter.headerData(column, Qt.Orientation.Horizontal))
+            icon_px = _ICON_PX if column in with_icon else 0
+            width = max(
+                body.horizontalAdvance(text) + icon_px + _CELL_PX, heads.horizontalAdvance(title) + Space.XL + 2
+            )
+            self.setColumnWidth(column, self._widths[column])
+        self._share_width()
+        self.viewport().update()
+
+    def _share_width(self) -> None:
+        if self._spare in self._widths:
+            self.setColumnHidden(self._spare, sum(self._widths.values()) > self.viewport().width())
+            self.setColumnWidth(self._spare, self._widths[self._spare])
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._share_width()
+
+    def _open(self) -> None:
+        self.opened.emit()
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        match event.key():
+            case Qt.Key.Key_Return | Qt.Key.Key_Enter:
+                self.opened.emit()
+            case Qt.Key.Key_Delete:
+                self.remove_wanted.emit()
+            case _:
+                super().keyPressEvent(event)
