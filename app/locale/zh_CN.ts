@@ -5478,10 +5478,6 @@
         <translation>无中断</translation>
     </message>
     <message>
-        <source>no name</source>
-        <translation>未命名</translation>
-    </message>
-    <message>
         <source>no pairs of hex digits</source>
         <translation>不是成对的十六进制数字</translation>
     </message>

@@ -8,11 +8,13 @@ from PySide6.QtGui import QFontMetrics, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import QHeaderView, QTableView
 
 from ui.forms.table_kit import Row, RowsFilter, list_rows
-from ui.style.theme import Size, Space, font
+from ui.style.theme import Size, Space, font, scaled
 from ui.widgets.naming import named
 
-_CELL_PX: Final = 18
-"""Beside the text, with what the style takes."""
+_PAD_PX: Final = 5
+"""At both sides of a cell, in the style sheet."""
+_FRAME_PX: Final = 8
+"""What the style takes at both sides."""
 _ICON_PX: Final = 24
 
 
@@ -54,16 +56,21 @@ class RowsTable(QTableView, Generic[Row]):
             if is_wanted(self._filter.row_at(row)):
                 model.select(self._filter.index(row, 0), model.SelectionFlag.Select | model.SelectionFlag.Rows)
 
-    def fit_columns(self, texts: Mapping[int, str], *, with_icon: Collection[int] = ()) -> None:
+    def fit_columns(
+        self, texts: Mapping[int, str], *, with_icon: Collection[int] = (), fixed_px: Mapping[int, int] | None = None
+    ) -> None:
         """Columns as wide as these texts, at least as their heads with the arrow of the order."""
+        self._widths = dict(fixed_px or {})
         body, heads = QFontMetrics(font(Size.BODY)), QFontMetrics(font(Size.SMALL, is_bold=True))
         for column, text in texts.items():
             title = str(self._filter.headerData(column, Qt.Orientation.Horizontal))
             icon_px = _ICON_PX if column in with_icon else 0
-            width = max(
-                body.horizontalAdvance(text) + icon_px + _CELL_PX, heads.horizontalAdvance(title) + Space.XL + 2
+            self._widths[column] = max(
+                body.horizontalAdvance(text) + icon_px + 2 * scaled(_PAD_PX) + _FRAME_PX,
+                heads.horizontalAdvance(title) + Space.XL + 2,
             )
-            self.setColumnWidth(column, self._widths[column])
+        for column, width in self._widths.items():
+            self.setColumnWidth(column, width)
         self._share_width()
         self.viewport().update()
 

@@ -3,16 +3,16 @@
 from typing import Final
 
 from PySide6.QtCore import QRectF
-from PySide6.QtGui import QFontMetrics, QPainter
+from PySide6.QtGui import QPainter
 from PySide6.QtWidgets import QStyledItemDelegate, QStyleOptionViewItem, QTableView
 
 from app.recordings.library import RecordingEntry
 from app.text.i18n import tr
 from ui.forms.rows_table import RowsTable
 from ui.forms.table_kit import ROW_ROLE, Index, RowsFilter
-from ui.pages.recordings.model import COLUMNS, Column
+from ui.pages.recordings.model import Column
 from ui.pages.recordings.outlines import Outlines, draw_outline
-from ui.style.theme import Size, Space, current, font
+from ui.style.theme import current
 
 ROW_PX: Final = 44
 _OUTLINE_PX: Final = 112
@@ -42,7 +42,7 @@ class OutlineDelegate(QStyledItemDelegate):
 class RecordingsTable(RowsTable[RecordingEntry]):
     def __init__(self, model: RowsFilter[RecordingEntry], outlines: Outlines) -> None:
         super().__init__("recordings_table", model, row_px=ROW_PX, sorted_by=Column.WHEN, stretched=Column.MODULE,
-                         hidden=_BESIDE)  # fmt: skip
+                         hidden=_BESIDE, spare=Column.DURATION)  # fmt: skip
         self.setAlternatingRowColors(True)
         self.setItemDelegateForColumn(Column.TILT, OutlineDelegate(outlines, self))
         outlines.changed.connect(self.viewport().update)
@@ -50,11 +50,10 @@ class RecordingsTable(RowsTable[RecordingEntry]):
 
     def measure(self) -> None:
         """After a change of language, font or theme."""
-        heads = QFontMetrics(font(Size.SMALL, is_bold=True))
-        least = heads.horizontalAdvance(tr(COLUMNS[Column.MODULE].title)) + Space.XL
-        self.horizontalHeader().setMinimumSectionSize(max(56, least))
-        self.setColumnWidth(Column.TILT, _OUTLINE_PX)
         self.fit_columns(
-            {Column.WHEN: "0000-00-00 00:00", Column.DURATION: "00:00:00", Column.KEPT: tr("pinned")},
-            with_icon=(Column.KEPT, Column.WHEN),
-        )
+            {
+                Column.WHEN: "0000-00-00 00:00", Column.MODULE: "M-00", Column.DURATION: "00:00:00",
+                Column.KEPT: tr("pinned"),
+            },
+            with_icon=(Column.KEPT, Column.WHEN), fixed_px={Column.TILT: _OUTLINE_PX},
+        )  # fmt: skip
