@@ -107,5 +107,5 @@ def _print(history: "History", args: argparse.Namespace) -> bool:
         console.write_lines(page_of(history))  # nothing that was read is lost
         console.say(tr("{file} cannot be written: {why}.", file=args.csv, why=reason_of(error)))
         return False
-    console.write_lines([tr("{count} rows written to {file}.", count=len(history.all), file=args.csv)])
+    console.write_lines([tr("Rows written to {file}: {count}.", count=len(history.all), file=args.csv)])
     return True

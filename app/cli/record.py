@@ -91,7 +91,7 @@ class RecordedSession:
 
     def on_turn(self, _conversation: "Conversation") -> None:
         self._note_folder()
-        console.say_in_passing(tr("{count} reports; Ctrl-C ends it", count=self._samples))
+        console.say_in_passing(tr("Reports: {count}; Ctrl-C ends it", count=self._samples))
 
     def close(self) -> None:
         """Everything is on disk then, or given up, which is said. Idempotent."""
@@ -136,7 +136,7 @@ def export(session: RecordedSession, library: "RecordingLibrary", path: Path, *,
             console.say(tr("It is kept as recording {name}.", name=folder.name))
             is_whole = False
             continue
-        console.write_lines([tr("{count} rows written to {file}.", count=done.rows, file=target)])
+        console.write_lines([tr("Rows written to {file}: {count}.", count=done.rows, file=target)])
         if library.entry(folder).is_simulated:
             console.note(tr("Simulated module"))
         for sentence in done.missing:

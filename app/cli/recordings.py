@@ -111,7 +111,7 @@ def run_export(args: argparse.Namespace) -> int:
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
         console.say(not_written(args.file, error))
         return console.PARTLY
-    console.write_lines([tr("{count} rows written to {file}.", count=done.rows, file=args.file)])
+    console.write_lines([tr("Rows written to {file}: {count}.", count=done.rows, file=args.file)])
     for sentence in done.missing:
         console.say(sentence)
     return console.PARTLY if done.missing else console.DONE

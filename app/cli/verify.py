@@ -126,7 +126,7 @@ def _log(store: "Store | None") -> int:
     except StoreTrouble as error:
         raise console.Refused(error.sentence) from error
     if not faults:
-        console.write_lines([tr("The audit log is intact: {count} entries.", count=count)])
+        console.write_lines([tr("The audit log is intact; entries: {count}.", count=count)])
         return console.DONE
     console.write_lines([tr(one.fault.value, entry=one.entry) for one in faults])
     return console.SAID_NO

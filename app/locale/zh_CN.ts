@@ -1130,6 +1130,10 @@
         <translation>弹射装置和旋翼均已拆下</translation>
     </message>
     <message>
+        <source>Empty slots: {count}.</source>
+        <translation>空位：{count} 个。</translation>
+    </message>
+    <message>
         <source>Enable it now (--enable-triggers).</source>
         <translation>立即启用（--enable-triggers）。</translation>
     </message>
@@ -3226,6 +3230,10 @@
         <translation>激活状态延迟上报</translation>
     </message>
     <message>
+        <source>Reports: {count}; Ctrl-C ends it</source>
+        <translation>上报：{count} 条；按 Ctrl-C 结束</translation>
+    </message>
+    <message>
         <source>Requests</source>
         <translation>请求</translation>
     </message>
@@ -3284,6 +3292,10 @@
     <message>
         <source>Round-trip time, ms</source>
         <translation>往返时间（毫秒）</translation>
+    </message>
+    <message>
+        <source>Rows written to {file}: {count}.</source>
+        <translation>已写入 {file} 的行数：{count}。</translation>
     </message>
     <message>
         <source>Run a simulated module until Ctrl-C. The first line is its port.</source>
@@ -3826,8 +3838,8 @@
         <translation>操作记录不完整。</translation>
     </message>
     <message>
-        <source>The audit log is intact: {count} entries.</source>
-        <translation>操作记录完好：{count} 条。</translation>
+        <source>The audit log is intact; entries: {count}.</source>
+        <translation>操作记录完好；条目：{count}。</translation>
     </message>
     <message>
         <source>The baud rate is never applied with a profile.</source>
@@ -6302,20 +6314,8 @@
         <translation>{count} 个已报告锁定</translation>
     </message>
     <message>
-        <source>{count} reports; Ctrl-C ends it</source>
-        <translation>{count} 条；按 Ctrl-C 结束</translation>
-    </message>
-    <message>
-        <source>{count} rows written to {file}.</source>
-        <translation>已将 {count} 行写入 {file}。</translation>
-    </message>
-    <message>
         <source>{count} selected</source>
         <translation>已选 {count} 项</translation>
-    </message>
-    <message>
-        <source>{count} slots are empty.</source>
-        <translation>{count} 个存储位为空。</translation>
     </message>
     <message>
         <source>{delay:.2f} s after the loss of control</source>
@@ -6406,8 +6406,8 @@
         <translation>{asked} 次中 {lost} 次</translation>
     </message>
     <message>
-        <source>{lost} of {sent} lost, {bytes} invalid bytes</source>
-        <translation>{sent} 次中丢失 {lost} 次，无效字节 {bytes} 个</translation>
+        <source>{lost} of {sent} lost, invalid bytes: {bytes}</source>
+        <translation>{sent} 次中丢失 {lost} 次，无效字节：{bytes} 个</translation>
     </message>
     <message>
         <source>{low} to {high}</source>
@@ -6418,8 +6418,8 @@
         <translation>{median:.1f} V（{low:.1f} 至 {high:.1f} V）</translation>
     </message>
     <message>
-        <source>{module}: {new} new, {count} records.</source>
-        <translation>{module}：新增 {new} 条，共 {count} 条记录。</translation>
+        <source>{module}: {new} new; records: {count}.</source>
+        <translation>{module}：新增 {new} 条；共有记录：{count} 条。</translation>
     </message>
     <message>
         <source>{ms} ms</source>

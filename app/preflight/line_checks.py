@@ -43,7 +43,7 @@ def read_twice(case: Case) -> Finding:
 
 def link_loss(case: Case) -> Finding:
     evidence, most = case.evidence, case.expectations.limits.heartbeats_lost_max
-    text = marked("{lost} of {sent} lost, {bytes} invalid bytes")
+    text = marked("{lost} of {sent} lost, invalid bytes: {bytes}")
     limit = said(text, lost=f"≤ {most}" if most else 0, sent=HEARTBEATS, bytes=0)
     if evidence.heartbeats_sent == 0:
         return unknown(case.fault("heartbeat"), limit)

@@ -98,5 +98,5 @@ def _remarks(history: History) -> list[str]:
     if low is not None:
         remarks.append(f"{aside(tr(low.fault.value)).strip()} < {low.limit}")
     if history.empty_slots:
-        remarks.append(tr("{count} slots are empty.", count=history.empty_slots))
+        remarks.append(tr("Empty slots: {count}.", count=history.empty_slots))
     return ["", *remarks] if remarks else []

@@ -84,7 +84,7 @@ def keep_visit(
         say(error.sentence)
         return True
     new = visit.records if visit.new is None else visit.new
-    note(tr("{module}: {new} new, {count} records.", module=name, new=len(new), count=len(visit.records)))
+    note(tr("{module}: {new} new; records: {count}.", module=name, new=len(new), count=len(visit.records)))
     return True
 
 

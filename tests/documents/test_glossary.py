@@ -1,6 +1,7 @@
 """The Chinese keeps to the glossary, and is written as Chinese is written."""
 
 import re
+from collections.abc import Container
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -16,6 +17,21 @@ OTHER_SENSE: Final = {
 }
 """Texts in which a word of the glossary is no term."""
 UNITS: Final = ("V", "g", "ms", "km/h", "MB", "kB")
+ALWAYS_SEVERAL: Final = {
+    "All {count} checks hold; warnings: {looks}.",
+    "Damaged frames: {rejected} of {bytes} bytes are invalid.",
+    "No data on {port} after {asked} requests.",
+    "The adapter at {port} came and went {visits} times.",
+    "no reply within {seconds:.1f} s, asked {attempts} times",
+    "{count} of {total} logs",
+    "{count} recordings begin with “{name}”.",
+    "{name}: at most {count} characters.",
+}
+"""Texts whose count is never one, or is told “of” another."""
+_COUNTED: Final = re.compile(
+    r"\{(?:count|n|rows|done|visits|asked|attempts|readings|changes|total|slots|bytes)\} "
+    r"(?P<noun>(?:[a-z]+ )?[a-z]{2,})s\b"
+)
 _FIELD: Final = re.compile(r"\{[^{}]*\}")
 
 
@@ -111,6 +127,23 @@ def test_forbidden_words_are_found() -> None:
     assert forbidden_in_english("Go on with what we want?") == ["want", "go on", "we"]
     assert forbidden_in_english("the simulator's web page, an unwanted stay-up") == []
     assert forbidden_in_chinese("连接中断，录制已结束") == ["录制", "连接中断"]
+
+
+def has_wrong_plural(english: str, texts: Container[str]) -> bool:
+    """Whether it would say “1 rows”: a count stands behind a colon, or has a text of its own for one."""
+    for found in _COUNTED.finditer(english):
+        if english.replace(found[0], f"1 {found['noun']}") not in texts and english not in ALWAYS_SEVERAL:
+            return True
+    return False
+
+
+def test_no_text_says_1_rows() -> None:
+    texts = pairs()
+    assert [english for english in texts if has_wrong_plural(english, texts)] == []
+    assert has_wrong_plural("{count} rows saved", ())
+    assert not has_wrong_plural("{count} rows saved", ("1 row saved",))
+    assert not has_wrong_plural("Rows: {count}", ())
+    assert texts.keys() >= ALWAYS_SEVERAL
 
 
 def test_a_chinese_term_stands_for_one_thing() -> None:

@@ -260,12 +260,12 @@ def test_history_keeps_what_it_reads_under_a_name(
     assert program.main(words) == 0
     printed = Printed(capsys)
     assert len(json.loads(printed.out)["records"]) == 9
-    assert printed.err == "M-07: 9 new, 9 records.\n"
+    assert printed.err == "M-07: 9 new; records: 9.\n"
     bench = bench_of(port)
     bench.module.activate(is_active=True)
     assert bench.pulse_pwm()
     assert program.main(words) == 0
-    assert Printed(capsys).err == "M-07: 1 new, 10 records.\n"
+    assert Printed(capsys).err == "M-07: 1 new; records: 10.\n"
     other = [*words[:2], f"{port}other?history=2&boots=12", *words[3:]]
     assert program.main(other) == 4
     printed = Printed(capsys)

@@ -246,7 +246,7 @@ def test_history_page_marks_the_implausible(record: TriggerRecord) -> None:
     assert page[1] == (
         "1           1:48            attitude  60°       0.5 g, 1.60 s  yes     no        1.2 V  4.70 V (implausible)"
     )
-    assert page[-1] == "8 slots are empty."
+    assert page[-1] == "Empty slots: 8."
     assert records.page_of(History((), 0, is_confirmed=True)) == ["The module keeps no trigger records."]
     assert records.page_of(History()) == ["No records came."]
     doubtful = records.page_of(History(seen_once=(record,), is_answered=True))

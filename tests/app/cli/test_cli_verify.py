@@ -78,7 +78,7 @@ def test_the_audit_log_is_verified(capsys: pytest.CaptureFixture[str]) -> None:
         for _ in range(3):
             store.begin(Act.LOCK, FRAME, {}, port="p", origin="window")
     assert program.main(["verify", "--log"]) == 0
-    assert "intact: 3 entries" in capsys.readouterr().out
+    assert "intact; entries: 3" in capsys.readouterr().out
     with closing(open_store()) as store:
         store.database.write("DELETE FROM audit WHERE id = 2")
     assert program.main(["verify", "--log"]) == 1

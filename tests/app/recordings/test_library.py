@@ -275,7 +275,7 @@ def test_export(kept_at: Path, tmp_path: Path, name: str, ending: str, capsys: p
     recorded(kept_at, 0.5)
     path = tmp_path / f"out.{ending}"
     assert program.main(["recordings", "export", name, str(path)]) == 0
-    assert f"rows written to {path}" in Printed(capsys).out
+    assert f"Rows written to {path}" in Printed(capsys).out
     assert path.read_bytes().startswith(b"\x89MCAP" if ending == "mcap" else b"\xef\xbb\xbftime,")
 
 

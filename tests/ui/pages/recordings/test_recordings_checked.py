@@ -163,7 +163,7 @@ def test_the_command_line_says_it(capsys: pytest.CaptureFixture[str], tmp_path: 
     overwrite(folder / TILT, 400, struct.pack("<f", 189.0))
     assert program.main(["recordings", "export", "latest", str(tmp_path / "x.csv")]) == 4
     printed = Printed(capsys)
-    assert "rows written to" in printed.out
+    assert "Rows written to" in printed.out
     assert "Damaged or altered" in printed.err
 
 
