@@ -94,8 +94,15 @@ def _count(assembly: Assembly, modules: ManyModules, traffic: list[Traffic]) -> 
     before: list[int] = []
     while before != (before := modules.counts):
         turn_for(3.0)
-    sent = sum(before) + sum(one.asked for one in traffic)
-    return sent, sent - sum(one.statuses for one in traffic)
+
+    def sent() -> int:
+        return sum(before) + sum(one.asked for one in traffic)
+
+    def lost() -> int:
+        return sent() - sum(one.statuses for one in traffic)
+
+    turn_until(lambda: not lost(), LIMIT_S)  # an answer is handed over up to a quarter of a second after its question
+    return sent(), lost()
 
 
 def _unplug(page: FleetPage, modules: ManyModules, unplugs: int) -> tuple[int, int]:
