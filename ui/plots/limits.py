@@ -159,10 +159,25 @@ def paint_limit_lines(painter: QPainter, lines: Sequence[LimitLine], theme: Them
     for line in lines:
         painter.setPen(_limit_pen(line, theme))
         painter.drawLine(QPointF(line.left, line.y), QPointF(line.right, line.y))
-        if line.word and line.right - line.left > QFontMetricsF(bold).horizontalAdvance(line.word) + 8:
-            painter.setFont(bold)
-            painter.setPen(QColor(line.ink))
-            painter.drawText(QRectF(line.left, line.y - 18, line.right - line.left - 4, 16), _RIGHT, line.word)
+    painter.setFont(bold)
+    for line, room in word_places(lines, QFontMetricsF(bold)):
+        painter.setPen(QColor(line.ink))
+        painter.drawText(room, _RIGHT, line.word)
+
+
+def word_places(lines: Sequence[LimitLine], metrics: QFontMetricsF) -> list[tuple[LimitLine, QRectF]]:
+    """Above its line, or below where another word is; else it is left out: the label beside the plot has the value."""
+    found: list[tuple[LimitLine, QRectF]] = []
+    for line in lines:
+        width = metrics.horizontalAdvance(line.word)
+        if not line.word or line.right - line.left <= width + 8:
+            continue
+        for top in (line.y - metrics.height() - 1, line.y + 1):
+            room = QRectF(line.right - 4 - width, top, width, metrics.height())
+            if not any(room.intersects(other) for _, other in found):
+                found.append((line, room))
+                break
+    return found
 
 
 def paint_limit_labels(painter: QPainter, labels: Sequence[LimitLabel]) -> None:

@@ -1,6 +1,6 @@
 """Marks, limits and axes of the plots: the important is never hidden, and nothing jumps."""
 
-from itertools import pairwise
+from itertools import combinations, pairwise
 
 import pytest
 from PySide6.QtGui import QFontMetricsF
@@ -11,7 +11,7 @@ from app.samples.ring_buffers import Series
 from tests.support.window.painted_text import watching
 from tests.ui.plots.test_time_plot import NOW_S, Bench
 from ui.plots.canvas import Canvas
-from ui.plots.limits import apart
+from ui.plots.limits import LimitLine, apart, word_places
 from ui.plots.time_plot import TimePlot
 from ui.plots.view import Lane, Mark, Scale
 from ui.style import appearance, theme
@@ -45,6 +45,14 @@ def test_labels_of_limits_never_overlap(places: list[float]) -> None:
     assert all(-0.01 <= one <= 100.01 for one in found)
     if places == [10.0, 90.0]:
         assert found == places
+
+
+@pytest.mark.parametrize("ys", [(50.0, 50.0), (50.0, 58.0), (50.0, 52.0, 54.0), (10.0, 90.0)])
+def test_words_of_limits_never_overlap(bench: Bench, ys: tuple[float, ...]) -> None:
+    line = LimitLine(0, 300, 0, LIGHT.muted, "stale", ())
+    found = word_places([line._replace(y=y) for y in ys], QFontMetricsF(theme.font(theme.Size.SMALL, is_bold=True)))
+    assert not any(one.intersects(other) for (_, one), (_, other) in combinations(found, 2))
+    assert found
 
 
 def test_a_stale_limit_stays_and_says_that_it_is_stale(bench: Bench) -> None:
