@@ -126,7 +126,7 @@ def test_a_lost_active_is_said_with_its_age(qtbot: QtBot, qapp: QApplication, tm
         qtbot.waitUntil(lambda: assembly.window.notice_bar.notice is not None, timeout=WAIT_MS)
         notice = assembly.window.notice_bar.notice
         assert notice is not None
-        assert "ACTIVE when it was last heard" in notice.text
+        assert "Last heard ACTIVE" in notice.text
         assert not assembly.window.top_bar.lock.isEnabled()
 
 
