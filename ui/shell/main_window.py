@@ -229,11 +229,8 @@ class MainWindow(QMainWindow):
 
     def toggle_panel(self) -> None:
         """Open or close the list of ports."""
-        if self.panel.isVisible():
-            self.panel.hide()
-            self._refresh_notice()
-        else:
-            self.show_panel()
+        self.panel.setVisible(not self.panel.isVisible())
+        self._refresh_notice()
 
     def show_panel(self) -> None:
         """Open the list of ports, in the room of the page."""
@@ -335,11 +332,8 @@ class MainWindow(QMainWindow):
         self._remembered.is_sidebar_wide = is_wide
 
     def _show_full_screen(self, is_wanted: bool) -> None:
-        self.setWindowState(
-            self.windowState() | Qt.WindowState.WindowFullScreen
-            if is_wanted
-            else self.windowState() & ~Qt.WindowState.WindowFullScreen
-        )
+        full, state = Qt.WindowState.WindowFullScreen, self.windowState()
+        self.setWindowState(state | full if is_wanted else state & ~full)
 
     def _tick_simulator(self) -> None:
         self.menus.simulator.setChecked(not self.simulator.isHidden())
