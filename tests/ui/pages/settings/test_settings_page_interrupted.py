@@ -97,7 +97,7 @@ def test_a_module_that_falls_silent_while_it_is_written(qtbot: QtBot, qapp: QApp
         one.bench.change(mute_codes=frozenset((0x22,)))
         write(one)
         one.until(lambda: state(one, TIME) is RowState.FAILED)
-        assert "not read again" in reason(one, TIME)
+        assert "could not be read back" in reason(one, TIME)
         assert one.settings.rows[TIME].stands.freshness is Freshness.STALE
 
 
