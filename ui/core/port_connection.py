@@ -330,10 +330,9 @@ class PortConnection(QObject):
             return  # of a port that was left meanwhile
         self._is_listing = False
         if connection.trouble is not None and self._last is not None and not self._was_mistaken:
-            lost = self._last.identity
-            self._lost = (
-                replace(lost, now=evidence_of(self._last.device.values, is_fresh=False)) if lost.is_proven else lost
-            )
+            self._lost = lost = self._last.identity
+            if lost.is_proven:
+                self._lost = replace(lost, now=evidence_of(self._last.device.values, is_fresh=False))
         self._return.feed(connection, self.clock())
         if self._return.absence is not None or connection.state is PortState.OPEN:
             self._follow_up.start()
@@ -375,11 +374,9 @@ class PortConnection(QObject):
         lost = self._lost
         if not lost.is_proven and lost.before is not None:
             return Expected(lost.before, is_adapter_same=is_adapter_same and lost.is_adapter_same)
-        return (
-            None
-            if is_adapter_same and lost.now == IdentityEvidence()
-            else Expected(lost.now, is_adapter_same=is_adapter_same)
-        )
+        if is_adapter_same and lost.now == IdentityEvidence():
+            return None
+        return Expected(lost.now, is_adapter_same=is_adapter_same)
 
     def _leave_mistaken(self) -> None:
         _log.warning("Another adapter is at %s: closed", self.connection.port)
