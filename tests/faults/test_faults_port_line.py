@@ -7,11 +7,12 @@ import sys
 import termios
 import threading
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 import serial
 
-from app.engine import ports
+from app.engine import ports, transport
 from app.engine.ports import PortInfo, PortsUnknown, list_ports
 from app.engine.transport import PortError, PortTrouble, open_line
 from protocol.catalogue import STATUS
@@ -65,7 +66,7 @@ def test_a_port_without_permission(terminal: Terminal) -> None:
     assert ran.stdout.strip() == "not allowed", ran.stderr
 
 
-@pytest.mark.parametrize(
+RAISED = pytest.mark.parametrize(
     "error",
     [
         serial.SerialException("device reports readiness to read but returned no data"),
@@ -76,7 +77,10 @@ def test_a_port_without_permission(terminal: Terminal) -> None:
     ],
     ids=["SerialException", "OSError", "termios.error", "TypeError", "ValueError"],
 )
-@pytest.mark.parametrize("where", ["read", "in_waiting", "write", "reset_input_buffer", "close"])
+
+
+@RAISED
+@pytest.mark.parametrize("where", ["write", "reset_input_buffer", "close"])
 def test_whatever_pyserial_raises_is_a_lost_port(
     where: str, error: Exception, terminal: Terminal, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -85,25 +89,83 @@ def test_whatever_pyserial_raises_is_a_lost_port(
     def fail(*_: object) -> object:
         raise error
 
-    is_property = where == "in_waiting"
     with monkeypatch.context() as patch:
-        patch.setattr(serial.Serial, where, property(fail) if is_property else fail)
-        terminal.send(STATUS_FRAME)
+        patch.setattr(serial.Serial, where, fail)
         match where:
             case "close":
                 line.close()  # never raises
             case "write":
                 with pytest.raises(PortError):
                     line.write(STATUS.query().encode())
-            case "reset_input_buffer":
+            case _:
                 with pytest.raises(PortError):
                     line.use_rate(9600)
-            case _:
-                with pytest.raises(PortError) as lost:
-                    line.read(0.01, 0.0)
-                assert lost.value.trouble is PortTrouble.LOST
     line.close()
     line.close()
+
+
+@RAISED
+@pytest.mark.parametrize("where", ["select", "os.read", "fileno", "read"])
+def test_whatever_a_read_by_the_system_raises_is_a_lost_port(
+    where: str, error: Exception, terminal: Terminal, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    line = open_line(terminal.name, 115200)
+
+    def fail(*_: object) -> bytes:
+        raise error
+
+    with monkeypatch.context() as patch:
+        match where:
+            case "select":
+                patch.setattr(transport, "select", SimpleNamespace(select=fail))
+            case "os.read":
+                patch.setattr(transport, "os", SimpleNamespace(read=fail))
+            case "fileno":
+                patch.setattr(serial.Serial, "fileno", fail)
+            case _:  # an unplugged adapter is readable and has nothing; then pyserial is asked
+                patch.setattr(transport, "os", SimpleNamespace(read=lambda *_: b""))
+                patch.setattr(serial.Serial, "read", fail)
+        terminal.send(STATUS_FRAME)
+        with pytest.raises(PortError) as lost:
+            line.read(10.0, 0.0)
+    assert lost.value.trouble is PortTrouble.LOST
+    line.close()
+
+
+@RAISED
+@pytest.mark.parametrize("where", ["read", "in_waiting"])
+def test_whatever_a_read_by_pyserial_raises_is_a_lost_port(
+    where: str, error: Exception, terminal: Terminal, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As on Windows, and of a URL's port."""
+    line = open_line(terminal.name, 115200)
+
+    def fail(*_: object) -> bytes:
+        raise error
+
+    with monkeypatch.context() as patch:
+        patch.setattr(line, "_interrupts", None)
+        patch.setattr(serial.Serial, where, property(fail) if where == "in_waiting" else fail)
+        if where == "in_waiting":
+            patch.setattr(serial.Serial, "read", lambda *_: STATUS_FRAME[:1])
+        with pytest.raises(PortError) as lost:
+            line.read(0.01, 0.0)
+    assert lost.value.trouble is PortTrouble.LOST
+    line.close()
+
+
+@pytest.mark.parametrize("longest_s", [0.0, 0.01])
+@pytest.mark.parametrize("port", ["terminal", "terminal, by pyserial", "loop://", "sim://read-after-close"])
+def test_a_read_after_the_close_is_a_lost_port(
+    port: str, longest_s: float, terminal: Terminal, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    line = open_line(port if "://" in port else terminal.name, 115200)
+    if "pyserial" in port:
+        monkeypatch.setattr(line, "_interrupts", None)
+    line.close()
+    with pytest.raises(PortError) as lost:
+        line.read(longest_s, 0.0)
+    assert lost.value.trouble is PortTrouble.LOST
 
 
 @pytest.mark.parametrize(

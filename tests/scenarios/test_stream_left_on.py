@@ -15,6 +15,7 @@ import pytest
 from app.procedures.stream import LISTEN_FIRST_S, StreamSwitch, watch
 from app.store.store import Store, open_store
 from app.store.stream_memory import StoredStreamMemory, StreamMemory
+from app.terminal.streaming import LEFT_ON
 from protocol.catalogue import SERIAL_OUTPUT, Request
 from tests.support.line.sim_line import Rig, end_watch, settled_rig
 from tests.support.processes import ENVIRONMENT, PROGRAM, ROOT, run_module
@@ -165,6 +166,6 @@ def test_killed_while_it_streams_and_switched_off_by_the_next(user_files: Path) 
             timeout=60,
             check=True,
         )
-        assert "had left the serial output on" in again.stderr
+        assert LEFT_ON in again.stderr
         with closing(open_store()) as store:
             assert not store.is_stream_left_on(module.port)
