@@ -17,7 +17,6 @@ from app.text.i18n import tr
 from ui.core.connector import Connector
 from ui.core.port_connection import PortConnection
 from ui.style.theme import Meaning
-from ui.widgets.controls import IS_LOCK
 from ui.widgets.notice_bar import Choice, Notice
 
 _SHOWN_FROM = 2
@@ -251,7 +250,6 @@ class LockControl(QObject):
             control.triggered.connect(self.press)
         else:
             control.clicked.connect(self.press)
-            control.setProperty(IS_LOCK, True)
         self.changed.connect(show)
         show()
 

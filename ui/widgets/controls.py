@@ -16,8 +16,6 @@ ICON_PX: Final = 16
 TEXT_GAP_PX: Final = 2
 """Between the icon and the text of a button, beside the 4 px of Qt."""
 _KEY: Final = "key"
-IS_LOCK: Final = "is_lock"
-"""Property of a button that every click reaches."""
 Control = TypeVar("Control", bound=QWidget)
 
 

@@ -1,12 +1,9 @@
 """What the notice says next, which button is the main one, and that none comes to lie where another was."""
 
-from functools import partial
 from pathlib import Path
-from typing import cast
 
 import pytest
-from PySide6.QtCore import QPoint, Qt
-from PySide6.QtWidgets import QApplication, QPushButton, QWidget
+from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.diagnosis.link_state import LinkState, NextStep, Phase
@@ -18,12 +15,8 @@ from tests.support.window.moved import covered, moved, places
 from ui.core.texts import Texts
 from ui.main import PAGES
 from ui.shell.notices import link_notice
-from ui.shell.page_area import PageArea
 from ui.style.theme import Meaning
-from ui.widgets.controls import IS_LOCK
-from ui.widgets.layouts import in_column
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
-from ui.widgets.step_button import StepButton
 
 ACTS = {step: lambda: None for step in NextStep}
 
@@ -91,42 +84,3 @@ def test_after_a_trigger_and_a_restart_it_says_what_comes_next(
         assert notice is not None
         notice.choices[0].act()
         assert main.navigation.chosen == "preflight"
-
-
-def test_a_click_meant_for_what_a_notice_has_moved_does_nothing(qtbot: QtBot) -> None:
-    main, bar, area, page = QWidget(), NoticeBar(Texts()), PageArea(), QWidget()
-    qtbot.addWidget(main)
-    pressed: list[str] = []
-    others = [QPushButton(name) for name in ("one", "two", "three", "four")]
-    lock, step = QPushButton("LOCK"), StepButton(is_safe=True)
-    lock.setProperty(IS_LOCK, True)
-    for button in (*others, lock):
-        button.clicked.connect(partial(pressed.append, button.text()))
-    step.chosen.connect(partial(pressed.append, "step"))
-    in_column(*others, 1, lock, step, of=page)
-    area.stack.addWidget(page)
-    in_column(bar, (area, 1), of=main)
-    main.resize(600, 500)
-    main.show()
-    qtbot.waitExposed(main)
-    qtbot.waitUntil(area.shield.isHidden)
-
-    def click(button: QWidget) -> None:
-        where = button.mapTo(main, button.rect().center())
-        hit = cast("QWidget", main.childAt(where))
-        qtbot.mouseClick(hit, Qt.MouseButton.LeftButton, pos=hit.mapFrom(main, where))
-
-    click(others[1])
-    was = others[1].mapTo(main, QPoint())
-    bar.show_notice(Notice(Meaning.ATTENTION, "Something"))
-    qtbot.waitUntil(lambda: others[1].mapTo(main, QPoint()) != was)
-    for button in (*others, lock, step):
-        click(button)
-    assert pressed == ["two", "LOCK", "step"]
-    qtbot.waitUntil(area.shield.isHidden)
-    click(others[0])
-    assert pressed[3:] == ["one"]
-    bar.show_notice(None)
-    qtbot.waitUntil(area.shield.isVisible)
-    click(others[2])
-    assert len(pressed) == 4

@@ -16,7 +16,7 @@ from ui.core.texts import Texts
 from ui.style.icons import MEANING_ICONS, Icon
 from ui.style.shapes import pen
 from ui.style.theme import Meaning, Size, Space, current, scaled
-from ui.widgets.controls import IS_LOCK, control
+from ui.widgets.controls import control
 from ui.widgets.labels import ElidedLabel, IconLabel, text_label
 from ui.widgets.layouts import in_column, in_row
 from ui.widgets.naming import named
@@ -67,7 +67,6 @@ class CardWidget(QFrame):
         self.title = named(ElidedLabel(), "fleet_name", "heading")
         self.port = named(ElidedLabel(), "fleet_port", "small")
         self.lock = control(QPushButton(), texts, "fleet_lock", "LOCK", picture=Icon.LOCK, slot=lock)
-        self.lock.setProperty(IS_LOCK, True)
         self.more = control(QToolButton(), texts, "fleet_more", says="More", picture=Icon.MORE, role="quiet")
         menu = named(QMenu(self.more), "fleet_more_menu")
         self.show_action, self.disconnect_action = menu.addAction(""), menu.addAction("")

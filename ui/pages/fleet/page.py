@@ -32,7 +32,7 @@ from ui.services.context import Services
 from ui.services.page import Page
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
-from ui.widgets.controls import IS_LOCK, control
+from ui.widgets.controls import control
 from ui.widgets.empty_state import EmptyState
 from ui.widgets.labels import text_label
 from ui.widgets.layouts import FlowRow, in_column
@@ -89,7 +89,6 @@ class FleetPage(Page):
                               slot=self._choose_report)  # fmt: skip
         self.lock_all = control(QPushButton(), texts, "fleet_lock_all", "LOCK ALL", picture=Icon.LOCK, role="primary",
                                 slot=self._lock_all)  # fmt: skip
-        self.lock_all.setProperty(IS_LOCK, True)
         self.said = named(NoticeBar(texts), "fleet_said")
         self.empty = EmptyState("fleet_empty", Icon.FLEET)
         texts.bind(self.empty.title.setText, "No module is connected")
