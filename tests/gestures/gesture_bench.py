@@ -308,6 +308,8 @@ class GestureBench:
         """Nothing chosen, nothing asked, no hand on anything."""
         if self._is_down:
             self.release()
+        while (popup := QApplication.activePopupWidget()) is not None:  # a list that a try has opened
+            popup.close()
         page = self.commands
         for confirm in self.confirms():
             confirm.withdraw()
