@@ -59,14 +59,14 @@ class Canvas(QWidget):
         self._dragged_from: float | None = None
         self._picture: Picture | None = None
         self._ground = PlotBackground()
-        self._all_lanes = [LaneCurve(lane, number) for number, lane in enumerate(lanes)]
-        self.lanes = self._all_lanes
+        self.all_lanes = [LaneCurve(lane, number) for number, lane in enumerate(lanes)]
+        self.lanes = self.all_lanes
         """In sight: the first ones, where there is no room for all."""
         self.strip = QRectF()
 
     def apply_theme(self, theme: Theme) -> None:
         """Take the colours of a theme."""
-        for lane in self._all_lanes:
+        for lane in self.all_lanes:
             lane.apply_theme(theme)
 
     def arrange(self) -> None:
@@ -75,10 +75,10 @@ class Canvas(QWidget):
         whole = QRectF(self.rect())
         line = QFontMetricsF(font(Size.SMALL)).height()
         left = QFontMetricsF(font(Size.SMALL)).horizontalAdvance("−180") + 8
-        right = max(left + 50, whole.right() - gutter_px(self._all_lanes))
+        right = max(left + 50, whole.right() - gutter_px(self.all_lanes))
         title = line + 8
-        for count in range(len(self._all_lanes), 0, -1):
-            self.lanes = self._all_lanes[:count]
+        for count in range(len(self.all_lanes), 0, -1):
+            self.lanes = self.all_lanes[:count]
             room = whole.height() - line - 8 - _STRIP_PX - count * title
             weights = sum(lane.lane.weight for lane in self.lanes)
             least = _LEAST_LINES if count > _LEAST_LANES else 1.0

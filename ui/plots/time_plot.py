@@ -222,7 +222,7 @@ class TimePlot(QWidget):
     def _looks(self, now_s: float) -> Hashable:
         """What the picture depends on that may change by itself."""
         span = self._pixel_aligned(self._view.span(now_s))
-        lanes = [lane.lane for lane in self._canvas.lanes]
+        lanes = [lane.lane for lane in self._canvas.all_lanes]
         limits = tuple(
             (limit.steps.value, None if limit.stale is None else limit.stale.value)
             for lane in lanes
@@ -278,7 +278,9 @@ class TimePlot(QWidget):
         if picture.cursor_s is None:
             self._reading = ""
             return
-        values = (f"{tr(lane.lane.title)} {reading(lane, picture.cursor_s, picture.span)}" for lane in picture.lanes)
+        # Those that a low window has no room to draw as well.
+        lanes = self._canvas.all_lanes
+        values = (f"{tr(lane.lane.title)} {reading(lane, picture.cursor_s, picture.span)}" for lane in lanes)
         self._reading = ", ".join((cursor_time(picture, picture.cursor_s), *values))
         if self._canvas.hasFocus():
             self._canvas.setAccessibleDescription(self._reading)

@@ -106,7 +106,7 @@ def test_history_in_all_its_shapes(port: str, hasty: None, capsys: pytest.Captur
     path = tmp_path / "records.csv"
     assert program.main(["history", "--port", port, "--csv", str(path)]) == 0
     assert path.read_bytes().count(b"\r\n") == 10
-    assert "9 rows" in Printed(capsys).out
+    assert Printed(capsys).out.endswith(f"{path}: 9.\n")
 
 
 def test_a_csv_that_cannot_be_written_loses_nothing(port: str, hasty: None, capsys: pytest.CaptureFixture[str]) -> None:

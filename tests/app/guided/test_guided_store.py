@@ -195,7 +195,8 @@ def test_the_filed_check_knows_the_tests_and_prints_them(
         assert "Fires: 61° (60°)" in text
         assert ("simulated" in text.lower()) is is_simulated
     else:
-        assert "Guided tests" not in text
+        assert "Attitude trigger: never tested" in text
+        assert "Fires: " not in text
     assert verify_bytes(page(filed.record)).state is not RecordState.ALTERED
 
 

@@ -100,6 +100,9 @@ def test_in_a_low_window_the_first_plots_stay_high_enough_to_read(bench: Bench, 
         plot.resize(600, height)
         QApplication.processEvents()
         seen[height] = [lane.lane.title for lane in canvas.lanes]
+        canvas.set_cursor(None)
+        canvas.set_cursor(0.5)
+        assert all(f"{title} no data" in plot.reading for title in weights)
         text_px = QFontMetricsF(theme.font(theme.Size.SMALL)).height()
         assert len(canvas.lanes) == 2 or canvas.lanes[-1].box.height() >= text_px
         assert all(one.box.bottom() < other.box.top() for one, other in pairwise(canvas.lanes))

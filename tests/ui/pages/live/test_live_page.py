@@ -33,7 +33,7 @@ def live(qtbot: QtBot, qapp: QApplication) -> Iterator[Bench]:
 def test_without_a_module_it_says_what_to_do(live: Bench) -> None:
     assert live.page.is_empty
     assert live.page.empty.isVisible()
-    assert "Choose a port" in live.page.empty.text.text()
+    assert live.page.empty.text.text() == "Choose the module's port."
     assert not live.page.plot.isVisible()
     live.qtbot.keyClick(live.page, Qt.Key.Key_S, Qt.KeyboardModifier.ControlModifier)  # nothing to save, no dialog
     live.say()
