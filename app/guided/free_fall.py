@@ -67,8 +67,8 @@ def prepare_free_fall() -> Procedure[GuidedSetup]:
 
 def measure_free_fall(setup: GuidedSetup, _steps: PersonSteps) -> Procedure[GuidedResult]:
     watch = StatusWatch(setup.restarts, may_trigger=True)
-    yield from _until_still(watch)
-    fall = yield from _fall(watch, setup.freefall_acceleration_g)
+    still_at = yield from _until_still(watch)
+    fall = yield from _fall(watch, setup.freefall_acceleration_g, still_at)
     now: float = yield Report(2, STEPS, WAIT)
     has_fired, ends_at = False, now + AFTERWARDS_S
     while now < ends_at:
@@ -80,27 +80,30 @@ def measure_free_fall(setup: GuidedSetup, _steps: PersonSteps) -> Procedure[Guid
     return _result(fall, setup, has_fired=has_fired)
 
 
-def _until_still(watch: StatusWatch) -> Procedure[None]:
+def _until_still(watch: StatusWatch) -> Procedure[float]:
+    """When the last report of stillness arrived."""
     began: float = yield Report(0, STEPS, HOLD)
     since: float | None = None
-    while True:
+    still_at: float | None = None
+    while still_at is None:
         for report in (yield from watch.next_reports()):
             is_still = STILL_FROM_G <= report.status.acceleration_g <= STILL_TO_G
             since = (since if since is not None else report.at) if is_still else None
             if since is not None and report.at - since >= STILL_S:
-                return
+                still_at = report.at
             _require_person(began, report.at)
+    return still_at
 
 
-def _fall(watch: StatusWatch, threshold_g: float) -> Procedure[MeasuredFall]:
+def _fall(watch: StatusWatch, threshold_g: float, before_at: float) -> Procedure[MeasuredFall]:
+    """`before_at`: the report before the step; the fall may begin before the step's first."""
     began: float = yield Report(1, STEPS, DROP)
-    before_at: float | None = None
     fall: MeasuredFall | None = None
     while True:
         for report in (yield from watch.next_reports()):
             _require_person(began, report.at)
             if report.status.acceleration_g < threshold_g:
-                fall = fall or MeasuredFall(before_at if before_at is not None else report.at)
+                fall = fall or MeasuredFall(before_at)
                 fall.below.append(report)
                 continue
             before_at = report.at
