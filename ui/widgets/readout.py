@@ -317,7 +317,8 @@ class StateChip(PaintedWidget):
         words = max(metrics.horizontalAdvance(one) for one in (self._lines[0], *self._reserved))
         words = max(words, *(small.horizontalAdvance(one) for one in self._reserved_below), 0.0)
         width = Space.S + self._icon_px() + Space.XS + 2 + words + Space.M
-        return QSize(round(width) + 1, max(scaled(30), round(metrics.height()) + Space.S))
+        lines = metrics.height() + (small.height() if self._lines[1] else Space.S)
+        return QSize(round(width) + 1, max(scaled(30), round(lines)))
 
     def minimumSizeHint(self) -> QSize:
         return self.sizeHint()
