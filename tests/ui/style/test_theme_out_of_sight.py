@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from PySide6.QtCore import QEvent, QObject
-from PySide6.QtGui import QPalette
+from PySide6.QtGui import QImage, QPalette
 from PySide6.QtWidgets import QApplication, QDialog, QLabel, QPushButton, QVBoxLayout, QWidget
 from pytestqt.qtbot import QtBot
 
@@ -33,6 +33,19 @@ class _Paints(QObject):
         return False
 
 
+def _settled(page: QWidget, qtbot: QtBot) -> QImage:
+    """The page once what it polls has been shown."""
+    seen = [QImage()]
+
+    def is_settled() -> bool:
+        qtbot.wait(300)
+        seen.append(page.grab().toImage())
+        return seen[-1] == seen[-2]
+
+    qtbot.waitUntil(is_settled, timeout=WAIT_MS)
+    return seen[-1]
+
+
 def test_a_page_out_of_sight_is_dressed_when_it_is_shown(qapp: QApplication, qtbot: QtBot, tmp_path: Path) -> None:
     with window(qapp, tmp_path, entries=_PLAIN) as assembly:
         main = assembly.window
@@ -60,13 +73,12 @@ def test_a_page_out_of_sight_is_dressed_when_it_is_shown(qapp: QApplication, qtb
             DARK.on_primary,
             DARK.danger.ink,
         }
-        followed = page.grab().toImage()
+        followed = _settled(page, qtbot)
         assembly.appearance.choose(Choice.LIGHT)
         QApplication.processEvents()
         assert page.grab().toImage() != followed
         assembly.appearance.choose(Choice.DARK)
-        QApplication.processEvents()
-        assert page.grab().toImage() == followed
+        qtbot.waitUntil(lambda: page.grab().toImage() == followed, timeout=WAIT_MS)
         assembly.appearance.choose(Choice.LIGHT)
 
 
