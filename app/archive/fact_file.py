@@ -117,8 +117,8 @@ class FactFile:
         if head.get("format") != FORMAT:
             raise ArchiveTrouble(said(marked("{path} is not an archive file."), path=self.path))
         if head.get("version") != VERSION:
-            text = marked("{path} needs a newer version of this program.")
-            raise ArchiveTrouble(said(text, path=self.path))
+            text = marked("{file} needs a newer version of this program.")
+            raise ArchiveTrouble(said(text, file=self.path))
         start = file.tell()
         while line := file.readline(_LONGEST_LINE):
             row = _row(line)

@@ -4710,10 +4710,6 @@
         <translation>已写入 {folder}：{names}。</translation>
     </message>
     <message>
-        <source>Written: {files}.</source>
-        <translation>已写入：{files}。</translation>
-    </message>
-    <message>
         <source>Written: {names}.</source>
         <translation>已写入：{names}。</translation>
     </message>
@@ -6474,20 +6470,12 @@
         <translation>{page}（{key}）</translation>
     </message>
     <message>
-        <source>{path} cannot be read: {why}.</source>
-        <translation>无法读取 {path}：{why}。</translation>
-    </message>
-    <message>
         <source>{path} holds no settings.</source>
         <translation>{path} 中没有设置。</translation>
     </message>
     <message>
         <source>{path} is not an archive file.</source>
         <translation>{path} 不是归档文件。</translation>
-    </message>
-    <message>
-        <source>{path} needs a newer version of this program.</source>
-        <translation>{path} 需要本程序的更新版本。</translation>
     </message>
     <message>
         <source>{path} was not saved: {why}.</source>

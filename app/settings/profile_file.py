@@ -90,7 +90,7 @@ def read_profile(path: Path) -> Profile:
             data = file.read(LARGEST_BYTES + 1)
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
         why = said(reason_of(error))
-        fault = ProfileFault(None, said(marked("{path} cannot be read: {why}."), path=path, why=why))
+        fault = ProfileFault(None, said(marked("{file} cannot be read: {why}."), file=path, why=why))
         raise ProfileRefused((fault,)) from error
     profile = parse_profile(data)
     return profile if profile.name.strip() else replace(profile, name=shortened(path.stem, LONGEST_NAME - 1))

@@ -319,7 +319,7 @@ class FleetPage(Page):
         self._report.run(
             lambda _running: write_set_reports(path, members, print_report, station),
             lambda written: self._say(
-                Notice(Meaning.INFORMATION, tr("Written: {files}.", files=listed(one.name for one in written)),
+                Notice(Meaning.INFORMATION, tr("Written: {names}.", names=listed(one.name for one in written)),
                        dismiss=self._clear)
             ),
             lambda error: self._say(
