@@ -4730,7 +4730,7 @@
         <translation>Zip 文件 (*.zip)</translation>
     </message>
     <message>
-        <source>a condition opened</source>
+        <source>a condition is not met</source>
         <translation>某项条件不再满足</translation>
     </message>
     <message>
@@ -4844,6 +4844,10 @@
     <message>
         <source>another module?</source>
         <translation>是另一个模块吗？</translation>
+    </message>
+    <message>
+        <source>another press</source>
+        <translation>按住期间有其他按键</translation>
     </message>
     <message>
         <source>another record here has the same number</source>
@@ -5776,10 +5780,6 @@
     <message>
         <source>positional arguments</source>
         <translation>位置参数</translation>
-    </message>
-    <message>
-        <source>pressed twice</source>
-        <translation>按住期间有其他按键</translation>
     </message>
     <message>
         <source>previous record altered or replaced</source>

@@ -267,7 +267,7 @@ REASONS: dict[str, tuple[Callable[[Desk], None], str]] = {
     "cancel": (_cancel, "cancelled"),
     "restart": (_restart, "Disarmed"),
     "unplugged": (_unplug, "Disarmed"),
-    "locked meanwhile": (_lock, "a condition opened"),
+    "locked meanwhile": (_lock, "a condition is not met"),
 }
 
 
