@@ -1,6 +1,6 @@
 """Writes captures in the format of `app.captures.reader`."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +13,7 @@ MAGIC = "# DPS-S capture 1"
 LONGEST_FILE_BYTES = 64 * 1024 * 1024
 """A file is not written beyond it (a quarter of an hour of a full line, hours of a usual one), nor read."""
 BYTES_A_LINE = 4096
+ENTRIES_A_PART = 1000
 FULL = "# the file is full: what came afterwards is not in it"
 
 
@@ -74,6 +75,18 @@ def lines_of(entry: CaptureEntry) -> Iterator[str]:
     for first in range(0, len(entry.raw), BYTES_A_LINE):
         raw = entry.raw[first : first + BYTES_A_LINE]
         yield f"{entry.at_s:.6f} {entry.way.value} {raw.hex(' ').upper()}"
+
+
+def capture_parts(entries: Sequence[CaptureEntry], header: Header) -> Iterator[bytes]:
+    """A whole file in `capture_part_count` pieces."""
+    yield "".join(f"{line}\n" for line in header.lines()).encode()
+    for first in range(0, len(entries), ENTRIES_A_PART):
+        some = entries[first : first + ENTRIES_A_PART]
+        yield "".join(f"{line}\n" for entry in some for line in lines_of(entry)).encode()
+
+
+def capture_part_count(entries: Sequence[CaptureEntry]) -> int:
+    return 1 + -(-len(entries) // ENTRIES_A_PART)
 
 
 class CaptureWriter:

@@ -21,6 +21,7 @@ from PySide6.QtCore import QTimer
 from PySide6.QtTest import QSignalSpy
 from PySide6.QtWidgets import QApplication, QWidget
 
+from app.captures.traffic_buffer import MOST_ENTRIES
 from app.engine.ports import PortInfo
 from app.engine.reconnect import RETURN_LIMIT_S
 from app.engine.target import Target
@@ -51,7 +52,6 @@ from ui.core.connector import Connector
 from ui.core.port_watcher import PortWatcher
 from ui.core.preferences import Preferences
 from ui.main import Assembly, WindowOptions, assemble, kept_tidy, start
-from ui.pages.diagnosis.capture_files import KEPT_ENTRIES
 from ui.services.storage import Storage
 
 CLEAN_S: Final = 5.0
@@ -122,8 +122,8 @@ def _fill(assembly: Assembly) -> None:
     reserve(live_page(assembly))
     page: Any = assembly.window.findChild(QWidget, "diagnosis_page")
     frame = Frame(Direction.MODULE_TO_HOST, Status(5, 1.0, triggered=False, active=False).encode())
-    for number in range(KEPT_ENTRIES):
-        page.kept.feed([Received(frame, None, Role.STREAMED, float(number))] * 16)
+    for number in range(MOST_ENTRIES):
+        page.traffic_buffer.feed([Received(frame, None, Role.STREAMED, float(number))] * 16)
 
 
 def _soak(assembly: Assembly, module: StreamingModule, outcome: Outcome, *, seconds: float, seed: int) -> None:

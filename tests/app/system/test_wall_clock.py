@@ -6,12 +6,12 @@ from datetime import datetime
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
+from app.captures.traffic_buffer import TrafficBuffer
 from app.engine.device import StatusSample
 from app.engine.worker import Batch
 from app.system.wall_clock import JUMP_S, WallClock
 from tests.support.records.recordings_made import NOON, Clock, asked
 from tests.support.window.live_bench import Bench, live_bench
-from ui.pages.diagnosis.capture_files import Kept
 from ui.pages.diagnosis.traffic_model import Column, TrafficModel
 
 NIGHT_S = 8 * 3600.0
@@ -57,12 +57,12 @@ def test_rows_of_the_traffic_bear_the_time_of_day_at_which_they_came(qapp: QAppl
 
 def test_a_capture_says_when_its_first_entry_came() -> None:
     clock, wall = clocks()
-    kept = Kept()
-    kept.wall = wall
-    kept.feed([asked(1000.0)])
+    buffer = TrafficBuffer()
+    buffer.wall = wall
+    buffer.feed([asked(1000.0)])
     clock.now_s, clock.wall_offset_s = 1001.0, clock.wall_offset_s + NIGHT_S
-    kept.feed([asked(1001.0)])
-    assert kept.header("p", 115200).started == NOON.isoformat(timespec="seconds").replace("+00:00", "Z")
+    buffer.feed([asked(1001.0)])
+    assert buffer.header("p", 115200).started == NOON.isoformat(timespec="seconds").replace("+00:00", "Z")
 
 
 def test_the_live_page_starts_over_with_the_right_time(qtbot: QtBot, qapp: QApplication) -> None:

@@ -23,6 +23,7 @@ from PySide6.QtGui import QPaintEvent
 from PySide6.QtWidgets import QApplication, QWidget
 
 from app.captures.entries import CaptureEntry, Way
+from app.captures.traffic_buffer import MOST_ENTRIES
 from app.engine.worker import Batch, PortState
 from protocol.catalogue import STATUS
 from protocol.events import Event, Received, Sent
@@ -30,7 +31,6 @@ from protocol.messages import Status
 from tests.benchmarks.figures import quantile
 from ui.core.preferences import Preferences
 from ui.main import Assembly, WindowOptions, assemble, kept_tidy, start
-from ui.pages.diagnosis.capture_files import KEPT_ENTRIES
 from ui.services.storage import Storage
 
 BEAT_MS: Final = 5
@@ -140,7 +140,8 @@ def fill_capture(page: Any) -> None:
     """The same for what the Diagnosis page keeps of the traffic for a capture: a ring that four minutes of a full line
     fill, and ten simulated hours only by and by."""
     raw = b"Au2\x07\x0a\x00\x01D" * 6
-    page.kept._entries.extend(CaptureEntry(at / 240, Way.IN, bytes(bytearray(raw))) for at in range(KEPT_ENTRIES))
+    blocks = (CaptureEntry(at / 240, Way.IN, bytes(bytearray(raw))) for at in range(MOST_ENTRIES))
+    page.traffic_buffer._entries.extend(blocks)
 
 
 def resident_mb() -> float:

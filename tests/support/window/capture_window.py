@@ -8,13 +8,15 @@ from PySide6.QtWidgets import QApplication, QPushButton
 from pytestqt.qtbot import QtBot
 
 from app.captures.reader import CaptureEntry, Way
+from app.captures.traffic_buffer import TrafficBuffer
+from app.captures.writer import capture_parts
 from protocol.catalogue import BY_NAME
 from protocol.link_states import Presence
 from protocol.messages import Status
 from tests.support.window.fakes_ui import WAIT_MS
 from tests.ui.pages.diagnosis.test_diagnosis_page import click, diagnosis
 from ui.main import Assembly
-from ui.pages.diagnosis.capture_files import SUFFIX, Kept, capture_parts
+from ui.pages.diagnosis.capture_files import SUFFIX
 from ui.pages.diagnosis.page import DiagnosisPage
 
 ACTIVE = Status(7, 1.0, triggered=False, active=True).encode()
@@ -34,7 +36,7 @@ def write_capture(path: Path, *, seconds: float = 30.0) -> Path:
             ordered.append(CaptureEntry(entry.at_s + 0.002, Way.IN, bytes.fromhex(answers[name])))
     ordered += [CaptureEntry(0.2 + 0.05 * n, Way.IN, ACTIVE) for n in range(round(seconds * 20))]
     ordered.append(CaptureEntry(ordered[-1].at_s + 0.01, Way.IN, b"\x00\xff"))
-    path.write_bytes(b"".join(capture_parts(tuple(ordered), Kept().header("/dev/ttyUSB0", 115200))))
+    path.write_bytes(b"".join(capture_parts(tuple(ordered), TrafficBuffer().header("/dev/ttyUSB0", 115200))))
     return path
 
 

@@ -325,7 +325,7 @@ def test_a_port_that_is_wanted_early_is_read_while_the_pages_are_made_and_none_m
         events = [one for batch in batches for one in batch.events]
         sent = [one.raw for one in events if isinstance(one, Sent)]
         received = [one.frame.raw for one in events if isinstance(one, Received)]
-        kept = pages["diagnosis"].kept.entries()
+        kept = pages["diagnosis"].traffic_buffer.entries()
         assert b"".join(one.raw for one in kept if one.way is Way.OUT) == b"".join(sent)
         assert b"".join(one.raw for one in kept if one.way is Way.IN) == b"".join(received)
         assert len(sent) > 5 < len(received)

@@ -18,6 +18,7 @@ from PySide6.QtWidgets import (
 )
 
 from app import version
+from app.captures.traffic_buffer import TrafficBuffer
 from app.diagnosis.link_statistics import LinkStatistics
 from app.diagnosis.support_bundle import BundleFile, Contents, SupportBundle
 from app.recordings.entry_texts import size_text
@@ -28,7 +29,6 @@ from app.text.i18n import tr
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask, Running
 from ui.files.file_dialogs import AskPath, ask_path, default_name
-from ui.pages.diagnosis.capture_files import Kept
 from ui.services.context import Services
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Size, Space
@@ -82,13 +82,13 @@ class BundlePreview(QWidget):
 
     said = Signal(object)
 
-    def __init__(self, services: Services, figures: LinkStatistics, kept: Kept, log: Log | None) -> None:
+    def __init__(self, services: Services, figures: LinkStatistics, traffic: TrafficBuffer, log: Log | None) -> None:
         super().__init__()
         self.setObjectName("bundle_preview")
         self.ask_path: AskPath = ask_path
         self._connector, self._remembered = services.connector, services.preferences
         self._appearance = services.appearance
-        self._figures, self._kept, self._log = figures, kept, log
+        self._figures, self._traffic, self._log = figures, traffic, log
         self.bundle: SupportBundle | None = None
         self._making: BackgroundTask[SupportBundle] = BackgroundTask("dps-s support bundle", self)
         self._saving: BackgroundTask[None] = BackgroundTask("dps-s save bundle", self)
@@ -138,8 +138,8 @@ class BundlePreview(QWidget):
         figures = copy.copy(self._figures)
         connection, device, now = connector.connection, connector.device, connector.clock()
         preferences = {"language": i18n.language(), "theme": self._appearance.choice.value}
-        entries = self._kept.entries(CAPTURE_ENTRIES)
-        header = self._kept.header(connection.port, connection.baud_rate, CAPTURE_ENTRIES)
+        entries = self._traffic.entries(CAPTURE_ENTRIES)
+        header = self._traffic.header(connection.port, connection.baud_rate, CAPTURE_ENTRIES)
 
         def contents(log: str) -> Contents:
             return Contents(

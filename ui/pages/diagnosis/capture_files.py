@@ -1,26 +1,22 @@
 """Saves traffic as a capture; opens captures by dialog or drop."""
 
-from collections import deque
-from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from datetime import UTC, datetime
+from datetime import datetime
 from functools import partial
-from itertools import islice
 from pathlib import Path
 
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QPushButton, QWidget
 
-from app import version
 from app.captures.explained import Explainer
-from app.captures.reader import CaptureEntry, CaptureRefused, Header, LineFault, OpenCapture, entries_of, lines_of
+from app.captures.reader import CaptureRefused, LineFault, OpenCapture
 from app.captures.rows import CaptureRows
+from app.captures.traffic_buffer import TrafficBuffer
+from app.captures.writer import capture_part_count, capture_parts
 from app.recordings.export import ExportCancelled, not_saved_text, write_parts
 from app.system.gil_yield import GilYield
-from app.system.wall_clock import WallClock
 from app.text.i18n import tr
 from app.text.sentences import reason_of
-from protocol.events import Event
 from ui.core.background_task import BackgroundTask, Running
 from ui.files.file_dialogs import AskOpen, AskPath, ask_open, ask_path, default_name
 from ui.services.context import Services
@@ -33,60 +29,11 @@ from ui.widgets.visibility_timer import VisibilityTimer
 
 SUFFIX = ".dpscap"
 OPENED_SUFFIXES = (SUFFIX, ".hex", ".txt", ".log")
-KEPT_ENTRIES = 60_000
-"""Half an hour of a usual stream, 40 s of a full line; some 10 MB. What is older is in the session's recording."""
-_ENTRIES_AT_ONCE = 1000
 _LOOK_EVERY_MS = 100
 
 
 def ask_capture(parent: QWidget, folder: Path) -> Path | None:
     return ask_open(parent, folder, tr("Open capture…"), tr("Capture (*.dpscap *.txt *.hex *.log)"))
-
-
-class Kept:
-    """What went over the line, oldest first, in bounded memory. One thread."""
-
-    def __init__(self) -> None:
-        self._entries: deque[CaptureEntry] = deque(maxlen=KEPT_ENTRIES)
-        self.wall = WallClock()
-        self.has_dropped = False
-        """What is older is no longer kept."""
-
-    def __len__(self) -> int:
-        return len(self._entries)
-
-    def feed(self, events: Iterable[Event]) -> None:
-        self.wall.poll()
-        new = list(entries_of(events, 0.0))
-        self.has_dropped |= len(self._entries) + len(new) > KEPT_ENTRIES
-        self._entries.extend(new)
-
-    def entries(self, most: int = KEPT_ENTRIES) -> tuple[CaptureEntry, ...]:
-        """The last `most`, with times that begin at 0."""
-        last = list(islice(reversed(self._entries), most))
-        last.reverse()
-        began_s = last[0].at_s if last else 0.0
-        return tuple(entry._replace(at_s=entry.at_s - began_s) for entry in last)
-
-    def header(self, port: str, baud_rate: int, most: int = KEPT_ENTRIES) -> Header:
-        """Of a file with `entries(most)`."""
-        first = next(islice(self._entries, max(0, len(self._entries) - most), None), None)
-        started = "" if first is None else _iso(self.wall.at(first.at_s))
-        return Header(
-            program=f"DPS-S Configurator {version()}", port=port, baud_rate=baud_rate or None, started=started
-        )
-
-
-def _iso(wall_s: float) -> str:
-    return datetime.fromtimestamp(wall_s, UTC).isoformat(timespec="seconds").replace("+00:00", "Z")
-
-
-def capture_parts(entries: tuple[CaptureEntry, ...], header: Header) -> Iterator[bytes]:
-    """The file in pieces."""
-    yield "".join(f"{line}\n" for line in header.lines()).encode()
-    for first in range(0, len(entries), _ENTRIES_AT_ONCE):
-        some = entries[first : first + _ENTRIES_AT_ONCE]
-        yield "".join(f"{line}\n" for entry in some for line in lines_of(entry)).encode()
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,12 +71,12 @@ class CaptureFiles(QWidget):
     opened = Signal(object)
     said = Signal(object)
 
-    def __init__(self, services: Services, kept: Kept) -> None:
+    def __init__(self, services: Services, buffer: TrafficBuffer) -> None:
         super().__init__()
         self.setObjectName("capture_files")
         self.ask_open: AskOpen = ask_capture
         self.ask_save: AskPath = ask_path
-        self._connector, self._kept = services.connector, kept
+        self._connector, self._buffer = services.connector, buffer
         self._folder = Path.home()
         self._saving: BackgroundTask[None] = BackgroundTask("dps-s save", self, finished_at_close=True)
         self._loading: BackgroundTask[Opened] = BackgroundTask("dps-s open capture", self)
@@ -148,7 +95,7 @@ class CaptureFiles(QWidget):
         return self._saving.is_running or self._loading.is_running
 
     def refresh(self) -> None:
-        self.save.setEnabled(len(self._kept) > 0 and not self._saving.is_running)
+        self.save.setEnabled(len(self._buffer) > 0 and not self._saving.is_running)
 
     def choose(self) -> None:
         path = self.ask_open(self, self._folder)
@@ -166,11 +113,11 @@ class CaptureFiles(QWidget):
 
     def choose_and_save(self) -> None:
         """What is kept at this moment, before anybody chooses a file."""
-        if not len(self._kept) or self._saving.is_running:
+        if not len(self._buffer) or self._saving.is_running:
             return
         connection = self._connector.connection
-        entries = self._kept.entries()
-        header = self._kept.header(connection.port, connection.baud_rate)
+        entries = self._buffer.entries()
+        header = self._buffer.header(connection.port, connection.baud_rate)
         suggested = self._folder / default_name(connection.port, SUFFIX, datetime.now().astimezone())
         path = self.ask_save(self, tr("Save capture…"), suggested, tr("Capture (*.dpscap *.txt *.hex *.log)"))
         if path is None:
@@ -178,13 +125,13 @@ class CaptureFiles(QWidget):
         self._folder = path.parent
         saved = (
             tr("Saved to {path}. Rows: {rows}; older ones are gone.", rows=f"{len(entries):,}", path=path)
-            if self._kept.has_dropped
+            if self._buffer.has_dropped
             else tr("Saved to {path}. Rows: {rows}.", rows=f"{len(entries):,}", path=path)
         )
 
         def write(running: Running) -> None:
-            parts, number = capture_parts(entries, header), len(entries) // _ENTRIES_AT_ONCE + 2
-            write_parts(path, parts, number, on_progress=running.tell, is_cancelled=running.is_cancelled)
+            parts, count = capture_parts(entries, header), capture_part_count(entries)
+            write_parts(path, parts, count, on_progress=running.tell, is_cancelled=running.is_cancelled)
 
         def end(error: Exception | None = None) -> None:
             self.refresh()

@@ -11,13 +11,14 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QStackedWidget, QTabBar, QToolButton, QWidget
 
 from app.captures.reader import FAULTS_KEPT
+from app.captures.traffic_buffer import TrafficBuffer
 from app.diagnosis.link_statistics import LinkStatistics
 from app.engine.worker import Batch
 from app.text.i18n import tr
 from app.text.sentences import together
 from protocol.translatable import marked
 from ui.pages.diagnosis.bundle_preview import BundlePreview
-from ui.pages.diagnosis.capture_files import OPENED_SUFFIXES, CaptureFiles, Kept, Opened
+from ui.pages.diagnosis.capture_files import OPENED_SUFFIXES, CaptureFiles, Opened
 from ui.pages.diagnosis.link_statistics import LinkStatisticsView
 from ui.pages.diagnosis.traffic import TrafficPage
 from ui.pages.diagnosis.why_panel import WhyPanel
@@ -45,15 +46,15 @@ class DiagnosisPage(StreamPage):
     def __init__(self, services: Services, parent: QWidget | None = None) -> None:
         super().__init__("diagnosis", parent)
         self._texts, self._connector = services.texts, services.connector
-        self.kept = Kept()
+        self.traffic_buffer = TrafficBuffer()
         self.live_figures = LinkStatistics()
         self._is_played = False
         self.opened: Opened | None = None
         self.traffic = TrafficPage(services)
         self.why = WhyPanel(services)
         self.figures = LinkStatisticsView(services, self.live_figures)
-        self.bundle = BundlePreview(services, self.live_figures, self.kept, services.log)
-        self.files = CaptureFiles(services, self.kept)
+        self.bundle = BundlePreview(services, self.live_figures, self.traffic_buffer, services.log)
+        self.files = CaptureFiles(services, self.traffic_buffer)
         self.strip = NoticeBar(services.texts)
         self.strip.setObjectName("diagnosis_notice")
         self._said: Notice | None = None
@@ -81,7 +82,7 @@ class DiagnosisPage(StreamPage):
         if is_played != self._is_played:
             self._change_over(is_played=is_played)
         if batch.events and not is_played:
-            self.kept.feed(batch.events)
+            self.traffic_buffer.feed(batch.events)
         self.figures.shown.on_batch(batch)
         self.traffic.on_batch(batch)
         self.why.on_batch(batch)

@@ -18,7 +18,7 @@ from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online
 from tests.ui.pages.diagnosis.test_diagnosis_page import click, diagnosis
 from tests.ui.pages.diagnosis.test_traffic import cell, sent, streamed
 from ui.core.background_task import Running
-from ui.pages.diagnosis.capture_files import SUFFIX, Kept, Opened, load_capture
+from ui.pages.diagnosis.capture_files import SUFFIX, Opened, load_capture
 from ui.pages.diagnosis.traffic import MOST_COPIED
 from ui.pages.diagnosis.traffic_model import KEPT_MARKS, KEPT_ROWS, Column, Filter, TrafficModel
 from ui.pages.diagnosis.traffic_search import hex_part, matches
@@ -108,7 +108,7 @@ def test_what_is_saved_can_be_read_again(qtbot: QtBot, qapp: QApplication, tmp_p
         wait_online(qtbot, assembly)
         page.files.ask_save = lambda _parent, _title, _suggested, _filter: path
         qtbot.waitUntil(page.files.save.isEnabled, timeout=WAIT_MS)
-        kept = page.kept.entries()
+        kept = page.traffic_buffer.entries()
         click(qtbot, page.files.save)
         qtbot.waitUntil(lambda: "Saved" in page.strip.accessibleName(), timeout=WAIT_MS)
         capture = read_capture(path)
@@ -121,21 +121,11 @@ def test_what_is_saved_can_be_read_again(qtbot: QtBot, qapp: QApplication, tmp_p
 
 def test_a_capture_that_cannot_be_saved_is_said(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with diagnosis(qtbot, qapp, tmp_path) as (_assembly, page):
-        page.kept.feed([sent("light")])
+        page.traffic_buffer.feed([sent("light")])
         page.files.refresh()
         page.files.ask_save = lambda _parent, _title, _suggested, _filter: tmp_path / "none" / "x.dpscap"
         click(qtbot, page.files.save)
         qtbot.waitUntil(lambda: "cannot be written" in page.strip.accessibleName(), timeout=WAIT_MS)
-
-
-def test_what_is_kept_is_bounded() -> None:
-    kept = Kept()
-    for first in range(0, 61_000, 1000):
-        kept.feed([*streamed(1000, first=first)])
-    assert len(kept) == 60_000
-    assert kept.has_dropped
-    assert kept.entries(10)[0].at_s == 0.0
-    assert len(kept.entries(10)) == 10
 
 
 def test_a_capture_is_decoded_without_a_module(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:

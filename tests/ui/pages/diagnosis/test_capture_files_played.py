@@ -62,7 +62,7 @@ def test_acts_end_unsent_while_a_recording_is_played(qtbot: QtBot, qapp: QApplic
         qtbot.waitUntil(lambda: bool(ended and performed), timeout=WAIT_MS)
         assert isinstance(ended[0].run.error, OnlyPlayedBack)
         assert isinstance(performed[0].run.error, OnlyPlayedBack)
-        raws = {entry.raw for entry in page.kept.entries()}
+        raws = {entry.raw for entry in page.traffic_buffer.entries()}
         assert ACTIVATION.set(False).encode() not in raws
         rows = page.traffic.model
         rows.rebuild()
@@ -75,7 +75,7 @@ def test_nothing_of_a_recording_is_remembered_or_kept_as_the_modules(
     with opened(qtbot, qapp, tmp_path) as (assembly, page, _path):
         play(qtbot, assembly, page)
         assert assembly.window._remembered.last_port is None
-        assert len(page.kept) == 0
+        assert len(page.traffic_buffer) == 0
         assert page.live_figures.totals.sent == 0
         assert not assembly.storage.journal(assembly.connector.target).is_ready
         assert isinstance(assembly.storage.store, StoreTrouble)

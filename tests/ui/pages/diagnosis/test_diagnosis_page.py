@@ -255,7 +255,7 @@ def test_a_hidden_page_costs_little_at_line_rate(qtbot: QtBot, qapp: QApplicatio
         for one in batches:
             page.on_batch(one)
         assert time.process_time() - began < 0.15  # of a second
-        assert len(page.kept) == 1440
+        assert len(page.traffic_buffer) == 1440
 
 
 # The support bundle
@@ -368,7 +368,7 @@ def test_what_goes_out_is_kept_for_a_capture(qtbot: QtBot, qapp: QApplication, t
         opened = Connection(PortState.OPEN, "sim://x", 115200)
         page.on_batch(Batch(1.0, opened, DeviceView(), None, events=(Sent(request.encode(), request, 1, 1.0),)))
         assert page.files.save.isEnabled()
-        assert [entry.raw for entry in page.kept.entries()] == [request.encode()]
+        assert [entry.raw for entry in page.traffic_buffer.entries()] == [request.encode()]
 
 
 def test_an_error_in_another_thread_ends_the_deploy_ritual(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
