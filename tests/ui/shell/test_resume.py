@@ -380,18 +380,28 @@ def test_a_hidden_page_is_brought_up_to_date_when_it_is_shown_and_not_before(
         assembly.window.connect_to(Target("sim://hidden", 115200))
         wait_online(qtbot, assembly)
         qtbot.waitUntil(lambda: len(assembly.window._pages) == len(PAGES), timeout=WAIT_MS)
-        for key in ("commands", "settings", "live"):
-            assembly.window.go_to(key)
-        labels: dict[str, list[Any]] = {
-            "commands": [
-                assembly.window.findChild(QLabel, one) for one in ("act_zero_conditions", "ritual_conditions")
-            ],
-            "settings": [assembly.window.findChild(QLabel, "baud_conditions")],
+        shown = {
+            "commands": ("act_zero_conditions", QLabel.text),
+            "settings": ("baud_conditions", QLabel.text),
+            "preflight": ("verdict", QWidget.toolTip),
+            "tests": ("tests_run", QWidget.isEnabled),
+            "fleet": ("fleet_summary", QLabel.text),
         }
-        before = {key: [one.text() for one in its] for key, its in labels.items()}
+
+        def look(key: str) -> object:
+            name, read = shown[key]
+            widget = assembly.window.findChild(QWidget, name)
+            assert widget is not None, name
+            return read(widget)  # type: ignore[arg-type]
+
+        tests: Any = assembly.window.findChild(QWidget, "tests_page")
+        tests.go_to("link")
+        for key in (*shown, "live"):
+            assembly.window.go_to(key)
+        before = {key: look(key) for key in shown}
         assembly.connector.disconnect_port()
         qtbot.waitUntil(lambda: not assembly.connector.is_open, timeout=WAIT_MS)
-        for key, its in labels.items():
-            assert [one.text() for one in its] == before[key]
+        assert {key: look(key) for key in shown} == before
+        for key in shown:
             assembly.window.go_to(key)
-            assert all(one.text() != old for one, old in zip(its, before[key], strict=True))
+            assert look(key) != before[key], key

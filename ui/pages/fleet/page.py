@@ -61,13 +61,12 @@ class FleetPage(Page):
         self._report: BackgroundTask[tuple[Path, ...]] = BackgroundTask("dps-s set report", self)
         self._make_controls()
         self._lay_out()
-        self.members.changed.connect(self.refresh)
-        self.checks.changed.connect(self.refresh)
+        self._timer = VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS, tick=self._tick)
+        for changed in (self.members.changed, self.checks.changed, self._connector.ports.listed):
+            changed.connect(self._timer.refresh_seen)
         self.checks.finished.connect(self._end_checks)
         self.profile.changed.connect(self._show_profile)
-        self._connector.ports.listed.connect(self._show_controls)
         self._turn = 0
-        VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS, tick=self._tick)
 
     # Making
 
@@ -301,7 +300,7 @@ class FleetPage(Page):
             has_failed = any(one.state is Applied.FAILED for one in applied.values())
             meaning = Meaning.GOOD if is_fine else Meaning.DANGER if has_failed else Meaning.ATTENTION
             self._said = Notice(meaning, result_line(applied), dismiss=self._clear)
-        self.refresh()
+        self._timer.refresh_seen()
 
     def _choose_report(self) -> None:
         path = self.ask_report(self, tr("Export report…"), Path.home() / "fleet.pdf", tr("Report (*.pdf)"))
@@ -329,7 +328,7 @@ class FleetPage(Page):
 
     def _say(self, notice: Notice | None) -> None:
         self._said = notice
-        self.refresh()
+        self._timer.refresh_seen()
 
     def _clear(self) -> None:
         self._say(None)

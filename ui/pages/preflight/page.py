@@ -17,6 +17,7 @@ from app.text.i18n import tr
 from app.text.sentences import together
 from protocol.translatable import marked
 from ui.acts.act_row import ActRow
+from ui.core.announcer import announcer
 from ui.pages.preflight.buttons import PreflightButtons
 from ui.pages.preflight.check_history import CheckHistory
 from ui.pages.preflight.check_list import CheckList
@@ -25,7 +26,7 @@ from ui.pages.preflight.form import PreflightForm
 from ui.pages.preflight.profile_editor import ProfileEditor
 from ui.pages.preflight.record_files import SUFFIXES, RecordFiles
 from ui.pages.preflight.texts import announcement
-from ui.pages.preflight.verdict import VerdictBanner
+from ui.pages.preflight.verdict import SPOKEN, VerdictBanner
 from ui.services.context import Services
 from ui.services.page import Page
 from ui.simulator.level_offer import rest_notice
@@ -64,12 +65,16 @@ class PreflightPage(Page):
         self.buttons = PreflightButtons(services.texts, self.header)
         self._notice: Notice | None = None
         self._named = services.naming.name
+        self._timer = VisibilityTimer(
+            self, self.refresh, every_ms=REFRESH_EVERY_MS, tick=self.tick, retranslate=self._retranslate
+        )
+        self._spoken = Standing.NOT_CHECKED
+        """What a screen reader was told last, also while the page is hidden."""
         self._stack = QStackedLayout(self)
         self._check = self._lay_out()
         for view in (self._check, self.history, self.editor):
             self._stack.addWidget(view)
         self._wire()
-        VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS, tick=self.tick, retranslate=self._retranslate)
         self._take_entered()
         self.refresh()
 
@@ -181,7 +186,7 @@ class PreflightPage(Page):
             self.list.forget_ticks()
         self._named = self._services.naming.name
         self._take_entered()
-        self.refresh()
+        self._timer.refresh_seen()
 
     def _forget_check(self) -> None:
         self.dismiss()
@@ -193,7 +198,8 @@ class PreflightPage(Page):
         entered.ticked = dict(self.list.ticks)
 
     def _take_work(self) -> None:
-        self.refresh()
+        self._timer.refresh_seen()
+        self._speak()
         standing, trouble = self.work.standing, self.work.trouble
         if trouble is not None and standing in (Standing.GO, Standing.READY, Standing.NO_GO):
             self.say(Notice(Meaning.ATTENTION, f"{trouble.sentence} {tr('Not kept.')}"))
@@ -202,6 +208,13 @@ class PreflightPage(Page):
         if standing is Standing.NO_GO:
             QTimer.singleShot(0, self, self._show_first_fault)
             self._say_of_rest()
+
+    def _speak(self) -> None:
+        standing = self.work.standing
+        if standing is not self._spoken and standing in SPOKEN:
+            shown = announcement(self.work, is_connected=self.work.can_check)
+            announcer().say(f"{shown.word}. {shown.head}")
+        self._spoken = standing
 
     def _say_of_rest(self) -> None:
         assessment = self.work.assessment
@@ -242,7 +255,7 @@ class PreflightPage(Page):
         self.history.print_wanted.connect(self._print_kept)
         work.changed.connect(self._take_work)
         self._services.naming.changed.connect(self._forget_module)
-        self._connector.changed.connect(self.tick)
+        self._connector.changed.connect(self._timer.refresh_seen)
         self._connector.forgotten.connect(self._forget_check)
         Shortcut("preflight_run_key", self, buttons.run)
         Shortcut("preflight_print_key", self, buttons.print)

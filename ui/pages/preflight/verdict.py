@@ -14,7 +14,6 @@ from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPainterPath, QPaintEvent, QPen, QPolygonF
 from PySide6.QtWidgets import QSizePolicy
 
-from ui.core.announcer import announcer
 from ui.pages.preflight.controller import Standing
 from ui.style.painted_widget import PaintedWidget
 from ui.style.shapes import hatch, pen
@@ -30,7 +29,8 @@ _LOUD: Final = {
     Standing.READY: Meaning.INFORMATION,
     Standing.NO_GO: Meaning.DANGER,
 }
-_SPOKEN: Final = (*_LOUD, Standing.VOID)
+SPOKEN: Final = (*_LOUD, Standing.VOID)
+"""Told by a screen reader at once."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,9 +56,7 @@ class VerdictBanner(PaintedWidget):
 
     def show_announcement(self, announcement: Announcement) -> None:
         if announcement != self.announcement or not self.accessibleName():
-            before, self.announcement = self.announcement, announcement
-            if announcement.standing in _SPOKEN and announcement.standing is not before.standing:
-                announcer().say(f"{announcement.word}. {announcement.head}")
+            self.announcement = announcement
             parts = (announcement.word, announcement.head, *announcement.lines)
             text = ". ".join(part.rstrip(".。") for part in parts if part)
             self.setToolTip(text)
@@ -116,7 +114,7 @@ class VerdictBanner(PaintedWidget):
         return QColor(theme.information.ink if standing is Standing.CHECKING else theme.text)
 
     def _word_font(self, room_px: float) -> QFont:
-        is_big = self.announcement.standing in (*_LOUD, Standing.VOID)
+        is_big = self.announcement.standing in SPOKEN
         one = font(Size.HERO)
         one.setWeight(QFont.Weight.Bold)
         size = WORD_PX if is_big else QUIET_PX

@@ -7,6 +7,7 @@ test, and locks the module where the test may have made it active.
 from typing import Final
 
 from PySide6.QtCore import QEvent, QObject, QSignalBlocker, QSize, Qt, QTimer
+from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import (
     QApplication,
     QCheckBox,
@@ -83,12 +84,12 @@ class TestsPage(Page):
                               slot=self.work.cancel)  # fmt: skip
         self.primary = control(StepButton(), texts, "tests_run", "Start", key="Ctrl+Return", role="primary",
                                slot=self._go_on)  # fmt: skip
-        self._lay_out()
-        self._wire()
-        VisibilityTimer(
-            self, self._on_show, every_ms=REFRESH_EVERY_MS, tick=self.tick, retranslate=self._retranslate,
+        self._timer = VisibilityTimer(
+            self, self.refresh, every_ms=REFRESH_EVERY_MS, tick=self.tick, retranslate=self._retranslate,
             hidden=self.work.cancel,
         )  # fmt: skip
+        self._lay_out()
+        self._wire()
         self.refresh()
 
     # What is shown
@@ -151,10 +152,13 @@ class TestsPage(Page):
         self._name_buttons()
         for one in (self.who, self.module):
             one.setEnabled(not work.is_running)
-        if work.stage is Stage.CONFIRMING:
+
+    def _on_work(self) -> None:
+        if self.work.stage is Stage.CONFIRMING:
             self._guard.begin()
-        elif not work.is_running:
+        elif not self.work.is_running:
             self._guard.end()
+        self._timer.refresh_seen()
 
     def _show_safety(self) -> None:
         test = self.work.test
@@ -231,14 +235,14 @@ class TestsPage(Page):
 
     # Leaving it
 
-    def _on_show(self) -> None:
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
         window = self.window()
         if self._watched is not window:
             window.installEventFilter(self)
             self._watched = window
         self.who.setText(self._services.preferences.who)
         self.work.load_last()
-        self.refresh()
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         is_minimised = event.type() == QEvent.Type.WindowStateChange and self.window().isMinimized()
@@ -262,8 +266,7 @@ class TestsPage(Page):
             row.begun.connect(work.act_begun)
             row.ended.connect(work.act_ended)
         self._guard.broken.connect(self._on_broken)
-        work.changed.connect(self.refresh)
-        self._connector.changed.connect(self.tick)
+        work.changed.connect(self._on_work)
         Shortcut("tests_run_key", self, self.primary)
 
     def _lay_out(self) -> None:

@@ -11,6 +11,7 @@ from pytestqt.qtbot import QtBot
 
 from tests.support.check_pace import hurry_check
 from tests.support.window.preflight_window import OnBench, kept, name_module, on_bench
+from ui.core.announcer import announcer
 from ui.pages.preflight.controller import Standing
 
 
@@ -83,14 +84,20 @@ def test_what_voids_a_go(
         assert "void" in page.list.rows["tilt"].chip.accessibleName()
 
 
-def test_a_void_check_stays_void(qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None) -> None:
+def test_a_check_that_becomes_void_while_the_page_is_hidden_is_announced_and_stays_void(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None
+) -> None:
     with on_bench(qtbot, qapp, tmp_path, "stays") as bench:
         assert bench.check() is Standing.READY
+        page, spoken = bench.preflight, list[str]()
+        assert bench.triggers.isVisible()
+        announcer().announced.connect(lambda text, _is_urgent: spoken.append(text))
         bench.bench.set_bay(is_open=True)
-        bench.wait_standing(Standing.VOID)
+        qtbot.waitUntil(lambda: page.work.standing is Standing.VOID, timeout=8000)
+        assert spoken == ["VOID. Changed: Light"]
         bench.bench.set_bay(is_open=False)
         qtbot.waitUntil(lambda: bench.assembly.connector.device.values["light_v"].value < 1.0, timeout=8000)
-        bench.preflight.tick()
+        assert page.banner.announcement.standing is Standing.READY
         assert bench.preflight.banner.announcement.standing is Standing.VOID
 
 
