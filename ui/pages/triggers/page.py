@@ -81,11 +81,12 @@ class TriggersPage(Page):
         self._stack.addWidget(self.empty)
         self._stack.addWidget(self.table)
         self._lay_out()
-        self._wire()
-        VisibilityTimer(
-            self, self._come_into_sight, every_ms=_READ_EVERY_MS, tick=self.work.read_unasked,
+        timer = VisibilityTimer(
+            self, self._on_shown, every_ms=_READ_EVERY_MS, tick=self.work.read_unasked,
             retranslate=self._retranslate,
         )  # fmt: skip
+        self.work.changed.connect(timer.refresh_seen)
+        self._wire()
         self.refresh()
 
     def refresh(self) -> None:
@@ -107,7 +108,7 @@ class TriggersPage(Page):
         self.strip.show_notice(work.notice() or self._idle_notice())
         self._show_detail()
 
-    def _come_into_sight(self) -> None:
+    def _on_shown(self) -> None:
         self.work.read_unasked()
         self.refresh()
 
@@ -195,7 +196,6 @@ class TriggersPage(Page):
         self.search.textChanged.connect(self._use_filter)
         self.table.selectionModel().selectionChanged.connect(self._show_detail)
         self.detail.judged.connect(self.work.judge)
-        self.work.changed.connect(self.refresh)
         self._services.appearance.changed.connect(self.table.measure)
         Shortcut("triggers_read_key", self, self.read)
         Shortcut("triggers_copy_key", self, self.copy)

@@ -63,6 +63,17 @@ def test_without_a_module_it_says_what_to_do(qtbot: QtBot, qapp: QApplication, t
         assert (page.count.text(), page.empty.title.text()) == ("Trigger records", "Not read yet")  # no number yet
 
 
+def test_it_refreshes_only_while_it_is_seen(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with on_bench(qtbot, qapp, tmp_path, "hidden", is_connected=False) as bench:
+        page = bench.triggers
+        assert bench.preflight.isVisible()
+        bench.connect()
+        assert page.work.can_read
+        assert not page.read.isEnabled()
+        assert bench.triggers.isVisible()
+        assert page.read.isEnabled()
+
+
 def test_a_module_that_never_fired(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with on_bench(qtbot, qapp, tmp_path, "never") as bench:
         page = bench.triggers
