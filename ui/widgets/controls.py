@@ -78,6 +78,12 @@ def control(
     return one
 
 
+def rename(button: QAbstractButton, texts: Texts, text: str) -> None:
+    """Binds another text, in English, as the text and the accessible name of a button."""
+    for setter in (button.setText, button.setAccessibleName):
+        texts.bind(setter, text)
+
+
 class ChoiceButton(QToolButton):
     """One of several beside each other, or none while nothing is known or wanted; a radio button to a screen reader.
     Which is pressed stays with whoever handles the clicks."""

@@ -7,7 +7,7 @@ from enum import Enum
 from functools import partial
 from typing import Final
 
-from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QFontDatabase, QGuiApplication
 from PySide6.QtWidgets import QFrame, QLabel, QPushButton, QScrollArea, QWidget
 
@@ -23,9 +23,9 @@ from protocol.events import Role
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
 from ui.services.context import Services
-from ui.style.icons import MEANING_ICONS, Icon, icon
+from ui.style.icons import MEANING_ICONS, Icon
 from ui.style.theme import Meaning, Size, Space
-from ui.widgets.controls import TEXT_GAP_PX, control
+from ui.widgets.controls import control, rename
 from ui.widgets.labels import IconLabel, text_label
 from ui.widgets.layouts import Gap, in_column, in_row
 from ui.widgets.naming import named
@@ -101,8 +101,8 @@ class WhyPanel(QScrollArea):
         self.what = text_label("why_what", "title", is_selectable=True)
         self.next_step = text_label("why_next_step", "", is_selectable=True)
         self.command = text_label("why_command", "", is_selectable=True)
-        self.act = named(QPushButton(), "why_act", "primary")
-        self.act.clicked.connect(self._do)
+        self.act = control(QPushButton(), services.texts, "why_act", _REMEDY_WORDS[Remedy.CONNECT_AGAIN],
+                           picture=Icon.CHEVRON_RIGHT, role="primary", slot=self._do)  # fmt: skip
         self._remedy: Remedy | None = None
         self._meaning = Meaning.UNKNOWN
         self._texts.bind(self.setAccessibleName, "Connection")
@@ -202,8 +202,7 @@ class WhyPanel(QScrollArea):
             remedy = Remedy.CONNECT_AGAIN if self._meaning is Meaning.ATTENTION else None
         self.act.setVisible(remedy is not None)
         if remedy is not None and remedy is not self._remedy:
-            for setter in (self.act.setText, self.act.setAccessibleName):
-                self._texts.bind(setter, _REMEDY_WORDS[remedy])
+            rename(self.act, self._texts, _REMEDY_WORDS[remedy])
         self._remedy = remedy
         self.act.setEnabled(remedy is not Remedy.FIND_RATE or self._connector.is_open)
 
@@ -250,8 +249,6 @@ class WhyPanel(QScrollArea):
 
     def _lay_out(self) -> None:
         card = self.card = named(QFrame(), "why_card", "card")
-        self.act.setIcon(icon(Icon.CHEVRON_RIGHT, is_on_primary=True))
-        self.act.setIconSize(QSize(16 + TEXT_GAP_PX, 16))
         button = in_row(self.act, 1)
         said = in_column(self.what, self.next_step, self.command, button, spacing=Space.S)
         in_row((self._picture, Qt.AlignmentFlag.AlignTop), (said, 1), of=card, spacing=Space.L, margins=Space.L)

@@ -5,10 +5,11 @@ from collections.abc import Sequence
 from PySide6.QtWidgets import QPushButton, QWidget
 
 from app.recordings.library import RecordingEntry
+from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.style.icons import Icon
 from ui.style.theme import Space
-from ui.widgets.controls import control
+from ui.widgets.controls import control, rename
 from ui.widgets.layouts import in_column, in_row
 
 
@@ -19,11 +20,10 @@ class RecordingsButtons(QWidget):
         super().__init__()
         self.setObjectName("recordings_buttons")
         self._texts = texts
-        self._releases: bool | None = None
         self.csv = control(QPushButton(), texts, "recordings_csv", "CSV…", key="Ctrl+S", picture=Icon.TABLE)
         self.mcap = control(QPushButton(), texts, "recordings_mcap", "MCAP…",
                             tip="For PlotJuggler and Foxglove", key="Ctrl+Shift+S", picture=Icon.SAVE)  # fmt: skip
-        self.keep = control(QPushButton(), texts, "recordings_keep", tip="Never delete automatically",
+        self.keep = control(QPushButton(), texts, "recordings_keep", "Pin", tip="Never delete automatically",
                             picture=Icon.BOOKMARK)  # fmt: skip
         self.delete = control(QPushButton(), texts, "recordings_delete", "Delete…", key="Del",
                               picture=Icon.ERASE)  # fmt: skip
@@ -41,11 +41,4 @@ class RecordingsButtons(QWidget):
             button.setEnabled(is_idle and is_one)
         self.keep.setEnabled(is_idle and bool(chosen))
         self.delete.setEnabled(is_idle and bool(chosen) and not any(one.is_running for one in chosen))
-        self._name_keep(releases=bool(chosen) and all(one.is_kept for one in chosen))
-
-    def _name_keep(self, *, releases: bool) -> None:
-        if releases == self._releases:
-            return
-        self._releases = releases
-        for setter in (self.keep.setText, self.keep.setAccessibleName):
-            self._texts.bind(setter, "Unpin" if releases else "Pin")
+        rename(self.keep, self._texts, marked("Unpin") if chosen and all(one.is_kept for one in chosen) else "Pin")
