@@ -82,13 +82,14 @@ def _trust(stations: "Stations", verification: "Verification", fingerprint: str,
     from app.stations.known import is_same_fingerprint
     from app.stations.station import fingerprint_of
 
-    if verification.signer is None or verification.altered:
+    signer = verification.signer_to_trust
+    if signer is None or verification.altered:
         raise console.Refused(tr("Not trusted: it is unsigned or altered."), console.SAID_NO)
-    found = fingerprint_of(verification.signer)
+    found = fingerprint_of(signer)
     if not is_same_fingerprint(found, fingerprint):
         text = tr("Not trusted: signed by {found}, not by {given}.", found=found, given=fingerprint)
         raise console.Refused(text, console.SAID_NO)
-    console.note(_line(stations.trust(verification.signer, name)))
+    console.note(_line(stations.trust(signer, name)))
 
 
 def _forget(stations: "Stations", fingerprint: str) -> int:

@@ -2802,6 +2802,10 @@
         <translation>页面未签名：仅其中的记录完整。</translation>
     </message>
     <message>
+        <source>PAGE OF UNKNOWN STATION: signed by {fingerprint}; only the record in it is intact.</source>
+        <translation>未知站点的页面：由 {fingerprint} 签名；仅其中的记录完整。</translation>
+    </message>
+    <message>
         <source>PWM trigger</source>
         <translation>PWM 触发</translation>
     </message>

@@ -6,7 +6,7 @@ known signed it.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 from typing import Final, Protocol
@@ -51,6 +51,7 @@ class RecordState(Enum):
     NOT_SIGNED = "not signed"
     UNKNOWN_STATION = "unknown station"
     PAGE_NOT_SIGNED = "page not signed"
+    PAGE_OF_UNKNOWN_STATION = "page of unknown station"
     CHAIN_BROKEN = "chain broken"
     CONTRADICTORY = "contradictory"
     ALTERED = "altered"
@@ -73,6 +74,9 @@ _HEADLINES: Final[Mapping[RecordState, str]] = {
     RecordState.NOT_SIGNED: marked("NOT SIGNED: anyone can make such a record."),
     RecordState.UNKNOWN_STATION: marked("UNKNOWN STATION: signed, but not by a known station."),
     RecordState.PAGE_NOT_SIGNED: marked("PAGE NOT SIGNED: only the record in it is intact."),
+    RecordState.PAGE_OF_UNKNOWN_STATION: marked(
+        "PAGE OF UNKNOWN STATION: signed by {fingerprint}; only the record in it is intact."
+    ),
     RecordState.CHAIN_BROKEN: marked("CHAIN BROKEN: {chain}."),
     RecordState.CONTRADICTORY: marked("CONTRADICTS ITSELF: {parts}."),
     RecordState.ALTERED: marked("ALTERED: {parts}."),
@@ -95,13 +99,23 @@ class Verification:
     """The public key whose signature is valid."""
     station: KnownStation | None = None
     """The station of that key, where it is known here."""
-    why: UserMessage | None = field(default=None)
+    page_signer: bytes = b""
+    """The public key of an unknown station whose signature of a page of other wording is valid."""
+    why: UserMessage | None = None
+
+    @property
+    def signer_to_trust(self) -> bytes | None:
+        """The public key that a person may trust so that the file counts as signed by a known station."""
+        return self.page_signer if self.state is RecordState.PAGE_OF_UNKNOWN_STATION else self.signer
 
     def sentences(self) -> tuple[UserMessage, ...]:
         """What to tell a person: the judgement, which record it is, then who signed it, its chain, is it kept here."""
         chain = UserMessage("" if self.chain is None else self.chain.value)
         parts, why = self._parts(), self.why or UserMessage("")
-        first = said(_HEADLINES[self.state], station=self._station(), chain=chain, parts=parts, why=why)
+        first = said(
+            _HEADLINES[self.state], station=self._station(), chain=chain, parts=parts, why=why,
+            fingerprint=fingerprint_of(self.page_signer),
+        )  # fmt: skip
         if self.record is None:
             return (first,)
         rest = [_introduced(self.record)]
@@ -195,27 +209,28 @@ def _verified(data: bytes, record: Record, kept: KeptRecords | None, find_statio
     is_known_here = same is not None and not altered
     if signer is None and (record.get("station") is not None or "signature" in record):
         altered.append("signature")
-    is_page_fine = True
+    page_state, page_signer = RecordState.INTACT, b""
     if is_page(data):
         seal = page_seal_in(data, record)
         if seal is None or not seal.is_whole:
             altered.append("page" if seal is not None else "page seal")
-        elif seal.signer is None or find_station(seal.signer) is None:
-            is_page_fine = is_page_of(record, seal.page)
-            if not is_page_fine and _is_of_this_version(record) and not data.startswith(b"%PDF-"):
+        elif (seal.signer is None or find_station(seal.signer) is None) and not is_page_of(record, seal.page):
+            page_signer = seal.signer or b""
+            page_state = RecordState.PAGE_OF_UNKNOWN_STATION if seal.signer else RecordState.PAGE_NOT_SIGNED
+            if _is_of_this_version(record) and not data.startswith(b"%PDF-"):
                 altered.append("page")
     chain, against = _chain(record, kept), contradictions(record)
     station = find_station(signer) if signer is not None else None
     return Verification(
-        state=_state(altered, against, chain, signer, station=station, is_page_fine=is_page_fine),
+        state=_state(altered, against, chain, signer, station=station, page_state=page_state),
         record=record, altered=tuple(altered), contradictions=against, chain=chain,
-        is_known_here=is_known_here, signer=signer, station=station,
+        is_known_here=is_known_here, signer=signer, station=station, page_signer=page_signer,
     )  # fmt: skip
 
 
 def _state(
     altered: list[str], against: tuple[UserMessage, ...], chain: Chain, signer: bytes | None, *,
-    station: KnownStation | None, is_page_fine: bool,
+    station: KnownStation | None, page_state: RecordState,
 ) -> RecordState:  # fmt: skip
     if altered:
         return RecordState.ALTERED
@@ -227,7 +242,7 @@ def _state(
         return RecordState.NOT_SIGNED
     if station is None:
         return RecordState.UNKNOWN_STATION
-    return RecordState.INTACT if is_page_fine else RecordState.PAGE_NOT_SIGNED
+    return page_state
 
 
 def _is_of_this_version(record: Mapping[str, object]) -> bool:

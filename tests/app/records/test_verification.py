@@ -153,9 +153,12 @@ def test_a_page_that_says_go_around_a_no_go_record(qapp: object) -> None:
         # What is printed of a record is its page, whoever printed it.
         assert verify_bytes(page(record, signer), find_station=find_station).state is RecordState.INTACT
     pdf = print_report(body(go), as_text(record).encode())
-    for signer in (None, station("stranger")):
+    for signer, state in (
+        (None, RecordState.PAGE_NOT_SIGNED),
+        (station("stranger"), RecordState.PAGE_OF_UNKNOWN_STATION),
+    ):
         found = verify_bytes(sealed_pdf(pdf, record, signer), find_station=find_station)
-        assert found.state is RecordState.PAGE_NOT_SIGNED
+        assert found.state is state
         assert "NO-GO" in _words(found)
         assert "INTACT" not in _words(found)
     signed = sealed_pdf(print_report(body(record), as_text(record).encode()), record, station())
@@ -168,6 +171,16 @@ def test_a_page_of_another_version_counts_where_a_known_station_signed_it() -> N
     later = plain.replace(b"<title>", b"<title>DPS-S ")
     assert verify_bytes(sealed_html(later, record, station()), find_station=find_station).state is RecordState.INTACT
     assert verify_bytes(sealed_html(later, record), find_station=find_station).state is RecordState.PAGE_NOT_SIGNED
+    stranger = station("stranger")
+    found = verify_bytes(sealed_html(later, record, stranger), find_station=find_station)
+    assert (found.state, found.signer) == (RecordState.PAGE_OF_UNKNOWN_STATION, station().public)
+    assert found.signer_to_trust == stranger.public
+    assert f"PAGE OF UNKNOWN STATION: signed by {fingerprint_of(stranger.public)};" in _words(found)
+    assert "NOT SIGNED" not in _words(found)
+    forged_seal = sealed_html(later, record, stranger).replace(
+        encoded(stranger.public).encode(), encoded(station("third").public).encode()
+    )
+    assert verify_bytes(forged_seal, find_station=find_station).state is RecordState.PAGE_NOT_SIGNED
 
 
 def test_the_page_is_compared_in_its_own_language() -> None:

@@ -116,9 +116,11 @@ class RecordFiles(QObject):
         if meaning is Meaning.GOOD and recorded_verdict(done.record or {}) is not Verdict.GO:
             meaning = Meaning.INFORMATION  # an intact NO-GO is not good news
         choices: tuple[Choice, ...] = ()
-        if done.state is RecordState.UNKNOWN_STATION:
+        if done.state in (RecordState.UNKNOWN_STATION, RecordState.PAGE_OF_UNKNOWN_STATION):
             choices = (
-                Choice("trust_station", tr("Trust this station…"), partial(self._ask_to_trust, path, done.signer)),
+                Choice(
+                    "trust_station", tr("Trust this station…"), partial(self._ask_to_trust, path, done.signer_to_trust)
+                ),
             )
         self.said.emit(Notice(meaning, f"{file} — {told}", choices))
 
@@ -143,6 +145,7 @@ _MEANINGS: Final = {
     RecordState.NOT_SIGNED: Meaning.ATTENTION,
     RecordState.UNKNOWN_STATION: Meaning.ATTENTION,
     RecordState.PAGE_NOT_SIGNED: Meaning.ATTENTION,
+    RecordState.PAGE_OF_UNKNOWN_STATION: Meaning.ATTENTION,
     RecordState.ALTERED: Meaning.DANGER,
     RecordState.CONTRADICTORY: Meaning.DANGER,
     RecordState.CHAIN_BROKEN: Meaning.DANGER,
