@@ -26,6 +26,7 @@ _LICENCES: Final = {
     "pyserial": "BSD-3-Clause",
     "pyside6-essentials": "LGPL-3.0-only",
     "shiboken6": "LGPL-3.0-only",
+    "shtab": "MPL-2.0",
 }
 """SPDX expressions of distributions that do not state one, or that leave a choice."""
 _WHERE_UNSTATED: Final = {"numpy": "BSD-3-Clause AND 0BSD AND MIT AND Zlib AND CC0-1.0"}

@@ -1,10 +1,44 @@
-"""`dps-s completion bash|zsh|fish`: prints a completion script."""
+"""`dps-s completion bash|zsh|fish`: prints a completion script, which shtab writes from the parsers.
+
+The script is static: pressing Tab starts no program.
+"""
 
 import argparse
 
 from app.terminal import console
 
 SHELLS = ("bash", "zsh", "fish")
+_FILE_METAVARS = ("FILE", "DIR", "PATH", "LOG", "P", "HEX")
+"""Of arguments that name a file, a folder or a port."""
+_SETTINGS_FUNCTION = "_dps_s_settings"
+_PREAMBLES = {
+    # bash splits NAME=VALUE at "=", so only what follows it is completed.
+    "bash": """\
+_dps_s_settings() {
+    local one word=${COMP_LINE:0:COMP_POINT}
+    word=${word##* }
+    for one in WORDS; do
+        if [[ $one == "$word"* ]]; then
+            if [[ $word == *=* ]]; then echo "${one#*=}"; else echo "${one%%=*}="; fi
+        fi
+    done | uniq
+}
+_dps_s() {
+    _shtab_dps_s
+    if [[ ${COMPREPLY[0]} == *= ]]; then compopt -o nospace; fi
+}""",
+    "zsh": """\
+_dps_s_settings() {
+    local -a words=(WORDS)
+    compadd -S '' -- ${(M)words:#*=}
+    compadd -- ${words:#*=}
+}""",
+    "fish": "",
+}
+_INSTALL = """\
+bash   dps-s completion bash > ~/.local/share/bash-completion/completions/dps-s
+zsh    dps-s completion zsh > ~/.zfunc/_dps-s    (~/.zfunc in $fpath before compinit)
+fish   dps-s completion fish > ~/.config/fish/completions/dps-s.fish"""
 
 
 def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -13,27 +47,54 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
     parser.set_defaults(run=run, parser=None)
 
 
-_INSTALL = """\
-bash   dps-s completion bash > ~/.local/share/bash-completion/completions/dps-s
-zsh    dps-s completion zsh > ~/.zfunc/_dps-s    (~/.zfunc in $fpath before compinit)
-fish   dps-s completion fish > ~/.config/fish/completions/dps-s.fish"""
-
-
 def run(args: argparse.Namespace) -> int:
-    """`args.parser` knows all commands; `app.__main__` puts it there."""
-    from app.cli.reference import completion_scripts
-    from app.cli.reference.command_tree import tree_of
-    from app.preflight.reading_object import SETTING_KEYS
+    """`args.parser` knows all commands; `app.__main__` sets it."""
+    import shtab
+
+    settings = _setting_words()
+    _add_choices(args.parser, settings)
+    preamble = _PREAMBLES[args.shell].replace("WORDS", " ".join(settings))
+    script = shtab.complete(args.parser, args.shell, preamble=preamble)
+    console.write(script.replace("-F _shtab_dps_s dps-s", "-F _dps_s dps-s") + "\n")
+    return console.DONE
+
+
+def _setting_words() -> list[str]:
+    """NAME=VALUE where the values are a short list, else NAME=."""
     from protocol.catalogue import SETTINGS
     from protocol.fields import Choice, Flag
 
-    values: dict[str, tuple[str, ...]] = dict.fromkeys(SETTING_KEYS, ())
+    words: list[str] = []
     for command in SETTINGS:
         match command.write:
             case Flag():
-                values[command.key] = ("true", "false")
-            case Choice(values=choices):
-                values[command.key] = tuple(str(one) for one in choices.values())
-    script = {"bash": completion_scripts.bash, "zsh": completion_scripts.zsh, "fish": completion_scripts.fish}
-    console.write(script[args.shell](tree_of(args.parser), values))
-    return console.DONE
+                values: tuple[object, ...] = ("true", "false")
+            case Choice(values=rates):
+                values = tuple(rates.values())
+            case _:
+                values = ("",)
+        words += [f"{command.key}={value}" for value in values]
+    return words
+
+
+def _add_choices(parser: argparse.ArgumentParser, settings: list[str]) -> None:
+    """What shtab cannot know from the parser: the help of commands, and what arguments of our own types take."""
+    import shtab
+
+    for action in parser._actions:
+        metavar = action.metavar if isinstance(action.metavar, str) else ""
+        if isinstance(action, argparse._SubParsersAction):
+            described = {one.dest for one in action._choices_actions}
+            for name, one in action.choices.items():
+                if name not in described:
+                    action._choices_actions.append(action._ChoicesPseudoAction(name, (), one.description))
+                _add_choices(one, settings)
+        elif "--baud" in action.option_strings:
+            action.choices = (*map(str, console.RATES), console.AUTO)
+        elif metavar == "yes|no" or metavar.startswith("{"):
+            action.choices = metavar.strip("{}").replace("|", ",").split(",")
+        elif metavar == "NAME=VALUE":
+            function = _SETTINGS_FUNCTION
+            action.complete = {"bash": function, "zsh": function, "fish": " ".join(settings)}  # type: ignore[attr-defined]
+        elif metavar.partition(".")[0] in _FILE_METAVARS:
+            action.complete = shtab.FILE  # type: ignore[attr-defined]
