@@ -22,31 +22,13 @@ from typing import BinaryIO
 
 from app.captures.entries import CaptureEntry, Entries, Way
 from app.captures.survey import BITS_PER_BYTE, ENTRY_LINE, LONGEST_LINE, MAGIC_LINE, Survey
-from app.captures.writer import BYTES_A_LINE, LONGEST_FILE_BYTES, CaptureWriter, Header, entries_of, lines_of
+from app.captures.writer import BYTES_A_LINE, LONGEST_FILE_BYTES, Header
 from app.system.gil_yield import GilYield
 from app.text.hex_text import HexText, NotHex
 from protocol.catalogue import DEFAULT_BAUD_RATE
 from protocol.frame import Direction, Frame
 from protocol.stream import Piece, StreamParser
 from protocol.translatable import marked
-
-__all__ = [
-    "BYTES_A_LINE",
-    "Capture",
-    "CaptureEntry",
-    "CaptureReader",
-    "CaptureRefused",
-    "CaptureWriter",
-    "Entries",
-    "Header",
-    "LineFault",
-    "OpenCapture",
-    "Way",
-    "entries_of",
-    "lines_of",
-    "parse_capture",
-    "read_capture",
-]
 
 FAULTS_KEPT = 100
 STEP_CHARACTERS = 4096

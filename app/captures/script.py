@@ -5,8 +5,8 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
+from app.captures.entries import CaptureEntry, Way
 from app.captures.explained import Explained, Explainer
-from app.captures.reader import CaptureEntry, Way
 from protocol.catalogue import Layout, Request
 from protocol.frame import Direction, Frame, decode_request
 from protocol.messages import answers

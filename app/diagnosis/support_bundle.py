@@ -15,7 +15,8 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from app.captures.reader import CaptureEntry, Header, lines_of
+from app.captures.entries import CaptureEntry
+from app.captures.writer import Header, lines_of
 from app.diagnosis.link_statistics import LinkStatistics
 from app.diagnosis.troubles import explain
 from app.engine.device import DeviceView

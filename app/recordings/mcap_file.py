@@ -18,7 +18,7 @@ import numpy as np
 from mcap.well_known import MessageEncoding, SchemaEncoding
 from mcap.writer import CompressionType, Writer
 
-from app.captures.reader import Way
+from app.captures.entries import Way
 from app.recordings.excerpt import Excerpt
 from app.recordings.file_layout import VERSION
 from app.recordings.recording import Recording

@@ -10,7 +10,7 @@ from typing import IO, Any, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from app.captures.reader import Way
+from app.captures.entries import Way
 from app.recordings.columns import RecordedSeries, beginnings, column
 from app.recordings.commits import Damaged, Extents, damaged_pieces, read_extents
 from app.recordings.excerpt import Excerpt

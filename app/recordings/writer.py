@@ -13,7 +13,7 @@ from typing import IO
 
 import numpy as np
 
-from app.captures.reader import Header, entries_of, lines_of
+from app.captures.writer import Header, entries_of, lines_of
 from app.engine.device import DeviceView, StatusSample
 from app.engine.worker import Batch, PortState
 from app.recordings.commits import Extents, encoded_commit, nothing

@@ -8,20 +8,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from app.captures.entries import CaptureEntry, Way
 from app.captures.explain import sentence
 from app.captures.explained import explained
-from app.captures.reader import (
-    BYTES_A_LINE,
-    Capture,
-    CaptureEntry,
-    CaptureRefused,
-    CaptureWriter,
-    Header,
-    Way,
-    entries_of,
-    parse_capture,
-    read_capture,
-)
+from app.captures.reader import Capture, CaptureRefused, parse_capture, read_capture
+from app.captures.writer import BYTES_A_LINE, CaptureWriter, Header, entries_of
 from protocol.catalogue import STATUS
 from protocol.events import Event, Received, Rejected, Role, Sent
 from protocol.frame import Direction, Fault, Frame, Noise, Reason
@@ -45,7 +36,7 @@ def test_what_is_written_is_read_back(tmp_path: Path) -> None:
 )
 def test_any_entries_survive(drawn: list[tuple[int, Way, bytes]]) -> None:
     entries = [CaptureEntry(at / 1000, way, raw) for at, way, raw in sorted(drawn, key=lambda one: one[0])]
-    from app.captures.reader import lines_of
+    from app.captures.writer import lines_of
 
     text = "\n".join([*HEADER.lines(), *(line for entry in entries for line in lines_of(entry))])
     assert parse_capture(text).entries == tuple(entries)

@@ -6,14 +6,11 @@ from pathlib import Path
 
 import pytest
 
+from app.captures.entries import CaptureEntry, Way
 from app.captures.player import Player, UrlRefused, parse_url, play, playing, stop_playing, url_of
-from app.captures.reader import (
-    Capture,
-    CaptureEntry,
-    Way,
-    entries_of,
-)
+from app.captures.reader import Capture
 from app.captures.script import Script
+from app.captures.writer import entries_of
 from app.engine.session import Run, Session
 from app.engine.transport import PortError, PortTrouble, open_line
 from app.engine.worker import Batch, PortState, Worker

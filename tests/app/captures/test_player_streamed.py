@@ -7,9 +7,11 @@ from pathlib import Path
 
 import pytest
 
+from app.captures.entries import CaptureEntry, Way
 from app.captures.player import AHEAD_S, KNOWN_AHEAD_S, LEAST_AHEAD_S, READ_EARLIER_S, Player, playing, url_of
-from app.captures.reader import Capture, CaptureEntry, Way, entries_of
+from app.captures.reader import Capture
 from app.captures.script import Script
+from app.captures.writer import entries_of
 from app.engine.worker import PortState, Worker
 from app.port_urls import protocol_capture
 from app.port_urls.protocol_capture import Serial

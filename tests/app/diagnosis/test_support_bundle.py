@@ -6,7 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from app.captures.reader import CaptureEntry, Header, Way, parse_capture
+from app.captures.entries import CaptureEntry, Way
+from app.captures.reader import parse_capture
+from app.captures.writer import Header
 from app.diagnosis.link_statistics import LinkStatistics
 from app.diagnosis.support_bundle import COMPUTER, USER, Contents, Names, SupportBundle, scrub
 from app.engine.device import DeviceView, How, Known

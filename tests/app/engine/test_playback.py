@@ -8,7 +8,7 @@ import pytest
 
 import app.__main__ as program
 from app.captures.player import url_of
-from app.captures.reader import entries_of
+from app.captures.writer import entries_of
 from app.engine.playback import OnlyPlayedBack, is_playback
 from app.engine.procedure import Ask, Procedure
 from app.engine.session import Session

@@ -12,7 +12,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.captures.reader import Way, read_capture
+from app.captures.entries import Way
+from app.captures.reader import read_capture
 from app.engine.device import How, Known
 from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Batch, PortState, Worker

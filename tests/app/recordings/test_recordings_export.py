@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 from mcap.reader import make_reader
 
-from app.captures.reader import Way
+from app.captures.entries import Way
 from app.engine.transport import PortError, PortTrouble
 from app.recordings.export import ExportCancelled, export_csv, export_mcap
 from app.recordings.recording import Recording, open_recording

@@ -4,8 +4,10 @@ from collections.abc import Sequence
 from itertools import islice
 from pathlib import Path
 
-from app.captures.reader import Capture, CaptureEntry, CaptureWriter, Header, Way
+from app.captures.entries import CaptureEntry, Way
+from app.captures.reader import Capture
 from app.captures.script import Script
+from app.captures.writer import CaptureWriter, Header
 from protocol.catalogue import STATUS
 from protocol.messages import Status
 

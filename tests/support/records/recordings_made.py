@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from app.captures.reader import Way
+from app.captures.entries import Way
 from app.engine.device import DeviceView, How, Known, StatusSample
 from app.engine.worker import Batch, Connection, PortState
 from app.recordings.commits import Extents, encoded_commit

@@ -7,7 +7,7 @@ from pathlib import Path
 from PySide6.QtWidgets import QApplication, QPushButton
 from pytestqt.qtbot import QtBot
 
-from app.captures.reader import CaptureEntry, Way
+from app.captures.entries import CaptureEntry, Way
 from app.captures.traffic_buffer import TrafficBuffer
 from app.captures.writer import capture_parts
 from protocol.catalogue import BY_NAME

@@ -10,8 +10,8 @@ from PySide6.QtCore import QModelIndex, QPersistentModelIndex, Qt
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
+from app.captures.entries import CaptureEntry, Way
 from app.captures.explained import Explained, explained
-from app.captures.reader import CaptureEntry, Way
 from app.captures.rows import CaptureRows
 from protocol.catalogue import BY_NAME
 from protocol.messages import Status
