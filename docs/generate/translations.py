@@ -5,8 +5,8 @@
     python3 docs/generate/translations.py merge DIR    update, and fill in from DIR/*.json ({"English": "中文"})
     python3 docs/generate/translations.py merge DIR --over corrections.json    and let this one replace what there is
 
-Texts are the literals in calls of ``tr(...)``, ``marked(...)``, ``bind(setter, ...)`` and
-``control(...)``.  Whatever else ``tr`` is given has to be the name of something marked.
+Texts are the literals in calls of ``tr(...)``, ``marked(...)``, ``bind(setter, ...)``,
+``control(...)`` and ``scroll_area(...)``.  Whatever else ``tr`` is given has to be the name of something marked.
 """
 
 import argparse
@@ -25,9 +25,9 @@ ROOT: Final = Path(__file__).resolve().parents[2]
 TS: Final = ROOT / "app" / "locale" / "zh_CN.ts"
 PACKAGES: Final = ("protocol", "app", "ui")
 CONTEXT: Final = "dps-s"
-_POSITION_OF_TEXT: Final = {"tr": 0, "marked": 0, "bind": 1, "control": 3}
+_POSITION_OF_TEXT: Final = {"tr": 0, "marked": 0, "bind": 1, "control": 3, "scroll_area": 3}
 _KEYWORDS_OF_TEXT: Final = {"control": ("says", "tip")}
-_WITHOUT_VALUES: Final = ("marked", "control")
+_WITHOUT_VALUES: Final = ("marked", "control", "scroll_area")
 
 
 @dataclass(slots=True)

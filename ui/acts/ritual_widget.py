@@ -36,7 +36,7 @@ from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control
 from ui.widgets.gestures import gestures
 from ui.widgets.labels import ElidedLabel, text_label
-from ui.widgets.layouts import FlowRow, in_column, in_row
+from ui.widgets.layouts import FlowRow, in_column, in_row, retain_size
 from ui.widgets.naming import named, set_role
 from ui.widgets.notice_bar import Notice, NoticeBar
 from ui.widgets.step_button import StepButton, is_in_sight, leave_focus
@@ -94,9 +94,7 @@ class RitualWidget(QFrame):
         self.countdown.setTextVisible(False)
         self.countdown.setFixedHeight(_BAR_PX)
         self.countdown.setRange(0, round(ARMED_FOR_S * 1000))
-        policy = self.countdown.sizePolicy()
-        policy.setRetainSizeWhenHidden(True)
-        self.countdown.setSizePolicy(policy)
+        retain_size(self.countdown)
         self.choose = control(StepButton(), texts, "ritual_choose", "Deploy…", role="danger",
                               slot=partial(self._choose, is_rehearsal=False))  # fmt: skip
         self.rehearse = control(StepButton(), texts, "ritual_rehearse", "Rehearse…",

@@ -35,6 +35,7 @@ from ui.services.context import Services
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control
+from ui.widgets.document_window import bring_to_front
 from ui.widgets.labels import IconLabel, text_label
 from ui.widgets.layouts import in_column, in_row
 from ui.widgets.naming import named
@@ -104,9 +105,7 @@ class ArchiveDialog(QDialog):
 
     def bring_up(self) -> None:
         self.server.setText(self._exchange.server or "")
-        self.show()
-        self.raise_()
-        self.activateWindow()
+        bring_to_front(self)
         self._exchange.refresh()
 
     def _lay_out_question(self) -> None:

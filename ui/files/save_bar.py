@@ -1,4 +1,4 @@
-"""Save bar of the Live page: CSV, picture, and the outcome of saving."""
+"""Save bar of the Live page: saves CSV and pictures, and shows the outcome."""
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
@@ -6,8 +6,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import QBuffer, QByteArray, QIODevice, QRectF, QSize, QStandardPaths, Qt
-from PySide6.QtGui import QColor, QFontMetrics, QImage, QPainter, QPaintEvent, QPixmap
+from PySide6.QtCore import QBuffer, QByteArray, QIODevice, QRectF, QStandardPaths, Qt
+from PySide6.QtGui import QColor, QImage, QPainter, QPixmap
 from PySide6.QtWidgets import QPushButton, QSizePolicy, QWidget
 
 from app import version
@@ -18,19 +18,19 @@ from app.text.i18n import tr
 from ui.core.background_task import BackgroundTask, Running
 from ui.core.texts import Texts
 from ui.files.file_dialogs import AskPath, ask_path, default_name
-from ui.style import icons
 from ui.style.icons import MEANING_ICONS, Icon
-from ui.style.painted_widget import PaintedWidget
 from ui.style.theme import Meaning, Size, Space, current, font
 from ui.widgets.controls import control
+from ui.widgets.labels import ElidedLabel, IconLabel
 from ui.widgets.layouts import FlowRow, in_row
+from ui.widgets.naming import named
 
 _ICON_PX: Final = 16
 _FOOT_PX: Final = 28
 
 
 def picture_with_foot(content: QWidget, foot: str) -> QImage:
-    """A widget as it looks, with a line below that tells what it is a picture of."""
+    """A picture of `content` with the line `foot` below."""
     pixmap = content.grab()
     ratio = pixmap.devicePixelRatio()
     width, height = pixmap.width() / ratio, pixmap.height() / ratio
@@ -49,8 +49,8 @@ def picture_with_foot(content: QWidget, foot: str) -> QImage:
 
 @dataclass(frozen=True, slots=True)
 class Origin:
-    """Where what is seen comes from. ``wall_offset_s`` added to its times gives seconds since 1970; ``recorded_at``
-    is when a recording began, None for what is live; ``module`` is "" where nobody named it."""
+    """The source of the shown data. `wall_offset_s` added to its times gives seconds since 1970; `recorded_at` is the
+    start of a recording, None for live data; `module` is its name, or ""."""
 
     port: str
     baud_rate: int
@@ -60,7 +60,7 @@ class Origin:
 
 
 def foot_text(origin: Origin, when: datetime) -> str:
-    """When, which module, which program; a recording says that it is one."""
+    """Time, module, port and program version; for a recording its time."""
     port = f"{origin.port} · {origin.baud_rate} baud" if origin.port else tr("Not connected")
     stamp = when.astimezone().isoformat(" ", "seconds")
     if origin.recorded_at is not None:
@@ -70,62 +70,41 @@ def foot_text(origin: Origin, when: datetime) -> str:
 
 
 def png_parts(image: QImage) -> Iterator[bytes]:
-    """The picture as PNG, encoded when it is asked for; raises OSError where that fails."""
+    """The PNG file of `image`, encoded lazily. Raises OSError."""
     data = QByteArray()
     buffer = QBuffer(data)
     buffer.open(QIODevice.OpenModeFlag.WriteOnly)
     if not image.save(buffer, "PNG"):  # type: ignore[call-overload]
-        raise OSError("no PNG could be made of it")
+        raise OSError("the picture could not be encoded as PNG")
     yield bytes(data.data())
 
 
-class Note(PaintedWidget):
-    """One line with an icon; what does not fit is cut in its middle and stands whole in the tooltip."""
+class Note(QWidget):
+    """One line with an icon, elided in the middle."""
 
     def __init__(self) -> None:
         super().__init__()
-        self.setObjectName("live_note")
-        self._text = ""
-        self._meaning: Meaning | None = None
+        self.meaning: Meaning | None = None
+        self._icon = IconLabel("live_note_icon", _ICON_PX)
+        self._label = named(ElidedLabel(Qt.TextElideMode.ElideMiddle), "live_note", "small")
+        in_row(self._icon, (self._label, 1), of=self, spacing=Space.XS, margins=0)
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
 
     @property
     def text(self) -> str:
-        return self._text
-
-    @property
-    def meaning(self) -> Meaning | None:
-        return self._meaning
+        return self._label.text()
 
     def say(self, text: str, meaning: Meaning | None = None) -> None:
-        if (text, meaning) != (self._text, self._meaning):
-            self._text, self._meaning = text, meaning
-            self.setToolTip(text)
-            self.announce(text)
-
-    def sizeHint(self) -> QSize:
-        return QSize(80, 24)
-
-    def paintEvent(self, _event: QPaintEvent) -> None:
-        if not self._text:
-            return
-        painter = QPainter(self)
-        left = 0
-        if self._meaning is not None:
-            square = QRectF(0, (self.height() - _ICON_PX) / 2, _ICON_PX, _ICON_PX)
-            icons.draw(painter, MEANING_ICONS[self._meaning], square, current().ink(self._meaning))
-            left = _ICON_PX + Space.XS
-        one = font(Size.SMALL)
-        text = QFontMetrics(one).elidedText(self._text, Qt.TextElideMode.ElideMiddle, self.width() - left)
-        painter.setFont(one)
-        painter.setPen(QColor(current().text))
-        room = QRectF(left, 0, self.width() - left, self.height())
-        painter.drawText(room, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, text)
-        painter.end()
+        self.meaning = meaning
+        self._label.setText(text)
+        if meaning is None:
+            self._icon.clear_icon()
+        else:
+            self._icon.show_icon(MEANING_ICONS[meaning], meaning)
 
 
 class SaveBar(QWidget):
-    """``take_excerpt`` and ``take_picture`` give what is seen at that moment, before anybody chooses a file."""
+    """`take_excerpt` and `take_picture` return what is shown when saving starts, before the file dialog opens."""
 
     def __init__(
         self,
@@ -159,7 +138,7 @@ class SaveBar(QWidget):
         return self._saving.is_running
 
     def save_csv(self) -> None:
-        """Save the samples in sight, as they are at this moment."""
+        """Saves the samples in sight."""
         if self.is_saving:
             return
         excerpt, origin = self._take_excerpt(), self._find_origin()
@@ -175,7 +154,7 @@ class SaveBar(QWidget):
         self._save(path, csv_parts(excerpt, wall_offset_s=origin.wall_offset_s), part_count(excerpt), saved)
 
     def save_png(self) -> None:
-        """Save a picture of what is in sight."""
+        """Saves a picture of what is in sight."""
         if self.is_saving:
             return
         image = self._take_picture(foot_text(self._find_origin(), datetime.now().astimezone()))
@@ -185,12 +164,12 @@ class SaveBar(QWidget):
         self._save(path, png_parts(image), 1, tr("Saved to {path}.", path=path))
 
     def refresh(self) -> None:
-        """Say how the saving gets on; called by the page's timer."""
+        """Shows the progress of saving; called by the page's timer."""
         if self.is_saving:
             self.note.say(tr("Saving… {percent} %", percent=f"{(self._saving.share or 0.0) * 100:.0f}"))
 
     def _save(self, path: Path, parts: Iterable[bytes], count: int, saved: str) -> None:
-        """`parts` is first looked at in the background."""
+        """`parts` is iterated in the background."""
 
         def write(running: Running) -> None:
             write_parts(path, parts, count, on_progress=running.tell, is_cancelled=running.is_cancelled)

@@ -21,6 +21,7 @@ from ui.core.texts import Texts
 from ui.preferences.choices import Choices
 from ui.style.theme import Choice, Space
 from ui.widgets.controls import control
+from ui.widgets.document_window import bring_to_front
 from ui.widgets.layouts import in_column
 from ui.widgets.naming import named
 from ui.widgets.sliders import WheelGuard
@@ -94,9 +95,7 @@ class PreferencesDialog(QDialog):
 
     def bring_up(self) -> None:
         self.refresh()
-        self.show()
-        self.raise_()
-        self.activateWindow()
+        bring_to_front(self)
 
     def _box(self, name: str) -> QComboBox:
         box = named(QComboBox(), f"preferences_{name}")

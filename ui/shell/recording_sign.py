@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Final
 
-from PySide6.QtCore import QEvent, Qt, Signal
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QLabel, QWidget
 
 from app.text.i18n import tr
@@ -69,12 +69,6 @@ class RecordingSign(QWidget):
             self._picture.show_icon(Icon.RECORD, is_muted=True)
         else:
             self._picture.show_icon(Icon.WARNING, Meaning.ATTENTION)
-
-    def changeEvent(self, event: QEvent) -> None:
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.LanguageChange and hasattr(self, "_shown"):
-            self._shown = None
-            self.refresh()
 
 
 def trouble_notice(sentence: str, look: Callable[[], None], dismiss: Callable[[], None]) -> Notice:

@@ -10,7 +10,6 @@ from PySide6.QtWidgets import (
     QGridLayout,
     QLabel,
     QPushButton,
-    QScrollArea,
     QSpinBox,
     QWidget,
 )
@@ -22,7 +21,7 @@ from ui.core.texts import Texts
 from ui.simulator.options import SimulatorOptions
 from ui.style.theme import Space
 from ui.widgets.controls import control
-from ui.widgets.layouts import in_column, in_row
+from ui.widgets.layouts import in_column, in_row, scroll_area
 from ui.widgets.naming import named
 from ui.widgets.sliders import NUMBER_PX, Dial, WheelGuard, label_for
 from ui.widgets.visibility_timer import VisibilityTimer
@@ -158,11 +157,8 @@ class SimulatorPanel(QWidget):
         buttons.addWidget(self.press, 1, 0, 1, 2)
         self._body = named(QWidget(), "simulator_body")
         in_column(self.summary, form, buttons, self.options, 1, of=self._body, spacing=Space.M, margins=Space.M)
-        self._area = control(QScrollArea(), self._texts, "simulator_scroll", says="Simulated module")
-        self._area.setWidgetResizable(True)
+        self._area = scroll_area(self._body, self._texts, "simulator_scroll", "Simulated module", is_vertical=True)
         self._area.setFrameShape(QFrame.Shape.NoFrame)
-        self._area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self._area.setWidget(self._body)
         in_column(self._area, of=self, margins=0)
 
     def _fit_width(self) -> None:

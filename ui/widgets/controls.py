@@ -1,5 +1,6 @@
 """Makes a control from one description: object name, texts in the language in use, shortcut, icon, role, slot."""
 
+from collections.abc import Callable
 from typing import ClassVar, Final, TypeVar
 
 from PySide6.QtCore import QSize, Qt
@@ -20,7 +21,7 @@ Control = TypeVar("Control", bound=QWidget)
 
 
 class _Translated:
-    """A text inside another one, in the language in use."""
+    """A text that is translated each time it is formatted into another one."""
 
     def __init__(self, english: str) -> None:
         self._english = english
@@ -31,7 +32,7 @@ class _Translated:
 
 def control(
     one: Control,
-    texts: Texts,
+    texts: Texts | None,
     name: str,
     text: str = "",
     *,
@@ -43,18 +44,21 @@ def control(
     is_checkable: bool = False,
     slot: object = None,
 ) -> Control:
-    """`one`, complete. `text`, `says` and `tip` are English. `says` is the accessible name; that of a button with a
-    text is its text, which is what somebody who speaks to the computer says, and `says` describes it.
+    """Sets up `one` and returns it.
 
-    `tip` only where it adds something to them. `key` is the shortcut that its tooltip names. `role` is one of the
-    style sheet's. `slot` is called when a button is clicked, or when the press of a step counted.
+    `text`, `says` and `tip` are English; without `texts` they are in the language in use, for a control that lives no
+    longer than its text. `says` is the accessible name. The accessible name of a button with a text is that text, which
+    is what users of voice control say; `says` then describes it. `tip` is needed only where it adds something. `key` is
+    the shortcut that the tooltip names, `role` one of the style sheet's. `slot` is called when a button is clicked, or
+    when the press of a `StepButton` counted.
     """
+    bind = _apply if texts is None else texts.bind
     named(one, name, role)
     if isinstance(one, QAbstractButton):
         if text:
             says, description = text, says
             if description not in ("", says):
-                texts.bind(one.setAccessibleDescription, description)
+                bind(one.setAccessibleDescription, description)
         if is_checkable:
             one.setCheckable(True)
         if picture is not None:
@@ -65,16 +69,16 @@ def control(
         if slot is not None:
             (one.chosen if isinstance(one, StepButton) else one.clicked).connect(slot)
     if text and isinstance(one, QAbstractButton | QLabel):
-        texts.bind(one.setText, text)
+        bind(one.setText, text)
     if says:
-        texts.bind(one.setAccessibleName, says)
+        bind(one.setAccessibleName, says)
     if not tip and (key or not text) and isinstance(one, QAbstractButton):
-        tip = text or says  # one text is enough: the tooltip adds the key, or stands for the text
+        tip = text or says
     if key:
         one.setProperty(_KEY, key)
-        texts.bind(one.setToolTip, "{tip} ({key})", tip=_Translated(tip), key=key)
+        bind(one.setToolTip, "{tip} ({key})", tip=_Translated(tip), key=key)
     elif tip:
-        texts.bind(one.setToolTip, tip)
+        bind(one.setToolTip, tip)
     return one
 
 
@@ -84,9 +88,13 @@ def rename(button: QAbstractButton, texts: Texts, text: str) -> None:
         texts.bind(setter, text)
 
 
+def _apply(setter: Callable[[str], object], text: str, /, **values: object) -> None:
+    setter(text.format(**values) if values else text)
+
+
 class ChoiceButton(QToolButton):
-    """One of several beside each other, or none while nothing is known or wanted; a radio button to a screen reader.
-    Which is pressed stays with whoever handles the clicks."""
+    """One of several side by side, of which none may be checked; a radio button to screen readers. Whoever handles the
+    clicks unchecks the others."""
 
     accessible_role: ClassVar = QAccessible.Role.RadioButton
 
@@ -96,12 +104,12 @@ class ChoiceButton(QToolButton):
 
 
 def name_of(one: QWidget) -> str:
-    """What a control is called: by its accessible name, else by its text."""
+    """The accessible name of a control, else its text."""
     return one.accessibleName() or (one.text() if isinstance(one, QAbstractButton) else "")
 
 
 class Shortcut(QAction):
-    """A key of a page, by default for the click of a control. What it does is that control's accessible name."""
+    """A shortcut of a page, which by default clicks a control and is described by that control's accessible name."""
 
     def __init__(
         self, name: str, page: QWidget, of: QWidget, slot: object = None, *, keys: tuple[str, ...] = ()

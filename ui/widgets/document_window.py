@@ -1,4 +1,4 @@
-"""Modeless window for reading; Esc closes it."""
+"""Modeless window that shows a document; Esc closes it."""
 
 from PySide6.QtCore import QSize, Qt, QUrl
 from PySide6.QtGui import QTextBlockFormat, QTextCursor
@@ -14,7 +14,7 @@ _SIZE = QSize(760, 520)
 
 
 class DocumentWindow(QDialog):
-    """`title` is English, marked. Made once and shown again: it keeps its place in the text."""
+    """`title` is English, marked. Shown again it is where the reader left it."""
 
     def __init__(self, name: str, title: str, texts: Texts, parent: QWidget) -> None:
         super().__init__(parent)
@@ -32,7 +32,7 @@ class DocumentWindow(QDialog):
         in_column((self.text, 1), self.buttons, of=self, spacing=Space.S, margins=Space.M)
 
     def show_markdown(self, text: str, base: QUrl | None = None) -> None:
-        """`base`: the folder, with a slash at its end, in which pictures and other pages are found."""
+        """`base`: the URL of the folder with pictures and other pages, with a trailing slash."""
         document = self.text.document()
         if base is not None:
             document.setBaseUrl(base)
@@ -49,8 +49,12 @@ class DocumentWindow(QDialog):
             block = block.next()
 
     def bring_up(self) -> None:
-        """Show it, in front."""
-        self.show()
-        self.setWindowState(self.windowState() & ~Qt.WindowState.WindowMinimized)
-        self.raise_()
-        self.activateWindow()
+        bring_to_front(self)
+
+
+def bring_to_front(window: QWidget) -> None:
+    """Shows `window` above all others, also where it was minimised."""
+    window.show()
+    window.setWindowState(window.windowState() & ~Qt.WindowState.WindowMinimized)
+    window.raise_()
+    window.activateWindow()

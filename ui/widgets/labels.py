@@ -1,4 +1,4 @@
-"""Labels: running text, one line that gives way, and an icon in the theme's colours."""
+"""Labels: wrapping text, one elided line, a ticking figure, and an icon in the colours of the theme."""
 
 from typing import ClassVar, Final
 
@@ -14,7 +14,7 @@ _REDRAWN_AT: Final = (QEvent.Type.PaletteChange, QEvent.Type.StyleChange, QEvent
 
 
 def text_label(name: str, role: str = "", *, is_selectable: bool = False) -> QLabel:
-    """Plain text that wraps; `role` is one of the style sheet's."""
+    """A label of plain text that wraps; `role` is one of the style sheet's."""
     label = named(QLabel(), name, role)
     label.setWordWrap(True)
     label.setTextFormat(Qt.TextFormat.PlainText)
@@ -25,14 +25,21 @@ def text_label(name: str, role: str = "", *, is_selectable: bool = False) -> QLa
 
 
 class ElidedLabel(QLabel):
-    """One line of plain text, shortened with "…" where it has no room, and then whole in its tooltip.
+    """One line of plain text, elided at `mode` where it has no room. `text()` is always the whole text."""
 
-    `text()` is always the whole text.
-    """
+    def __init__(self, mode: Qt.TextElideMode = Qt.TextElideMode.ElideRight) -> None:
+        self._mode, self._tip = mode, ""
+        super().__init__()
+        self.setTextFormat(Qt.TextFormat.PlainText)
 
     def setText(self, text: str) -> None:
         super().setText(text)
-        self._tell()
+        self._update_tip()
+
+    def set_tip(self, tip: str) -> None:
+        """Sets the tooltip; without one it is the whole text where that is elided."""
+        self._tip = tip
+        self._update_tip()
 
     def minimumSizeHint(self) -> QSize:
         return QSize(0, super().minimumSizeHint().height())
@@ -40,35 +47,34 @@ class ElidedLabel(QLabel):
     def paintEvent(self, _event: QPaintEvent) -> None:
         painter = QPainter(self)
         painter.setPen(self.palette().color(self.foregroundRole()))
-        painter.drawText(self.contentsRect(), self.alignment(), self._fitting())
+        painter.drawText(self.contentsRect(), self.alignment(), self._elided())
         painter.end()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
-        self._tell()
+        self._update_tip()
 
-    def _fitting(self) -> str:
-        room_px = self.contentsRect().width()
-        return QFontMetrics(self.font()).elidedText(self.text(), Qt.TextElideMode.ElideRight, room_px)
+    def _elided(self) -> str:
+        return QFontMetrics(self.font()).elidedText(self.text(), self._mode, self.contentsRect().width())
 
-    def _tell(self) -> None:
-        self.setToolTip("" if self._fitting() == self.text() else self.text())
+    def _update_tip(self) -> None:
+        self.setToolTip(self._tip or ("" if self._elided() == self.text() else self.text()))
 
 
 class TickingLabel(QLabel):
-    """A figure or an age that changes all the time. Its accessible name says of what: screen readers are told the text
-    when they ask, and not of each change."""
+    """A figure or an age that changes all the time. Its accessible name says what it is; screen readers get the text
+    when they ask, and no event for each change."""
 
     accessible_role: ClassVar = QAccessible.Role.StaticText
 
     def accessibleName(self) -> str:
-        """Whole, as a screen reader gets it."""
+        """The whole text, as screen readers get it."""
         subject = super().accessibleName()
         return f"{subject}: {self.text()}" if self.text() else subject
 
 
 class IconLabel(QLabel):
-    """An icon beside a text. Empty until one is shown."""
+    """An icon beside a text; empty at first."""
 
     def __init__(self, name: str, size_px: int) -> None:
         self._size_px = size_px
@@ -81,13 +87,12 @@ class IconLabel(QLabel):
         return None if self._shown is None else self._shown[0]
 
     def show_icon(self, picture: Icon, meaning: Meaning | None = None, *, is_muted: bool = False) -> None:
-        """In the colour of its meaning, of muted text, or of plain text."""
+        """Shows `picture` in the colour of its meaning, of muted text, or of plain text."""
         if self._shown != (picture, meaning, is_muted):
             self._shown = (picture, meaning, is_muted)
             self._draw()
 
     def clear_icon(self) -> None:
-        """Empty again."""
         self._shown = None
         self.clear()
 

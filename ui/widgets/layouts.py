@@ -1,29 +1,40 @@
-"""Rows and columns of widgets, said in one call, and a row that breaks where it has no room."""
+"""Rows, columns and scroll areas made in one call, and a row that wraps."""
 
 from typing import Final, NamedTuple
 
-from PySide6.QtCore import QMargins, QRect, QSize, Qt
-from PySide6.QtWidgets import QBoxLayout, QHBoxLayout, QLayout, QLayoutItem, QVBoxLayout, QWidget, QWidgetItem
+from PySide6.QtCore import QRect, QSize, Qt
+from PySide6.QtWidgets import (
+    QBoxLayout,
+    QHBoxLayout,
+    QLayout,
+    QLayoutItem,
+    QScrollArea,
+    QVBoxLayout,
+    QWidget,
+    QWidgetItem,
+)
 
+from ui.core.texts import Texts
 from ui.style.theme import Space
+from ui.widgets.controls import control
 
 
 class Gap(NamedTuple):
-    """Room that stays as wide as it is."""
+    """Empty room of a fixed width or height."""
 
     px: int
 
 
 Item = Gap | QWidget | QLayout | int | tuple[QWidget | QLayout, int] | tuple[QWidget, Qt.AlignmentFlag]
-"""A number is empty room that grows by it; a pair gives a widget its share of the room, or its side."""
+"""A number is a stretch; a pair is a widget or layout with its stretch, or a widget with its alignment."""
 Margins = int | tuple[int, int] | tuple[int, int, int, int]
-"""All four, those at the sides and those above and below, or each as Qt orders them."""
+"""One for all sides, (horizontal, vertical), or (left, top, right, bottom)."""
 
 
 def in_row(
     *items: Item, of: QWidget | None = None, spacing: int | None = None, margins: Margins | None = None
 ) -> QHBoxLayout:
-    """From left to right; `of` is the widget that they fill. What is not given is the style's."""
+    """`items` from left to right, as the layout `of` that widget. Spacing and margins default to the style's."""
     layout = QHBoxLayout()
     _fill(layout, items, of, spacing, margins)
     return layout
@@ -32,7 +43,7 @@ def in_row(
 def in_column(
     *items: Item, of: QWidget | None = None, spacing: int | None = None, margins: Margins | None = None
 ) -> QVBoxLayout:
-    """As `in_row`, from top to bottom."""
+    """Like `in_row`, from top to bottom."""
     layout = QVBoxLayout()
     _fill(layout, items, of, spacing, margins)
     return layout
@@ -66,16 +77,38 @@ def _fill(
                 layout.addWidget(widget, share)
 
 
+def scroll_area(
+    content: QWidget, texts: Texts, name: str, says: str, *, is_vertical: bool = False, is_transparent: bool = False
+) -> QScrollArea:
+    """An area that scrolls `content`; `says` is its accessible name. Where it `is_vertical` it never scrolls sideways;
+    where it `is_transparent` the card below it shows through."""
+    area = control(QScrollArea(), texts, name, says=says)
+    area.setWidgetResizable(True)
+    area.setWidget(content)
+    if is_vertical:
+        area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+    if is_transparent:
+        for ground in (content, area.viewport()):
+            ground.setAutoFillBackground(False)
+    return area
+
+
+def retain_size(widget: QWidget) -> None:
+    """Keeps the room of `widget` in its layout while it is hidden."""
+    policy = widget.sizePolicy()
+    policy.setRetainSizeWhenHidden(True)
+    widget.setSizePolicy(policy)
+
+
 class FlowRow(QLayout):
-    """What was added with `add` begins at the left, with `add_right` ends at the right, as long as all has room
-    beside each other; else it goes on line by line, and what belongs to the right is on the last."""
+    """A row that wraps: `add` aligns widgets to the left, `add_right` to the right of the last line."""
 
     def __init__(self, parent: QWidget | None = None, *, spacing_px: int = Space.S) -> None:
         super().__init__(parent)
         self._left: Final[list[QLayoutItem]] = []
         self._right: Final[list[QLayoutItem]] = []
         self._heights: dict[int, int] = {}
-        """By width, until something in it changes: Qt asks again and again."""
+        """Cache by width: Qt asks many times for each layout."""
         self.setContentsMargins(0, 0, 0, 0)
         self.setSpacing(spacing_px)
 
@@ -118,8 +151,8 @@ class FlowRow(QLayout):
     def heightForWidth(self, width: int) -> int:
         if width not in self._heights:
             margins = self.contentsMargins()
-            room = QRect(0, 0, width, 0).marginsRemoved(_sides(margins))
-            self._heights[width] = self._arrange(room, is_trial=True) + _height(margins)
+            room = QRect(0, 0, width - margins.left() - margins.right(), 0)
+            self._heights[width] = self._arrange(room, is_trial=True) + margins.top() + margins.bottom()
         return self._heights[width]
 
     def invalidate(self) -> None:
@@ -127,36 +160,34 @@ class FlowRow(QLayout):
         self._heights.clear()
 
     def sizeHint(self) -> QSize:
-        """All of it in one line."""
+        """The size in one line."""
         items = self._shown(self._left) + self._shown(self._right)
-        hints = [item.sizeHint() for item in items]
-        width = sum(hint.width() for hint in hints) + self.spacing() * max(0, len(hints) - 1)
-        return self._with_margins(QSize(width, max((hint.height() for hint in hints), default=0)))
+        return QSize(self._width(items), _height(items)).grownBy(self.contentsMargins())
 
     def minimumSize(self) -> QSize:
-        """As wide as the widest of them: the rest can go on below."""
-        hints = [item.sizeHint() for item in self._shown(self._left) + self._shown(self._right)]
-        widest = max((hint.width() for hint in hints), default=0)
-        return self._with_margins(QSize(widest, max((hint.height() for hint in hints), default=0)))
+        """As wide as the widest widget, since all others can wrap."""
+        items = self._shown(self._left) + self._shown(self._right)
+        widest = max((item.sizeHint().width() for item in items), default=0)
+        return QSize(widest, _height(items)).grownBy(self.contentsMargins())
 
     def setGeometry(self, rect: QRect) -> None:
         super().setGeometry(rect)
         self._arrange(rect.marginsRemoved(self.contentsMargins()), is_trial=False)
 
     def _arrange(self, room: QRect, *, is_trial: bool) -> int:
-        """Place everything, or only measure; the height that it takes."""
+        """Places all items, or only measures where it `is_trial`; returns the height."""
         left, right = self._shown(self._left), self._shown(self._right)
-        begun = self._broken(left, room.width())
-        last = begun.pop() if begun else []
-        lines: list[tuple[list[QLayoutItem], list[QLayoutItem]]] = [(line, []) for line in begun]
+        wrapped = self._wrap(left, room.width())
+        last = wrapped.pop() if wrapped else []
+        lines: list[tuple[list[QLayoutItem], list[QLayoutItem]]] = [(line, []) for line in wrapped]
         if self._width(last + right) <= room.width():
             lines.append((last, right))
         else:
             lines.append((last, []))
-            lines += [([], line) for line in self._broken(right, room.width())]
+            lines += [([], line) for line in self._wrap(right, room.width())]
         top = room.top()
         for at_left, at_right in lines:
-            height = max((item.sizeHint().height() for item in at_left + at_right), default=0)
+            height = _height(at_left + at_right)
             if not is_trial:
                 self._place(at_left, QRect(room.left(), top, room.width(), height))
                 right_px = min(self._width(at_right), room.width())
@@ -164,7 +195,7 @@ class FlowRow(QLayout):
             top += height + self.spacing()
         return max(0, top - self.spacing() - room.top())
 
-    def _broken(self, items: list[QLayoutItem], width: int) -> list[list[QLayoutItem]]:
+    def _wrap(self, items: list[QLayoutItem], width: int) -> list[list[QLayoutItem]]:
         lines: list[list[QLayoutItem]] = []
         for item in items:
             if lines and self._width([*lines[-1], item]) <= width:
@@ -188,14 +219,6 @@ class FlowRow(QLayout):
     def _shown(items: list[QLayoutItem]) -> list[QLayoutItem]:
         return [item for item in items if not item.isEmpty()]
 
-    def _with_margins(self, size: QSize) -> QSize:
-        margins = self.contentsMargins()
-        return size.grownBy(margins)
 
-
-def _sides(margins: QMargins) -> QMargins:
-    return QMargins(margins.left(), 0, margins.right(), 0)
-
-
-def _height(margins: QMargins) -> int:
-    return margins.top() + margins.bottom()
+def _height(items: list[QLayoutItem]) -> int:
+    return max((item.sizeHint().height() for item in items), default=0)

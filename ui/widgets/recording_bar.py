@@ -1,9 +1,9 @@
-"""Bar shown while a capture is played: progress and stop."""
+"""Bar shown while a capture is played back: position, speed, stop."""
 
 from pathlib import Path
 
-from PySide6.QtCore import QEvent, Qt
-from PySide6.QtWidgets import QComboBox, QLabel, QProgressBar, QPushButton, QSizePolicy, QWidget
+from PySide6.QtCore import QSignalBlocker, Qt
+from PySide6.QtWidgets import QComboBox, QLabel, QProgressBar, QPushButton, QWidget
 
 from app.captures.player import UrlRefused, parse_url, playing, url_of
 from app.engine.target import Target
@@ -17,15 +17,17 @@ from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.banner import Banner
 from ui.widgets.controls import control
+from ui.widgets.labels import ElidedLabel
 from ui.widgets.naming import named
 from ui.widgets.sliders import WheelGuard
+from ui.widgets.visibility_timer import VisibilityTimer
 
 _TITLE, _RECORDING_TITLE = marked("DPS-S Configurator"), marked("RECORDING – DPS-S Configurator")
 SPEEDS = (0.25, 1.0, 2.0, 5.0, 20.0)
 
 
 def recording_target(path: Path, speed: float = 1.0) -> Target:
-    """What to connect to, to play this file."""
+    """The target that plays this file."""
     return Target(url_of(path.absolute().as_posix(), speed=speed), DEFAULT_BAUD_RATE, title=path.name)
 
 
@@ -38,7 +40,7 @@ def recording_name(device: str) -> str:
 
 
 def recording_word(connector: Connector) -> str:
-    """How far the recording is, for the top bar; "" while none is played."""
+    """The position in the recording, for the top bar; "" while none is played."""
     player = playing(connector.target.device) if connector.is_recording and connector.target is not None else None
     if player is None:
         return ""
@@ -50,15 +52,13 @@ def recording_word(connector: Connector) -> str:
 
 
 class RecordingBar(Banner):
-    """Not there while a real or a simulated module is connected."""
+    """Hidden while a real or a simulated module is connected."""
 
     def __init__(self, connector: Connector, texts: Texts, parent: QWidget | None = None) -> None:
         super().__init__("recording_bar", "recording_icon", parent=parent)
         self.show_meaning(Meaning.INFORMATION, Icon.PLAY)
         self._connector, self._texts = connector, texts
-        self.label = named(QLabel(), "recording_label", "strong")
-        self.label.setTextFormat(Qt.TextFormat.PlainText)
-        self.label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        self.label = named(ElidedLabel(Qt.TextElideMode.ElideMiddle), "recording_label", "strong")
         self._note = control(QLabel(), texts, "recording_note", "Nothing is sent.")
         self.place = control(QProgressBar(), texts, "recording_place", says="Position")
         self.place.setTextVisible(False)
@@ -68,20 +68,20 @@ class RecordingBar(Banner):
         self.again = control(
             QPushButton(), texts, "recording_again", says="Play from the start", picture=Icon.AGAIN, slot=self._play
         )
-        self.stop = control(QPushButton(), texts, "recording_stop", "Stop playing", picture=Icon.CROSS)
-        self.stop.clicked.connect(connector.disconnect_port)
+        self.stop = control(QPushButton(), texts, "recording_stop", "Stop playing", picture=Icon.CROSS,
+                            slot=connector.disconnect_port)  # fmt: skip
         self.row.setContentsMargins(Space.M, Space.XS, Space.M, Space.XS)
         self.row.addWidget(self.label, 1)
         for widget in (self._note, self.place, self.speed, self.again, self.stop):
             self.row.addWidget(widget)
+        VisibilityTimer(self, self.refresh)
 
     def refresh(self) -> None:
-        """Whether a capture is played, and how far it is."""
         connector, target = self._connector, self._connector.target
         is_played = connector.is_recording
         if is_played == self.isHidden():
             self.setVisible(is_played)
-            self._show_what_is_played()
+            self._show_target()
         if not is_played or target is None:
             return
         player, now = playing(target.device), connector.clock()
@@ -91,20 +91,15 @@ class RecordingBar(Banner):
             self.place.setValue(round(1000 * player.position_s(now) / max(0.001, player.duration_s)))
             if player.is_over(now):
                 text = tr("RECORDING: {name}, ended", name=name)
-        self.label.setText(self.label.fontMetrics().elidedText(text, Qt.TextElideMode.ElideMiddle, self.label.width()))
-        if text != self.accessibleName():
-            self.label.setToolTip(parse_url(target.device).path)
+        if text != self.label.text():
+            self.label.setText(text)
+            self.label.set_tip(parse_url(target.device).path)
             self.setAccessibleName(text)
-            self.label.setAccessibleName(text)
 
     def choose_speed(self, target: Target) -> None:
-        """Show the speed at which `target` is played."""
-        wanted = parse_url(target.device).speed
-        number = SPEEDS.index(wanted) if wanted in SPEEDS else -1
-        if number != self.speed.currentIndex():
-            self.speed.blockSignals(True)
-            self.speed.setCurrentIndex(number)
-            self.speed.blockSignals(False)
+        """Shows the speed at which `target` is played."""
+        with QSignalBlocker(self.speed):
+            self.speed.setCurrentIndex(self.speed.findData(parse_url(target.device).speed))
 
     def _make_speed(self) -> QComboBox:
         box = control(QComboBox(), self._texts, "recording_speed", says="Speed")
@@ -117,22 +112,15 @@ class RecordingBar(Banner):
         return box
 
     def _play(self) -> None:
-        """From the start, at the speed that is chosen."""
+        """Plays from the start at the chosen speed."""
         target = self._connector.target
         if not self._connector.is_recording or target is None:
             return
         speed = self.speed.currentData()
-        order = parse_url(target.device)
-        self._connector.connect_to(recording_target(Path(order.path), order.speed if speed is None else speed))
+        url = parse_url(target.device)
+        self._connector.connect_to(recording_target(Path(url.path), url.speed if speed is None else speed))
 
-    def _show_what_is_played(self) -> None:
+    def _show_target(self) -> None:
         self._texts.bind(self.window().setWindowTitle, _TITLE if self.isHidden() else _RECORDING_TITLE)
         if self._connector.target is not None and self._connector.is_recording:
             self.choose_speed(self._connector.target)
-
-    # Qt
-
-    def changeEvent(self, event: QEvent) -> None:
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.LanguageChange:
-            self.refresh()

@@ -1,4 +1,4 @@
-"""Timer that runs only while its page is visible."""
+"""Refreshes a widget while it is visible, and at changes of language and theme."""
 
 from collections.abc import Callable
 
@@ -7,10 +7,11 @@ from PySide6.QtWidgets import QWidget
 
 
 class VisibilityTimer(QObject):
-    """Calls `refresh` when `widget` is shown, and `tick` (as a rule the same) every `every_ms` until it is hidden;
-    without `every_ms` only when it is shown.
+    """Calls `refresh` when `widget` is shown, then `tick` (by default `refresh`) every `every_ms` until it is hidden.
 
-    `hidden` is called when it is hidden. A change of language calls `retranslate` (as a rule `refresh`), seen or not.
+    Without `every_ms` there are no ticks. `hidden` is called when the widget is hidden. A change of language calls
+    `retranslate` (by default `refresh`), a change of theme or text size `restyle`, whether the widget is visible or
+    not. Make it at the end of the constructor: `widget` is not called before.
     """
 
     def __init__(
@@ -21,12 +22,13 @@ class VisibilityTimer(QObject):
         every_ms: int | None = None,
         tick: Callable[[], object] | None = None,
         retranslate: Callable[[], object] | None = None,
+        restyle: Callable[[], object] | None = None,
         hidden: Callable[[], object] | None = None,
     ) -> None:
         super().__init__(widget)
         self._widget = widget
         self._refresh, self._retranslate = refresh, retranslate or refresh
-        self._hidden = hidden
+        self._restyle, self._hidden = restyle, hidden
         self._timer: QTimer | None = None
         if every_ms is not None:
             self._timer = QTimer(self, interval=every_ms)
@@ -34,17 +36,17 @@ class VisibilityTimer(QObject):
         widget.installEventFilter(self)
 
     def refresh_seen(self) -> None:
-        """Something changed: refresh now where the widget is visible, else when it is shown."""
+        """Refreshes now if the widget is visible; else showing it will."""
         if self._widget.isVisible():
             self._refresh()
 
     def restart(self) -> None:
-        """The next tick is a whole period from now."""
+        """Starts the period of the next tick now."""
         if self._timer is not None:
             self._timer.start()
 
     def stop(self) -> None:
-        """No tick until it is shown again."""
+        """Stops the ticks until the widget is shown again."""
         if self._timer is not None:
             self._timer.stop()
 
@@ -61,4 +63,7 @@ class VisibilityTimer(QObject):
                     self._hidden()
             case QEvent.Type.LanguageChange:
                 self._retranslate()
+            case QEvent.Type.PaletteChange:
+                if self._restyle is not None:
+                    self._restyle()
         return False

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Final
 
 from PySide6.QtCore import QSize
-from PySide6.QtWidgets import QFrame, QPushButton, QScrollArea, QWidget
+from PySide6.QtWidgets import QFrame, QPushButton, QWidget
 
 from app.safety.acts import EFFECTS, TITLES, Act
 from app.safety.last_known import Activation
@@ -18,7 +18,7 @@ from ui.style.icons import Icon
 from ui.style.theme import Meaning, Size, Space
 from ui.widgets.controls import TEXT_GAP_PX, control
 from ui.widgets.labels import text_label
-from ui.widgets.layouts import FlowRow, in_column, in_row
+from ui.widgets.layouts import FlowRow, in_column, in_row, scroll_area
 from ui.widgets.naming import named, set_role
 from ui.widgets.notice_bar import Notice, NoticeBar
 from ui.widgets.readout import StateChip
@@ -112,9 +112,7 @@ class CommandsPage(Page):
         column.addStretch(1)
         content = named(QWidget(), "commands_content")
         content.setLayout(column)
-        scroll = control(QScrollArea(), texts, "commands_scroll", says="Commands")
-        scroll.setWidgetResizable(True)
-        scroll.setWidget(content)
+        scroll = scroll_area(content, texts, "commands_scroll", "Commands")
         head = in_column(self.make_header(texts, marked("Commands")), margins=(Space.M, 0))
         docked = in_column(self.ritual, margins=(Space.M, Space.XS, Space.M, Space.S))
         in_column(head, (scroll, 1), docked, of=self, spacing=0, margins=0)

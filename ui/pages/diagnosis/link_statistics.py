@@ -13,7 +13,7 @@ from ui.services.context import Services
 from ui.style.icons import Icon, pixmap
 from ui.style.theme import Meaning, Space, current
 from ui.widgets.controls import ChoiceButton, control
-from ui.widgets.layouts import Gap, in_column, in_row
+from ui.widgets.layouts import Gap, in_column, in_row, retain_size
 from ui.widgets.naming import named
 from ui.widgets.visibility_timer import VisibilityTimer
 
@@ -44,9 +44,7 @@ class Total(QWidget):
         self.number = named(QLabel(), f"{name}_number", "title")
         self._sign = named(QLabel(), f"{name}_sign")
         self._sign.setFixedSize(QSize(_ICON_PX, _ICON_PX))
-        policy = self._sign.sizePolicy()
-        policy.setRetainSizeWhenHidden(True)
-        self._sign.setSizePolicy(policy)
+        retain_size(self._sign)
         self._sign.hide()
         row = in_row(self.number, self._sign, 1, spacing=Space.XS)
         in_column(self.caption, row, of=self, spacing=0, margins=0)

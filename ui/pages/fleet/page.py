@@ -7,7 +7,7 @@ from typing import Final
 
 from PySide6.QtCore import QEvent, QSize, Qt
 from PySide6.QtGui import QResizeEvent
-from PySide6.QtWidgets import QMenu, QPushButton, QScrollArea, QStackedWidget, QToolButton, QWidget
+from PySide6.QtWidgets import QMenu, QPushButton, QStackedWidget, QToolButton, QWidget
 
 from app.engine.target import Target
 from app.fleet.card import Card, Need, by_need
@@ -35,7 +35,7 @@ from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control
 from ui.widgets.empty_state import EmptyState
 from ui.widgets.labels import text_label
-from ui.widgets.layouts import FlowRow, in_column
+from ui.widgets.layouts import FlowRow, in_column, scroll_area
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.visibility_timer import VisibilityTimer
@@ -96,10 +96,7 @@ class FleetPage(Page):
                              slot=self._connect_all)  # fmt: skip
         self.empty.column.insertWidget(4, self.first, 0, Qt.AlignmentFlag.AlignHCenter)
         self.board = Board()
-        self.view = control(QScrollArea(), texts, "fleet_scroll", says="Modules")
-        self.view.setWidgetResizable(True)
-        self.view.setWidget(self.board)
-        self.view.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.view = scroll_area(self.board, texts, "fleet_scroll", "Modules", is_vertical=True)
         self.panel = ProfilePanel(self._services, self.profile, self.members)
         self.panel.closed.connect(partial(self.profile.open, None))
 

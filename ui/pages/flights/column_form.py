@@ -10,7 +10,6 @@ from PySide6.QtWidgets import (
     QFrame,
     QLabel,
     QPushButton,
-    QScrollArea,
     QWidget,
 )
 
@@ -26,7 +25,7 @@ from ui.style.icons import Icon
 from ui.style.theme import Space
 from ui.widgets.controls import control
 from ui.widgets.labels import ElidedLabel, text_label
-from ui.widgets.layouts import in_column, in_row
+from ui.widgets.layouts import in_column, in_row, scroll_area
 from ui.widgets.naming import named
 from ui.widgets.sliders import WheelGuard, label_for
 
@@ -184,9 +183,7 @@ class ColumnForm(QWidget):
                 self._rows.addRow(label_for(self._texts, box, str(box.property("title"))), box)
         content = named(QWidget(), "csv_content")
         in_column(card, 1, of=content, margins=0)
-        scroll = control(QScrollArea(), self._texts, "csv_scroll", says="Columns")
-        scroll.setWidgetResizable(True)
-        scroll.setWidget(content)
+        scroll = scroll_area(content, self._texts, "csv_scroll", "Columns")
         head = in_row((self.title, 1), self.cancel, self.read, spacing=Space.S)
         head.addStrut(HEIGHT_PX)
         in_column(head, self.fault, (scroll, 1), of=self, spacing=Space.S, margins=0)

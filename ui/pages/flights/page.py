@@ -5,12 +5,11 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import QMimeData, Qt
+from PySide6.QtCore import QMimeData
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import (
     QCheckBox,
     QPushButton,
-    QScrollArea,
     QStackedWidget,
     QWidget,
 )
@@ -37,7 +36,7 @@ from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import Shortcut, control
 from ui.widgets.empty_state import EmptyState
-from ui.widgets.layouts import in_column, in_row
+from ui.widgets.layouts import in_column, in_row, scroll_area
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.visibility_timer import VisibilityTimer
@@ -281,10 +280,7 @@ class FlightsPage(Page):
         right = in_column(self.thresholds, (self.map, 1), spacing=Space.S)
         in_row((self.lists, 5), (right, 3), of=content, spacing=Space.M, margins=0)
         self.map.setMinimumWidth(_MAP_PX)
-        scroll = control(QScrollArea(), self._services.texts, "flights_scroll", says="Flight logs")
-        scroll.setWidgetResizable(True)
-        scroll.setWidget(content)
-        scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        scroll = scroll_area(content, self._services.texts, "flights_scroll", "Flight logs", is_vertical=True)
         overview = named(QWidget(), "flights_overview")
         in_column((scroll, 1), self.proposal, of=overview, spacing=Space.S, margins=0)
         return overview

@@ -16,7 +16,7 @@ from ui.style.icons import Icon
 from ui.style.theme import Space
 from ui.widgets.controls import control
 from ui.widgets.labels import IconLabel
-from ui.widgets.layouts import in_column, in_row
+from ui.widgets.layouts import in_column, in_row, retain_size
 from ui.widgets.naming import named
 
 _TEXT_PX: Final = 500
@@ -53,9 +53,7 @@ class EmptyPage(QWidget):
             label.setWordWrap(True)
             label.setFixedWidth(_TEXT_PX)
         for button in (self.choose, self.simulate, self.recordings):
-            policy = button.sizePolicy()
-            policy.setRetainSizeWhenHidden(True)
-            button.setSizePolicy(policy)
+            retain_size(button)
         self._lay_out()
 
     def refresh(self) -> None:

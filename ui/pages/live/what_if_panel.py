@@ -13,7 +13,6 @@ from PySide6.QtWidgets import (
     QListWidget,
     QListWidgetItem,
     QPushButton,
-    QScrollArea,
     QToolButton,
     QWidget,
 )
@@ -33,7 +32,7 @@ from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control
 from ui.widgets.labels import IconLabel, text_label
-from ui.widgets.layouts import FlowRow, in_column, in_row
+from ui.widgets.layouts import FlowRow, in_column, in_row, scroll_area
 from ui.widgets.naming import named
 from ui.widgets.sliders import WheelGuard
 
@@ -241,12 +240,9 @@ class WhatIfPanel(QFrame):
         column.addWidget(self.about, 0, Qt.AlignmentFlag.AlignLeft)
         column.addWidget(self.rules)
         column.addStretch(1)
-        scroll = control(QScrollArea(), texts, "fired_scroll", says="Would it have fired?")
-        scroll.setWidgetResizable(True)
-        scroll.setWidget(content)
-        for ground in (scroll.viewport(), content):
-            ground.setAutoFillBackground(False)  # the card's shows
-        scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        scroll = scroll_area(
+            content, texts, "fired_scroll", "Would it have fired?", is_vertical=True, is_transparent=True
+        )
         in_column(
             head, note, said, (scroll, 1), of=self, spacing=Space.XS, margins=(Space.M, Space.S, Space.XS, Space.S)
         )

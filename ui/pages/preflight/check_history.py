@@ -10,7 +10,6 @@ from PySide6.QtWidgets import (
     QGridLayout,
     QLabel,
     QPushButton,
-    QScrollArea,
     QTableView,
     QWidget,
 )
@@ -30,7 +29,7 @@ from ui.services.context import Services
 from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning, Size, Space, font
 from ui.widgets.controls import control
-from ui.widgets.layouts import in_column, in_row
+from ui.widgets.layouts import in_column, in_row, scroll_area
 from ui.widgets.naming import named
 from ui.widgets.sliders import WheelGuard
 
@@ -208,8 +207,6 @@ class CheckHistory(QWidget):
             trends.addWidget(self.trends[one.name], number // 3, number % 3)
         content = named(QWidget(), "check_history_content")
         in_column((self.table, 1), trends, self.stations, of=content, spacing=Space.S, margins=0)
-        scroll = control(QScrollArea(), self._services.texts, "check_history_scroll", says="Past checks")
-        scroll.setWidgetResizable(True)
-        scroll.setWidget(content)
+        scroll = scroll_area(content, self._services.texts, "check_history_scroll", "Past checks")
         foot = in_row(self.back, 1, self.print, spacing=Space.S)
         in_column(head, (scroll, 1), foot, of=self, spacing=Space.S, margins=(Space.M, Space.S))

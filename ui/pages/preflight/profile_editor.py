@@ -15,7 +15,6 @@ from PySide6.QtWidgets import (
     QLabel,
     QLineEdit,
     QPushButton,
-    QScrollArea,
     QWidget,
 )
 
@@ -36,7 +35,7 @@ from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control
 from ui.widgets.labels import text_label
-from ui.widgets.layouts import in_column, in_row
+from ui.widgets.layouts import in_column, in_row, scroll_area
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.sliders import WheelGuard
@@ -254,9 +253,7 @@ class ProfileEditor(QWidget):
         column.addWidget(self.add, 0, Qt.AlignmentFlag.AlignLeft)
         column.addStretch(1)
         content.setLayout(column)
-        scroll = control(QScrollArea(), self._texts, "profile_editor_scroll", says="Profile")
-        scroll.setWidgetResizable(True)
-        scroll.setWidget(content)
+        scroll = scroll_area(content, self._texts, "profile_editor_scroll", "Profile")
         top = in_row(self.title, margins=(Space.M, Space.S))
         foot = in_row(
             1, self.cancel, self.save_as, self.save, spacing=Space.S, margins=(Space.M, Space.XS, Space.M, Space.S)

@@ -5,7 +5,7 @@ from typing import Final
 
 from PySide6.QtCore import QRectF, QSize
 from PySide6.QtGui import QPaintEvent
-from PySide6.QtWidgets import QFrame, QLabel, QScrollArea, QSizePolicy, QWidget
+from PySide6.QtWidgets import QFrame, QLabel, QSizePolicy, QWidget
 
 from app.recordings.entry_texts import remarks, size_text, when_text
 from app.recordings.library import RecordingEntry
@@ -19,7 +19,7 @@ from ui.style.painted_widget import PaintedWidget
 from ui.style.theme import Space, current
 from ui.widgets.controls import control
 from ui.widgets.labels import ElidedLabel, text_label
-from ui.widgets.layouts import in_column, in_row
+from ui.widgets.layouts import in_column, in_row, scroll_area
 from ui.widgets.naming import named
 
 WIDTH_PX: Final = 304
@@ -80,11 +80,7 @@ class RecordingsDetail(QFrame):
         self.setFixedWidth(WIDTH_PX)
         content = named(QWidget(), "recordings_facts")
         in_column(self.title, self.picture, *rows, 1, of=content, spacing=Space.XS, margins=0)
-        scroll = control(QScrollArea(), texts, "recordings_facts_scroll", says="Recordings")
-        scroll.setWidgetResizable(True)
-        scroll.setWidget(content)
-        for ground in (content, scroll.viewport()):
-            ground.setAutoFillBackground(False)  # the card's
+        scroll = scroll_area(content, texts, "recordings_facts_scroll", "Recordings", is_transparent=True)
         in_column((scroll, 1), self.buttons, of=self, spacing=Space.XS, margins=Space.M)
 
     def show_chosen(self, chosen: Sequence[RecordingEntry], *, is_idle: bool) -> None:

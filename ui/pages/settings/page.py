@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import QSize, Qt
+from PySide6.QtCore import QSize
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import (
     QApplication,
@@ -16,7 +16,6 @@ from PySide6.QtWidgets import (
     QFrame,
     QLabel,
     QPushButton,
-    QScrollArea,
     QStackedLayout,
     QWidget,
 )
@@ -43,7 +42,7 @@ from ui.services.page import Page
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import Shortcut, control
-from ui.widgets.layouts import FlowRow, in_column, in_row
+from ui.widgets.layouts import FlowRow, in_column, in_row, scroll_area
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import Notice, NoticeBar
 from ui.widgets.sliders import WheelGuard
@@ -287,12 +286,9 @@ class SettingsPage(Page):
             rows += [caption, *members]
         content = named(QWidget(), "settings_content")
         in_column(*rows, self.baud, 1, of=content, spacing=0, margins=0)
-        self.scroll_area = control(QScrollArea(), texts, "settings_scroll", says="Settings")
-        self.scroll_area.setWidgetResizable(True)
-        self.scroll_area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self.scroll_area.setWidget(content)
-        for ground in (content, self.scroll_area.viewport()):
-            ground.setAutoFillBackground(False)  # the card's
+        self.scroll_area = scroll_area(
+            content, texts, "settings_scroll", "Settings", is_vertical=True, is_transparent=True
+        )
         in_column(self._make_heads(editor_px), (self.scroll_area, 1), of=table, spacing=0, margins=1)
         self._body = in_row((table, 1), self.pane, spacing=Space.S, margins=(Space.M, 0))
         head = in_column(self.header, margins=(Space.M, 0))

@@ -12,7 +12,6 @@ from PySide6.QtWidgets import (
     QGridLayout,
     QLabel,
     QPushButton,
-    QScrollArea,
     QWidget,
 )
 
@@ -29,7 +28,7 @@ from ui.style.icons import Icon
 from ui.style.theme import Meaning, Size, Space
 from ui.widgets.controls import control
 from ui.widgets.labels import text_label
-from ui.widgets.layouts import in_column, in_row
+from ui.widgets.layouts import in_column, in_row, scroll_area
 from ui.widgets.naming import named
 from ui.widgets.readout import StateChip
 
@@ -139,9 +138,7 @@ class ProfileCompare(QWidget):
             spacing=Space.S,
             margins=(Space.M, Space.S, Space.S, Space.S),
         )
-        scroll = control(QScrollArea(), texts, "profile_scroll", says="Profile")
-        scroll.setWidgetResizable(True)
-        scroll.setWidget(content)
+        scroll = scroll_area(content, texts, "profile_scroll", "Profile")
         foot = in_row(1, self.close_button, self.apply, spacing=Space.S, margins=(Space.M, Space.S))
         in_column((scroll, 1), foot, of=self, spacing=0, margins=0)
 

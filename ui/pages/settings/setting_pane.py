@@ -1,6 +1,6 @@
 """Pane beside the table: what the chosen setting is, what its value means, and what the vendor advises."""
 
-from PySide6.QtWidgets import QFrame, QScrollArea, QWidget
+from PySide6.QtWidgets import QFrame, QWidget
 
 from app.settings.consequences import Weight
 from app.settings.form import FormRow
@@ -10,9 +10,8 @@ from app.text.sentences import begun, together
 from ui.core.texts import Texts
 from ui.pages.settings.row import WRONG, reason_text
 from ui.style.theme import Space
-from ui.widgets.controls import control
 from ui.widgets.labels import text_label
-from ui.widgets.layouts import in_column
+from ui.widgets.layouts import in_column, scroll_area
 from ui.widgets.naming import named, set_role
 
 
@@ -33,11 +32,7 @@ class SettingPane(QFrame):
             in_column(self.title, self.term, spacing=0), self.reason, self.meaning, self.what, self.advice, 1,
             of=content, spacing=Space.S, margins=(Space.M, Space.S),
         )  # fmt: skip
-        scroll = control(QScrollArea(), texts, "setting_scroll", says="About this setting")
-        scroll.setWidgetResizable(True)
-        scroll.setWidget(content)
-        for ground in (content, scroll.viewport()):
-            ground.setAutoFillBackground(False)  # the card's
+        scroll = scroll_area(content, texts, "setting_scroll", "About this setting", is_transparent=True)
         in_column(scroll, of=self, margins=1)
 
     def show_row(self, row: FormRow) -> None:

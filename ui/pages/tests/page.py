@@ -16,7 +16,6 @@ from PySide6.QtWidgets import (
     QLineEdit,
     QListWidget,
     QListWidgetItem,
-    QScrollArea,
     QStackedLayout,
     QWidget,
 )
@@ -41,7 +40,7 @@ from ui.style.icons import MEANING_ICONS, icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import Shortcut, control
 from ui.widgets.labels import ElidedLabel, IconLabel, text_label
-from ui.widgets.layouts import in_column, in_row
+from ui.widgets.layouts import in_column, in_row, scroll_area
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import Notice, NoticeBar
 from ui.widgets.sliders import WheelGuard
@@ -289,9 +288,7 @@ class TestsPage(Page):
         self._views = QStackedLayout(content)
         self._views.addWidget(self._doing)
         self._views.addWidget(self.result)
-        scroll = self._scroll = control(QScrollArea(), texts, "tests_scroll", says="Guided test")
-        scroll.setWidgetResizable(True)
-        scroll.setWidget(content)
+        scroll = self._scroll = scroll_area(content, texts, "tests_scroll", "Guided test")
         foot = in_row(1, self.cancel, self.primary, spacing=Space.S)
         pane = in_column(self.title, (scroll, 1), self.said, foot, spacing=Space.S)
         body = in_row(self.list, (pane, 1), spacing=Space.M)

@@ -11,7 +11,6 @@ from PySide6.QtWidgets import (
     QLabel,
     QLineEdit,
     QPushButton,
-    QScrollArea,
     QStackedWidget,
     QWidget,
 )
@@ -36,7 +35,7 @@ from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import Shortcut, control
 from ui.widgets.empty_state import EmptyState
-from ui.widgets.layouts import FlowRow, in_column, in_row
+from ui.widgets.layouts import FlowRow, in_column, in_row, scroll_area
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.sliders import WheelGuard
@@ -209,12 +208,9 @@ class TriggersPage(Page):
         foot = FlowRow()
         foot.add(self.copy, self.save_page, self.save_archive)
         says = in_row(self.count, self.news, 1, self.module, spacing=Space.M)
-        beside = self._beside = control(QScrollArea(), texts, "triggers_scroll", says="Trigger records")
-        beside.setWidgetResizable(True)
-        beside.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        beside = self._beside = scroll_area(self.detail, texts, "triggers_scroll", "Trigger records", is_vertical=True)
         beside.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         beside.setFixedWidth(WIDTH_PX)
-        beside.setWidget(self.detail)
         lists = in_row((self._stack, 1), beside, spacing=Space.S)
         in_column(
             head,

@@ -189,4 +189,4 @@ def test_the_window_says_it_at_the_export_and_while_it_is_shown(desk: Desk, tmp_
     shown = desk.live.recording
     assert isinstance(shown, Recording)
     assert shown.damage is not None
-    desk.wait(lambda: "Damaged or altered" in desk.live._recorded.banner.text)
+    desk.wait(lambda: "Damaged or altered" in desk.live._recorded.banner.label.text())

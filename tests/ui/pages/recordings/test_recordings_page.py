@@ -118,9 +118,9 @@ def test_a_recording_is_shown_whole_and_never_as_live(opened: Desk) -> None:
     assert not live.plot.is_live
     assert live.plot.is_recorded
     assert live.banner.isVisible()
-    assert live.banner.text.startswith(f"Recording of {NOON.astimezone():%Y-%m-%d %H:%M}, ")
-    assert live.banner.text.endswith("not live")
-    assert "Left wing" in live.banner.text
+    assert live.banner.label.text().startswith(f"Recording of {NOON.astimezone():%Y-%m-%d %H:%M}, ")
+    assert live.banner.label.text().endswith("not live")
+    assert "Left wing" in live.banner.label.text()
     words = [one.word for one in live.plot._marks]
     assert words[0] == "connected"
     assert words[1:] == ["activated", "triggered", "trigger ended"]
@@ -356,7 +356,7 @@ def test_the_language_changes_while_it_is_open(
         language_switch = LanguageSwitch(qapp, both.texts_of_window)
         language_switch.use(str(path))
         try:
-            both.wait(lambda: both.live.banner.text.endswith("nicht jetzt"))
+            both.wait(lambda: both.live.banner.label.text().endswith("nicht jetzt"))
             assert both.page.count.text() == "1 Stück"
             assert both.page.model.headerData(Column.MODULE, Qt.Orientation.Horizontal) == "Modul"
         finally:
