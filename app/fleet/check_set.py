@@ -7,14 +7,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from app.fleet.verdicts import titles_against
 from app.preflight.verdict import Verdict
 from app.records.filing import Filed, local_now
 from app.records.report_files import Printer, ReportRefused, suggested_name, write_report
 from app.stations.station import Station
 from app.system.files import write_whole
 from app.text.i18n import CHINESE, language, tr
-from app.text.messages import clean
+from app.text.messages import UserMessage, clean
 from app.text.sentences import listed
 from protocol.translatable import marked
 
@@ -41,11 +40,13 @@ class SetMember:
         return clean(self.name) or tr("Unnamed")
 
     @property
+    def against(self) -> tuple[UserMessage, ...]:
+        return () if self.filed is None else self.filed.assessment.titles_against
+
+    @property
     def why(self) -> str:
         """What stands against it, in the language in use; empty for GO and READY."""
-        if self.filed is None or self.trouble:
-            return self.trouble
-        return listed(one.in_words() for one in titles_against(self.filed))
+        return self.trouble or listed(one.in_words() for one in self.against)
 
 
 def word_of(verdict: Verdict | None) -> str:
@@ -69,7 +70,7 @@ def plain_set(members: Sequence[SetMember]) -> dict[str, object]:
                 "port": one.port,
                 "module": one.name or None,
                 "verdict": None if one.verdict is None else one.verdict.value,
-                "against": [] if one.filed is None else [each.in_english() for each in titles_against(one.filed)],
+                "against": [each.in_english() for each in one.against],
                 "trouble": one.trouble or None,
                 "hash": None if one.filed is None else one.filed.record.get("hash"),
             }

@@ -1,6 +1,5 @@
 """Last pre-flight check of each connected module, and whether it still holds."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 from app.engine.device import DeviceView
@@ -13,35 +12,28 @@ from app.text.messages import UserMessage
 
 @dataclass(frozen=True, slots=True)
 class HeldVerdict:
-    """`verdict` None: the check no longer holds, and `void` says why. `at`: monotonic seconds of its end."""
+    """`verdict` None: the check is void, `void` says why. `at`: when it ended, in monotonic seconds."""
 
     verdict: Verdict | None
     at: float
     void: Void | None = None
     against: tuple[UserMessage, ...] = ()
-    """Titles of the checks that stand against it."""
-
-
-def titles_against(filed: Filed) -> tuple[UserMessage, ...]:
-    """What stands against GO and READY: checks by their title, then items that a person judged."""
-    assessment = filed.assessment
-    checks = [UserMessage(one.check.title) for one in assessment.checks if one.stands_against]
-    return (*checks, *(UserMessage(item.text) for item in assessment.manual if item.is_done is False))
+    """Titles of what stands against it."""
 
 
 class Verdicts:
-    """By the key of the connection (`whose`). A check that was void once stays void until the next one."""
+    """By the key of the connection (`whose`). A void check stays void until the next one."""
 
     def __init__(self) -> None:
         self._filed: dict[str, Filed] = {}
         self._void: dict[str, Void] = {}
-        self.on_change: Callable[[], object] = bool
 
-    def keep(self, whose: str, filed: Filed) -> None:
-        """The check that was filed last."""
+    def keep(self, whose: str, filed: Filed, void: Void | None = None) -> None:
+        """Keep the module's last check; `void`: why it does not hold."""
         self._filed[whose] = filed
         self._void.pop(whose, None)
-        self.on_change()
+        if void is not None:
+            self._void[whose] = void
 
     def forget(self, whose: str) -> None:
         self._filed.pop(whose, None)
@@ -51,7 +43,7 @@ class Verdicts:
         return self._filed.get(whose)
 
     def poll(self, whose: str, device: DeviceView, now: float, *, is_open: bool) -> None:
-        """Ask it whenever the module or its port has said something."""
+        """Call it at every report of the module and every change of its port."""
         filed = self._filed.get(whose)
         if filed is None or whose in self._void:
             return
@@ -64,7 +56,7 @@ class Verdicts:
             self._void[whose] = void
 
     def held(self, whose: str, device: DeviceView, now: float, *, is_open: bool) -> HeldVerdict | None:
-        """The verdict at `now`: GO only while the module reports that it is active. None where nothing was checked."""
+        """The verdict at `now`: GO only while the module reports ACTIVE. None without a check."""
         self.poll(whose, device, now, is_open=is_open)
         filed = self._filed.get(whose)
         if filed is None:
@@ -76,4 +68,4 @@ class Verdicts:
         verdict = filed.assessment.verdict
         if verdict is Verdict.GO and device.fresh("active", now) is not True:
             verdict = Verdict.READY
-        return HeldVerdict(verdict, at, None, titles_against(filed))
+        return HeldVerdict(verdict, at, None, filed.assessment.titles_against)

@@ -3,8 +3,10 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
+from math import inf
 from typing import NamedTuple
 
+from app.engine.procedure import Cancelled
 from app.preflight.reread import StateChange, StateReading, changes_between
 from app.procedures.history import History
 from app.text.messages import UserMessage
@@ -130,6 +132,11 @@ class Evidence:
     def is_complete(self) -> bool:
         return self.ended_at is not None and self.disturbance is None
 
+    def note_error(self, error: BaseException | None) -> None:
+        """Keep why the procedure ended early, unless that is known already."""
+        if error is not None and self.disturbance is None:
+            self.disturbance = Disturbance.INTERRUPTED if isinstance(error, Cancelled) else Disturbance.DISCONNECTED
+
     def settings(self, keys: Iterable[str]) -> Mapping[str, Value]:
         return {key: self.values[key] for key in keys if key in self.values}
 
@@ -150,8 +157,11 @@ class FrameLog:
         self.left_out = 0
         self._streamed = 0
 
-    def feed(self, events: Iterable[Event]) -> None:
+    def feed(self, events: Iterable[Event], *, since: float = -inf) -> None:
+        """Keep the frames of these events; those before `since` (monotonic seconds) are not part of the check."""
         for event in events:
+            if event.at < since:
+                continue
             match event:
                 case Sent():
                     self._keep(LoggedFrame(event.at, "out", event.raw))

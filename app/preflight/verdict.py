@@ -20,7 +20,7 @@ from app.preflight.findings import Case, Check, CheckResult, Finding
 from app.preflight.module_checks import FINGERPRINT_KEYS
 from app.preflight.reread import TITLES
 from app.settings.profiles import ActivatedBy
-from app.text.messages import UserMessage, listed, said
+from app.text.messages import UserMessage, clean, listed, said
 from protocol.fields import Value
 from protocol.link_states import Presence
 from protocol.translatable import marked
@@ -124,8 +124,15 @@ class Assessment:
 
     @property
     def against(self) -> tuple[str, ...]:
-        """What stands against GO and READY, by id."""
+        """Ids of the checks that stand against GO and READY."""
         return tuple(one.check.id for one in self.checks if one.stands_against)
+
+    @property
+    def titles_against(self) -> tuple[UserMessage, ...]:
+        """Titles of the checks and texts of the manual items that stand against GO and READY."""
+        checks = (one.check.title for one in self.checks if one.stands_against)
+        items = (clean(item.text, longest=40) for item in self.manual if stands_against(item))
+        return tuple(map(UserMessage, (*checks, *items)))
 
     def result(self, id_: str) -> CheckResult:
         return next(one.finding.result for one in self.checks if one.check.id == id_)

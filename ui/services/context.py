@@ -19,6 +19,7 @@ from ui.style.appearance import Appearance
 from ui.style.icons import Icon
 
 if TYPE_CHECKING:
+    from app.preflight.verdict import Void
     from app.records.filing import Filed
 
 
@@ -41,8 +42,8 @@ class Services:
     """What measured values are compared with, wherever they are shown."""
     exchange: DraftExchange = field(default_factory=DraftExchange)
     """Drafts that are tried on what was measured."""
-    filed: "dict[str, Filed]" = field(default_factory=dict)
-    """The last check of each connected module on the Pre-flight page, by `Connector.whose`."""
+    checks: "dict[str, tuple[Filed, Void | None]]" = field(default_factory=dict)
+    """The last check of each module on the Pre-flight page and what voids it, by `Connector.whose`."""
 
 
 @dataclass(frozen=True, slots=True)

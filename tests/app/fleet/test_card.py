@@ -8,8 +8,10 @@ import pytest
 from app.diagnosis.link_state import LinkState, Phase
 from app.engine.device import DeviceView, How, Known, StaleReason
 from app.engine.identity import Identity, Trust
-from app.fleet.card import LockState, Member, Need, by_need, card_of, need_of
-from app.fleet.verdicts import HeldVerdict, Verdicts, titles_against
+from app.fleet.card import LockState, Member, Need, by_need, card_of
+from app.fleet.check_set import SetMember
+from app.fleet.verdicts import HeldVerdict, Verdicts
+from app.limits.expectations import ManualItem
 from app.limits.out_of_limits import LimitsInUse
 from app.preflight.evidence import Disturbance
 from app.preflight.verdict import Verdict, Void, assess
@@ -144,10 +146,22 @@ def test_ready_is_not_go_because_it_was_activated_and_go_is_ready_when_it_is_loc
     assert [one and one.verdict for one in both] == [Verdict.GO, Verdict.READY]
 
 
-def test_no_go_names_what_stands_against_it() -> None:
-    _, filed = checked(cell="3.4")
-    assert filed.assessment.verdict is Verdict.NO_GO
-    held = HeldVerdict(Verdict.NO_GO, 90.0, None, titles_against(filed))
+@pytest.mark.parametrize(
+    ("options", "manual", "why"),
+    [
+        ({"cell": "3.4"}, (), "Cell voltage"),
+        ({}, (ManualItem("Bridle free", is_done=False),), "Bridle free"),
+        ({}, (ManualItem("Bridle free", is_required=True),), "Bridle free"),
+    ],
+)
+def test_no_go_names_what_stands_against_it(options: dict[str, str], manual: tuple[ManualItem, ...], why: str) -> None:
+    found, filed = checked(**options)
+    case = filed.assessment.case
+    assessment = assess(replace(case, expectations=replace(case.expectations, manual=manual)))
+    verdicts, now = Verdicts(), found.rig.clock()
+    verdicts.keep("a", Filed(assessment, {}))
+    held = verdicts.held("a", found.rig.session.device.view(now), now, is_open=True)
     card = card_of(replace(member(), verdict=held), NOW, LimitsInUse())
-    assert "Cell voltage" in card.next_step(NOW)
-    assert need_of(replace(member(), verdict=held), NOW) is Need.NO_GO
+    assert card.need is Need.NO_GO
+    assert card.next_step(NOW) == f"Not met: {why}"
+    assert SetMember("ttyUSB0", "M-7", Filed(assessment, {})).why == why

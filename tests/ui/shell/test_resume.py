@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QApplication, QLabel, QWidget
+from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.captures.entries import Way
@@ -371,37 +371,3 @@ def test_after_a_sleep_it_is_said_and_nothing_goes_on(
         assert assembly.window._services.armed.act is None
         qtbot.waitUntil(lambda: fresh(assembly) == KEYS, timeout=WAIT_MS)
         assert phase(assembly) is Phase.ONLINE
-
-
-def test_a_hidden_page_is_brought_up_to_date_when_it_is_shown_and_not_before(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
-    with simulated("hidden"), window(qapp, tmp_path, entries=PAGES) as assembly:
-        assembly.window.connect_to(Target("sim://hidden", 115200))
-        wait_online(qtbot, assembly)
-        qtbot.waitUntil(lambda: len(assembly.window._pages) == len(PAGES), timeout=WAIT_MS)
-        shown = {
-            "commands": ("act_zero_conditions", QLabel.text),
-            "settings": ("baud_conditions", QLabel.text),
-            "preflight": ("verdict", QWidget.toolTip),
-            "tests": ("tests_run", QWidget.isEnabled),
-            "fleet": ("fleet_summary", QLabel.text),
-        }
-
-        def look(key: str) -> object:
-            name, read = shown[key]
-            widget = assembly.window.findChild(QWidget, name)
-            assert widget is not None, name
-            return read(widget)  # type: ignore[arg-type]
-
-        tests: Any = assembly.window.findChild(QWidget, "tests_page")
-        tests.go_to("link")
-        for key in (*shown, "live"):
-            assembly.window.go_to(key)
-        before = {key: look(key) for key in shown}
-        assembly.connector.disconnect_port()
-        qtbot.waitUntil(lambda: not assembly.connector.is_open, timeout=WAIT_MS)
-        assert {key: look(key) for key in shown} == before
-        for key in shown:
-            assembly.window.go_to(key)
-            assert look(key) != before[key], key

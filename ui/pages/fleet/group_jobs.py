@@ -7,23 +7,22 @@ from typing import Any
 
 from PySide6.QtCore import QObject, Signal
 
-from app import version
 from app.engine.procedure import Cancelled
 from app.engine.worker import Batch, Job
 from app.fleet.check_set import SetMember
 from app.fleet.profile_table import Applied, AppliedProfile, Column, broken_off, column, outcome_of
 from app.limits.expectations import Expectations, expectations_of
-from app.preflight.evidence import Disturbance, Evidence, FrameLog
+from app.preflight.evidence import Evidence, FrameLog
 from app.preflight.run import run_preflight
 from app.procedures.write import Written
 from app.procedures.write_all import Leave, WriteReport, write_all
-from app.records.filing import Filed, Person, file_check
+from app.records.filing import Filed, Person
 from app.settings.profiles import Profile
-from app.store.store import Store
 from app.text.i18n import tr
 from ui.core.background_task import BackgroundTask
 from ui.core.port_connection import PortConnection
 from ui.pages.fleet.members import FleetMembers, port_text
+from ui.services.check_filing import file_in_background
 from ui.services.context import Services
 
 
@@ -48,7 +47,6 @@ class GroupChecks(QObject):
         self._heard: set[PortConnection] = set()
         """Whose batches are listened to."""
         self.profile: Profile | None = None
-        self.who = ""
         self.results: dict[PortConnection, SetMember] = {}
         """Of the last set."""
         self.total = 0
@@ -95,8 +93,7 @@ class GroupChecks(QObject):
     def _listen(self, connection: PortConnection, batch: Batch) -> None:
         check = self._running.get(connection)
         if check is not None and check.evidence.began_at is not None and check.filing is None:
-            began_at = check.evidence.began_at
-            check.log.feed(event for event in batch.events if event.at >= began_at)
+            check.log.feed(batch.events, since=check.evidence.began_at)
 
     def _end(self, connection: PortConnection, name: str, job: Job[Any]) -> None:
         check = self._running.get(connection)
@@ -105,27 +102,17 @@ class GroupChecks(QObject):
         if connection.last is not None:
             self._listen(connection, connection.last)
         evidence = check.evidence
-        if job.run.error is not None and evidence.disturbance is None:
-            is_cancelled = isinstance(job.run.error, Cancelled)
-            evidence.disturbance = Disturbance.INTERRUPTED if is_cancelled else Disturbance.DISCONNECTED
+        evidence.note_error(job.run.error)
         if evidence.began_at is None:
             why = tr("Cancelled.") if isinstance(job.run.error, Cancelled) else tr("The module does not answer.")
             self._finish(connection, SetMember(port_text(connection.target), name, None, why))
             return
         expectations = Expectations() if self.profile is None else expectations_of(self.profile)
-        store = self._services.storage.store
-        is_kept = evidence.is_complete and isinstance(store, Store)
-        work = partial(
-            file_check, evidence, expectations, Person(who=self.who, module=name or None), check.log,
-            store=store if isinstance(store, Store) and is_kept else None, program_version=version(),
-            adapter="" if connection.target is None else connection.target.identity,
+        check.filing = BackgroundTask("dps-s check", self)
+        file_in_background(
+            check.filing, evidence, expectations, Person(module=name or None), check.log, is_kept=evidence.is_complete,
+            store=self._services.storage.store, target=connection.target, then=partial(self._take, connection, name),
         )  # fmt: skip
-        done = partial(self._take, connection, name)
-        if isinstance(store, Store) and is_kept:
-            check.filing = BackgroundTask("dps-s check", self)
-            check.filing.run_in(store.queue, work, done)
-        else:
-            done(work())
 
     def _take(self, connection: PortConnection, name: str, filed: Filed) -> None:
         self._members.verdicts.keep(connection.whose, filed)

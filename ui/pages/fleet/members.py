@@ -27,8 +27,8 @@ class FleetMembers(QObject):
         self._services, self._connector = services, services.connector
         self.verdicts = Verdicts()
         self._recordings: dict[PortConnection, SessionRecording] = {}
-        self._taken: dict[str, object] = {}
-        """Checks of the Pre-flight page that are among the verdicts."""
+        self._seen: dict[str, object] = {}
+        """What was taken over from the Pre-flight page, by `whose`."""
         self.is_checking: set[PortConnection] = set()
         self._leaving: set[PortConnection] = set()
         """Disconnected by hand while it was the current one."""
@@ -94,7 +94,7 @@ class FleetMembers(QObject):
 
     def card(self, connection: PortConnection) -> Card:
         now, device = self._connector.clock(), connection.device
-        self._take_page_check(connection)
+        self._adopt_page_check(connection)
         lock = self._services.lock.of(connection)
         held = self.verdicts.held(connection.whose, device, now, is_open=self._is_steady(connection))
         target = connection.target
@@ -113,12 +113,16 @@ class FleetMembers(QObject):
         )
         return card_of(member, now, self._services.in_use)
 
-    def _take_page_check(self, connection: PortConnection) -> None:
-        """A check of the Pre-flight page counts here too."""
-        filed = self._services.filed.get(connection.whose)
-        if filed is not None and self._taken.get(connection.whose) is not filed:
-            self._taken[connection.whose] = filed
-            self.verdicts.keep(connection.whose, filed)
+    def _adopt_page_check(self, connection: PortConnection) -> None:
+        """A check of the Pre-flight page counts here too, and so does what voids it."""
+        whose = connection.whose
+        found = self._services.checks.get(whose)
+        if found is None or found is self._seen.get(whose):
+            return
+        self._seen[whose] = found
+        (filed, void), kept = found, self.verdicts.filed(whose)
+        if void is None or kept is None or kept is filed:
+            self.verdicts.keep(whose, filed, void)
 
     @staticmethod
     def _is_steady(connection: PortConnection) -> bool:
@@ -126,8 +130,10 @@ class FleetMembers(QObject):
 
     def _watch(self, connection: PortConnection) -> None:
         connection.changed.connect(partial(self._poll, connection))
+        connection.batch.connect(lambda _batch: self._poll(connection))
 
     def _poll(self, connection: PortConnection) -> None:
+        self._adopt_page_check(connection)
         is_open = self._is_steady(connection)
         self.verdicts.poll(connection.whose, connection.device, self._connector.clock(), is_open=is_open)
 
@@ -141,7 +147,7 @@ class FleetMembers(QObject):
     def _forget(self, connection: PortConnection) -> None:
         self.is_checking.discard(connection)
         self.verdicts.forget(connection.whose)
-        self._services.filed.pop(connection.whose, None)
+        self._services.checks.pop(connection.whose, None)
         self._recordings.pop(connection, None)
         self.changed.emit()
 

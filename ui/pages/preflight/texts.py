@@ -4,10 +4,9 @@ from typing import NamedTuple
 
 from app.preflight.checks import CHECKS
 from app.preflight.findings import CheckResult
-from app.preflight.verdict import VERDICT_WORDS, Assessment, Verdict, meaning_of, stands_against
+from app.preflight.verdict import VERDICT_WORDS, Verdict, meaning_of
 from app.records.record import caveats
 from app.text.i18n import tr
-from app.text.messages import clean
 from app.text.sentences import begun, listed, together
 from ui.pages.preflight.controller import PreflightController, Standing
 from ui.pages.preflight.verdict import Announcement
@@ -76,19 +75,13 @@ def _judged(work: PreflightController, standing: Standing) -> Announcement:
             what = together((what, tr("Skipped: {count}.", count=skipped)))
         beside, *foot = _foot(work)
         return Announcement(standing, word, head, (*filter(None, (beside,)), what, *foot))
-    names = names_against(assessment)
+    names = [one.in_words() for one in assessment.titles_against]
     named = listed(names[:MOST_NAMED])
     if len(names) > MOST_NAMED:
         named = tr("{names} and {count} more", names=named, count=len(names) - MOST_NAMED)
     # Checks are named by what has to be so: "Parachute bay closed" alone would be read as the opposite of the fault.
     lines = (tr("Not met: {names}", names=named), *filter(None, _foot(work)))
     return Announcement(standing, word, head, lines)
-
-
-def names_against(assessment: Assessment) -> list[str]:
-    """What stands against GO and READY: checks by title, manual items by their text."""
-    checks = [tr(one.check.title) for one in assessment.checks if one.stands_against]
-    return checks + [clean(item.text, longest=40) for item in assessment.manual if stands_against(item)]
 
 
 def _foot(work: PreflightController) -> tuple[str, ...]:
@@ -102,7 +95,7 @@ def _foot(work: PreflightController) -> tuple[str, ...]:
     at = str(record.get("at", ""))[11:19]
     parts.append(at)
     left_s = work.expires_in_s
-    if left_s is not None and work.standing is not Standing.NO_GO:
+    if left_s is not None:
         minutes = int(left_s) // 60
         parts.append(
             tr("holds for {minutes} min", minutes=minutes)

@@ -3,7 +3,7 @@
 import json
 import random
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import pytest
@@ -16,10 +16,15 @@ from app.engine.procedure import Cancelled
 from app.engine.target import Target
 from app.fleet.card import Need
 from app.fleet.profile_table import Applied
+from app.preflight.evidence import Disturbance
+from app.preflight.verdict import Void, assess
+from app.records.filing import Filed
 from app.safety.journal import NoJournal
 from app.safety.last_known import Activation
 from app.safety.ritual import Input
 from app.settings.profiles import Profile
+from app.text.messages import UserMessage
+from tests.support.records.preflight_rig import check
 from tests.support.window.fake_ports import VALUES, FakePorts, FakeWorker
 from ui.acts.ritual_widget import RitualWidget
 from ui.core.port_connection import PortConnection
@@ -138,6 +143,41 @@ def test_no_card_ever_shows_anything_of_another_module_or_of_before(desk: Desk, 
                     assert said[one]["active"] is False
         shown = [card for card in (desk.page._widgets[one].card for one, _ in desk.modules) if card and card.is_shown]
         assert [card.port for card in shown] == [desk.ports.connector.whose.removeprefix("/dev/")]
+
+
+def filed(desk: Desk) -> Filed:
+    """A check that ended now, of which everything that a fake module reports still holds."""
+    case = check().assessment.case
+    return Filed(assess(replace(case, evidence=replace(case.evidence, flags={}, ended_at=desk.ports.now_s))), {})
+
+
+@pytest.mark.parametrize("is_of_page", [True, False])
+def test_a_bay_that_was_open_while_the_page_was_hidden_voids_the_check(desk: Desk, is_of_page: bool) -> None:
+    desk.plug_in(2)
+    connection, worker = desk.modules[1]
+    desk.page.hide()
+    if is_of_page:
+        desk.services.checks[connection.whose] = (filed(desk), None)
+    else:
+        desk.page.members.verdicts.keep(connection.whose, filed(desk))
+    for light_v in (9.0, 0.3):
+        worker.say(light_v=light_v)
+        QApplication.processEvents()
+    desk.page.show()
+    card = desk.page._widgets[connection].card
+    assert card is not None
+    assert card.next_step(desk.ports.now_s) == "Check again: changed: Light"
+
+
+def test_a_check_that_is_void_on_its_page_is_void_here(desk: Desk) -> None:
+    desk.plug_in(1)
+    (connection, _), one = desk.modules[0], filed(desk)
+    for void, need in ((None, Need.NO_GO), (Void(Disturbance.CHANGED, UserMessage("entries")), Need.VOID)):
+        desk.services.checks[connection.whose] = (one, void)
+        desk.settle()
+        card = desk.page._widgets[connection].card
+        assert card is not None
+        assert card.need is need
 
 
 def test_lock_all_reaches_every_module_also_when_one_port_hangs(desk: Desk) -> None:

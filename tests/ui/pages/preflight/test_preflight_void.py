@@ -81,6 +81,8 @@ def test_what_voids_a_go(
         assert "GO" not in page.banner.accessibleName()
         assert not page.buttons.print.isEnabled()
         assert page.work.record is None
+        services = bench.assembly.window._services
+        assert services.checks[services.connector.whose] == (page.work.filed, page.work.void)
         assert "void" in page.list.rows["tilt"].chip.accessibleName()
 
 

@@ -1,0 +1,44 @@
+"""A page that polls the module does so only while it is shown."""
+
+from pathlib import Path
+from typing import Any
+
+from PySide6.QtWidgets import QApplication, QLabel, QListWidget, QWidget
+from pytestqt.qtbot import QtBot
+
+from app.engine.target import Target
+from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
+from ui.main import PAGES
+
+
+def test_a_hidden_page_is_brought_up_to_date_when_it_is_shown_and_not_before(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    with simulated("hidden"), window(qapp, tmp_path, entries=PAGES) as assembly:
+        assembly.window.connect_to(Target("sim://hidden", 115200))
+        wait_online(qtbot, assembly)
+        qtbot.waitUntil(lambda: len(assembly.window._pages) == len(PAGES), timeout=WAIT_MS)
+        shown = {
+            "commands": ("act_zero_conditions", QLabel.text),
+            "settings": ("baud_conditions", QLabel.text),
+            "preflight": ("verdict", QWidget.toolTip),
+            "tests": ("tests_run", QWidget.isEnabled),
+            "fleet": ("fleet_summary", QLabel.text),
+        }
+
+        def look(key: str) -> object:
+            name, read = shown[key]
+            widget: Any = assembly.window.findChild(QWidget, name)
+            return read(widget)
+
+        tests: Any = assembly.window.findChild(QListWidget, "tests_list")
+        tests.setCurrentRow(5)  # one that needs no statement of the person
+        for key in (*shown, "live"):
+            assembly.window.go_to(key)
+        before = {key: look(key) for key in shown}
+        assembly.connector.disconnect_port()
+        qtbot.waitUntil(lambda: not assembly.connector.is_open, timeout=WAIT_MS)
+        assert {key: look(key) for key in shown} == before
+        for key in shown:
+            assembly.window.go_to(key)
+            assert look(key) != before[key], key
