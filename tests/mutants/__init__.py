@@ -1,0 +1,13 @@
+"""Mutation test: `python -m tests.mutants` breaks the program in small ways and counts how often the tests notice.
+
+Each mutant changes one operator, comparison, constant, statement or branch of one file as it is imported. Which tests
+execute which line is recorded once and kept in `build/mutants`; only the tests that execute the mutated line run on a
+mutant, until one fails. A survivor is a line that no test holds, or a change that makes no difference: look at each.
+Not part of CI; needs a platform with `fork`.
+"""
+
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+FOLDERS = ("protocol", "app/engine", "app/safety", "app/preflight", "app/procedures")
+"""What is mutated."""

@@ -1,0 +1,125 @@
+"""Which tests execute which line."""
+
+import hashlib
+import json
+import time
+from collections import defaultdict
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+
+import pytest
+from coverage import Coverage
+
+from tests.mutants import FOLDERS, ROOT
+from tests.mutants.changes import Mutant
+from tests.mutants.processes import forked, run_pytest
+
+TESTS = ("tests/protocol", "tests/app/*", "tests/faults", "tests/scenarios", "tests/ui/*")
+ROOM_BUDGET_S = 20
+OTHERS_BUDGET_S = 20
+"""The tests of a mutant's room and all other tests: the fastest of each that together take no longer."""
+
+
+class TestMap:
+    """Which tests execute which line, and how long each takes."""
+
+    __test__ = False  # pytest
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+        self._tests: dict[str, dict[int, set[str]]] = defaultdict(lambda: defaultdict(set))
+
+    def add(self, test: str, seconds: float, lines: dict[str, list[int]]) -> None:
+        """The lines are those of each file by its path."""
+        self.seconds[test] = seconds
+        for path, numbers in lines.items():
+            for number in numbers:
+                self._tests[path][number].add(test)
+
+    def batches(self, mutant: Mutant) -> list[list[str]]:
+        """The tests that execute a mutant, fastest first: those of its room, then the others."""
+        lines = self._tests[mutant.path]
+        found: set[str] = set().union(*(lines[number] for number in mutant.lines or list(lines) if number in lines))
+        room = f"tests/{Path(mutant.path).parent.as_posix()}/"
+        if not mutant.lines:
+            found.update(test for test in self.seconds if test.startswith(room))
+        inside = {test for test in found if test.startswith(room)}
+        batches = self._fastest(inside, ROOM_BUDGET_S), self._fastest(found - inside, OTHERS_BUDGET_S)
+        return [batch for batch in batches if batch]
+
+    def _fastest(self, tests: set[str], budget_s: float) -> list[str]:
+        """The fastest within the budget, file by file, as each file takes time to import."""
+        left_s, files = budget_s, defaultdict[str, list[str]](list)
+        for test in sorted(tests, key=lambda test: (self.seconds[test], test)):
+            left_s -= self.seconds[test]
+            if left_s >= 0:
+                files[test.split("::")[0]].append(test)
+        fastest_first = sorted(files.values(), key=lambda tests: sum(self.seconds[test] for test in tests))
+        return [test for file in fastest_first for test in file]
+
+
+def recorded_map(workers: ProcessPoolExecutor) -> TestMap:
+    """The map of the source as it is now; only what is not yet in `build/mutants` is recorded."""
+    sources = [path for folder in ("protocol", "app", "ui", "tests") for path in sorted((ROOT / folder).rglob("*.py"))]
+    digest = hashlib.sha256(b"".join(path.read_bytes() for path in sources)).hexdigest()[:16]
+    place = ROOT / "build/mutants" / digest
+    place.mkdir(parents=True, exist_ok=True)
+    folders = [folder for pattern in TESTS for folder in sorted(ROOT.glob(pattern)) if folder.is_dir()]
+    names = [folder.relative_to(ROOT).as_posix() for folder in folders if folder.name != "__pycache__"]
+    files = {name: place / f"{name.replace('/', '-')}.json" for name in names}
+    missing = {name: file for name, file in files.items() if not file.exists()}
+    for name in workers.map(_record, missing.keys(), missing.values()):
+        print(f"recorded {name}", flush=True)
+    tests = TestMap()
+    for file in files.values():
+        for test, (seconds, lines) in json.loads(file.read_text(encoding="utf-8")).items():
+            tests.add(test, seconds, lines)
+    return tests
+
+
+def _record(folder: str, target: Path) -> str:
+    process = forked(_run_recorded, folder, target)
+    process.join()
+    if not target.exists():
+        raise RuntimeError(f"the tests of {folder} ended with {process.exitcode}")
+    return folder
+
+
+def _run_recorded(folder: str, target: Path) -> None:
+    coverage = Coverage(data_file=None, config_file=False, include=[f"{ROOT}/{one}/*" for one in FOLDERS])
+    recorder = _Recorder(coverage)
+    coverage.start()
+    run_pytest([folder], recorder)
+    coverage.stop()
+    data = coverage.get_data()
+    lines: dict[str, dict[str, list[int]]] = {test: {} for test in recorder.seconds.keys() - recorder.failed}
+    for file in data.measured_files():
+        path = Path(file).relative_to(ROOT).as_posix()
+        for line, tests in data.contexts_by_lineno(file).items():
+            for test in lines.keys() & set(tests):
+                lines[test].setdefault(path, []).append(line)
+    found = {test: (round(recorder.seconds[test], 4), executed) for test, executed in lines.items() if executed}
+    target.write_text(json.dumps(found), encoding="utf-8")
+
+
+class _Recorder:
+    """Tells coverage which test runs, and measures the processor's time that it takes."""
+
+    def __init__(self, coverage: Coverage) -> None:
+        self._coverage = coverage
+        self.seconds: dict[str, float] = {}
+        self.failed: set[str] = set()
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_protocol(self, item: pytest.Item) -> Iterator[None]:
+        self._coverage.switch_context(item.nodeid)
+        began = time.process_time()
+        result = yield
+        self.seconds[item.nodeid] = time.process_time() - began
+        self._coverage.switch_context("")
+        return result
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        if report.outcome != "passed":
+            self.failed.add(report.nodeid)
