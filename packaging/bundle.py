@@ -1,7 +1,6 @@
 """The bundle: a folder with the program, its own Python and Qt, which runs where neither is installed."""
 
 import json
-import os
 import shutil
 import subprocess
 import sys
@@ -12,12 +11,12 @@ from pathlib import Path
 from typing import Final
 
 from bundle_contents import Entry
-from environment import ROOT, SetupError
+from environment import ROOT, run
 from icon_files import write_program_icons
 from inventory import Part, licence_folder, parts
 from linux.elf import foreign_run_path, glibc_wanted, make_run_path_relative, outside_libraries
-from release import NAME, TITLE, Release, stamp_times
-from sbom import LICENCES, write_bill
+from release import COMMAND, NAME, TITLE, Release, set_rights, stamp_times
+from sbom import LICENCES, bill_of_materials
 
 from app.system.screen import ASKED
 
@@ -55,7 +54,7 @@ def make_bundle(release: Release, wheel: Path, *, work: Path, dist: Path) -> Pat
         _write_linux_readme(folder, release)
     _add_papers(papers, internal, release, found)
     if sys.platform.startswith("linux"):
-        _set_rights(folder)
+        set_rights(folder, [folder / COMMAND])
     elif sys.platform == "darwin":
         from macos.disk_image import sign_again
 
@@ -74,23 +73,13 @@ def _run_pyinstaller(release: Release, work: Path, places: dict[str, Path]) -> N
         "PYINSTALLER_CONFIG_DIR": str(work / "cache"),
         **{name: str(place) for name, place in places.items()},
     }
-    done = subprocess.run(
-        command,
-        cwd=work,
-        env={**os.environ, **variables},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        errors="replace",
-        check=False,
-    )
-    if done.returncode != 0:
-        raise SetupError(f"{done.stdout}\nPyInstaller failed; it says why above.", exit_code=4)
+    run(command, "PyInstaller failed", variables=variables, folder=work)
 
 
 def _add_papers(folder: Path, internal: Path, release: Release, found: Sequence[Part]) -> None:
     """The list of parts as it stands in `internal`, and for each part a folder with its licence."""
-    write_bill(folder / BILL, release, found, internal)
+    bill = bill_of_materials(release, found, internal)
+    (folder / BILL).write_text(f"{bill}\n", encoding="utf-8")
     own = folder / LICENCES / NAME
     own.mkdir(parents=True)
     shutil.copyfile(ROOT / "LICENSE", own / "LICENSE.txt")
@@ -124,13 +113,6 @@ def _write_linux_readme(folder: Path, release: Release) -> None:
     ):
         text = text.replace(word, value)
     (folder / "README.txt").write_text(text, encoding="utf-8")
-
-
-def _set_rights(folder: Path) -> None:
-    """As packages want them, whatever the umask was: programs may be run, the rest may be read."""
-    for path in (folder, *folder.rglob("*")):
-        if not path.is_symlink():
-            path.chmod(0o755 if path.is_dir() or (path.parent == folder and path.name.startswith("dps-s")) else 0o644)
 
 
 def pack(folder: Path, release: Release) -> Path:

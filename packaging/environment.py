@@ -13,8 +13,9 @@ import shutil
 import subprocess
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 
 ROOT = Path(__file__).resolve().parent.parent
 if str(ROOT) not in sys.path:
@@ -128,9 +129,7 @@ def _rebuild() -> None:
         say("The .venv that is here is broken, unfinished or of another Python: making it again.")
         shutil.rmtree(VENV)
     say(f"Making .venv with Python {sys.version.split()[0]}...")
-    made = _quietly([sys.executable, "-m", "venv", str(VENV)])
-    if made.returncode != 0:
-        raise SetupError(f"{made.stdout}\nPython's own venv module could not make {VENV}; it says why above.")
+    run([sys.executable, "-m", "venv", str(VENV)], f"Python's own venv module could not make {VENV}", exit_code=3)
 
 
 def has_venv_module() -> bool:
@@ -156,10 +155,9 @@ def install_with_apt(packages: Sequence[str], *, reason: str) -> None:
     if not _agrees():
         raise SetupError(f"Nothing was installed. Type: apt-get install {names}")
     for command in (["update", "-q"], ["install", "-q", "-y", "--no-install-recommends", *packages]):
-        done = _quietly(["apt-get", *command], DEBIAN_FRONTEND="noninteractive")
         # An unreachable source among several is no reason to stop before the installation was tried.
-        if done.returncode != 0 and command[0] == "install":
-            raise SetupError(f"{done.stdout}\napt-get install {names} failed; it says why above.")
+        failure = f"apt-get install {names} failed" if command[0] == "install" else None
+        run(["apt-get", *command], failure, exit_code=3, variables={"DEBIAN_FRONTEND": "noninteractive"})
     importlib.invalidate_caches()
 
 
@@ -175,27 +173,29 @@ def _agrees() -> bool:
 
 
 def _pip(*arguments: str) -> None:
-    done = _quietly([str(VENV_PYTHON), "-m", "pip", *arguments], PIP_DISABLE_PIP_VERSION_CHECK="1", PIP_USER="0")
-    if done.returncode != 0:
-        raise SetupError(
-            f"{done.stdout}\npip {arguments[0]} failed; it says why above. Mend that, then run this again.",
-            exit_code=4,
-        )
+    variables = {"PIP_DISABLE_PIP_VERSION_CHECK": "1", "PIP_USER": "0"}
+    run([str(VENV_PYTHON), "-m", "pip", *arguments], f"pip {arguments[0]} failed", variables=variables)
 
 
-def _quietly(command: Sequence[str], **variables: str) -> "subprocess.CompletedProcess[str]":
-    """Run to the end; what it printed is kept for the case that it fails."""
-    return subprocess.run(
-        command,
-        cwd=ROOT,
-        env={**os.environ, **variables},
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        errors="replace",
-        check=False,
-    )
+def run(
+    command: Sequence[str],
+    failure: str | None,
+    *,
+    variables: Mapping[str, str] = MappingProxyType({}),
+    folder: Path = ROOT,
+    exit_code: int = 4,
+) -> str:
+    """Run a program to its end, and return what it printed. `variables` are added to the environment.
+
+    Raises SetupError where it fails, if `failure` says what that means.
+    """
+    done = subprocess.run(
+        command, cwd=folder, env={**os.environ, **variables}, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT, text=True, errors="replace", check=False,
+    )  # fmt: skip
+    if done.returncode != 0 and failure is not None:
+        raise SetupError(f"{done.stdout}\n{failure}; it says why above.", exit_code=exit_code)
+    return done.stdout
 
 
 @contextlib.contextmanager

@@ -16,7 +16,7 @@ import time
 from pathlib import Path
 
 from bundle import BILL, make_bundle, pack, write_tar
-from environment import ROOT, SetupError, say
+from environment import ROOT, SetupError, run, say
 from release import Release, read_release, refusals
 
 DIST = ROOT / "dist"
@@ -31,7 +31,7 @@ def build(dist: Path = DIST, work: Path = WORK) -> Path:
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir(parents=True)
     _do("wheel and sdist")
-    wheel = _build_wheel(release, dist)
+    wheel = build_wheel(release, dist)
     _do("bundle")
     bundle = make_bundle(release, wheel, work=work, dist=dist)
     _do("packed bundle")
@@ -56,20 +56,10 @@ def _do(what: str) -> None:
     say(f"Building {what} ...")
 
 
-def _build_wheel(release: Release, dist: Path) -> Path:
-    """The wheel is built from the sdist, so that nothing that only lies about here gets into it."""
+def build_wheel(release: Release, dist: Path) -> Path:
+    """The wheel is built from the sdist, so that untracked files of the checkout do not get into it."""
     command = [sys.executable, "-m", "build", "--no-isolation", "--outdir", str(dist), str(ROOT)]
-    done = subprocess.run(
-        command,
-        env={**os.environ, "SOURCE_DATE_EPOCH": str(release.epoch)},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        errors="replace",
-        check=False,
-    )
-    if done.returncode != 0:
-        raise SetupError(f"{done.stdout}\nThe wheel could not be built; it says why above.", exit_code=4)
+    run(command, "The wheel could not be built", variables={"SOURCE_DATE_EPOCH": str(release.epoch)})
     _settle_sdist(next(dist.glob("*.tar.gz")), release)
     return next(dist.glob("*.whl"))
 

@@ -6,7 +6,7 @@ import re
 import subprocess
 import sys
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -83,6 +83,13 @@ def _epoch() -> int:
         return int(shown)
     except (OSError, subprocess.CalledProcessError, ValueError):  # no git, or a checkout without its history
         return int(PYPROJECT.stat().st_mtime)
+
+
+def set_rights(folder: Path, programs: Collection[Path]) -> None:
+    """As packages want them, whatever the umask was: these programs may be run, everything may be read."""
+    for path in (folder, *folder.rglob("*")):
+        if not path.is_symlink():
+            path.chmod(0o755 if path.is_dir() or path in programs else 0o644)
 
 
 def stamp_times(folder: Path, epoch: int) -> None:

@@ -1,89 +1,71 @@
-"""The list of what a bundle is made of, as CycloneDX 1.6 in JSON: programs that look for known weaknesses read it."""
+"""The list of what a bundle is made of, as CycloneDX 1.6 in JSON, which scanners for known vulnerabilities read."""
 
 import hashlib
-import json
 import uuid
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from bundle_contents import Entry
+from cyclonedx.contrib.license.factories import LicenseFactory
+from cyclonedx.model import HashAlgorithm, HashType, Property
+from cyclonedx.model.bom import Bom
+from cyclonedx.model.component import Component, ComponentType
+from cyclonedx.model.lifecycle import LifecyclePhase, PredefinedLifecycle
+from cyclonedx.output.json import JsonV1Dot6
 from inventory import Part, licence_folder
+from packageurl import PackageURL
 from release import NAME, Release
 
-_FORMAT = "1.6"
-
-
-_HASH_OF = "dps-s:hash-of"
-_INSIDE = "dps-s:inside"
-_NOTE = "dps-s:note"
-_TEXTS = "dps-s:licence-texts"
 LICENCES = "licences"
 
 
-def bill_of_materials(release: Release, parts: Sequence[Part], internal: Path) -> dict[str, object]:
+def bill_of_materials(release: Release, parts: Sequence[Part], internal: Path) -> str:
     """The document; `internal` is where the files of the parts lie in the bundle.
 
     It is the same for the same release and parts, serial number and time included.
     """
-    own = f"pkg:pypi/{NAME}@{release.version}"
-    components = [_component(part, internal) for part in parts]
-    identity = json.dumps([own, release.system, components], sort_keys=True)
-    return {
-        "$schema": f"http://cyclonedx.org/schema/bom-{_FORMAT}.schema.json",
-        "bomFormat": "CycloneDX",
-        "specVersion": _FORMAT,
-        "serialNumber": f"urn:uuid:{uuid.uuid5(uuid.NAMESPACE_URL, identity)}",
-        "version": 1,
-        "metadata": {
-            "timestamp": release.time.strftime("%Y-%m-%dT%H:%M:%SZ"),
-            "lifecycles": [{"phase": "build"}],
-            "component": {
-                "type": "application",
-                "bom-ref": own,
-                "name": NAME,
-                "version": release.version,
-                "licenses": [{"license": {"id": "MIT"}}],
-                "purl": own,
-                "properties": [{"name": "system", "value": release.system}],
-            },
-        },
-        "components": components,
-        "dependencies": [
-            {"ref": own, "dependsOn": sorted(_reference(part) for part in parts if part.inside is None)},
-            *({"ref": _reference(part)} for part in parts),
-        ],
-    }
+    purl = f"pkg:pypi/{NAME}@{release.version}"
+    own = Component(
+        name=NAME, version=release.version, type=ComponentType.APPLICATION, bom_ref=purl,
+        purl=PackageURL.from_string(purl), licenses=[LicenseFactory().make_from_string("MIT")],
+        properties=_properties({"system": release.system}),
+    )  # fmt: skip
+    components = {_component(part, internal): part for part in parts}
+    bom = Bom(components=components, serial_number=uuid.UUID(int=0))
+    bom.metadata.component, bom.metadata.timestamp = own, release.time
+    bom.metadata.lifecycles.add(PredefinedLifecycle(LifecyclePhase.BUILD))
+    bom.register_dependency(own, [one for one, part in components.items() if part.inside is None])
+    for one in components:
+        bom.register_dependency(one)
+    bom.serial_number = uuid.uuid5(uuid.NAMESPACE_URL, JsonV1Dot6(bom).output_as_string())
+    return JsonV1Dot6(bom).output_as_string(indent=2)
 
 
-def write_bill(path: Path, release: Release, parts: Sequence[Part], internal: Path) -> None:
-    text = json.dumps(bill_of_materials(release, parts, internal), indent=2, ensure_ascii=False)
-    path.write_text(text + "\n", encoding="utf-8")
-
-
-def _reference(part: Part) -> str:
-    return part.purl or "@".join(filter(None, (part.inside, part.name, part.version)))
-
-
-def _component(part: Part, internal: Path) -> dict[str, object]:
-    component: dict[str, object] = {"type": "library", "bom-ref": _reference(part), "name": part.name}
-    if part.version is not None:
-        component["version"] = part.version
+def _component(part: Part, internal: Path) -> Component:
     sums = {file.place.replace("\\", "/"): _sum(file, internal) for file in part.files}
-    component["hashes"] = _hashes(_sum_of_all(sums))
-    component["licenses"] = _licences(part.licence)
-    if part.purl is not None:
-        component["purl"] = part.purl
+    here = [place for place in sums if (internal / place).is_file()] if part.inside is None else []
+    reference = part.purl or "@".join(filter(None, (part.inside, part.name, part.version)))
     properties = {
-        _INSIDE: part.inside,
-        _NOTE: part.note,
-        _HASH_OF: _what_is_hashed(part, sorted(sums)),
-        _TEXTS: f"{LICENCES}/{licence_folder(part)}",
+        "dps-s:inside": part.inside,
+        "dps-s:note": part.note,
+        "dps-s:hash-of": _what_is_hashed(part, list(sums)),
+        "dps-s:licence-texts": f"{LICENCES}/{licence_folder(part)}",
     }
-    component["properties"] = [{"name": name, "value": value} for name, value in properties.items() if value]
-    if part.inside is None:
-        here = [place for place in sorted(sums) if (internal / place).is_file()]
-        component["components"] = [{"type": "file", "name": one, "hashes": _hashes(sums[one])} for one in here]
-    return component
+    return Component(
+        name=part.name, version=part.version,
+        bom_ref=reference,
+        purl=PackageURL.from_string(part.purl) if part.purl else None,
+        hashes=[_hash(_sum_of_all(sums))], licenses=[LicenseFactory().make_from_string(part.licence)],
+        properties=_properties(properties),
+        components=[
+            Component(name=one, type=ComponentType.FILE, bom_ref=f"{reference}#{one}", hashes=[_hash(sums[one])])
+            for one in here
+        ],
+    )  # fmt: skip
+
+
+def _properties(values: Mapping[str, str | None]) -> Iterable[Property]:
+    return [Property(name=name, value=value) for name, value in values.items() if value]
 
 
 def _sum(file: Entry, internal: Path) -> str:
@@ -105,12 +87,5 @@ def _what_is_hashed(part: Part, places: list[str]) -> str:
     return f"what sha256sum prints for the {len(places)} files of {part.inside or part.name}, by name"
 
 
-def _hashes(value: str) -> list[dict[str, str]]:
-    return [{"alg": "SHA-256", "content": value}]
-
-
-def _licences(expression: str) -> list[dict[str, object]]:
-    is_one = not {"AND", "OR", "WITH"} & set(expression.split())
-    if is_one and not expression.startswith("LicenseRef-"):
-        return [{"license": {"id": expression}}]
-    return [{"expression": expression}]
+def _hash(value: str) -> HashType:
+    return HashType(alg=HashAlgorithm.SHA_256, content=value)

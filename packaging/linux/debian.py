@@ -10,7 +10,7 @@ from typing import Final
 
 from environment import ROOT, SetupError
 from icon_files import write_theme_icons
-from release import COMMAND, NAME, TITLE, Release, project, stamp_times
+from release import COMMAND, NAME, TITLE, Release, project, set_rights, stamp_times
 
 from app.system.qt_libraries import ALWAYS, FOR_WAYLAND, FOR_X
 from linux.elf import glibc_wanted, outside_libraries
@@ -65,7 +65,7 @@ def make_deb(release: Release, bundle: Path, *, work: Path, dist: Path) -> Path:
     (control / "md5sums").write_text(_sums(root), encoding="utf-8")
     for script in ("postinst", "postrm"):
         (control / script).write_bytes((LINUX / script).read_bytes())
-    _set_rights(root)
+    set_rights(root, [root / PLACE / COMMAND, control / "postinst", control / "postrm"])
     stamp_times(root, release.epoch)
     target = dist / f"{NAME}_{release.version}-{REVISION}_{architecture}.deb"
     command = ["dpkg-deb", "--root-owner-group", *_COMPRESSION, "--build", str(root), str(target)]
@@ -184,18 +184,8 @@ def _sums(root: Path) -> str:
 
 
 def _files(root: Path) -> Iterable[Path]:
-    return sorted(path for path in root.rglob("*") if path.is_file() and not path.is_symlink() and not _is_ours(path))
-
-
-def _is_ours(path: Path) -> bool:
-    return "DEBIAN" in path.parts
-
-
-def _set_rights(root: Path) -> None:
-    programs = {root / PLACE / COMMAND, root / "DEBIAN/postinst", root / "DEBIAN/postrm"}
-    for path in (root, *root.rglob("*")):
-        if not path.is_symlink():
-            path.chmod(0o755 if path.is_dir() or path in programs else 0o644)
+    files = (path for path in root.rglob("*") if path.is_file() and not path.is_symlink())
+    return sorted(path for path in files if "DEBIAN" not in path.parts)
 
 
 def _output(*command: str) -> str:

@@ -1,11 +1,10 @@
 """The installer for Windows, by NSIS from installer.nsi; NSIS runs on Windows and on Linux."""
 
 import shutil
-import subprocess
 from collections.abc import Iterator
 from pathlib import Path
 
-from environment import SetupError, say
+from environment import run, say
 from file_types import FILE_TYPES, FileType
 from release import Release
 
@@ -21,15 +20,8 @@ def make_installer(release: Release, bundle: Path, dist: Path, icons: Path) -> P
         return None
     target, file_types = dist / f"{bundle.name}-setup.exe", icons / FILE_TYPES_NAME
     write_file_types(file_types)
-    done = subprocess.run(
-        [compiler, *arguments(release, bundle, target, icons / "dps-s-configurator.ico", file_types)],
-        capture_output=True,
-        text=True,
-        errors="replace",
-        check=False,
-    )
-    if done.returncode != 0:
-        raise SetupError(f"{done.stdout}{done.stderr}\nNSIS failed; it says why above.", exit_code=4)
+    words = arguments(release, bundle, target, icons / "dps-s-configurator.ico", file_types)
+    run([compiler, *words], "NSIS failed")
     return target
 
 

@@ -1,12 +1,10 @@
 """Bundle and installer for Windows, made on Linux: one by the Python for Windows under Wine, the other by NSIS."""
 
-import os
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 from environment import ROOT, SetupError, say
+from package import build_wheel
 from release import read_release
 
 from windows import wine
@@ -22,10 +20,11 @@ def make_package() -> Path:
     release = read_release()
     wine.copy_source()
     say("Building the wheel ...")
-    wheel = _wheel(release.epoch)
+    shutil.rmtree(wine.PLACE / "wheel", ignore_errors=True)
+    wheel = shutil.copy(build_wheel(release, wine.PLACE / "wheel"), wine.DRIVE)
     say("Building the bundle on the Python for Windows ...")
     made = wine.inside(
-        ["wine", wine.PYTHON, "packaging/windows/build_bundle.py", f"C:\\{wheel.name}"],
+        ["wine", wine.PYTHON, "packaging/windows/build_bundle.py", f"C:\\{Path(wheel).name}"],
         folder="/place/prefix/drive_c/source", limit_s=LIMIT_S,
         SOURCE_DATE_EPOCH=str(release.epoch),
     )  # fmt: skip
@@ -37,19 +36,6 @@ def make_package() -> Path:
         raise SetupError("The stub of icuuc.dll got into the bundle.")
     say("Building the installer ...")
     return _installer(bundle)
-
-
-def _wheel(epoch: int) -> Path:
-    folder = wine.PLACE / "wheel"
-    shutil.rmtree(folder, ignore_errors=True)
-    command = [sys.executable, "-m", "build", "--no-isolation", "--wheel", "--outdir", str(folder), str(ROOT)]
-    done = subprocess.run(
-        command, env={**os.environ, "SOURCE_DATE_EPOCH": str(epoch)}, stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT, text=True, errors="replace", check=False,
-    )  # fmt: skip
-    if done.returncode != 0:
-        raise SetupError(f"{done.stdout}\nThe wheel could not be built; it says why above.", exit_code=4)
-    return Path(shutil.copy(next(folder.glob("*.whl")), wine.DRIVE))
 
 
 def _installer(bundle: Path) -> Path:

@@ -45,7 +45,7 @@ def test_every_command_is_there(program: Program) -> None:
     """The script that completes commands is made from all of them: their modules are imported in one process."""
     script = program.run("completion", "bash")
     assert script.returncode == 0, script.stderr
-    assert [entry.name for entry in ENTRIES if f'"{entry.name}")' not in script.stdout] == []
+    assert [entry.name for entry in ENTRIES if f"_{entry.name}_option_strings=" not in script.stdout] == []
     told = program.run(ENTRIES[1].name, "--help")
     assert (told.returncode, f"dps-s {ENTRIES[1].name}" in told.stdout) == (0, True)
 

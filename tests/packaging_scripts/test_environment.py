@@ -35,10 +35,10 @@ class Checkout:
         }
         for name, path in places.items():
             patch.setattr(setup.environment, name, path)
-        patch.setattr(setup.environment, "_quietly", self._run)
+        patch.setattr(subprocess, "run", self._run)
         patch.setattr(setup.environment, "_runs", self.python.exists)
 
-    def _run(self, command: list[str], **variables: str) -> "subprocess.CompletedProcess[str]":
+    def _run(self, command: list[str], **_: object) -> "subprocess.CompletedProcess[str]":
         self.commands.append(command)
         has_failed = self.failing is not None and self.failing in command
         if "venv" in command and not has_failed:

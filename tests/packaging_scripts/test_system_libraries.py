@@ -29,7 +29,7 @@ class Machine:
         patch.setattr(sys, "base_prefix", "/usr")
         for name in ("CI", environment.YES, "DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM"):
             patch.delenv(name, raising=False)
-        patch.setattr(environment, "_quietly", self._run)
+        patch.setattr(subprocess, "run", self._run)
         patch.setattr(os, "geteuid", lambda: self.user, raising=False)  # Windows has none
         patch.setattr(system, "package_manager", lambda: self.manager)
         patch.setattr(system, "QT_PROVEN", tmp_path / "qt-proven")
@@ -56,8 +56,8 @@ class Machine:
         assert self.answer is not None
         return self.answer
 
-    def _run(self, command: list[str], **variables: str) -> "subprocess.CompletedProcess[str]":
-        assert variables == {"DEBIAN_FRONTEND": "noninteractive"}
+    def _run(self, command: list[str], *, env: dict[str, str], **_: object) -> "subprocess.CompletedProcess[str]":
+        assert env["DEBIAN_FRONTEND"] == "noninteractive"
         self.commands.append(command)
         return subprocess.CompletedProcess(command, returncode=self.code, stdout="apt says so")
 
