@@ -1,7 +1,6 @@
 """Entry point of `dps-s`: dispatches sub-commands and opens the window.
 
-The one composition root. A sub-command's module is imported only when it is called, so that `dps-s --help` needs
-none of them and `dps-s decode` no serial port.
+The module of a sub-command is imported only when it is called.
 """
 
 import argparse
@@ -24,10 +23,9 @@ from app.text.i18n import set_language, system_language, tr
 from protocol.translatable import marked
 
 DEBUG = "DPS_S_DEBUG"
-"""Environment variable: with 1 an error of our own shows its traceback, and the log goes to standard error."""
+"""Environment variable: with 1, errors show their traceback and the log goes to standard error."""
 _OBJECTS_PER_COLLECTION = 10_000
-"""Python's own number before 3.12 is 700: what a command loads is no garbage, and looking through it takes a tenth of
-its start."""
+"""Threshold of the garbage collector (Python's is 700): collecting during the imports takes a tenth of the start."""
 
 
 class SubCommand(NamedTuple):
@@ -64,11 +62,11 @@ ENTRIES = (
 )
 _BY_NAME = {entry.name: entry for entry in ENTRIES}
 _ANYWHERE = ("-v", "-vv", "--verbose", "--quiet")
-"""Options that may stand before the command, too."""
+"""Options that may also stand before the command."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run `dps-s` with these arguments (the program's own by default); the exit code."""
+    """Run `dps-s` with these arguments, by default those of the process; returns the exit code."""
     words = list(sys.argv[1:] if argv is None else argv)
     if argv is None and words and words[0] in _BY_NAME and words[0] != WINDOW:
         gc.set_threshold(_OBJECTS_PER_COLLECTION)
@@ -77,18 +75,18 @@ def main(argv: Sequence[str] | None = None) -> int:
     translate_argparse()
     try:
         code = _run_or_refuse(words)
-        console.write("")  # what argparse has printed may still be held back
+        console.write("")  # flushes what argparse printed
     except KeyboardInterrupt as interrupted:
         # As a shell reports it: 130 for Ctrl-C, 143 for SIGTERM.
         code = 128 + getattr(interrupted, "number", 2)
     except BrokenPipeError:
-        console.abandon_output()  # whoever read has seen enough
+        console.abandon_output()  # the reader has ended
         code = console.DONE
     except console.OutputLost as error:
         console.abandon_output()
         console.say(tr("{file} cannot be written: {why}.", file="stdout", why=error))
         code = console.PARTLY
-    except Exception as error:  # noqa: BLE001  the program's top: people get a sentence, never a traceback
+    except Exception as error:  # noqa: BLE001  the top level: people get a sentence, no traceback
         code = _explain(error)
     return code
 
@@ -97,7 +95,7 @@ def _run_or_refuse(words: list[str]) -> int:
     console.set_verbosity(argparse.Namespace())
     try:
         return _run(words)
-    except SystemExit as end:  # argparse: help, or used wrongly
+    except SystemExit as end:  # from argparse: help, or wrong usage
         return end.code if isinstance(end.code, int) else console.USED_WRONGLY
     except console.Refused as error:
         console.say(error.sentence)
@@ -120,7 +118,7 @@ def _run(words: list[str]) -> int:
         words = [WINDOW, *words]
     entry = _BY_NAME.get(words[0])
     if entry is None:
-        _whole_parser().parse_args(words)  # says what is wrong, and ends
+        _whole_parser().parse_args(words)  # prints the error and exits
         raise AssertionError(words)
     args = _parser_of(entry.module).parse_args(words)
     console.set_verbosity(args)
@@ -151,7 +149,7 @@ def _bare_parser() -> argparse.ArgumentParser:
 
 
 def _whole_parser() -> argparse.ArgumentParser:
-    """Knows all sub-commands by name and summary, and imports none."""
+    """A parser that knows the names and summaries of all sub-commands, without importing them."""
     parser = _bare_parser()
     _add_version(parser)
     subparsers = parser.add_subparsers(metavar="COMMAND")
@@ -166,7 +164,7 @@ def _add_version(parser: argparse.ArgumentParser) -> None:
 
 
 def _parser_of(*modules: str) -> argparse.ArgumentParser:
-    """Knows the commands of these modules with all of their options."""
+    """A parser that knows the commands of these modules with all their options."""
     parser = _bare_parser()
     subparsers = parser.add_subparsers(dest="command", metavar="COMMAND")
     for module in modules:
@@ -178,7 +176,7 @@ def _parser_of(*modules: str) -> argparse.ArgumentParser:
 
 
 def _complete_parser() -> argparse.ArgumentParser:
-    """Knows every command with all of its options."""
+    """A parser that knows every command with all its options."""
     parser = _parser_of(*dict.fromkeys(entry.module for entry in ENTRIES))
     _add_version(parser)
     return parser
@@ -210,7 +208,7 @@ def _open_window(args: argparse.Namespace) -> int:
 
 
 def _print_report(body: str, attachment: bytes) -> bytes:
-    """Qt prints; the command is handed this, and stays free of Qt."""
+    """Passed to the command, which does not import Qt."""
     from ui.files.report_printer import print_report
 
     return print_report(body, attachment)
@@ -219,19 +217,19 @@ def _print_report(body: str, attachment: bytes) -> bytes:
 def _prepare_output() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="replace")  # a console that lacks a character shows "?"
+            stream.reconfigure(errors="replace")  # "?" for characters that the console lacks
             if sys.platform == "win32" and not stream.isatty() and "PYTHONIOENCODING" not in os.environ:
                 stream.reconfigure(encoding="utf-8")  # the ANSI code page lacks "…" in one country and "°" in another
 
 
 def _write_utf8() -> None:
-    """JSON is UTF-8 everywhere; a byte of a file name that is none is written as the JSON escape that stands for it."""
+    """JSON is always UTF-8; bytes of a file name that are not are written as JSON escapes."""
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(encoding="utf-8", errors="backslashreplace")
 
 
 def _prepare_log(*, is_wanted: bool, is_window: bool) -> None:
-    """On the command line the log is for whoever asks for it; the window looks after its own."""
+    """Commands log on request only; the window configures its own log."""
     if is_wanted or os.environ.get(DEBUG) == "1":
         logging.basicConfig(level=logging.DEBUG)
     elif not is_window:

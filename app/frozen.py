@@ -1,7 +1,7 @@
-"""Start of the packaged program: `dps-s` without a Python of the system.
+"""Entry point of PyInstaller's bundle.
 
-PyInstaller's bundle runs this file first. It restores the library path for the programs that it starts, and shows
-errors on Windows, where a window's program has no console.
+Restores the library path for programs that `dps-s` starts, and shows errors on Windows, where a windowed program has
+no console.
 """
 
 import io
@@ -13,8 +13,8 @@ _ICON_ERROR = 0x10
 """MB_ICONERROR"""
 
 
-def give_back_library_path() -> None:
-    """The bundle's libraries are for this program alone, not for the browser or the lister of ports that it starts."""
+def restore_library_path() -> None:
+    """Programs that this one starts, such as the browser, must not load the bundle's libraries."""
     original = os.environ.pop("LD_LIBRARY_PATH_ORIG", None)
     if original is not None:
         os.environ["LD_LIBRARY_PATH"] = original
@@ -23,7 +23,7 @@ def give_back_library_path() -> None:
 
 
 def _run_without_console() -> int:
-    """Windows gives a window's program no output; what would have been said there is shown when it ends in failure."""
+    """Run without standard output; what was printed is shown in a message box if the program fails."""
     said = io.StringIO()
     sys.stdout = sys.stderr = said
     code = _run()
@@ -46,12 +46,12 @@ def _run() -> int:
 
 
 def begin() -> int:
-    """The whole program; its exit code."""
+    """Run the program; returns the exit code."""
     if sys.platform.startswith("linux"):
-        give_back_library_path()
+        restore_library_path()
     return _run_without_console() if sys.stdout is None else _run()
 
 
 if __name__ == "__main__":
-    freeze_support()  # a worker process is this program too; it never gets further than here
+    freeze_support()  # worker processes run this file, too, and end here
     sys.exit(begin())

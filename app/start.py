@@ -1,7 +1,7 @@
-"""Starts `dps-s` where it was installed by pip: looks whether its packages are its own, then hands over.
+"""Starts `dps-s` where it was installed by pip, after checking that its packages are its own.
 
-They are called `app`, `protocol` and `ui`. In an environment that programs share another one may have put its own in
-their place, or taken ours along when it was removed: that is one sentence instead of an error of Python's.
+They are called `app`, `protocol` and `ui`. In a shared environment another program may have overwritten or removed
+them: that is reported in one sentence instead of an ImportError.
 """
 
 import sys
@@ -12,12 +12,12 @@ from typing import Final
 from app.text.i18n import set_language, system_language, tr
 
 OURS: Final = {"app": "__main__.py", "protocol": "translatable.py", "ui": "main.py"}
-"""The packages, each with a file that it cannot do without."""
+"""The packages, each with a file that it must contain."""
 FOREIGN: Final = 3
 
 
 def main() -> int:
-    """The whole program; its exit code."""
+    """Run the program; returns the exit code."""
     sentence = foreign_package()
     if sentence is not None:
         print(sentence, file=sys.stderr)
@@ -28,7 +28,7 @@ def main() -> int:
 
 
 def foreign_package() -> str | None:
-    """The sentence about a package that is not this program's; None where all are."""
+    """A sentence about a package that is not this program's, or None."""
     top = Path(__file__).resolve().parents[1]
     for name, file in OURS.items():
         found = find_spec(name)

@@ -1,7 +1,7 @@
 """`dps-s activate | lock | zero | shutdown`: one act, with --yes. There is no `dps-s deploy`.
 
-Without --yes nothing is opened and nothing is sent. With it the engine still refuses while a condition is open, and
-names it; but for LOCK, which is sent at once, whether or not anything answers, and again until the module reports it.
+Without --yes nothing is opened and nothing is sent. With it the engine still refuses if a condition is not met. LOCK is
+sent at once, whether or not the module answers, and repeated until the module reports that it is locked.
 Exit code 0 confirmed by the module; 1 refused, or sent and not confirmed; 2 without --yes; 3 no link.
 """
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from app.procedures.lock import Locked
 
 NAMES = ("activate", "lock", "zero", "shutdown")
-"""Also the values of `Act`. Deploying needs a person who holds a button."""
+"""Values of `Act`. Deploying is possible in the window only, where a person holds a button."""
 
 
 def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -37,7 +37,7 @@ def run(args: argparse.Namespace) -> int:
     act = Act(args.act)
     if not args.yes:
         console.write_lines([tr(EFFECTS[act])])
-        # A URL may hold what a shell takes for its own.
+        # A URL may contain characters that are special in a shell.
         return console.refuse_without_yes(args.act, *(() if args.port is None else ("--port", shlex.quote(args.port))))
     from app.procedures.act import perform
     from app.procedures.lock import lock
@@ -46,7 +46,7 @@ def run(args: argparse.Namespace) -> int:
     from app.terminal.connection import connected
 
     done: Performed | Locked
-    is_lock = act is Act.LOCK  # it does not wait until the module has answered something
+    is_lock = act is Act.LOCK  # sent without waiting for an answer
     with records_of(args.port) as records, connected(args.port, args.baud, is_greeted=not is_lock) as conversation:
         permit = Permit(act, Origin.COMMAND_LINE, time.monotonic())
         try:

@@ -2,11 +2,11 @@
 
     dps-s decode 41 75 32 07 0A 00 01 44          bytes as arguments
     dps-s decode session.dpscap                   a capture of this program, or a file of hex text
-    dps-s decode --json - < capture.txt           either from standard input, explained while it comes
+    dps-s decode --json - < capture.txt           either of them from standard input, as it arrives
 
-In a capture each direction is decoded by itself, so that frames that crossed on the wire are whole: `offset` counts the
-bytes of that direction, and a line carries its time. Exit code 0; 2 for text that is neither; 4 where some bytes were
-no frame, or lines of the file could not be read.
+In a capture each direction is decoded by itself, so frames that crossed on the wire stay whole; `offset` counts the
+bytes of that direction, and each line has its time. Exit code 0; 2 for text that is neither; 4 if some bytes were no
+frame, or lines of the file could not be read.
 """
 
 import argparse
@@ -32,25 +32,25 @@ from protocol.stream import Piece, StreamParser
 
 EXAMPLE = "41 75 32"
 LONGEST_RUN = 4096
-"""Rejected bytes in one line at most; a longer run goes on in the next line, so that memory stays bounded."""
+"""Maximum of rejected bytes in one line; a longer run continues in the next line, so that memory stays bounded."""
 SHOWN_BYTES = 16
-"""Bytes that a line for people shows: the longest frame."""
+"""Bytes that a line for people shows: the length of the longest frame."""
 LINES_AT_ONCE = 500
-"""Of a file; standard input is printed as it comes."""
+"""Of a file; standard input is printed line by line."""
 _READ_CHARACTERS = LONGEST_LINE + 1
 _DIRECTIONS = {Way.OUT: Direction.HOST_TO_MODULE, Way.IN: Direction.MODULE_TO_HOST}
 
 
 @dataclass(frozen=True, slots=True)
 class DecodedLine:
-    """One frame or one run of rejected bytes, and what was asked when it came."""
+    """A frame or a run of rejected bytes, and the request that it may answer."""
 
     piece: Piece
     asked: Asked
     at_s: float | None = None
-    """Of a capture: seconds since its beginning."""
+    """In a capture: seconds since its beginning."""
     way: Way | None = None
-    """Of a capture: which way the bytes went."""
+    """In a capture: the direction of the bytes."""
 
 
 def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -106,7 +106,7 @@ class _Printer:
 
 
 def _decode_text(lines: Iterator[str], asked: Command | None, printer: _Printer, *, at_once: int = 1) -> None:
-    """The first line that is not empty tells whether it is a capture or hex text. Prints after `at_once` lines."""
+    """The first line that is not empty decides between capture and hex text. Prints every `at_once` lines."""
     first = next((line for line in lines if line.strip()), "").removeprefix("\ufeff")
     if MAGIC_LINE.fullmatch(first.strip()) or ENTRY_LINE.fullmatch(first.strip()):
         _decode_capture(chain((first,), lines), asked, printer, at_once)
@@ -141,7 +141,7 @@ def _decode_hex(data: Iterable[bytes], asked: Command | None, printer: _Printer)
 
 
 class CaptureDecoder:
-    """Bytes of a capture in, lines out; how the bytes were cut into pieces does not show in the lines."""
+    """Bytes of both directions in, lines out; the lines do not depend on how the bytes were split."""
 
     def __init__(self, asked: Command | None = None) -> None:
         query = asked.query() if asked is not None and asked.can_be_asked else None
@@ -153,7 +153,7 @@ class CaptureDecoder:
         return self._lines(self._parser.feed(data))
 
     def finish(self) -> Iterator[DecodedLine]:
-        """The lines of what still waited for more."""
+        """The lines of the bytes that are left."""
         yield from self._lines(self._parser.flush())
         yield from self._end_of_run()
 
@@ -215,7 +215,7 @@ def _text_for_people(line: DecodedLine) -> str:
 
 
 def _bytes_of_words(words: list[str]) -> Iterator[bytes]:
-    """All at once: a word that is no hex is refused before anything is printed."""
+    """All words at once, so that an invalid one is refused before anything is printed."""
     text = HexText()
     data = text.feed(" ".join(words))
     text.finish()
@@ -223,7 +223,7 @@ def _bytes_of_words(words: list[str]) -> Iterator[bytes]:
 
 
 def _bytes_of_text(lines: Iterable[str]) -> Iterator[bytes]:
-    """Line by line, as it comes; a line without an end in pieces."""
+    """Line by line; a long line in pieces."""
     text = HexText()
     for characters in lines:
         yield text.feed(characters)

@@ -1,4 +1,4 @@
-"""`dps-s find`: searches for the baud rate at which a module answers. Sends only queries."""
+"""`dps-s find`: finds the baud rate at which a module answers. Sends queries only."""
 
 import argparse
 

@@ -1,6 +1,6 @@
 """`dps-s fired LOG…`: would these thresholds have fired in flight logs and recordings?
 
-Exit code 0 where none would have fired, 4 where one or more would, 2 where a log cannot be read.
+Exit code 0 if none would have fired, 2 if a log cannot be read, 4 if one or more would have fired.
 """
 
 import argparse
@@ -26,7 +26,7 @@ THRESHOLDS = (
 )  # fmt: skip
 MOST_ACCELERATION_G = 1.5
 ALIKE_S = 0.25
-"""Readings that fire within this time of each other agree: one of them waits for 0.2 s."""
+"""Readings of the rule that fire within this time of each other agree; one of them waits for 0.2 s."""
 _LATER = marked("{reading}: would first fire at {time:.2f} s.")
 _NEVER = marked("{reading}: would not fire.")
 
@@ -82,7 +82,7 @@ def _say_all(lines: Sequence[str]) -> None:
 
 
 def parse_limits(words: Sequence[str]) -> "TriggerLimits":
-    """Of the vendor's defaults and these. Raises `Refused` with all that is wrong."""
+    """The vendor's defaults, replaced by these. Raises `Refused` with all errors."""
     from app.firing.judge import TriggerLimits
     from app.settings.values import NotAValue, parse_value
     from protocol.catalogue import SETTINGS
@@ -177,7 +177,7 @@ def _longest_fall_s(flight: "FlightSummary", limits: "TriggerLimits") -> float:
 
 
 def _problems(log: "SummarisedLog", flight: "FlightSummary") -> "list[UserMessage]":
-    """Also where the readings of the vendor's rule differ."""
+    """Includes a difference between the readings of the vendor's rule."""
     from app.text.messages import said
 
     direct, damped = log.judged
@@ -208,7 +208,7 @@ def _page(read: "Sequence[tuple[SummarisedLog, FlightSummary]]", *, is_must: boo
         for one in _problems(log, flight)
     ]
     counted = tr("{count} of {total} would have fired.", count=fired, total=len(read))
-    return [*console.table(head, rows), "", counted, *(["", *problems] if problems else [])]
+    return [*console.columns([head, *rows]), "", counted, *(["", *problems] if problems else [])]
 
 
 def _verdict(judged: "JudgedFlight", flight: "FlightSummary", *, is_must: bool) -> str:
@@ -230,7 +230,7 @@ def _verdict(judged: "JudgedFlight", flight: "FlightSummary", *, is_must: bool) 
 
 
 def _proposal_lines(flights: "Sequence[FlightSummary]", *, is_must: bool) -> list[str]:
-    """Thresholds as `dps-s set` takes them, and the flight with the least margin."""
+    """Thresholds in the form of `dps-s set`, and the flight with the smallest margin."""
     from app.flight_analysis.flight_set import FlightGroup, FlightSet
     from app.flight_analysis.proposal import propose
 

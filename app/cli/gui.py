@@ -12,7 +12,7 @@ _SUFFIX = re.compile(r"\.[A-Za-z0-9]{1,8}")
 
 
 def is_file_name(word: str, commands: Container[str]) -> bool:
-    """`dps-s FILE`: it names a file, and no command."""
+    """Whether `word` names a file, as in `dps-s FILE`, and not a command."""
     return word not in commands and (bool(_SUFFIX.fullmatch(Path(word).suffix)) or Path(word).is_file())
 
 

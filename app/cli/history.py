@@ -1,8 +1,7 @@
 """`dps-s history`: reads the trigger records.
 
-The table does not say how many come (E6), so they are read until two passes agree. Exit code 0 when they did and the
-line loses nothing; 4 when not, when the module never answered the query, or when the line died in the middle; 3 where
-no link was to be had.
+The protocol does not tell how many records follow (E6), so they are read until two passes agree. Exit code 0 if they
+agree and no frame was lost; 3 without a link; 4 if they differ, the query was not answered, or the link was lost.
 """
 
 import argparse
@@ -63,7 +62,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 class ReceivedRecords:
-    """The records as they came, by reading: what there is to tell when the port goes away in the middle."""
+    """The records as they came, by pass: the result if the port is lost meanwhile."""
 
     def __init__(self) -> None:
         self._passes: list[list[TriggerRecord | EmptySlot]] = []
@@ -89,7 +88,7 @@ class ReceivedRecords:
 
 
 def _print(history: "History", args: argparse.Namespace) -> bool:
-    """Whether it could be written."""
+    """Print or write the records; whether that succeeded."""
     from app.terminal.record_table import csv_of, json_of, page_of, write_csv
 
     if args.json:
@@ -104,7 +103,7 @@ def _print(history: "History", args: argparse.Namespace) -> bool:
     try:
         write_csv(args.csv, history)
     except OSError as error:
-        console.write_lines(page_of(history))  # nothing that was read is lost
+        console.write_lines(page_of(history))  # so that no record is lost
         console.say(tr("{file} cannot be written: {why}.", file=args.csv, why=reason_of(error)))
         return False
     console.write_lines([tr("Rows written to {file}: {count}.", count=len(history.all), file=args.csv)])

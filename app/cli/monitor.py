@@ -1,7 +1,7 @@
 """`dps-s monitor`: prints the status as it streams, or polls it where the module does not stream.
 
-The stream is switched on where it was off, and off again at the end, however it ends. Exit code 0; 3 when the line went
-dead; 4 when no status came in the whole time. Ended by Ctrl-C it is done, so 0, if there was a status.
+The stream is switched on if it was off, and off again at the end, however it ends. Exit code 0, also after Ctrl-C if a
+status was received; 3 if the link was lost; 4 if no status was received.
 """
 
 import argparse
@@ -48,7 +48,7 @@ def run(args: argparse.Namespace) -> int:
         on_turn=printer.on_turn,
     )
     closing = last_words() if span.was_interrupted else nullcontext()
-    with closing:  # what came while the stream was being switched off belongs to it, too
+    with closing:  # includes what came while the stream was switched off
         printer.print_news()
         printer.finish()
     if trouble is not None:
@@ -61,7 +61,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 class Printer(ABC):
-    """Takes samples from the batches and prints them, all of the time wanted and none twice."""
+    """Prints the samples of the batches that lie in the span, each once."""
 
     def __init__(self, span: "StreamSpan") -> None:
         self._span = span
@@ -75,16 +75,16 @@ class Printer(ABC):
         self._damaged_at: float | None = None
 
     def begin(self) -> None:
-        """From here on samples count; before it was only found out whether a module is there."""
+        """Samples count from now on; before, the module was only greeted."""
         self._is_begun = True
 
     def on_turn(self, conversation: "Conversation") -> None:
         self.stream_hz = conversation.device.stream_hz
-        self.look_at_line(conversation.link)
+        self.judge_line(conversation.link)
         self.print_news()
 
-    def look_at_line(self, link: "LinkView | None") -> None:
-        """How the line is from now on."""
+    def judge_line(self, link: "LinkView | None") -> None:
+        """Find out whether the line is outside its limits."""
         from app.limits.out_of_limits import DAMAGED_SHOWN_S, LimitsInUse, line_outside
 
         if link is None:
@@ -118,11 +118,11 @@ class Printer(ABC):
 
     @abstractmethod
     def _print(self, samples: "list[StatusSample]") -> None:
-        """These follow each other in time and are at least one."""
+        """Print these, in order of time; at least one."""
 
     @abstractmethod
     def finish(self) -> None:
-        """Nothing follows."""
+        """End the output."""
 
 
 class JsonLines(Printer):
@@ -141,13 +141,13 @@ class JsonLines(Printer):
         }
 
     def finish(self) -> None:
-        """Every line has ended."""
+        """Every line has its end already."""
 
 
 class WordLines(Printer):
-    """For people: on a terminal one line that is always the latest, else ten lines a second at most.
+    """For people: on a terminal one line that is updated, else at most ten lines a second.
 
-    A status in which it triggered, or was activated or locked, always keeps a line of its own.
+    A status with a change of triggered or active always gets its own line.
     """
 
     def __init__(self, span: "StreamSpan") -> None:

@@ -39,5 +39,5 @@ def run(args: argparse.Namespace) -> int:
         )
         for port in ports
     ]
-    console.write_lines(console.table(head, rows))
+    console.write_lines(console.columns([head, *rows]))
     return console.DONE

@@ -1,14 +1,14 @@
 """`dps-s preflight`: checks whether the module is fit to fly.
 
-Exit code 0 for GO and READY, 1 for NO-GO, 3 where no module answers, or stops answering. Sends questions only, and with
---enable-triggers the two settings that enable the automatic triggers. A check is kept in the store, where there is one.
+Exit code 0 for GO and READY, 1 for NO-GO, 3 if no module answers or it stops answering. Sends queries only, and with
+--enable-triggers the two settings that enable the automatic triggers. The check is kept in the store if there is one.
 """
 
 import argparse
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from app.terminal import console
 from app.text.i18n import tr
@@ -77,8 +77,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 class _Gathered:
-    """What was found out on one port. `trouble`: why the link was lost in the middle, in a sentence for people;
-    `error`: why there was none."""
+    """What was read on one port. `trouble`: a sentence if the link was lost meanwhile; `error`: why there was none."""
 
     def __init__(self, port: str) -> None:
         from app.preflight.evidence import Evidence, FrameLog
@@ -104,7 +103,7 @@ def _file(args: argparse.Namespace, found: _Gathered, expectations: "Expectation
 
 
 def _check_several(args: argparse.Namespace, ports: list[str]) -> int:
-    """All at once; a module that cannot be reached keeps no other one from being checked."""
+    """Check all ports at the same time; one that fails does not stop the others."""
     from app.fleet.check_set import SetMember, check_set_target, write_set_reports
     from app.terminal.command_journal import open_store_or_say
     from app.terminal.connection import link_trouble
@@ -151,7 +150,7 @@ def _check_several(args: argparse.Namespace, ports: list[str]) -> int:
 
 
 def _gather_all(args: argparse.Namespace, ports: list[str], store: "Store | None") -> list[_Gathered]:
-    """Every port in a thread of its own; this one waits for all, and for Ctrl-C."""
+    """One thread for each port; the main thread waits for all, and for Ctrl-C."""
     import threading
 
     from app.terminal.interruption import Interruption
@@ -162,7 +161,7 @@ def _gather_all(args: argparse.Namespace, ports: list[str], store: "Store | None
         def gather(port: str) -> None:
             try:
                 gathered[port] = _gather(args, port, store, interruption)
-            except BaseException as error:  # noqa: BLE001  said, or raised again, in the main thread
+            except BaseException as error:  # noqa: BLE001  reported or raised in the main thread
                 gathered[port].error = error
 
         threads = [threading.Thread(target=gather, args=(port,), name=f"dps-s {port}", daemon=True) for port in ports]
@@ -177,17 +176,10 @@ def _gather_all(args: argparse.Namespace, ports: list[str], store: "Store | None
 
 
 def _summary_of(members: "Sequence[SetMember]") -> list[str]:
-    """Who is GO, who is not and why."""
+    """Which modules are GO, and why the others are not."""
     from app.fleet.check_set import summary, word_of
-    from app.terminal.console import display_width
 
-    words = [word_of(one.verdict) for one in members]
-    first, second = max(map(display_width, words)) + 2, max(display_width(one.port) for one in members) + 2
-    rows = zip(words, members, strict=True)
-    return [
-        summary(members),
-        *((console.padded(word, first) + console.padded(one.port, second) + one.why).rstrip() for word, one in rows),
-    ]
+    return [summary(members), *console.columns([(word_of(one.verdict), one.port, one.why) for one in members])]
 
 
 def _conclude(args: argparse.Namespace, filed: "Filed", trouble: str | None) -> int:
@@ -213,7 +205,7 @@ def _conclude(args: argparse.Namespace, filed: "Filed", trouble: str | None) -> 
 
 
 def _expectations(profile: Path | None, done: Sequence[int]) -> "Expectations":
-    """Raises `ValueError` with a text for people."""
+    """Raises `ValueError` with a message for people."""
     from app.limits.expectations import Expectations, expectations_of
     from app.settings.profile_file import ProfileRefused, read_profile
 
@@ -234,7 +226,7 @@ def _expectations(profile: Path | None, done: Sequence[int]) -> "Expectations":
 def _gather(
     args: argparse.Namespace, port: str, store: "Store | None", interruption: "Interruption | None" = None
 ) -> _Gathered:
-    """Raises what means that there is no link."""
+    """Run the check on one port. Raises the errors that mean "no link"."""
     from app.preflight.evidence import Disturbance
     from app.preflight.run import run_preflight
     from app.safety.journal import Journal, NoJournal
@@ -268,7 +260,7 @@ def _gather(
 
 
 def _written(path: Path, write: "Callable[[Station | None], Sequence[Path]]") -> bool:
-    """Whether `path` was written, and says what was. `write` is given the station that signs."""
+    """Write and print the names of the files; whether `path` is among them. `write` gets the station that signs."""
     from app.stations.station import station_to_sign
     from app.store.store import data_folder
 
@@ -284,15 +276,8 @@ def _written(path: Path, write: "Callable[[Station | None], Sequence[Path]]") ->
 # For people
 
 
-class _Line(NamedTuple):
-    mark: str
-    title: str
-    shown: str
-
-
 def page_of(filed: "Filed") -> list[str]:
-    """The verdict with what stands beside it, then every check; those that do not pass with why it matters and what to
-    do."""
+    """The verdict with its caveats, then every check; if it did not pass, why it matters and what to do."""
     from app.preflight.findings import RESULT_WORDS, CheckResult
     from app.preflight.verdict import MANUAL_WORDS, Verdict, verdict_sentence
     from app.records.record import caveats
@@ -304,19 +289,12 @@ def page_of(filed: "Filed") -> list[str]:
     if assessment.verdict is not Verdict.NO_GO:
         lines.append(tr("The verdict of this moment; nothing is watched afterwards."))
     lines.append("")
-    rows: list[_Line] = []
+    rows: list[tuple[str, ...]] = []
     for one in assessment.checks:
         word = tr(RESULT_WORDS[one.finding.result])
         shown = one.finding.shown.in_words() + aside(one.finding.limit.in_words())
-        rows.append(_Line(word, UserMessage(one.check.title).in_words(), shown))
+        rows.append((word, UserMessage(one.check.title).in_words(), shown))
         if one.finding.result is not CheckResult.PASS:
-            rows.append(_Line("", "", f"{UserMessage(one.check.why).in_words()} → {one.do.in_words()}"))
-    rows += [_Line(tr(MANUAL_WORDS[item.is_done]), clean(item.text), "") for item in assessment.manual]
-    from app.terminal.console import display_width
-
-    first = max(display_width(row.mark) for row in rows) + 2
-    second = max(display_width(row.title) for row in rows if row.shown) + 2
-    lines += [
-        (console.padded(row.mark, first) + console.padded(row.title, second) + row.shown).rstrip() for row in rows
-    ]
-    return lines
+            rows.append(("", "", f"{UserMessage(one.check.why).in_words()} → {one.do.in_words()}"))
+    rows += [(tr(MANUAL_WORDS[item.is_done]), clean(item.text)) for item in assessment.manual]
+    return lines + console.columns(rows)

@@ -1,6 +1,6 @@
 """`dps-s read`: reads everything once.
 
-Exit code 0; 3 where nothing was had; 4 where some of it was not. What was had is printed also when the line died.
+Exit code 0; 3 if nothing was read; 4 if something is missing. What was read is also printed when the link is lost.
 """
 
 import argparse
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from app.text.messages import UserMessage
 
 PASSES = 3
-"""How often it is read, where the module restarts meanwhile."""
+"""How often everything is read if the module restarts meanwhile."""
 
 
 def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -52,7 +52,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _read(conversation: "Conversation", port: str) -> "tuple[Findings, str | None]":
-    """What was read, and why it ended early, in a sentence for people."""
+    """What was read, and a sentence if reading ended early."""
     from app.terminal.connection import LinkTrouble, module_is_silent
     from app.terminal.read_report import FELL_SILENT, PORT_LOST, RESTARTED, why_unanswered
 
@@ -68,7 +68,7 @@ def _read(conversation: "Conversation", port: str) -> "tuple[Findings, str | Non
 
 
 def _read_undisturbed() -> "Procedure[Everything]":
-    """Read everything; again where the module restarted in the middle, since what it said before may be gone."""
+    """Read everything; again if the module restarted meanwhile, since earlier values may be lost."""
     from app.engine.procedure import Inspect
     from app.procedures.read import read_everything
 
@@ -83,9 +83,9 @@ def _read_undisturbed() -> "Procedure[Everything]":
 def _findings(
     conversation: "Conversation", port: str, errors: "dict[str, UserMessage]", why_missing: "UserMessage"
 ) -> "Findings":
-    """What the device knows now is what was read: this conversation began with nothing known.
+    """All values that are known now were read in this conversation.
 
-    `why_missing` goes for what is neither known nor in `errors`.
+    `why_missing` is the reason for values that are neither known nor in `errors`.
     """
     from app.engine.device import STATUS_KEYS, StaleReason
     from app.terminal.read_report import Findings, readable_keys

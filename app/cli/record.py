@@ -1,8 +1,8 @@
 """`dps-s record FILE`: records a session into .csv, .mcap or .dpscap.
 
-The session is recorded as the window records one, among the recordings, and exported at its end: where the file cannot
-be written nothing is lost. Exit code 0; 3 when the line went dead, with what came until then; 4 where the file could
-not be written, or something is missing in it.
+The session is kept among the recordings, as the window does, and exported at its end: nothing is lost if the file
+cannot be written. Exit code 0; 3 if the link was lost, with what came until then; 4 if the file could not be written or
+is incomplete.
 """
 
 import argparse
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from app.terminal.streaming import StreamSpan
 
 SETTLE_LIMIT_S = 10.0
-"""How long the disk may take for the last of it."""
+"""How long writing the rest may take at the end."""
 
 
 def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -71,7 +71,7 @@ class RecordedSession:
         self._library, self._recorder, self._span = library, recorder, span
         self._samples = 0
         self.folders: list[Path] = []
-        """Of what was recorded: one, or one for each part."""
+        """One for each part of the recording."""
 
     def begin(self, conversation: "Conversation") -> None:
         from app import version
@@ -94,7 +94,7 @@ class RecordedSession:
         console.say_in_passing(tr("Reports: {count}; Ctrl-C ends it", count=self._samples))
 
     def close(self) -> None:
-        """Everything is on disk then, or given up, which is said. Idempotent."""
+        """Wait until everything is on disk; print what is missing. Idempotent."""
         console.end_passing()
         self._recorder.settle(SETTLE_LIMIT_S)
         self._note_folder()
@@ -116,7 +116,7 @@ class RecordedSession:
 
 
 def export(session: RecordedSession, library: "RecordingLibrary", path: Path, *, appends: bool) -> bool:
-    """Write the file, or one for each part; whether everything is in it."""
+    """Write the file, or one for each part; whether they are complete."""
     from app.recordings.recording import RecordingUnreadable
     from app.terminal.export_file import export_recording, not_written
 

@@ -1,8 +1,8 @@
 """`dps-s recordings list | export | restore | delete`: manages recorded sessions.
 
-A recording is named by its folder's name, by the beginning of it, or by "latest". Exit code 0 done; 1 it cannot be read
-or is being written; 2 there is no such recording, or --yes is missing; 4 the file cannot be written, or something of
-the recording was damaged and is left out.
+A recording is given by the name of its folder, the beginning of that name, or "latest". Exit code 0 done; 1 it cannot
+be read or is being recorded; 2 there is no such recording, or --yes is missing; 4 the file cannot be written, or
+damaged parts were left out.
 """
 
 import argparse
@@ -59,7 +59,7 @@ def run_list(args: argparse.Namespace) -> int:
         console.note(tr("No recordings yet"))
         return console.DONE
     head = (tr("Name"), tr("Started"), tr("Duration"), tr("Reports"), tr("Size"), tr("Port"), tr("Module"), "")
-    console.write_lines(console.table(head, [_row(one) for one in entries]))
+    console.write_lines(console.columns([head, *map(_row, entries)]))
     return console.DONE
 
 
@@ -154,7 +154,7 @@ def _failed(entry: "RecordingEntry", why: str) -> console.Refused:
 
 
 def _found(library: "RecordingLibrary", name: str) -> "RecordingEntry":
-    """The one recording that is meant. Raises `Refused`."""
+    """The recording of this name. Raises `Refused` if there is none, or several."""
     entries = (*library.entries(), *library.trashed())
     if name == LATEST and entries:
         return entries[0]

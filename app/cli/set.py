@@ -1,9 +1,8 @@
 """`dps-s set NAME=VALUE …`, `dps-s set --profile FILE`: writes settings and verifies them.
 
-All values are checked before the first one is sent; if one is bad nothing is sent and the exit code is 2. A set goes
-onto the wire once and is read back, and all settings are read again at the end. What cannot be read back is only ever
-acknowledged. Exit code 1 where one of them is not what was wanted or another setting changed, 3 where the link was
-lost.
+All values are checked before the first one is sent; if one is invalid nothing is sent and the exit code is 2. Each set
+is sent once and read back, and all settings are read again at the end. What cannot be read back is only acknowledged.
+Exit code 1 if a setting was not verified or another one changed, 3 if the link was lost.
 """
 
 import argparse
@@ -72,7 +71,7 @@ def _wishes(words: Sequence[str], profile: str | None) -> "list[SettingChange]":
 
 
 def parse(words: Sequence[str]) -> "list[SettingChange]":
-    """Every word checked; raises `Refused` with all that is wrong."""
+    """Parse and check all words. Raises `Refused` with all errors."""
     from app.procedures.write_all import SettingChange
     from app.settings.values import NotAValue, parse_value
     from protocol.catalogue import SETTINGS
@@ -100,7 +99,7 @@ def parse(words: Sequence[str]) -> "list[SettingChange]":
 
 
 def _warn(wishes: "Sequence[SettingChange]") -> None:
-    """Against advice is a warning, never a refusal."""
+    """Values against the vendor's advice are warned of, never refused."""
     from app.settings.consequences import Weight, consequences
 
     for wish in wishes:
@@ -110,7 +109,7 @@ def _warn(wishes: "Sequence[SettingChange]") -> None:
 
 
 def _write(wishes: "Sequence[SettingChange]", args: argparse.Namespace) -> "tuple[WriteReport, str | None]":
-    """The results in the order of the wishes, and the sentence about a line that was lost."""
+    """The results in the order of `wishes`, and a sentence if the link was lost."""
     from app.procedures.write import Heard, WriteFault, Written
     from app.procedures.write_all import Leave, WriteReport, unconfirmed, write_all
     from app.safety.acts import Act
@@ -128,7 +127,7 @@ def _write(wishes: "Sequence[SettingChange]", args: argparse.Namespace) -> "tupl
     ):
         for wish in wishes:
             if args.profile is not None and wish.command.key == "baud_rate" and wish.value == conversation.baud_rate:
-                # It has just answered at this rate; a dangerous frame that changes nothing is not sent.
+                # The module just answered at this rate: a dangerous frame that changes nothing is not sent.
                 found[wish.command] = Written(
                     command=wish.command, wanted=wish.value, heard=Heard.UNNEEDED, stands=wish.value, verified=True
                 )
@@ -154,8 +153,7 @@ def _write(wishes: "Sequence[SettingChange]", args: argparse.Namespace) -> "tupl
     return replace(report, results=tuple(found[wish.command] for wish in wishes)), link.sentence
 
 
-def why_unfit(written: "Written", refusals: "Sequence[Refusal]") -> "UserMessage | None":
-    """Why it is not what was wanted."""
+def why_not_verified(written: "Written", refusals: "Sequence[Refusal]") -> "UserMessage | None":
     from app.procedures.write import WriteFault
     from app.text.messages import listed, said
 
@@ -183,7 +181,7 @@ def json_of(report: "WriteReport") -> dict[str, object]:
 
     results: dict[str, object] = {}
     for one in report.results:
-        is_needed, why = one.heard is not Heard.UNNEEDED, why_unfit(one, report.refusals)
+        is_needed, why = one.heard is not Heard.UNNEEDED, why_not_verified(one, report.refusals)
         has_age = report.read_at is not None and bool(one.verified) and is_needed
         results[one.command.key] = {
             "wanted": one.wanted,
@@ -201,7 +199,7 @@ def json_of(report: "WriteReport") -> dict[str, object]:
 
 
 def _remarks(report: "WriteReport") -> list[str]:
-    """What else there is to say: settings that nobody wrote."""
+    """Sentences about settings that were not written: changed, or not read."""
     changed = [f"{one.command.key} {_typed(one.before)} → {_typed(one.after)}" for one in report.changed]
     unread = [one.key for one in report.unread]
     return [
@@ -211,10 +209,9 @@ def _remarks(report: "WriteReport") -> list[str]:
 
 
 def page_of(report: "WriteReport") -> list[str]:
-    rows = [
-        console.TableRow(one.command.key, _sentence(one, why_unfit(one, report.refusals))) for one in report.results
-    ]
-    return console.two_columns(rows, indent=0)
+    return console.columns(
+        [(one.command.key, _sentence(one, why_not_verified(one, report.refusals))) for one in report.results]
+    )
 
 
 def _sentence(written: "Written", why: "UserMessage | None") -> str:
@@ -232,5 +229,5 @@ def _sentence(written: "Written", why: "UserMessage | None") -> str:
 
 
 def _typed(value: "Value") -> str:
-    """As one would type it."""
+    """The value as it is typed."""
     return str(value).lower() if isinstance(value, bool) else f"{value:g}"

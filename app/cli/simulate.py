@@ -83,7 +83,7 @@ def _epilog() -> str:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Serve until SIGINT or SIGTERM. Exit code 0; 2 for a wrong use, 3 where there is no port to be had."""
+    """Serve until SIGINT or SIGTERM. Exit code 0; 2 for wrong usage; 3 if the port cannot be made."""
     values = {option.name: getattr(args, option.name) for option in OPTIONS if hasattr(args, option.name)}
     bench = SimulatedBench(setup_from(values))
     if args.tcp is None and sys.platform == "win32":
@@ -110,17 +110,17 @@ def _endpoint(args: argparse.Namespace, bench: SimulatedBench) -> Endpoint:
 
 
 class _Announcement:
-    """The first address goes to standard output, for programs; one after an unplugging to standard error."""
+    """Prints the first address to standard output, and those after unplugging to standard error."""
 
     def __init__(self, link: Path | None) -> None:
         self._link = link
-        self._has_spoken = False
+        self._is_announced = False
 
     def __call__(self, address: str) -> None:
-        if self._has_spoken:
+        if self._is_announced:
             complain(address)
             return
-        self._has_spoken = True
+        self._is_announced = True
         print(address, flush=True)
         if self._link is not None:
             complain(str(self._link))
@@ -134,7 +134,7 @@ def _serve(loop: Loop) -> None:
     for name in ("SIGINT", "SIGTERM", "SIGHUP"):
         number = getattr(signal, name, None)
         if number is not None:
-            # Only the main thread may set handlers; elsewhere whoever runs the loop stops it.
+            # Only the main thread may set handlers; in another one the caller stops the loop.
             with suppress(ValueError):
                 before[number] = signal.signal(number, stop)
     try:

@@ -1,7 +1,7 @@
 """`dps-s verify FILE`: verifies a pre-flight record; manages the list of known stations.
 
-Takes the record (JSON), the page (HTML) or the report (PDF). Exit code 0 only for what is intact, agrees with itself
-and is signed by a station that is known; 1 for less; 2 for what is no record, or no file.
+FILE is the record (JSON), the page (HTML) or the report (PDF). Exit code 0 if it is intact, consistent and signed by a
+known station; 1 if not; 2 if it is no record or cannot be read.
 """
 
 import argparse
@@ -43,7 +43,7 @@ def run(args: argparse.Namespace) -> int:
         return _list(stations)
     if args.forget is not None:
         return _forget(stations, args.forget)
-    # None is made for this.
+    # Verifying creates no store.
     store = open_store_or_say() if (data_folder() / FILE_NAME).exists() else None
     try:
         return _log(store) if args.log else _verify(args, stations, store)

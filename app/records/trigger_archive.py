@@ -1,13 +1,11 @@
 """Exports all trigger records of a module as CSV, safe for spreadsheets."""
 
-import csv
-import io
 from collections.abc import Iterable
 from pathlib import Path
 
 from app.records.check_store import SeenRecord
 from app.system.files import write_whole
-from app.text.csv_cells import BYTE_ORDER_MARK, cell
+from app.text.csv_cells import BYTE_ORDER_MARK, csv_text
 from app.text.messages import clean
 from app.trigger_records.fields import FIELDS, fields_of
 from app.trigger_records.history import record_of, sentence
@@ -26,9 +24,7 @@ def archive_csv(
 
     The sentence is in the language in use; names carry the units.
     """
-    text = io.StringIO(newline="")
-    writer = csv.writer(text)
-    writer.writerow(HEAD)
+    rows = []
     for one in records:
         record = record_of(one.raw)
         values: dict[str, object] = {
@@ -42,8 +38,8 @@ def archive_csv(
             "judgement": one.judgement.value if one.judgement is not None else None,
             "note": clean(one.note, longest=2000),
         }
-        writer.writerow([cell(values[name]) for name in HEAD])
-    return BYTE_ORDER_MARK + text.getvalue().encode()
+        rows.append([values[name] for name in HEAD])
+    return BYTE_ORDER_MARK + csv_text(HEAD, rows).encode()
 
 
 def write_archive(

@@ -1,8 +1,7 @@
 """Translates argparse's own messages.
 
-argparse asks gettext for every one of its sentences, through the names ``_`` and ``ngettext`` of its module; gettext
-itself would want compiled catalogues in a folder of the system's.  So these two names are given functions that ask
-``tr``.  A sentence that is not in the table (another Python's) stays as argparse wrote it.
+argparse passes its messages to gettext through the names ``_`` and ``ngettext`` of its module, which are replaced here
+by functions that call ``tr``.  Messages that are not in the table (of another Python) stay in English.
 """
 
 import argparse
@@ -42,6 +41,6 @@ def _translated_count(one: str, many: str, count: int) -> str:
 
 
 def translate_argparse() -> None:
-    """From now on, for every parser; it follows a later change of language."""
+    """Translate the messages of all parsers, into the language in use at that time."""
     setattr(argparse, "_", _translated)  # noqa: B010  mypy knows no such name
     setattr(argparse, "ngettext", _translated_count)  # noqa: B010

@@ -1,4 +1,4 @@
-"""Journal of a command: in the store, or none where the store is unavailable."""
+"""Store and audit log of a command."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -21,14 +21,14 @@ ORIGIN = "command line"
 
 @dataclass(frozen=True, slots=True)
 class Records:
-    """`store` None: it cannot be had, which has been said; nothing dangerous is sent then."""
+    """`store` is None if it cannot be opened, which has been reported; then nothing dangerous is sent."""
 
     journal: "Journal"
     store: "Store | None"
     port: str
 
     def keep_snapshot(self, snapshot: "Snapshot") -> "Future[int] | None":
-        """Done when it is on disk, or cannot be: a setting may be changed also where its old value cannot be kept."""
+        """The future ends when it is on disk or has failed; a failure does not prevent changing a setting."""
         store = self.store
         if store is None:
             return None
@@ -46,7 +46,7 @@ class Records:
 
 
 def open_store_or_say(consequence: str = "") -> "Store | None":
-    """The store; None where it cannot be opened, which is said with its consequence."""
+    """The store; None if it cannot be opened, which is reported with `consequence`."""
     from app.store.database import StoreTrouble
     from app.store.store import open_store
 
@@ -61,7 +61,7 @@ def open_store_or_say(consequence: str = "") -> "Store | None":
 
 
 def adapter_of(port: str) -> str:
-    """The USB identity of the adapter; "" where it has none, or where the system does not say."""
+    """The USB identity of the adapter; "" if it has none or the ports cannot be listed."""
     from app.engine.ports import PortsUnknown, list_ports
     from app.engine.reconnect import address_of
 

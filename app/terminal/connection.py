@@ -1,7 +1,7 @@
 """Connection of one sub-command, from opening the port to closing it.
 
-The worker's thread owns the port; the main thread waits for it, never longer than a tenth of a second at a time, so
-that Ctrl-C is heard. Every way out closes the port in good order.
+The worker's thread owns the port; the main thread waits for it, at most a tenth of a second at a time, so that Ctrl-C
+is handled. The port is always closed properly.
 """
 
 import queue
@@ -27,9 +27,9 @@ if TYPE_CHECKING:
 
 OPENING_LIMIT_S = 2.0
 CANCEL_LIMIT_S = 1.5
-"""How long a cancelled procedure may take to put right what it changed."""
+"""How long a cancelled procedure may take to undo what it changed."""
 CANCEL_OFFLINE_LIMIT_S = 0.3
-"""The same, when the module is silent anyway: worth an attempt, no more."""
+"""The same if the module does not answer: one attempt."""
 STOP_LIMIT_S = 1.0
 _WAIT_S = 0.1
 
@@ -37,8 +37,7 @@ Result = TypeVar("Result")
 
 
 class NoLink(Exception):
-    """There is no link, for a reason that `app.diagnosis.troubles` does not know. `sentence` is for people, in their
-    language."""
+    """There is no link, for a reason that is no `PortError`. `sentence` is in the language in use."""
 
     def __init__(self, sentence: str) -> None:
         super().__init__(sentence)
@@ -46,9 +45,9 @@ class NoLink(Exception):
 
 
 class Conversation:
-    """An open port. Made by `connected`; belongs to the main thread.
+    """An open port. Made by `connected`, used by one thread.
 
-    `on_batch` hears of everything that happens, in order, in this thread.
+    `on_batch` is called in that thread with all batches, in order.
     """
 
     def __init__(self, interruption: Interruption, on_batch: Callable[[Batch], None] | None = None) -> None:
@@ -62,14 +61,14 @@ class Conversation:
         self.connection = Connection()
         self.device = DeviceView()
         self.link: LinkView | None = None
-        """As last seen while the port was open."""
+        """Its last state while the port was open."""
 
     @property
     def baud_rate(self) -> int:
         return self.connection.baud_rate
 
     def open(self, port: str, baud_rate: int) -> None:
-        """Raises `PortError`, or `NoLink` when the system does not give the port within two seconds."""
+        """Raises `PortError`, or `NoLink` if the port does not open within two seconds."""
         self._worker.start()
         self._worker.open(port, baud_rate)
         deadline = time.monotonic() + OPENING_LIMIT_S
@@ -82,11 +81,11 @@ class Conversation:
                                 port=port, seconds=OPENING_LIMIT_S))  # fmt: skip
         end_passing()
         opened_at = time.monotonic()
-        while time.monotonic() <= opened_at:  # Windows' clock stands still for 16 ms: nothing was confirmed meanwhile
+        while time.monotonic() <= opened_at:  # Windows' clock has a resolution of 16 ms
             self.wait()
 
     def run(self, procedure: Procedure[Result]) -> Result:
-        """The procedure's result; raises what it raised, or `Interrupted`."""
+        """Run a procedure and return its result. Raises its exception, or `Interrupted`."""
         job = self._worker.submit(Job(procedure, self._reports.put))
         doing = tr("Waiting for the module")
         try:
@@ -100,16 +99,16 @@ class Conversation:
         return self._outcome(job)
 
     def keep_running(self, procedure: Procedure[None]) -> None:
-        """Start what goes on until `wind_up` or the end of the conversation."""
+        """Start a procedure that runs until `wind_up` or the end of the conversation."""
         self._running = self._worker.submit(Job(procedure))
 
     def check_running(self) -> None:
-        """Raises what ended it, where it has ended."""
+        """Raises the exception of the procedure that keeps running, if it ended with one."""
         if self._running is not None and self._running.is_done:
             self._outcome(self._running)
 
     def wind_up(self) -> None:
-        """End what keeps running; it puts right what it changed first. Never raises, takes 1.5 s at most."""
+        """Cancel the procedure that keeps running, after it undid what it changed. Never raises; 1.5 s at most."""
         job, self._running = self._running, None
         if job is not None:
             job.cancel()
@@ -118,14 +117,14 @@ class Conversation:
         self.drain()
 
     def wait(self) -> None:
-        """Until something happened, at most a tenth of a second. Raises `Interrupted`."""
+        """Wait for a batch, at most a tenth of a second. Raises `Interrupted`."""
         self._interruption.check()
         with suppress(queue.Empty):
             self._take(self._batches.get(timeout=_WAIT_S))
         self._interruption.check()
 
     def drain(self) -> None:
-        """Take what is there, without waiting."""
+        """Take all batches that are there, without waiting."""
         while True:
             try:
                 self._take(self._batches.get_nowait())
@@ -133,7 +132,7 @@ class Conversation:
                 return
 
     def close(self) -> None:
-        """Idempotent. Bounded, also while the system hangs in opening or closing the port."""
+        """Idempotent. Returns in bounded time, even if opening or closing the port hangs."""
         self.wind_up()
         limit_s = 0.2 if self.connection.state is PortState.OPENING else STOP_LIMIT_S
         self._worker.stop(limit_s)
@@ -164,7 +163,7 @@ class Conversation:
             raise RuntimeError("the connection ended without a reason") from error
 
     def _progress(self) -> str | None:
-        """What is being done now, where that has changed."""
+        """The newest report as text; None if there is none."""
         doing: str | None = None
         while True:
             try:
@@ -196,7 +195,7 @@ def connected(
 ) -> Iterator[Conversation]:
     """Open `port`, make sure that a module answers on it, and close it afterwards.
 
-    `baud_rate` None tries them all. Without `is_greeted` nothing is sent. `interruption`: of the main thread, where
+    `baud_rate` None tries all rates. Without `is_greeted` nothing is sent. `interruption`: that of the main thread, if
     this is another one. Raises `PortError`, `NoAnswer`, `NoLink`.
     """
     with Interruption() if interruption is None else nullcontext(interruption) as watched:
@@ -211,7 +210,7 @@ def connected(
                 if interruption is None:
                     watched.stand_down()
         finally:
-            # Reached whatever strikes above, and nothing breaks in here.
+            # No signal raises here any more.
             conversation.close()
 
 
@@ -236,7 +235,7 @@ def module_is_silent(port: str) -> str:
 
 
 class LinkTrouble(AbstractContextManager["LinkTrouble"]):
-    """Ends its block where the link is lost: `sentence` says so then. Any other error goes on."""
+    """Suppresses errors that mean "link lost", and keeps their sentence; other errors are raised."""
 
     sentence: str | None = None
 
@@ -246,7 +245,7 @@ class LinkTrouble(AbstractContextManager["LinkTrouble"]):
 
 
 def link_trouble(error: BaseException | None) -> str | None:
-    """The sentence about an error that means "no link"; None for any other."""
+    """The sentence for an error that means "no link"; None for others."""
     if isinstance(error, NoLink):
         return error.sentence
     if isinstance(error, PortError | NoAnswer | Slept):

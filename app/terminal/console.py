@@ -1,7 +1,7 @@
 """Shared by all sub-commands: exit codes, port arguments, printing of text and JSON.
 
-Standard output holds what was asked for, standard error what is said about it. With --json standard output is JSON
-and nothing else: English, UTF-8, whatever language the computer speaks.
+The result goes to standard output, messages go to standard error. With --json standard output is JSON and nothing
+else: English, UTF-8, whatever the system's language.
 """
 
 import argparse
@@ -16,7 +16,7 @@ import time
 import unicodedata
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from app.text.i18n import CHINESE, language, tr
 from app.text.sentences import reason_of
@@ -27,12 +27,12 @@ if TYPE_CHECKING:
 
 DONE = 0
 SAID_NO = 1
-"""Done, and the answer is no. Also what a bug of ours ends with."""
+"""Done, and the answer is no. Also the exit code of an unexpected error."""
 USED_WRONGLY = 2
 NO_LINK = 3
 """No such port, busy, no permission, no answer."""
 PARTLY = 4
-"""Some of it could not be had."""
+"""Done in part."""
 
 NEWLINE = "\n"
 _HEADING = re.compile(r"^(\S.*):$", re.MULTILINE)
@@ -41,14 +41,14 @@ RATES = (115200, 57600, 38400, 19200, 9600, 4800)
 """`protocol.catalogue.BAUD_RATES`, written out so that the help needs no catalogue; a test holds them equal."""
 USUAL_RATE = 115200
 PROGRESS_AFTER_S = 0.5
-"""What is done sooner shows no progress."""
+"""Shorter work shows no progress."""
 
 
 class Parser(argparse.ArgumentParser):
-    """Its messages repeat what was typed, and cannot steer a terminal."""
+    """A parser whose messages, which repeat what was typed, cannot contain control characters."""
 
     def format_help(self) -> str:
-        """With the colon behind a heading, which argparse writes itself, as wide as the language has it."""
+        """Headings end with a full-width colon in Chinese; argparse appends the colon itself."""
         text = super().format_help()
         return _HEADING.sub(r"\1：", text) if language() == CHINESE else text
 
@@ -57,7 +57,7 @@ class Parser(argparse.ArgumentParser):
 
 
 class Refused(Exception):
-    """Nothing is done: `sentence` says why, in the language in use. Raised through `run`."""
+    """The command ends with this message, which is in the language in use, and this exit code."""
 
     def __init__(self, sentence: str, exit_code: int = USED_WRONGLY) -> None:
         super().__init__(sentence)
@@ -65,11 +65,11 @@ class Refused(Exception):
 
 
 class OutputLost(Exception):
-    """Standard output takes no more: a full disk."""
+    """Standard output cannot be written, such as on a full disk."""
 
 
 def add_port_arguments(parser: argparse.ArgumentParser, *, takes_several: bool = False) -> None:
-    """`takes_several`: `port` becomes a list where it is given."""
+    """With `takes_several`, `port` is a list if it was given."""
     parser.add_argument("--port", type=_port, action="append" if takes_several else "store", metavar="P",
                         help=tr("port, socket:// or sim://; default: DPS_S_PORT or the only adapter"))  # fmt: skip
     rates = "|".join(map(str, (*RATES, AUTO))) + f" [{USUAL_RATE}]"
@@ -79,12 +79,12 @@ def add_port_arguments(parser: argparse.ArgumentParser, *, takes_several: bool =
 
 
 def add_verbosity_arguments(parser: argparse.ArgumentParser) -> None:
-    """To `parser` and to those of its sub-commands."""
+    """Add -v and --quiet to `parser` and to the parsers of its sub-commands."""
     for action in parser._actions:
         if isinstance(action, argparse._SubParsersAction):
             for one in action.choices.values():
                 add_verbosity_arguments(one)
-    # Without a default: that of a sub-command's parser would replace what was said before it.
+    # Without a default: that of a sub-command's parser would replace an option given before the command.
     parser.add_argument("-v", "--verbose", action="count", default=argparse.SUPPRESS,
                         help=tr("show requests; -vv: every frame"))  # fmt: skip
     parser.add_argument("--quiet", action="store_true", default=argparse.SUPPRESS, help=tr("errors and warnings only"))
@@ -103,13 +103,13 @@ def add_seconds_argument(parser: argparse.ArgumentParser) -> None:
 
 
 def refuse_without_yes(*words: str) -> int:
-    """The exit code; says with which command it would be done."""
+    """Print the command that would do it; returns the exit code."""
     say(tr("Nothing was done. To do it: {command}", command=" ".join(("dps-s", *words, "--yes"))))
     return USED_WRONGLY
 
 
 def expected(what: str) -> argparse.ArgumentTypeError:
-    """For argparse: what an argument looks like."""
+    """The error for argparse: which form of argument was expected."""
     return argparse.ArgumentTypeError(tr("expected {expected}", expected=what))
 
 
@@ -140,14 +140,14 @@ def seconds(text: str) -> float:
 
 
 class _Verbosity:
-    """How much is said on standard error."""
+    """How much is written to standard error."""
 
     level = 0
     """-1 with --quiet, else how often -v was given."""
 
 
 def set_verbosity(args: argparse.Namespace) -> None:
-    """By the arguments of `add_verbosity_arguments`."""
+    """Take it from the arguments that `add_verbosity_arguments` added."""
     _Verbosity.level = -1 if getattr(args, "quiet", False) else getattr(args, "verbose", 0)
 
 
@@ -156,28 +156,30 @@ def verbosity() -> int:
 
 
 def note(sentence: str) -> None:
-    """`say`, for what is neither an error nor a warning: nothing with --quiet."""
+    """Like `say`, for what is neither an error nor a warning: silent with --quiet."""
     if _Verbosity.level >= 0:
         say(sentence)
 
 
 def say(sentence: str) -> None:
-    """One line on standard error. A broken standard error is nobody's concern."""
+    """Print a line on standard error; an error of writing it is ignored."""
     _clear_passing()
-    with _unheard():
+    with _ignoring_errors():
         print(visible(sentence, keep=NEWLINE), file=sys.stderr, flush=True)
 
 
 class _Passing:
-    """The line of progress."""
+    """State of the progress line."""
 
     began_at: float | None = None
     shown = ""
 
 
 def say_in_passing(words: str) -> None:
-    """Progress: one line on standard error that the next one replaces, once it has lasted for half a second; nothing
-    where that is no terminal, and from other threads than the main one."""
+    """Show progress in one line on standard error, which the next call replaces.
+
+    Shows nothing during the first half second, without a terminal, and in other threads than the main one.
+    """
     if threading.current_thread() is not threading.main_thread():
         return
     if _Verbosity.level < 0 or sys.stderr is None or not sys.stderr.isatty():
@@ -188,12 +190,12 @@ def say_in_passing(words: str) -> None:
     line = fitted(visible(words))
     if now - _Passing.began_at >= PROGRESS_AFTER_S and line != _Passing.shown:
         _Passing.shown = line
-        with _unheard():
+        with _ignoring_errors():
             print(f"\r{line}\x1b[K", end="", file=sys.stderr, flush=True)
 
 
 def end_passing() -> None:
-    """What took so long is done: the line of `say_in_passing` is taken away."""
+    """Remove the line of `say_in_passing`."""
     if threading.current_thread() is not threading.main_thread():
         return
     _Passing.began_at = None
@@ -203,14 +205,14 @@ def end_passing() -> None:
 def _clear_passing() -> None:
     if _Passing.shown:
         _Passing.shown = ""
-        with _unheard():
+        with _ignoring_errors():
             print("\r\x1b[K", end="", file=sys.stderr, flush=True)
 
 
 def write(text: str) -> None:
-    """`text` to standard output as it is, out of the door at once. Raises `BrokenPipeError` or `OutputLost`.
+    """Write `text` to standard output unchanged, and flush. Raises `BrokenPipeError` or `OutputLost`.
 
-    For what holds nothing from elsewhere; else `write_lines`, which a terminal cannot be steered through.
+    Text from outside, which may contain control characters, goes through `write_lines`.
     """
     _clear_passing()
     try:
@@ -223,7 +225,7 @@ def write(text: str) -> None:
 
 
 def is_closed_pipe(error: OSError) -> bool:
-    """Whoever read standard output has ended; Windows calls that an invalid argument."""
+    """The reader of standard output has ended; Windows reports that as an invalid argument."""
     return isinstance(error, BrokenPipeError) or (sys.platform == "win32" and error.errno == errno.EINVAL)
 
 
@@ -242,17 +244,17 @@ def as_json(value: object) -> str:
 
 
 def abandon_output() -> None:
-    """Nobody reads standard output, or nothing fits: what Python still holds for it goes nowhere, without a word."""
+    """Discard what is still buffered for standard output, which has no reader or no space left."""
     try:
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, sys.stdout.fileno())
         os.close(nowhere)
     except (OSError, ValueError, AttributeError):
-        return  # standard output is no file: there is nothing to redirect
+        return  # standard output is no file
 
 
 @contextmanager
-def _unheard() -> Iterator[None]:
+def _ignoring_errors() -> Iterator[None]:
     try:
         yield
     except (OSError, ValueError, AttributeError):
@@ -263,7 +265,7 @@ def _unheard() -> Iterator[None]:
 
 
 def display_width(text: str) -> int:
-    """Columns that `text` takes on a terminal."""
+    """Number of columns that `text` takes on a terminal."""
     return sum(_columns(character) for character in text)
 
 
@@ -289,21 +291,13 @@ def fitted(text: str) -> str:
     return kept
 
 
-class TableRow(NamedTuple):
-    """A name and what stands beside it."""
-
-    name: str
-    value: str
-
-
-def two_columns(rows: Iterable[TableRow], *, indent: int = 2) -> list[str]:
-    rows = list(rows)
-    width = max((display_width(row.name) for row in rows), default=0) + 2
-    return [" " * indent + padded(row.name, width) + row.value for row in rows]
-
-
-def table(head: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> list[str]:
-    """Left-aligned columns, two spaces apart."""
-    whole = [head, *rows]
-    widths = [max(display_width(row[column]) for row in whole) for column in range(len(head))]
-    return ["  ".join(padded(cell, width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in whole]
+def columns(rows: Sequence[tuple[str, ...]], *, indent: int = 0) -> list[str]:
+    """Left-aligned columns, two spaces apart. The last cell of a row does not widen its column."""
+    widths: dict[int, int] = {}
+    for row in rows:
+        for number, cell in enumerate(row[:-1]):
+            widths[number] = max(widths.get(number, 0), display_width(cell))
+    return [
+        " " * indent + "  ".join(padded(cell, widths.get(number, 0)) for number, cell in enumerate(row)).rstrip()
+        for row in rows
+    ]

@@ -1,4 +1,4 @@
-"""Files that recordings are exported to, by the ending of their names."""
+"""Exports recordings to files, in the format of their suffix."""
 
 from pathlib import Path
 from typing import NamedTuple
@@ -12,7 +12,7 @@ ENDINGS = (CSV, MCAP, CAPTURE)
 
 
 class Exported(NamedTuple):
-    """`missing`: what of the recording is not in the file, in sentences."""
+    """`missing`: sentences about what the file lacks."""
 
     rows: int
     missing: tuple[str, ...]
@@ -27,7 +27,7 @@ def export_path(text: str) -> Path:
 
 
 def why_not_writable(path: Path, *, appends: bool, replaces: bool) -> str | None:
-    """Before anything is recorded: why this file will not do."""
+    """Checks the file before anything is recorded; a sentence if it cannot be used."""
     from app.captures.writer import MAGIC
     from app.recordings.table import HEAD
 
@@ -50,12 +50,12 @@ def why_not_writable(path: Path, *, appends: bool, replaces: bool) -> str | None
 
 
 def not_written(path: Path, error: Exception) -> str:
-    """`error`: OSError, or ValueError for a name that no file can have."""
+    """`error`: OSError, or ValueError for an invalid name."""
     return tr("{file} cannot be written: {why}.", file=path, why=reason_of(error))
 
 
 def export_recording(folder: Path, path: Path, *, appends: bool = False) -> Exported:
-    """Raises OSError, ValueError, `RecordingUnreadable`; then the file is as it was."""
+    """Raises OSError, ValueError, `RecordingUnreadable`; the file is unchanged then."""
     from app.recordings.export import export_capture, export_csv, export_mcap
     from app.recordings.recording import open_recording
 

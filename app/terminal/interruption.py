@@ -1,8 +1,8 @@
 """SIGINT, SIGTERM, SIGHUP: switch the stream off, then exit.
 
-A signal only leaves a note, which the command finds within a tenth of a second. So none ever strikes in the middle of a
-line of output, or of the switching-off that it asks for. Only where the note is not found, because the main
-thread is stuck writing into a pipe that nobody reads, an alarm breaks in after a second.
+The handler only stores the signal's number, which the command checks ten times a second. So no signal interrupts a
+line of output, or the switching off that it causes. If the main thread is blocked writing into a pipe that nobody
+reads, an alarm raises the exception after a second.
 """
 
 import signal
@@ -22,7 +22,7 @@ _Handler = Callable[[int, FrameType | None], Any] | int | None
 
 
 class Interrupted(KeyboardInterrupt):
-    """Somebody wants this to end. `number` is the signal's."""
+    """A signal asks the command to end. `number` is the signal's."""
 
     def __init__(self, number: int) -> None:
         super().__init__(f"signal {number}")
@@ -30,7 +30,7 @@ class Interrupted(KeyboardInterrupt):
 
 
 class Interruption(AbstractContextManager["Interruption"]):
-    """Watches for signals while it is entered; elsewhere than in the main thread it watches for nothing."""
+    """Handles signals while it is entered; does nothing in other threads than the main one."""
 
     def __init__(self) -> None:
         self._number: int | None = None
@@ -56,12 +56,12 @@ class Interruption(AbstractContextManager["Interruption"]):
         self._before.clear()
 
     def check(self) -> None:
-        """Raises `Interrupted` when a signal came."""
+        """Raises `Interrupted` if a signal came."""
         if self._number is not None:
             raise Interrupted(self._number)
 
     def stand_down(self) -> None:
-        """From here on nothing breaks in: the command is being put in order, which takes a bounded time."""
+        """From now on no alarm raises: the command cleans up, which takes a bounded time."""
         self._is_patient = False
         if self._before and hasattr(signal, "setitimer"):
             signal.setitimer(signal.ITIMER_REAL, 0)
@@ -81,7 +81,7 @@ class Interruption(AbstractContextManager["Interruption"]):
 
 @contextmanager
 def last_words() -> Iterator[None]:
-    """What is printed after a signal: where it does not fit into a pipe within a second, nobody reads it any more."""
+    """For output after a signal: discarded if a pipe does not take it within a second."""
     if threading.current_thread() is not threading.main_thread() or not hasattr(signal, "SIGALRM"):
         yield
         return

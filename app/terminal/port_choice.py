@@ -1,4 +1,4 @@
-"""Port of a command that was given none: `DPS_S_PORT`, or the only USB adapter."""
+"""Default of --port: `DPS_S_PORT`, or the only USB adapter."""
 
 import os
 
@@ -7,11 +7,11 @@ from app.text.i18n import tr
 from app.text.sentences import listed
 
 PORT = "DPS_S_PORT"
-"""Environment variable: the port, where --port is left out."""
+"""Environment variable: the port if --port is missing."""
 
 
 def choose_port() -> str:
-    """The port to take, which is said. Raises `Refused`."""
+    """Choose and print the port. Raises `Refused`."""
     from app.engine.ports import PortsUnknown, list_ports
 
     named = os.environ.get(PORT, "").strip()

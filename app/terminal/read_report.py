@@ -1,6 +1,6 @@
 """Formats the result of `dps-s read` as JSON and as text.
 
-A value that is not known is null in JSON and "unknown" on the page, with the reason; a default never stands in for it.
+An unknown value is null in JSON and "unknown" with the reason in the text, never a default.
 """
 
 from collections.abc import Mapping
@@ -10,7 +10,7 @@ from typing import NamedTuple
 from app.engine.device import LONGEST_LAG_S, STATUS_KEYS
 from app.limits.out_of_limits import LimitsInUse, line_outside, outside_of
 from app.preflight.reading_object import LIVE_KEYS, SETTING_KEYS, reading_object
-from app.terminal.console import TableRow, two_columns
+from app.terminal.console import columns
 from app.text.i18n import tr
 from app.text.messages import UserMessage, said
 from app.text.sentences import aside, listed
@@ -25,7 +25,6 @@ RESTARTED = said(marked("the module restarted"))
 
 
 def why_unanswered(unanswered: Unanswered) -> UserMessage:
-    """Why a value was not had."""
     if unanswered.attempts <= 1:
         return FELL_SILENT
     text = marked("no reply within {seconds:.1f} s, asked {attempts} times")
@@ -34,7 +33,7 @@ def why_unanswered(unanswered: Unanswered) -> UserMessage:
 
 @dataclass(frozen=True, slots=True)
 class Findings:
-    """`values` and `errors` by key ("light_v"). `errors` knows the status as one, by "status"."""
+    """`values` and `errors` by key ("light_v"); `errors` has one key, "status", for all of the status."""
 
     port: str
     baud_rate: int
@@ -44,7 +43,7 @@ class Findings:
     errors: Mapping[str, UserMessage] = field(default_factory=dict)
     lag_s: float | None = None
     has_damaged: bool = False
-    """Bytes that were no frame came."""
+    """Invalid bytes were received."""
 
 
 class _Shown(NamedTuple):
@@ -52,7 +51,7 @@ class _Shown(NamedTuple):
     title: str
     field: Field
     blamed: str
-    """Under which key of `errors` to look."""
+    """Its key in `errors`."""
 
 
 def _shown(command: Command, reply: Field) -> _Shown:
@@ -76,7 +75,7 @@ _ON_OFF = {
     "active": {True: marked("active"), False: marked("locked")},
     "triggered": {True: marked("triggered"), False: marked("not triggered")},
 }
-"""Where "yes" and "no" would leave open what is meant."""
+"""Instead of "yes" and "no"."""
 
 
 def json_of(findings: Findings) -> dict[str, object]:
@@ -91,7 +90,7 @@ def json_of(findings: Findings) -> dict[str, object]:
 
 
 def page_of(findings: Findings) -> list[str]:
-    """The lines that people read."""
+    """The lines for people."""
     line = line_outside(
         lag_s=findings.lag_s,
         round_trip_s=findings.round_trip_s,
@@ -108,7 +107,7 @@ def page_of(findings: Findings) -> list[str]:
     ordered = sorted(_SETTINGS, key=lambda shown: SETTING_KEYS.index(shown.key))
     groups = [(tr("Status"), [_row(shown, findings) for shown in (*_STATUS, *_LIVE)])]
     groups.append((tr("Settings"), [_row(shown, findings) for shown in ordered]))
-    rows = two_columns([row for _, group in groups for row in group])
+    rows = columns([row for _, group in groups for row in group], indent=2)
     lines = [head]
     for title, group in groups:
         lines += ["", title, *rows[: len(group)]]
@@ -116,9 +115,9 @@ def page_of(findings: Findings) -> list[str]:
     return lines
 
 
-def _row(shown: _Shown, findings: Findings) -> TableRow:
+def _row(shown: _Shown, findings: Findings) -> tuple[str, str]:
     title = shown.title
-    return TableRow(tr(title), _value(shown, findings))
+    return tr(title), _value(shown, findings)
 
 
 def _value(shown: _Shown, findings: Findings) -> str:
@@ -132,7 +131,7 @@ def _value(shown: _Shown, findings: Findings) -> str:
 
 
 def value_in_words(key: str, shown_by: Field, value: Value) -> str:
-    """ "4.00 V", "60°", "yes": a value as people read it, in their language."""
+    """A value in the language in use: "4.00 V", "60°", "yes"."""
     if isinstance(value, bool):
         words = _ON_OFF.get(key)
         text = words[value] if words is not None else (marked("yes") if value else marked("no"))
@@ -145,6 +144,6 @@ def value_in_words(key: str, shown_by: Field, value: Value) -> str:
 
 
 def readable_keys() -> frozenset[str]:
-    """Every key that a complete reading has a value for."""
+    """Keys of the values that a complete reading has."""
     unreadable = {command.key for command in SETTINGS if not command.reads_back} - {BAUD_RATE.key}
     return frozenset((*STATUS_KEYS, *LIVE_KEYS, *SETTING_KEYS)) - unreadable

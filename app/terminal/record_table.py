@@ -1,14 +1,12 @@
 """Formats trigger records as JSON, CSV and text."""
 
-import csv
-import io
 from pathlib import Path
 
 from app.limits.out_of_limits import record_outside
 from app.procedures.history import History
 from app.system.files import write_whole
-from app.terminal.console import table
-from app.text.csv_cells import BYTE_ORDER_MARK, cell
+from app.terminal.console import columns
+from app.text.csv_cells import BYTE_ORDER_MARK, csv_text
 from app.text.durations import stopwatch
 from app.text.i18n import tr
 from app.text.sentences import aside, listed
@@ -27,29 +25,23 @@ def json_of(history: History) -> dict[str, object]:
 
 
 def _marked(history: History) -> list[tuple[TriggerRecord, bool]]:
-    """Every record with whether it is certain: seen in two readings at least."""
+    """Every record, and whether it is certain: seen in at least two readings."""
     return [(record, True) for record in history.records] + [(record, False) for record in history.seen_once]
 
 
 def csv_of(history: History) -> str:
-    """CSV by RFC 4180, without a byte-order mark."""
-    text = io.StringIO(newline="")
-    writer = csv.writer(text)
     head = (*FIELDS, "confirmed")
-    writer.writerow(head)
-    for record, is_certain in _marked(history):
-        values = fields_of(record) | {"confirmed": is_certain}
-        writer.writerow([cell(values[name]) for name in head])
-    return text.getvalue()
+    values = (fields_of(record) | {"confirmed": is_certain} for record, is_certain in _marked(history))
+    return csv_text(head, ([one[name] for name in head] for one in values))
 
 
 def write_csv(path: str, history: History) -> None:
-    """Write the file whole or not at all. Raises `OSError`."""
+    """Write the file as a whole. Raises `OSError`."""
     write_whole(Path(path), BYTE_ORDER_MARK + csv_of(history).encode())
 
 
 def page_of(history: History) -> list[str]:
-    """A table with the records in the order in which the module sent them, and what is to be said about them."""
+    """A table of the records in the order in which the module sent them, and remarks."""
     if not history.all:
         lines = [tr("The module keeps no trigger records.")] if history.is_confirmed else [tr("No records came.")]
         return lines + _remarks(history)
@@ -64,9 +56,8 @@ def page_of(history: History) -> list[str]:
         tr("Light"),
         tr("Cell voltage"),
     )
-    return table(head, [_row(record, is_certain=is_certain) for record, is_certain in _marked(history)]) + _remarks(
-        history
-    )
+    rows = [_row(record, is_certain=is_certain) for record, is_certain in _marked(history)]
+    return columns([head, *rows]) + _remarks(history)
 
 
 def _row(record: TriggerRecord, *, is_certain: bool) -> tuple[str, ...]:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def read_evidence() -> Procedure["IdentityEvidence"]:
-    """Boot count and settings: what tells one module from another."""
+    """Read boot count and settings, by which modules are told apart."""
     from app.engine.identity import IdentityEvidence
     from app.procedures.settings_reading import read_settings
 
@@ -26,7 +26,7 @@ def read_evidence() -> Procedure["IdentityEvidence"]:
 
 
 def may_be_another(conversation: "Conversation", store: "Store | None", module: str) -> bool:
-    """Whether the boot count says that it is not the module of this name, which is said: before anything is set."""
+    """Whether the boot count shows that it is not the module of this name, which is reported. Sends queries only."""
     from app.engine.identity import went_back
     from app.engine.setting_changes import BOOT_COUNT
     from app.procedures.write import read_back
@@ -49,8 +49,10 @@ def may_be_another(conversation: "Conversation", store: "Store | None", module: 
 def keep_visit(
     history: History, module: str, *, port: str, found: "IdentityEvidence", is_same_module: bool = False
 ) -> bool:
-    """Whether it was kept, or could not be, which is said; False where it may be another module's. Never raises: what
-    was read has been printed. `is_same_module`: a person says so."""
+    """Store the records of this reading; False if the module may be another one. Errors are printed, never raised.
+
+    `is_same_module`: confirmed by a person.
+    """
     from app.engine.playback import is_playback
     from app.records.check_store import CheckStore
     from app.store.database import StoreTrouble
@@ -96,7 +98,7 @@ def _say_another(module: str, differences: str) -> None:
 def _against(
     store: "Store", module_id: int, name: str, slots: list[bytes], found: "IdentityEvidence", history: History
 ) -> list[str]:
-    """What speaks against its being the module of that name."""
+    """Reasons to believe that it is not the module of that name."""
     from app.engine.identity import Identity, Trust
     from app.records.check_store import CheckStore
     from app.settings.identity_words import differences

@@ -1,4 +1,4 @@
-"""Keeps a module streaming for a command, and leaves it as it was found."""
+"""Keeps a module streaming for a command, and restores its serial output afterwards."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -18,11 +18,11 @@ from protocol.translatable import marked
 LEFT_ON = marked("An earlier session left the serial output on; it is switched off at the end.")
 UNKNOWN_BEFORE = marked("The serial output is off now; it may have been on before.")
 WITHOUT_STATUS_S = 5.0
-"""With a time limit: how long to wait for a first status, beyond the time wanted."""
+"""With a time limit: additional time to wait for the first status."""
 
 
 class StreamSpan:
-    """The part of a stream that is wanted: all, or `seconds` from its first report."""
+    """The requested part of a stream: all, or `seconds` from its first status."""
 
     def __init__(self, seconds: float | None) -> None:
         self.seconds = seconds
@@ -30,21 +30,21 @@ class StreamSpan:
         self._earliest_at: float | None = None
         self.is_over = False
         self.was_interrupted = False
-        """A signal ended it after it had begun."""
+        """A signal ended it after the first status."""
         self._first_at: float | None = None
 
     @property
     def has_begun(self) -> bool:
-        """A status came."""
+        """Whether a status came."""
         return self._earliest_at is not None
 
     def holds(self, at: float) -> bool:
-        """Whether a status of this moment is wanted; they come in order."""
+        """Whether a status at this time belongs to it. Call it in order of time."""
         if self._earliest_at is None:
             self._earliest_at = at
         began_at = self.switch.began_at
         if self._first_at is None and began_at is not None and at > began_at:
-            # Where it streamed from the beginning that is found out after its first reports.
+            # A stream that was on before is only detected after its first reports.
             self._first_at = self._earliest_at if self._earliest_at > began_at else at
         if self.seconds is not None and self._first_at is not None:
             self.is_over |= at - self._first_at > self.seconds
@@ -61,10 +61,10 @@ def stream(
     on_turn: Callable[[Conversation], None],
     reads_all: bool = False,
 ) -> str | None:
-    """Until the span or the user ends it: None; where the line went dead the sentence that says so.
+    """Stream until the span or the user ends it; a sentence if the link was lost.
 
-    `on_begin` is called once a module has answered, `on_turn` ten times a second at least. What streamed because of it
-    is switched off at the end. Raises `Interrupted` where no status had come.
+    `on_begin` is called when a module has answered, `on_turn` at least ten times a second. A stream that this switched
+    on is switched off at the end. Raises `Interrupted` if no status had come.
     """
     silence: str | None = None
     try:
@@ -103,7 +103,7 @@ def _wait(
 
 @contextmanager
 def _stream_memory(port: str) -> Iterator[StreamMemory]:
-    """Where it is kept that the serial output is switched on; of no use for what is simulated or played."""
+    """Remembers that the serial output is switched on; not for simulated modules and playback."""
     if port.startswith(("sim:", "capture:", "loop:")):
         yield StreamMemory()
         return

@@ -1,4 +1,4 @@
-"""What -v says on standard error: requests and their outcomes; with -vv every frame."""
+"""Output of -v on standard error: requests and their outcomes; with -vv every frame."""
 
 from app.captures.explain import sentence
 from app.captures.explained import Explainer
@@ -10,7 +10,7 @@ from protocol.events import Answered, Event, OutcomeUnknown, Restarted, Unanswer
 
 
 class Trace:
-    """Takes the batches of one connection, in order. Times count from the opening of the port."""
+    """Prints the events of one connection. Times count from the opening of the port."""
 
     def __init__(self, *, has_frames: bool) -> None:
         self._has_frames = has_frames

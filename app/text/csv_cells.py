@@ -1,9 +1,22 @@
 """Formats values as CSV cells that are safe in spreadsheets."""
 
+import csv
+import io
+from collections.abc import Iterable, Sequence
+
 BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 """By it spreadsheets know UTF-8."""
 _FORMULA_STARTS = ("=", "+", "-", "@", "|", "%", "＝", "＋", "－", "＠", "'")
 """What makes a spreadsheet calculate instead of show, also in the wide forms that Chinese keyboards give."""
+
+
+def csv_text(head: Sequence[str], rows: Iterable[Iterable[object]]) -> str:
+    """CSV by RFC 4180, without a byte-order mark."""
+    text = io.StringIO(newline="")
+    writer = csv.writer(text)
+    writer.writerow(head)
+    writer.writerows(map(cell, row) for row in rows)
+    return text.getvalue()
 
 
 def cell(value: object) -> str:

@@ -14,7 +14,7 @@ def test_other_programs_get_their_own_libraries(monkeypatch: pytest.MonkeyPatch,
     monkeypatch.delenv("LD_LIBRARY_PATH_ORIG", raising=False)
     if original is not None:
         monkeypatch.setenv("LD_LIBRARY_PATH_ORIG", original)
-    frozen.give_back_library_path()
+    frozen.restore_library_path()
     assert os.environ.get("LD_LIBRARY_PATH") == original
 
 

@@ -1,8 +1,8 @@
 """`dps-s archive …`: the records of all stations, through a PostgreSQL server or a file.
 
 Exit code 0 done; 1 a chain of checks is broken or altered (status), or there is no such module (report); 2 no such
-file, no archive file, or a wrong address; 3 the server cannot be used; 4 done, but something on the other side was
-altered and is left out, or the file cannot be written.
+file, no archive file, or an invalid URL; 3 the server cannot be used; 4 something on the other side was altered and is
+left out, or the file cannot be written.
 """
 
 import argparse
@@ -75,13 +75,13 @@ def run_status(args: argparse.Namespace) -> int:
             "conflicts": status.conflicts, "chains": [_chain_json(one) for one in chains],
         })  # fmt: skip
         return console.DONE if is_sound else console.SAID_NO
-    console.write_lines(console.two_columns(map(console.TableRow._make, (
+    console.write_lines(console.columns((
         (tr("Records"), f"{status.facts} ({status.own})"),
         (tr("Stations"), f"{len(stations)}"),
         (tr("Server"), status.place or "–"),
         (tr("To be settled"), f"{status.conflicts}"),
         (tr("Missing in chains"), f"{sum(one.missing for one in chains)}"),
-    ))))  # fmt: skip
+    ), indent=2))  # fmt: skip
     shared = tr("Not shared: {count}. Last: {time}.", count=status.not_shared, time=status.last_at or "–")
     console.write_lines([tr("This station: {fingerprint}", fingerprint=fingerprint), shared])
     for chain in chains:
@@ -117,10 +117,10 @@ def run_export(args: argparse.Namespace) -> int:
 
 
 def run_import(args: argparse.Namespace) -> int:
-    def take_over(archive: "Archive") -> "Exchanged":
+    def import_file(archive: "Archive") -> "Exchanged":
         return archive.import_file(args.file, on_page=_progress)
 
-    return _exchange(args, "file", str(args.file), take_over, console.USED_WRONGLY)
+    return _exchange(args, "file", str(args.file), import_file, console.USED_WRONGLY)
 
 
 def _exchange(

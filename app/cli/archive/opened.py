@@ -1,4 +1,4 @@
-"""The archive of this computer, opened for a command, and how its stations and modules are written."""
+"""Opens the archive of this computer, and formats stations and modules."""
 
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 @contextmanager
 def opened_archive() -> "Iterator[Archive]":
-    """The archive of this computer. Raises `Refused` where its records cannot be read."""
+    """Raises `Refused` if the records of this computer cannot be read."""
     from app.archive.archive import open_archive
     from app.archive.fact_set import ArchiveTrouble
     from app.store.database import StoreTrouble

@@ -1,13 +1,12 @@
-"""`dps-s archive report`: the state of all modules today, or the whole life of one; over all stations."""
+"""`dps-s archive report`: the present state of all modules, or the history of one, from all stations."""
 
 import argparse
-import csv
-import io
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING
 
 from app.cli.archive.opened import member_json, opened_archive, shown_station
 from app.terminal import console
+from app.text.csv_cells import csv_text
 from app.text.i18n import tr
 from app.text.sentences import together
 from protocol.translatable import marked
@@ -69,10 +68,10 @@ def _print_fleet(args: argparse.Namespace, states: "list[ModuleToday]", now: dat
     if args.json:
         console.write_json({"at": now.isoformat(timespec="seconds"), "modules": [state_json(one) for one in states]})
     elif args.csv:
-        console.write(_csv(FLEET_HEAD, [_fleet_cells(one) for one in states]))
+        console.write(csv_text(FLEET_HEAD, map(_fleet_cells, states)))
     else:
         head = (tr("Module"), tr("Last check"), tr("Verdict"), tr("Trigger records"), tr("Due"))
-        console.write_lines(console.table(head, [_fleet_row(one) for one in states]))
+        console.write_lines(console.columns([head, *map(_fleet_row, states)]))
     return console.DONE
 
 
@@ -91,15 +90,15 @@ def _print_lives(args: argparse.Namespace, lives: "list[ModuleLife]") -> int:
         console.write_json({"lives": [life_json(one) for one in lives]})
         return console.DONE
     if args.csv:
-        console.write(_csv(LIFE_HEAD, [row for life in lives for row in _life_rows(life)]))
+        console.write(csv_text(LIFE_HEAD, (row for life in lives for row in _life_rows(life))))
         return console.DONE
     for life in lives:
         console.write_lines([life.module.name])
-        head = (tr("Time"), tr("Station"), "")
-        console.write_lines(console.table(head, [
+        rows = [
             (event.fact.made_at[:19].replace("T", " "), shown_station(event.fact.station)[:9], event.text.in_words())
             for event in life.events
-        ]))  # fmt: skip
+        ]
+        console.write_lines(console.columns([(tr("Time"), tr("Station"), ""), *rows]))
     return console.DONE
 
 
@@ -158,13 +157,3 @@ def _life_rows(life: "ModuleLife") -> "Iterable[tuple[object, ...]]":
     for name, points in life.values.items():
         for point in points:
             yield (point.at, shown_station(point.station), "value", "", name, point.value)
-
-
-def _csv(head: tuple[str, ...], rows: "Iterable[tuple[object, ...]]") -> str:
-    from app.text.csv_cells import cell
-
-    text = io.StringIO(newline="")
-    writer = csv.writer(text)
-    writer.writerow(head)
-    writer.writerows([cell(value) for value in row] for row in rows)
-    return text.getvalue()

@@ -318,7 +318,7 @@ def test_what_a_byte_cannot_carry_is_refused(name: str, text: str) -> None:
 def test_widths_count_columns() -> None:
     assert console.display_width("倾角 7°") == 7
     assert console.padded("倾角", 6) == "倾角  "
-    assert console.table(("甲", "b"), [("1", "2"), ("333", "")]) == ["甲   b", "1    2", "333"]
+    assert console.columns([("甲", "b"), ("1", "2"), ("333", "")]) == ["甲   b", "1    2", "333"]
 
 
 def test_json_of_a_broken_name_is_json() -> None:

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from app.cli.set import why_unfit
+from app.cli.set import why_not_verified
 from app.engine.identity import (
     READ_WITHIN_S,
     Expected,
@@ -155,7 +155,7 @@ def test_a_write_that_is_refused_for_it_says_so() -> None:
     report = rig.run(write_all([wanted], Leave(journal=journal, is_unlocked=True)))
     assert [one.sentence for one in report.refusals] == [NOT_PROVEN]
     (written,) = report.results
-    why = why_unfit(written, report.refusals)  # what `dps-s set` prints
+    why = why_not_verified(written, report.refusals)  # what `dps-s set` prints
     assert why is not None
     assert why.in_words() == f"not sent: {NOT_PROVEN}"
     permit = Permit(Act.CHANGE_BAUD, Origin.CONFIRMATION, rig.clock())

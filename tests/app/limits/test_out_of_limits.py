@@ -171,7 +171,7 @@ def test_monitor_marks_the_line(capsys: pytest.CaptureFixture[str]) -> None:
     printer.begin()
     link = LinkView(Counters(), 0.15, 0.15, 0)
     for at, seen in enumerate((replace(link, round_trip_median_s=0.02), link, replace(link, lag_s=1.2))):
-        printer.look_at_line(seen)
+        printer.judge_line(seen)
         printer.on_batch(batch(float(at), StatusSample(float(at), 7, 1.0, False, False)))
         printer.print_news()
     fine, slow, late = capsys.readouterr().out.splitlines()
