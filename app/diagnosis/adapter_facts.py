@@ -1,6 +1,6 @@
-"""Queries the system about a serial adapter and programs that claim it (Linux; little elsewhere).
+"""Queries the system about a serial adapter and programs that claim it (Linux only).
 
-Everything here only reads files, takes milliseconds, never raises, and answers None or nothing where it cannot know.
+Only reads files, takes milliseconds and never raises.
 """
 
 import os
@@ -18,7 +18,7 @@ RULE_NAME = "60-dps-s.rules"
 RULE_FOLDERS = ("etc/udev/rules.d", "usr/lib/udev/rules.d", "lib/udev/rules.d", "run/udev/rules.d")
 _RULE_SOURCE = Path(__file__).parents[2] / "packaging" / "linux" / RULE_NAME
 SLOW_LATENCY_MS = 4
-"""An FTDI adapter waits 16 ms unless told; up to this it does no harm."""
+"""Largest harmless latency timer; the default of an FTDI adapter is 16 ms."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -26,31 +26,31 @@ class Access:
     """Who may open a device file."""
 
     group: str | None = None
-    """The group that may; None where it may not, or is only the system's administrator."""
+    """The group that has access; None where there is none but root."""
     is_member: bool = False
-    """This user is in the group by the user list …"""
+    """The user database lists this user in the group …"""
     is_effective: bool = False
-    """… and this session already knows it; else: log out and in again."""
+    """… and this session has the group; otherwise the user must log out and in again."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AdapterFacts:
-    """At one moment, for one port."""
+    """What the system says about one port."""
 
     grabbers: tuple[str, ...] = ()
-    """Those of `GRABBERS` that run now."""
+    """Those of `GRABBERS` that are running."""
     has_rule: bool = False
     """Our udev rule is installed."""
     rule_source: str = f"packaging/linux/{RULE_NAME}"
-    """Where the rule lies that could be; empty where none came with the program (installed from a wheel)."""
+    """Path of the rule that could be installed; empty where the program came without it, as in a wheel."""
     access: Access | None = None
     latency_path: str | None = None
-    """File that holds the latency timer of this port."""
+    """sysfs file of the latency timer."""
     latency_ms: int | None = None
 
 
 def facts_about(port: str, *, root: Path = ROOT) -> AdapterFacts:
-    """See the module's docstring. A URL has no facts."""
+    """The facts about a device; empty for a URL."""
     if not sys.platform.startswith("linux") or "://" in port:
         return AdapterFacts()
     latency = _latency_file(port, root)
@@ -65,18 +65,18 @@ def facts_about(port: str, *, root: Path = ROOT) -> AdapterFacts:
 
 
 def running(names: Iterable[str], *, root: Path = ROOT) -> tuple[str, ...]:
-    """Those of these programs that run now."""
-    wanted = {name[:15]: name for name in names}  # the kernel keeps fifteen letters
+    """Those of these programs that are running."""
+    wanted = {name[:15]: name for name in names}  # the kernel cuts names to 15 bytes
     found = set()
     with suppress(OSError):
         for comm in (root / "proc").glob("[0-9]*/comm"):
-            with suppress(OSError):  # it has ended meanwhile
+            with suppress(OSError):  # the process has ended
                 found.add(comm.read_text(errors="replace", encoding="utf-8").strip())
     return tuple(sorted(wanted[name] for name in found & wanted.keys()))
 
 
 def access_to(device: Path) -> Access | None:
-    """None where the file is not there, or the system knows no groups."""
+    """Who may open `device`; None where it does not exist or the system has no groups."""
     try:
         import grp
         import pwd
@@ -112,17 +112,17 @@ def _number_in(path: Path) -> int | None:
 
 @dataclass(frozen=True, slots=True)
 class _Visit:
-    """An adapter that was there for a while. `left_at` None: it still is."""
+    """A time in which an adapter was present. `left_at` is None while it still is."""
 
     came_at: float
     left_at: float | None = None
 
 
 class PortHistory:
-    """Which adapters came and went, from one list of ports to the next. Bounded; one thread."""
+    """Tracks from lists of ports which adapters came and went. Bounded; belongs to one thread."""
 
     SHORT_VISIT_S = 8.0
-    """An adapter that goes again this soon after it came was not pulled by a person."""
+    """An adapter that is gone this soon was not unplugged by a person."""
     KEPT_VISITS = 32
     KEPT_ADAPTERS = 64
 
@@ -132,7 +132,7 @@ class PortHistory:
         self._is_first = True
 
     def poll(self, ports: Iterable[PortInfo], now: float) -> None:
-        """Take in a list of ports."""
+        """Compares a list of ports with the one before."""
         present = {port.identity or port.device: port.device for port in ports}
         for key, visits in self._visits.items():
             if key not in present and visits[-1].left_at is None:
@@ -141,7 +141,7 @@ class PortHistory:
             visits = self._visits.setdefault(key, [])
             self._names[key] = device
             if not visits or visits[-1].left_at is not None:
-                # What was there at the first look came nobody knows when.
+                # When an adapter of the first list arrived is unknown.
                 visits.append(_Visit(float("-inf") if self._is_first else now))
                 del visits[: -self.KEPT_VISITS]
         self._is_first = False
@@ -150,7 +150,7 @@ class PortHistory:
             del self._visits[oldest], self._names[oldest]
 
     def short_visits(self, port: str, now: float, *, within_s: float = 120.0) -> int:
-        """How often within that time the adapter at `port` (its name or identity) came and was gone at once."""
+        """Number of short visits of the adapter at `port` (device name or identity) within that time."""
         count = 0
         for key, visits in self._visits.items():
             if port in (key, self._names[key]):

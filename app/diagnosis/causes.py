@@ -1,8 +1,7 @@
-"""Why does it not connect?  Infers one cause and one next action from the evidence.
+"""Infers the most likely cause of a failed connection, and the next action, from the evidence.
 
-`CAUSES` is the table: from top to bottom, the first cause that fits the evidence is the one. What can be judged on the
-evidence is in `app.diagnosis.symptoms`; whoever holds the link gathers it, and `app.diagnosis.adapter_facts` asks the
-system for the rest.
+The first row of `CAUSES` that fits counts. `app.diagnosis.evidence` and `app.diagnosis.adapter_facts` collect the
+evidence, `app.diagnosis.symptoms` evaluates it.
 """
 
 import shlex
@@ -33,7 +32,7 @@ from protocol.translatable import marked
 
 
 class Cause(Enum):
-    """What is wrong. The value is stable, for logs and tests."""
+    """What is wrong. The value is for logs and tests."""
 
     BRAILLE = "brltty takes the adapter"
     MODEM_PROBER = "a modem prober has the port"
@@ -58,12 +57,12 @@ class Cause(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Explanation:
-    """In the language in use now: make it when it is shown, not before."""
+    """Texts in the language in use; to be made when they are shown."""
 
     what: str
     next_step: str
     terminal_command: str = ""
-    """Of this program, for whoever sits at a terminal."""
+    """A command of this program, for the command line."""
 
     @property
     def terminal_sentence(self) -> str:
@@ -75,7 +74,7 @@ class Explanation:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Diagnosis(Explanation):
-    """`command`: what to type, exactly, where that is the step."""
+    """`command`: shell command that is the next step."""
 
     cause: Cause
     command: str | None = None
@@ -83,7 +82,7 @@ class Diagnosis(Explanation):
 
 @dataclass(frozen=True, slots=True)
 class CauseRow:
-    """One row of the table. `what` and `next_step` are English with the placeholders of `_values`, marked."""
+    """A row of `CAUSES`. `what` and `next_step` are English, marked, with the placeholders of `_values`."""
 
     cause: Cause
     fits: Callable[[PortEvidence], bool]
@@ -94,7 +93,7 @@ class CauseRow:
 
 
 def diagnose(evidence: PortEvidence) -> Diagnosis | None:
-    """The cause and what to do; None where nothing is wrong, or nothing has been asked yet."""
+    """The cause and what to do; None where nothing is wrong or nothing was asked yet."""
     for row in CAUSES:
         if row.fits(evidence):
             values = _values(evidence)
@@ -109,8 +108,7 @@ def diagnose(evidence: PortEvidence) -> Diagnosis | None:
     return None
 
 
-# What to type
-
+# Shell commands
 
 _JOIN_GROUP = "sudo usermod -aG dialout $USER"
 """The group of serial ports on Debian and Ubuntu."""
@@ -131,7 +129,7 @@ def _install_rule(evidence: PortEvidence) -> str:
 
 
 def _rule_command(evidence: PortEvidence) -> str | None:
-    """With our rule in place the modem program only has to be started again to heed it; without one it has to end."""
+    """Makes ModemManager ignore the adapter: restart it where the udev rule is installed, else install the rule."""
     if evidence.facts.has_rule:
         return "sudo systemctl restart ModemManager"
     return _install_rule(evidence) if evidence.facts.rule_source else "sudo systemctl stop ModemManager"
@@ -159,7 +157,7 @@ def _values(evidence: PortEvidence) -> Mapping[str, object]:
 
 
 CAUSES: tuple[CauseRow, ...] = (
-    # The port cannot be had
+    # The port cannot be opened
     CauseRow(
         Cause.BRAILLE,
         is_taken_for_braille,

@@ -12,36 +12,37 @@ from protocol.events import Counters, Received, Rejected, Role, Sent
 from protocol.link_states import Presence
 
 MISSES_OF_A_DEAF_MODULE = 2
-"""Requests in a row without an answer, while it sends by itself."""
+"""Consecutive requests without an answer from a module that sends unasked."""
 _SHUT_DOWN = BY_NAME["shutdown"].set(True)
 
 
 @dataclass(frozen=True, slots=True)
 class _Mark:
-    """The totals when a module last answered or was switched on; what came since tells why it does not answer now."""
+    """Totals of the link at one moment; evidence counts from there."""
 
     counters: Counters
     bytes_received: int
 
 
 class EvidenceCollector:
-    """Sees every batch of one connection. One thread. `begin` when somebody connects."""
+    """Collects evidence from every batch. Belongs to one thread; `begin` starts a connection."""
 
     def __init__(self) -> None:
         self._seen = PortEvidence(platform=sys.platform)
         self._mark = _Mark(Counters(), 0)
+        """When a module last answered or restarted."""
         self._base = self._mark
-        """The totals when the port was opened or got its rate: what came at another rate says nothing of this one."""
+        """When the port was opened or its rate set; bytes at another rate are no evidence."""
         self._noise = bytearray()
 
     def begin(self, port: str) -> None:
-        """Somebody connects to `port`: nothing that was seen before counts."""
+        """Discards all evidence: a new connection to `port`."""
         self._seen = PortEvidence(port=port, platform=sys.platform)
         self._mark = self._base = _Mark(Counters(), 0)
         self._noise.clear()
 
     def on_batch(self, batch: Batch) -> None:
-        """Take in one batch; every batch, in order."""
+        """Processes one batch; to be called for every batch, in order."""
         connection = batch.connection
         if connection.state is PortState.OPENING:
             self._mark = self._base = _Mark(Counters(), 0)
@@ -55,7 +56,7 @@ class EvidenceCollector:
                 case Sent(request=request) if request == _SHUT_DOWN:
                     was_shut_down = True
                 case Received(role=role) if role not in (Role.ANSWER, Role.ECHO, Role.LATE):
-                    was_shut_down = False  # its acknowledgement comes before it goes, anything else after
+                    was_shut_down = False  # the acknowledgement comes before the shutdown, anything else after
                 case Rejected(noise=noise):
                     self._noise += noise.raw
                 case _:
@@ -75,7 +76,7 @@ class EvidenceCollector:
             self._take_link(batch.link, is_online=batch.device.presence is Presence.ONLINE)
 
     def evidence(self, *, facts: AdapterFacts | None = None, short_visits: int = 0) -> PortEvidence:
-        """What was seen up to now, with what the system tells (`facts_about`, `PortHistory.short_visits`)."""
+        """The evidence so far, with that of the system (`facts_about`, `PortHistory.short_visits`)."""
         return replace(self._seen, noise=bytes(self._noise), facts=facts or AdapterFacts(), short_visits=short_visits)
 
     def _take_link(self, link: LinkView, *, is_online: bool) -> None:
@@ -87,7 +88,7 @@ class EvidenceCollector:
         is_answering = is_online and has_answered and misses < MISSES_OF_A_DEAF_MODULE
         since = self._base if is_answering else self._mark
         counters = link.counters - since.counters
-        # A request that was under way at the mark and timed out since was sent all the same.
+        # A request that was pending at the mark may have timed out since.
         counters.sent = max(counters.sent, counters.time_outs)
         self._seen = replace(
             self._seen,

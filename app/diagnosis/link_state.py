@@ -19,26 +19,26 @@ class Phase(Enum):
     CLOSED = "closed"
     OPENING = "opening"
     FINDING = "finding"
-    """Trying one baud rate after the other."""
+    """Trying baud rates."""
     ASKING = "asking"
-    """Open; nothing is known of a module yet."""
+    """Open, with no answer yet."""
     SILENT = "silent"
     """Open, and no module has ever answered."""
     ONLINE = "online"
     LATE = "late"
-    """It answers, but what it says comes so late that it may no longer be so."""
+    """Answers arrive so late that they may be out of date."""
     OFFLINE = "offline"
-    """It answered before and does not any more."""
+    """It answered before and no longer does."""
     LOST = "lost"
-    """The port went away; it is opened again when the same adapter comes back."""
+    """The port was lost; it is reopened when the same adapter returns."""
     FAILED = "failed"
     """The port could not be opened."""
     SWITCHED_OFF = "switched_off"
-    """Silent because it was shut down by command, which is no fault."""
+    """It was shut down by command, which is not a fault."""
 
 
 class NextStep(Enum):
-    """What a click can do about it."""
+    """What a click does about it."""
 
     CHOOSE_PORT = "choose_port"
     FIND_RATE = "find_rate"
@@ -54,25 +54,25 @@ class LinkState:
     since: float | None = None
     """Monotonic seconds; for OFFLINE."""
     silence: Silence | None = None
-    """For SILENT: what came instead of an answer."""
+    """For SILENT: what arrived instead of an answer."""
     lag_s: float | None = None
     """For LATE."""
     trouble: PortError | None = None
     """For FAILED and LOST."""
     off_at: float | None = None
-    """By the calendar, as `time.time()`; for SWITCHED_OFF."""
+    """`time.time()`; for SWITCHED_OFF."""
     absence: Absence | None = None
-    """For LOST, and for FAILED where it was lost: why it is not open again."""
+    """For LOST, and for FAILED after a loss: why the port is not open again."""
 
     @property
     def is_fine(self) -> bool:
-        """Nothing for a person to do."""
+        """Whether there is nothing for a person to do."""
         return self.phase in (Phase.OPENING, Phase.FINDING, Phase.ASKING, Phase.ONLINE)
 
 
 @dataclass(frozen=True, slots=True)
 class LinkWords:
-    """In the language in use. `word`: one or two words; `what`: a sentence; `next_step`: what to do, may be empty."""
+    """In the language in use. `word`: one or two words; `what`: a sentence; `next_step`: may be empty."""
 
     word: str
     what: str
@@ -89,8 +89,8 @@ def link_state(
     absence: Absence | None = None,
     switched_off_at: float | None = None,
 ) -> LinkState:
-    """`absence`: the port was lost, and why it is not open again (`app.engine.reconnect`). `switched_off_at`: by
-    command, as `time.time()`; it has not answered since."""
+    """`absence`: why a lost port is not open again. `switched_off_at`: `time.time()` of a shutdown by command since
+    which the module has not answered."""
     port, rate = connection.port, connection.baud_rate
     if absence is not None and absence.is_waiting:
         return LinkState(Phase.LOST, port, rate, trouble=connection.trouble, absence=absence)
@@ -105,7 +105,7 @@ def link_state(
     if is_finding:
         return LinkState(Phase.FINDING, port, rate)
     if device.presence is Presence.ONLINE and device.is_late:
-        # In steps of half a second, so that what is said of it does not change with every answer.
+        # In steps of 0.5 s, so that the text does not change with every answer.
         return LinkState(Phase.LATE, port, rate, lag_s=round((device.lag_s or 0.0) * 2) / 2)
     if device.presence is Presence.ONLINE:
         return LinkState(Phase.ONLINE, port, rate)
@@ -120,7 +120,7 @@ def link_state(
 
 
 def words(state: LinkState, now: float) -> LinkWords:
-    """What to say about `state` at monotonic second `now`."""
+    """Texts for `state` at the monotonic time `now`."""
     match state.phase:
         case Phase.CLOSED:
             return LinkWords(
@@ -209,7 +209,7 @@ def _failed_words(trouble: PortError | None, absence: Absence | None) -> LinkWor
 
 
 def duration(seconds: float) -> str:
-    """ "0.4 s", "12 s", "3 min", "2 h": as exact as a person wants to know it."""
+    """ "0.4 s", "12 s", "3 min", "2 h"."""
     if seconds < 2:
         return tr("{value} s", value=f"{max(0.0, seconds):.1f}")
     if seconds < 120:

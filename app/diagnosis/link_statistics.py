@@ -1,6 +1,6 @@
-"""Link statistics over time: round trips, loss, rejected bytes by reason, restarts. Bounded, for hours.
+"""Link statistics over time: round trips, loss, rejected bytes by reason, restarts.
 
-Fed with every batch of the worker. Two resolutions: seconds for ten minutes, minutes for twelve hours.
+Bounded: ten minutes by the second, twelve hours by the minute.
 """
 
 from bisect import bisect_left
@@ -19,13 +19,13 @@ FINE_KEPT = 600
 COARSE_S = 60.0
 COARSE_KEPT = 720
 BOUNDS_MS: tuple[float, ...] = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 100, 150, 250, 500, 1000)
-"""Upper bounds of the classes of round trips; one more class holds what took longer."""
+"""Upper bounds of the round-trip histogram; a last class has no bound."""
 TRIPS_KEPT = 4096
 
 
 @dataclass(frozen=True, slots=True)
 class Slice:
-    """What happened in one stretch of time. `begins_s`: monotonic seconds, a multiple of its length."""
+    """Counts of one interval. `begins_s`: monotonic seconds, a multiple of `lasts_s`."""
 
     begins_s: float
     lasts_s: float
@@ -49,14 +49,14 @@ class Slice:
 
 @dataclass(frozen=True, slots=True)
 class TripClass:
-    """How many round trips took longer than the class before and at most `up_to_ms`; None: without a limit."""
+    """A class of the round-trip histogram; `up_to_ms` None: no upper bound."""
 
     up_to_ms: float | None
     count: int
 
 
 class _Seen(NamedTuple):
-    """What the link counted up to a batch."""
+    """Totals of the link in a batch that are not added up yet."""
 
     at: float
     link: LinkView
@@ -68,7 +68,7 @@ class _Growth(NamedTuple):
 
 
 def _counted(events: Iterable[Event]) -> _Growth:
-    """What these events add up to."""
+    """Counts of these events."""
     grown, byte_count = Counters(), 0
     for event in events:
         match event:
@@ -88,7 +88,7 @@ def _counted(events: Iterable[Event]) -> _Growth:
 
 @dataclass(slots=True)
 class _Sum:
-    """A slice under way."""
+    """A slice that is not complete."""
 
     begins_s: float
     counters: Counters = field(default_factory=Counters)
@@ -112,7 +112,7 @@ class _Sum:
 
 
 class _Series:
-    """Slices of one length. A stretch without a batch has none."""
+    """Slices of one length; intervals without a batch have none."""
 
     def __init__(self, lasts_s: float, kept: int) -> None:
         self._lasts_s = lasts_s
@@ -133,15 +133,15 @@ class _Series:
 
 
 def _goes_on(seen: _Seen, at: float, link: LinkView) -> bool:
-    """Whether `link` tells all that `seen` does, of the same second and the same opening."""
+    """Whether `link` includes the counts of `seen`: same second, same opening of the port."""
     is_same_opening = link.bytes_received >= seen.link.bytes_received and link.counters.sent >= seen.link.counters.sent
     return is_same_opening and at // FINE_S == seen.at // FINE_S
 
 
 class LinkStatistics:
-    """See the module's docstring. One thread. Counts on over every reconnection.
+    """Link statistics since the program started, over all reconnections. Belongs to one thread.
 
-    What the link counted is added up once a second, or when somebody looks: its totals tell all that came between.
+    The link's totals are added up once a second and when a property is read.
     """
 
     def __init__(self) -> None:
@@ -158,7 +158,7 @@ class LinkStatistics:
         self.losses = 0
 
     def on_batch(self, batch: Batch) -> None:
-        """Take in one batch; every batch, in order."""
+        """Processes one batch; to be called for every batch, in order."""
         pending = self._pending
         is_open, link = batch.connection.state is PortState.OPEN, batch.link
         if pending is not None and not (is_open and link is not None and _goes_on(pending, batch.at, link)):
@@ -166,7 +166,7 @@ class LinkStatistics:
         if not is_open:
             lost = int(self._was_open and batch.connection.trouble is not None)
             self._was_open = False
-            self._add(batch.at, *_counted(batch.events), lost, ())  # the last moments, of which no link tells
+            self._add(batch.at, *_counted(batch.events), lost, ())  # the last events, which are in no totals
             self._last, self._last_bytes = Counters(), 0
             return
         self._was_open = True
@@ -180,7 +180,7 @@ class LinkStatistics:
             self._settle(trips_s)
 
     def _settle(self, trips_s: Iterable[float] = ()) -> None:
-        """Add up what the link counted since the last time."""
+        """Adds the pending totals of the link."""
         pending, self._pending = self._pending, None
         if pending is not None:
             self._add(pending.at, *self._growth(pending.link), 0, trips_s)
@@ -215,13 +215,13 @@ class LinkStatistics:
         return tuple(TripClass(bound, self._classes[index]) for index, bound in enumerate(bounds))
 
     def quantile_s(self, share: float) -> float | None:
-        """The round trip that `share` (0 … 1) of the last 4,096 do not exceed; None without any."""
+        """Quantile (`share` 0 … 1) of the last 4,096 round trips; None without any."""
         ordered = sorted(self._trips_s)
         return ordered[min(len(ordered) - 1, int(share * len(ordered)))] if ordered else None
 
     def _growth(self, link: LinkView) -> _Growth:
         if link.bytes_received < self._last_bytes or link.counters.sent < self._last.sent:
-            self._last, self._last_bytes = Counters(), 0  # another opening, of which no batch told
+            self._last, self._last_bytes = Counters(), 0  # the port was reopened
         grown = link.counters - self._last
         byte_count = link.bytes_received - self._last_bytes
         self._last, self._last_bytes = link.counters, link.bytes_received

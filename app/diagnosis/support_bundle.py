@@ -1,7 +1,6 @@
-"""The support bundle: what the preview shows is what the zip holds, byte for byte, and nothing else.
+"""The support bundle: a zip that contains exactly what its preview shows.
 
-Nothing personal: user names in paths, the user's and the computer's name are replaced before anybody sees it; neither
-the environment nor other files are ever read.
+User names in paths, the user's and the computer's name are replaced. The environment and other files are never read.
 """
 
 import getpass
@@ -26,15 +25,15 @@ from app.system.files import whole_file
 USER = "<user>"
 COMPUTER = "<computer>"
 SHORTEST_NAME = 3
-"""A shorter name would be found in every second word."""
+"""Shorter names occur in ordinary words and are not replaced."""
 LONGEST_PART = 2_000_000
-"""Characters of one file in the bundle; of the log and the capture the end counts."""
+"""Characters of one file in the bundle; the end of a longer one is kept."""
 _HOME = re.compile(
     r"((?:/home/|/Users/|[A-Za-z]:[\\/]+(?:Users|Documents and Settings)[\\/]+))"
     r"([^/\\\n\"'<>|:]{1,64}?(?=[/\\])|[^/\\\s\"'<>|:]+)"
 )
 _USUAL = frozenset({"root", "user", "admin", "public", "shared", "localhost"})
-"""Names that say nothing about anybody, and stand in paths and messages."""
+"""Names that identify nobody and occur in paths and messages."""
 _ZIP_TIME = (1980, 1, 1, 0, 0, 0)
 
 
@@ -52,7 +51,7 @@ class BundleFile:
 
 @dataclass(frozen=True, slots=True)
 class Names:
-    """What must not be in the bundle."""
+    """Names that must not be in the bundle."""
 
     user: str = ""
     computer: str = ""
@@ -67,7 +66,7 @@ class Names:
 
 
 def scrub(text: str, names: Names) -> str:
-    """`text` with the user's and the computer's name, and every user name in a path, replaced."""
+    """`text` with the names, and every user name in a path, replaced."""
     if len(names.home) > SHORTEST_NAME:
         text = text.replace(names.home, f"~{USER}")
     text = _HOME.sub(lambda found: found[1] + USER, text)
@@ -79,23 +78,23 @@ def scrub(text: str, names: Names) -> str:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Contents:
-    """What the program knows and hands over. Everything but the version may be missing."""
+    """What goes into the bundle. Only the version is required."""
 
     version: str
     log: str = ""
     connection: Connection = field(default_factory=Connection)
     device: DeviceView = field(default_factory=DeviceView)
     now: float = 0.0
-    """Monotonic seconds, of `device`."""
+    """Monotonic seconds of `device`."""
     figures: LinkStatistics | None = None
     preferences: Mapping[str, object] = field(default_factory=dict)
-    """The program's own settings: language, theme …"""
+    """Language, theme …"""
     capture: Iterable[CaptureEntry] = ()
     capture_header: Header = field(default_factory=Header)
 
 
 class SupportBundle:
-    """Fixed from the moment it is made: `preview` and `write` show the same. Raises nothing but OSError, in `write`."""
+    """Immutable: `preview` and `write` have the same content."""
 
     def __init__(self, contents: Contents, *, names: Names | None = None) -> None:
         names = names or Names.of_this_computer()
@@ -110,14 +109,14 @@ class SupportBundle:
         self._parts = tuple(BundleFile(name, _end_of(scrub(text, names))) for name, text in texts.items() if text)
 
     def preview(self) -> tuple[BundleFile, ...]:
-        """Exactly what `write` writes."""
+        """The files that `write` writes."""
         return self._parts
 
     def write(self, path: Path) -> None:
-        """As a zip; atomic: there is either the whole file or what was there before. Raises OSError."""
+        """Writes the zip atomically. Raises OSError."""
         with whole_file(path) as file, zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
             for part in self._parts:
-                # A fixed time and mode: the zip says no more than the preview did.
+                # A fixed time and mode, so that the zip contains no more than the preview.
                 entry = zipfile.ZipInfo(part.name, _ZIP_TIME)
                 entry.compress_type = zipfile.ZIP_DEFLATED
                 entry.external_attr = 0o644 << 16

@@ -12,12 +12,12 @@ from protocol.frame import Reason
 
 NOISE_KEPT_BYTES = 512
 SLOW_MINIMUM_S = 0.008
-"""A module at 115200 baud answers within 3 ms; below this no latency timer is at work."""
+"""Round trips below this are not delayed by a latency timer; a module at 115200 baud answers within 3 ms."""
 LATENCY_STEP_S = 0.016
 CHECKSUM_SHARE = 0.25
-"""Of the rejected bytes: with a wrong rate hardly any get so far as to a checksum."""
+"""Of the rejected bytes: at a wrong rate hardly any reach the checksum."""
 REJECTED_SHARE = 0.02
-"""Of all bytes, while frames come: more is a bad line."""
+"""Of all bytes while frames arrive: more is a bad line."""
 _AT = re.compile(rb"AT(?:[ETIZ+&Q$^]|\r)|\x7e\x00\x78\xf0\x7e")
 _LOGIN = re.compile(rb"login:|[Pp]assword:|U-Boot|Linux version|\$ \Z|# \Z")
 _PROBERS = {"modemmanager", "mmcli"}
@@ -26,20 +26,20 @@ _BRAILLE = {"brltty"}
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PortEvidence:
-    """What was seen of one port since it was opened, or why it was not. Times in seconds."""
+    """Observations of one port since it was opened, or why it was not. Times in seconds."""
 
     port: str = ""
     baud_rate: int = 115200
     trouble: PortError | None = None
     silence: Silence | None = None
-    """What one greeting heard instead of an answer, where nobody has watched the line since."""
+    """What a greeting received instead of an answer, where that is the only evidence."""
     is_open: bool = False
     is_answering: bool = False
-    """A module answers what it is asked. One that only sends by itself does not."""
+    """A module answers requests; one that only sends unasked does not."""
     was_online: bool = False
-    """A module has answered here since somebody connected."""
+    """A module has answered since the connection began."""
     was_shut_down: bool = False
-    """We sent 12 and nothing has come since."""
+    """Command 12 was sent and nothing was received since."""
     bytes_received: int = 0
     counters: Counters = field(default_factory=Counters)
     noise: bytes = b""
@@ -47,7 +47,7 @@ class PortEvidence:
     round_trip_minimum_s: float | None = None
     round_trip_median_s: float | None = None
     short_visits: int = 0
-    """How often the adapter came and went again at once: `PortHistory.short_visits`."""
+    """See `PortHistory.short_visits`."""
     facts: AdapterFacts = field(default_factory=AdapterFacts)
     platform: str = "linux"
     """As `sys.platform`."""
@@ -62,13 +62,13 @@ def is_gone(evidence: PortEvidence) -> bool:
 
 
 def holder_name(evidence: PortEvidence) -> str:
-    """The program that has the port; empty where it is not known."""
+    """The program that has the port open; empty where unknown."""
     holder = evidence.trouble.holder if evidence.trouble is not None else None
     return "" if holder is None else holder.name
 
 
 def is_prober(evidence: PortEvidence) -> bool:
-    """A program that looks for modems has the port, or has written to it."""
+    """Whether a modem prober has the port or has written to it."""
     if trouble_of(evidence) is PortTrouble.BUSY:
         name = holder_name(evidence).lower()
         return name in _PROBERS or (not name and "ModemManager" in evidence.facts.grabbers)
@@ -76,13 +76,13 @@ def is_prober(evidence: PortEvidence) -> bool:
 
 
 def is_taken_for_braille(evidence: PortEvidence) -> bool:
-    """The driver for Braille displays takes the adapter."""
+    """Whether brltty takes the adapter for a Braille display."""
     is_snatched = is_gone(evidence) and evidence.short_visits >= 1 and "brltty" in evidence.facts.grabbers
     return is_snatched or holder_name(evidence).lower() in _BRAILLE
 
 
 def is_silent(evidence: PortEvidence) -> bool:
-    """The port is fine, we have asked, and no module answers."""
+    """Whether requests were sent on the open port and no module answers."""
     return evidence.is_open and not evidence.is_answering and evidence.counters.time_outs > 0
 
 
@@ -98,7 +98,7 @@ def is_echo(evidence: PortEvidence) -> bool:
 
 
 def is_bad_line(evidence: PortEvidence) -> bool:
-    """Frames that are damaged, rather than bytes of another rate."""
+    """Whether frames are damaged, rather than bytes of another rate."""
     rejected = evidence.counters.rejected
     if not evidence.is_open or not rejected:
         return False
@@ -111,7 +111,7 @@ def is_bad_line(evidence: PortEvidence) -> bool:
 
 
 def is_slow(evidence: PortEvidence) -> bool:
-    """Every answer takes the adapter's full waiting time: even the quickest one, and the usual one is a step of it."""
+    """Whether the adapter's latency timer delays every answer."""
     if not evidence.is_answering:
         return False
     latency_ms = evidence.facts.latency_ms
@@ -127,5 +127,5 @@ def may_soon(evidence: PortEvidence) -> bool:
 
 
 def has_login(evidence: PortEvidence) -> bool:
-    """A computer's console: it wants somebody to log in, or boots."""
+    """Whether a computer's console boots or asks for a login."""
     return is_silent(evidence) and _LOGIN.search(evidence.noise) is not None

@@ -1,8 +1,4 @@
-"""Explains a port error or a silent module in one sentence with one next step.
-
-The window and the command line say the same, from the table in `app.diagnosis.causes`; the driver's own words go to
-the log.
-"""
+"""Explains a port error or a silent module with the table of `app.diagnosis.causes`."""
 
 import sys
 
@@ -15,7 +11,7 @@ from app.text.i18n import tr
 
 
 def explain(error: Exception) -> Explanation:
-    """The explanation of a `PortError`, `NoAnswer` or `Slept`; anything else is a bug and is said as such."""
+    """Explains a `PortError`, `NoAnswer` or `Slept`; any other error is reported as unexpected."""
     evidence = None
     if isinstance(error, PortError):
         evidence = PortEvidence(port=error.port, trouble=error, platform=sys.platform)

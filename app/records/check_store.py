@@ -11,12 +11,12 @@ from app.preflight.verdict import Verdict
 from app.records.record import Record, canonical
 from app.store.database import Database
 from app.text.messages import clean
-from app.trigger_records.history import Judgement, Merged, merge
+from app.trigger_records.history import Judgement, merge
 from protocol.catalogue import RECORDS_KEPT
 
 LONGEST_NOTE = 2000
 _LARGEST = 2**62
-"""Of the numbers that are looked up: SQLite knows no larger ones."""
+"""Largest number that is looked up; SQLite integers have 64 bits."""
 MEASURED = {
     "cell_voltage": "cell_voltage_v",
     "light": "light_v",
@@ -28,18 +28,18 @@ MEASURED = {
     "link_loss": "heartbeats_lost",
     "boot_count": "boot_count",
 }
-"""The checks whose measured value is followed over time, and the name under which."""
+"""Checks whose measured value is kept over time, with the name of the value."""
 
 _HOLDS = (Verdict.GO.value, Verdict.READY.value)
 
 
 MakeRecord = Callable[[int, str | None], Record]
-"""From its number and the hash of the record before it."""
+"""Makes a record from its number and the hash of the previous record."""
 
 
 @dataclass(frozen=True, slots=True)
 class SeenRecord:
-    """One trigger record ever seen of a module; `place` counts from 0, the oldest."""
+    """A stored trigger record of a module. `place` counts from 0, the oldest."""
 
     id: int
     place: int
@@ -51,7 +51,7 @@ class SeenRecord:
 
 @dataclass(frozen=True, slots=True)
 class Visit:
-    """`new`: ids of the records that this visit brought; None where there was none before to compare with."""
+    """One reading of a module's records. `new`: ids of the records added by it; None for the first visit."""
 
     id: int
     records: tuple[SeenRecord, ...]
@@ -84,7 +84,7 @@ class Point:
 
 
 class _LastVisit(NamedTuple):
-    """`number` 0: there was none. `known`: how many records of the module had been seen when it ended."""
+    """`number` is 0 where there was no visit. `known`: number of stored records of the module at its end."""
 
     number: int = 0
     slots: tuple[bytes, ...] = ()
@@ -92,7 +92,7 @@ class _LastVisit(NamedTuple):
 
 
 class CheckStore:
-    """Over the same file as the store; its tables are in `schema`."""
+    """Repository of visits, trigger records and checks in the store's database."""
 
     def __init__(self, database: Database) -> None:
         self._database = database
@@ -101,41 +101,39 @@ class CheckStore:
 
     def visit(self, module_id: int | None, slots: Sequence[bytes], *, port: str, boot_count: int | None,
               is_confirmed: bool) -> Visit:  # fmt: skip
-        """Keep what a module holds now. Without a name (`module_id` None) the slots are kept as they came."""
-        with self._database.together():
-            return self._visit(module_id, slots, port=port, boot_count=boot_count, is_confirmed=is_confirmed)
-
-    def _visit(self, module_id: int | None, slots: Sequence[bytes], *, port: str, boot_count: int | None,
-               is_confirmed: bool) -> Visit:  # fmt: skip
+        """Stores what a module holds now. Without a name (`module_id` None) the slots are stored as they came."""
         database = self._database
-        last = self._last_visit(module_id)
-        # What stands behind the last visit is from one that broke off: it is written once more.
-        known = self.records(module_id)[: last.known]
-        merged = merge([one.raw for one in known], last.slots, slots, boot_count=boot_count, is_confirmed=is_confirmed)
-        now = database.now()
-        # The records go first: a visit that is written knows all of its slots.
-        if module_id is not None:
-            for place, raw in enumerate(merged.new, len(known)):
-                database.write(
-                    "INSERT INTO trigger_records (module_id, place, raw, first_seen_at) VALUES (?, ?, ?, ?) "
-                    "ON CONFLICT (module_id, place) DO UPDATE SET raw = excluded.raw",
-                    (module_id, place, raw.hex(), now),
-                )
-        kept = slots if is_confirmed else _fullest(last.slots, merged)
-        number = database.write(
-            "INSERT INTO visits (module_id, at, port, boot_count, slots, is_confirmed, known) "
-            "VALUES (?, ?, ?, ?, ?, ?, ?)",
-            (
-                module_id, now, clean(port), boot_count, json.dumps([raw.hex() for raw in kept]), is_confirmed,
-                len(merged.all) if module_id is not None else 0,
-            ),
-        )  # fmt: skip
-        records = self.records(module_id)
-        new = None if not last.number else frozenset(one.id for one in records[len(known) :])
-        return Visit(number, records, new, merged.is_continuation)
+        with database.together():
+            last = self._last_visit(module_id)
+            # Records beyond the last visit are from one that was interrupted; they are written again.
+            known = self.records(module_id)[: last.known]
+            raws = [one.raw for one in known]
+            merged = merge(raws, last.slots, slots, boot_count=boot_count, is_confirmed=is_confirmed)
+            now = database.now()
+            # Records first, so that a stored visit never refers to a missing one.
+            if module_id is not None:
+                for place, raw in enumerate(merged.new, len(known)):
+                    database.write(
+                        "INSERT INTO trigger_records (module_id, place, raw, first_seen_at) VALUES (?, ?, ?, ?) "
+                        "ON CONFLICT (module_id, place) DO UPDATE SET raw = excluded.raw",
+                        (module_id, place, raw.hex(), now),
+                    )
+            # An incomplete reading adds to what was kept before.
+            kept = slots if is_confirmed else [*last.slots, *merged.new][-RECORDS_KEPT:]
+            number = database.write(
+                "INSERT INTO visits (module_id, at, port, boot_count, slots, is_confirmed, known) "
+                "VALUES (?, ?, ?, ?, ?, ?, ?)",
+                (
+                    module_id, now, clean(port), boot_count, json.dumps([raw.hex() for raw in kept]), is_confirmed,
+                    len(merged.all) if module_id is not None else 0,
+                ),
+            )  # fmt: skip
+            records = self.records(module_id)
+            new = None if not last.number else frozenset(one.id for one in records[len(known) :])
+            return Visit(number, records, new, merged.is_continuation)
 
     def records(self, module_id: int | None) -> tuple[SeenRecord, ...]:
-        """All ever seen of this module, the oldest first."""
+        """Every stored record of this module, the oldest first."""
         rows = self._database.read(
             "SELECT id, place, raw, first_seen_at, judgement, note FROM trigger_records WHERE module_id IS ? "
             "ORDER BY place",
@@ -146,14 +144,14 @@ class CheckStore:
         )
 
     def judge(self, record_id: int, judgement: Judgement | None, note: str) -> None:
-        """What a person says of a record; None takes the judgement back."""
+        """Stores a person's judgement of a record; None removes it."""
         value = None if judgement is None else judgement.value
         self._database.write(
             "UPDATE trigger_records SET judgement = ?, note = ?, judged_at = ? WHERE id = ?",
             (value, clean(note, longest=LONGEST_NOTE), self._database.now(), record_id),
         )
 
-    def _last_visit(self, module_id: int | None) -> "_LastVisit":
+    def _last_visit(self, module_id: int | None) -> _LastVisit:
         if module_id is None:
             return _LastVisit()
         rows = self._database.read(
@@ -168,9 +166,9 @@ class CheckStore:
 
     def past(self, module_id: int | None, module: str | None, slots: Sequence[bytes] | None = None,
              *, is_confirmed: bool = True) -> Past:  # fmt: skip
-        """What a check has to know about the module; ask before this check's own visit is kept.
+        """What a check needs from the module's history; to be called before this check's own visit is stored.
 
-        `slots`: what it keeps now, to see whether it follows what it kept before.
+        `slots`: the records on the module now, to see whether they continue those of the last visit.
         """
         if module_id is None:
             return Past(module=module)
@@ -199,9 +197,10 @@ class CheckStore:
         )
 
     def append_check(self, make: MakeRecord, module_id: int | None, *, adapter: str = "") -> Record:
-        """Make the next record of a chain and keep it. A module without a name has a chain for each adapter.
+        """Makes the next record of a chain and stores it. A module without a name has a chain for each adapter.
 
-        Number and previous hash are taken in the transaction that keeps the record: two programs never take the same.
+        Number and previous hash are read in the transaction that stores the record, so that two programs never use the
+        same ones.
         """
         with self._database.together():
             rows = self._database.read(
@@ -214,7 +213,7 @@ class CheckStore:
             self._keep_check(record, module_id, adapter)
             return record
 
-    def _keep_check(self, record: Record, module_id: int | None, adapter: str) -> int:
+    def _keep_check(self, record: Record, module_id: int | None, adapter: str) -> None:
         database = self._database
         number = database.write(
             "INSERT INTO preflight_checks (module_id, adapter, number, at, aircraft, who, verdict, is_void, "
@@ -228,11 +227,10 @@ class CheckStore:
         for name, value in measured_in(record).items():
             database.write("INSERT INTO measured_values (check_id, name, value) VALUES (?, ?, ?)",
                            (number, name, value))  # fmt: skip
-        return number
 
     def checks(self, module_id: int | None = None, *, aircraft: str | None = None,
                limit: int = 500) -> tuple[KeptCheck, ...]:  # fmt: skip
-        """The newest first, of one module (None: of those without a name), or of one aircraft."""
+        """Newest first, of one module (None: modules without a name) or of one aircraft."""
         where, values = ("c.aircraft = ?", [aircraft]) if aircraft is not None else ("c.module_id IS ?", [module_id])
         rows = self._database.read(
             "SELECT c.id, m.name, c.number, c.at, c.aircraft, c.who, c.verdict, c.is_void, c.fingerprint, c.hash "  # noqa: S608
@@ -240,10 +238,13 @@ class CheckStore:
             "ORDER BY c.id DESC LIMIT ?",
             (*values, limit),
         )
-        return tuple(_kept_check(*row) for row in rows)
+        return tuple(
+            KeptCheck(id_, module, number, at, aircraft, who, verdict, bool(is_void), fingerprint, hash_)
+            for id_, module, number, at, aircraft, who, verdict, is_void, fingerprint, hash_ in rows
+        )
 
     def record(self, hash_: str) -> Record | None:
-        """By its hash; what `verify` looks records up with."""
+        """The record with this hash; None where there is none."""
         rows = self._database.read("SELECT record FROM preflight_checks WHERE hash = ?", (clean(hash_),))
         try:
             value = json.loads(rows[0][0]) if rows else None
@@ -252,7 +253,7 @@ class CheckStore:
         return value if isinstance(value, dict) else None
 
     def same_number(self, record: Mapping[str, object]) -> str | None:
-        """Hash of another record that has this one's number in its chain. Each station has chains of its own."""
+        """Hash of another record with the same number in the same chain. Each station has its own chains."""
         module, adapter, station = record.get("module"), record.get("adapter"), record.get("station")
         number, hash_ = record.get("number"), record.get("hash")
         if not isinstance(number, int) or not -_LARGEST <= number <= _LARGEST or not isinstance(hash_, str):
@@ -270,7 +271,7 @@ class CheckStore:
         return rows[0][0] if rows else None
 
     def measured(self, module_id: int | None, name: str, *, limit: int = 1000) -> tuple[Point, ...]:
-        """One value over time, the oldest first."""
+        """A measured value over time, the oldest first."""
         rows = self._database.read(
             "SELECT c.at, v.value FROM measured_values v JOIN preflight_checks c ON c.id = v.check_id "
             "WHERE c.module_id IS ? AND v.name = ? ORDER BY c.id DESC LIMIT ?",
@@ -280,6 +281,7 @@ class CheckStore:
 
 
 def measured_in(record: Mapping[str, object]) -> dict[str, float]:
+    """The values of `MEASURED` in a record."""
     checks = record.get("checks")
     found: dict[str, float] = {}
     for one in checks if isinstance(checks, list) else []:
@@ -290,19 +292,9 @@ def measured_in(record: Mapping[str, object]) -> dict[str, float]:
 
 
 def _records_in(record: Mapping[str, object]) -> list[bytes]:
-    """The trigger records that a check knew."""
+    """The trigger records that were on the module at a check."""
     values = record.get("trigger_records")
     return [bytes.fromhex(value) for value in values] if isinstance(values, list) else []
-
-
-def _fullest(last: Sequence[bytes], merged: Merged) -> list[bytes]:
-    """After an incomplete reading: what it kept before, and what came new."""
-    return [*last, *merged.new][-RECORDS_KEPT:]
-
-
-def _kept_check(id_: int, module: str | None, number: int, at: str, aircraft: str, who: str, verdict: str,
-                is_void: int, fingerprint: str | None, hash_: str) -> KeptCheck:  # fmt: skip
-    return KeptCheck(id_, module, number, at, aircraft, who, verdict, bool(is_void), fingerprint, hash_)
 
 
 def _judgement(value: str | None) -> Judgement | None:

@@ -1,6 +1,6 @@
 """Checks that a record is consistent: recomputes its verdict from its checks.
 
-A record that was altered and sealed again has a sound hash; what it claims must still follow from what it holds.
+The hash of an altered record that was sealed again is valid; its verdict must still follow from its checks.
 """
 
 from collections import Counter
@@ -17,7 +17,7 @@ REQUIRED = frozenset({
     "freefall_acceleration", "freefall_time", "light_threshold", "attitude_trigger", "freefall_trigger",
     "trigger_records", "boot_count", "fingerprint",
 })  # fmt: skip
-"""Checks that a record of any version has."""
+"""Checks that every version of a record contains."""
 _READ_AS = {
     "activation": ("status", "active"),
     "boot_count": ("boot_count",),
@@ -26,11 +26,11 @@ _READ_AS = {
     "freefall_time": ("settings", "freefall_time_s"),
     "light_threshold": ("settings", "light_threshold_v"),
 }
-"""Checks whose measured value stands among the readings, too."""
+"""Checks whose measured value is also among the readings, and where."""
 
 
 def contradictions(record: Mapping[str, object]) -> tuple[UserMessage, ...]:
-    """What in a record contradicts the rest of it; of a record with any content, never raises."""
+    """The parts of a record that contradict each other; never raises, whatever the record contains."""
     return tuple(_contradictions(record))
 
 
@@ -63,7 +63,7 @@ def _contradictions(record: Mapping[str, object]) -> Iterator[UserMessage]:
 
 
 def verdict_from(record: Mapping[str, object]) -> Verdict:
-    """What follows from the checks, the manual items and the state that the module reported."""
+    """The verdict that follows from the checks, the manual items and the state that the module reported."""
     checks = list_in(record, "checks")
     is_fine = record.get("void") is None and bool(checks) and all(_is_fine(one) for one in checks)
     is_fine = is_fine and all(_is_manual_fine(one) for one in list_in(record, "manual"))
@@ -84,7 +84,7 @@ def _is_manual_fine(item: object) -> bool:
 
 
 def list_in(record: Mapping[str, object], key: str) -> list[object]:
-    """Empty where the record holds no list of this name."""
+    """The list of this name; empty where the record has none."""
     value = record.get(key)
     return value if isinstance(value, list) else []
 

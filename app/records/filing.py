@@ -1,6 +1,6 @@
 """Turns evidence into a filed record: judged against the module's history, sealed, chained.
 
-The window and the command line do the same. A store that fails costs the keeping, never the verdict or the record.
+Used by the window and the command line. Where the store fails, the verdict and the record are still made.
 """
 
 import logging
@@ -28,21 +28,21 @@ _log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Person:
-    """What a person says about a check. `module` None: it has no name."""
+    """What a person enters for a check. `module` is None where it has no name."""
 
     who: str = ""
     module: str | None = None
     aircraft: str = ""
     remarks: str = ""
     are_records_looked_at: bool = False
-    """The trigger records that the module keeps have been looked at."""
+    """The trigger records on the module have been reviewed."""
     is_same_module: bool = False
-    """It is this module, although its boot count or its records say otherwise."""
+    """Confirmed by the person although boot count or records say otherwise."""
 
 
 @dataclass(frozen=True, slots=True)
 class Filed:
-    """`trouble`: why it was not kept, where it was not. `station_trouble`: why it is not signed."""
+    """`trouble`: why the record was not stored. `station_trouble`: why it is not signed."""
 
     assessment: Assessment
     record: Record
@@ -51,7 +51,7 @@ class Filed:
 
 
 def local_now() -> datetime:
-    """With the time zone of this computer."""
+    """The current time in the time zone of this computer."""
     return datetime.now(UTC).astimezone()
 
 
@@ -67,10 +67,10 @@ def file_check(
     at: datetime | None = None,
     past: Past | None = None,
 ) -> Filed:
-    """Judge, seal and keep a check, whatever came of it, also one that broke off.
+    """Judges, seals and stores a check, also one that failed or was interrupted.
 
-    `past`: as known before the check, where this record follows another of the same check; else the store says it.
-    `adapter`: the USB identity of the adapter; "" where it has none, then the port stands in.
+    `past`: the module's history before the check; None reads it from the store.
+    `adapter`: USB identity of the adapter; where it is "" the port is used instead.
     """
     name = clean(person.module.strip()) if person.module is not None and person.module.strip() else None
     at = at or local_now()
@@ -116,7 +116,7 @@ def file_check(
 
 @contextmanager
 def _damage_as_trouble(store: Store) -> Iterator[None]:
-    """What stands in the file but is no value of ours costs the memory and the keeping, never the verdict."""
+    """Raises `StoreTrouble` where the store contains values that cannot be used."""
     try:
         yield
     except (ValueError, TypeError, KeyError, IndexError, AttributeError, OverflowError) as error:
@@ -124,7 +124,7 @@ def _damage_as_trouble(store: Store) -> Iterator[None]:
 
 
 def _station(store: Store | None) -> tuple[Station | None, StationTrouble | None]:
-    """A key that cannot be used costs the signature, never the record."""
+    """This station; where its key cannot be used, why the record is not signed."""
     try:
         return own_station(data_folder() if store is None else store.database.path.parent), None
     except StationTrouble as trouble:
@@ -141,7 +141,7 @@ def _past(checks: CheckStore, module_id: int, name: str | None, evidence: Eviden
 
 
 def _tests(store: Store, module_id: int, evidence: Evidence, at: datetime) -> Mapping[GuidedKind, LastTested]:
-    """A test of a simulated module never counts for a real one."""
+    """The last guided tests; those of a simulated module never count for a real one."""
     last = GuidedStore(store.database).last(module_id, counts_simulated=is_simulated(evidence.port))
     return {kind: LastTested(kept, kept.age_days(at)) for kind, kept in last.items()}
 
@@ -154,7 +154,7 @@ def _keep(
     record = checks.append_check(make, module_id, adapter=circumstances.adapter)
     evidence = assessment.case.evidence
     history, boots = evidence.history, evidence.values.get("boot_count")
-    # What may be another module must not become this one's past.
+    # The records may be another module's: they must not become part of this one's history.
     if history is not None and assessment.result("boot_count") is not CheckResult.FAIL:
         checks.visit(
             module_id,

@@ -1,6 +1,6 @@
 """Seal of a report page: SHA-256 of the file and of the record hash, signed by the station.
 
-It stands as a comment behind the end of the file, where readers look past it.
+A comment behind the end of the file, which readers ignore.
 """
 
 import hashlib
@@ -19,7 +19,7 @@ _SEAL: Final = re.compile(
 
 @dataclass(frozen=True, slots=True)
 class PageSeal:
-    """`page`: the file before its seal. `signer`: the public key whose signature of it is valid, None without one."""
+    """`page`: the file without its seal. `is_whole`: the digest matches. `signer`: key of a valid signature."""
 
     page: bytes
     is_whole: bool
@@ -27,7 +27,7 @@ class PageSeal:
 
 
 def is_page(data: bytes) -> bool:
-    """A PDF or an HTML page; else a bare record."""
+    """Whether this is a PDF or an HTML page, not a bare record."""
     return data.startswith(b"%PDF-") or data.lstrip()[:1] == b"<"
 
 
@@ -40,7 +40,7 @@ def sealed_html(data: bytes, record: Mapping[str, object], station: Station | No
 
 
 def page_seal_in(data: bytes, record: Mapping[str, object]) -> PageSeal | None:
-    """None where the page has no seal."""
+    """The seal of a page; None where it has none."""
     found = _SEAL.search(data)
     if found is None:
         return None

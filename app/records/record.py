@@ -1,10 +1,9 @@
 """Record of one check: evidence, judgement, people, times and raw frames, sealed by its hash.
 
-    canonical JSON   keys sorted, no spaces, UTF-8, no NaN: the same content, the same bytes
+    canonical JSON   sorted keys, no spaces, UTF-8, no NaN: equal content has equal bytes
     "digests"        SHA-256 of each part, so that an alteration can be located
-    "hash"           SHA-256 of the digests, with "previous" among the parts: a chain for each module
-
-    "station"        the public key of the computer that wrote it, null where it could not sign
+    "hash"           SHA-256 of the digests; "previous" is one of the parts, which makes a chain for each module
+    "station"        public key of the computer that wrote it, null where it could not sign
     "signature"      that station's signature of the hash (Ed25519)
 
 The hash has no key: anyone can seal an altered record again. The signature tells who sealed it.
@@ -22,7 +21,7 @@ from app.preflight.evidence import FlagFate, FrameLog
 from app.preflight.findings import Case, CheckResult
 from app.preflight.module_checks import FINGERPRINT_KEYS
 from app.preflight.reading_object import reading_object
-from app.preflight.verdict import Assessment, Verdict, unsigned, verdict_named
+from app.preflight.verdict import Assessment, Judged, Verdict, unsigned, verdict_named
 from app.settings.profiles import ActivatedBy
 from app.stations.station import Station, encoded
 from app.text.messages import UserMessage, clean, listed, said
@@ -31,23 +30,22 @@ from protocol.translatable import marked
 
 FORMAT = "dps-s pre-flight record"
 VERSION = 3
-"""3: the last guided tests. 2: READY beside GO and NO-GO, and who activates the module. In 1 a locked module could
-be GO."""
+"""2 added READY and who activates the module (in 1 a locked module could be GO). 3 added the last guided tests."""
 READABLE_VERSIONS = (1, 2, 3)
 PARTS_OF = {"checks": "id", "manual": "text"}
-"""Lists whose entries get a digest each, and the key that names an entry."""
+"""Lists with a digest for each entry, and the key that names an entry."""
 SEALS = ("digests", "hash", "signature")
 NOT_KEPT = 0
-"""The number of a record that no store has."""
+"""Number of a record that is in no store."""
 
 Record = dict[str, object]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Circumstances:
-    """What the module cannot say. `at` knows its time zone. `previous`: hash of the record before it in its chain.
+    """What the module itself does not report. `at` is aware. `previous`: hash of the previous record of the chain.
 
-    `adapter`: its USB identity, else its port: it tells modules without a name apart.
+    `adapter`: USB identity or port, which tells modules without a name apart.
     """
 
     at: datetime
@@ -64,7 +62,7 @@ class Circumstances:
 def make_record(
     assessment: Assessment, circumstances: Circumstances, log: FrameLog, station: Station | None = None
 ) -> Record:
-    """Everything, as plain JSON values, sealed and signed."""
+    """The record of a check as plain JSON values, sealed and signed."""
     if circumstances.at.tzinfo is None:
         raise ValueError("the time of a record needs its zone")
     case, evidence = assessment.case, assessment.case.evidence
@@ -88,7 +86,7 @@ def make_record(
         "profile": None if case.expectations.profile is None else clean(case.expectations.profile),
         "fingerprint": fingerprint_of(case),
         "are_triggers_set_by_this_check": evidence.is_enabling,
-        "checks": [_check(one.check.id, assessment) for one in assessment.checks],
+        "checks": [_check(one) for one in assessment.checks],
         "manual": [
             {"text": clean(item.text), "is_done": item.is_done, "is_required": item.is_required}
             for item in assessment.manual
@@ -105,11 +103,10 @@ def make_record(
     return seal(record, station)
 
 
-def _check(id_: str, assessment: Assessment) -> dict[str, object]:
-    one = next(one for one in assessment.checks if one.check.id == id_)
+def _check(one: Judged) -> dict[str, object]:
     finding = one.finding
     return {
-        "id": id_,
+        "id": one.check.id,
         "title": one.check.title,
         "result": finding.result.value,
         "measured": finding.measured,
@@ -128,7 +125,7 @@ def fingerprint_of(case: Case) -> str | None:
 
 
 def readings_of(case: Case) -> dict[str, object]:
-    """In the form of `dps-s read --json`: what was known in the end, null for what was not."""
+    """The last readings in the form of `dps-s read --json`; null where nothing is known."""
     evidence = case.evidence
     trips = sorted(evidence.round_trips_s)
     values: dict[str, Value | None] = {key: found[-1] for key, found in evidence.series.items() if found}
@@ -147,7 +144,7 @@ def readings_of(case: Case) -> dict[str, object]:
 
 
 def contract_of(assessment: Assessment) -> dict[str, object]:
-    """The object of `dps-s preflight --json`, in English. Manual items stand at the end, as "manual_1" …"""
+    """The object of `dps-s preflight --json`, in English, with the manual items last, as "manual_1" …"""
     checks: list[dict[str, object]] = [
         {
             "id": one.check.id,
@@ -180,12 +177,12 @@ def _why(why: str, result: CheckResult, shown: str) -> str:
 
 
 def is_simulated(port: str) -> bool:
-    """As far as its name tells: a check of it is no evidence of anything."""
+    """Whether the port is a simulated module's, by its name."""
     return port.lower().startswith("sim://")
 
 
 def caveats(record: Mapping[str, object]) -> list[UserMessage]:
-    """What stands beside the verdict wherever it is shown."""
+    """Restrictions that are shown beside the verdict."""
     found = [said(marked("SIMULATED MODULE: no evidence."))] if record.get("is_simulated") is True else []
     nobody = unsigned(*(record.get(key) for key in ("who", "module", "aircraft")))
     if nobody is not None and recorded_verdict(record) is not Verdict.NO_GO:
@@ -204,7 +201,7 @@ def caveats(record: Mapping[str, object]) -> list[UserMessage]:
 
 
 def canonical(value: object) -> bytes:
-    """The bytes that are hashed. Raises `ValueError` for what is no JSON (NaN among it)."""
+    """The bytes that are hashed. Raises `ValueError` for values that are not JSON, such as NaN."""
     text = json.dumps(value, ensure_ascii=False, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return text.encode("utf-8", "surrogatepass")
 
@@ -214,7 +211,7 @@ def digest(value: object) -> str:
 
 
 def digests_of(record: Mapping[str, object]) -> dict[str, str]:
-    """By part: "verdict", "checks.cell_voltage" …, and the order of the lists."""
+    """SHA-256 by part ("verdict", "checks.cell_voltage" …) and of the order of the lists."""
     found: dict[str, str] = {}
     for key, value in record.items():
         if key in SEALS:
@@ -235,7 +232,7 @@ def _name(entry: object, key: str, place: int) -> str:
 
 
 def seal(record: Mapping[str, object], station: Station | None = None) -> Record:
-    """`record` with its digests and its hash, signed by the station where there is one."""
+    """`record` with digests, hash and, where there is a station, its signature."""
     content = {key: value for key, value in record.items() if key not in SEALS}
     if station is not None:
         content["station"] = encoded(station.public)
@@ -247,12 +244,12 @@ def seal(record: Mapping[str, object], station: Station | None = None) -> Record
 
 
 def signed_bytes(hash_: object) -> bytes:
-    """What a station signs of a record."""
+    """The bytes that a station signs."""
     return f"{FORMAT}\n{hash_}\n".encode("utf-8", "surrogatepass")
 
 
 def as_text(record: Mapping[str, object]) -> str:
-    """The file: for people to read, and the same record when it is read back."""
+    """The content of a record file, indented."""
     return json.dumps(record, ensure_ascii=False, indent=1, allow_nan=False) + "\n"
 
 

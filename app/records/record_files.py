@@ -14,7 +14,7 @@ _IN_HTML = re.compile(rb'<script type="application/json" id="record">(.*?)</scri
 _STREAM = re.compile(rb"stream\r?\n(.*?)\r?\n?endstream", re.DOTALL)
 _LARGEST_STREAM = 16_000_000
 _MOST_STREAMS = 200
-"""Ours have a dozen; a file made to keep us busy has more."""
+"""Bounds the work on a hostile file; our PDFs have a dozen."""
 
 
 class NoRecord(Exception):
@@ -50,10 +50,10 @@ def _refuse(name: str) -> object:
 
 
 def _only_once(pairs: list[tuple[str, object]]) -> dict[str, object]:
-    """A name that stands twice would show one value to one program and another to the next."""
+    """Refuses duplicate names, of which programs read different values."""
     found = dict(pairs)
     if len(found) != len(pairs):
-        raise ValueError("a name stands twice")
+        raise ValueError("duplicate name")
     return found
 
 

@@ -1,4 +1,4 @@
-"""Writes a report: FILE.pdf with FILE.html and FILE.json beside it, each whole or not at all."""
+"""Writes a report: FILE.pdf with FILE.html and FILE.json beside it, each atomically."""
 
 import re
 import unicodedata
@@ -14,8 +14,8 @@ from app.system.files import write_whole
 from app.text.i18n import tr
 
 Printer = Callable[[str, bytes], bytes]
-"""Prints the body of a page (`report_html.body`) on one sheet of A4, attaches the record, and gives the PDF's bytes.
-Handed in by the composition root, because Qt prints. May raise `OSError` or `RuntimeError`."""
+"""Prints the body of a page (`report_html.body`) on A4, attaches the record and returns the PDF. Passed in by the
+composition root because Qt prints. May raise `OSError` or `RuntimeError`."""
 
 _NOT_IN_NAMES = re.compile(r"[^\w\-]+")
 _RESERVED = re.compile(r"(?i)(con|prn|aux|nul|com\d|lpt\d)")
@@ -23,11 +23,11 @@ LONGEST_NAME = 60
 
 
 class ReportRefused(ValueError):
-    """The text is a sentence for people."""
+    """The message is a sentence in the language in use."""
 
 
 def check_target(path: Path) -> None:
-    """Before anything is sent: can the report go there? Raises `ReportRefused`."""
+    """Raises `ReportRefused` where the report cannot be written there."""
     if path.suffix.lower() != ".pdf":
         raise ReportRefused(tr("{file}: the name of the report must end in .pdf.", file=path.name))
     if not path.parent.is_dir():
@@ -52,9 +52,9 @@ def _is_ours(path: Path) -> bool:
 def write_report(
     path: Path, record: Record, printer: Printer | None, station: Station | None = None
 ) -> tuple[Path, ...]:
-    """What was written, the record first, so that a printer that fails loses nothing. `station` signs the pages.
+    """Writes the record before it prints, so that a failing printer loses nothing; returns the files written.
 
-    Raises `OSError` or `RuntimeError`, then as far as it came.
+    `station` signs the pages. Raises `OSError` or `RuntimeError`; files written before that remain.
     """
     html_path, json_path = _beside(path)
     plain = as_text(record).encode()
@@ -67,7 +67,7 @@ def write_report(
 
 
 def suggested_name(record: Record) -> str:
-    """A file name without folder and ending, whatever the module is called: "M-07 2026-11-21 1403 GO"."""
+    """A valid file name without suffix for any module name: "M-07 2026-11-21 1403 GO"."""
     parts = (str(record.get("module") or ""), str(record.get("at"))[:16].replace("T", " ").replace(":", ""))
     words = [_NOT_IN_NAMES.sub("_", unicodedata.normalize("NFKC", part[:LONGEST_NAME])).strip("_") for part in parts]
     words.append(recorded_verdict(record).value)

@@ -1,8 +1,8 @@
 """Renders a record as one HTML page in the current language.
 
-Made from the record alone, so that one from the store, or from a file that somebody sent, prints the same years later.
-Everything in it is taken for hostile: escaped, cut, and steering characters made visible. The page loads and runs
-nothing. Only what Qt's rich text understands is used: tables, colours and sizes.
+Made from the record alone, so that it prints the same years later. The record is untrusted: texts are escaped and cut,
+control characters made visible. The page loads and runs nothing. Uses only what Qt's rich text supports: tables,
+colours and sizes.
 """
 
 import html
@@ -26,7 +26,7 @@ from app.text.sentences import aside, together
 
 INK, PALE, GREEN, BLUE, RED, AMBER = "#111111", "#555555", "#0b5d1e", "#0b4a9e", "#a4001d", "#7a4b00"
 _LONGEST_CELL, _LONGEST_ITEM = 160, 100
-"""Characters; the record holds all of it."""
+"""Characters; the whole text is in the record."""
 _LANGUAGE = re.compile(rb'<!DOCTYPE html>\n<html lang="(en|zh-CN)">')
 _ONE_COLUMN = 8
 _MOST_ROWS = 60
@@ -51,7 +51,7 @@ def page(record: Record, station: Station | None = None) -> bytes:
 
 
 def is_page_of(record: Mapping[str, object], data: bytes) -> bool:
-    """Whether this, up to its seal, is what `page` makes of the record, in the language of the file."""
+    """Whether `data` (without seal) is what `page` makes of the record in the language of the file."""
     found = _LANGUAGE.match(data)
     if found is None:
         return False
@@ -59,7 +59,7 @@ def is_page_of(record: Mapping[str, object], data: bytes) -> bool:
         with speaking(CHINESE if found[1] == b"zh-CN" else ENGLISH):
             return _unsealed(dict(record)) == data
     except (ValueError, TypeError, LookupError, RecursionError, OverflowError):
-        return False  # no record of ours
+        return False  # not a record of this program
 
 
 def _unsealed(record: Record) -> bytes:
@@ -78,7 +78,7 @@ def _unsealed(record: Record) -> bytes:
 
 
 def body(record: Record) -> str:
-    """What is seen: for a printer. One page of A4 when the size of the text is chosen to fit."""
+    """The visible part of the page, for the printer."""
     checks = [one for one in list_in(record, "checks") if isinstance(one, Mapping)][:_MOST_ROWS]
     manual = [one for one in list_in(record, "manual") if isinstance(one, Mapping)][:_MOST_ROWS]
     is_crowded = len(manual) > _ONE_COLUMN and sum(_result(one) is not CheckResult.PASS for one in checks) > _ONE_COLUMN
@@ -148,7 +148,7 @@ def _circumstances(record: Record) -> str:
 
 
 def _checks(checks: list[Mapping[str, object]], *, is_crowded: bool) -> str:
-    """Crowded, what to do is said and not why."""
+    """`is_crowded` leaves out why a check matters, and keeps what to do."""
     head = "".join(
         f'<td width="{width}" style="color:{PALE}">{_escaped(title)}</td>'
         for title, width in ((tr("Result"), "13%"), (tr("Check"), "29%"), (tr("Measured"), "29%"), (tr("Limit"), "29%"))
@@ -201,7 +201,7 @@ def _manual(manual: list[Mapping[str, object]]) -> str:
 
 
 def _tests(record: Record) -> str:
-    """The last guided tests, as they were known at the check."""
+    """The last guided tests at the time of the check."""
     tests = [one for one in list_in(record, "tests") if isinstance(one, Mapping)][: len(GuidedKind)]
     rows = [row for one in tests if (row := _test_row(one))]
     if not rows:

@@ -11,18 +11,20 @@ from app.trigger_records.fields import FIELDS, fields_of
 from app.trigger_records.history import record_of, sentence
 
 HEAD = ("module", "place", "first_seen_at", "new", "confirmed", *FIELDS, "told", "judgement", "note")
+_NONE: frozenset[int] = frozenset()
 
 
-NONE: frozenset[int] = frozenset()
+def write_archive(
+    path: Path,
+    module: str,
+    records: Iterable[SeenRecord],
+    *,
+    new: frozenset[int] | None = None,
+    seen_once: frozenset[int] = _NONE,
+) -> None:
+    """UTF-8 with a byte-order mark, written atomically; the sentence is in the language in use. Raises `OSError`.
 
-
-def archive_csv(
-    module: str, records: Iterable[SeenRecord], *, new: frozenset[int] | None = None, seen_once: frozenset[int] = NONE
-) -> bytes:
-    """`new`: ids of those that are new since the last visit; `seen_once`: of those that came in one reading only.
-    UTF-8 with the mark by which spreadsheets know it.
-
-    The sentence is in the language in use; names carry the units.
+    `new`: ids of the records that are new since the last visit. `seen_once`: of those that came in one reading only.
     """
     rows = []
     for one in records:
@@ -39,16 +41,4 @@ def archive_csv(
             "note": clean(one.note, longest=2000),
         }
         rows.append([values[name] for name in HEAD])
-    return BYTE_ORDER_MARK + csv_text(HEAD, rows).encode()
-
-
-def write_archive(
-    path: Path,
-    module: str,
-    records: Iterable[SeenRecord],
-    *,
-    new: frozenset[int] | None = None,
-    seen_once: frozenset[int] = NONE,
-) -> None:
-    """The file whole or not at all. Raises `OSError`."""
-    write_whole(path, archive_csv(module, records, new=new, seen_once=seen_once))
+    write_whole(path, BYTE_ORDER_MARK + csv_text(HEAD, rows).encode())

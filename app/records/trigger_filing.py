@@ -10,7 +10,7 @@ from app.store.store import Store
 
 @dataclass(frozen=True, slots=True)
 class TriggersReading:
-    """What the module keeps now. `boot_count` None: it did not say."""
+    """The records on the module. `boot_count` is None where it did not answer."""
 
     history: History
     boot_count: int | None
@@ -18,14 +18,14 @@ class TriggersReading:
 
 @dataclass(frozen=True, slots=True)
 class Doubtful:
-    """It may be another module: nothing was kept. `boot_count`: of the last visit, where the present one is lower."""
+    """It may be another module, so nothing was stored. `boot_count`: of the last visit, where it is lower now."""
 
     boot_count: int | None
 
 
 @dataclass(frozen=True, slots=True)
 class Filing:
-    """One reading on its way into the store. `is_same_module`: a person says so."""
+    """Stores one reading. `is_same_module`: confirmed by a person."""
 
     store: Store
     reading: TriggersReading
@@ -35,7 +35,7 @@ class Filing:
     is_same_module: bool
 
     def run(self) -> Visit | Doubtful:
-        """In the store's own thread. Raises `StoreTrouble`."""
+        """Runs in the store's thread. Raises `StoreTrouble`."""
         store, reading = self.store, self.reading
         history, checks = reading.history, CheckStore(store.database)
         slots = [one.raw for one in history.records]

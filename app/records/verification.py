@@ -1,8 +1,7 @@
 """Verifies a pre-flight record: alteration, signature, chain, consistency.
 
-Reads the record out of whatever file it is in: the JSON, the HTML page (which carries it), or the PDF (attached). What
-the page around it shows counts only where it is what this program prints of the record, or where a station that is
-known signed it.
+Accepts the JSON file, the HTML page (which contains the record) and the PDF (which has it attached). A page is trusted
+only where it equals what this program prints of the record, or where a known station signed it.
 """
 
 from collections.abc import Callable, Mapping
@@ -31,23 +30,23 @@ from app.text.messages import UserMessage, clean, listed, said
 from protocol.translatable import marked
 
 FindStation = Callable[[bytes], KnownStation | None]
-"""By public key; None where nobody here knows it."""
+"""Finds a station by public key; None where it is not known here."""
 
 
 class KeptRecords(Protocol):
-    """The store of this computer."""
+    """Finds records that are stored on this computer."""
 
     def record(self, hash_: str) -> Record | None: ...
 
     def same_number(self, record: Mapping[str, object]) -> str | None:
-        """Hash of another record that has this one's number, in the same chain."""
+        """Hash of another record with the same number in the same chain."""
 
 
 class RecordState(Enum):
-    """The worst that was found."""
+    """The most severe finding."""
 
     INTACT = "intact"
-    """Unaltered, of a piece, and signed by a station that is known. Nothing less is called intact."""
+    """Unaltered, consistent, and signed by a known station."""
     NOT_SIGNED = "not signed"
     UNKNOWN_STATION = "unknown station"
     PAGE_NOT_SIGNED = "page not signed"
@@ -59,7 +58,7 @@ class RecordState(Enum):
 
 
 class Chain(Enum):
-    """The value is English, translatable."""
+    """Position in the chain of records; the value is English, marked."""
 
     FIRST = marked("first record of this module")
     LINKED = marked("previous record intact")
@@ -86,7 +85,7 @@ _HEADLINES: Final[Mapping[RecordState, str]] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Verification:
-    """`altered`: the parts that are not what was recorded ("checks.cell_voltage", "signature", "page" …)."""
+    """Result. `altered`: parts that differ from what was recorded ("checks.cell_voltage", "signature", "page" …)."""
 
     state: RecordState
     record: Mapping[str, object] | None = None
@@ -94,9 +93,9 @@ class Verification:
     contradictions: tuple[UserMessage, ...] = ()
     chain: Chain | None = None
     is_known_here: bool = False
-    """The store of this computer holds the same record."""
+    """The same record is in this computer's store."""
     signer: bytes | None = None
-    """The public key whose signature is valid."""
+    """The public key whose signature of the record is valid."""
     station: KnownStation | None = None
     """The station of that key, where it is known here."""
     page_signer: bytes = b""
@@ -109,7 +108,7 @@ class Verification:
         return self.page_signer if self.state is RecordState.PAGE_OF_UNKNOWN_STATION else self.signer
 
     def sentences(self) -> tuple[UserMessage, ...]:
-        """What to tell a person: the judgement, which record it is, then who signed it, its chain, is it kept here."""
+        """For people: the state, then which record it is, who signed it, its chain, and whether it is stored here."""
         chain = UserMessage("" if self.chain is None else self.chain.value)
         parts, why = self._parts(), self.why or UserMessage("")
         first = said(
@@ -147,7 +146,7 @@ class Verification:
 
 
 def _introduced(record: Mapping[str, object]) -> UserMessage:
-    """Which record it is. What stands in a file may be anything: it is cleaned, and cut where it is long."""
+    """Which record it is. Values of the file are untrusted: cleaned and cut."""
     module, who, verdict = record.get("module"), record.get("who"), _shown(record.get("verdict"))
     return said(
         marked("Record {number} of {module}: {verdict}, {at}, checked by {who}."),
@@ -175,7 +174,7 @@ def verify_file(
 def verify_bytes(
     data: bytes, kept: KeptRecords | None = None, find_station: FindStation = lambda _public: None
 ) -> Verification:
-    """`kept`: the store of this computer. `find_station`: whose signatures are believed."""
+    """`kept`: the store of this computer. `find_station`: the stations that are trusted."""
     try:
         record = record_in(data)
         if record.get("version") not in READABLE_VERSIONS:
@@ -190,7 +189,7 @@ def verify_bytes(
 def verify(
     record: Mapping[str, object], kept: KeptRecords | None = None, find_station: FindStation = lambda _public: None
 ) -> Verification:
-    """A bare record."""
+    """Verifies a bare record."""
     try:
         data = canonical(record)
     except (ValueError, TypeError, RecursionError):
@@ -246,7 +245,7 @@ def _state(
 
 
 def _is_of_this_version(record: Mapping[str, object]) -> bool:
-    """Its page must then be what this program prints."""
+    """Whether this version of the program made the record; its page must then be what this version prints."""
     program = record.get("program")
     return isinstance(program, Mapping) and program.get("version") == version()
 
@@ -261,7 +260,7 @@ def _signer(record: Mapping[str, object]) -> bytes | None:
 
 
 def _altered(record: Mapping[str, object], same: Mapping[str, object] | None) -> tuple[str, ...]:
-    """`same`: the record of this hash that the store keeps."""
+    """Names of the altered parts. `same`: the stored record of the same hash."""
     now, then = digests_of(record), record.get("digests")
     if not isinstance(then, Mapping):
         return ("digests",)
@@ -294,6 +293,6 @@ def _chain(record: Mapping[str, object], kept: KeptRecords | None) -> Chain:
 
 
 def chain_name(record: Mapping[str, object]) -> tuple[object, object]:
-    """Modules without a name have a chain for each adapter."""
+    """Identifies a chain: by module, or by adapter for modules without a name."""
     module = record.get("module")
     return module, record.get("adapter") if module is None else None

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from app.limits.expectations import Past
 from app.records.check_store import CheckStore
-from app.records.trigger_archive import HEAD, archive_csv, write_archive
+from app.records.trigger_archive import HEAD, write_archive
 from app.store.database import Database, open_database
 from app.store.schema import MIGRATIONS
 from app.trigger_records.history import Judgement, in_order, merge, record_of, sentence
@@ -206,7 +206,9 @@ def test_the_archive_calculates_nothing(database: Database, tmp_path: Path) -> N
     visit = store.visit(number, [WORKED, raw(2, 2)], port="p", boot_count=2, is_confirmed=True)
     for formula in ("=1+1", " =1+1", "＝1+1", "@SUM(A1)", "-2+3", "\t=1", "'=1", '=HYPERLINK("x";"y"),"', "\r\n=1"):
         store.judge(visit.records[0].id, Judgement.REAL, formula)
-        data = archive_csv(formula, store.records(number), new=frozenset({visit.records[1].id}))
+        path = tmp_path / "all.csv"
+        write_archive(path, formula, store.records(number), new=frozenset({visit.records[1].id}))
+        data = path.read_bytes()
         assert data.startswith(b"\xef\xbb\xbf")
         head, first, second = csv.reader(io.StringIO(data.decode("utf-8-sig"), newline=""))
         assert tuple(head) == HEAD
@@ -217,5 +219,5 @@ def test_the_archive_calculates_nothing(database: Database, tmp_path: Path) -> N
         assert cells["judgement"] == "real"
         assert cells["implausible"] == "cell_voltage_v"
         assert dict(zip(head, second, strict=True))["new"] == "true"
-    write_archive(tmp_path / "all.csv", "M-07", store.records(number))
-    assert (tmp_path / "all.csv").read_bytes().count(b"\r\n") == 3
+    write_archive(path, "M-07", store.records(number))
+    assert path.read_bytes().count(b"\r\n") == 3
