@@ -1,1 +1,1 @@
-"""Thresholds from flights: when each threshold would have fired first, maps over thresholds, proposals."""
+"""Thresholds from flights: first firing by threshold, map over thresholds, proposals."""

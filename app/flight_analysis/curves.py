@@ -1,7 +1,4 @@
-"""When a flight would have fired first, for every threshold in the vendor's steps, computed once.
-
-With these curves any thresholds are a look-up. `tests/app/flight_analysis/test_curves.py` holds them to the judge.
-"""
+"""First firing of a flight for every threshold in the vendor's steps, computed once; then thresholds are a look-up."""
 
 import math
 from dataclasses import dataclass
@@ -17,16 +14,16 @@ from protocol.catalogue import CENTISECOND, DEGREE, TENTH_G
 from protocol.messages import Source
 
 MOST_TILT_STEPS: Final = 180
-"""Whole degrees: no tilt is larger."""
+"""Whole degrees; the largest possible tilt."""
 MOST_ACCELERATION_STEPS: Final = 15
-"""Tenths of g: above 1.5 g everything would be a fall."""
+"""Tenths of g; above 1.5 g everything would be a fall."""
 MOST_TIME_STEPS: Final = 255
 """Hundredths of a second: the byte's largest."""
 NEVER: Final = math.inf
 
 
 class FirstFiring(NamedTuple):
-    """The first row at which it would have fired; `at_s` is infinite and `sources` empty where it would not."""
+    """The first row that fires; `at_s` is infinite and `sources` empty where none does."""
 
     at_s: float
     sources: Source
@@ -34,21 +31,15 @@ class FirstFiring(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FiringCurves:
-    """Of one flight under one reading. Times are seconds of the `FlightLog`, `NEVER` where it would not fire."""
+    """Of one flight under one reading. Times are seconds of the `FlightLog`, `NEVER` where nothing fires."""
 
     attitude_s: Floats
-    """Shape (181,): when the attitude trigger fires first, by threshold in whole degrees."""
+    """Shape (181,): first firing of the attitude trigger, by threshold in whole degrees."""
     freefall_s: Floats
-    """Shape (16, 256): when the free-fall trigger fires first, by threshold in tenths of g and by free-fall time in
-    hundredths of a second."""
+    """Shape (16, 256): first firing of the free-fall trigger, by threshold in tenths of g and time in hundredths of
+    a second."""
     longest_fall_s: Floats
-    """Shape (16,): the longest fall, from its first report to its last, by threshold in tenths of g; -1 where there
-    is none."""
-
-    @property
-    def tilt_max_deg(self) -> int:
-        """The largest threshold that would fire, in whole degrees; -1 where no attitude was judged."""
-        return int(np.isfinite(self.attitude_s).sum()) - 1
+    """Shape (16,): longest fall from first to last report, by threshold in tenths of g; -1 where there is none."""
 
     def first(self, limits: TriggerLimits) -> FirstFiring:
         """Raises LookupError for a free-fall acceleration above 1.5 g."""
@@ -71,12 +62,12 @@ class FiringCurves:
 
 
 def steps_of(value: float, per_unit: int) -> int:
-    """A setting in the vendor's steps."""
+    """Converts a setting to the vendor's steps."""
     return round(value * per_unit)
 
 
 def firing_curves(log: FlightLog, reading: RuleReading) -> FiringCurves:
-    """A hundredth of a second for ten minutes."""
+    """Takes about 10 ms for a flight of ten minutes."""
     tilts, is_judged = attitude_view(log, reading)
     attitude_s = _attitude_curve(tilts.time_s[is_judged], tilts.tilt_deg[is_judged])
     weights, is_judged = freefall_view(log, reading)

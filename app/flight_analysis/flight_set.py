@@ -1,4 +1,4 @@
-"""Flights sorted into those that must not fire and those that must, and the map over thresholds."""
+"""Flights that must and must not fire, and the map over thresholds."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ TIME_AXIS: Final = np.arange(20, MOST_TIME_STEPS + 1, 5) / CENTISECOND.per_unit
 
 
 class FlightGroup(Enum):
-    """What a flight is expected to do; the value is its name for people."""
+    """What a flight is expected to do; the value is the text that is shown."""
 
     MUST_NOT = marked("must not fire")
     MUST = marked("must fire")
@@ -32,7 +32,7 @@ class FlightGroup(Enum):
 
 
 class FlightOutcome(NamedTuple):
-    """One flight with certain thresholds."""
+    """First firings of one flight with given thresholds, under both readings."""
 
     flight: FlightSummary
     group: FlightGroup
@@ -41,17 +41,16 @@ class FlightOutcome(NamedTuple):
 
     @property
     def is_different(self) -> bool:
-        """The two readings of the vendor's rule disagree on whether it fires, or fires in time."""
-        return (bool(self.direct.sources), self.direct.is_in_time) != (
-            bool(self.damped.sources), self.damped.is_in_time,
-        )  # fmt: skip
+        """The readings of the vendor's rule disagree on whether it fires, or fires in time."""
+        direct, damped = ((bool(one.sources), one.is_in_time) for one in (self.direct, self.damped))
+        return direct != damped
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FireMap:
-    """How many flights would fire, by attitude threshold (rows) and free-fall time (columns).
+    """Number of flights that fire, by attitude threshold (rows) and free-fall time (columns).
 
-    The free-fall acceleration threshold and what is enabled are those of `limits`; its other two values are not used.
+    Acceleration threshold and enabled triggers are those of `limits`; its other two values are not used.
     """
 
     limits: TriggerLimits
@@ -64,18 +63,18 @@ class FireMap:
     must_count: int
     unsorted_count: int
     must_not_fired: Counts
-    """Shape (rows, columns), like all below: false deployments."""
+    """Shape (rows, columns), like all below: false triggers."""
     must_fired: Counts
-    """Fired, and before the impact."""
+    """Fired before the impact."""
     unsorted_fired: Counts
     worst_delay_s: Floats
-    """After the loss of control, of the flights that must fire and fire in time; NaN where there is none."""
+    """Longest time from loss of control to firing, of the flights that must and do fire in time; NaN without any."""
     worst_drop_m: Floats
-    """How much lower than at the loss of control, likewise."""
+    """Largest loss of altitude in that time; NaN without any."""
 
 
 class FlightSet:
-    """Belongs to one thread. A flight is known by its `name`."""
+    """Belongs to one thread. A flight is identified by its `name`."""
 
     def __init__(self) -> None:
         self._flights: dict[str, FlightSummary] = {}
@@ -86,7 +85,7 @@ class FlightSet:
         return len(self._flights)
 
     def add(self, flights: Iterable[FlightSummary], group: FlightGroup = FlightGroup.UNSORTED) -> None:
-        """One of the same name takes the place of the earlier one and keeps nothing of it."""
+        """A flight of the same name is replaced."""
         for flight in flights:
             self._flights[flight.name] = flight
             self._groups[flight.name] = group
@@ -105,28 +104,14 @@ class FlightSet:
         del self._groups[name]
         self._stacked.clear()
 
-    def clear(self) -> None:
-        self._flights.clear()
-        self._groups.clear()
-        self._stacked.clear()
-
-    def group(self, name: str) -> FlightGroup:
-        """Raises KeyError."""
-        return self._groups[name]
-
     def flights(self, group: FlightGroup | None = None) -> tuple[FlightSummary, ...]:
-        """In the order in which they were added; None: all."""
+        """Flights of a group (None: all) in the order of adding."""
         return tuple(one for name, one in self._flights.items() if group in (None, self._groups[name]))
 
     def outcomes(self, limits: TriggerLimits) -> tuple[FlightOutcome, ...]:
-        """Of every flight, in the order in which they were added. Raises LookupError above 1.5 g."""
+        """Outcomes of all flights in the order of adding. Raises LookupError above 1.5 g."""
         return tuple(
-            FlightOutcome(
-                one,
-                self._groups[name],
-                one.first_fire(limits, RuleReading.DIRECT),
-                one.first_fire(limits, RuleReading.DAMPED),
-            )
+            FlightOutcome(one, self._groups[name], *(one.first_fire(limits, reading) for reading in RuleReading))
             for name, one in self._flights.items()
         )
 
@@ -138,7 +123,7 @@ class FlightSet:
         attitude_thresholds_deg: Counts = ATTITUDE_AXIS,
         freefall_times_s: Floats = TIME_AXIS,
     ) -> FireMap:
-        """Some milliseconds for a thousand flights. Raises LookupError for an acceleration above 1.5 g."""
+        """Takes milliseconds for a thousand flights. Raises LookupError for an acceleration above 1.5 g."""
         tilts = np.rint(np.asarray(attitude_thresholds_deg) * DEGREE.per_unit).astype(np.int64)
         times = np.rint(np.asarray(freefall_times_s) * CENTISECOND.per_unit).astype(np.int64)
         step = steps_of(limits.freefall_acceleration_g, TENTH_G.per_unit)
@@ -202,7 +187,7 @@ class _Cut(NamedTuple):
     freefall_s: Floats
 
     def fired(self) -> Counts:
-        """How many fire by either: all but those that neither fires."""
+        """Number of flights fired by either trigger."""
         holds_tilt = np.isinf(self.attitude_s).astype(np.float32)
         holds_fall = np.isinf(self.freefall_s).astype(np.float32)
         fired: Counts = len(self.attitude_s) - np.rint(holds_tilt.T @ holds_fall).astype(np.int64)
@@ -216,7 +201,7 @@ class _Stacked(NamedTuple):
     freefall_s: Floats
 
     def cut(self, tilts: Counts, step: int, times: Counts, limits: TriggerLimits) -> _Cut:
-        """In vendor's steps; a trigger that is off never fires, and no tilt is above 180°."""
+        """First firings at these steps; a trigger that is off never fires, nor does a threshold above 180°."""
         attitude_s = self.attitude_s[:, np.minimum(tilts, MOST_TILT_STEPS)]
         attitude_s[:, (tilts > MOST_TILT_STEPS) | (not limits.attitude_is_enabled)] = np.inf
         freefall_s = self.freefall_s[:, step, :][:, times]

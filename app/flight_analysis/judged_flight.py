@@ -1,4 +1,4 @@
-"""Where one flight would have fired with given thresholds, under each reading of the vendor's rule."""
+"""Judges where a flight would have fired with given thresholds, under either reading of the vendor's rule."""
 
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -18,15 +18,15 @@ from protocol.messages import Source
 
 
 class LogFiring(NamedTuple):
-    """A row of the log at which the module would have fired. NaN: the log does not say."""
+    """A row at which the module would have fired; NaN where the log has no value."""
 
     at_s: float
     """Time of the `FlightLog`."""
     sources: Source
     tilt_deg: float
-    """Whole degrees, as a module would have reported it."""
+    """Whole degrees, as a module reports it."""
     acceleration_g: float
-    """Tenths of g, likewise."""
+    """Tenths of g, as a module reports it."""
     altitude_m: float
 
 
@@ -39,17 +39,17 @@ class JudgedFlight:
     firings: tuple[LogFiring, ...]
     """In order of time, the first 500 of each trigger."""
     firing_count: int
-    """Also those that are not listed."""
+    """All, including those that are not listed."""
     near_tilts: tuple[NearTilt, ...]
-    """Angles that came near the threshold, the nearest first."""
+    """Angles near the threshold, the nearest first."""
     near_falls: tuple[NearFall, ...]
     """Falls that were too short, the longest first."""
 
 
 def judge_flight(log: FlightLog, limits: TriggerLimits, reading: RuleReading = RuleReading.DIRECT) -> JudgedFlight:
-    """Asks the code that judges live sessions and that the simulated module fires by.
+    """Uses the judge of live sessions and of the simulated module.
 
-    Each trigger is judged on the rows in which its own quantity is known.
+    Each trigger is judged on the rows in which its quantity is known.
     """
     tilt = _finding(log, *attitude_view(log, reading), replace(limits, freefall_is_enabled=False))
     fall = _finding(log, *freefall_view(log, reading), replace(limits, attitude_is_enabled=False))

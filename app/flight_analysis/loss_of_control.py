@@ -1,4 +1,4 @@
-"""Estimates when control of a flight was lost and when it hit the ground, from tilt and specific force alone."""
+"""Estimates loss of control and impact of a flight from tilt and specific force alone."""
 
 from typing import Final, NamedTuple
 
@@ -11,31 +11,31 @@ CALM_TILT_DEG: Final = 30.0
 CALM_G: Final = (0.5, 1.5)
 IMPACT_G: Final = 3.0
 LEAST_LOSS_S: Final = 0.3
-"""A calm flight up to a shorter time before the impact was a landing, if a hard one."""
+"""A calm flight until less than this before the impact was a hard landing."""
 BOUNCE_S: Final = 2.0
-"""Blows that follow each other within this time are one impact."""
+"""Peaks within this time are one impact."""
 
 
 class LossOfControl(NamedTuple):
-    """Times of the `FlightLog`; None: not to be told."""
+    """Times of the `FlightLog`; None where unknown."""
 
     loss_s: float | None
-    """The end of the last calm second before the impact: tilt up to 30°, 0.5 to 1.5 g. An estimate."""
+    """End of the last calm second before the impact: tilt up to 30°, 0.5 to 1.5 g. An estimate."""
     impact_s: float | None
-    """The first of the last blows of 3 g or more, else when the log says that it touched the ground."""
+    """First of the last peaks of 3 g or more, else the touchdown in the log."""
 
 
 NOT_LOST: Final = LossOfControl(None, None)
 
 
 def loss_of_control(log: FlightLog) -> LossOfControl:
-    """No time of loss for a flight that was calm to its end or its landing."""
+    """`loss_s` is None for a flight that was calm to its end or landing."""
     is_known = log.is_judged & np.isfinite(log.tilt_deg) & np.isfinite(log.specific_force_g)
     time_s = log.time_s[is_known]
     if not len(time_s):
         return NOT_LOST
     tilt_deg, force_g = log.tilt_deg[is_known], log.specific_force_g[is_known]
-    impact_s = _last_blow(time_s[force_g >= IMPACT_G])
+    impact_s = _last_impact(time_s[force_g >= IMPACT_G])
     if impact_s is None:
         impact_s = _touchdown(log)
     is_calm = (tilt_deg <= CALM_TILT_DEG) & (force_g >= CALM_G[0]) & (force_g <= CALM_G[1])
@@ -44,22 +44,22 @@ def loss_of_control(log: FlightLog) -> LossOfControl:
     if impact_s is not None and (loss_s is None or loss_s <= impact_s or end_s - loss_s < LEAST_LOSS_S):
         before = time_s <= impact_s
         loss_s, end_s = _last_calm_end(time_s[before], is_calm[before]), impact_s
-    else:  # it flew on after that blow
+    else:  # it flew on after that peak
         impact_s = None
     if loss_s is not None and end_s - loss_s < LEAST_LOSS_S:
         loss_s = None
     return LossOfControl(loss_s, impact_s)
 
 
-def _last_blow(blows_s: Floats) -> float | None:
-    if not len(blows_s):
+def _last_impact(peaks_s: Floats) -> float | None:
+    if not len(peaks_s):
         return None
-    first = np.flatnonzero(np.diff(blows_s, prepend=-np.inf) > BOUNCE_S)[-1]
-    return float(blows_s[first])
+    first = np.flatnonzero(np.diff(peaks_s, prepend=-np.inf) > BOUNCE_S)[-1]
+    return float(peaks_s[first])
 
 
 def _touchdown(log: FlightLog) -> float | None:
-    """The last time that the log says it came to the ground."""
+    """The last touchdown in the log."""
     if log.is_on_ground is None:
         return None
     touches = np.flatnonzero(log.is_on_ground[1:] & ~log.is_on_ground[:-1]) + 1
@@ -67,7 +67,7 @@ def _touchdown(log: FlightLog) -> float | None:
 
 
 def _last_calm_end(time_s: Floats, is_calm: Flags) -> float | None:
-    """The end of the last run of calm rows that lasted for a second."""
+    """End of the last run of calm rows of at least `CALM_S`."""
     edges = np.flatnonzero(np.diff(is_calm, prepend=False, append=False))
     starts, lasts = edges[::2], edges[1::2] - 1
     is_long = time_s[lasts] - time_s[starts] >= CALM_S

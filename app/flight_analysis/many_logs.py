@@ -1,4 +1,4 @@
-"""Reads and summarises many logs at once, in worker processes."""
+"""Reads and summarises many logs in worker processes."""
 
 import multiprocessing
 import os
@@ -15,44 +15,44 @@ from app.firing.judge import TriggerLimits
 from app.flight_analysis.judged_flight import JudgedFlight, judge_flight
 from app.flight_analysis.summary import FlightSummary, summarise
 from app.flight_logs.csv_columns import CsvColumns
-from app.flight_logs.flight_log import LogUnreadable
+from app.flight_logs.flight_log import LogUnreadable, unreadable
 from app.flight_logs.module_view import RuleReading
 from app.flight_logs.read_log import read_flight_log
-from app.text.messages import UserMessage, said
+from app.text.messages import UserMessage
 from protocol.translatable import marked
 
 FEW_LOGS: Final = 4
-"""Read one after the other in this process: starting others would take longer."""
+"""Fewer logs are read in this process, since starting workers takes longer."""
 MOST_PROCESSES: Final = 60
-"""Windows waits for no more."""
+"""Windows cannot wait for more."""
 POLLED_S: Final = 0.1
-"""How soon a cancellation is seen."""
+"""Longest delay of a cancellation."""
 
 
 class SummarisedLog(NamedTuple):
-    """`flight` is None where the log cannot be read; `why_not` then says why."""
+    """`flight` is None where the log cannot be read; then `why_not` says why."""
 
     path: Path
     flight: FlightSummary | None
     why_not: UserMessage | None = None
     judged: tuple[JudgedFlight, ...] = ()
-    """One for each `RuleReading`, where `limits` were asked for."""
+    """One per `RuleReading`, where the order has `limits`."""
 
 
 class LogOrder(NamedTuple):
-    """What is to be done with every log."""
+    """How to read and judge each log."""
 
     columns: CsvColumns | None = None
-    """Of CSV files; None: their names say what they are."""
+    """Of CSV files; None recognises them by name."""
     limits: TriggerLimits | None = None
-    """Judge each log with these too, firing by firing; None: the curves are enough."""
+    """Also judge each log with these; None makes the curves only."""
 
 
 PLAIN: Final = LogOrder()
 
 
 def summarise_log(path: Path, order: LogOrder = PLAIN) -> SummarisedLog:
-    """Raises nothing."""
+    """Reads and summarises one log; never raises."""
     try:
         log = read_flight_log(path, order.columns)
         summary = summarise(log)
@@ -70,10 +70,10 @@ def summarise_logs(
     is_cancelled: Callable[[], bool] = lambda: False,
     processes: int | None = None,
 ) -> Iterator[SummarisedLog]:
-    """One result a log, in the order in which they are done; fewer where it was cancelled.
+    """Yields a result per log as they are done; fewer when cancelled.
 
-    Blocks: call it in a thread of its own. `is_cancelled` is asked in that thread, some ten times a second.
-    `processes`: None for as many as there are processors.
+    Blocks: call it in a thread of its own, which polls `is_cancelled` about ten times a second. `processes`: None uses
+    one per processor.
     """
     count = processes if processes is not None else os.cpu_count() or 1
     if len(paths) < FEW_LOGS or count < 2:
@@ -86,19 +86,19 @@ def summarise_logs(
     while waiting and not is_cancelled():
         processes = min(count, MOST_PROCESSES, len(waiting))
         suspects = deque((yield from _in_processes(waiting, order, is_cancelled, processes, ahead=2 * processes)))
-        while suspects and not is_cancelled():  # one of them ended its process: one after the other tells which
+        while suspects and not is_cancelled():  # one of them crashed its process: read one at a time to find it
             for path in (yield from _in_processes(suspects, order, is_cancelled, 1, ahead=1)):
-                yield SummarisedLog(path, None, said(marked("The reading process ended.")))
+                yield SummarisedLog(path, None, unreadable(marked("cannot be read")).why)
 
 
 def _in_processes(
     waiting: deque[Path], order: LogOrder, is_cancelled: Callable[[], bool], processes: int, *, ahead: int
 ) -> Generator[SummarisedLog, None, list[Path]]:
-    """Takes from `waiting` until it is empty or a process ended; returns the logs that were being read then.
+    """Takes from `waiting` until it is empty or a process crashed; returns the logs that were being read then.
 
-    `ahead`: logs that the processes have at a time; a cancellation waits for those that have begun.
+    `ahead`: logs submitted at a time; a cancellation waits for those that have begun.
     """
-    # Started from nothing: a copy of a process with threads may hang, and Windows knows no copies.
+    # Spawned, because a fork of a process with threads may hang, and Windows has none.
     context = multiprocessing.get_context("spawn")
     pool = ProcessPoolExecutor(processes, context, initializer=_begin_worker)
     path_of: dict[Future[SummarisedLog], Path] = {}
@@ -110,7 +110,7 @@ def _in_processes(
             while waiting and not suspects and len(path_of) < ahead:
                 try:
                     path_of[pool.submit(summarise_log, waiting[0], order)] = waiting[0]
-                except BrokenProcessPool:  # the logs that are being read say so too
+                except BrokenProcessPool:  # the submitted logs raise it, too
                     if not path_of:
                         suspects.append(waiting.popleft())
                     break
@@ -128,13 +128,13 @@ def _in_processes(
 
 
 def _begin_worker() -> None:
-    """Ctrl-C is for the program that started this process, which then ends it; and none outlives that program."""
+    """Ignores Ctrl-C, which the parent process handles, and ends with the parent."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_program, name="dps-s program", daemon=True).start()
 
 
 def _end_with_program() -> None:
-    """Where that program was ended at once nothing tells its workers."""
+    """A killed parent does not end its workers."""
     program = multiprocessing.parent_process()
     if program is not None:
         program.join()

@@ -1,7 +1,7 @@
-"""Proposes thresholds that let every flight pass that must, and fire at every one that has to, with their margins.
+"""Proposes thresholds that separate the flights that must fire from those that must not, with margins.
 
-Within the vendor's advice and steps, and under both readings of the vendor's rule: what must not fire does so under
-none of them, what must fire does so under each, before the impact.
+Thresholds are within the vendor's advice and steps. Under both readings of the vendor's rule no flight fires that must
+not, and each fires before the impact that must.
 """
 
 from collections.abc import Sequence
@@ -25,24 +25,24 @@ from protocol.translatable import marked
 Steps = NDArray[np.int64]
 FULL_MARGIN_DEG: Final = 10
 FULL_MARGIN_S: Final = 0.3
-"""More margin than this makes a proposal no better: between equals the one nearest to the vendor's defaults wins."""
+"""Margins count up to these; among equal proposals the one nearest to the vendor's defaults is chosen."""
 CONFLICTS_KEPT: Final = 20
 
 
 class FlightMargin(NamedTuple):
-    """How far one flight is from the other side of a proposal."""
+    """Distance of one flight from the thresholds of a proposal."""
 
     name: str
     group: FlightGroup
     attitude_deg: int
-    """Must not fire: threshold less the largest tilt. Must fire: the tilt that was reached in time less the threshold,
-    negative where this trigger alone would not have fired."""
+    """Must not fire: threshold minus largest tilt. Must fire: tilt reached in time minus threshold, negative where this
+    trigger alone would not fire."""
     freefall_s: float
-    """Must not fire: free-fall time less the longest fall. Must fire: the longest fall in time less that time."""
+    """Must not fire: free-fall time minus longest fall. Must fire: longest fall in time minus free-fall time."""
 
 
 class SeparationConflict(NamedTuple):
-    """A flight that keeps the two lists from being told apart."""
+    """A flight because of which no thresholds separate the lists."""
 
     name: str
     group: FlightGroup
@@ -55,12 +55,12 @@ class ThresholdProposal:
 
     limits: TriggerLimits | None
     margins: tuple[FlightMargin, ...] = ()
-    """One a flight, the nearest to the other side first, those that must not fire before those that must."""
+    """Per flight, smallest first; those that must not fire before those that must."""
     conflicts: tuple[SeparationConflict, ...] = ()
 
     @property
     def settings(self) -> dict[str, Value]:
-        """As profiles and `dps-s set` name them, in the vendor's steps; empty where there are no thresholds."""
+        """Thresholds by the names of profiles and `dps-s set`; empty where there are none."""
         if self.limits is None:
             return {}
         return {
@@ -70,12 +70,12 @@ class ThresholdProposal:
         }
 
     def nearest(self, group: FlightGroup) -> FlightMargin | None:
-        """The flight of the group with the least margin; None where there is none of it."""
+        """The flight of a group with the smallest margin; None for an empty group."""
         return next((one for one in self.margins if one.group is group), None)
 
 
 def propose(flights: FlightSet) -> ThresholdProposal:
-    """`FlightGroup.UNSORTED` does not count. A tenth of a second for hundreds of flights."""
+    """Ignores `FlightGroup.UNSORTED`. Takes about 0.1 s for hundreds of flights."""
     must_not = _Reached.of(flights.flights(FlightGroup.MUST_NOT), FlightGroup.MUST_NOT)
     must = _Reached.of(flights.flights(FlightGroup.MUST), FlightGroup.MUST)
     best = _best(must_not, must)
@@ -98,18 +98,18 @@ class _Thresholds(NamedTuple):
 
 
 class _Reached(NamedTuple):
-    """The largest thresholds at which the flights of a group fire, in the vendor's steps; -1: at none."""
+    """Largest thresholds at which the flights of a group fire, in the vendor's steps; -1: none."""
 
     group: FlightGroup
     names: tuple[str, ...]
     tilt: Steps
     """Shape (flights,)."""
     fall: Steps
-    """Shape (flights, 16), by free-fall acceleration threshold: the largest free-fall time."""
+    """Shape (flights, 16): largest free-fall time, by acceleration threshold."""
 
     @classmethod
     def of(cls, flights: Sequence[FlightSummary], group: FlightGroup) -> "_Reached":
-        """The worse of both readings: for flights that must not fire the larger, for those that must the smaller."""
+        """Uses the worse reading: the larger value for flights that must not fire, the smaller for those that must."""
         worse = max if group is FlightGroup.MUST_NOT else min
         tilts, falls = [], []
         for flight in flights:
@@ -152,7 +152,7 @@ TIMES: Final = _advised("freefall_time_s", CENTISECOND.per_unit)
 
 
 def _best(must_not: _Reached, must: _Reached) -> _Thresholds | None:
-    """The thresholds with the largest least margin, as far as `FULL_MARGIN_*`; None where none separates."""
+    """Thresholds with the largest minimum margin, up to `FULL_MARGIN_*`; None where none separate."""
     usual = TriggerLimits()
     best: _Thresholds | None = None
     best_score = (0.0, 0.0)
@@ -162,7 +162,7 @@ def _best(must_not: _Reached, must: _Reached) -> _Thresholds | None:
             _share(TIMES - must_not.fall[:, acceleration].max(initial=-FULL_TIME_STEPS), FULL_TIME_STEPS)[None, :],
         )
         for tilt, fall in _hardest(must.tilt, must.fall[:, acceleration]):
-            # One step more than the margin: a flight that just reaches the threshold fires.
+            # One step more than the margin, since a flight that just reaches the threshold fires.
             reached = np.maximum(
                 _share(tilt - TILTS + 1, FULL_TILT_STEPS)[:, None], _share(fall - TIMES + 1, FULL_TIME_STEPS)[None, :]
             )
@@ -182,12 +182,12 @@ def _best(must_not: _Reached, must: _Reached) -> _Thresholds | None:
 
 
 def _share(steps: Steps, full: int) -> NDArray[np.float64]:
-    """0 where there is no margin, 1 where it is full."""
+    """0 without a margin, 1 for a full one."""
     return np.clip(steps / full, 0.0, 1.0)
 
 
 def _hardest(tilt: Steps, fall: Steps) -> list[tuple[int, int]]:
-    """Of flights that must fire those that no other one is harder than: lower in tilt and shorter in fall."""
+    """The flights that must fire for which no other has both a smaller tilt and a shorter fall."""
     kept: list[tuple[int, int]] = []
     shortest = None
     for one in sorted(set(zip(tilt.tolist(), fall.tolist(), strict=True))):
@@ -202,8 +202,7 @@ def _conflicts(must_not: _Reached, must: _Reached) -> tuple[SeparationConflict, 
     most_deg, most_s = int(TILTS[-1]), int(TIMES[-1])
     for name, tilt, falls in zip(must_not.names, must_not.tilt.tolist(), must_not.fall, strict=True):
         if tilt >= most_deg:
-            why = said(marked("Tilts to {tilt}°, above every threshold."),
-                       tilt=tilt, most=most_deg)  # fmt: skip
+            why = said(marked("Tilts to {tilt}°, above every threshold."), tilt=tilt)
         elif int(falls[ACCELERATIONS].min()) >= most_s:
             why = said(marked("Falls longer than every free-fall time."))
         else:
@@ -215,7 +214,7 @@ def _conflicts(must_not: _Reached, must: _Reached) -> tuple[SeparationConflict, 
 
 
 def _missed(must_not: _Reached, must: _Reached) -> list[SeparationConflict]:
-    """Flights that must fire and do not at the most sensitive thresholds that let the others pass."""
+    """Flights that must fire but do not at the most sensitive thresholds at which no other fires."""
     tilt = max(int(TILTS[0]), int(must_not.tilt.max(initial=-1)) + 1)
     times = np.maximum(int(TIMES[0]), must_not.fall.max(axis=0, initial=-1) + 1)
     best: NDArray[np.bool_] | None = None

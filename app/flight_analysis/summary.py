@@ -1,4 +1,4 @@
-"""All that a map over thresholds needs of a flight: small, and made once in a worker process."""
+"""Summary of a flight for the map over thresholds: small, made once in a worker process."""
 
 import math
 from dataclasses import dataclass
@@ -18,38 +18,38 @@ ALTITUDE_STEP_S: Final = 0.2
 
 
 class FirstFire(NamedTuple):
-    """What one flight comes to with certain thresholds, under one reading."""
+    """First firing of a flight with given thresholds, under one reading."""
 
     at_s: float
-    """Time of the `FlightLog`; infinite where it would not fire."""
+    """Time of the `FlightLog`; infinite where it does not fire."""
     sources: Source
     is_in_time: bool
-    """It fires, and not only after the impact."""
+    """It fires before the impact."""
     delay_s: float
-    """After the loss of control, negative where it fires before; NaN where either is not known."""
+    """After the loss of control, negative before it; NaN where unknown."""
     drop_m: float
-    """How much lower than at the loss of control; NaN where that is not known."""
+    """Loss of altitude since the loss of control; NaN where unknown."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FlightSummary:
-    """One flight. Times are those of its `FlightLog`, which is read again to show it."""
+    """One flight; times are those of its `FlightLog`, which is read again to show it."""
 
     name: str
-    """Path of the file, as it was given."""
+    """Path of the file as given."""
     format: LogFormat
     duration_s: float
     not_judged_s: float
     tilt_max_deg: float
-    """Of the rows that are judged, as measured; NaN where there are none."""
+    """As measured, of the judged rows; NaN without any."""
     direct: FiringCurves
     damped: FiringCurves
     loss_s: float | None
-    """Estimated loss of control; None: not lost, or not to be told."""
+    """Estimated loss of control; None: not lost, or unknown."""
     impact_s: float | None
-    """None: not known."""
+    """None: unknown."""
     altitude_time_s: Floats
-    """Ascending, some 0.2 s apart; empty where the log says nothing."""
+    """Ascending, about 0.2 s apart; empty where the log has none."""
     altitude_m: Floats
     problems: tuple[UserMessage, ...]
 
@@ -57,14 +57,14 @@ class FlightSummary:
         return self.direct if reading is RuleReading.DIRECT else self.damped
 
     def altitude_at(self, time_s: float) -> float:
-        """Metres; NaN where it is not known."""
+        """Altitude in metres; NaN where unknown."""
         times = self.altitude_time_s
         if not len(times) or not times[0] <= time_s <= times[-1] + ALTITUDE_STEP_S:
             return math.nan
         return float(np.interp(time_s, times, self.altitude_m))
 
     def first_fire(self, limits: TriggerLimits, reading: RuleReading = RuleReading.DIRECT) -> FirstFire:
-        """A look-up. Raises LookupError for a free-fall acceleration above 1.5 g."""
+        """Raises LookupError for a free-fall acceleration above 1.5 g."""
         at_s, sources = self.curves(reading).first(limits)
         fires = at_s != NEVER
         if not fires or self.loss_s is None:
@@ -74,12 +74,12 @@ class FlightSummary:
 
     @property
     def end_s(self) -> float:
-        """After this a firing comes too late: the impact, infinity where that is not known."""
+        """Time after which firing is too late: the impact, infinite where unknown."""
         return NEVER if self.impact_s is None else self.impact_s
 
 
 def summarise(log: FlightLog) -> FlightSummary:
-    """Some 15 ms for ten minutes."""
+    """Takes about 15 ms for a flight of ten minutes."""
     lost = loss_of_control(log)
     tilts = log.tilt_deg[log.is_judged & np.isfinite(log.tilt_deg)]
     altitude_time_s, altitude_m = _altitude(log)

@@ -1,6 +1,6 @@
-"""Makes a `FlightLog` of raw channels: one clock, rows at the module's report rate, and nothing that cannot be true.
+"""Makes a `FlightLog` of raw channels: one clock, rows at the module's report rate, invalid samples removed.
 
-A row carries the newest sample that is not after it. Over a pause nothing is carried on: there are no rows.
+A row holds the newest sample up to its time. A pause in the samples has no rows.
 """
 
 from typing import Final, NamedTuple
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.firing.judge import LONGEST_GAP_S
-from app.flight_logs.flight_log import REPORT_HZ, Flags, FlightLog, Floats, LogFormat, LogUnreadable, ModeChange
+from app.flight_logs.flight_log import REPORT_HZ, Flags, FlightLog, Floats, LogFormat, ModeChange, unreadable
 from app.flight_logs.force_checks import believed_force
 from app.flight_logs.raw_log import Channel, FlagChannel, RawLog
 from app.text.messages import UserMessage, said
@@ -18,13 +18,13 @@ from protocol.translatable import marked
 MOST_ROWS: Final = 48 * 3600 * REPORT_HZ
 """Two days."""
 LATEST_S: Final = 1e10
-"""No clock of a flight controller tells more, since boot or since 1970."""
+"""Latest plausible time, since boot or since 1970."""
 AFTER_DISARM_S: Final = 5.0
-"""Judged after disarming too: an aircraft whose motors were stopped in the air still falls."""
+"""Also judged after disarming: an aircraft whose motors stop in the air still falls."""
 ALTITUDE_HOLDS_S: Final = 5.0
 _TICK: Final = 1e-6
 _DECIMALS: Final = 3
-"""Undoes what was lost by keeping values as 32-bit floats."""
+"""Rounds away the error of 32-bit floats."""
 
 
 def assembled(raw: RawLog) -> FlightLog:
@@ -34,7 +34,7 @@ def assembled(raw: RawLog) -> FlightLog:
     forces = [one for one in (_cleaned(each, problems) for each in raw.forces_g) if len(one.time_s)]
     sensed = [*((tilt,) if tilt else ()), *forces]
     if not sensed:
-        raise LogUnreadable(said(marked("No attitude and no acceleration.")))
+        raise unreadable(marked("no attitude and no acceleration"))
     if tilt is None:
         problems.append(said(marked("No attitude: attitude trigger not judged.")))
     if not forces:
@@ -51,7 +51,7 @@ def assembled(raw: RawLog) -> FlightLog:
         None if flags is None else _flags_at(flags, time_s + start_s) for flags in (raw.armed, raw.on_ground)
     )
     is_judged = _judged(time_s, is_armed, is_on_ground)
-    note_pauses(time_s, is_judged, problems)
+    _note_pauses(time_s, is_judged, problems)
     return FlightLog(
         name=raw.name,
         format=raw.format,
@@ -69,30 +69,26 @@ def assembled(raw: RawLog) -> FlightLog:
 
 
 def _cleaned(channel: Channel, problems: list[UserMessage]) -> Channel:
-    """Only what is a number at a time, in order of time; says what was left out."""
+    """Finite samples in order of time; appends what was left out to `problems`."""
     time_s, values = (np.asarray(one, np.float64) for one in channel)
     is_number = np.isfinite(time_s) & (np.abs(time_s) <= LATEST_S) & np.isfinite(values)
     if not is_number.all():
         count = int((~is_number).sum())
         problems.append(said(marked("Invalid samples left out: {count}."), count=f"{count:,}"))
         time_s, values = time_s[is_number], values[is_number]
-    is_newest = np.diff(time_s, append=np.inf) != 0  # of samples with one time: no clock counts that finely
+    is_newest = np.diff(time_s, append=np.inf) != 0  # of samples with equal times
     time_s, values = time_s[is_newest], values[is_newest]
     kept = ascending(time_s)
     if not kept.all():
-        problems.append(
-            said(
-                marked("The clock jumps back; samples left out: {count}."),
-                count=f"{int((~kept).sum()):,}",
-            )
-        )
+        count = int((~kept).sum())
+        problems.append(said(marked("The clock jumps back; samples left out: {count}."), count=f"{count:,}"))
         time_s, values = time_s[kept], values[kept]
     return Channel(time_s, values)
 
 
 def ascending(time_s: Floats) -> Flags:
-    """The rows to keep so that times ascend: without those that lie behind the newest before them, or without those
-    that lie ahead of the oldest after them, whichever leaves more. Equal times keep the last row."""
+    """The rows to keep so that times ascend: drops either rows older than one before them or rows newer than one after
+    them, whichever keeps more. Equal times keep the last row."""
     if not len(time_s):
         return np.ones(0, np.bool_)
     is_last = np.append(np.diff(time_s) != 0, np.True_)
@@ -107,28 +103,26 @@ def ascending(time_s: Floats) -> Flags:
 
 
 def _held(time_s: Floats) -> tuple[NDArray[np.int64], NDArray[np.intp]]:
-    """Ticks of the report rate at which there is a sample that holds, and which sample that is."""
+    """Ticks of the report rate that are covered by a sample, and the sample of each."""
     firsts = np.ceil(time_s * REPORT_HZ - _TICK).astype(np.int64)
     counts = np.ones(len(firsts), np.int64)
     holds = np.diff(time_s) <= LONGEST_GAP_S
     counts[:-1][holds] = np.diff(firsts)[holds]
     total = int(counts.sum())
     if total > MOST_ROWS:
-        raise LogUnreadable(said(marked("Longer than 48 hours.")))
+        raise unreadable(marked("longer than 48 hours"))
     samples = np.repeat(np.arange(len(firsts)), counts)
     ramp = np.arange(total) - np.repeat(np.cumsum(counts) - counts, counts)
     return firsts[samples] + ramp, samples
 
 
 def _merged(ticks: list[NDArray[np.int64]]) -> NDArray[np.int64]:
-    """Every tick once; each of the arrays ascends, so that this sorting only merges."""
+    """Every tick once; a stable sort merges the ascending arrays."""
     merged = np.sort(np.concatenate(ticks), kind="stable")
     return merged[np.diff(merged, prepend=merged[0] - 1) > 0]
 
 
-def _column(
-    ticks: NDArray[np.int64], held: NDArray[np.int64], samples: NDArray[np.intp], values: Floats
-) -> Floats:  # fmt: skip
+def _column(ticks: NDArray[np.int64], held: NDArray[np.int64], samples: NDArray[np.intp], values: Floats) -> Floats:
     column = np.full(len(ticks), np.nan)
     column[np.searchsorted(ticks, held)] = values[samples]
     return column
@@ -145,7 +139,7 @@ def _flags_at(flags: FlagChannel, time_s: Floats) -> Flags:
 
 
 def _judged(time_s: Floats, is_armed: Flags | None, is_on_ground: Flags | None) -> Flags:
-    """From the first arming on; after disarming for `AFTER_DISARM_S`, or until it is on the ground."""
+    """From the first arming until `AFTER_DISARM_S` after disarming, or until it is on the ground."""
     if is_armed is None or not is_armed.any():
         return np.ones(len(time_s), np.bool_)
     armed_s = np.maximum.accumulate(np.where(is_armed, time_s, -np.inf))
@@ -156,7 +150,7 @@ def _judged(time_s: Floats, is_armed: Flags | None, is_on_ground: Flags | None) 
 
 
 def _altitude_at(altitude_m: Channel, time_s: Floats) -> Floats:
-    """Between two samples that are near enough; NaN elsewhere."""
+    """Interpolated between samples within `ALTITUDE_HOLDS_S`; NaN elsewhere."""
     channel = _cleaned(altitude_m, [])
     if not len(channel.time_s):
         return np.full(len(time_s), np.nan)
@@ -169,7 +163,8 @@ def _altitude_at(altitude_m: Channel, time_s: Floats) -> Floats:
     return np.where(is_near, np.interp(time_s, channel.time_s, channel.values), np.nan)
 
 
-def note_pauses(time_s: Floats, is_judged: Flags, problems: list[UserMessage]) -> None:
+def _note_pauses(time_s: Floats, is_judged: Flags, problems: list[UserMessage]) -> None:
+    """Appends pauses and time that is not judged to `problems`."""
     steps = np.diff(time_s)
     pauses = steps[steps > LONGEST_GAP_S]
     if len(pauses):
@@ -180,18 +175,12 @@ def note_pauses(time_s: Floats, is_judged: Flags, problems: list[UserMessage]) -
             )
         )  # fmt: skip
     if not is_judged.all():
-        left_out = covered_part_s(time_s, ~is_judged)
-        problems.append(said(marked("Not judged: {total:.1f} s on the ground."), total=left_out))
-
-
-def covered_part_s(time_s: Floats, is_part: Flags) -> float:
-    """Time of the rows that are part of it, without the pauses."""
-    steps = np.diff(time_s)
-    return float(steps[(steps <= LONGEST_GAP_S) & is_part[1:]].sum())
+        left_out_s = float(steps[(steps <= LONGEST_GAP_S) & ~is_judged[1:]].sum())
+        problems.append(said(marked("Not judged: {total:.1f} s on the ground."), total=left_out_s))
 
 
 class Reports(NamedTuple):
-    """Status reports in their order, and times of restarts; seconds of any one clock."""
+    """Status reports in order, and times of restarts, in seconds of one clock."""
 
     time_s: Floats
     tilt_deg: Floats
@@ -200,7 +189,7 @@ class Reports(NamedTuple):
 
 
 def flight_of_reports(name: str, kind: LogFormat, reports: Reports, problems: list[UserMessage]) -> FlightLog:
-    """Every report is a row, as it came. Raises `LogUnreadable` where there is none."""
+    """Makes each report a row. Raises `LogUnreadable` where there is none."""
     time_s, tilt_deg, acceleration_g, resets_s = reports
     is_good = np.isfinite(time_s) & (np.abs(time_s) <= LATEST_S) & np.isfinite(tilt_deg) & np.isfinite(acceleration_g)
     newest = np.maximum.accumulate(np.where(is_good, time_s, -np.inf)) if len(time_s) else time_s
@@ -210,10 +199,10 @@ def flight_of_reports(name: str, kind: LogFormat, reports: Reports, problems: li
         problems.append(said(marked("Invalid samples left out: {count}."), count=f"{count:,}"))
     time_s, tilt_deg, acceleration_g = time_s[is_good], tilt_deg[is_good], acceleration_g[is_good]
     if not len(time_s):
-        raise LogUnreadable(said(marked("No status reports.")))
+        raise unreadable(marked("no status reports"))
     start_s = float(time_s[0])
     is_judged = np.ones(len(time_s), np.bool_)
-    note_pauses(time_s, is_judged, problems)
+    _note_pauses(time_s, is_judged, problems)
     return FlightLog(
         name=name,
         format=kind,

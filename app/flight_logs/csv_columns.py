@@ -5,13 +5,13 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Final
 
-from app.flight_logs.flight_log import LogUnreadable
-from app.text.messages import UserMessage, clean, said
+from app.flight_logs.flight_log import LogUnreadable, unreadable
+from app.text.messages import clean, said
 from protocol.translatable import marked
 
 
 class CsvRole(Enum):
-    """What a column holds; the value is the word on the command line, with its unit."""
+    """Content of a column; the value is its name on the command line."""
 
     TIME_S = "time_s"
     TIME_MS = "time_ms"
@@ -40,7 +40,7 @@ class CsvRole(Enum):
 
 
 TIMES: Final[Mapping[CsvRole, float]] = {CsvRole.TIME_S: 1.0, CsvRole.TIME_MS: 1e-3, CsvRole.TIME_US: 1e-6}
-"""Seconds of one."""
+"""Unit of each in seconds."""
 ATTITUDES: Final = (
     (CsvRole.TILT_DEG,),
     (CsvRole.QW, CsvRole.QX, CsvRole.QY, CsvRole.QZ),
@@ -62,47 +62,48 @@ _USUAL: Final[Mapping[CsvRole, tuple[str, ...]]] = {
     CsvRole.QY: ("qy", "q[2]"),
     CsvRole.QZ: ("qz", "q[3]"),
 }
-"""Names that say what they are, besides the word itself. `timestamp`: microseconds, as in PX4's own exports."""
+"""Further column names that are recognised. `timestamp`: microseconds, as in PX4's exports."""
 
 
 @dataclass(frozen=True, slots=True)
 class CsvColumns:
-    """The name of the column for each role that is chosen. Raises `LogUnreadable` where that cannot be enough."""
+    """Column names by role. Raises `LogUnreadable` where they are not enough."""
 
     names: Mapping[CsvRole, str]
 
     def __post_init__(self) -> None:
         if sum(role in self.names for role in TIMES) != 1:
-            raise LogUnreadable(said(marked("One column must be time_s, time_ms or time_us.")))
+            raise unreadable(marked("one column must be time_s, time_ms or time_us"))
         if not self.attitude and not self.force:
-            raise LogUnreadable(said(marked("No attitude and no acceleration.")))
+            raise unreadable(marked("no attitude and no acceleration"))
 
     @property
     def attitude(self) -> tuple[CsvRole, ...]:
-        """The roles that the tilt is computed from; empty where there are none."""
+        """Roles from which the tilt is computed; may be empty."""
         return next((roles for roles in ATTITUDES if all(role in self.names for role in roles)), ())
 
     @property
     def force(self) -> tuple[CsvRole, ...]:
-        """The roles that the specific force is computed from; empty where there are none."""
+        """Roles from which the specific force is computed; may be empty."""
         return next((roles for roles in FORCES if all(role in self.names for role in roles)), ())
 
 
 def parse_choice(words: Sequence[str]) -> CsvColumns:
-    """From words such as `roll_deg=ATT.Roll`. Raises `LogUnreadable`."""
+    """Parses words such as `roll_deg=ATT.Roll`. Raises `LogUnreadable`."""
     names: dict[CsvRole, str] = {}
     by_word = {role.value: role for role in CsvRole}
     for word in words:
         key, equals, name = word.partition("=")
         role = by_word.get(key)
         if role is None or not equals or not name:
-            raise LogUnreadable(_no_role(word))
+            text, roles = marked("“{word}”: ROLE=COLUMN is needed, of {roles}."), ", ".join(by_word)
+            raise LogUnreadable(said(text, word=clean(word, longest=60), roles=roles))
         names[role] = name
     return CsvColumns(names)
 
 
 def recognised(head: Sequence[str]) -> CsvColumns:
-    """The columns whose names say what they are. Raises `LogUnreadable`."""
+    """Recognises columns by their names. Raises `LogUnreadable`."""
     places = {name.strip().lower(): name for name in reversed(head)}
     names: dict[CsvRole, str] = {}
     for role in CsvRole:
@@ -110,10 +111,3 @@ def recognised(head: Sequence[str]) -> CsvColumns:
         if found is not None and not (role in TIMES and names.keys() & TIMES.keys()):
             names[role] = found
     return CsvColumns(names)
-
-
-def _no_role(word: str) -> UserMessage:
-    return said(
-        marked("“{word}”: ROLE=COLUMN is needed, of {roles}."),
-        word=clean(word, longest=60), roles=", ".join(role.value for role in CsvRole),
-    )  # fmt: skip

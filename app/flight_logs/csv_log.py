@@ -11,7 +11,7 @@ import numpy as np
 
 from app.flight_logs.assembly import Reports, assembled, flight_of_reports
 from app.flight_logs.csv_columns import TIMES, CsvColumns, CsvRole, recognised
-from app.flight_logs.flight_log import FlightLog, Floats, LogFormat, LogUnreadable
+from app.flight_logs.flight_log import FlightLog, Floats, LogFormat, LogUnreadable, unreadable
 from app.flight_logs.raw_log import (
     STANDARD_GRAVITY_M_S2,
     Channel,
@@ -31,16 +31,16 @@ LONGEST_LINE: Final = 256 * 1024
 
 
 def read_head(path: Path) -> list[str]:
-    """Names of the columns, for choosing among them. Raises `LogUnreadable`, OSError."""
+    """Names of the columns. Raises `LogUnreadable`, OSError."""
     with path.open("r", encoding="utf-8-sig", errors="replace", newline="") as file:
         line = file.readline(LONGEST_LINE)
     return _head_of(line)
 
 
 def read_csv(path: Path, columns: CsvColumns | None = None) -> FlightLog:
-    """`columns`: None where they say themselves what they are. Raises `LogUnreadable`, OSError.
+    """`columns`: None recognises them by name. Raises `LogUnreadable`, OSError.
 
-    What this program has exported is taken report by report; anything else is seen at the module's report rate.
+    An export of this program is read report by report; any other file is resampled at the module's report rate.
     """
     raw = RawLog(name=str(path), format=LogFormat.CSV)
     with path.open("r", encoding="utf-8-sig", errors="replace", newline="") as file:
@@ -69,7 +69,7 @@ def read_csv(path: Path, columns: CsvColumns | None = None) -> FlightLog:
 
 
 def _known(time_s: Floats, values: Floats) -> Channel:
-    """Without the lines in which the cell is empty, as those of another quantity are."""
+    """Without the rows in which the cell is empty."""
     is_known = ~np.isnan(values)
     return Channel(time_s[is_known], values[is_known])
 
@@ -85,7 +85,7 @@ def _head_of(line: str) -> list[str]:
         head = []
     head = [name.strip() for name in head]
     if not 2 <= len(head) <= MOST_COLUMNS:
-        raise LogUnreadable(said(marked("No column names in the first line.")))
+        raise unreadable(marked("no column names in the first line"))
     return head
 
 
@@ -101,18 +101,18 @@ def _places(head: list[str], columns: CsvColumns) -> dict[CsvRole, int]:
 
 
 def _numbers(file: TextIO, separator: str, places: Mapping[CsvRole, int]) -> list[Floats]:
-    """The columns as numbers, NaN for what is none."""
+    """The columns as numbers; NaN for other cells."""
     wanted = list(places.values())
-    pieces = iter(lambda: file.readline(LONGEST_LINE), "")  # whatever a line is long
+    pieces = iter(lambda: file.readline(LONGEST_LINE), "")  # bounds the length of a line
     lines = csv.reader((line.replace("\0", "") for line in pieces), delimiter=separator)
     cells = array("d")
     try:
         for row in lines:
             cells.extend([_number(row[one]) if one < len(row) else math.nan for one in wanted])
             if len(cells) > MOST_CELLS:
-                raise LogUnreadable(said(marked("Too large."), count=f"{MOST_CELLS:,}"))
+                raise unreadable(marked("too large"))
     except csv.Error as error:
-        raise LogUnreadable(said(marked("Unknown kind of file."))) from error
+        raise unreadable(marked("unknown kind of file")) from error
     return list(np.frombuffer(cells).reshape(-1, len(wanted)).T)
 
 

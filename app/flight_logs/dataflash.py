@@ -6,32 +6,16 @@ from typing import Final
 import numpy as np
 
 from app.flight_logs.dataflash_file import DataflashFile, DataflashTable
-from app.flight_logs.flight_log import Floats, LogFormat, LogUnreadable, ModeChange
+from app.flight_logs.flight_log import Floats, LogFormat, ModeChange, unreadable
 from app.flight_logs.raw_log import MOST_MODES, Channel, FlagChannel, RawLog, force_of_axes, tilt_of_roll_and_pitch
 from app.flight_logs.records import read_bytes
 from app.text.messages import said
 from protocol.translatable import marked
 
-TABLES: Final = frozenset(
-    {
-        "ATT",
-        "AHR2",
-        "IMU",
-        "IMU2",
-        "IMU3",
-        "ACC",
-        "ACC1",
-        "ACC2",
-        "ACC3",
-        "EV",
-        "ARM",
-        "MODE",
-        "BARO",
-        "CTUN",
-        "POS",
-        "MSG",
-    }
-)
+TABLES: Final = frozenset({
+    "ATT", "AHR2", "IMU", "IMU2", "IMU3", "ACC", "ACC1", "ACC2", "ACC3", "EV", "ARM", "MODE", "BARO", "CTUN", "POS",
+    "MSG",
+})  # fmt: skip
 EVENT_ARMED, EVENT_DISARMED, EVENT_LANDED, EVENT_NOT_LANDED = 10, 11, 18, 28
 COPTER_MODES: Final = {
     0: "STABILIZE", 1: "ACRO", 2: "ALT_HOLD", 3: "AUTO", 4: "GUIDED", 5: "LOITER", 6: "RTL", 7: "CIRCLE", 9: "LAND",
@@ -65,15 +49,15 @@ def read_dataflash(path: Path) -> RawLog:
 
 
 def _times(file: DataflashFile, table: DataflashTable) -> Floats:
-    """Raises `LogUnreadable` for the logs of before 2014, whose records have no times."""
+    """Raises `LogUnreadable` for logs from before 2014, whose records have no times."""
     for label, scale in _CLOCKS:
         if table.has(label):
             return file.column(table, label) * scale
-    raise LogUnreadable(said(marked("No times: from before 2014.")))
+    raise unreadable(marked("no times: from before 2014"))
 
 
 def _forces(file: DataflashFile, table: DataflashTable) -> list[Channel]:
-    """One channel for each sensor: newer logs number the sensors within one table."""
+    """One channel per sensor; newer logs number the sensors within one table."""
     if not table.has("AccX", "AccY", "AccZ"):
         return []
     time_s = _times(file, table)
@@ -85,7 +69,7 @@ def _forces(file: DataflashFile, table: DataflashTable) -> list[Channel]:
 
 
 def _altitude(file: DataflashFile) -> Channel | None:
-    """The estimator's before the barometer's."""
+    """The estimator's altitude, else the barometer's."""
     for name, labels in (("POS", ("RelHomeAlt", "Alt")), ("CTUN", ("Alt", "BarAlt")), ("BARO", ("Alt",))):
         table = file.tables.get(name)
         label = next((one for one in labels if table is not None and table.has(one)), None)

@@ -1,6 +1,6 @@
-"""The container of ArduPilot's DataFlash logs (`.bin`): it describes its own records.
+"""Container of ArduPilot's DataFlash logs (`.bin`), which defines its own record formats.
 
-Read here and not with pymavlink, which is larger than the rest of the program together: see docs/flight-logs.md.
+Read without pymavlink, which is larger than the rest of the program: see docs/flight-logs.md.
 """
 
 from array import array
@@ -11,10 +11,9 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from app.flight_logs.flight_log import Floats, LogUnreadable
-from app.flight_logs.record_chain import MOST_CHAINS, STEPS_BEFORE, RecordChain, merged_places, positions
+from app.flight_logs.flight_log import Floats, unreadable
+from app.flight_logs.record_chain import MOST_CHAINS, STEPS_BEFORE, RecordChain, merge_places, positions
 from app.flight_logs.records import MOST_DAMAGES, MOST_WALKED, gathered, gathered_floats
-from app.text.messages import said
 from protocol.translatable import marked
 
 MAGIC: Final = b"\xa3\x95"
@@ -38,7 +37,7 @@ _TYPES: Final[Mapping[str, _Type]] = {
 
 
 class DataflashField(NamedTuple):
-    """Where a value stands in a record, its numpy type, and what its number is multiplied with."""
+    """Offset of a value in a record, its numpy type and its factor."""
 
     offset: int
     kind: str
@@ -52,33 +51,33 @@ class DataflashTable:
     name: str
     fields: Mapping[str, DataflashField]
     places: "array[int]" = field(default_factory=lambda: array("q"))
-    """Where the records begin."""
+    """Offsets of the records."""
 
     def has(self, *names: str) -> bool:
         return len(self.places) > 0 and all(name in self.fields for name in names)
 
 
 class DataflashFile:
-    """`tables` holds, by name, those of `wanted` that the file has records of. Raises `LogUnreadable`."""
+    """`tables` has the tables of `wanted`, by name. Raises `LogUnreadable`."""
 
     def __init__(self, data: bytes, wanted: frozenset[str]) -> None:
         if not data.startswith(MAGIC):
-            raise LogUnreadable(said(marked("Unknown kind of file.")))
+            raise unreadable(marked("unknown kind of file"))
         self._data = data
         self._wanted = wanted
         self.tables: dict[str, DataflashTable] = {}
         self.skipped_bytes = 0
-        """That were no records: damage."""
+        """Bytes that are not records: damage."""
         self._lengths = [0] * 256
         self._lengths[_FORMAT_KIND] = _FORMAT_BYTES
         self._table_of: list[array[int] | None] = [None] * 256
         self._chains = 0
         self._kinds = np.empty(0, np.uint8)
-        """Of the candidates of the chain that is in use."""
+        """Record types of the candidates of the current chain."""
         self._walk()
 
     def column(self, table: DataflashTable, name: str) -> Floats:
-        """In the unit that the log's format gives it, as floating point."""
+        """A column in the unit of its format."""
         offset, kind, scale = table.fields[name]
         if kind.startswith("S"):
             return np.full(len(table.places), np.nan)
@@ -127,7 +126,7 @@ class DataflashFile:
         self._collect(chain)
 
     def _chain(self) -> RecordChain | None:
-        """Of all that begins like a record of a kind that is known, but for definitions: those are read one by one."""
+        """A chain of all that begins like a record of a known type; definitions are read one by one."""
         self._chains += 1
         starts = positions(self._data, 0, len(self._data), *MAGIC)
         if starts is None:
@@ -144,17 +143,16 @@ class DataflashFile:
         return RecordChain(starts[ends <= len(self._data)], ends[ends <= len(self._data)])
 
     def _collect(self, chain: RecordChain | None) -> None:
-        """What the chain skipped over goes where single steps would have put it."""
+        """Adds the records that the chain skipped over to their tables."""
         if chain is None:
             return
         records = chain.records
         for kind, places in enumerate(self._table_of):
             if places is not None:
-                skipped = chain.starts[records[self._kinds[records] == kind]]
-                places[:] = array("q", merged_places(np.array(places, np.int64), skipped).tobytes())
+                merge_places(places, chain.starts[records[self._kinds[records] == kind]])
 
     def _define(self, body: bytes) -> bool:
-        """Whether it is a new definition: where a kind was defined before, a later definition does not count."""
+        """Whether it is a new definition; the first definition of a type counts."""
         kind, length = body[0], body[1]
         name, types, labels = (part.split(b"\0")[0].decode("latin-1") for part in (body[2:6], body[6:22], body[22:86]))
         if kind == _FORMAT_KIND or self._lengths[kind] or length < _HEAD_BYTES:

@@ -1,6 +1,6 @@
-"""A flight as a module on the aircraft would have felt it, whatever wrote the log.
+"""A flight as a module on the aircraft would have measured it, independent of the format of the log.
 
-Times are seconds since the first sample of the log. Angles are degrees, accelerations multiples of g.
+Times are seconds since the first sample, angles degrees, accelerations multiples of g.
 """
 
 from dataclasses import dataclass, field
@@ -11,18 +11,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.firing.judge import LONGEST_GAP_S
-from app.text.messages import UserMessage
+from app.text.messages import UserMessage, said
 from protocol.translatable import marked
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 REPORT_HZ: Final = 50
-"""Rows a second in a `FlightLog` that no module measured. The vendor names no rate; it is the simulated module's."""
+"""Rows per second of a `FlightLog` that no module measured; the rate of the simulated module."""
 
 
 class LogFormat(Enum):
-    """Kind of file; the value is its name for people."""
+    """Kind of file; the value is the name that is shown."""
 
     ULOG = "PX4 ULog"
     DATAFLASH = "ArduPilot DataFlash"
@@ -32,14 +32,19 @@ class LogFormat(Enum):
 
 
 class LogUnreadable(Exception):
-    """Nothing of the file can be judged; `why` says so."""
+    """The file has nothing that can be judged; `why` is a sentence."""
 
     def __init__(self, why: UserMessage) -> None:
-        super().__init__(why)  # as the only argument, so that it survives the way between processes
+        super().__init__(why)  # as the only argument, so that it can be pickled
         self.why = why
 
     def __str__(self) -> str:
         return self.why.in_english()
+
+
+def unreadable(why: str) -> LogUnreadable:
+    """`why` without a full stop, English, marked."""
+    return LogUnreadable(said("{why}.", why=said(why)))
 
 
 class ModeChange(NamedTuple):
@@ -47,27 +52,27 @@ class ModeChange(NamedTuple):
 
     time_s: float
     name: str
-    """As the flight controller calls it: "LOITER", "mode 5"."""
+    """The flight controller's name: "LOITER", "mode 5"."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FlightLog:
-    """One flight. All arrays have the same length, one row for each report that a module would have sent.
+    """One flight. All arrays have the same length, one row per report that a module would have sent.
 
-    Rows exist only where the log has samples: a pause in the log is a step in `time_s` of more than `LONGEST_GAP_S`.
+    A pause in the log is a step in `time_s` of more than `LONGEST_GAP_S`.
     """
 
     name: str
-    """Path of the file, as it was given."""
+    """Path of the file as given."""
     format: LogFormat
     time_s: Floats
     """Ascending seconds since the first sample."""
     tilt_deg: Floats
-    """0 level, 180 upside down; NaN where the attitude is not known."""
+    """0 level, 180 upside down; NaN where the attitude is unknown."""
     specific_force_g: Floats
-    """Length of the specific force, 1 at rest; NaN where it is not known or the sensor is not to be believed."""
+    """Length of the specific force, 1 at rest; NaN where it is unknown or the sensor is implausible."""
     is_judged: Flags
-    """False before the first arming and after the landing: nothing is claimed about these rows."""
+    """False before the first arming and after the landing: these rows are not judged."""
     duration_s: float
     """From the first sample of the log to its last."""
     is_armed: Flags | None = None
@@ -75,29 +80,29 @@ class FlightLog:
     is_on_ground: Flags | None = None
     """None: the log does not say."""
     altitude_m: Floats | None = None
-    """Above any fixed level; NaN where it is not known. None: the log does not say."""
+    """Above any fixed level; NaN where unknown. None: the log does not say."""
     modes: tuple[ModeChange, ...] = ()
     """In order of time."""
     resets_s: tuple[float, ...] = ()
-    """Times at which the module that measured it restarted, and forgot everything."""
+    """Times at which the measuring module restarted."""
     has_module_resolution: bool = False
-    """Measured by a module: values are its reports already, whole degrees and tenths of g."""
+    """Measured by a module: values are whole degrees and tenths of g."""
     problems: tuple[UserMessage, ...] = field(default=())
-    """What was left out or looks wrong, for people and for JSON (`in_words`, `in_english`)."""
+    """What was left out or looks wrong."""
 
     @property
     def judged_s(self) -> float:
-        """Time that both triggers were judged for."""
+        """Time for which both triggers were judged."""
         is_usable = self.is_judged & np.isfinite(self.tilt_deg) & np.isfinite(self.specific_force_g)
         return covered_s(self.time_s[is_usable])
 
     @property
     def not_judged_s(self) -> float:
-        """Time of the log that nothing, or not everything, is claimed about."""
+        """Time for which at least one trigger was not judged."""
         return max(0.0, round(self.duration_s - self.judged_s, 6))
 
 
 def covered_s(time_s: Floats) -> float:
-    """Sum of the steps between these times that are no pauses."""
+    """Time covered by these rows without pauses."""
     steps = np.diff(time_s)
     return float(steps[steps <= LONGEST_GAP_S].sum())

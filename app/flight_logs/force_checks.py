@@ -1,4 +1,4 @@
-"""Which acceleration is to be believed: wrong scales, sensors that lie, two sensors that disagree."""
+"""Checks acceleration sensors for wrong scale, stuck values and disagreement."""
 
 from typing import Final
 
@@ -12,15 +12,14 @@ from protocol.translatable import marked
 AVERAGED_S: Final = 1.0
 REST_G: Final = (0.8, 1.25)
 LEAST_REST: Final = 0.05
-"""Share of the log in which the average has to be at rest: whatever flies or falls for long feels 1 g."""
+"""Share of the log in which the average must be at rest: over time any aircraft measures 1 g."""
 LONGEST_FALL_S: Final = 10.0
-"""An average below 0.8 g for longer is a bad sensor: after 10 s of it an aircraft would be 100 m lower and faster than
-its own drag allows, after which it feels 1 g again."""
+"""An average below 0.8 g for longer is a bad sensor: within 10 s of falling drag brings it back to 1 g."""
 DISAGREE_G: Final = 0.3
 
 
 def believed_force(time_s: Floats, sensors: list[Floats], problems: list[UserMessage]) -> Floats:
-    """One column of the sensors' columns (g, NaN where a sensor has no sample); NaN where none is to be believed."""
+    """Combines the sensors' columns (g, NaN without a sample); NaN where none is plausible."""
     checked = [_checked(time_s, one, number, problems) for number, one in enumerate(sensors, 1)]
     believed = max(checked, key=lambda one: int(np.isfinite(one).sum()))  # the first of equals
     for other in checked:
@@ -58,7 +57,7 @@ def _checked(time_s: Floats, force_g: Floats, number: int, problems: list[UserMe
 
 
 def _long_runs(time_s: Floats, is_low: Flags) -> list[tuple[float, float]]:
-    """Begin and end of the runs that last for longer than `LONGEST_FALL_S`."""
+    """Start and end of the runs longer than `LONGEST_FALL_S`."""
     edges = np.flatnonzero(np.diff(is_low, prepend=False, append=False))
     starts_s, ends_s = time_s[edges[::2]], time_s[edges[1::2] - 1]
     is_long = ends_s - starts_s > LONGEST_FALL_S
@@ -70,7 +69,7 @@ def _agreed(time_s: Floats, one: Floats, other: Floats, problems: list[UserMessa
     if not len(rows):
         return one
     means_g = [averaged(time_s[rows], each[rows], AVERAGED_S) for each in (one, other)]
-    matters = np.minimum(*means_g) < REST_G[0]  # at which height two sensors clip a blow tells nothing about a fall
+    matters = np.minimum(*means_g) < REST_G[0]  # sensors may clip an impact at different values
     is_apart = np.zeros(len(one), np.bool_)
     is_apart[rows[matters & (np.abs(means_g[0] - means_g[1]) > DISAGREE_G)]] = True
     if not is_apart.any():

@@ -1,4 +1,4 @@
-"""Flights that a module measured itself: recordings of this program, as folders and as MCAP."""
+"""Reads flights measured by a module: recordings of this program, as folders and as MCAP."""
 
 import json
 import struct
@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 
 from app.flight_logs.assembly import MOST_ROWS, Reports, flight_of_reports
-from app.flight_logs.flight_log import FlightLog, Floats, LogFormat, LogUnreadable
+from app.flight_logs.flight_log import FlightLog, Floats, LogFormat, unreadable
 from app.flight_logs.records import read_bytes
 from app.recordings.file_layout import Unreadable
 from app.recordings.markers import MarkerKind
@@ -43,15 +43,9 @@ def read_recording(folder: Path) -> FlightLog:
             is_damaged = recording.damage is not None
     except RecordingUnreadable as error:
         cause = error.__cause__
-        raise LogUnreadable(
-            said("{why}.", why=said(str(cause))) if isinstance(cause, Unreadable) else cannot_be_read()
-        ) from error
+        raise unreadable(str(cause) if isinstance(cause, Unreadable) else marked("cannot be read")) from error
     problems = [said(marked("A damaged part is left out."))] if is_damaged else []
     return flight_of_reports(str(folder), LogFormat.RECORDING, reports, problems)
-
-
-def cannot_be_read() -> UserMessage:
-    return said(marked("It cannot be read."))
 
 
 # MCAP, as this program writes it: https://mcap.dev/spec
@@ -61,16 +55,16 @@ def read_mcap(path: Path) -> FlightLog:
     """Raises `LogUnreadable`, OSError."""
     data = read_bytes(path)
     if not data.startswith(MCAP_MAGIC):
-        raise LogUnreadable(said(marked("Unknown kind of file.")))
+        raise unreadable(marked("unknown kind of file"))
     reader = _McapReader()
     reader.read(data)
     if not reader.topics.keys() & {"/status"}:
-        raise LogUnreadable(said(marked("Unknown kind of file.")))
+        raise unreadable(marked("unknown kind of file"))
     return flight_of_reports(str(path), LogFormat.MCAP, reader.reports(), reader.problems)
 
 
 class _McapReader:
-    """Takes apart a whole file, without its indexes; bounded whatever the file claims."""
+    """Reads a whole file without its indexes; time and memory are bounded."""
 
     def __init__(self) -> None:
         self.topics: dict[str, int] = {}
@@ -84,7 +78,7 @@ class _McapReader:
         if self._unread:
             self.problems.append(said(marked("Invalid samples left out: {count}."), count=f"{self._unread:,}"))
         start = self._times_ns[0] if self._times_ns else 0
-        since_ns = np.frombuffer(self._times_ns, np.uint64) - np.uint64(start)  # a time before wraps around
+        since_ns = np.frombuffer(self._times_ns, np.uint64) - np.uint64(start)  # earlier times wrap around
         time_s: Floats = np.multiply(since_ns.astype(np.int64), _NANOSECOND, dtype=np.float64)
         return Reports(
             time_s,
@@ -119,8 +113,7 @@ class _McapReader:
     def _read_chunk(self, body: bytes) -> None:
         unpacked = self._unpack(body)
         if unpacked is None:
-            text = marked("A damaged part is left out.")
-            self.problems.append(said(text))
+            self.problems.append(said(marked("A damaged part is left out.")))
             return
         for kind, record in self._records(unpacked, 0):
             self._read_record(kind, record)
@@ -177,7 +170,7 @@ _FORGETTING_WORDS: Final = frozenset(one.value for one in _FORGETTING)
 
 
 def _fields(text: bytes) -> Mapping[str, object]:
-    """Of a JSON object; empty where it is none. What is no plain value is text."""
+    """Plain values of a JSON object; others by their type's name. Empty for anything but an object."""
     try:
         found = json.loads(text)
     except (ValueError, RecursionError):

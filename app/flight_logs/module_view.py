@@ -1,4 +1,4 @@
-"""A flight through the module's eyes: its resolution, and both readings of what the vendor's table does not say."""
+"""A flight at the module's resolution, under both readings of what the vendor's table leaves open."""
 
 from enum import Enum
 from typing import Final
@@ -13,21 +13,21 @@ from protocol.catalogue import DEGREE, TENTH_G
 from protocol.translatable import marked
 
 DAMPING_S: Final = 0.2
-"""How long the angle has to last, and over how long the acceleration is averaged, in the damped reading."""
+"""Damped reading: how long the angle must last, and the averaging time of the acceleration."""
 
 
 class RuleReading(Enum):
-    """How the vendor's rule is read where it is silent; the value says it."""
+    """Interpretation of what the vendor's rule leaves open; the value describes it."""
 
     DIRECT = marked("angle at once, acceleration unfiltered")
-    """As `app.firing.judge.Judge` reads it, like the simulated module."""
+    """As `app.firing.judge.Judge` and the simulated module do."""
     DAMPED = marked("angle lasts 0.2 s, acceleration averaged over 0.2 s")
 
 
 def attitude_view(log: FlightLog, reading: RuleReading) -> tuple[Stretch, Flags]:
-    """The rows in which the attitude is known, in the module's resolution, with an acceleration that never falls.
+    """The rows with a known attitude at the module's resolution, with an acceleration of 1 g.
 
-    The flags tell which of these rows are judged; the others end what the module remembers.
+    The flags tell which rows are judged; the others reset the module's state.
     """
     rows = np.isfinite(log.tilt_deg)
     time_s, tilt_deg = log.time_s[rows], log.tilt_deg[rows]
@@ -40,7 +40,7 @@ def attitude_view(log: FlightLog, reading: RuleReading) -> tuple[Stretch, Flags]
 
 
 def freefall_view(log: FlightLog, reading: RuleReading) -> tuple[Stretch, Flags]:
-    """Like `attitude_view`: the rows in which the acceleration is known, lying level."""
+    """Like `attitude_view`: the rows with a known acceleration, with a tilt of 0."""
     rows = np.isfinite(log.specific_force_g)
     time_s, force_g = log.time_s[rows], log.specific_force_g[rows]
     if reading is RuleReading.DAMPED:
@@ -50,25 +50,25 @@ def freefall_view(log: FlightLog, reading: RuleReading) -> tuple[Stretch, Flags]
 
 
 def to_steps(values: Floats, per_unit: int) -> Floats:
-    """The nearest steps, as the module reports them in a byte: 0.30000000000000004 g is 0.3 g."""
+    """Rounds to the steps that the module reports in a byte."""
     steps: Floats = np.clip(np.rint(values * per_unit), 0, 255) / per_unit
     return steps
 
 
 def _window_starts(time_s: Floats, over_s: float) -> NDArray[np.intp]:
-    """For each row the first row of the last `over_s`, not reaching back over a pause."""
+    """For each row the first row of the last `over_s` since a pause."""
     starts = np.searchsorted(time_s, time_s - (over_s + ROUNDING_S), "left")
     return np.maximum(starts, _stretch_starts(time_s))
 
 
 def lasting(time_s: Floats, tilt_deg: Floats) -> Floats:
-    """The angle that was not fallen below during the last `DAMPING_S`; NaN until a stretch has lasted for that."""
+    """Minimum of the last `DAMPING_S`; NaN until that much time has passed since a pause."""
     if not len(time_s):
         return tilt_deg
     starts = _window_starts(time_s, DAMPING_S)
     places = np.arange(len(time_s))
     lengths = places - starts + 1
-    # Minimum over two windows of a power of two that cover it together.
+    # The minimum over two overlapping windows whose length is a power of two.
     level = np.floor(np.log2(lengths)).astype(np.intp)
     found = np.empty_like(tilt_deg)
     lowest = tilt_deg
@@ -83,7 +83,7 @@ def lasting(time_s: Floats, tilt_deg: Floats) -> Floats:
 
 
 def averaged(time_s: Floats, values: Floats, over_s: float = DAMPING_S) -> Floats:
-    """Mean of the last `over_s`, both ends included, within a stretch without pauses."""
+    """Mean of the last `over_s`, both ends included, since a pause."""
     if not len(time_s):
         return values
     sums = np.concatenate(((0.0,), np.cumsum(values)))
@@ -94,7 +94,7 @@ def averaged(time_s: Floats, values: Floats, over_s: float = DAMPING_S) -> Float
 
 
 def _stretch_starts(time_s: Floats) -> NDArray[np.intp]:
-    """For each row the first row since the last pause."""
+    """For each row the first row after the last pause."""
     is_first = np.diff(time_s, prepend=-np.inf) > LONGEST_GAP_S
     starts: NDArray[np.intp] = np.maximum.accumulate(np.where(is_first, np.arange(len(time_s)), 0))
     return starts

@@ -1,4 +1,4 @@
-"""What a reader finds in a file, before it becomes a flight: channels with clocks of their own."""
+"""Channels of a log file, each with its own times, before they are assembled to a flight."""
 
 from dataclasses import dataclass, field
 from typing import Final, NamedTuple
@@ -13,7 +13,7 @@ MOST_MODES: Final = 10_000
 
 
 class Channel(NamedTuple):
-    """Samples of one quantity as they stand in the file, unchecked. Times are seconds of the log's clock."""
+    """Unchecked samples of one quantity; times are seconds of the log's clock."""
 
     time_s: Floats
     values: Floats
@@ -25,12 +25,12 @@ class FlagChannel(NamedTuple):
     time_s: Floats
     values: Flags
     is_changes: bool = False
-    """Each row says that it has just changed: before the first one it was the other way round, not the same."""
+    """Each row is a change, so before the first row the flag had the opposite value."""
 
 
 @dataclass(slots=True, kw_only=True)
 class RawLog:
-    """Several candidates of a quantity stand in the order in which they are preferred."""
+    """Candidates of a quantity are in order of preference."""
 
     name: str
     format: LogFormat
@@ -46,14 +46,14 @@ class RawLog:
 
 
 def tilt_of_quaternion(w: Floats, x: Floats, y: Floats, z: Floats) -> Floats:
-    """Degrees between the body's down and the world's; NaN where the quaternion has not the length 1."""
+    """Degrees between the body's and the world's vertical; NaN where the quaternion is not normalised."""
     length = np.sqrt(w * w + x * x + y * y + z * z)
     tilt = np.degrees(2 * np.arctan2(np.hypot(x, y), np.hypot(w, z)))
     return np.where(np.abs(length - 1) <= 0.1, tilt, np.nan)
 
 
 def tilt_of_roll_and_pitch(roll_deg: Floats, pitch_deg: Floats) -> Floats:
-    """Degrees between the body's down and the world's."""
+    """Degrees between the body's and the world's vertical."""
     product = np.cos(np.radians(roll_deg)) * np.cos(np.radians(pitch_deg))
     tilt: Floats = np.degrees(np.arccos(np.clip(product, -1, 1)))
     return tilt

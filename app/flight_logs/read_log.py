@@ -7,9 +7,8 @@ from typing import Final
 
 from app.flight_logs.assembly import assembled
 from app.flight_logs.csv_columns import CsvColumns
-from app.flight_logs.flight_log import FlightLog, LogFormat, LogUnreadable
+from app.flight_logs.flight_log import FlightLog, LogFormat, unreadable
 from app.recordings.file_layout import SESSION
-from app.text.messages import said
 from app.text.sentences import reason_of
 from protocol.translatable import marked
 
@@ -22,16 +21,16 @@ _BEGINNINGS: Final = {
 
 
 def read_flight_log(path: Path, columns: CsvColumns | None = None) -> FlightLog:
-    """A file, or the folder of a recording. `columns`: of a CSV file, None where its names say what they are.
+    """Reads a file or the folder of a recording. `columns`: of a CSV file, None recognises them by name.
 
-    Slow for a large file: not for the window's thread. Raises `LogUnreadable` and nothing else.
+    Slow for large files: not for the window's thread. Raises only `LogUnreadable`.
     """
     try:
         return _read(path, columns)
     except OSError as error:
-        raise LogUnreadable(said("{why}.", why=reason_of(error))) from error
+        raise unreadable(reason_of(error)) from error
     except (ValueError, MemoryError) as error:  # ValueError: a NUL in the name
-        raise LogUnreadable(said(marked("It cannot be read."))) from error
+        raise unreadable(marked("cannot be read")) from error
 
 
 def _read(path: Path, columns: CsvColumns | None) -> FlightLog:
@@ -57,14 +56,14 @@ def _read(path: Path, columns: CsvColumns | None) -> FlightLog:
 
             return read_recording(path)
         case None:
-            raise LogUnreadable(said(marked("Unknown kind of file.")))
+            raise unreadable(marked("unknown kind of file"))
 
 
 def format_of(path: Path) -> LogFormat | None:
-    """By its first bytes, else by its ending. Raises OSError."""
+    """Format by the first bytes, else by suffix. Raises OSError."""
     if path.is_dir():
         return LogFormat.RECORDING if (path / SESSION).is_file() else None
-    if path.exists() and not path.is_file():  # a pipe or a device: opening it might never end
+    if path.exists() and not path.is_file():  # opening a pipe or a device may block
         return None
     with path.open("rb") as file:
         start = file.read(16)
@@ -73,7 +72,7 @@ def format_of(path: Path) -> LogFormat | None:
 
 
 def find_logs(paths: Iterable[Path]) -> Iterator[Path]:
-    """Files as they are, and of each folder the logs and recordings in it and below it, by name. Raises OSError."""
+    """Yields files as given, and the logs and recordings in and below folders, by name. Raises OSError."""
     for path in paths:
         if not path.is_dir() or (path / SESSION).is_file():
             yield path

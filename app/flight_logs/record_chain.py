@@ -1,8 +1,9 @@
-"""Finds runs of records that follow each other, with numpy: one step after the other in Python takes longer.
+"""Finds runs of adjacent records with numpy, which is faster than stepping through them in Python.
 
-Exact: a run is what stepping would have found. Whoever uses it steps over what lies between two runs.
+A run is exactly what stepping would have found. The caller steps through what lies between two runs.
 """
 
+from array import array
 from typing import Final
 
 import numpy as np
@@ -11,16 +12,16 @@ from numpy.typing import NDArray
 STEPS_BEFORE: Final = 500
 """Steps without a new definition after which a chain is worth building."""
 MOST_CHAINS: Final = 20
-"""Of one file."""
+"""Per file."""
 LEAST_BYTES: Final = 8
-"""Of a record on the average; a file with more candidates is no log, and would take much memory."""
+"""Average length of a record; a file with more candidates is no log and would need much memory."""
 _AT_ONCE: Final = 1 << 24
 _SHORT_RUN: Final = 8
 _WAIT_STEPS: Final = 32
 
 
 class RecordChain:
-    """Candidates for records, by where they begin and end; `starts` ascends."""
+    """Candidates for records by start and end offset; `starts` ascends."""
 
     def __init__(self, starts: NDArray[np.int64], ends: NDArray[np.int64]) -> None:
         self.starts = starts
@@ -30,12 +31,12 @@ class RecordChain:
 
     @property
     def records(self) -> NDArray[np.intp]:
-        """The candidates that were skipped over: they are records."""
+        """Candidates that were skipped over, and so are records."""
         return np.flatnonzero(self._is_record)
 
     def skip(self, place: int) -> int:
-        """The last record of the run of records that begins at `place`; `place` itself where there is no run."""
-        if self._waits:  # where runs are short, looking for them costs more than it saves
+        """Offset of the last record of the run that begins at `place`; `place` itself where there is no run."""
+        if self._waits:  # where runs are short, searching costs more than it saves
             self._waits -= 1
             return place
         first = int(np.searchsorted(self.starts, place))
@@ -50,7 +51,7 @@ class RecordChain:
 
 
 def positions(data: bytes, start: int, stop: int, first: int, second: int | None = None) -> NDArray[np.int64] | None:
-    """Where a byte stands, followed by another one where that is given; None where there are too many to be a log."""
+    """Offsets of a byte, or of a pair of bytes; None where there are too many for a log."""
     raw = np.frombuffer(data, np.uint8)
     found: list[NDArray[np.int64]] = []
     for begin in range(start, stop, _AT_ONCE):
@@ -65,6 +66,7 @@ def positions(data: bytes, start: int, stop: int, first: int, second: int | None
     return np.concatenate(found) if found else np.empty(0, np.int64)
 
 
-def merged_places(*parts: "NDArray[np.int64]") -> NDArray[np.int64]:
-    """All of them in order."""
-    return np.sort(np.concatenate(parts), kind="stable")
+def merge_places(places: "array[int]", more: NDArray[np.int64]) -> None:
+    """Adds `more` to `places`, in order."""
+    merged = np.sort(np.concatenate((np.array(places, np.int64), more)), kind="stable")
+    places[:] = array("q", merged.tobytes())

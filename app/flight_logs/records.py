@@ -1,4 +1,4 @@
-"""Columns of binary records: gathered from where they stand in the file, without copying the rest."""
+"""Reads columns of binary records from a file's bytes."""
 
 import os
 from pathlib import Path
@@ -7,15 +7,14 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from app.flight_logs.flight_log import Floats, LogUnreadable
-from app.text.messages import said
+from app.flight_logs.flight_log import Floats, unreadable
 from protocol.translatable import marked
 
 MOST_BYTES: Final = 1 << 30
 MOST_WALKED: Final = 100_000_000
-"""Records of all kinds; what comes after them is not read."""
+"""Records of all types; later ones are not read."""
 MOST_DAMAGES: Final = 1_000_000
-"""Places at which a record was expected and none was; what comes after them is not read."""
+"""Places without an expected record; what follows is not read."""
 
 
 def read_bytes(path: Path) -> bytes:
@@ -23,12 +22,12 @@ def read_bytes(path: Path) -> bytes:
     with path.open("rb") as file:
         size = os.fstat(file.fileno()).st_size
         if size > MOST_BYTES:
-            raise LogUnreadable(said(marked("Too large.")))
+            raise unreadable(marked("too large"))
         return file.read(size)
 
 
 def gathered(data: bytes, places: NDArray[np.int64], kind: str) -> NDArray[Any]:
-    """The values of type `kind` at these places of `data`; all of them have to lie within it."""
+    """Values of numpy type `kind` at these offsets, which must lie within `data`."""
     wanted = np.dtype(kind)
     raw = np.frombuffer(data, np.uint8)
     found = raw[places[:, None] + np.arange(wanted.itemsize)]
@@ -36,7 +35,7 @@ def gathered(data: bytes, places: NDArray[np.int64], kind: str) -> NDArray[Any]:
 
 
 def gathered_floats(data: bytes, places: NDArray[np.int64], kind: str, scale: float = 1.0) -> Floats:
-    """Like `gathered`, as floating point, times `scale`. What overflows is infinite."""
+    """Like `gathered`, as float64 times `scale`. Overflows are infinite."""
     with np.errstate(all="ignore"):
         values: Floats = gathered(data, places, kind).astype(np.float64) * scale
     return values

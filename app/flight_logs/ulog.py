@@ -69,7 +69,7 @@ def _times(file: UlogFile, topic: UlogTopic) -> Floats:
 
 
 def _forces(file: UlogFile) -> list[Channel]:
-    """What the estimator used first, then each sensor of its own."""
+    """The estimator's acceleration first, then each sensor."""
     found: list[Channel] = []
     for name, labels in (
         ("sensor_combined", [f"accelerometer_m_s2[{one}]" for one in range(3)]),
@@ -91,7 +91,7 @@ def _forces(file: UlogFile) -> list[Channel]:
 
 
 def _over_time(file: UlogFile, topic: UlogTopic, axes: list[Floats]) -> list[Floats]:
-    """Acceleration of changes of velocity; NaN where the time that they took is not told."""
+    """Acceleration from changes of velocity; NaN where their duration is unknown."""
     if not topic.has("delta_velocity_dt"):
         return [np.full_like(one, np.nan) for one in axes]
     took_s = file.column(topic, "delta_velocity_dt", _MICROSECOND)

@@ -1,7 +1,7 @@
-"""The container of PX4's ULog files (https://docs.px4.io/main/en/dev_log/ulog_file_format.html), versions 0 and 1.
+"""Container of PX4's ULog files (https://docs.px4.io/main/en/dev_log/ulog_file_format.html), versions 0 and 1.
 
-Finds where the samples of the topics that are asked for stand. Read here and not with pyulog, which reads every topic
-into objects of Python: see docs/flight-logs.md for the figures.
+Finds the samples of the wanted topics. Read without pyulog, which makes Python objects of every topic: see
+docs/flight-logs.md for the figures.
 """
 
 import re
@@ -13,10 +13,9 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from app.flight_logs.flight_log import Floats, LogUnreadable
-from app.flight_logs.record_chain import MOST_CHAINS, STEPS_BEFORE, RecordChain, merged_places, positions
+from app.flight_logs.flight_log import Floats, unreadable
+from app.flight_logs.record_chain import MOST_CHAINS, STEPS_BEFORE, RecordChain, merge_places, positions
 from app.flight_logs.records import MOST_DAMAGES, MOST_WALKED, gathered_floats
-from app.text.messages import said
 from protocol.translatable import marked
 
 MAGIC: Final = b"ULog\x01\x12\x35"
@@ -30,7 +29,7 @@ _TYPES: Final[Mapping[str, str]] = {
 }  # fmt: skip
 _FIELD: Final = re.compile(r"([A-Za-z_][A-Za-z0-9_/]*)(?:\[(\d{1,5})\])? ([A-Za-z_][A-Za-z0-9_]*)")
 _APPENDED: Final = 0x01
-"""The one flag of data that an older reader would misread and this one knows."""
+"""Incompatible flag of appended data, the only one that is supported."""
 MOST_TOPICS: Final = 1000
 _DEEPEST: Final = 8
 _LARGEST: Final = 0xFFFF
@@ -39,7 +38,7 @@ _RECORD_HEAD: Final = 3
 
 
 class UlogField(NamedTuple):
-    """Where a number stands in a sample, and its numpy type."""
+    """Offset of a number in a sample, and its numpy type."""
 
     offset: int
     kind: str
@@ -56,9 +55,9 @@ class UlogTopic:
     size: int
     """Bytes of a sample."""
     least_size: int
-    """Without the padding at its end, which is not written."""
+    """Without the padding at the end, which is not written."""
     places: "array[int]" = field(default_factory=lambda: array("q"))
-    """Where samples begin."""
+    """Offsets of the samples."""
 
     def has(self, *names: str) -> bool:
         return len(self.places) > 0 and all(name in self.fields for name in names)
@@ -73,11 +72,11 @@ class _Layout(NamedTuple):
 
 
 class UlogFile:
-    """`topics` holds those of `wanted` that the file has samples of. Raises `LogUnreadable`."""
+    """`topics` has the topics of `wanted` in the file. Raises `LogUnreadable`."""
 
     def __init__(self, data: bytes, wanted: frozenset[str]) -> None:
         if not data.startswith(MAGIC) or len(data) < _HEADER_BYTES:
-            raise LogUnreadable(said(marked("Unknown kind of file.")))
+            raise unreadable(marked("unknown kind of file"))
         self._data = data
         self._wanted = wanted
         self._formats: dict[str, str] = {}
@@ -86,18 +85,18 @@ class UlogFile:
         self._appended: tuple[int, ...] = ()
         self._damages = self._chains = 0
         self._other_sizes: dict[int, tuple[int, int]] = {}
-        """Least and full size of samples of topics that are not wanted, by their number."""
+        """Least and full sample size of other topics, by their message id."""
         self._numbers = np.empty(0, np.int64)
-        """Of the candidates of the chain that is in use."""
+        """Message ids of the candidates of the current chain."""
         self.topics: list[UlogTopic] = []
         self.skipped_bytes = 0
-        """That were no records: damage."""
+        """Bytes that are not records: damage."""
         self.dropout_s = 0.0
-        """Time that the flight controller could not log, as it says itself."""
+        """Time that the flight controller reports as not logged."""
         self._walk_all()
 
     def column(self, topic: UlogTopic, name: str, scale: float = 1.0) -> Floats:
-        """A column of the topic's samples, as floating point."""
+        """A field of the topic's samples."""
         offset, kind = topic.fields[name]
         places = np.frombuffer(topic.places, np.int64) + offset
         return gathered_floats(self._data, places, kind, scale)
@@ -109,7 +108,7 @@ class UlogFile:
             self._walk(start, stop)
 
     def _walk(self, place: int, stop: int, *, is_head: bool = False) -> int:
-        """Go through the records; the head ends with the first one that is no definition."""
+        """Reads the records; the head ends with the first that is not a definition."""
         data, subscribed = self._data, self._subscribed
         head = struct.Struct("<HBH").unpack_from
         chain: RecordChain | None = None
@@ -142,7 +141,7 @@ class UlogFile:
                 continue
             if is_head and kind not in b"BFIMPQ":
                 return place
-            if chr(kind) == "A":  # from now on this number may stand for another topic
+            if chr(kind) == "A":  # this message id may now belong to another topic
                 self._collect(chain)
                 chain, steps = None, 0
             self._read(kind, data[place + _RECORD_HEAD : end])
@@ -151,7 +150,7 @@ class UlogFile:
         return place
 
     def _chain(self, start: int, stop: int) -> RecordChain | None:
-        """Of all that looks like a sample of a topic that is subscribed to."""
+        """A chain of all that looks like a sample of a subscribed topic."""
         self._chains += 1
         kinds = positions(self._data, start + 2, stop, ord("D"))
         if kinds is None:
@@ -173,16 +172,16 @@ class UlogFile:
         return RecordChain(starts[is_known], ends[is_known])
 
     def _collect(self, chain: RecordChain | None) -> None:
-        """What the chain skipped over goes where single steps would have put it."""
+        """Adds the samples that the chain skipped over to their topics."""
         if chain is None:
             return
         records = chain.records
         for number, topic in self._subscribed.items():
-            skipped = chain.starts[records[self._numbers[records] == number]] + _RECORD_HEAD + _ID_BYTES
-            topic.places[:] = array("q", merged_places(np.array(topic.places, np.int64), skipped).tobytes())
+            skipped = chain.starts[records[self._numbers[records] == number]]
+            merge_places(topic.places, skipped + _RECORD_HEAD + _ID_BYTES)
 
     def _resync(self, place: int, stop: int) -> int:
-        """The next record that is known to be one."""
+        """Offset of the next sync record."""
         found = self._data.find(_SYNC, place + 1, stop)
         found = stop if found < 0 else found
         self.skipped_bytes += found - place
@@ -194,7 +193,7 @@ class UlogFile:
             case "B" if len(body) >= 40:
                 unknown = body[8] & ~_APPENDED or any(body[9:16])
                 if unknown:
-                    raise LogUnreadable(said(marked("Written by a newer version.")))
+                    raise unreadable(marked("written by a newer version"))
                 self._appended = tuple(sorted(one for one in struct.unpack_from("<3Q", body, 16) if one))
             case "F":
                 name, _, fields = body.decode("latin-1").partition(":")
@@ -221,14 +220,14 @@ class UlogFile:
         self._subscribed[number] = topic
         self.topics.append(topic)
 
-    def _layout(self, name: str, depth: int = 0) -> "_Layout | None":
-        """None where the format makes no sense. Each is worked out once, however often it is nested."""
+    def _layout(self, name: str, depth: int = 0) -> _Layout | None:
+        """Layout of a topic, cached; None where its format is invalid."""
         if name not in self._layouts:
             is_known = name in self._formats and depth <= _DEEPEST
-            self._layouts[name] = self._worked_out(name, depth) if is_known else None
+            self._layouts[name] = self._make_layout(name, depth) if is_known else None
         return self._layouts[name]
 
-    def _worked_out(self, name: str, depth: int) -> "_Layout | None":
+    def _make_layout(self, name: str, depth: int) -> _Layout | None:
         fields: dict[str, UlogField] = {}
         offset = least = 0
         for text in self._formats[name].split(";"):

@@ -1562,10 +1562,6 @@
         <translation>略去无效采样：{count} 个。</translation>
     </message>
     <message>
-        <source>It cannot be read.</source>
-        <translation>无法读取。</translation>
-    </message>
-    <message>
         <source>It did not rearm: other directions not tested.</source>
         <translation>未复位：其他方向未测试。</translation>
     </message>
@@ -1902,10 +1898,6 @@
         <translation>请注销后重新登录，或重启电脑。</translation>
     </message>
     <message>
-        <source>Longer than 48 hours.</source>
-        <translation>超过 48 小时。</translation>
-    </message>
-    <message>
         <source>Longest fall</source>
         <translation>最长坠落</translation>
     </message>
@@ -2122,12 +2114,8 @@
         <translation>移动</translation>
     </message>
     <message>
-        <source>Move to “must fire”</source>
-        <translation>移到“必须触发”</translation>
-    </message>
-    <message>
-        <source>Move to “must not fire”</source>
-        <translation>移到“不得触发”</translation>
+        <source>Move to the other list</source>
+        <translation>移到另一个列表</translation>
     </message>
     <message>
         <source>Mute</source>
@@ -2266,10 +2254,6 @@
         <translation>无应答：记录未知。</translation>
     </message>
     <message>
-        <source>No attitude and no acceleration.</source>
-        <translation>没有姿态和加速度数据。</translation>
-    </message>
-    <message>
         <source>No attitude: attitude trigger not judged.</source>
         <translation>没有姿态数据：不判断姿态触发。</translation>
     </message>
@@ -2284,10 +2268,6 @@
     <message>
         <source>No check within the last {days} days.</source>
         <translation>最近 {days} 天内未做检查。</translation>
-    </message>
-    <message>
-        <source>No column names in the first line.</source>
-        <translation>第一行没有列名。</translation>
     </message>
     <message>
         <source>No column “{name}”.</source>
@@ -2438,10 +2418,6 @@
         <translation>没有模拟模块</translation>
     </message>
     <message>
-        <source>No status reports.</source>
-        <translation>没有状态报告。</translation>
-    </message>
-    <message>
         <source>No step within {seconds:.0f} s.</source>
         <translation>{seconds:.0f} 秒内没有完成下一步。</translation>
     </message>
@@ -2456,10 +2432,6 @@
     <message>
         <source>No thresholds within the vendor's advice do this.</source>
         <translation>厂家建议范围内没有满足条件的阈值。</translation>
-    </message>
-    <message>
-        <source>No times: from before 2014.</source>
-        <translation>没有时间：2014 年之前的日志。</translation>
     </message>
     <message>
         <source>No trusted station has this fingerprint.</source>
@@ -2688,10 +2660,6 @@
     <message>
         <source>One code for all readable settings.</source>
         <translation>一个代码代表所有可读参数。</translation>
-    </message>
-    <message>
-        <source>One column must be time_s, time_ms or time_us.</source>
-        <translation>必须有一列为 time_s、time_ms 或 time_us。</translation>
     </message>
     <message>
         <source>One of {values} {unit}.</source>
@@ -4030,10 +3998,6 @@
         <translation>程序无权写入 {file}。</translation>
     </message>
     <message>
-        <source>The reading process ended.</source>
-        <translation>读取进程已结束。</translation>
-    </message>
-    <message>
         <source>The readings differ or frames were lost: records may be missing. Read again.</source>
         <translation>多次读取结果不一致或有丢帧：可能缺少记录。请重新读取。</translation>
     </message>
@@ -4270,10 +4234,6 @@
         <translation>过高下降时会触发，过低不触发。</translation>
     </message>
     <message>
-        <source>Too large.</source>
-        <translation>文件过大。</translation>
-    </message>
-    <message>
         <source>Too low fires in a turn, too high too late.</source>
         <translation>过小转弯时会触发，过大则太晚。</translation>
     </message>
@@ -4416,10 +4376,6 @@
     <message>
         <source>Unjudged trigger records: {count}.</source>
         <translation>未判定的触发记录：{count} 条。</translation>
-    </message>
-    <message>
-        <source>Unknown kind of file.</source>
-        <translation>未知的文件类型。</translation>
     </message>
     <message>
         <source>Unknown: {what}.</source>
@@ -4704,10 +4660,6 @@
     <message>
         <source>Writing: {what}</source>
         <translation>正在写入：{what}</translation>
-    </message>
-    <message>
-        <source>Written by a newer version.</source>
-        <translation>由更新版本的程序写入。</translation>
     </message>
     <message>
         <source>Written to {folder}: {names}.</source>
@@ -5386,6 +5338,10 @@
         <translation>更长</translation>
     </message>
     <message>
+        <source>longer than 48 hours</source>
+        <translation>超过 48 小时</translation>
+    </message>
+    <message>
         <source>longer: fewer false triggers, more height lost</source>
         <translation>越长误触发越少，损失高度越多</translation>
     </message>
@@ -5462,8 +5418,16 @@
         <translation>{seconds:.2f} s 内无应答（{n} 次）</translation>
     </message>
     <message>
+        <source>no attitude and no acceleration</source>
+        <translation>没有姿态和加速度数据</translation>
+    </message>
+    <message>
         <source>no cause stated</source>
         <translation>未注明原因</translation>
+    </message>
+    <message>
+        <source>no column names in the first line</source>
+        <translation>第一行没有列名</translation>
     </message>
     <message>
         <source>no data</source>
@@ -5534,12 +5498,20 @@
         <translation>无序列号</translation>
     </message>
     <message>
+        <source>no status reports</source>
+        <translation>没有状态报告</translation>
+    </message>
+    <message>
         <source>no stream</source>
         <translation>无数据流</translation>
     </message>
     <message>
         <source>no time, direction and bytes</source>
         <translation>没有时间、方向和字节</translation>
+    </message>
+    <message>
+        <source>no times: from before 2014</source>
+        <translation>没有时间：2014 年之前的日志</translation>
     </message>
     <message>
         <source>no trigger</source>
@@ -5708,6 +5680,10 @@
     <message>
         <source>on external power, {voltage}</source>
         <translation>接外接供电，{voltage}</translation>
+    </message>
+    <message>
+        <source>one column must be time_s, time_ms or time_us</source>
+        <translation>必须有一列为 time_s、time_ms 或 time_us</translation>
     </message>
     <message>
         <source>one of the arguments %s is required</source>

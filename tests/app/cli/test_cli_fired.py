@@ -107,7 +107,7 @@ def test_what_cannot_be_read_is_said_and_the_others_are_judged(
     code, printed = fired(capsys, tmp_path, "--json")
     assert code == 2
     assert [json.loads(line)["log"] for line in printed.out.splitlines()] == [str(calm)]
-    assert printed.err == f"{bad}: Unknown kind of file.\n"
+    assert printed.err == f"{bad}: unknown kind of file.\n"
 
 
 @pytest.mark.parametrize(

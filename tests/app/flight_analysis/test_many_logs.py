@@ -56,7 +56,7 @@ def test_a_process_that_ends_takes_no_other_log_with_it(logs: list[Path]) -> Non
     assert sorted(found) == logs
     assert [path for path, one in found.items() if one.flight is None] == [logs[3]]
     assert found[logs[3]].why_not is not None
-    assert found[logs[3]].why_not.in_english() == "The reading process ended."  # type: ignore[union-attr]
+    assert found[logs[3]].why_not.in_english() == "cannot be read."  # type: ignore[union-attr]
 
 
 class EndsProcess:

@@ -152,7 +152,7 @@ def test_an_mcap_file_of_another_program(tmp_path: Path) -> None:
     channel = struct.pack("<HHI4s", 1, 0, 4, b"/imu") + bytes(8)
     path = tmp_path / "other.mcap"
     path.write_bytes(b"\x89MCAP0\r\n" + mcap_record(4, channel))
-    with pytest.raises(LogUnreadable, match="Unknown kind"):
+    with pytest.raises(LogUnreadable, match="unknown kind"):
         read_flight_log(path)
 
 
@@ -222,7 +222,7 @@ def test_a_file_that_is_too_large_is_not_read(tmp_path: Path) -> None:
     path = tmp_path / "large.ulg"
     path.write_bytes(b"ULog\x01\x12\x35\x01")
     os.truncate(path, (1 << 30) + 1)  # holes: it takes no space
-    with pytest.raises(LogUnreadable, match="Too large"):
+    with pytest.raises(LogUnreadable, match="too large"):
         read_flight_log(path)
 
 

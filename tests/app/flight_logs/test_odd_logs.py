@@ -168,7 +168,7 @@ def test_quaternions_of_no_length_are_no_attitude() -> None:
 
 
 def test_a_log_without_either_cannot_be_judged() -> None:
-    with pytest.raises(LogUnreadable, match="No attitude and no acceleration"):
+    with pytest.raises(LogUnreadable, match="no attitude and no acceleration"):
         assembled(RawLog(name="x", format=LogFormat.CSV))
 
 

@@ -1,4 +1,4 @@
-"""Which columns of a CSV file hold what, where its names do not say."""
+"""Form in which a person assigns the columns of a CSV file."""
 
 from collections.abc import Sequence
 from typing import Any, Final
@@ -87,7 +87,7 @@ class ColumnForm(QWidget):
         self.time.setFocus()
 
     def retranslate(self) -> None:
-        """Fills the boxes; what is chosen stays."""
+        """Fills the boxes; the choices stay."""
         self.title.setText(tr("{reason}: {what}", reason=tr("Columns"), what=short_name(self._name)))
         self._fill(self.unit, [(unit, role) for role, unit in _TIME_UNITS.items()])
         for box, kinds in ((self.attitude, _ATTITUDE_WORDS), (self.force, _FORCE_WORDS)):
@@ -101,7 +101,7 @@ class ColumnForm(QWidget):
         self._show_parts()
 
     def columns(self) -> CsvColumns:
-        """Raises `LogUnreadable` where that cannot be enough."""
+        """The chosen columns. Raises `LogUnreadable` where they are not enough."""
         names = {self.unit.currentData(): self.time.currentData()}
         for kind, parts in ((self.attitude, self.attitude_parts), (self.force, self.force_parts)):
             names |= {role: box.currentData() for role, box in zip(kind.currentData(), parts, strict=False)}
@@ -124,7 +124,7 @@ class ColumnForm(QWidget):
         self.chosen.emit(self._name, columns)
 
     def _fill(self, box: QComboBox, entries: Sequence[tuple[str, Any]], *, is_open: bool = False) -> None:
-        """`is_open`: nothing is chosen until a person does."""
+        """`is_open`: nothing is preselected."""
         row = box.currentIndex()
         if [(box.itemText(one), box.itemData(one)) for one in range(box.count())] == list(entries):
             return
@@ -140,7 +140,7 @@ class ColumnForm(QWidget):
         box.blockSignals(False)
 
     def _show_parts(self) -> None:
-        """As many columns as the kind needs, each with what it is."""
+        """Shows the columns that the chosen kinds need."""
         for kind, parts in ((self.attitude, self.attitude_parts), (self.force, self.force_parts)):
             roles = kind.currentData() or NONE
             for number, box in enumerate(parts):
@@ -175,7 +175,7 @@ class ColumnForm(QWidget):
             self.armed,
         )  # fmt: skip
         for box in boxes:
-            if box in self._labels:  # says what the kind that is chosen needs
+            if box in self._labels:  # the text depends on the chosen kind
                 self._labels[box].setBuddy(box)
                 self._labels[box].setMinimumHeight(box.sizeHint().height())
                 self._rows.addRow(self._labels[box], box)
@@ -191,6 +191,6 @@ class ColumnForm(QWidget):
 
 
 def _part_text(role: CsvRole) -> str:
-    """What a column is: a translated word, or the letter of an axis."""
+    """Name of a column: a translated word, or the letter of an axis."""
     word = _AXES.get(role.value)
     return tr(word) if word is not None else role.value.partition("_")[0].upper()

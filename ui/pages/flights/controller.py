@@ -1,4 +1,4 @@
-"""Flights, lists, thresholds and proposal behind the Flight logs page. Nothing here can send anything."""
+"""Controller of the Flight logs page: flights, lists, thresholds and proposal. It never sends anything."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
@@ -41,13 +41,13 @@ class FlightRow(NamedTuple):
     longest_fall_s: float
     """Below the chosen acceleration; -1 where there is none."""
     order: float = 0.0
-    """By what is shown of it: see `order_of`."""
+    """Sort key: see `order_of`."""
     unread: UnreadLog | None = None
 
 
 class FlightsWork(QObject):
     flights_changed = Signal()
-    """Other flights, or in other lists."""
+    """Flights were added, removed or moved."""
     thresholds_changed = Signal()
     proposal_changed = Signal()
     loading_ended = Signal(object)
@@ -58,7 +58,7 @@ class FlightsWork(QObject):
         self.flights = FlightSet()
         self.limits = TriggerLimits()
         self.reading = RuleReading.DIRECT
-        """Of the map; lists and proposal take both into account."""
+        """Of the map; lists and proposal use both."""
         self.proposal: ThresholdProposal | None = None
         self.loading = FlightLoading(self)
         self.loading.ended.connect(self._end_loading)
@@ -67,8 +67,6 @@ class FlightsWork(QObject):
         self._unread: dict[str, UnreadLog] = {}
         self._columns: dict[str, CsvColumns | None] = {}
         self._proposing: BackgroundTask[ThresholdProposal] = BackgroundTask("dps-s thresholds", self)
-
-    # What there is
 
     @property
     def is_empty(self) -> bool:
@@ -79,21 +77,21 @@ class FlightsWork(QObject):
         return self._proposing.is_running
 
     def counts(self) -> tuple[int, int]:
-        """Flights that must not fire, and that must; without the files that could not be read."""
+        """Number of flights that must not and that must fire; without unreadable files."""
         return len(self.flights.flights(FlightGroup.MUST_NOT)), len(self.flights.flights(FlightGroup.MUST))
 
     def unread(self) -> tuple[UnreadLog, ...]:
         return tuple(self._unread.values())
 
     def columns_of(self, name: str) -> CsvColumns | None:
-        """With which it was read."""
+        """The columns with which it was read."""
         return self._columns.get(name)
 
     def outcomes(self) -> tuple[FlightOutcome, ...]:
         return self.flights.outcomes(self.limits)
 
     def rows(self, outcomes: Iterable[FlightOutcome]) -> dict[FlightGroup, list[FlightRow]]:
-        """By list; what could not be read comes first."""
+        """Rows by list, unreadable files first."""
         found: dict[FlightGroup, list[FlightRow]] = {group: [] for group in GROUPS}
         for unread in self._unread.values():
             found[unread.group].append(
@@ -106,7 +104,7 @@ class FlightsWork(QObject):
         return found
 
     def maps(self) -> tuple[FireMap, FireMap]:
-        """Of the reading that is shown, and of the other one; the same ones again where they have not changed."""
+        """Maps of the chosen reading and of the other one, cached."""
         wanted = (self.limits.freefall_acceleration_g, self.reading)
         if self._maps is None or self._maps_of != wanted:
             other = RuleReading.DAMPED if self.reading is RuleReading.DIRECT else RuleReading.DIRECT
@@ -115,7 +113,7 @@ class FlightsWork(QObject):
         return self._maps
 
     def settings(self) -> Mapping[str, Value]:
-        """The chosen thresholds by the setting's key."""
+        """The chosen thresholds by key of the setting."""
         limits = self.limits
         return {
             "attitude_threshold_deg": round(limits.attitude_threshold_deg),
@@ -123,15 +121,13 @@ class FlightsWork(QObject):
             "freefall_time_s": round(limits.freefall_time_s, 2),
         }
 
-    # What a person does
-
     def open(self, paths: Iterable[Path], columns: CsvColumns | None = None) -> None:
-        """Files and folders; flights that are there already stay as they are."""
+        """Reads files and folders, without flights that are already there."""
         known = frozenset(one.name for one in self.flights.flights())
         self.loading.open(LoadOrder(tuple(paths), columns, known))
 
     def poll(self) -> None:
-        """Take over what was read meanwhile."""
+        """Takes over the logs that were read since."""
         logs = self.loading.poll()
         if logs:
             for one in logs:
@@ -145,7 +141,7 @@ class FlightsWork(QObject):
             self.thresholds_changed.emit()
 
     def choose_values(self, **values: float) -> None:
-        """Some of the thresholds, by the name of the field of `TriggerLimits`."""
+        """Changes some thresholds, by field of `TriggerLimits`."""
         self.choose(replace(self.limits, **values))  # type: ignore[arg-type]
 
     def choose_reading(self, reading: RuleReading) -> None:
@@ -162,14 +158,12 @@ class FlightsWork(QObject):
         self._change()
 
     def remove(self, names: Iterable[str]) -> None:
-        """From the page; the file stays."""
+        """Removes flights from the page; the files stay."""
         for name in names:
             self._columns.pop(name, None)
             if self._unread.pop(name, None) is None:
                 self.flights.remove(name)
         self._change()
-
-    # What happens
 
     def _take(self, one: LoadedLog) -> None:
         name, flight, why = str(one.log.path), one.log.flight, one.log.why_not
@@ -192,7 +186,7 @@ class FlightsWork(QObject):
         self.flights_changed.emit()
 
     def _propose(self) -> None:
-        """In the background, on flights of its own: a set belongs to one thread."""
+        """Runs in the background on a copy, since a set belongs to one thread."""
         self.proposal = None
         if not len(self.flights):
             self._proposing.cancel()

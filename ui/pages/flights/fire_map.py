@@ -1,4 +1,4 @@
-"""Map over the thresholds: where flights fire that must not, and where flights do not fire that must."""
+"""Map over the thresholds: false triggers and missing triggers."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -27,7 +27,7 @@ _DOT_PX: Final = 6
 _LEAST_SHADE: Final = 0.35
 _HANDLE_PX: Final = 5.0
 _FAST: Final = 10
-"""Page up and down: so many degrees."""
+"""Degrees for Page Up and Page Down."""
 _TIME_STEP_S: Final = 0.05
 _EDGE_DEG: Final = 0.5
 Cells = NDArray[np.float64]
@@ -37,9 +37,9 @@ class MapCells(NamedTuple):
     """By attitude threshold (rows) and free-fall time (columns)."""
 
     wrong: Cells
-    """Share of the flights that fire and must not."""
+    """Share of the flights that must not fire and do."""
     missed: Cells
-    """Share of the flights that do not fire in time and must."""
+    """Share of the flights that must fire in time and do not."""
     differs: NDArray[np.bool_]
     """The other reading of the vendor's rule gives other numbers."""
 
@@ -70,8 +70,7 @@ def cells_of(shown: FireMap, other: FireMap) -> MapCells:
 
 
 def map_pixels(cells: MapCells, theme: Theme, size: QSize, ratio: float, *, has_must: bool) -> NDArray[np.uint32]:
-    """The picture, one number 0xffRRGGBB a pixel: shade for false triggers, hatch for missing ones, dots where the
-    readings differ."""
+    """The image as 0xffRRGGBB: shade for false triggers, hatch for missing ones, dots where the readings differ."""
     height, width = size.height(), size.width()
     count_y, count_x = cells.wrong.shape
     rows = ((height - 1 - np.arange(height)) * count_y // height)[:, None]
@@ -98,7 +97,7 @@ def map_pixels(cells: MapCells, theme: Theme, size: QSize, ratio: float, *, has_
 
 @lru_cache(maxsize=4)
 def _shades(wash: str, fill: str) -> NDArray[np.uint32]:
-    """By the share of false triggers, of 255."""
+    """Colours by share of false triggers (0 … 255)."""
     return np.array([_rgb(_mixed(wash, fill, number / 255)) for number in range(256)], np.uint32)
 
 
@@ -107,7 +106,7 @@ def _rgb(colour: str) -> int:
 
 
 def _mixed(wash: str, fill: str, share: float) -> str:
-    """From the quiet to the loud colour of danger."""
+    """Mixes the two colours."""
     ends = (QColor(wash), QColor(fill))
     part = _LEAST_SHADE + (1 - _LEAST_SHADE) * share
     parts = [
@@ -123,12 +122,12 @@ def _image_of(pixels: NDArray[np.uint32]) -> QImage:
 
 
 class FireMapView(PaintedWidget):
-    """Click or drag chooses thresholds; arrow keys do it by steps."""
+    """Chooses thresholds by click, drag and arrow keys."""
 
     chosen = Signal(float, float)
     """Attitude threshold in degrees, free-fall time in seconds."""
     opened = Signal()
-    """Double click or Enter: the flights of this cell."""
+    """Double click or Enter: show the flights of this cell."""
 
     accessible_role: ClassVar = QAccessible.Role.Chart
 
@@ -144,8 +143,6 @@ class FireMapView(PaintedWidget):
         self._image: QImage | None = None
         self._image_of: object = None
 
-    # What it shows
-
     def show_maps(self, shown: FireMap, other: FireMap) -> None:
         if shown is not self._map:
             self._map, self._cells = shown, cells_of(shown, other)
@@ -153,7 +150,7 @@ class FireMapView(PaintedWidget):
             self.update()
 
     def show_limits(self, limits: TriggerLimits, told: str) -> None:
-        """The cross; `told` is what a screen reader says."""
+        """Moves the cross; `told` is the accessible text."""
         self._limits = limits
         self.announce(told)
 
@@ -163,10 +160,10 @@ class FireMapView(PaintedWidget):
     def minimumSizeHint(self) -> QSize:
         return QSize(240, 200)
 
-    # Where what is
+    # Geometry
 
     def plot(self) -> QRectF:
-        """Where the cells are."""
+        """Rectangle of the cells."""
         metrics = QFontMetricsF(font(Size.SMALL))
         left = metrics.horizontalAdvance("120°") + Space.S
         top = metrics.height() + Space.S
@@ -175,14 +172,14 @@ class FireMapView(PaintedWidget):
         return QRectF(left, top, max(40.0, self.width() - left - Space.S), max(40.0, self.height() - top - bottom))
 
     def place_of(self, tilt_deg: float, time_s: float) -> QPointF:
-        """Of thresholds, as near as the map goes."""
+        """Position of thresholds, limited to the map."""
         plot, (low, high), (first, last) = self.plot(), self._tilts(), self._times()
         x = plot.left() + (min(max(time_s, first), last) - first) / (last - first) * plot.width()
         y = plot.bottom() - (min(max(tilt_deg, low), high) - low) / (high - low) * plot.height()
         return QPointF(x, y)
 
     def thresholds_at(self, place: QPointF) -> tuple[float, float]:
-        """In the vendor's steps: whole degrees, hundredths of a second (here every fifth)."""
+        """Thresholds at a position: whole degrees, steps of 0.05 s."""
         plot, (low, high), (first, last) = self.plot(), self._tilts(), self._times()
         tilt = low + (plot.bottom() - place.y()) / plot.height() * (high - low)
         time_s = first + (place.x() - plot.left()) / plot.width() * (last - first)
@@ -195,7 +192,7 @@ class FireMapView(PaintedWidget):
         return tilt, round(min(max(time_s, first + half), last - half), 2)
 
     def _tilts(self) -> tuple[float, float]:
-        """The edges of the map."""
+        """Lower and upper edge."""
         if self._map is None:
             return _TILTS_DEG[0] - _EDGE_DEG, _TILTS_DEG[-1] + _EDGE_DEG
         axis = self._map.attitude_thresholds_deg
@@ -270,7 +267,7 @@ class FireMapView(PaintedWidget):
         painter.setFont(font(Size.SMALL))
 
     def _paint_cross(self, painter: QPainter, theme: Theme, plot: QRectF) -> None:
-        """With a rim of the ground, so that it stands out on every cell."""
+        """Outlined, so that it contrasts with every cell."""
         place = self.place_of(self._limits.attitude_threshold_deg, self._limits.freefall_time_s)
         for colour, width in ((theme.surface, theme.line_px + 3.0), (theme.text, theme.line_px + 0.5)):
             painter.setPen(pen(colour, width))
@@ -284,7 +281,7 @@ class FireMapView(PaintedWidget):
         painter.setBrush(Qt.BrushStyle.NoBrush)
 
     def _keys(self) -> tuple[_Key, ...]:
-        """Only what there can be."""
+        """Entries that apply to this map."""
         has_must = self._map is not None and bool(self._map.must_count)
         differs = self._cells is not None and bool(self._cells.differs.any())
         return tuple(
@@ -293,7 +290,7 @@ class FireMapView(PaintedWidget):
         )  # fmt: skip
 
     def _legend_lines(self, metrics: QFontMetricsF) -> Iterator[list[tuple[_Key, float, float]]]:
-        """Entries with their left edge and the width of their word, broken where the room ends."""
+        """Lines of entries with left edge and text width, wrapped to the widget's width."""
         line: list[tuple[_Key, float, float]] = []
         x = 0.0
         for key in self._keys():

@@ -1,4 +1,4 @@
-"""One flight over time: tilt and acceleration with the chosen thresholds, where it fires, where control was lost."""
+"""Plots of one flight: tilt, acceleration and altitude with thresholds, firings and loss of control."""
 
 import time
 from collections.abc import Sequence
@@ -37,9 +37,9 @@ _ICON_PX: Final = 20
 _PROBLEMS_SHOWN: Final = 3
 _WINDOW_S: Final = 10.0
 _SAME_S: Final = 0.05
-"""Two marks nearer than this are one."""
+"""Closer marks are shown as one."""
 _MIDNIGHT_S: Final = time.mktime((2001, 1, 1, 0, 0, 0, 0, 0, -1))
-"""The plots tell the time of day; so they tell the time since the log began."""
+"""Makes the plots, which show the time of day, show the time since the log began."""
 
 
 class FlightView(QWidget):
@@ -100,8 +100,6 @@ class FlightView(QWidget):
         self.problems.setToolTip("\n".join(problems))
         self.problems.setVisible(bool(problems))
 
-    # What happens
-
     def _show_log(self, log: FlightLog) -> None:
         if self._outcome is None:
             return
@@ -131,7 +129,7 @@ class FlightView(QWidget):
 
 
 def lanes_of(log: FlightLog, limits: TriggerLimits) -> Sequence[Lane]:
-    """What the log has, with the thresholds in the lane of what they judge."""
+    """A lane per quantity in the log, with its thresholds."""
     start_s = float(log.time_s[0])
     lanes = [
         Lane(
@@ -158,12 +156,12 @@ def lanes_of(log: FlightLog, limits: TriggerLimits) -> Sequence[Lane]:
 
 
 def marks_of(outcome: FlightOutcome, resets_s: Sequence[float] = ()) -> list[Mark]:
-    """In order of time."""
+    """Marks in order of time."""
     flight = outcome.flight
     meaning = look_of(outcome.group, verdict_of(outcome)).meaning
     marks = [Mark(at_s, marked("restarted"), Icon.RESTART, Meaning.ATTENTION) for at_s in resets_s]
     direct_s, damped_s = outcome.direct.at_s, outcome.damped.at_s
-    is_one = abs(direct_s - damped_s) < _SAME_S if outcome.direct.sources and outcome.damped.sources else False
+    is_one = bool(outcome.direct.sources and outcome.damped.sources) and abs(direct_s - damped_s) < _SAME_S
     if outcome.direct.sources:
         word = marked("fires") if is_one else marked("Triggers at once")
         marks.append(Mark(direct_s, word, Icon.PARACHUTE, meaning))
@@ -177,7 +175,7 @@ def marks_of(outcome: FlightOutcome, resets_s: Sequence[float] = ()) -> list[Mar
 
 
 def _moment(outcome: FlightOutcome) -> float | None:
-    """What to look at first."""
+    """Time that is shown first."""
     fires = [fire.at_s for fire in (outcome.direct, outcome.damped) if fire.sources]
     return min(fires) if fires else outcome.flight.loss_s
 
@@ -195,7 +193,7 @@ def _standing(start_s: float, value: float) -> StepFunction:
 
 
 def _scale_of(values: Floats) -> Scale:
-    """A round one that holds all of them."""
+    """A scale with round ends that contains all values."""
     low, high = float(values.min()), float(values.max())
     step = next(one for one in _STEPS_M if (high - low) / one <= 3)
     first = np.floor(low / step) * step

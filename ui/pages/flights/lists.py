@@ -1,4 +1,4 @@
-"""The two lists of flights with their captions, one above the other."""
+"""The two lists of flights, one above the other."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -12,7 +12,7 @@ from ui.forms.table_kit import RowsFilter
 from ui.pages.flights.controller import GROUPS, FlightRow
 from ui.pages.flights.model import flights_model
 from ui.pages.flights.table import FlightTable
-from ui.pages.flights.texts import MOVE_WORDS, OTHER_LIST, list_caption, list_detail
+from ui.pages.flights.texts import MOVE_WORD, OTHER_LIST, list_caption, list_detail
 from ui.pages.flights.verdicts import Verdict, verdict_of
 from ui.style.icons import Icon
 from ui.style.theme import Space
@@ -31,7 +31,7 @@ class FlightList(QWidget):
     opened = Signal(object)
     """`FlightRow`."""
     move_wanted = Signal(object, object)
-    """Names, and the list that they go to."""
+    """Names, and the target list."""
     remove_wanted = Signal(object)
     """Names."""
 
@@ -47,7 +47,7 @@ class FlightList(QWidget):
         self.caption = named(QLabel(), f"{name}_caption", "strong")
         self.detail = named(ElidedLabel(), f"{name}_detail", "small")
         is_first = group is FlightGroup.MUST_NOT
-        self.move_button = control(QPushButton(), texts, f"{name}_move", "Move", tip=MOVE_WORDS[group], key="M",
+        self.move_button = control(QPushButton(), texts, f"{name}_move", "Move", tip=MOVE_WORD, key="M",
                                    picture=Icon.CHEVRON_DOWN if is_first else Icon.CHEVRON_UP,
                                    slot=self.move_chosen)  # fmt: skip
         texts.bind(self.table.setAccessibleName, group.value)
@@ -77,7 +77,7 @@ class FlightList(QWidget):
         self.picture.show_icon(good if meaning is None else bad, meaning)
 
     def show_only_fired(self, *, is_wanted: bool) -> None:
-        """Only flights that fire with the chosen thresholds, or may."""
+        """Hides flights that do not fire with the chosen thresholds."""
         hidden = (Verdict.HOLDS, Verdict.UNREAD)
         self.filter.use("", lambda row: not is_wanted or verdict_of(row.outcome) not in hidden)
 

@@ -1,4 +1,4 @@
-"""Reads flight logs in the background: progress, cancel, and the results as they come."""
+"""Reads flight logs in the background with progress and cancel."""
 
 from collections import deque
 from pathlib import Path
@@ -16,7 +16,7 @@ from ui.core.background_task import BackgroundTask, Running
 
 
 class LoadedLog(NamedTuple):
-    """`head`: the names of its columns, of a CSV file that could not be read; else empty."""
+    """`head`: column names of a CSV file that could not be read; else empty."""
 
     log: SummarisedLog
     columns: CsvColumns | None
@@ -24,12 +24,12 @@ class LoadedLog(NamedTuple):
 
 
 class LoadOrder(NamedTuple):
-    """Files and folders. `columns`: of CSV files; None: their names say what they are."""
+    """Files and folders. `columns`: of CSV files; None recognises them by name."""
 
     paths: tuple[Path, ...]
     columns: CsvColumns | None = None
     skipped: frozenset[str] = frozenset()
-    """Names of flights that are there already."""
+    """Names of flights that are already read."""
 
 
 class LoadEnded(NamedTuple):
@@ -43,7 +43,7 @@ class LoadEnded(NamedTuple):
 
 
 class _Progress:
-    """Written by the thread that reads, looked at by the window."""
+    """Written by the reading thread, read by the window's."""
 
     def __init__(self) -> None:
         self.total: int | None = None
@@ -51,10 +51,10 @@ class _Progress:
 
 
 class FlightLoading(QObject):
-    """One order after the other. `poll` hands over what was read since."""
+    """Processes orders one after another; `poll` returns the logs read since."""
 
     ended = Signal(object)
-    """`LoadEnded`, after everything was handed over."""
+    """`LoadEnded`."""
 
     def __init__(self, parent: QObject) -> None:
         super().__init__(parent)
@@ -63,7 +63,7 @@ class FlightLoading(QObject):
         self._progress = _Progress()
         self._ready: list[LoadedLog] = []
         self.read = 0
-        """Logs of the order that is being read, or was read last."""
+        """Logs read of the current or last order."""
 
     @property
     def is_running(self) -> bool:
@@ -71,7 +71,7 @@ class FlightLoading(QObject):
 
     @property
     def total(self) -> int | None:
-        """Logs of the order that is being read; None until they are counted."""
+        """Logs of the current order; None until they are counted."""
         return self._progress.total
 
     def open(self, order: LoadOrder) -> None:
@@ -80,16 +80,16 @@ class FlightLoading(QObject):
             self._begin()
 
     def cancel(self) -> None:
-        """Answers at once; what was read until now stays, what is being read is dropped."""
+        """Returns at once; logs already read stay, logs being read are dropped."""
         if not self.is_running:
             return
         self._waiting.clear()
         self._task.cancel()
         self._end(was_cancelled=True)
-        self._progress = _Progress()  # what still comes is nobody's
+        self._progress = _Progress()  # discards what the thread still reads
 
     def poll(self) -> list[LoadedLog]:
-        """Each log once."""
+        """The logs read since the last call."""
         self._collect()
         ready, self._ready = self._ready, []
         return ready
@@ -123,7 +123,7 @@ class FlightLoading(QObject):
 
 
 def _head_of(path: Path) -> tuple[str, ...]:
-    """Columns to choose from; none where it is no table."""
+    """Column names of a CSV file; empty for other files."""
     if path.suffix.lower() != ".csv":
         return ()
     try:

@@ -42,7 +42,7 @@ from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.visibility_timer import VisibilityTimer
 
 _POLL_MS: Final = 200
-"""While the page is in sight: logs that are being read."""
+"""For progress of reading, while the page is visible."""
 _MAP_PX: Final = 300
 
 
@@ -85,8 +85,6 @@ class FlightsPage(Page):
         VisibilityTimer(self, self._tick, every_ms=_POLL_MS, retranslate=self._retranslate)
         self.refresh()
 
-    # What a person does
-
     def choose_files(self) -> None:
         self.open_paths(self.ask_files(self, self._folder))
 
@@ -106,7 +104,7 @@ class FlightsPage(Page):
         self.refresh()
 
     def open_flight(self, row: FlightRow) -> None:
-        """One flight with its plots; of a table whose columns are not known, the form for them."""
+        """Shows the plots of a flight, or the form for the columns of an unread CSV file."""
         if row.unread is not None:
             if row.unread.head:
                 self._show_form(row.unread)
@@ -120,7 +118,7 @@ class FlightsPage(Page):
         self._show(self.form)
 
     def _read_with(self, name: str, columns: CsvColumns) -> None:
-        """Every file with the same columns."""
+        """Reads every file that has the same columns."""
         unread = self.work.unread()
         heads = {one.name: one.head for one in unread}
         self._show_overview()
@@ -130,7 +128,7 @@ class FlightsPage(Page):
         self.work.loading.cancel()
 
     def _show_fired(self) -> None:
-        """The flights of a cell of the map."""
+        """Shows the flights that fire with the chosen thresholds."""
         self.fired_only.setChecked(True)
         first = next((one for one in self.lists.of.values() if one.filter.rowCount()), None)
         if first is not None:
@@ -144,13 +142,7 @@ class FlightsPage(Page):
     # Showing
 
     def refresh(self) -> None:
-        """Everything as it is now."""
-        work = self.work
-        if not work.is_empty:
-            self.map.show_maps(*work.maps())
-        self._refresh_lists()
-        self.thresholds.show_limits(work.limits, work.reading)
-        self._refresh_proposal()
+        self._refresh_thresholds()
         self._refresh_notice()
         if self._stack.currentWidget() in (self.empty, self._overview):
             self._show_overview()
@@ -166,15 +158,12 @@ class FlightsPage(Page):
             self._filter(is_wanted=True)
 
     def _refresh_thresholds(self) -> None:
-        """Map and lists after a threshold or the reading changed."""
+        """Updates map and lists after a change of thresholds or reading."""
         work = self.work
         if not work.is_empty:
             self.map.show_maps(*work.maps())
         self._refresh_lists()
         self.thresholds.show_limits(work.limits, work.reading)
-        self._refresh_proposal()
-
-    def _refresh_proposal(self) -> None:
         self.proposal.refresh()
 
     def _refresh_notice(self) -> None:
@@ -192,7 +181,7 @@ class FlightsPage(Page):
         return None if self._ended is None else self._ended_notice(self._ended)
 
     def _ended_notice(self, ended: LoadEnded) -> Notice | None:
-        """Nothing is said where everything was read."""
+        """None where everything was read."""
         if ended.why:
             return Notice(Meaning.ATTENTION, tr("That did not work: {why}.", why=ended.why), dismiss=self._dismiss)
         if ended.was_cancelled:
@@ -220,7 +209,7 @@ class FlightsPage(Page):
         self._show(self.empty if self.work.is_empty else self._overview)
 
     def _show(self, widget: QWidget) -> None:
-        """A flight and the form have a header of their own."""
+        """Hides the page's header for the flight and the form, which have their own."""
         self._stack.setCurrentWidget(widget)
         self.header.setVisible(widget in (self.empty, self._overview))
         for one in (self.thresholds.reading, self.fired_only, self.header.more):
@@ -254,7 +243,7 @@ class FlightsPage(Page):
         work = self.work
         work.flights_changed.connect(self.refresh)
         work.thresholds_changed.connect(self._refresh_thresholds)
-        work.proposal_changed.connect(self._refresh_proposal)
+        work.proposal_changed.connect(self.proposal.refresh)
         work.loading_ended.connect(self._end_loading)
         self.thresholds.chosen.connect(work.choose)
         self.thresholds.reading_chosen.connect(work.choose_reading)
@@ -302,7 +291,7 @@ class FlightsPage(Page):
     # Qt
 
     def on_escape(self) -> bool:
-        """Leave a flight or the form, end the reading, or close a message."""
+        """Leaves a flight or the form, cancels reading, closes a message or resets the filter."""
         if self._stack.currentWidget() is self.flight:
             self.flight.close_flight()
         elif self._stack.currentWidget() is self.form:
@@ -329,6 +318,6 @@ class FlightsPage(Page):
 
 
 def _dropped(data: QMimeData) -> list[Path]:
-    """Files and folders that may hold logs; all of them, or none where a file is something else."""
+    """Dropped files and folders; empty where one of the files is no log."""
     paths = [Path(url.toLocalFile()) for url in data.urls() if url.isLocalFile()]
     return paths if all(not one.suffix or one.suffix.lower() in SUFFIXES or one.is_dir() for one in paths) else []

@@ -1,4 +1,4 @@
-"""The proposal and what becomes of thresholds: into Settings as edits, into a profile. Nothing is sent."""
+"""Shows the proposal; puts thresholds into Settings as edits or into a profile. Nothing is sent."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -71,8 +71,6 @@ class ProposalBar(QFrame):
         self.take.setEnabled(limits is not None and limits != work.limits)
         self.use.setEnabled(self._exchange.can_use())
 
-    # What a person does
-
     def _take(self) -> None:
         proposal = self._work.proposal
         if proposal is not None and proposal.limits is not None:
@@ -83,13 +81,13 @@ class ProposalBar(QFrame):
         self.settings_wanted.emit()
 
     def save_profile(self) -> None:
-        """A new one that holds the three thresholds and nothing else."""
+        """Saves a new profile with the three thresholds."""
         path = self.ask_save(self, tr("Save as profile…"), self._folder() / f"profile{SUFFIX}", _kinds())
         if path is not None:
             self._write(path, Profile(name=path.stem or tr("Profile"), settings=self._work.settings()))
 
     def add_to_profile(self) -> None:
-        """Everything else in the profile stays; the file is asked for again before it is replaced."""
+        """Changes the three thresholds of a profile, and asks where to save it."""
         path = self.ask_open(self, self._folder())
         if path is None:
             return

@@ -12,7 +12,7 @@ from ui.forms.rows_table import RowsTable
 from ui.forms.table_kit import RowsFilter
 from ui.pages.flights.controller import FlightRow
 from ui.pages.flights.model import FlightColumn
-from ui.pages.flights.texts import MOVE_WORDS
+from ui.pages.flights.texts import MOVE_WORD
 from ui.style.icons import Icon, icon
 from ui.widgets.naming import named
 
@@ -27,7 +27,7 @@ class FlightTable(RowsTable[FlightRow]):
                          order=Qt.SortOrder.AscendingOrder, spare=FlightColumn.DURATION)  # fmt: skip
         self._group = group
         self.setAlternatingRowColors(True)
-        self.setTextElideMode(Qt.TextElideMode.ElideMiddle)  # what tells files apart is mostly at their end
+        self.setTextElideMode(Qt.TextElideMode.ElideMiddle)  # file names mostly differ at the end
         self.horizontalHeader().setMinimumSectionSize(44)
         self.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
         self.customContextMenuRequested.connect(self._show_menu)
@@ -46,12 +46,12 @@ class FlightTable(RowsTable[FlightRow]):
         self.fit_columns(texts, with_icon=(FlightColumn.FIRES, FlightColumn.PROBLEMS))
 
     def menu(self) -> QMenu:
-        """For what is chosen."""
+        """Context menu for the selection."""
         menu = named(QMenu(self), f"{self.objectName()}_menu")
         is_one, is_first = len(self.chosen()) == 1, self._group is FlightGroup.MUST_NOT
         entries = (
             ("open", tr("Open"), Icon.LIVE, self.opened, is_one),
-            ("move", tr(MOVE_WORDS[self._group]), Icon.CHEVRON_DOWN if is_first else Icon.CHEVRON_UP,
+            ("move", tr(MOVE_WORD), Icon.CHEVRON_DOWN if is_first else Icon.CHEVRON_UP,
              self.move_wanted, bool(self.chosen())),
             ("remove", tr("Remove"), Icon.CROSS, self.remove_wanted, bool(self.chosen())),
         )  # fmt: skip

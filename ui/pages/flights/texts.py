@@ -1,4 +1,4 @@
-"""What the Flight logs page says: verdicts, sentences about a flight, captions, the proposal."""
+"""Texts of the Flight logs page."""
 
 import math
 from pathlib import Path
@@ -24,14 +24,12 @@ READING_WORDS: Final = {
     RuleReading.DIRECT: marked("Triggers at once"),
     RuleReading.DAMPED: marked("Triggers after 0.2 s"),
 }
-MOVE_WORDS: Final = {
-    FlightGroup.MUST_NOT: marked("Move to “must fire”"), FlightGroup.MUST: marked("Move to “must not fire”"),
-}  # fmt: skip
+MOVE_WORD: Final = marked("Move to the other list")
 OTHER_LIST: Final = {FlightGroup.MUST_NOT: FlightGroup.MUST, FlightGroup.MUST: FlightGroup.MUST_NOT}
 
 
 def verdict_text(outcome: FlightOutcome | None) -> str:
-    """For a narrow column."""
+    """Short text for a column."""
     match verdict_of(outcome):
         case Verdict.UNREAD:
             return tr("not read")
@@ -46,7 +44,7 @@ def verdict_text(outcome: FlightOutcome | None) -> str:
 
 
 def short_name(name: str) -> str:
-    """The file's, without its folders and its ending."""
+    """File name without folder and suffix."""
     return clean(Path(name).stem or name, longest=80)
 
 
@@ -60,7 +58,7 @@ def sources_text(sources: Source) -> str:
 
 
 def fire_text(fire: FirstFire) -> str:
-    """Of one reading: whether and when, why, how late and how much lower."""
+    """When and why it fires under one reading, how late and how much lower."""
     if not fire.sources:
         return begun(tr("no trigger"))
     text = tr("Fires at {time}: {why}", time=moment_text(fire.at_s), why=sources_text(fire.sources))
@@ -69,7 +67,7 @@ def fire_text(fire: FirstFire) -> str:
 
 
 def late_text(delay_s: float, drop_m: float) -> str:
-    """After the loss of control; empty where that is not known."""
+    """Delay after the loss of control; empty where unknown."""
     if math.isnan(delay_s):
         return ""
     if delay_s < 0:
@@ -79,12 +77,12 @@ def late_text(delay_s: float, drop_m: float) -> str:
 
 
 def moment_text(at_s: float) -> str:
-    """Since the beginning of the log: "12.3 s", "3:07.2"."""
+    """Time since the beginning of the log: "12.3 s", "3:07.2"."""
     return f"{at_s:.1f} s" if at_s < 60 else f"{stopwatch(at_s)}.{int(at_s * 10) % 10}"
 
 
 def outcome_lines(outcome: FlightOutcome) -> tuple[str, ...]:
-    """One line, or one for each reading where they disagree."""
+    """One line, or one per reading where they disagree."""
     if not outcome.is_different:
         return (fire_text(outcome.direct),)
     return (
@@ -97,7 +95,7 @@ def outcome_lines(outcome: FlightOutcome) -> tuple[str, ...]:
 
 
 def told(row: FlightRow) -> str:
-    """The row as sentences."""
+    """The row as text, for the tooltip and screen readers."""
     name = clean(row.name, longest=200)
     if row.unread is not None:
         return tr("{file}: {why}", file=name, why=row.unread.why.in_words())
@@ -116,7 +114,7 @@ def problem_count(row: FlightRow) -> int:
 
 
 def list_caption(group: FlightGroup, outcomes: list[FlightOutcome]) -> tuple[str, Meaning | None]:
-    """Above a list. Where the readings disagree the worse one counts."""
+    """Caption of a list; where the readings disagree, the worse one counts."""
     total, name = len(outcomes), begun(tr(group.value))
     if not total:
         return name, None
@@ -130,7 +128,7 @@ def list_caption(group: FlightGroup, outcomes: list[FlightOutcome]) -> tuple[str
 
 
 def list_detail(group: FlightGroup, outcomes: list[FlightOutcome]) -> str:
-    """What depends on the reading, how late the latest is."""
+    """How many flights depend on the reading, and the largest delay."""
     if not outcomes:
         return tr("Select flights and press M")
     parts = []
@@ -162,7 +160,7 @@ def limits_text(limits: TriggerLimits) -> str:
 
 
 def proposal_text(proposal: ThresholdProposal | None, *, is_busy: bool, counts: tuple[int, int]) -> ProposalText:
-    """`counts`: flights that must not fire, and that must."""
+    """`counts`: number of flights that must not and that must fire."""
     if is_busy:
         return ProposalText(Icon.CLOCK, None, tr("Looking for thresholds…"))
     if proposal is None or not any(counts):
@@ -182,7 +180,7 @@ def proposal_text(proposal: ThresholdProposal | None, *, is_busy: bool, counts: 
 
 
 def _margin_text(margin: FlightMargin) -> str:
-    """How far the nearest flight of a list is from the other side."""
+    """Smallest margin of a list."""
     parts = [f"{margin.attitude_deg}°"] * (margin.attitude_deg >= 0)
     parts += [f"{margin.freefall_s:.2f} s"] * (margin.freefall_s >= 0)
     return tr("{group}: {what} to spare ({name})", group=begun(tr(margin.group.value)), what=" · ".join(parts),

@@ -1,4 +1,4 @@
-"""The chosen thresholds as sliders, and how the vendor's rule is read."""
+"""Sliders for the thresholds, and the reading of the vendor's rule."""
 
 from dataclasses import replace
 from typing import Final
@@ -24,7 +24,7 @@ _TIMES_S: Final = (0.2, 2.55)
 
 class ThresholdPanel(QWidget):
     chosen = Signal(object)
-    """`TriggerLimits` that a person wants to try."""
+    """`TriggerLimits`."""
     reading_chosen = Signal(object)
     """`RuleReading`."""
 
@@ -63,7 +63,7 @@ class ThresholdPanel(QWidget):
             lambda value: self._choose(replace(self._limits, freefall_acceleration_g=round(value, 1)))
         )
         self.time.turned.connect(lambda value: self._choose(replace(self._limits, freefall_time_s=round(value, 2))))
-        self.reading.currentTextChanged.connect(self.reading.setToolTip)  # whole where the header has no room for it
+        self.reading.currentTextChanged.connect(self.reading.setToolTip)  # the header may elide the text
         self.reading.activated.connect(lambda _row: self.reading_chosen.emit(self.reading.currentData()))
         texts.bind(self._name_readings, "Reading")
 
@@ -80,7 +80,7 @@ class ThresholdPanel(QWidget):
         self.chosen.emit(limits)
 
     def _name_readings(self, _text: str) -> None:
-        """In the language in use."""
+        """Translates the entries."""
         for row, reading in enumerate(RuleReading):
             self.reading.setItemText(row, tr(READING_WORDS[reading]))
             self.reading.setItemData(row, tr(reading.value), Qt.ItemDataRole.ToolTipRole)

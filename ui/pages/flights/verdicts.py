@@ -1,4 +1,4 @@
-"""What a flight comes to with the chosen thresholds, and how that looks."""
+"""Verdict on a flight with the chosen thresholds, with its icon and colour."""
 
 from enum import Enum
 from typing import NamedTuple
@@ -9,7 +9,7 @@ from ui.style.theme import Meaning
 
 
 class Verdict(Enum):
-    """What a flight comes to with the chosen thresholds."""
+    """Verdict on a flight with the chosen thresholds."""
 
     UNREAD = 0
     DIFFERS = 1
@@ -23,7 +23,7 @@ class Verdict(Enum):
 class Look(NamedTuple):
     icon: Icon
     meaning: Meaning | None
-    """None: as it should be."""
+    """None: as expected."""
 
 
 def verdict_of(outcome: FlightOutcome | None) -> Verdict:
@@ -37,7 +37,7 @@ def verdict_of(outcome: FlightOutcome | None) -> Verdict:
 
 
 def look_of(group: FlightGroup, verdict: Verdict) -> Look:
-    """Colour only for what is not as it should be."""
+    """Only what is not as expected is coloured."""
     match verdict:
         case Verdict.UNREAD:
             return Look(Icon.WARNING, Meaning.ATTENTION)
@@ -54,7 +54,7 @@ def look_of(group: FlightGroup, verdict: Verdict) -> Look:
 
 
 def order_of(group: FlightGroup, outcome: FlightOutcome | None) -> float:
-    """What is not as it should be first, then by time."""
+    """Sort key: what is not as expected first, then by time."""
     is_fine = look_of(group, verdict_of(outcome)).meaning is None
     at_s = _NEVER_S if outcome is None else min(outcome.direct.at_s, outcome.damped.at_s, _NEVER_S)
     return (10 * _NEVER_S if is_fine else 0.0) + at_s
