@@ -442,10 +442,6 @@
         <translation>正在询问模块…</translation>
     </message>
     <message>
-        <source>Asking until two readings agree…</source>
-        <translation>反复读取，直到两次结果一致…</translation>
-    </message>
-    <message>
         <source>Asks once more before anything is sent.</source>
         <translation>发送前会再问一次。</translation>
     </message>
@@ -3122,10 +3118,6 @@
         <translation>自 {time} 起记录，有缺失</translation>
     </message>
     <message>
-        <source>Recording cannot be read: {why}.</source>
-        <translation>数据记录无法读取：{why}。</translation>
-    </message>
-    <message>
         <source>Recording of {time}</source>
         <translation>{time} 的数据记录</translation>
     </message>
@@ -3972,10 +3964,6 @@
     <message>
         <source>The module still reports LOCKED.</source>
         <translation>模块仍报告：已锁定。</translation>
-    </message>
-    <message>
-        <source>The module stopped answering; nothing was kept. Read again.</source>
-        <translation>模块停止应答，未保存任何内容。请重新读取。</translation>
     </message>
     <message>
         <source>The module was locked.</source>

@@ -1,4 +1,4 @@
-"""Columns of a recording for the plots, mapped from the file, with a summary computed on opening."""
+"""Memory-mapped columns of a recording for the plots, with a summary that is computed on opening."""
 
 import math
 from dataclasses import dataclass
@@ -12,11 +12,11 @@ from app.recordings.file_layout import LONGEST_UPTIME_S
 from app.samples.ring_buffers import SUMMARY_S, Envelope, Readable, Seconds, Values
 
 _ROWS_AT_ONCE = 1 << 19
-"""Looked at together: a few megabytes, whatever the file is long."""
+"""Bounds the memory of `beginnings` to a few megabytes."""
 
 
 def column(path: Path, kind: str, rows: int) -> NDArray[Any]:
-    """The first rows of a file, without reading them. Raises OSError."""
+    """Maps the first rows of a file. Raises OSError."""
     if not rows:
         return np.empty(0, kind)
     return np.asarray(np.memmap(path, kind, "r", shape=(rows,)))
@@ -24,14 +24,14 @@ def column(path: Path, kind: str, rows: int) -> NDArray[Any]:
 
 @dataclass(frozen=True, slots=True)
 class Beginnings:
-    """Where the buckets of `SUMMARY_S` begin, within the first `rows` that can be what they say they are."""
+    """First rows of the buckets of `SUMMARY_S`; only the first `rows` are valid."""
 
     rows: int
     firsts: NDArray[np.intp]
 
 
 def beginnings(times: Seconds, *values: Values) -> Beginnings:
-    """One pass over a table: times have to ascend and to be times, and everything has to be finite."""
+    """Checks a table in one pass: times must be valid and ascend, values must be finite."""
     found: list[NDArray[np.intp]] = []
     newest_s, number = -math.inf, -math.inf
     for first in range(0, len(times), _ROWS_AT_ONCE):
@@ -60,7 +60,7 @@ def _joined(parts: list[NDArray[np.intp]]) -> NDArray[np.intp]:
 
 
 class RecordedSeries(Readable):
-    """A measured value over a whole recording. `times` and `values` may lie in a file; `firsts`: see `Beginnings`."""
+    """A measured value over a whole recording. `times` and `values` may be mapped; `firsts`: see `Beginnings`."""
 
     def __init__(self, times: Seconds, values: Values, firsts: NDArray[np.intp]) -> None:
         self._time_column, self._value_column = times, values

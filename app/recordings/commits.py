@@ -1,4 +1,4 @@
-"""Commit log of a recording: how much of each file is valid, with checksums."""
+"""Commit log of a recording: valid length of each file, with checksums."""
 
 import mmap
 import os
@@ -33,11 +33,11 @@ _COMMIT: Final = struct.Struct("<d5Q4L")
 _CRC_AT: Final = 52
 _OWN_BYTES: Final = COMMIT.itemsize - 4
 _CHECKED_COMMITS: Final = 240
-"""How far back a cut-off recording is checked against its checksums: two minutes, more than lies between two syncs."""
+"""Commits of a cut-off recording whose checksums are verified: two minutes, longer than between two syncs."""
 
 
 class Extents(NamedTuple):
-    """How much of each file counts."""
+    """Valid length of each file."""
 
     at_s: float
     status_rows: int
@@ -46,20 +46,20 @@ class Extents(NamedTuple):
     line_bytes: int
     journal_bytes: int
     is_last: bool
-    """The recording was closed in an orderly way."""
+    """The recording was closed properly."""
 
     def length(self, name: str) -> int:
-        """Bytes of this data file that count."""
+        """Valid bytes of a data file."""
         return int(getattr(self, _count_of(name))) * _width(name)
 
 
 def _count_of(name: str) -> str:
-    """Which of the counts belongs to this data file."""
+    """Name of the count of a data file."""
     return {LINE: "line_bytes", JOURNAL: "journal_bytes"}.get(name) or f"{name.partition('.')[0]}_rows"
 
 
 def _width(name: str) -> int:
-    """Bytes of one of what is counted."""
+    """Bytes per counted unit of a data file."""
     kind = COLUMNS.get(name.partition(".")[0], {}).get(name)
     return 1 if kind is None else np.dtype(kind).itemsize
 
@@ -83,12 +83,12 @@ def _data_crc(raw: bytes) -> int:
 
 
 def nothing(opening: Opening) -> Extents:
-    """Before the first commit."""
+    """The extents before the first commit."""
     return Extents(opening.start_s, 0, 0, 0, 0, 0, is_last=False)
 
 
 class _Commits:
-    """The commits of a folder, read as they are asked for."""
+    """The commits of a folder, read on demand."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
@@ -101,30 +101,30 @@ class _Commits:
         return self._file.read(COMMIT.itemsize)
 
     def extents(self, number: int) -> Extents | None:
-        """None where the commit is damaged or says more than there is."""
+        """None where the commit is damaged or exceeds the files."""
         found = _decoded(self._raw(number))
         if found is None or any(found.length(name) > size for name, size in self._sizes.items()):
             return None
         return found
 
     def newest(self, before: int | None = None) -> int | None:
-        """The last good one, of those before this number."""
+        """Number of the last valid commit, before this number."""
         first = self.count if before is None else before
         return next((n for n in range(first - 1, -1, -1) if self.extents(n) is not None), None)
 
-    def first_false(self, first: int, stop: int) -> int | None:
-        """The first of these whose checksum is not that of the data since the commit before."""
+    def first_mismatch(self, first: int, stop: int) -> int | None:
+        """First of these commits whose checksum does not match the data since the previous one."""
         with ExitStack() as stack:
             files = {name: stack.enter_context((self._folder / name).open("rb")) for name in DATA_FILES}
             before = self.extents(first - 1) if first else None
             for number in range(first, stop):
                 now = self.extents(number)
-                if now is None or (number and before is None) or not self._is_true(number, before, now, files):
+                if now is None or (number and before is None) or not self._matches(number, before, now, files):
                     return number
                 before = now
         return None
 
-    def _is_true(self, number: int, before: Extents | None, now: Extents, files: Mapping[str, IO[bytes]]) -> bool:
+    def _matches(self, number: int, before: Extents | None, now: Extents, files: Mapping[str, IO[bytes]]) -> bool:
         crc = 0
         for name, file in files.items():
             start = before.length(name) if before is not None else 0
@@ -141,9 +141,9 @@ class _Commits:
 
 
 def read_extents(folder: Path, opening: Opening, *, is_checked: bool) -> Extents:
-    """What counts. Raises OSError.
+    """Valid length of each file. Raises OSError.
 
-    `is_checked`: where it was cut off, its last two minutes are compared with their checksums.
+    `is_checked`: verifies the checksums of the last two minutes of a recording that was cut off.
     """
     commits = _Commits(folder)
     try:
@@ -153,7 +153,7 @@ def read_extents(folder: Path, opening: Opening, *, is_checked: bool) -> Extents
         found = commits.extents(newest)
         if is_checked and found is not None and not found.is_last:
             first = max(0, newest - _CHECKED_COMMITS)
-            bad = commits.first_false(first, newest + 1)
+            bad = commits.first_mismatch(first, newest + 1)
             if bad is not None:
                 newest = commits.newest(bad)
                 found = commits.extents(newest) if newest is not None else None
@@ -163,15 +163,15 @@ def read_extents(folder: Path, opening: Opening, *, is_checked: bool) -> Extents
 
 
 class Damaged(NamedTuple):
-    """A piece of a recording that is not what was committed."""
+    """A piece of a recording that differs from what was committed."""
 
     first: Extents
-    """What counted before it."""
+    """Extents before the piece."""
     last: Extents
 
 
 def damaged_pieces(folder: Path, opening: Opening, found: Extents) -> tuple[Damaged, ...]:
-    """Every commit up to `found` compared with its checksum; neighbours are one piece. Raises OSError."""
+    """Verifies every checksum up to `found`; adjacent pieces are joined. Raises OSError."""
     raw = (folder / COMMITS).read_bytes()
     table = np.frombuffer(raw[: len(raw) // COMMIT.itemsize * COMMIT.itemsize], COMMIT)
     counts = list(zip(*(table[name].tolist() for name in _COUNTS), strict=True))

@@ -1,4 +1,4 @@
-"""A recording in words: when, how large, what is out of the ordinary about it."""
+"""Texts of a recording: start, size, remarks."""
 
 import math
 from typing import TYPE_CHECKING
@@ -7,17 +7,17 @@ from app.text.durations import stopwatch
 from app.text.i18n import tr
 from app.text.sentences import listed
 
-if TYPE_CHECKING:  # it loads numpy, which the window's first paint does not wait for
+if TYPE_CHECKING:  # loads numpy, which would delay the window's first paint
     from app.recordings.library import RecordingEntry
 
 
 def when_text(entry: "RecordingEntry") -> str:
-    """When it began, by the clock of this place."""
+    """Start in local time."""
     return f"{entry.started_at.astimezone():%Y-%m-%d %H:%M:%S}"
 
 
 def size_text(size_bytes: float) -> str:
-    """In powers of 1024, as exact as a person wants to know it."""
+    """Size in powers of 1024: "12 kB", "3.4 MB"."""
     if size_bytes < 1024**2:
         return f"{math.ceil(size_bytes / 1024)} kB"
     if size_bytes < 1024**3:
@@ -27,7 +27,7 @@ def size_text(size_bytes: float) -> str:
 
 
 def remarks(entry: "RecordingEntry") -> str:
-    """Whatever is out of the ordinary."""
+    """Anything unusual about the recording."""
     if entry.trouble is not None:
         return tr("cannot be read")
     words = []
@@ -45,7 +45,7 @@ def remarks(entry: "RecordingEntry") -> str:
 
 
 def told(entry: "RecordingEntry") -> str:
-    """One recording in a sentence, for the tooltip and screen readers."""
+    """Description of a recording, for the tooltip and screen readers."""
     if entry.trouble is not None:
         return entry.trouble
     words = (

@@ -11,7 +11,7 @@ from app.samples.ring_buffers import Seconds, Values
 
 @dataclass(frozen=True, slots=True)
 class Excerpt:
-    """Nothing that comes later changes it. Times are monotonic seconds; each group of columns is equally long."""
+    """Immutable. Times are monotonic seconds; the columns of a group have the same length."""
 
     start_s: float
     end_s: float
@@ -26,15 +26,15 @@ class Excerpt:
     light_v: Values
     markers: tuple[Marker, ...]
     is_whole: bool = True
-    """False where the span reaches back to what is no longer kept sample by sample."""
+    """False where the span includes times that are no longer kept sample by sample."""
 
     @property
     def first_s(self) -> float:
-        """When its first row was measured; the start of the span where it has none."""
+        """Time of the first row; the start of the span where it is empty."""
         firsts = [float(times[0]) for times in (self.time_s, self.cell_time_s, self.light_time_s) if len(times)]
         return min((*firsts, *(one.time_s for one in self.markers)), default=self.start_s)
 
     @property
     def row_count(self) -> int:
-        """Of everything that has a time of its own."""
+        """Number of samples and markers."""
         return len(self.time_s) + len(self.cell_time_s) + len(self.light_time_s) + len(self.markers)

@@ -16,11 +16,11 @@ Progress = Callable[[float], None]
 
 
 class ExportCancelled(Exception):
-    """Somebody stopped the writing; the file is as it was before."""
+    """The export was cancelled; the file is unchanged."""
 
 
 def not_saved_text(path: Path, error: Exception) -> str:
-    """Why there is no such file, in the language in use."""
+    """Why the file was not written, in the language in use."""
     if isinstance(error, ExportCancelled):
         return tr("Cancelled.")
     return tr("{file} cannot be written: {why}.", file=path, why=reason_of(error))
@@ -34,7 +34,7 @@ def write_parts(
     on_progress: Progress = lambda _share: None,
     is_cancelled: Callable[[], bool] = bool,
 ) -> None:
-    """A file that is there whole or not at all. `count`: so many parts, or about. Raises OSError, `ExportCancelled`."""
+    """Writes a file atomically. `count`: about how many parts. Raises OSError, `ExportCancelled`."""
     with whole_file(path) as file:
         for number, part in enumerate(parts):
             if is_cancelled():
@@ -51,14 +51,14 @@ def export_csv(
     on_progress: Progress = lambda _share: None,
     is_cancelled: Callable[[], bool] = bool,
 ) -> int:
-    """The rows written, with the columns of the Live page's table. Raises OSError, `ExportCancelled`.
+    """Writes a CSV table and returns its number of rows. Raises OSError, `ExportCancelled`.
 
-    `on_progress` gets 0 … 1, in the calling thread. `appends`: behind the rows that the file has already.
+    `on_progress` gets 0 … 1 in the calling thread. `appends`: adds to the rows of an existing file.
     """
     excerpt = recording.excerpt(recording.start_s, recording.end_s)
     parts = csv_parts(excerpt, wall_offset_s=recording.wall_offset_s)
     if appends and path.exists() and path.stat().st_size:
-        next(parts)  # the head is there
+        next(parts)  # without a second head
         parts = chain((path.read_bytes(),), parts)
     write_parts(path, parts, part_count(excerpt), on_progress=on_progress, is_cancelled=is_cancelled)
     return excerpt.row_count
@@ -71,24 +71,27 @@ def export_mcap(
     on_progress: Progress = lambda _share: None,
     is_cancelled: Callable[[], bool] = bool,
 ) -> int:
-    """The messages written. Raises OSError, `ExportCancelled`. `on_progress` gets 0 … 1, in the calling thread."""
+    """Writes MCAP and returns the number of messages. Raises OSError, `ExportCancelled`.
+
+    `on_progress` gets 0 … 1 in the calling thread.
+    """
     from app.recordings.mcap_file import write_mcap
 
-    def look(share: float) -> None:
+    def report(share: float) -> None:
         if is_cancelled():
             raise ExportCancelled
         on_progress(min(1.0, share))
 
     with whole_file(path) as file:
-        return write_mcap(recording, file, look=look)
+        return write_mcap(recording, file, report=report)
 
 
 def export_capture(
     recording: Recording, path: Path, *, appends: bool = False, on_progress: Progress = lambda _share: None
 ) -> tuple[int, bool]:
-    """The entries written, and whether not all fitted into a capture. Raises OSError.
+    """Writes a capture; returns the number of entries, and whether it was too long for all of them. Raises OSError.
 
-    `appends`: as another part of the capture that the file holds already.
+    `appends`: adds another part to an existing capture.
     """
     opening = recording.opening
     header = Header(

@@ -1,8 +1,7 @@
 """Binary layout of recording files; docs/recording.md describes it for other programs.
 
-A session is a folder. Measured values are columns, one file each, to which is only ever appended. Every half second at
-most a commit says how long each file was: what lies behind the last commit does not count, so a recording that was
-cut off at any byte is whole up to there.
+A session is a folder with an append-only file for each column. A commit, written up to twice a second, states the
+length of each file. Data behind the last commit is ignored, so a recording that was cut off is valid up to there.
 """
 
 import errno
@@ -34,9 +33,9 @@ COLUMNS: Final[Mapping[str, Mapping[str, str]]] = MappingProxyType(
         "light": {"light.time_s.f8": "<f8", "light.voltage_v.f4": "<f4"},
     }
 )
-"""Of each table the columns with their types; a row is what stands at the same place in each."""
+"""Columns of each table with their numpy types."""
 DATA_FILES: Final = (*(name for table in COLUMNS.values() for name in table), LINE, JOURNAL)
-"""In the order in which they are written, and in which a commit's checksum goes through them."""
+"""In the order of writing and of a commit's checksum."""
 ACTIVE, TRIGGERED = 0x01, 0x02
 """Bits of `status.flags.u1`."""
 _FIRST_YEAR: Final = 1970
@@ -46,21 +45,21 @@ _HELD: Final = frozenset({errno.EAGAIN, errno.EWOULDBLOCK, errno.EACCES, errno.E
 
 
 LONGEST_UPTIME_S: Final = 1e9
-"""Thirty years: no computer has run for as long."""
+"""About thirty years."""
 
 
 def is_time(value: float) -> bool:
-    """Whether this can be monotonic seconds: no sum with it overflows a calendar."""
+    """Whether this is plausible as monotonic seconds."""
     return abs(value) <= LONGEST_UPTIME_S  # false for NaN
 
 
 class Unreadable(ValueError):
-    """The folder is no recording that this program can read; the text is English, translatable."""
+    """The folder is no readable recording; the message is English, marked."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Opening:
-    """What `session.json` says. `start_s` is monotonic; `started_at` is the same moment by the calendar, UTC."""
+    """Content of `session.json`. `start_s` is monotonic; `started_at` is the same moment in UTC."""
 
     started_at: datetime
     start_s: float
@@ -70,11 +69,11 @@ class Opening:
     program: str = ""
     part: int = 1
     sequence: int = 0
-    """Of the recordings of this folder, in the order in which they began; 0: from before there were numbers."""
+    """Ascending number within the library; 0 in recordings of versions without it."""
 
     @property
     def wall_offset_s(self) -> float:
-        """Added to the recording's times gives seconds since 1970."""
+        """Seconds since 1970 minus monotonic seconds."""
         return self.started_at.timestamp() - self.start_s
 
     def encoded(self) -> bytes:
@@ -124,15 +123,12 @@ def read_opening(folder: Path) -> Opening:
         raise Unreadable(marked("damaged heading")) from error
 
 
-# Files of one's own
-
-
 def hold(folder: Path) -> IO[bytes] | None:
-    """Mark the session as being written until the file is closed, at the latest when the program ends, however it ends.
+    """Locks the session until the returned file is closed or the program ends.
 
-    None where another has it. Raises OSError.
+    None where it is locked already. Raises OSError.
     """
-    file = open(folder / LOCK, "ab", opener=private_opener)  # noqa: SIM115  it stays open
+    file = open(folder / LOCK, "ab", opener=private_opener)  # noqa: SIM115
     try:
         lock(file)
     except OSError:
@@ -142,18 +138,18 @@ def hold(folder: Path) -> IO[bytes] | None:
 
 
 def is_held(folder: Path) -> bool:
-    """Somebody, in this program or in another one, is writing the session."""
+    """Whether this or another program is writing the session."""
     try:
         with (folder / LOCK).open("rb+") as file:
             lock(file, is_shared=True)
     except OSError as error:
-        # A file system that knows no locks does not say that somebody has it.
+        # Other errors come from file systems without locks.
         return error.errno in _HELD
     return False
 
 
 def journal_lines(raw: bytes) -> Iterator[dict[str, object]]:
-    """The objects of a journal; a line that is none is left out."""
+    """The objects of a journal; skips other lines."""
     for line in raw.splitlines():
         try:
             found = json.loads(line)

@@ -24,27 +24,27 @@ from app.text.sentences import reason_of
 
 MOST_BYTES = 2 * 1024**3
 MOST_DAYS = 90
-"""Days on which something was recorded: a calendar that is wrong for one session adds one day."""
+"""Days with recordings, so that a wrong clock in one session adds one day only."""
 TRASH = ".trash"
 _TRASH_SHARE = 4
-"""The trash may take a quarter of what the recordings may."""
+"""The trash may take 1/4 of `most_bytes`."""
 SIMULATED = "sim:"
 _GOING = ".going-"
-"""Begins the name of a folder that is being deleted."""
+"""Prefix of folders that are being deleted."""
 _DISK_FULL = frozenset({errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC)})
 _UNFINISHED_DAYS = 1.0
-"""After which a folder without a heading, that a crash left behind, is taken away."""
+"""Age after which a folder without heading, left by a crash, is moved to the trash."""
 
 
 def recordings_folder() -> Path:
-    """Of this user, in the platform's folder for the program's data."""
+    """In this user's folder for the program's data."""
     from app.store.store import data_folder
 
     return data_folder() / "recordings"
 
 
 class RecordingInUse(Exception):
-    """It is being written: it cannot be deleted."""
+    """A recording that is being written cannot be deleted."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +57,7 @@ class RecordingEntry:
     port: str
     baud_rate: int
     module: str
-    """ "": nobody named it."""
+    """ "" without a name."""
     duration_s: float
     sample_count: int
     """Status reports."""
@@ -65,15 +65,15 @@ class RecordingEntry:
     is_kept: bool
     """Never pruned."""
     is_running: bool
-    """Being written now, by this program or another one."""
+    """Being written, by this or another program."""
     was_cut_off: bool
-    """Not closed in an orderly way; what arrived until then is there all the same."""
+    """Not closed properly; valid up to there."""
     trouble: str | None = None
     """Why it cannot be read, in the language in use."""
     part: int = 1
-    """Long sessions are continued in a further recording."""
+    """Long sessions continue in a further recording."""
     sequence: int = 0
-    """The order in which they began, whatever the calendar said; 0: from before there were numbers."""
+    """See `Opening.sequence`."""
 
     @property
     def is_trashed(self) -> bool:
@@ -81,12 +81,12 @@ class RecordingEntry:
 
     @property
     def is_simulated(self) -> bool:
-        """Of a simulated module inside of this program."""
+        """Recorded from a simulated module."""
         return self.port.startswith(SIMULATED)
 
 
 class RecordingLibrary:
-    """All methods may be called from any thread. `most_bytes` and `most_days` bind what is not kept for good."""
+    """Thread-safe. `most_bytes` and `most_days` limit the recordings that are not pinned."""
 
     def __init__(self, folder: Path | None = None, *, most_bytes: int = MOST_BYTES, most_days: int = MOST_DAYS) -> None:
         self.folder = folder or recordings_folder()
@@ -97,19 +97,19 @@ class RecordingLibrary:
 
     @property
     def size_bytes(self) -> int:
-        """Of everything in it, kept ones and the trash included."""
+        """Total size, including pinned recordings and the trash."""
         return sum(size_of(folder) for folder in (*_folders(self.folder), *_folders(self.trash)))
 
     def entries(self) -> tuple[RecordingEntry, ...]:
-        """Newest first. Reads headings only; never raises: what cannot be read is an entry with its trouble."""
+        """Newest first. Reads headings only. Never raises: an unreadable recording is an entry with `trouble`."""
         return self._sorted(one for one in _folders(self.folder) if (one / SESSION).exists())
 
     def trashed(self) -> tuple[RecordingEntry, ...]:
-        """What was pruned and is not yet deleted, newest first."""
+        """Recordings in the trash, newest first."""
         return self._sorted(_folders(self.trash))
 
     def next_sequence(self) -> int:
-        """The number of the recording that begins now."""
+        """`Opening.sequence` of the next recording."""
         return 1 + max((one.sequence for one in (*self.entries(), *self.trashed())), default=0)
 
     def _sorted(self, folders: Iterable[Path]) -> tuple[RecordingEntry, ...]:
@@ -117,7 +117,7 @@ class RecordingLibrary:
         return tuple(sorted(found, key=lambda one: (one.sequence, one.started_at, one.folder.name), reverse=True))
 
     def entry(self, folder: Path) -> RecordingEntry:
-        """As it is now; never raises."""
+        """The present entry of a folder; never raises."""
         try:
             opening = read_opening(folder)
             extents = read_extents(folder, opening, is_checked=False)
@@ -127,19 +127,19 @@ class RecordingLibrary:
         return entry_of(folder, opening, extents, size_bytes=size_of(folder), is_running=is_running)
 
     def delete(self, entry: RecordingEntry) -> None:
-        """For good. Raises `RecordingInUse`; OSError where the system does not let it go."""
+        """Deletes permanently. Raises `RecordingInUse`, OSError."""
         folder = self._own(entry)
         if not folder.exists():
             return
         if is_held(folder):
             raise RecordingInUse(entry.folder.name)
-        # Renamed first: one that was deleted by half must not look like a damaged one.
+        # Renamed first, so that an interrupted deletion does not look like a damaged recording.
         going = self.folder / (_GOING + folder.name)
         folder.rename(going)
         shutil.rmtree(going)
 
     def keep(self, entry: RecordingEntry, *, is_kept: bool) -> RecordingEntry:
-        """The entry as it is then; what is to be kept comes back from the trash. Raises OSError."""
+        """Pins or unpins; pinning restores from the trash. Returns the new entry. Raises OSError."""
         folder = self._own(entry)
         if entry.is_trashed and is_kept:
             folder = self._move(folder, self.folder)
@@ -151,11 +151,10 @@ class RecordingLibrary:
         return replace(entry, folder=folder, is_kept=is_kept)
 
     def prune(self, now: datetime) -> tuple[RecordingEntry, ...]:
-        """Move into the trash what is too old or too much, in the order in which it was recorded; kept and running ones
-        stay and do not count. From the trash the oldest go for good, and only because of their size.
+        """Moves the oldest recordings beyond the limits into the trash, and returns them. Pinned and running ones stay
+        and do not count. Deletes the oldest of the trash beyond its size.
 
-        What was moved; what the system does not let go is left for the next time. `now` tells only what a crash left
-        from what has just begun.
+        What cannot be moved is left for the next time. `now` is used only for the age of folders left by a crash.
         """
         with self._pruning:
             self._clear_away(now)
@@ -174,7 +173,7 @@ class RecordingLibrary:
             return tuple(gone)
 
     def empty_trash(self) -> None:
-        """The disk is full: delete what is in it for good."""
+        """Deletes everything in the trash permanently."""
         with self._pruning:
             self._empty_trash(0)
 
@@ -183,7 +182,7 @@ class RecordingLibrary:
         return folder.rename(target / folder.name)
 
     def _empty_trash(self, most_bytes: int) -> None:
-        """The newest that fit stay."""
+        """Keeps the newest that fit."""
         total = 0
         for one in self.trashed():
             total += one.size_bytes
@@ -191,13 +190,13 @@ class RecordingLibrary:
                 shutil.rmtree(one.folder, ignore_errors=True)
 
     def _own(self, entry: RecordingEntry) -> Path:
-        """Nothing outside of the shelf is ever deleted."""
+        """The entry's folder. Raises ValueError outside of this library, where nothing may be deleted."""
         if entry.folder.parent not in (self.folder, self.trash) or not entry.folder.name:
-            raise ValueError(f"{entry.folder} is not on this shelf")
+            raise ValueError(f"{entry.folder} is not in this library")
         return entry.folder
 
     def _clear_away(self, now: datetime) -> None:
-        """What a crash left of a recording that was going, or had hardly begun."""
+        """Removes interrupted deletions and folders without heading that a crash left."""
         with suppress(OSError):
             for one in self.folder.iterdir():
                 is_unfinished = False
@@ -256,12 +255,12 @@ def _unreadable(folder: Path, error: OSError | Unreadable) -> RecordingEntry:
         is_kept=(folder / KEPT).exists(),
         is_running=False,
         was_cut_off=False,
-        trouble=tr("Recording cannot be read: {why}.", why=why),
+        trouble=tr("{file} cannot be read: {why}.", file=folder.name, why=why),
     )
 
 
 def stopped_sentence(error: Exception, folder: Path) -> str:
-    """Why the session is no longer recorded in this folder, in the language in use."""
+    """Why recording stopped, in the language in use."""
     if isinstance(error, OSError) and error.errno in _DISK_FULL:
         return tr("Not recording: the disk is full. Free some space, then connect again.")
     return tr("Not recording to {folder}: {why}.", folder=folder, why=reason_of(error))

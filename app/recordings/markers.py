@@ -1,4 +1,4 @@
-"""Markers on the time line, derived from the worker's batches."""
+"""Markers on the time line, derived from batches."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from protocol.link_states import Presence
 
 
 class MarkerKind(Enum):
-    """What can happen; the value is the word in a file, which stays English."""
+    """The value is the word in files, which is not translated."""
 
     CONNECTED = "connected"
     RECORDING = "recording played"
@@ -29,12 +29,12 @@ class MarkerKind(Enum):
     CHARGER_CONNECTED = "charger connected"
     CHARGER_REMOVED = "charger removed"
     DAMAGED = "damaged data left out"
-    """Of a recording: what follows, until the next report, is not what was recorded."""
+    """Data between here and the next report is missing from the recording."""
 
 
 @dataclass(frozen=True, slots=True)
 class Marker:
-    """`time_s`: monotonic seconds. `port` is the one it happened on."""
+    """`time_s`: monotonic seconds."""
 
     time_s: float
     kind: MarkerKind
@@ -43,7 +43,7 @@ class Marker:
 
 @dataclass(frozen=True, slots=True)
 class ModuleLimits:
-    """The module's own limits as it said them; None: not known, in doubt, or the trigger is switched off."""
+    """Limits that the module reported; None: unknown, stale, or the trigger is disabled."""
 
     fires_deg: float | None = None
     rearms_deg: float | None = None
@@ -55,14 +55,14 @@ NO_LIMITS = ModuleLimits()
 
 
 def charging_at(markers: Iterable[Marker], time_s: float) -> bool | None:
-    """Whether there was external power at an instant; `markers` in order. None: they do not tell."""
+    """Whether there was external power at `time_s`; None: unknown. `markers` must be in order of time."""
     is_charging: bool | None = None
     for one in markers:
         is_past = one.time_s <= time_s
         match one.kind:
             case MarkerKind.CHARGER_CONNECTED | MarkerKind.CHARGER_REMOVED:
                 is_connected = one.kind is MarkerKind.CHARGER_CONNECTED
-                if not is_past:  # it is noted only where it was known to be otherwise before
+                if not is_past:  # a marker means that the state before was the opposite
                     return not is_connected if is_charging is None else is_charging
                 is_charging = is_connected
             case MarkerKind.CONNECTED | MarkerKind.RECORDING:
@@ -75,7 +75,7 @@ def charging_at(markers: Iterable[Marker], time_s: float) -> bool | None:
 
 
 class MarkerTracker:
-    """Compares each batch of a session with the one before."""
+    """Derives markers by comparing each batch with the previous one."""
 
     def __init__(self) -> None:
         self.limits = NO_LIMITS
@@ -86,17 +86,16 @@ class MarkerTracker:
         self._state = PortState.CLOSED
         self._port = ""
         self._was_lost = False
-        """What is opened next is the same adapter, by whatever name: with another one a session starts over, and with
-        it whoever follows it."""
+        """The next port that opens is the same adapter; another one starts a new session with a new tracker."""
         self._presence = Presence.UNKNOWN
         self._restarts = 0
 
     def on_batch(self, batch: Batch) -> list[Marker]:
-        """What happened in this batch, in the order in which it came to be known: times may lie a little apart."""
+        """Markers of this batch, in the order of detection; times may differ slightly from that order."""
         new: list[Marker] = []
         self._follow_opening(batch.connection, batch.at, new)
         self._follow_flags(batch, new)
-        # While a port opens, the view is still that of the module before.
+        # While a port opens, the view is still that of the previous module.
         is_opening = batch.connection.state is PortState.OPENING
         if not is_opening:
             self._follow_device(batch.device, batch.events, batch.at, new)
@@ -105,7 +104,7 @@ class MarkerTracker:
         return new
 
     def _follow_flags(self, batch: Batch, new: list[Marker]) -> None:
-        """The first state that is known is no change."""
+        """The first known state is not a change."""
         for sample in batch.samples:
             if sample.active is not self._active:
                 if self._active is not None:
@@ -126,7 +125,7 @@ class MarkerTracker:
         self._state, self._port = connection.state, connection.port
         self._presence, self._restarts = Presence.UNKNOWN, 0
         if not self._was_lost:
-            # A person chose it: another module, of which nothing is known.
+            # Chosen by a person: another module with unknown state.
             self._triggered = self._active = self._is_charging = None
             kind = MarkerKind.RECORDING if is_playback(self._port) else MarkerKind.CONNECTED
             new.append(Marker(at, kind, self._port))
@@ -149,7 +148,7 @@ class MarkerTracker:
         if device.restarts != self._restarts:
             is_news, self._restarts = device.restarts > self._restarts, device.restarts
             if is_news:
-                # Known from a heartbeat, or only from a boot count that went on.
+                # Detected by a heartbeat, or only by the boot count.
                 seen = [event.at for event in events if isinstance(event, Restarted)]
                 new.extend(Marker(one, MarkerKind.RESTARTED, self._port) for one in seen or [at])
         known = device.values.get("charging")
@@ -162,12 +161,12 @@ class MarkerTracker:
 
 
 def limits_of(device: DeviceView, at: float) -> ModuleLimits:
-    """Nothing while a value is in doubt, or while the trigger is switched off."""
+    """The limits that are fresh at `at` and enabled."""
     return _limits(lambda key: device.fresh(key, at))
 
 
 def last_limits(device: DeviceView) -> ModuleLimits:
-    """As last said, also what is in doubt by now."""
+    """The last reported limits, including stale ones."""
 
     def last(key: str) -> Value | None:
         known = device.values.get(key)

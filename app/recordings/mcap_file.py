@@ -3,7 +3,7 @@
 /status     tilt_deg, acceleration_g, triggered, active
 /cell       cell_voltage_v
 /light      light_v
-/limits     what the module said its limits are; null where that was not known
+/limits     limits reported by the module; null where unknown
 /events     event, port
 /line/rx    bytes of the module (base64), /line/tx bytes of the host
 """
@@ -43,7 +43,7 @@ TOPICS: Final[Mapping[str, Mapping[str, object]]] = {
     "/line/rx": {"data": _BYTES},
     "/line/tx": {"data": _BYTES},
 }
-"""Names with units, as everywhere else in the program's files."""
+"""Names include the unit, as in all files of the program."""
 _TOPIC_OF_WAY: Final = {Way.IN: "/line/rx", Way.OUT: "/line/tx"}
 
 
@@ -53,8 +53,8 @@ class _Message(NamedTuple):
     data: bytes
 
 
-def write_mcap(recording: Recording, file: IO[bytes], *, look: Callable[[float], None]) -> int:
-    """The messages written, in the order of their times. `look` gets the share that is done, and may raise."""
+def write_mcap(recording: Recording, file: IO[bytes], *, report: Callable[[float], None]) -> int:
+    """Writes the messages in order of time; returns their number. `report` gets the share done, and may raise."""
     writer = Writer(file, compression=CompressionType.ZSTD)
     writer.start(profile="", library="DPS-S Configurator")
     channels = {topic: _register(writer, topic, fields) for topic, fields in TOPICS.items()}
@@ -70,21 +70,20 @@ def write_mcap(recording: Recording, file: IO[bytes], *, look: Callable[[float],
             part = slice(first, min(stop, first + ROWS_AT_ONCE))
             for at_ns, data in zip(clock.ns(excerpt.time_s[part]), _status(excerpt, part), strict=True):
                 writer.add_message(channels["/status"], at_ns, data, at_ns)
-            look(part.stop / rows)
+            report(part.stop / rows)
         count += max(0, stop - row)
         row = max(row, stop)
 
     for number, message in enumerate(_others(recording, excerpt)):
         if number % 500 == 0:
-            look(row / rows if rows else 0.0)
-        # One look at the times for each message: they are few beside the reports.
+            report(row / rows if rows else 0.0)
         write_status(int(np.searchsorted(excerpt.time_s, message.time_s, "right")))
         at_ns = clock.ns(np.array([message.time_s]))[0]
         writer.add_message(channels[message.topic], at_ns, message.data, at_ns)
         count += 1
     write_status(rows)
     writer.finish()  # type: ignore[no-untyped-call]
-    look(1.0)
+    report(1.0)
     return count
 
 
@@ -100,7 +99,7 @@ def _register(writer: Writer, topic: str, fields: Mapping[str, object]) -> int:
 
 
 class _Clock:
-    """Nanoseconds since 1970; added as whole numbers, so that none gets lost to the size of the calendar's."""
+    """Nanoseconds since 1970, added as integers to avoid rounding."""
 
     def __init__(self, wall_offset_s: float) -> None:
         self._offset_ns = round(wall_offset_s * 1e9)

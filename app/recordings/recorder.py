@@ -1,7 +1,7 @@
 """Records the current session in a background thread.
 
-A disk that is slow, full or gone is no reason to lose a frame of the link: `take` only puts a batch into a bounded
-queue. What does not fit is counted, and noted in the recording.
+`on_batch` only puts a batch into a bounded queue, so a slow, full or missing disk never delays the link. What does not
+fit is counted and noted in the recording.
 """
 
 import errno
@@ -28,20 +28,20 @@ _log = logging.getLogger(__name__)
 FLUSH_EVERY_S = 0.5
 SYNC_EVERY_S = 30.0
 LOOK_EVERY_S = 10.0
-"""At the room on the disk."""
+"""Interval of checking the free disk space."""
 RESERVE_BYTES = 256 * 1024**2
-"""Of the disk, that is left to the rest of the computer."""
+"""Disk space that is left free."""
 MOST_WAITING = 200_000
-"""Status reports and events in the queue: more than a minute of a full line."""
+"""Status reports and events in the queue; more than a minute at full line rate."""
 LONGEST_PART_S = 24 * 3600.0
 CLOCK_JUMP_S = 2.0
-"""So far the calendar's clock may go astray before a new part begins, with the right time."""
+"""Change of the wall clock after which a new part begins, with the right time."""
 
 
 class Recorder:
-    """The public methods may be called from any thread and return at once, except `stop` and `settle`.
+    """Public methods may be called from any thread and return at once, except `stop` and `settle`.
 
-    The thread begins with the first `begin`; a folder is made when the first byte went over the line.
+    The thread starts with the first `begin`; a folder is made with the first byte on the line.
     """
 
     def __init__(
@@ -77,7 +77,7 @@ class Recorder:
     # Any thread
 
     def begin(self, heading: Heading) -> None:
-        """Record from now on; ends what is being recorded."""
+        """Starts recording; ends the current recording."""
         with self._lock:
             if self._is_stopped:
                 return
@@ -89,26 +89,26 @@ class Recorder:
                 self._thread.start()
 
     def on_batch(self, batch: Batch) -> None:
-        """Record this batch; nothing where nothing is recorded."""
+        """Records this batch, if a recording was begun."""
         with self._lock:
             if self._is_wanted:
                 self._dropped += self._queue.offer(batch)
 
     def name_module(self, module: str) -> None:
-        """A person named the module of this session."""
+        """Sets the module's name of this session."""
         with self._lock:
             if self._is_wanted:
                 self._queue.put(Name(module))
 
     def end(self) -> None:
-        """Close the recording. Idempotent."""
+        """Closes the recording. Idempotent."""
         with self._lock:
             if self._is_wanted:
                 self._is_wanted = False
                 self._queue.put(End())
 
     def settle(self, deadline_s: float) -> bool:
-        """Whether everything that was taken before is on disk, or given up, within the time."""
+        """Waits until everything before is on disk or given up; False on timeout."""
         order = Settle()
         with self._lock:
             if self._thread is None or self._is_stopped:
@@ -117,7 +117,7 @@ class Recorder:
         return order.done.wait(deadline_s)
 
     def stop(self, deadline_s: float = 0.4) -> bool:
-        """Close the recording and end the thread; whether it ended within the time. Idempotent."""
+        """Closes the recording and ends the thread; False on timeout. Idempotent."""
         with self._lock:
             thread = self._thread
             if not self._is_stopped:
@@ -130,23 +130,23 @@ class Recorder:
 
     @property
     def is_recording(self) -> bool:
-        """A session is recorded, or will be with its first byte."""
+        """Whether a session is recorded, or will be from its first byte."""
         return self._is_wanted
 
     @property
     def entry(self) -> RecordingEntry | None:
-        """What is being recorded, without a look at the disk; None before the first byte."""
+        """The current recording, without access to the disk; None before the first byte."""
         return self._entry
 
     @property
     def trouble(self) -> str | None:
-        """Why nothing is recorded although that was wanted, in the language in use; the next `begin` tries again."""
+        """Why recording failed, in the language in use; the next `begin` tries again."""
         error = self._error
         return None if error is None else stopped_sentence(error, self.library.folder)
 
     @property
     def dropped(self) -> int:
-        """Status reports and events of this session that are missing because the disk was too slow."""
+        """Status reports and events of this session that were lost because the disk was too slow."""
         return self._dropped
 
     # The thread
@@ -166,7 +166,7 @@ class Recorder:
                     order.done.set()
 
     def _guarded(self, act: Callable[..., None], *args: Order) -> None:
-        """Whatever goes wrong ends the recording, and nothing else."""
+        """An error ends the recording, and nothing else."""
         try:
             act(*args)
         except Exception as error:  # noqa: BLE001  the program goes on without a recording
@@ -177,7 +177,7 @@ class Recorder:
             with self._lock:
                 if heading is not None and heading.number == self._begun:
                     self._is_wanted, self._error = False, error
-            self._let_go()
+            self._release()
 
     def _obey(self, order: Order) -> None:
         match order:
@@ -203,7 +203,7 @@ class Recorder:
             return
         sleep = batch.device.last_sleep
         if sleep is not None and sleep != self._sleep and self._writer is not None:
-            self._end_part(sleep.ended_at)  # the clock may have stood still meanwhile
+            self._end_part(sleep.ended_at)  # the clock may have stopped during the sleep
         self._sleep = sleep
         markers = self._pending + self._follower.on_batch(batch)
         self._pending = []
@@ -217,7 +217,7 @@ class Recorder:
             self._writer.put(batch, markers, self._follower.limits)
 
     def _open(self, heading: Heading, start_s: float) -> None:
-        """Begin a part."""
+        """Begins a part."""
         wall_offset_s = self._wall_clock() - self._clock()
         opening = Opening(
             started_at=datetime.fromtimestamp(start_s + wall_offset_s, UTC),
@@ -244,7 +244,7 @@ class Recorder:
             self._show()
 
     def _look_after(self) -> None:
-        """Flush, and every now and then look whether it can go on like this."""
+        """Flushes, syncs, checks the disk, and begins a new part where one is due."""
         writer, now = self._writer, self._clock()
         if writer is None or self._heading is None:
             return
@@ -262,7 +262,7 @@ class Recorder:
             self._end_part(now)
 
     def _end_part(self, at: float) -> None:
-        """The next one begins with the next byte, not before `at`."""
+        """The next part begins with the next byte, not before `at`."""
         self._close()
         self._part += 1
         if self._heading is not None:
@@ -280,15 +280,14 @@ class Recorder:
             self._show()
 
     def _close(self) -> None:
-        """In good order."""
         try:
             self._flush(is_last=True)
             if self._writer is not None:
                 self._writer.sync()
         finally:
-            self._let_go()
+            self._release()
 
-    def _let_go(self) -> None:
+    def _release(self) -> None:
         if self._writer is not None:
             self._writer.close()
         self._writer = self._entry = None

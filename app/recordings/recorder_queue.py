@@ -1,4 +1,4 @@
-"""Bounded, non-blocking queue of orders for the recorder."""
+"""Bounded, non-blocking queue of orders to the recorder."""
 
 import threading
 from dataclasses import dataclass, field, replace
@@ -8,7 +8,7 @@ from app.engine.worker import Batch
 
 @dataclass(frozen=True, slots=True)
 class Heading:
-    """What is known about a session when it begins."""
+    """What is known when a session begins."""
 
     port: str
     baud_rate: int
@@ -18,7 +18,7 @@ class Heading:
 
 @dataclass(frozen=True, slots=True)
 class Begin:
-    """`number`: the how manieth beginning it is tells a failure of this session from one of the session before."""
+    """`number` counts the sessions, to tell a failure of this one from one of an earlier session."""
 
     heading: Heading
     at: float
@@ -32,7 +32,7 @@ class Name:
 
 @dataclass(frozen=True, slots=True)
 class Lost:
-    """So many status reports and events did not fit."""
+    """Number of status reports and events that did not fit."""
 
     count: int
 
@@ -51,8 +51,8 @@ Order = Batch | Begin | Name | Lost | End | Settle
 
 
 class RecorderQueue:
-    """From any thread to the recorder's. Batches beyond `most_waiting` reports and events are left out, and counted;
-    everything else always fits."""
+    """Thread-safe. Batches beyond `most_waiting` reports and events are dropped and counted; other orders always
+    fit."""
 
     def __init__(self, most_waiting: int) -> None:
         self._most_waiting = most_waiting
@@ -64,7 +64,7 @@ class RecorderQueue:
         self._is_urgent = False
 
     def put(self, order: Order) -> None:
-        """To be obeyed at once."""
+        """Adds an order that is processed at once."""
         with self._came:
             self._make_up()
             self._orders.append(order)
@@ -72,7 +72,7 @@ class RecorderQueue:
             self._came.notify_all()
 
     def offer(self, batch: Batch) -> int:
-        """To be obeyed in due time; how many of its reports and events did not fit."""
+        """Adds a batch that is processed later; returns how many of its reports and events did not fit."""
         count = len(batch.samples) + len(batch.events)
         with self._came:
             if self._waiting + count + 1 > self._most_waiting:
@@ -85,7 +85,7 @@ class RecorderQueue:
             return 0
 
     def pop_all(self, wait_s: float | None) -> list[Order]:
-        """All that waits, once something is urgent or the time is over; None waits for something urgent."""
+        """All orders, as soon as one is urgent or after `wait_s`; None waits without limit."""
         with self._came:
             self._came.wait_for(lambda: self._is_urgent, wait_s)
             orders, self._orders = self._orders, []
@@ -93,7 +93,7 @@ class RecorderQueue:
         return orders
 
     def _make_up(self) -> None:
-        """What was left out is said where it is missing, and how things stood afterwards."""
+        """Inserts a note of what was dropped, and the state after it."""
         if self._latest is not None:
             self._orders += (Lost(self._lost), self._latest)
             self._latest, self._lost = None, 0

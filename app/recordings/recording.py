@@ -38,7 +38,7 @@ _LIMITS_KEPT = 1_000_000
 
 
 class Traffic(NamedTuple):
-    """Bytes that went one way together. `time_s`: monotonic seconds."""
+    """Bytes of one direction. `time_s`: monotonic seconds."""
 
     time_s: float
     way: Way
@@ -46,7 +46,7 @@ class Traffic(NamedTuple):
 
 
 class LimitsAt(NamedTuple):
-    """From this time on these limits stood."""
+    """The limits from this time on."""
 
     time_s: float
     limits: ModuleLimits
@@ -55,15 +55,15 @@ class LimitsAt(NamedTuple):
 class RecordingUnreadable(Exception):
     """`sentence` says why, in the language in use."""
 
-    def __init__(self, why: str) -> None:
+    def __init__(self, folder: Path, why: str) -> None:
         super().__init__(why)
-        self.sentence = tr("Recording cannot be read: {why}.", why=why)
+        self.sentence = tr("{file} cannot be read: {why}.", file=folder.name, why=why)
 
 
 class Recording:
-    """Made by `open_recording`. Nothing in it changes; a session that still runs is read as far as it is written.
+    """Made by `open_recording`. Immutable; a running session is read as far as it is committed.
 
-    Times are monotonic seconds of the computer that recorded; `wall_offset_s` added gives seconds since 1970.
+    Times are monotonic seconds of the recording computer; add `wall_offset_s` for seconds since 1970.
     """
 
     def __init__(
@@ -76,7 +76,7 @@ class Recording:
         self._extents = extents
         self.damaged = damaged
         self.left_out_rows = 0
-        """Behind a row that cannot be true."""
+        """Rows behind an invalid one."""
         status = self._table("status", extents.status_rows)
         self._status_time, self._tilt, self._acceleration, self._flags = status
         self._cell_time, self._cell = self._table("cell", extents.cell_rows)
@@ -90,7 +90,7 @@ class Recording:
         self.limits: tuple[LimitsAt, ...]
         self.markers: tuple[Marker, ...]
         self.missing_count = 0
-        """Status reports and events that are not in it, because the disk was too slow."""
+        """Status reports and events that were lost because the disk was too slow."""
         self._read_journal()
         firsts = [float(times[0]) for times in (self._status_time, self._cell_time, self._light_time) if len(times)]
         lasts = [float(times[-1]) for times in (self._status_time, self._cell_time, self._light_time) if len(times)]
@@ -98,7 +98,7 @@ class Recording:
         self.end_s = max((extents.at_s, *lasts, *(one.time_s for one in self.markers[-1:])))
 
     def excerpt(self, start_s: float, end_s: float) -> Excerpt:
-        """Everything in a span, both ends included; views of the file, so ten million rows cost nothing."""
+        """The data of a span, both ends included, as views of the mapped files."""
         tilt, cell, light = (one.window(start_s, end_s) for one in (self.tilt, self.cell, self.light))
         first = int(np.searchsorted(self._status_time, start_s, "left"))
         rows = slice(first, first + len(tilt.time_s))
@@ -119,7 +119,7 @@ class Recording:
         )
 
     def traffic(self) -> Iterator[Traffic]:
-        """Every byte that went over the line, in its order. Raises OSError."""
+        """Yields the bytes on the line in order. Raises OSError."""
         with (self.entry.folder / LINE).open("rb") as file:
             for length in self._sound(file, LINE):
                 left = length
@@ -136,7 +136,7 @@ class Recording:
                         yield Traffic(self.opening.start_s + at_s, way, raw)
 
     def _sound(self, file: IO[bytes], name: str) -> Iterator[int]:
-        """Lengths of the undamaged pieces of a file, which stands at the beginning of each."""
+        """Yields the lengths of the undamaged pieces of a file, positioned at the start of each."""
         place = 0
         for one in self.damaged:
             yield one.first.length(name) - place
@@ -146,12 +146,12 @@ class Recording:
 
     @property
     def line_bytes(self) -> int:
-        """Length of the text that `traffic` reads, for a progress."""
+        """Length of the text that `traffic` reads, for progress."""
         return self._extents.line_bytes
 
     @property
     def damage(self) -> str | None:
-        """What of it is missing because it is not as it was recorded, in the language in use; None where all is."""
+        """What was left out as damaged or altered, in the language in use; None for an undamaged recording."""
         if not (self.damaged or self.left_out_rows):
             return None
         rows = self.left_out_rows + sum(
@@ -169,7 +169,7 @@ class Recording:
         return together((said, f"{first} – {last}"))
 
     def close(self) -> None:
-        """Let go of the files. What was taken out of it before (series, excerpts) still holds on to them."""
+        """Releases the files. Series and excerpts taken before still hold them."""
         nothing = np.empty(0)
         self._status_time = self._cell_time = self._light_time = nothing
         self._tilt = self._acceleration = self._cell = self._light = nothing.astype(np.float32)
@@ -194,7 +194,7 @@ class Recording:
         return [np.delete(one, bad) for one in columns]
 
     def _make_series(self) -> None:
-        """Rows behind one that cannot be true are left out."""
+        """Leaves out the rows behind an invalid one."""
         found = len(self._status_time) + len(self._cell_time) + len(self._light_time)
         status = beginnings(self._status_time, self._tilt, self._acceleration)
         cell = beginnings(self._cell_time, self._cell)
@@ -238,15 +238,15 @@ class Recording:
             self.falls.put(time_s, stood.free_fall_g)
             self.lights.put(time_s, stood.light_v)
         if self.limits:
-            # Nobody knows what stood after the end.
+            # Unknown after the end.
             end_s = max(self._extents.at_s, self.limits[-1].time_s)
             for steps in (self.fires, self.rearms, self.falls, self.lights):
                 steps.put(end_s, None)
 
 
 def open_recording(folder: Path) -> Recording:
-    """Checks everything that was committed against its checksums, unless it is being written: a second or two for a
-    long session, so not in the window's thread. Raises `RecordingUnreadable`."""
+    """Opens a recording; verifies all checksums unless it is being written. Takes a second or two for a long session:
+    not for the window's thread. Raises `RecordingUnreadable`."""
     try:
         is_running = is_held(folder)
         opening = read_opening(folder)
@@ -257,14 +257,14 @@ def open_recording(folder: Path) -> Recording:
         return Recording(entry, opening, extents, damaged)
     except Unreadable as error:
         text = str(error)
-        raise RecordingUnreadable(tr(text)) from error
-    except (OSError, ValueError) as error:  # ValueError: a file that shrank between two looks
-        raise RecordingUnreadable(reason_of(error)) from error
+        raise RecordingUnreadable(folder, tr(text)) from error
+    except (OSError, ValueError) as error:  # ValueError: a file that shrank meanwhile
+        raise RecordingUnreadable(folder, reason_of(error)) from error
 
 
 def tilt_outline(folder: Path, buckets: int) -> tuple[tuple[float, float], ...]:
-    """Lowest and highest tilt of each stretch of time, for a small picture; nothing is checked. Empty: no tilt, or it
-    cannot be read."""
+    """Lowest and highest tilt per interval, for a thumbnail, without verification. Empty where there is no tilt or the
+    recording cannot be read."""
     try:
         opening = read_opening(folder)
         extents = read_extents(folder, opening, is_checked=False)
@@ -280,7 +280,7 @@ def tilt_outline(folder: Path, buckets: int) -> tuple[tuple[float, float], ...]:
 
 
 def _number(value: object) -> float | None:
-    """A finite one."""
+    """A finite number, else None."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         return None
     try:

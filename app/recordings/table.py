@@ -11,16 +11,15 @@ from app.recordings.markers import Marker, MarkerKind
 
 HEAD: Final = "time,elapsed_s,tilt_deg,acceleration_g,triggered,active,cell_voltage_v,light_v,event"
 ROWS_AT_ONCE: Final = 5000
-"""Between two looks at whether somebody wants it to stop: some 10 ms."""
+"""Rows per part, about 10 ms: how often a cancellation is checked."""
 _END: Final = "\r\n"
 
 
 def csv_parts(excerpt: Excerpt, *, wall_offset_s: float) -> Iterator[bytes]:
-    """In UTF-8 with a byte-order mark, in pieces.
+    """Yields the table in UTF-8 with a byte-order mark, in parts.
 
-    One row per status report, and rows of their own for cell voltage, light and events, in order of time; what a row
-    does not tell is empty. `wall_offset_s` added to the times gives seconds since 1970; `elapsed_s` counts from the
-    first row.
+    Status reports, cell voltage, light and events have rows of their own, in order of time; other cells are empty.
+    `wall_offset_s` added to the times gives seconds since 1970; `elapsed_s` counts from the first row.
     """
     yield f"\ufeff{HEAD}{_END}".encode()
     stamp = TimeCells(wall_offset_s, first_s=excerpt.first_s)
@@ -34,7 +33,7 @@ def csv_parts(excerpt: Excerpt, *, wall_offset_s: float) -> Iterator[bytes]:
 
 
 def part_count(excerpt: Excerpt) -> int:
-    """How many pieces `csv_parts` has."""
+    """Number of parts of `csv_parts`."""
     return excerpt.row_count // ROWS_AT_ONCE + 2
 
 
@@ -65,27 +64,27 @@ def _status_lines(excerpt: Excerpt, stamp: "TimeCells", start: int, stop: int) -
 
 
 def _other_cells(excerpt: Excerpt) -> Iterator[tuple[float, str]]:
-    """Time, and the last three cells of the row."""
+    """Time and last three cells of the rows without status report."""
     for at, volts in zip(excerpt.cell_time_s.tolist(), excerpt.cell_voltage_v.tolist(), strict=True):
         yield at, f"{volts:.2f},,"
     for at, volts in zip(excerpt.light_time_s.tolist(), excerpt.light_v.tolist(), strict=True):
         yield at, f",{volts:.1f},"
-    for happening in excerpt.markers:
-        yield happening.time_s, f",,{_quoted(event_text(happening))}"
+    for marker in excerpt.markers:
+        yield marker.time_s, f",,{_quoted(event_text(marker))}"
 
 
-def event_text(happening: Marker) -> str:
-    """ "connected: /dev/ttyUSB0": in English, as in every file."""
-    names_port = happening.kind in (
+def event_text(marker: Marker) -> str:
+    """ "connected: /dev/ttyUSB0"; in English, as in all files."""
+    names_port = marker.kind in (
         MarkerKind.CONNECTED,
         MarkerKind.RECORDING,
         MarkerKind.RECONNECTED,
         MarkerKind.PORT_LOST,
     )
-    if not names_port or not happening.port:
-        return happening.kind.value
-    simulated = " (simulated)" if happening.port.startswith("sim:") else ""
-    return f"{happening.kind.value}: {happening.port}{simulated}"
+    if not names_port or not marker.port:
+        return marker.kind.value
+    simulated = " (simulated)" if marker.port.startswith("sim:") else ""
+    return f"{marker.kind.value}: {marker.port}{simulated}"
 
 
 def _quoted(text: str) -> str:
@@ -95,8 +94,8 @@ def _quoted(text: str) -> str:
 
 
 class TimeCells:
-    """The first two cells of a row: monotonic seconds as local time of ISO 8601 with its offset, and as seconds
-    since the first row, both to the millisecond. Quick for times in order."""
+    """Formats the first two cells of a row to the millisecond: local time in ISO 8601 with offset, and seconds since
+    the first row. Fast for ascending times."""
 
     def __init__(self, wall_offset_s: float, *, first_s: float = 0.0) -> None:
         self._offset_s = wall_offset_s

@@ -1,4 +1,4 @@
-"""Writes one recording. Belongs to the recorder's thread."""
+"""Writes one recording, in the recorder's thread."""
 
 import json
 import math
@@ -36,20 +36,20 @@ _STATUS, _CELL, _LIGHT = (tuple(COLUMNS[table]) for table in ("status", "cell", 
 
 
 def new_folder(library: Path, started_at: datetime) -> Path:
-    """Named for the moment, so that the names are in order of time. Raises OSError."""
+    """Makes a folder whose name sorts by time. Raises OSError."""
     folder = library / f"{started_at.astimezone(UTC):%Y%m%dT%H%M%SZ}-{secrets.token_hex(3)}"
     folder.mkdir(mode=0o700)
     return folder
 
 
 class SessionWriter:
-    """Every method raises OSError where the disk does not take it; what was committed before stays readable."""
+    """Methods raise OSError where the disk fails; what was committed before stays readable."""
 
     def __init__(self, folder: Path, opening: Opening) -> None:
         self.folder = folder
         self.opening = opening
         self.extents = nothing(opening)
-        """What is on disk."""
+        """The last commit."""
         self.size_bytes = 0
         self._limits = NO_LIMITS
         self._baud_rate = opening.baud_rate
@@ -57,7 +57,7 @@ class SessionWriter:
         self._slow: dict[str, list[tuple[float, float]]] = {"cell": [], "light": []}
         self._batches: list[Batch] = []
         self._journal: list[dict[str, object]] = []
-        # What was polled before the beginning is in the part before.
+        # Values polled before the beginning are in the previous part.
         self._newest_s = dict.fromkeys(COLUMNS, math.nextafter(opening.start_s, -math.inf)) | {"status": -math.inf}
         self._lock = hold(folder)
         self._files: dict[str, IO[bytes]] = {}
@@ -77,12 +77,12 @@ class SessionWriter:
             raise
 
     def put(self, batch: Batch, markers: Iterable[Marker], limits: ModuleLimits) -> None:
-        """Take in what is to be written with the next `flush`."""
+        """Takes in what the next `flush` writes."""
         self._samples += batch.samples
         if batch.events:
             self._batches.append(batch)
         if batch.connection.state is PortState.OPEN:
-            # While a port opens, the view is still that of the module before.
+            # While a port opens, the view is still that of the previous module.
             self._put_slow(batch.device)
             if batch.connection.baud_rate != self._baud_rate:
                 self._baud_rate = batch.connection.baud_rate
@@ -101,7 +101,7 @@ class SessionWriter:
             )
 
     def note(self, at: float, what: str, **values: object) -> None:
-        """Put an object into the journal."""
+        """Adds an object to the journal."""
         self._journal.append({"at": at, "what": what, **values})
 
     def name_module(self, module: str) -> None:
@@ -109,7 +109,7 @@ class SessionWriter:
         write_whole(self.folder / SESSION, self.opening.encoded(), is_private=True)
 
     def flush(self, now_s: float, *, is_last: bool = False) -> None:
-        """Hand everything to the system, and commit it."""
+        """Writes and commits everything pending."""
         data = self._encoded()
         crc = 0
         for name in DATA_FILES:
@@ -122,7 +122,7 @@ class SessionWriter:
         rows = {table: len(data.get(next(iter(columns)), b"")) // 8 for table, columns in COLUMNS.items()}
         before = self.extents
         extents = Extents(
-            max(now_s, before.at_s, *(at for at in self._newest_s.values())),
+            max(now_s, before.at_s, *self._newest_s.values()),
             before.status_rows + rows["status"],
             before.cell_rows + rows["cell"],
             before.light_rows + rows["light"],
@@ -136,19 +136,19 @@ class SessionWriter:
         self.size_bytes += size + len(record)
 
     def sync(self) -> None:
-        """Wait until the disk has it: from then on a power failure takes nothing away."""
+        """Waits until the data is safe from a power failure."""
         for name in (*DATA_FILES, COMMITS):
             os.fsync(self._files[name].fileno())
 
     def close(self) -> None:
-        """Let go of the files; never raises. Idempotent."""
+        """Closes the files; never raises. Idempotent."""
         files, self._files = self._files, {}
         for file in (*files.values(), self._lock):
             if file is not None:
                 try:
                     file.close()
                 except OSError:
-                    continue  # unbuffered: there is nothing left that could be lost
+                    continue  # unbuffered: nothing can be lost
         self._lock = None
 
     def _put_slow(self, device: DeviceView) -> None:
@@ -159,11 +159,11 @@ class SessionWriter:
                 self._slow[table].append((known.at, float(known.value)))
 
     def _encoded(self) -> dict[str, bytes]:
-        """What waits, as bytes by file; afterwards nothing waits."""
+        """Removes the pending data and returns it as bytes by file."""
         data: dict[str, bytes] = {}
         if self._samples:
             columns = np.array(self._samples, np.float64).T
-            # The clock never goes back; whoever reads relies on it.
+            # Readers rely on ascending times.
             times = np.maximum.accumulate(np.maximum(columns[0], self._newest_s["status"]))
             self._newest_s["status"] = float(times[-1])
             flags = columns[3] * TRIGGERED + columns[4] * ACTIVE
@@ -177,8 +177,7 @@ class SessionWriter:
         if self._batches:
             events = (event for batch in self._batches for event in batch.events)
             entries = entries_of(events, self.opening.start_s)
-            text = "".join(f"{line}\n" for entry in entries for line in lines_of(entry)).encode()
-            data[LINE] = text
+            data[LINE] = "".join(f"{line}\n" for entry in entries for line in lines_of(entry)).encode()
         if self._head:
             data[LINE], self._head = self._head + data.get(LINE, b""), b""
         if self._journal:

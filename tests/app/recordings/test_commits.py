@@ -102,7 +102,7 @@ def test_a_missing_file_is_said(whole: Whole, tmp_path: Path) -> None:
         (entry,) = bench.library.entries()
         with pytest.raises(FileNotFoundError) as missing:
             (folder / DATA_FILES[1]).stat()
-        assert entry.trouble == f"Recording cannot be read: {missing.value.strerror}."
+        assert entry.trouble == f"{entry.folder.name} cannot be read: {missing.value.strerror}."
 
 
 KILLED = """

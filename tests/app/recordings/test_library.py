@@ -205,7 +205,7 @@ def test_a_damaged_one_is_listed_with_its_trouble(tmp_path: Path) -> None:
     (entry,) = library.entries()
     (entry.folder / "session.json").write_text("{", encoding="utf-8")
     (damaged,) = library.entries()
-    assert damaged.trouble == "Recording cannot be read: damaged heading."
+    assert damaged.trouble == f"{entry.folder.name} cannot be read: damaged heading."
     assert damaged.size_bytes > 0
     library.delete(damaged)
     assert library.entries() == ()

@@ -285,7 +285,7 @@ def test_a_heading_of_anything_is_refused(tmp_path: Path, raw: bytes) -> None:
 def test_a_folder_without_files_is_refused(tmp_path: Path) -> None:
     with pytest.raises(RecordingUnreadable) as refused:
         open_recording(tmp_path)
-    assert refused.value.sentence == "Recording cannot be read: No such file or directory."
+    assert refused.value.sentence == f"{tmp_path.name} cannot be read: No such file or directory."
 
 
 def test_a_journal_of_a_later_version_is_read_as_far_as_it_is_known(tmp_path: Path) -> None:

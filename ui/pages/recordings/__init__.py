@@ -1,1 +1,1 @@
-"""The recorded sessions."""
+"""Recorded sessions."""

@@ -14,7 +14,7 @@ from ui.widgets.layouts import in_column, in_row
 
 
 class RecordingsButtons(QWidget):
-    """Shows what can be done with what is chosen; what a click does is connected by the page."""
+    """Buttons for the selected recordings; the page connects them."""
 
     def __init__(self, texts: Texts) -> None:
         super().__init__()
@@ -35,7 +35,7 @@ class RecordingsButtons(QWidget):
         self.show_chosen((), is_idle=True)
 
     def show_chosen(self, chosen: Sequence[RecordingEntry], *, is_idle: bool) -> None:
-        """Only what can be done is offered; nothing while something else is under way."""
+        """Enables what is possible; nothing while a job runs."""
         is_one = len(chosen) == 1 and chosen[0].trouble is None
         for button in (self.open, self.csv, self.mcap):
             button.setEnabled(is_idle and is_one)

@@ -1,4 +1,4 @@
-"""Details of the selected recording: its tilt, what it is, and what can be done with it."""
+"""Details of the selected recording: outline, facts and buttons."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -33,7 +33,7 @@ _FACTS: Final = (
 
 
 class OutlinePicture(PaintedWidget):
-    """The tilt of one recording, as wide as there is room."""
+    """The tilt of one recording over its duration."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -60,8 +60,6 @@ class OutlinePicture(PaintedWidget):
 
 
 class RecordingsDetail(QFrame):
-    """`buttons` act on what is chosen; the page connects them."""
-
     def __init__(self, texts: Texts, outlines: Outlines) -> None:
         super().__init__()
         named(self, "recordings_detail", "card")
@@ -84,7 +82,7 @@ class RecordingsDetail(QFrame):
         in_column((scroll, 1), self.buttons, of=self, spacing=Space.XS, margins=Space.M)
 
     def show_chosen(self, chosen: Sequence[RecordingEntry], *, is_idle: bool) -> None:
-        """One recording, or how many are chosen."""
+        """Shows one recording, or how many are selected."""
         self.buttons.show_chosen(chosen, is_idle=is_idle)
         one = chosen[0] if len(chosen) == 1 else None
         self.picture.show_outline(() if one is None else self._outlines.of(one))

@@ -1,4 +1,4 @@
-"""Small pictures of the tilt over a recorded session, read in the background and kept."""
+"""Thumbnails of the tilt of recordings, read in the background and cached."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -11,33 +11,33 @@ from ui.core.background_task import BackgroundTask, Running
 from ui.style.shapes import pen
 from ui.style.theme import Theme
 
-if TYPE_CHECKING:  # it loads numpy, which the window's first paint does not wait for
+if TYPE_CHECKING:  # loads numpy, which would delay the window's first paint
     from app.recordings.library import RecordingEntry
 
 BUCKETS: Final = 96
 _AT_ONCE: Final = 8
-"""So many are read before any is shown."""
+"""Read at a time."""
 _TOP_DEG: Final = 90.0
 Outline = tuple[tuple[float, float], ...]
 
 
 class Outlines(QObject):
-    """`changed`: more of them are known."""
+    """Cache of outlines. `changed`: more are available."""
 
     changed = Signal()
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._known: dict[Path, tuple[int, Outline]] = {}
-        """With the size of the recording then: one under way grows."""
+        """With the number of samples then, since a running recording grows."""
         self._reading: BackgroundTask[dict[Path, tuple[int, Outline]]] = BackgroundTask("dps-s outlines", self)
 
     def of(self, entry: "RecordingEntry") -> Outline:
-        """Empty while it is not known."""
+        """The outline; empty until it is read."""
         return self._known.get(entry.folder, (0, ()))[1]
 
     def read(self, entries: Iterable["RecordingEntry"]) -> None:
-        """Those that are missing, a few at a time; called again and again while the page is in sight."""
+        """Reads some missing ones; called repeatedly while the page is visible."""
         if self._reading.is_running:
             return
         missing = [
@@ -60,7 +60,7 @@ def _outlines(missing: list[tuple[Path, int]], running: Running) -> dict[Path, t
 
 
 def draw_outline(painter: QPainter, box: QRectF, outline: Outline, theme: Theme) -> None:
-    """The tilt from 0 to 90°, or to 180° where it went further."""
+    """Draws the tilt from 0 to 90°, or to 180° where it was larger."""
     painter.setPen(pen(theme.divider if theme.border_px == 1 else theme.muted, 1))
     painter.drawLine(box.bottomLeft(), box.bottomRight())
     if not outline:

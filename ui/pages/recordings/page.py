@@ -1,4 +1,4 @@
-"""Recordings page: show, export, pin, delete recorded sessions."""
+"""Recordings page: lists, opens, exports, pins and deletes recorded sessions."""
 
 from functools import partial
 from pathlib import Path
@@ -31,9 +31,9 @@ from ui.widgets.visibility_timer import VisibilityTimer
 
 _SEARCH_PX: Final = 200
 _LIST_EVERY_MS: Final = 2000
-"""While the page is in sight: what is recorded now grows."""
+"""For the growing recording, while the page is visible."""
 _DRAW_EVERY_MS: Final = 100
-"""While something takes long."""
+"""For the progress of a job."""
 
 
 class RecordingsPage(Page):
@@ -46,7 +46,7 @@ class RecordingsPage(Page):
         self.ask_path: AskPath = ask_path
         self._folder = Path.home()
         self._doomed: tuple[RecordingEntry, ...] = ()
-        """It is being asked whether these may be deleted."""
+        """Recordings whose deletion needs confirmation."""
         self.model = recordings_model(self)
         self.filter = RowsFilter(self.model, self)
         self.outlines = Outlines(self)
@@ -77,7 +77,6 @@ class RecordingsPage(Page):
         self.refresh()
 
     def refresh(self) -> None:
-        """Everything as it is now."""
         work, chosen = self.work, self.table.chosen()
         self.model.show_rows(work.entries)
         folders = {one.folder for one in chosen}
@@ -103,8 +102,6 @@ class RecordingsPage(Page):
     def _refresh_outlines(self) -> None:
         self._refresh_buttons()
         self.outlines.read(self.work.entries)
-
-    # What is said
 
     def _bounds_text(self) -> str:
         library = self.work.library
@@ -139,8 +136,6 @@ class RecordingsPage(Page):
             Choice("keep_recordings", tr("Cancel"), self._spare, is_main=True),
         )
         return Notice(Meaning.ATTENTION, text, choices)
-
-    # What a person does
 
     def _open_chosen(self) -> None:
         if self.buttons.open.isEnabled():
@@ -182,7 +177,7 @@ class RecordingsPage(Page):
         self.table.setFocus()
 
     def _choose_other(self) -> None:
-        """A question is about what was chosen when it was asked."""
+        """Cancels the question when other recordings are selected."""
         if self._doomed and self.table.chosen() and self.table.chosen() != self._doomed:
             self._doomed = ()
         self._refresh_notice()
@@ -221,7 +216,7 @@ class RecordingsPage(Page):
     # Qt
 
     def on_escape(self) -> bool:
-        """End what takes long, take a question back, or close a message."""
+        """Cancels a job or the question, or closes a message."""
         if self.work.doing is not None:
             self.work.cancel()
         elif self._doomed:

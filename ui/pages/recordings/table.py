@@ -17,13 +17,13 @@ from ui.style.theme import current
 ROW_PX: Final = 44
 _OUTLINE_PX: Final = 112
 _BESIDE: Final = (Column.PORT, Column.SAMPLES, Column.SIZE, Column.REMARKS)
-"""What the detail beside the table says; the rows are searched with it."""
+"""Hidden columns, shown in the details; rows are searched with them."""
 _FRAME_PX: Final = 8
-"""What the style takes at both sides of a cell."""
+"""Padding of the style at both sides of a cell."""
 
 
 class OutlineDelegate(QStyledItemDelegate):
-    """Paints the small picture of a recording's tilt."""
+    """Paints the outline of a recording."""
 
     def __init__(self, outlines: Outlines, parent: QTableView) -> None:
         super().__init__(parent)
