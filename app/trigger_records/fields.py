@@ -1,4 +1,4 @@
-"""Fields of a trigger record in JSON, CSV and the archive, and the texts of its source."""
+"""Fields of a trigger record in JSON, CSV and the archive, and texts of its sources."""
 
 from app.text.i18n import tr
 from app.text.messages import UserMessage, said
@@ -8,7 +8,7 @@ from protocol.translatable import marked
 
 JsonValue = bool | int | float | str | list[str] | None
 FIELDS = (*RECORD_PART, "implausible", "raw")
-"""The names of the contract: the head of the CSV too, since they carry the units."""
+"""Names in JSON and in the head of the CSV; they include the unit."""
 
 SOURCE_WORDS = {
     "serial": marked("serial"),
@@ -16,22 +16,22 @@ SOURCE_WORDS = {
     "pwm": "PWM",
     "freefall": marked("free fall"),
 }
-"""English, marked. A bit that the vendor gives no name stands for itself."""
+"""English, marked. Bits without a name of the vendor are missing."""
 
 
 def source_message(source: str) -> UserMessage:
-    """One source of a record in words; one that the vendor does not name by its bit."""
+    """Text of one source; a bit without a name of the vendor is shown as such."""
     text = SOURCE_WORDS.get(source)
     return said(marked("unnamed ({bit})"), bit=source) if text is None else UserMessage(text)
 
 
 def record_values(record: TriggerRecord) -> dict[str, JsonValue]:
-    """What the record says, by name."""
+    """The decoded values of a record, by name."""
     return {name: getattr(record, name) for name in RECORD_PART} | {"sources": list(record.sources)}
 
 
 def fields_of(record: TriggerRecord) -> dict[str, JsonValue]:
-    """`FIELDS` of a record: what it says, what of that cannot be, and its bytes."""
+    """`FIELDS` of a record: its values, the names of implausible ones, and its bytes."""
     return {
         **record_values(record),
         "implausible": list(record.implausible),
@@ -40,6 +40,6 @@ def fields_of(record: TriggerRecord) -> dict[str, JsonValue]:
 
 
 def source_word(name: str) -> str:
-    """In the language in use."""
+    """Short text of a source, in the language in use."""
     text = SOURCE_WORDS.get(name, name)
     return tr(text)

@@ -1,8 +1,7 @@
-"""Merged history of trigger records of a module, each as one sentence. No file, no port.
+"""Merged history of a module's trigger records, and records as sentences.
 
-A module keeps nine. `merge` puts what it keeps now behind what was seen before, so that the tenth trigger pushes
-nothing out of knowledge. Records have no number of their own: two triggers may be equal to the last byte, so they are
-counted and lined up, never taken for one because they look the same.
+A module keeps nine records. `merge` adds those on the module to those seen before. Records have no number, and two
+triggers may have equal bytes, so records are aligned and counted, never identified by their bytes alone.
 """
 
 from collections import Counter
@@ -20,11 +19,11 @@ from protocol.messages import EmptySlot, TriggerRecord, decode_record
 from protocol.translatable import marked
 
 LONGEST_UPTIME_S = 65535
-"""The counter ends here ("最高记录65535秒")."""
+"""Largest value of the counter ("最高记录65535秒")."""
 
 
 class Judgement(Enum):
-    """What a person says that it was; the value is kept in the store."""
+    """A person's judgement of a record; the value is stored."""
 
     BENCH_TEST = "bench test"
     REAL = "real"
@@ -40,8 +39,8 @@ JUDGEMENT_WORDS = {
 
 @dataclass(frozen=True, slots=True)
 class Merged:
-    """`new` goes behind `known`, oldest first. `is_continuation` False: these records do not follow those of the last
-    visit, as if it were another module."""
+    """`new` follows `known`, oldest first. `is_continuation` is False where the records do not continue those of the
+    last visit, as if it were another module."""
 
     known: tuple[bytes, ...]
     new: tuple[bytes, ...]
@@ -60,10 +59,10 @@ def merge(
     boot_count: int | None = None,
     is_confirmed: bool = True,
 ) -> Merged:
-    """`known`: all ever seen; `last_slots` and `slots`: what the module kept at the last visit, and keeps now, as it
-    sent them, oldest or newest first or from the middle (E6). `boot_count` now tells old from new over the wrap.
+    """`known`: all records seen before. `last_slots` and `slots`: the records at the last visit and now, as sent:
+    oldest first, newest first or from the middle (E6). `boot_count`: the present one, to order across its wrap.
 
-    `is_confirmed` False: some of `slots` may have been lost on the line, so nothing is concluded from what is missing.
+    `is_confirmed` False: some of `slots` may be missing, so nothing is concluded from absent ones.
     """
     if not known:
         return Merged((), in_order(slots, boot_count))
@@ -71,7 +70,7 @@ def merge(
     if fresh is None:
         fresh = _counted(last_slots, slots)
     kept = len(slots) - len(fresh)
-    # Nothing is pushed out before all nine slots are full, and then one for each new record.
+    # Once all nine slots are full, each new record replaces one.
     room = RECORDS_KEPT - len(last_slots)
     expected = len(last_slots) - max(0, len(fresh) - room)
     is_continuation = not is_confirmed or kept >= min(expected, len(last_slots))
@@ -79,7 +78,7 @@ def merge(
 
 
 def _lined_up(last: Sequence[bytes], now: Sequence[bytes]) -> list[bytes] | None:
-    """What is new, where the module sends in the order of time; the fewest that explain it. None where it does not."""
+    """The fewest new records that explain `now` in order of time; None where it is in no such order."""
     found = []
     for turned in (1, -1):
         before, after = list(last)[::turned], list(now)[::turned]
@@ -95,7 +94,7 @@ def _lined_up(last: Sequence[bytes], now: Sequence[bytes]) -> list[bytes] | None
 
 
 def _counted(last: Sequence[bytes], now: Sequence[bytes]) -> list[bytes]:
-    """What is new where the order tells nothing: what stands more often than before."""
+    """The new records regardless of order: those that occur more often than before."""
     rest = Counter(last)
     fresh = []
     for raw in now:
@@ -107,7 +106,7 @@ def _counted(last: Sequence[bytes], now: Sequence[bytes]) -> list[bytes]:
 
 
 def in_order(raws: Sequence[bytes], boot_count: int | None) -> tuple[bytes, ...]:
-    """Oldest first: by boot, counted back from `boot_count` over the wrap at 256, then by uptime; else as they came."""
+    """Oldest first: by boot count, relative to `boot_count` because it wraps at 256, then by uptime. Stable."""
 
     def age(raw: bytes) -> tuple[int, int]:
         boots = RECORD_PART["boot_count"].raw(raw)
@@ -117,7 +116,7 @@ def in_order(raws: Sequence[bytes], boot_count: int | None) -> tuple[bytes, ...]
 
 
 def record_of(raw: bytes) -> TriggerRecord:
-    """Raises `ValueError` for what is no record."""
+    """Decodes a stored record. Raises `ValueError`."""
     if len(raw) != 16:
         raise ValueError(raw.hex())
     record = decode_record(raw)

@@ -1,1 +1,1 @@
-"""The decoded trigger history."""
+"""Trigger records of the module."""

@@ -1,5 +1,4 @@
-"""What the Triggers page does with the module and the store: read the records, line them up with all ever seen, keep
-what a person says of them."""
+"""Controller of the Triggers page: reads the records, merges them with the stored ones, stores judgements."""
 
 from collections import Counter
 from collections.abc import Callable
@@ -34,9 +33,8 @@ BOOT_COUNT = BY_NAME["boot_count"]
 
 @dataclass(frozen=True, slots=True)
 class TriggerRow:
-    """One trigger. `is_kept`: it is in the store, so that it can be judged. `is_seen_once`: it came in one reading
-    only, so it may have been lost in the others, or never have been there.
-    `is_being_kept`: it is on its way into the store."""
+    """One trigger. `is_kept`: it is in the store and can be judged. `is_being_kept`: it is being stored.
+    `is_seen_once`: it came in one reading only, so it is uncertain."""
 
     seen: SeenRecord
     record: TriggerRecord
@@ -48,7 +46,7 @@ class TriggerRow:
 
 
 def read_triggers() -> Procedure[TriggersReading]:
-    """Questions only."""
+    """Only sends queries."""
     history = yield from read_history()
     back = yield from read_back(BOOT_COUNT)
     boots = None
@@ -58,7 +56,7 @@ def read_triggers() -> Procedure[TriggersReading]:
 
 
 class TriggersController(QObject):
-    """`changed`: rows, progress or what is to be said is different."""
+    """`changed`: rows, progress or notice changed."""
 
     changed = Signal()
 
@@ -66,9 +64,9 @@ class TriggersController(QObject):
         super().__init__(parent)
         self._services, self._connector, self._naming = services, services.connector, services.naming
         self.rows: tuple[TriggerRow, ...] = ()
-        """The oldest first."""
+        """Oldest first."""
         self.reading: TriggersReading | None = None
-        """Of the module that is connected; None before it was read."""
+        """Of the connected module; None before it was read."""
         self.is_first_visit = True
         self._new: frozenset[int] = frozenset()
         self._is_kept = False
@@ -76,20 +74,20 @@ class TriggersController(QObject):
         self.job.changed.connect(self.changed)
         self._whose: str | None = None
         self.reads_by_itself = True
-        """Once of each module, as soon as the page is in sight: the records are only asked for."""
+        """Reads each module once as soon as the page is visible."""
         self._read_of: str | None = None
         self._filing: BackgroundTask[Visit | Doubtful] = BackgroundTask("dps-s triggers", self)
         self._judging: dict[int, tuple[Judgement | None, str]] = {}
-        """What a person has said and is not in the store yet, by record."""
+        """Judgements that are not stored yet, by record."""
         self._keepers: dict[int, BackgroundTask[None]] = {}
-        """What puts it there, by record."""
+        """Tasks that store them, by record."""
         self._connector.changed.connect(self._watch_port)
         self._naming.changed.connect(self._take_name)
         self._show_archive()
 
     @property
     def is_busy(self) -> bool:
-        """Until what was read is kept, or cannot be."""
+        """Reading or storing."""
         return self.job.is_running or self._filing.is_running
 
     @property
@@ -101,17 +99,15 @@ class TriggersController(QObject):
         return sum(row.is_new for row in self.rows)
 
     def notice(self) -> Notice | None:
-        """Progress, or what was said last, in the language in use."""
+        """Progress or the last message."""
         return self.job.notice(marked("Reading the trigger records"))
-
-    # What a person does
 
     def read(self) -> None:
         if self.can_read:
             self.job.run(read_triggers(), self._end)
 
     def read_unasked(self) -> None:
-        """Called while the page is in sight."""
+        """Reads once per module; called while the page is visible."""
         connector = self._connector
         is_online = connector.is_open and connector.device.presence is Presence.ONLINE
         if not (self.reads_by_itself and is_online and self.can_read and self.reading is None):
@@ -121,7 +117,7 @@ class TriggersController(QObject):
             self.read()
 
     def judge(self, record_id: int, judgement: Judgement | None, note: str) -> None:
-        """Kept at once; where that fails it can be tried again."""
+        """Stores a judgement; a failure offers to try again."""
         store = self._store
         if store is None:
             return
@@ -136,8 +132,6 @@ class TriggersController(QObject):
         self._show_archive()
         self.changed.emit()
 
-    # What happens
-
     @property
     def _store(self) -> Store | None:
         store = self._services.storage.store
@@ -151,13 +145,13 @@ class TriggersController(QObject):
             self._forget_visit()
             self.reading = job.outcome()
             self._show_archive()
-            self.job.say_text(Meaning.DANGER, lambda: tr("The module stopped answering; nothing was kept. Read again."))
+            self.job.say_text(Meaning.DANGER, lambda: together((tr("The module does not answer."), tr("Not kept."))))
         else:
             self.reading = job.outcome()
             self._keep()
 
     def _keep(self, *, is_same_module: bool = False) -> None:
-        """Put the reading into the store, where there is one and the module has a name."""
+        """Stores the reading if the module has a name."""
         reading, store, name = self.reading, self._store, self._naming.name
         self._forget_visit()
         if reading is not None and reading.history.is_answered and store is not None and name:
@@ -225,7 +219,7 @@ class TriggersController(QObject):
         return Notice(Meaning.DANGER, _not_kept(trouble), choices, dismiss=self.job.dismiss)
 
     def _take_name(self) -> None:
-        """The module has another name: what was read belongs to that one."""
+        """The name changed, so the reading belongs to that name."""
         self.job.dismiss()
         self._keep()
         self.changed.emit()
@@ -239,7 +233,7 @@ class TriggersController(QObject):
         self.changed.emit()
 
     def _show_archive(self) -> None:
-        """Rows of all that is known: what is kept under the name, else what was just read."""
+        """Makes the rows: the stored records of this name, else the reading."""
         slots = Counter(one.raw for one in self.reading.history.all) if self.reading is not None else Counter()
         kept: tuple[SeenRecord, ...] = ()
         store, module_id = self._store, self._naming.module_id
@@ -254,17 +248,17 @@ class TriggersController(QObject):
             self.rows = tuple(replace(row, is_being_kept=is_filing) for row in unkept)
             return
         rows = []
-        for seen in reversed(self._as_judged(kept)):  # of two equal records the later one is still there
+        for seen in reversed(self._as_judged(kept)):  # of two equal records the later one is on the module
             is_on_module = slots[seen.raw] > 0
             slots[seen.raw] -= is_on_module
             rows.append(TriggerRow(seen, record_of(seen.raw), seen.id in self._new, is_on_module, is_kept=True))
         seen_once = () if self.reading is None else self.reading.history.seen_once
-        unknown = [one for one in seen_once if slots[one.raw] > 0]  # those that an earlier visit knows are certain
+        unknown = [one for one in seen_once if slots[one.raw] > 0]  # known from an earlier visit: certain
         self.rows = (*reversed(rows), *(_unkept_row(-1 - place, one.raw, is_seen_once=True)
                                         for place, one in enumerate(unknown)))  # fmt: skip
 
     def _as_judged(self, kept: tuple[SeenRecord, ...]) -> list[SeenRecord]:
-        """With what is on its way into the store."""
+        """With the judgements that are not stored yet."""
         judged = {one.id: self._judging.get(one.id, (one.judgement, one.note)) for one in kept}
         return [replace(one, judgement=judged[one.id][0], note=judged[one.id][1]) for one in kept]
 

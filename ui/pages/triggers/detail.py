@@ -25,11 +25,11 @@ from ui.widgets.naming import named
 JUDGEMENTS: Final = (None, *Judgement)
 WIDTH_PX: Final = 304
 _WITH_PICTURE_LINES: Final = 28
-"""Height of the page in lines of text."""
+"""Height of the page, in lines of text, from which the picture is shown."""
 
 
 class TriggersDetail(QFrame):
-    """`judged`: the record's id, the judgement (None takes it back) and the note."""
+    """`judged`: the record's id, the judgement (None removes it) and the note."""
 
     judged = Signal(int, object, str)
 
@@ -61,7 +61,7 @@ class TriggersDetail(QFrame):
         self.show_row(None, "")
 
     def show_row(self, row: TriggerRow | None, otherwise: str) -> None:
-        """`otherwise`: what to say where there is no single row."""
+        """`otherwise`: text for no single row."""
         self.row = row
         has_row = row is not None
         for widget in (self.raw, self.note, *self.buttons.values()):
@@ -112,7 +112,7 @@ class TriggersDetail(QFrame):
             self.judged.emit(row.seen.id, row.seen.judgement, self.note.text())
 
     def fit_height(self, page_px: int) -> None:
-        """The words come before the picture where not both have room."""
+        """Hides the picture on a low page."""
         self._has_picture = page_px >= _WITH_PICTURE_LINES * QFontMetrics(font()).height()
         self.picture.setVisible(self.row is not None and self._has_picture)
 

@@ -32,7 +32,7 @@ class Column(IntEnum):
 
 
 class Show(Enum):
-    """Which records are shown; the value is English, translatable."""
+    """Filter of the list; the value is English, marked."""
 
     ALL = marked("All")
     ON_MODULE = marked("On the module")
@@ -42,7 +42,7 @@ class Show(Enum):
 
 
 def told(row: TriggerRow) -> str:
-    """The record as one sentence, whether it is new, and what a person noted of it."""
+    """The record as a sentence, with its note and whether it is new."""
     text = sentence(row.record).in_words()
     words = [tr("seen once")] * row.is_seen_once + [tr("new")] * row.is_new
     for word in words:
@@ -51,7 +51,7 @@ def told(row: TriggerRow) -> str:
 
 
 def sources_in_words(sources: tuple[str, ...]) -> str:
-    """Combined ones with a plus; one that the vendor does not name by its bit."""
+    """All sources, joined with a plus."""
     return " + ".join(source_message(name).in_words() for name in sources) or tr("no cause stated")
 
 
@@ -129,7 +129,7 @@ def is_chosen(show: Show, row: TriggerRow) -> bool:
 
 
 def as_text(rows: Iterable[TriggerRow]) -> str:
-    """Tab-separated, with a head, the sentence at the end."""
+    """Rows as tab-separated text with a head."""
     lines = ["\t".join([*(tr(column.title) for column in COLUMNS), tr("Meaning"), tr("Raw bytes")])]
     for row in rows:
         cells = [column.text(row) for column in COLUMNS]
@@ -138,6 +138,6 @@ def as_text(rows: Iterable[TriggerRow]) -> str:
 
 
 def csv_name(module: str) -> str:
-    """A file name, whatever the module is called."""
+    """A valid file name for any module name."""
     safe = "".join(one if one.isalnum() or one in "-_" else "_" for one in module[:40])
     return f"dps-s triggers {safe or 'module'}.csv"

@@ -1,4 +1,4 @@
-"""Triggers page: every trigger record of a module, newest first, and what is known of the chosen one beside it."""
+"""Triggers page: all trigger records of a module, newest first, with the details of the selected one."""
 
 from functools import partial
 from pathlib import Path
@@ -43,7 +43,7 @@ from ui.widgets.visibility_timer import VisibilityTimer
 
 _SEARCH_PX: Final = 140
 _READ_EVERY_MS: Final = 500
-"""Until the module is online and nothing else is under way."""
+"""Retry interval until the module is online and idle."""
 
 
 class TriggersPage(Page):
@@ -89,7 +89,6 @@ class TriggersPage(Page):
         self.refresh()
 
     def refresh(self) -> None:
-        """Everything as it is now."""
         work = self.work
         self.model.show_rows(work.rows)
         has_rows = bool(work.rows)
@@ -111,10 +110,8 @@ class TriggersPage(Page):
         self.work.read_unasked()
         self.refresh()
 
-    # What is said
-
     def _idle_notice(self) -> Notice | None:
-        """What stands in the way of keeping what is seen."""
+        """Why the records are not stored."""
         if not self.work.rows or self.work.rows[0].is_kept:
             return None
         if not self._naming.name:
@@ -132,10 +129,8 @@ class TriggersPage(Page):
         else:
             self.detail.show_row(None, tr("{count} selected", count=len(rows)) if rows else tr("Select a row."))
 
-    # What a person does
-
     def copy_rows(self) -> None:
-        """The chosen rows, or all that are shown."""
+        """Copies the selected rows, else all shown ones."""
         QGuiApplication.clipboard().setText(as_text(self.table.chosen() or self.filter.shown()))
 
     def _save(self, _is_checked: bool = False, *, is_archive: bool) -> None:
@@ -230,7 +225,7 @@ class TriggersPage(Page):
         self.detail.fit_height(self.height())
 
     def on_escape(self) -> bool:
-        """Break the reading off, or close a message."""
+        """Cancels reading or closes a message."""
         if self.work.is_busy:
             self.work.job.cancel()
         elif self.work.notice() is not None:

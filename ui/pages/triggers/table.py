@@ -1,4 +1,4 @@
-"""Table view of the trigger records: when, why, the settings then, what a person said of it."""
+"""Table view of the trigger records."""
 
 from typing import Final
 
@@ -12,12 +12,10 @@ from ui.pages.triggers.model import Column
 
 ROW_PX: Final = 36
 _BESIDE: Final = (Column.LINK, Column.CHARGE, Column.LIGHT, Column.CELL)
-"""What the detail beside the table says; the rows are searched, copied and saved with it."""
+"""Hidden columns, shown in the details; rows are searched, copied and exported with them."""
 
 
 class TriggersTable(RowsTable[TriggerRow]):
-    """The settings then stand in the detail, too."""
-
     def __init__(self, model: RowsFilter[TriggerRow]) -> None:
         super().__init__("triggers_table", model, row_px=ROW_PX, sorted_by=Column.WHEN, stretched=Column.WHY,
                          hidden=_BESIDE, spare=Column.SETTINGS)  # fmt: skip

@@ -7,12 +7,12 @@ from ui.services.module_name import whose
 
 
 def is_known_empty(work: TriggersController) -> bool:
-    """The module itself said, and said again, that it keeps no record."""
+    """Whether the module confirmed that it has no records."""
     return work.reading is not None and work.reading.history.is_confirmed and not work.rows
 
 
 def count_text(work: TriggersController) -> str:
-    """No number before a reading, or the archive, has given one."""
+    """Without a number as long as it is unknown."""
     count = len(work.rows)
     if count == 0 and not is_known_empty(work):
         return tr("Trigger records")
@@ -38,7 +38,7 @@ def empty_title(work: TriggersController) -> str:
 
 def empty_text(work: TriggersController, *, is_open: bool) -> str:
     if work.is_busy:
-        return tr("Asking until two readings agree…")
+        return ""
     if is_known_empty(work):
         return tr("It has never fired, or its memory was cleared.")
     if work.reading is not None and not work.reading.history.is_answered:
