@@ -124,7 +124,7 @@ def words(state: LinkState, now: float) -> LinkWords:
     match state.phase:
         case Phase.CLOSED:
             return LinkWords(
-                tr("Not connected"), tr("No port is open."), tr("Choose the module's port."), NextStep.CHOOSE_PORT
+                tr("Not connected"), tr("Not connected"), tr("Choose the module's port."), NextStep.CHOOSE_PORT
             )
         case Phase.OPENING:
             return _under_way(tr("Opening…"))

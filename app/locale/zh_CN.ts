@@ -318,10 +318,6 @@
         <translation>全部飞行日志</translation>
     </message>
     <message>
-        <source>All frames</source>
-        <translation>全部帧</translation>
-    </message>
-    <message>
         <source>All {count} checks hold; warnings: {looks}.</source>
         <translation>全部 {count} 项检查通过；警告：{looks} 项。</translation>
     </message>
@@ -2332,10 +2328,6 @@
     <message>
         <source>No permission for {port}.</source>
         <translation>没有 {port} 的访问权限。</translation>
-    </message>
-    <message>
-        <source>No port is open.</source>
-        <translation>没有打开的串口。</translation>
     </message>
     <message>
         <source>No pre-flight check yet.</source>
@@ -5454,10 +5446,6 @@
         <translation>没有找到它的密码</translation>
     </message>
     <message>
-        <source>no record attached</source>
-        <translation>未附带记录</translation>
-    </message>
-    <message>
         <source>no recording of this program</source>
         <translation>不是本程序的数据记录</translation>
     </message>
@@ -5564,10 +5552,6 @@
     <message>
         <source>not kept</source>
         <translation>未保存</translation>
-    </message>
-    <message>
-        <source>not kept, in no chain</source>
-        <translation>未保存，不在链中</translation>
     </message>
     <message>
         <source>not live</source>

@@ -62,7 +62,7 @@ def _from_pdf(data: bytes) -> Record:
         for content in (stream[1], _inflated(stream[1])):
             if content.lstrip()[:1] == b"{" and FORMAT.encode() in content:
                 return _from_json(content)
-    raise NoRecord(said(marked("no record attached")))
+    raise NoRecord(said(marked("unknown kind of file")))
 
 
 def _inflated(data: bytes) -> bytes:

@@ -63,7 +63,7 @@ class Chain(Enum):
     FIRST = marked("first record of this module")
     LINKED = marked("previous record intact")
     NOT_AT_HAND = marked("previous record not on this computer")
-    ALONE = marked("not kept, in no chain")
+    ALONE = marked("none")
     BROKEN = marked("previous record altered or replaced")
     DOUBLED = marked("another record here has the same number")
 

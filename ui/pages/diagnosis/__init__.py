@@ -1,1 +1,1 @@
-"""Why it does not connect, statistics, traffic, support bundle."""
+"""Cause of a failed connection, traffic, statistics, support bundle."""

@@ -1,7 +1,7 @@
 """Preview of the support bundle, with one button to save it."""
 
 import copy
-from collections.abc import Callable
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 from typing import Any, Final
@@ -40,7 +40,7 @@ from ui.widgets.notice_bar import Notice
 from ui.widgets.visibility_timer import VisibilityTimer
 
 CAPTURE_ENTRIES: Final = 20_000
-"""The last ones: what happened shortly before somebody asked for help."""
+"""The last entries of the traffic, shortly before the bundle is made."""
 _PART_WORDS: Final = {
     "about.json": marked("Program"),
     "link.json": marked("Statistics"),
@@ -53,7 +53,7 @@ _ANY_INDEX = QModelIndex()
 
 
 class Lines(QAbstractListModel):
-    """A text line by line: a log of a megabyte is shown as quickly as a short one."""
+    """Model of the lines of a text, so that a long log is shown quickly."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -78,7 +78,7 @@ class Lines(QAbstractListModel):
 
 
 class BundlePreview(QWidget):
-    """Made again each time it comes into sight. `said` gives a `Notice`, None when there is nothing more to say."""
+    """Makes the bundle each time it is shown. `said`: a `Notice`, or None to remove it."""
 
     said = Signal(object)
 
@@ -86,8 +86,7 @@ class BundlePreview(QWidget):
         super().__init__()
         self.setObjectName("bundle_preview")
         self.ask_path: AskPath = ask_path
-        self._connector, self._remembered = services.connector, services.preferences
-        self._appearance = services.appearance
+        self._connector, self._appearance = services.connector, services.appearance
         self._figures, self._traffic, self._log = figures, traffic, log
         self.bundle: SupportBundle | None = None
         self._making: BackgroundTask[SupportBundle] = BackgroundTask("dps-s support bundle", self)
@@ -117,47 +116,35 @@ class BundlePreview(QWidget):
         self._where = named(TickingLabel(), "bundle_log_path", "small")
         self._lay_out()
         VisibilityTimer(self, self.make, retranslate=self._retranslate)
-        services.appearance.changed.connect(self._follow_theme)
-        self._follow_theme()
+        services.appearance.changed.connect(self._apply_theme)
+        self._apply_theme()
 
     def make(self) -> None:
-        """Put the bundle together, beside the window's thread, from what is known now."""
-        contents = self._contents()
-        log = self._log
+        """Makes the bundle in the background from the present state."""
+        log, contents = self._log, self._contents()
         self.save.setEnabled(False)
 
         def pack(_running: Running) -> SupportBundle:
-            text = "" if log is None else text_of(log)
-            return SupportBundle(contents(text))
+            return SupportBundle(contents if log is None else replace(contents, log=text_of(log)))
 
         self._making.run(pack, self._show, self._tell_failure)
 
-    def _contents(self) -> Callable[[str], Contents]:
-        """Everything that belongs to the window's thread is copied now."""
-        connector = self._connector
-        figures = copy.copy(self._figures)
-        connection, device, now = connector.connection, connector.device, connector.clock()
-        preferences = {"language": i18n.language(), "theme": self._appearance.choice.value}
-        entries = self._traffic.entries(CAPTURE_ENTRIES)
-        header = self._traffic.header(connection.port, connection.baud_rate, CAPTURE_ENTRIES)
-
-        def contents(log: str) -> Contents:
-            return Contents(
-                version=version(),
-                log=log,
-                connection=connection,
-                device=device,
-                now=now,
-                figures=figures,
-                preferences=preferences,
-                capture=entries,
-                capture_header=header,
-            )
-
-        return contents
+    def _contents(self) -> Contents:
+        """Copies what belongs to the window's thread; without the log."""
+        connection = self._connector.connection
+        return Contents(
+            version=version(),
+            connection=connection,
+            device=self._connector.device,
+            now=self._connector.clock(),
+            figures=copy.copy(self._figures),
+            preferences={"language": i18n.language(), "theme": self._appearance.choice.value},
+            capture=self._traffic.entries(CAPTURE_ENTRIES),
+            capture_header=self._traffic.header(connection.port, connection.baud_rate, CAPTURE_ENTRIES),
+        )
 
     def choose_and_save(self) -> None:
-        """What is shown is what is written."""
+        """Saves the bundle that is shown."""
         bundle = self.bundle
         if bundle is None or self._saving.is_running:
             return
@@ -166,7 +153,6 @@ class BundlePreview(QWidget):
         if path is None:
             return
         self._folder = path.parent
-
         self.said.emit(Notice(Meaning.INFORMATION, tr("Saving…")))
 
         def fail(error: Exception) -> None:
@@ -199,7 +185,7 @@ class BundlePreview(QWidget):
     def _show_where(self) -> None:
         where = None if self._log is None else self._log.trouble or self._log.path
         self._where.setText("" if where is None else tr("Log file: {path}", path=where))
-        if where is not None:  # a label with nothing to select takes no focus
+        if where is not None:  # an empty label must not take the focus
             self._where.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
 
     def _tell_failure(self, error: Exception) -> None:
@@ -215,7 +201,7 @@ class BundlePreview(QWidget):
         foot = in_row((self._where, 1), self.renew, self.save, spacing=Space.S)
         in_column(self._promise, (body, 1), foot, of=self, spacing=Space.S, margins=(Space.M, Space.S))
 
-    def _follow_theme(self) -> None:
+    def _apply_theme(self) -> None:
         fixed = QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont)
         fixed.setPixelSize(Size.SMALL)
         self.text.setFont(fixed)

@@ -38,7 +38,7 @@ def ask_capture(parent: QWidget, folder: Path) -> Path | None:
 
 @dataclass(frozen=True, slots=True)
 class Opened:
-    """A capture as it is shown."""
+    """A capture that is shown."""
 
     path: Path
     rows: CaptureRows
@@ -47,7 +47,7 @@ class Opened:
 
 
 def load_capture(path: Path, running: Running) -> Opened:
-    """Read and explain a file. Raises OSError, `CaptureRefused` or `ExportCancelled`."""
+    """Reads and explains a file. Raises OSError, `CaptureRefused` or `ExportCancelled`."""
     rows, explainer, pace = CaptureRows(), Explainer(), GilYield()
     with path.open("rb") as file:
         capture = OpenCapture(file)
@@ -66,7 +66,7 @@ def load_capture(path: Path, running: Running) -> Opened:
 
 
 class CaptureFiles(QWidget):
-    """Two buttons. `opened` gives an `Opened`, `said` a `Notice`, or None when there is nothing more to say."""
+    """Buttons to open and save captures. `opened`: an `Opened`. `said`: a `Notice`, or None to remove it."""
 
     opened = Signal(object)
     said = Signal(object)
@@ -81,7 +81,7 @@ class CaptureFiles(QWidget):
         self._saving: BackgroundTask[None] = BackgroundTask("dps-s save", self, finished_at_close=True)
         self._loading: BackgroundTask[Opened] = BackgroundTask("dps-s open capture", self)
         self._opening = ""
-        """Name of the file."""
+        """Name of the file that is being read."""
         texts = services.texts
         self.open = control(QPushButton(), texts, "capture_open", "Open capture…", key="Ctrl+O", picture=Icon.FOLDER,
                             slot=self.choose)  # fmt: skip
@@ -103,7 +103,7 @@ class CaptureFiles(QWidget):
             self.open_file(path)
 
     def open_file(self, path: Path) -> None:
-        """Whatever comes of it is told by a signal."""
+        """Reads a file in the background; emits `opened` or `said`."""
         self._folder = path.parent
         self._opening = path.name
         self._loading.run(
@@ -112,7 +112,7 @@ class CaptureFiles(QWidget):
         self._say_progress()
 
     def choose_and_save(self) -> None:
-        """What is kept at this moment, before anybody chooses a file."""
+        """Saves the traffic up to now, not up to when the file is chosen."""
         if not len(self._buffer) or self._saving.is_running:
             return
         connection = self._connector.connection
@@ -148,7 +148,7 @@ class CaptureFiles(QWidget):
         self.said.emit(None)
 
     def _say_progress(self) -> None:
-        """Of the file that is read, else of the one that is written."""
+        """Progress of reading, else of writing."""
         if self._loading.is_running:
             share, cancel = self._loading.share or 0.0, self._cancel_loading
             text = tr("{what}: {percent} %", what=self._opening, percent=round(share * 100))

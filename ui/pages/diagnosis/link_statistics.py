@@ -1,4 +1,4 @@
-"""Statistics view: totals, round trips, rejected bytes by reason, all over time."""
+"""Statistics view: totals, round trips, rejected bytes by reason, and course over time."""
 
 from typing import Final
 
@@ -19,7 +19,7 @@ from ui.widgets.visibility_timer import VisibilityTimer
 
 REFRESH_EVERY_MS: Final = 500
 LOSS_ATTENTION: Final = 0.01
-"""More than one question in a hundred without an answer is worth a look."""
+"""Share of requests without reply from which a warning is shown."""
 _NUMBERS: Final = (
     ("sent", marked("Requests")),
     ("lost", marked("Without reply")),
@@ -33,7 +33,7 @@ _ICON_PX: Final = 16
 
 
 class Total(QWidget):
-    """A caption above a number; a warning sign beside it where it is worth a look."""
+    """A caption above a number, with an optional warning sign."""
 
     def __init__(self, name: str) -> None:
         super().__init__()
@@ -60,7 +60,7 @@ class Total(QWidget):
 
 
 class LinkStatisticsView(QScrollArea):
-    """Draws while it is in sight; `figures` are fed by the page."""
+    """Draws while it is visible; the page feeds `figures`."""
 
     def __init__(self, services: Services, figures: LinkStatistics) -> None:
         super().__init__()
@@ -69,7 +69,7 @@ class LinkStatisticsView(QScrollArea):
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self._connector = services.connector
         self.shown = figures
-        """Whose figures are shown: of the module, or of the recording that is played."""
+        """Statistics of the module, or of the recording that is played."""
         texts = services.texts
         texts.bind(self.setAccessibleName, "Statistics")
         self.totals = {key: Total(f"figures_{key}") for key, _ in _NUMBERS}
@@ -87,7 +87,6 @@ class LinkStatisticsView(QScrollArea):
         VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS)
 
     def refresh(self) -> None:
-        """Everything as it is now."""
         figures = self.shown
         totals = figures.totals
         shown = self.totals
@@ -108,7 +107,7 @@ class LinkStatisticsView(QScrollArea):
             slices, shortest_s, longest_s = figures.seconds, 60.0, FINE_S * FINE_KEPT
         else:
             slices, shortest_s, longest_s = figures.minutes, 3600.0, COARSE_S * COARSE_KEPT
-        # No longer than there is something to show.
+        # No longer than there is data.
         past_s = now - slices[0].begins_s if slices else 0.0
         self.over_time.show_stretch(Stretch(now, min(longest_s, max(shortest_s, past_s)), slices))
 
@@ -135,8 +134,7 @@ class LinkStatisticsView(QScrollArea):
             (self._card("figures_reasons_card", reasons, self.reasons), 2),
             spacing=Space.S,
         )
-        head = QWidget()
-        head.setObjectName("figures_time_head")
+        head = named(QWidget(), "figures_time_head")
         in_row(
             self._caption(services, "figures_time_title", marked("Over time")),
             1,
@@ -148,8 +146,7 @@ class LinkStatisticsView(QScrollArea):
             spacing=Space.XS,
             margins=0,
         )
-        content = QWidget()
-        content.setObjectName("figures_content")
+        content = named(QWidget(), "figures_content")
         in_column(
             numbers,
             (pair, 1),

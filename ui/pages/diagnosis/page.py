@@ -1,6 +1,6 @@
-"""Diagnosis page: four views behind one row of segments.
+"""Diagnosis page: connection, traffic, statistics and support bundle in tabs.
 
-Out of sight it only remembers: the frames, the figures and what is seen of the port.
+While hidden it only collects frames, statistics and evidence.
 """
 
 from functools import partial
@@ -39,7 +39,7 @@ _VIEWS: Final = (
 
 
 class DiagnosisPage(StreamPage):
-    """See the module's docstring. `connect_wanted` gives a `Target`; the window asks first where that is risky."""
+    """See the module's docstring."""
 
     suffixes = OPENED_SUFFIXES
 
@@ -77,7 +77,7 @@ class DiagnosisPage(StreamPage):
         self.go_to("why")
 
     def on_batch(self, batch: Batch) -> None:
-        """Remember a batch. What a recording plays is kept apart from what a module said."""
+        """Collects a batch. The data of a playback is kept apart from the module's."""
         is_played = self._connector.is_recording
         if is_played != self._is_played:
             self._change_over(is_played=is_played)
@@ -90,12 +90,12 @@ class DiagnosisPage(StreamPage):
             self.files.refresh()
 
     def go_to(self, key: str) -> None:
-        """Bring a view into sight: "why", "traffic", "figures" or "bundle"."""
+        """Shows a view: "why", "traffic", "figures" or "bundle"."""
         keys = [one[0] for one in _VIEWS]
         self.tabs.setCurrentIndex(keys.index(key))
 
     def open_file(self, path: Path) -> None:
-        """A capture, dropped on the window or chosen elsewhere."""
+        """Opens a capture."""
         self.go_to("traffic")
         self.files.open_file(path)
 
@@ -146,8 +146,6 @@ class DiagnosisPage(StreamPage):
             said.append(tr("Line {line}: {what}", line=faults[0].line, what=tr(faults[0].text)))
         return said
 
-    # What is said
-
     def _say(self, notice: Notice | None) -> None:
         self._said = notice
         self._refresh_strip()
@@ -168,7 +166,7 @@ class DiagnosisPage(StreamPage):
         tabs.setExpanding(False)
         tabs.setUsesScrollButtons(False)
         tabs.setElideMode(Qt.TextElideMode.ElideNone)
-        # Qt makes its two buttons all the same, and names them in English only.
+        # Qt makes the scroll buttons anyway, and names them in English only.
         for name, english in (
             ("ScrollLeftButton", marked("Scroll left")),
             ("ScrollRightButton", marked("Scroll right")),

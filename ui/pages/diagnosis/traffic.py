@@ -35,12 +35,12 @@ from ui.widgets.sliders import WheelGuard
 from ui.widgets.visibility_timer import VisibilityTimer
 
 DRAW_EVERY_MS = 160
-"""Rows are added six times a second: more cannot be read, and each repaint costs."""
+"""Interval of adding rows; a person cannot read more."""
 MOST_COPIED = 10_000
-"""Rows at once: a capture may have more than a clipboard and whoever reads it can take."""
+"""Rows copied at once, since a capture may have a million."""
 _ROW_PX = 24
 _FILTERS = (
-    (Filter.ALL, marked("All frames")),
+    (Filter.ALL, marked("All")),
     (Filter.WITHOUT_STREAM, marked("Without stream")),
     (Filter.REJECTED, marked("Invalid bytes")),
     (Filter.MARKED, marked("Marked")),
@@ -48,7 +48,7 @@ _FILTERS = (
 
 
 class TrafficPage(QWidget):
-    """Out of sight it only remembers; in sight it draws at its own pace, however fast frames come."""
+    """Collects frames while hidden; while visible it draws every `DRAW_EVERY_MS`."""
 
     def __init__(self, services: Services, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -61,7 +61,7 @@ class TrafficPage(QWidget):
         self.table = self._make_table()
         self.detail = self._make_detail()
         self._count = named(QLabel(), "traffic_count", "muted")
-        self._count.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)  # before the filter's words
+        self._count.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)  # shrinks before the filter
         self.filter = self._make_filter()
         self.search = TrafficSearch(
             self.model, services.texts, find_start=self._search_start, show_row=self._show_found, say=self._tell_found
@@ -85,8 +85,8 @@ class TrafficPage(QWidget):
         Shortcut("traffic_clear_key", self, self.clear)
         in_column(self._make_bar(), (self.table, 1), self.detail, of=self, spacing=Space.S, margins=(Space.M, Space.S))
         VisibilityTimer(self, self._show_again, tick=self.draw, every_ms=DRAW_EVERY_MS, retranslate=self._retranslate)
-        services.appearance.changed.connect(self._follow_theme)
-        self._follow_theme()
+        services.appearance.changed.connect(self._apply_theme)
+        self._apply_theme()
         self._show_detail()
 
     def on_batch(self, batch: Batch) -> None:
@@ -94,7 +94,7 @@ class TrafficPage(QWidget):
             self.model.keep(batch.events)
 
     def draw(self) -> None:
-        """Show what came since the last time, unless paused."""
+        """Shows the new rows unless paused."""
         if self._is_paused:
             self._show_count()
             return
@@ -110,7 +110,7 @@ class TrafficPage(QWidget):
         self._follows = position >= self.table.verticalScrollBar().maximum()
 
     def _keep_following(self, _lowest: int, highest: int) -> None:
-        """Rows came or the table shrank: who was at the end stays there."""
+        """Stays at the end when rows are added or the table shrinks."""
         if self._follows:
             self.table.verticalScrollBar().setValue(highest)
 
@@ -122,7 +122,7 @@ class TrafficPage(QWidget):
         list_rows(table, row_px=_ROW_PX)
         table.setIconSize(QSize(14, 14))
         columns = table.horizontalHeader()
-        # A header asks, row for row, whether all of them are selected; of a capture's million that takes ten seconds.
+        # A header would ask for each row whether it is selected: 10 s for a million rows.
         columns.setSelectionModel(QItemSelectionModel(self.model, columns))
         columns.setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
         columns.setStretchLastSection(True)
@@ -130,7 +130,7 @@ class TrafficPage(QWidget):
         bar.valueChanged.connect(self._notice_scrolling)
         bar.rangeChanged.connect(self._keep_following)
         table.selectionModel().selectionChanged.connect(self._show_detail)
-        self.model.modelReset.connect(self._show_detail)  # which takes the selection away, unsaid
+        self.model.modelReset.connect(self._show_detail)  # a reset clears the selection without a signal
         return table
 
     def _make_detail(self) -> QLabel:
@@ -159,10 +159,8 @@ class TrafficPage(QWidget):
             self.filter, self.search, (self._count, 1), self.pause, self.mark, self.copy, self.clear, spacing=Space.S
         )
 
-    # Doing
-
     def copy_rows(self) -> None:
-        """The selected rows, or all of them, as tab-separated text to the clipboard; no more than `MOST_COPIED`."""
+        """Copies the selected rows, else all, as tab-separated text; at most `MOST_COPIED`."""
         wanted = self._selected() or [range(self.model.rowCount())]
         rows = list(islice(chain.from_iterable(wanted), MOST_COPIED))
         QGuiApplication.clipboard().setText(self.model.as_text(rows))
@@ -172,19 +170,19 @@ class TrafficPage(QWidget):
             self.detail.setText(said)
 
     def mark_rows(self) -> None:
-        """Mark the selected rows, or take their marks off; no more than there may be marks."""
+        """Marks or unmarks the selected rows, at most `KEPT_MARKS`."""
         rows = list(islice(chain.from_iterable(self._selected()), KEPT_MARKS))
         if rows:
             self.model.mark(rows)
         self._show_count()
 
     def _selected(self) -> list[range]:
-        """Which rows are selected: as ranges, since all may be a million."""
+        """The selected rows as ranges."""
         ranges = [range(one.top(), one.bottom() + 1) for one in self.table.selectionModel().selection().toList()]
         return sorted(ranges, key=lambda one: one.start)
 
     def show_recorded(self, rows: CaptureRows | None) -> None:
-        """The rows of a capture in place of those of now; None goes back."""
+        """Shows the rows of a capture; None returns to the live traffic."""
         self.model.show_recorded(rows)
         self.clear.setEnabled(rows is None)
         self.pause.setEnabled(rows is None)
@@ -196,7 +194,7 @@ class TrafficPage(QWidget):
         self._show_count()
 
     def _search_start(self) -> int:
-        """The selected row, else the first in sight."""
+        """The selected row, else the one before the first visible row."""
         selected = self._selected()
         return selected[-1][-1] if selected else self.table.rowAt(0) - 1
 
@@ -229,7 +227,6 @@ class TrafficPage(QWidget):
         self.draw()
 
     def clear_rows(self) -> None:
-        """Forget all rows."""
         self.model.clear()
         self._show_detail()
         self._show_count()
@@ -257,7 +254,7 @@ class TrafficPage(QWidget):
         event = self.model.event_at(selected[0][0])
         self.detail.setText(f"{kind_of(event)}  {hex_of(raw_of(event), 96)}\n{meaning_of(event)}")
 
-    def _follow_theme(self) -> None:
+    def _apply_theme(self) -> None:
         fixed = QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont)
         fixed.setPixelSize(Size.SMALL)
         small = font(Size.SMALL)

@@ -39,7 +39,7 @@ from ui.style.theme import Meaning
 KEPT_ROWS = 10_000
 KEPT_MARKS = 1000
 LONGEST_ROW_BYTES = 1024
-"""So that a line full of garbage cannot fill the memory: a longer run of rejected bytes takes several rows."""
+"""A longer run of rejected bytes takes several rows, which bounds the memory."""
 SHOWN_BYTES = 32
 _ANY_INDEX = QModelIndex()
 
@@ -68,17 +68,16 @@ _ANSWERED_ROLES = frozenset((_DECORATION, _FONT, _FOREGROUND, int(Qt.ItemDataRol
 
 
 def is_shown(row: Row, wanted: Filter) -> bool:
-    """Whether the row passes the filter; marks are not looked at."""
+    """Whether the row passes the filter; ignores marks."""
     if wanted is Filter.REJECTED:
         return is_rejected(row)
     return wanted is not Filter.WITHOUT_STREAM or not is_streamed(row)
 
 
 class TrafficModel(RowsModel[Row]):
-    """The last `KEPT_ROWS` events; of them the ones that pass the filter are rows.
+    """The rows are the last `KEPT_ROWS` events that pass the filter, or those of a capture (`show_recorded`).
 
-    `keep` only remembers. `show_new` turns what came since into rows: the owner calls it as often as it wants to draw.
-    With `show_recorded` the rows of a capture stand in their place, while events go on being kept.
+    `keep` only stores events; `show_new` makes rows of them and is called when the view is drawn.
     """
 
     def __init__(self, parent: QObject | None = None) -> None:
@@ -93,10 +92,10 @@ class TrafficModel(RowsModel[Row]):
         self._kept: deque[Event] = deque(maxlen=KEPT_ROWS)
         self._recorded: CaptureRows | None = None
         self._live: deque[Row] = deque(maxlen=KEPT_ROWS)
-        """The rows, as long as they are those of now."""
+        """The rows of the live traffic."""
         self.rows = self._live
         self._keys: Sequence[int] | None = None
-        """By which marked rows are known; None: their identity."""
+        """Keys of marked rows; None: their `id`."""
         self._marks: dict[int, Row] = {}
         self._unseen = 0
         self._filter = Filter.ALL
@@ -104,30 +103,30 @@ class TrafficModel(RowsModel[Row]):
 
     @property
     def unseen(self) -> int:
-        """Events that `keep` took and `show_new` has not shown yet; at most `KEPT_ROWS`."""
+        """Number of stored events that `show_new` has not shown yet."""
         return min(self._unseen, len(self._kept))
 
     @property
     def is_recorded(self) -> bool:
-        """The rows are those of a capture."""
+        """Whether the rows are those of a capture."""
         return self._recorded is not None
 
     def keep(self, events: Iterable[Event]) -> None:
-        """Cheap; may be called while nobody looks."""
+        """Stores events; cheap, also while hidden."""
         self.wall.poll()
         new = list(_rows_of(events))
         self._kept.extend(new)
         self._unseen += len(new)
 
     def show_new(self) -> int:
-        """Add rows for what came since the last call; how many rows were dropped at the top to make room."""
+        """Adds rows for the events since the last call; returns how many rows were dropped at the top."""
         if self._recorded is not None or self._filter is Filter.MARKED:
             return 0
         unseen = self.unseen
         self._unseen = 0
         if not unseen:
             return 0
-        # From the end: the head of a full deque is far from what is new.
+        # From the end, because indexing into a deque is slow.
         newest = reversed(list(islice(reversed(self._kept), unseen)))
         fresh = [event for event in newest if is_shown(event, self._filter)]
         if not fresh:
@@ -150,7 +149,7 @@ class TrafficModel(RowsModel[Row]):
         self.rebuild()
 
     def rebuild(self) -> None:
-        """Make all rows again from what is kept."""
+        """Makes all rows from the stored events."""
         self.beginResetModel()
         self._live.clear()
         if self._filter is Filter.MARKED:
@@ -165,7 +164,7 @@ class TrafficModel(RowsModel[Row]):
         self.endResetModel()
 
     def _passing(self, recorded: CaptureRows) -> tuple[Sequence[int], Sequence[Row]]:
-        """The rows of a capture that pass the filter, by their places in it."""
+        """The rows of a capture that pass the filter, and their positions in it."""
         if self._filter is Filter.ALL:
             return range(len(recorded)), recorded
         is_rejected_only = self._filter is Filter.REJECTED
@@ -173,13 +172,13 @@ class TrafficModel(RowsModel[Row]):
         return chosen.places, chosen
 
     def clear(self) -> None:
-        """Forget everything, marks too."""
+        """Removes all rows and marks."""
         self._kept.clear()
         self._marks.clear()
         self.rebuild()
 
     def show_recorded(self, rows: CaptureRows | None) -> None:
-        """The rows of a capture; None goes back to what goes over the line now. Marks are forgotten."""
+        """Shows the rows of a capture; None returns to the live traffic. Removes all marks."""
         self._recorded = rows
         self._marks.clear()
         self.rebuild()
@@ -196,8 +195,7 @@ class TrafficModel(RowsModel[Row]):
         return id(self.rows[row]) if self._keys is None else self._keys[row]
 
     def mark(self, rows: Sequence[int]) -> None:
-        """Mark these rows, or take the marks off where all of them have one. A marked row stays under "marked" also
-        when it is so old that the list has dropped it."""
+        """Marks these rows, or unmarks them where all are marked. A marked row outlives its place in the list."""
         keys = [self._key(row) for row in rows]
         if all(key in self._marks for key in keys):
             for key in keys:
@@ -211,21 +209,21 @@ class TrafficModel(RowsModel[Row]):
         elif rows:
             self.dataChanged.emit(self.index(min(rows), 0), self.index(max(rows), len(self.columns) - 1))
 
-    # Words
+    # Texts
 
     def said_at(self, row: int) -> Hashable | None:
-        """Equal for two rows that say the same, at whatever time; None where only the rows themselves tell."""
+        """Key that is equal for rows of equal text; None for live rows."""
         return self.rows.said(row) if isinstance(self.rows, Rows) else None
 
     def time_of(self, row: Row) -> str:
-        """Time of day to the millisecond; in a capture, seconds since it began."""
+        """Time of day to the millisecond; in a capture the seconds since its beginning."""
         if self._recorded is not None:
             return since_start(at_of(row))
         seconds, milliseconds = divmod(int(self.wall.at(at_of(row)) * 1000), 1000)
         return f"{time_of_day(seconds)}.{milliseconds:03d}"
 
     def as_text(self, rows: Sequence[int]) -> str:
-        """Rows as lines of tab-separated text, with all their bytes."""
+        """Rows as tab-separated text with all bytes."""
         recorded = self.rows
         if not isinstance(recorded, Rows):
             chosen = (self.rows[number] for number in rows)
@@ -268,7 +266,7 @@ _MARK = icon(Icon.BOOKMARK, Meaning.INFORMATION)
 
 
 def _rows_of(events: Iterable[Event]) -> Iterator[Event]:
-    """An event a row; long rejected runs take several."""
+    """Yields an event per row; splits long runs of rejected bytes."""
     for event in events:
         if isinstance(event, Rejected) and len(event.noise.raw) > LONGEST_ROW_BYTES:
             noise = event.noise

@@ -15,28 +15,28 @@ from ui.style.theme import Space
 from ui.widgets.controls import control
 from ui.widgets.layouts import in_row
 
-_LOOKS_FOR_S = 0.01
-"""Before the window gets its turn again."""
+_SLICE_S = 0.01
+"""Time slice of the search in the window's thread."""
 _ROWS_AT_ONCE = 100
 _KNOWN_AT_MOST = 50_000
 
 
 def matches(row: Row, wanted: str, wanted_hex: str) -> bool:
-    """`wanted` in lower case, `wanted_hex` the same without spaces, "" where it is no hex."""
+    """`wanted`: lower case. `wanted_hex`: its hex digits, "" where it is not hex."""
     if wanted_hex and wanted_hex in raw_of(row).hex():
         return True
     return wanted in meaning_of(row).lower() or wanted in kind_of(row).lower()
 
 
 def hex_part(text: str) -> str:
-    """The digits of a text that consists of pairs of hex digits, else ""."""
+    """The digits of a text of pairs of hex digits, else ""."""
     digits = "".join(text.lower().split())
     is_hex = len(digits) % 2 == 0 and all(one in "0123456789abcdef" for one in digits)
     return digits if is_hex else ""
 
 
 class TrafficSearch(QWidget):
-    """A field with two arrows. `show_row` is given the row that was found, `say` what became of the search."""
+    """Search field with two buttons. `show_row` gets the row found, `say` whether there was one."""
 
     def __init__(
         self,
@@ -74,10 +74,10 @@ class TrafficSearch(QWidget):
         self._place = 0
         self._step = 1
         self._known: dict[Hashable, bool] = {}
-        """Whether what a row says is what is looked for: a million rows of a capture say some thousand things."""
+        """Matches by `said_at`: the many rows of a capture have few different texts."""
         self._timer = QTimer(self)
         self._timer.setInterval(0)
-        self._timer.timeout.connect(self._look)
+        self._timer.timeout.connect(self._search_slice)
 
     @property
     def is_searching(self) -> bool:
@@ -85,7 +85,7 @@ class TrafficSearch(QWidget):
 
     @property
     def share(self) -> float:
-        """How many of the rows have been looked at, 0 … 1."""
+        """Share of the rows searched, 0 … 1."""
         rows = self._model.rowCount()
         return 1.0 - self._left / rows if rows else 1.0
 
@@ -96,7 +96,7 @@ class TrafficSearch(QWidget):
         self._begin(-1, self._find_start())
 
     def _reset(self) -> None:
-        """What is being typed is looked for from the row in sight, that one included."""
+        """Searches while typing, from the start row, included."""
         self._begin(1, self._find_start() - 1)
 
     def _begin(self, step: int, start: int) -> None:
@@ -108,12 +108,12 @@ class TrafficSearch(QWidget):
         self._step, self._place, self._left = step, start, self._model.rowCount()
         self._timer.start()
 
-    def _look(self) -> None:
-        """Some rows; round the end to where it began."""
+    def _search_slice(self) -> None:
+        """Searches some rows, wrapping around at the end."""
         wanted = self.field.text().strip().lower()
         wanted_hex = hex_part(wanted)
         count = self._model.rowCount()
-        ends_s = time.perf_counter() + _LOOKS_FOR_S
+        ends_s = time.perf_counter() + _SLICE_S
         while count and self._left > 0 and time.perf_counter() < ends_s:
             for _ in range(min(_ROWS_AT_ONCE, self._left)):
                 self._left -= 1

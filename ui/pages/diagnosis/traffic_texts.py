@@ -30,7 +30,7 @@ from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning, current
 
 Row = Event | Explained
-"""What went over the line now, or a line of a capture file."""
+"""A live event, or a line of a capture."""
 _ROLES = {
     Role.ANSWER: marked("answer"),
     Role.STREAMED: marked("stream"),
@@ -42,7 +42,7 @@ _ROLES = {
 
 
 def kind_of(row: Row) -> str:
-    """One word for what it is, in the language in use."""
+    """Kind of row, in one word."""
     match row:
         case Explained(piece=Noise()):
             return tr("invalid")
@@ -61,7 +61,7 @@ def kind_of(row: Row) -> str:
 
 
 def raw_of(row: Row) -> bytes:
-    """The bytes, where there are any."""
+    """The bytes of a row; may be empty."""
     match row:
         case Explained():
             return row.piece.raw
@@ -76,12 +76,12 @@ def raw_of(row: Row) -> bytes:
 
 
 def at_of(row: Row) -> float:
-    """Monotonic seconds, or seconds since the capture began."""
+    """Monotonic seconds, or seconds since the beginning of the capture."""
     return row.at_s if isinstance(row, Explained) else row.at
 
 
 def meaning_of(row: Row) -> str:
-    """One sentence, in the language in use."""
+    """Meaning of a row, as a sentence."""
     match row:
         case Explained(piece=Frame() as frame):
             return _sentence(frame.direction, frame.raw, row.asked, i18n.language())
@@ -118,12 +118,12 @@ def _link_sentence(event: Event) -> str:
 
 @lru_cache(maxsize=4096)
 def _sentence(direction: Direction, raw: bytes, asked: Asked, _language: str) -> str:
-    """Few frames are different from each other, so that a search through all rows is quick."""
+    """Cached, since few frames differ and a search needs all rows."""
     return sentence(Frame(direction, raw), asked)
 
 
 def _asked(received: Received) -> Asked:
-    """What the frame was taken to answer."""
+    """The request that the frame answers."""
     match received.message:
         case Acknowledgement(request=request):
             return request
@@ -134,25 +134,25 @@ def _asked(received: Received) -> Asked:
 
 
 def hex_of(raw: bytes, longest: int | None = None) -> str:
-    """ "41 75 32", cut after `longest` bytes with the number of those left out."""
+    """ "41 75 32"; longer ones are cut after `longest` bytes, with the number of the rest."""
     if longest is None or len(raw) <= longest:
         return raw.hex(" ").upper()
     return f"{raw[:longest].hex(' ').upper()} … +{len(raw) - longest}"
 
 
 def words_of(row: Row) -> str:
-    """What it is, all its bytes and its meaning, with tabs between."""
+    """Kind, all bytes and meaning, separated by tabs."""
     return "\t".join((kind_of(row), hex_of(raw_of(row)), meaning_of(row)))
 
 
 def since_start(at_s: float) -> str:
-    """Seconds since a capture began, to the millisecond."""
+    """Seconds since the beginning of a capture."""
     return f"{at_s:.3f} s"
 
 
 @lru_cache(maxsize=1024)
 def time_of_day(wall_s: int) -> str:
-    """To the second, here; a row of a full line has it in common with a thousand others."""
+    """Local time, cached, since many rows share a second."""
     return time.strftime("%H:%M:%S", time.localtime(wall_s))
 
 
@@ -161,7 +161,7 @@ def is_rejected(row: Row) -> bool:
 
 
 def is_streamed(row: Row) -> bool:
-    """A status that nobody asked for; in a capture, any status."""
+    """Whether it is an unasked status; in a capture, any status."""
     if isinstance(row, Explained):
         return isinstance(row.piece, Frame) and len(row.piece.raw) == _STATUS_BYTES
     return isinstance(row, Received) and row.role is Role.STREAMED
@@ -171,7 +171,7 @@ _STATUS_BYTES = 8
 
 
 def emphasis_of(row: Row) -> Meaning | None:
-    """What needs a second look."""
+    """Colour of rows that need attention."""
     match row:
         case Explained():
             return Meaning.ATTENTION if isinstance(row.piece, Noise) else None
@@ -187,7 +187,7 @@ _picture = cache(icon)
 
 
 def icon_of(row: Row) -> QIcon:
-    """Its direction, or what is the matter with it."""
+    """Direction, or a warning."""
     emphasis = emphasis_of(row)
     match row:
         case Explained(piece=Frame()):
@@ -203,7 +203,7 @@ def icon_of(row: Row) -> QIcon:
 
 
 def colour_of(row: Row, *, is_time: bool) -> QColor | None:
-    """Of the text; None is plain."""
+    """Colour of the text; None: default."""
     emphasis = emphasis_of(row)
     if emphasis is not None:
         return current().ink(emphasis)
@@ -211,5 +211,5 @@ def colour_of(row: Row, *, is_time: bool) -> QColor | None:
 
 
 def needs_no_row(event: Event) -> bool:
-    """An answer was a row already when its frame came."""
+    """The frame of an answer has a row already."""
     return isinstance(event, Answered)

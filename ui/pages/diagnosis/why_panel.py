@@ -1,4 +1,4 @@
-"""Why does it not connect?  Shows the most likely cause, the fix, and a button where the program can do it."""
+"""Shows the most likely cause of a failed connection, the fix, and a button where the program can do it."""
 
 import time
 from collections.abc import Callable
@@ -36,7 +36,7 @@ FACTS_EVERY_S: Final = 5.0
 
 
 class Remedy(Enum):
-    """What a button can do about a cause."""
+    """What the button does about a cause."""
 
     COPY_COMMAND = "copy_command"
     CONNECT_AGAIN = "connect_again"
@@ -60,7 +60,7 @@ REMEDIES: Final = {
     Cause.LOGIN: Remedy.CHOOSE_PORT,
     Cause.WRONG_RATE: Remedy.FIND_RATE,
 }
-"""For every other cause: connect again."""
+"""Default: connect again."""
 _WITHOUT_CAUSE: Final = {
     Phase.ONLINE: (Meaning.GOOD, None),
     Phase.CLOSED: (Meaning.INFORMATION, Remedy.CHOOSE_PORT),
@@ -82,7 +82,7 @@ _NOISE_SHOWN: Final = 16
 
 
 class WhyPanel(QScrollArea):
-    """Gathers what is seen all the time, judges it while in sight. `choose_wanted`: the person wants the ports."""
+    """Collects evidence always, diagnoses while visible. `choose_wanted`: show the list of ports."""
 
     choose_wanted = Signal()
     connect_wanted = Signal(object)
@@ -92,7 +92,7 @@ class WhyPanel(QScrollArea):
         self.setObjectName("why_panel")
         self.setWidgetResizable(True)
         self._texts, self._connector, self._find_facts = services.texts, services.connector, find_facts
-        self._witness, self._history = EvidenceCollector(), PortHistory()
+        self._evidence, self._history = EvidenceCollector(), PortHistory()
         self._target: Target | None = None
         self._facts, self._facts_port, self._facts_at = AdapterFacts(), "", float("-inf")
         self._asking: BackgroundTask[AdapterFacts] = BackgroundTask("dps-s adapter facts", self)
@@ -104,32 +104,32 @@ class WhyPanel(QScrollArea):
         self.act = control(QPushButton(), services.texts, "why_act", _REMEDY_WORDS[Remedy.CONNECT_AGAIN],
                            picture=Icon.CHEVRON_RIGHT, role="primary", slot=self._do)  # fmt: skip
         self._remedy: Remedy | None = None
-        self._meaning = Meaning.UNKNOWN
+        self._meaning: Meaning | None = None
         self._texts.bind(self.setAccessibleName, "Connection")
         self.seen = {key: text_label(f"why_seen_{key}", "", is_selectable=True) for key, _ in _SEEN}
         self._lay_out()
         self._connector.changed.connect(self._notice_target)
         self._connector.ports.listed.connect(self._notice_ports)
         VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS)
-        self._dress()
+        self._set_fonts()
         self._notice_target()
         self._notice_ports()
 
     def on_batch(self, batch: Batch) -> None:
-        self._witness.on_batch(batch)
+        self._evidence.on_batch(batch)
 
     def evidence(self) -> PortEvidence:
-        """What is known of the port that is wanted."""
+        """The evidence about the target's port."""
         connector = self._connector
         port = connector.target.device if connector.target is not None else ""
         facts = self._facts if self._facts_port == port else AdapterFacts()
         visits = self._history.short_visits(port, connector.clock())
-        seen = self._witness.evidence(facts=facts, short_visits=visits)
-        # Between two attempts to reconnect no batch names the trouble; the connector keeps it.
+        seen = self._evidence.evidence(facts=facts, short_visits=visits)
+        # Between two attempts to reconnect, only the connector knows the error.
         return seen if seen.is_open else replace(seen, trouble=connector.state.trouble)
 
     def refresh(self) -> None:
-        """Judge and show."""
+        """Diagnoses and shows the result."""
         self._ask_system()
         evidence = self.evidence()
         state = self._connector.state
@@ -153,24 +153,24 @@ class WhyPanel(QScrollArea):
         self._show(meaning, said.what, said.next_step, None)
         self._offer(remedy)
 
-    # What is seen
+    # Evidence
 
     def _notice_target(self) -> None:
-        """Somebody connects to something else: nothing that was seen before counts."""
+        """Discards the evidence when the target changes."""
         target = self._connector.target
         if target is not None and target is not self._target:
             before, self._target = self._target, target
             is_same = before is not None and before.key == target.key
             if not is_same:
-                self._witness.begin(target.device)
+                self._evidence.begin(target.device)
 
     def _notice_ports(self) -> None:
         ports = self._connector.ports
-        if ports.is_current:  # an older list tells of no adapter that came or went
+        if ports.is_current:  # an outdated list shows no changes
             self._history.poll(ports.ports, self._connector.clock())
 
     def _ask_system(self) -> None:
-        """Beside the window's thread: it looks at every program that runs."""
+        """Queries the system in the background, since it lists all processes."""
         target, now = self._connector.target, time.monotonic()
         if target is None or self._asking.is_running:
             return
@@ -185,7 +185,7 @@ class WhyPanel(QScrollArea):
         self._facts, self._facts_port = facts, port
         self.refresh()
 
-    # What is shown
+    # Display
 
     def _show(self, meaning: Meaning, what: str, next_step: str, command: str | None) -> None:
         _write(self.what, what)
@@ -225,14 +225,11 @@ class WhyPanel(QScrollArea):
         for key, text in shown.items():
             _write(self.seen[key], text)
 
-    def _dress(self) -> None:
-        self._picture.show_icon(MEANING_ICONS[self._meaning], self._meaning)
+    def _set_fonts(self) -> None:
         fixed = QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont)
         fixed.setPixelSize(Size.BODY)
         self.command.setFont(fixed)
         self.seen["noise"].setFont(fixed)
-
-    # What a person does
 
     def _do(self) -> None:
         match self._remedy:
@@ -262,8 +259,7 @@ class WhyPanel(QScrollArea):
         facts = named(QFrame(), "why_facts", "card")
         self._noise = tiles["noise"]
         in_column(*rows, self._noise, of=facts, spacing=Space.M, margins=(Space.L, Space.M))
-        content = QWidget()
-        content.setObjectName("why_content")
+        content = named(QWidget(), "why_content")
         in_column(card, facts, 1, of=content, spacing=Space.S, margins=(Space.M, Space.S))
         self.setWidget(content)
 

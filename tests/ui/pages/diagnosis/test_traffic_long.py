@@ -47,12 +47,12 @@ def page(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[TrafficPa
 def test_a_turn_of_the_search_ends_when_its_time_is_over(page: TrafficPage, monkeypatch: pytest.MonkeyPatch) -> None:
     looked_at: list[int] = []
     monkeypatch.setattr(page.model, "said_at", looked_at.append)  # None: the row itself is looked at
-    clock = count(0.0, traffic_search._LOOKS_FOR_S / 2)
+    clock = count(0.0, traffic_search._SLICE_S / 2)
     monkeypatch.setattr(time, "perf_counter", lambda: next(clock))
     page.search.field.setText("nowhere")
     page.search.find_next()
     page.search._timer.stop()
-    page.search._look()
+    page.search._search_slice()
     assert len(looked_at) == traffic_search._ROWS_AT_ONCE
     assert page.search.share == pytest.approx(traffic_search._ROWS_AT_ONCE / ROWS)
 
