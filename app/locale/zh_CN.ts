@@ -730,10 +730,6 @@
         <translation>检查项目</translation>
     </message>
     <message>
-        <source>Checks to run: {count}</source>
-        <translation>待运行检查：{count} 项</translation>
-    </message>
-    <message>
         <source>Checks: {count}</source>
         <translation>检查：{count}</translation>
     </message>
@@ -1108,10 +1104,6 @@
     <message>
         <source>Echoed frames</source>
         <translation>回显帧</translation>
-    </message>
-    <message>
-        <source>Edit profile</source>
-        <translation>编辑配置文件</translation>
     </message>
     <message>
         <source>Edit profile…</source>
@@ -2194,10 +2186,6 @@
         <translation>将重新开始记录。</translation>
     </message>
     <message>
-        <source>New profile</source>
-        <translation>新建配置文件</translation>
-    </message>
-    <message>
         <source>New profile…</source>
         <translation>新建配置文件…</translation>
     </message>
@@ -2320,10 +2308,6 @@
     <message>
         <source>No page opens {file}.</source>
         <translation>没有页面可以打开 {file}。</translation>
-    </message>
-    <message>
-        <source>No past checks.</source>
-        <translation>没有历史检查。</translation>
     </message>
     <message>
         <source>No permission for {port}.</source>
@@ -2500,10 +2484,6 @@
     <message>
         <source>Not known: {names}</source>
         <translation>未知：{names}</translation>
-    </message>
-    <message>
-        <source>Not met: {count}</source>
-        <translation>未满足：{count}</translation>
     </message>
     <message>
         <source>Not met: {names}</source>
@@ -2780,10 +2760,6 @@
     <message>
         <source>Parameter</source>
         <translation>参数</translation>
-    </message>
-    <message>
-        <source>Passed checks</source>
-        <translation>已通过的检查</translation>
     </message>
     <message>
         <source>Past checks</source>
@@ -4506,10 +4482,6 @@
         <translation>这是什么？点击查看</translation>
     </message>
     <message>
-        <source>What the check expects</source>
-        <translation>检查的要求</translation>
-    </message>
-    <message>
         <source>When</source>
         <translation>时间</translation>
     </message>
@@ -5178,12 +5150,8 @@
         <translation>十六进制字节、抓包文件，或 - 表示标准输入</translation>
     </message>
     <message>
-        <source>holds for {minutes} min</source>
-        <translation>有效 {minutes} 分钟</translation>
-    </message>
-    <message>
-        <source>holds for {seconds} s</source>
-        <translation>有效 {seconds} 秒</translation>
+        <source>holds for {time}</source>
+        <translation>有效期剩余 {time}</translation>
     </message>
     <message>
         <source>ignored explicit argument %r</source>
@@ -5616,10 +5584,6 @@
     <message>
         <source>not sorted</source>
         <translation>未分类</translation>
-    </message>
-    <message>
-        <source>not stated</source>
-        <translation>未填写</translation>
     </message>
     <message>
         <source>not tested</source>

@@ -15,7 +15,7 @@ from ui.widgets.step_button import StepButton
 
 
 class PreflightButtons(QWidget):
-    """The primary button is the next step: enable and check, start, check again, or export the report."""
+    """Makes the next step the primary button: enable and check, start, check again, or export."""
 
     def __init__(self, texts: Texts, header: PageHeader) -> None:
         super().__init__()
@@ -24,7 +24,7 @@ class PreflightButtons(QWidget):
         self.run = control(QPushButton(), texts, "preflight_run", "Start",
                            key="Ctrl+Return")  # fmt: skip
         self._main: QPushButton | None = None
-        # Cancel goes when the check ends: a press that comes too late must not enable anything.
+        # Cancel disappears when the check ends: a press that comes too late must not enable anything.
         self.enable = control(StepButton(), texts, "preflight_enable", "Enable triggers and check")
         self.cancel = control(
             StepButton(is_safe=True), texts, "preflight_cancel", "Cancel", key="Esc", picture=Icon.CROSS
@@ -54,7 +54,7 @@ class PreflightButtons(QWidget):
         self.cancel.setVisible(is_checking)
 
     def _emphasise(self, main: QPushButton) -> None:
-        """The one that leads on: after a start of the module a plain check can only say NO-GO."""
+        """After a start of the module a check without enabling the triggers can only end with NO-GO."""
         if main is self._main:
             return
         self._main = main

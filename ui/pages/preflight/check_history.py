@@ -1,4 +1,4 @@
-"""Past checks of a module or an aircraft, with trends of what they measured."""
+"""Past checks of a module or an aircraft, with trends of the measured values."""
 
 from typing import Final, NamedTuple
 
@@ -36,20 +36,20 @@ from ui.widgets.sliders import WheelGuard
 _ROW_PX: Final = 26
 
 
-class _Followed(NamedTuple):
+class _TrendedValue(NamedTuple):
     name: str
     title: str
     unit: str
     decimals: int
 
 
-FOLLOWED: Final = (
-    _Followed("cell_voltage_v", marked("Cell voltage"), "V", 2),
-    _Followed("light_v", marked("Light"), "V", 1),
-    _Followed("tilt_deg", marked("Tilt"), "°", 0),
-    _Followed("acceleration_spread_g", marked("Acceleration: steady"), "g", 1),
-    _Followed("round_trip_ms", marked("Link: response time"), "ms", 1),
-    _Followed("heartbeats_lost", marked("Link: loss"), "", 0),
+TRENDED: Final = (
+    _TrendedValue("cell_voltage_v", marked("Cell voltage"), "V", 2),
+    _TrendedValue("light_v", marked("Light"), "V", 1),
+    _TrendedValue("tilt_deg", marked("Tilt"), "°", 0),
+    _TrendedValue("acceleration_spread_g", marked("Acceleration: steady"), "g", 1),
+    _TrendedValue("round_trip_ms", marked("Link: response time"), "ms", 1),
+    _TrendedValue("heartbeats_lost", marked("Link: loss"), "", 0),
 )
 
 
@@ -79,12 +79,12 @@ _COLUMNS: Final = (
 )
 
 
-def _told(check: KeptCheck) -> str:
+def _row_sentence(check: KeptCheck) -> str:
     return " · ".join(column.text(check) for column in _COLUMNS)
 
 
 class CheckHistory(QWidget):
-    """`closed`: back to the check. `print_wanted`: the hash of a kept record."""
+    """`print_wanted`: the hash of a kept record."""
 
     closed = Signal()
     print_wanted = Signal(str)
@@ -99,9 +99,9 @@ class CheckHistory(QWidget):
         self.filter.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
         guard.guard(self.filter)
         self.count = named(QLabel(), "check_history_count", "muted")
-        self.model = RowsModel(_COLUMNS, lambda check: check.id, _told, self)
+        self.model = RowsModel(_COLUMNS, lambda check: check.id, _row_sentence, self)
         self.table = self._make_table()
-        self.trends = {one.name: Trend(f"trend_{one.name}") for one in FOLLOWED}
+        self.trends = {one.name: Trend(f"trend_{one.name}") for one in TRENDED}
         self.back = control(QPushButton(), texts, "check_history_back", "Back",
                             key="Esc", picture=Icon.CHEVRON_LEFT, slot=self.closed)  # fmt: skip
         self.print = control(QPushButton(), texts, "check_history_print", "Export report…", picture=Icon.SAVE,
@@ -112,7 +112,7 @@ class CheckHistory(QWidget):
         self._lay_out()
 
     def open(self) -> None:
-        """Everything again, beginning with the module that is named now."""
+        """Reload everything and select the named module."""
         self.stations.refresh()
         module_id = self._services.naming.module_id
         self.filter.clear()
@@ -143,21 +143,16 @@ class CheckHistory(QWidget):
                     self.checks = kept.checks(aircraft=which)
                 else:
                     self.checks = kept.checks(which)
-                    points = {one.name: kept.measured(which, one.name) for one in FOLLOWED}
+                    points = {one.name: kept.measured(which, one.name) for one in TRENDED}
             except StoreTrouble as trouble:
                 said = trouble.sentence
         else:
             said = store.sentence
-        self.count.setText(said or self._count_text())
+        self.count.setText(said or tr("Checks: {count}", count=len(self.checks)))
         self._fill()
-        for one in FOLLOWED:
+        for one in TRENDED:
             self.trends[one.name].show_points(tr(one.title), one.unit, points.get(one.name, ()), decimals=one.decimals)
             self.trends[one.name].setVisible(kind == "module")
-
-    def _count_text(self) -> str:
-        if not self.checks:
-            return tr("No past checks.")
-        return tr("Checks: {count}", count=len(self.checks))
 
     def _fill(self) -> None:
         columns = self.table.horizontalHeader()
@@ -184,7 +179,7 @@ class CheckHistory(QWidget):
         if chosen is not None and not chosen.is_void:
             self.print_wanted.emit(chosen.hash)
 
-    # Making
+    # Construction
 
     def _make_table(self) -> QTableView:
         table = control(QTableView(), self._services.texts, "check_history_table", says="Past checks")
@@ -203,7 +198,7 @@ class CheckHistory(QWidget):
         head = in_row(self.filter, (self.count, 1), spacing=Space.M)
         trends = QGridLayout()
         trends.setSpacing(Space.M)
-        for number, one in enumerate(FOLLOWED):
+        for number, one in enumerate(TRENDED):
             trends.addWidget(self.trends[one.name], number // 3, number % 3)
         content = named(QWidget(), "check_history_content")
         in_column((self.table, 1), trends, self.stations, of=content, spacing=Space.S, margins=0)

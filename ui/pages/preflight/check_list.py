@@ -1,7 +1,6 @@
 """Scrolling list: what failed with its action, then the manual checks, then what passed, folded."""
 
 from collections.abc import Mapping
-from typing import Final
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFrame, QLabel, QScrollArea, QToolButton, QWidget
@@ -11,50 +10,42 @@ from app.preflight.findings import CheckResult
 from app.preflight.verdict import VALID_FOR_S
 from app.settings.profiles import ManualLine
 from app.text.i18n import tr
-from ui.core.texts import Texts
-from ui.pages.preflight.controller import PreflightController, Standing, Statement
+from ui.pages.preflight.controller import PreflightController, Standing
 from ui.pages.preflight.row import CheckRow, ManualRow
+from ui.services.context import Services
 from ui.style.icons import Icon, icon
 from ui.style.theme import Space
 from ui.widgets.controls import control
 from ui.widgets.layouts import in_column
 from ui.widgets.naming import named
 
-STATEMENTS: Final = {
-    "attitude_trigger": Statement(is_enabling=True),
-    "freefall_trigger": Statement(is_enabling=True),
-    "trigger_records": Statement(are_records_looked_at=True),
-    "boot_count": Statement(is_same_module=True),
-}
-"""What a click in a row says."""
-
 
 class CheckList(QScrollArea):
-    """`check_wanted`: a `Statement` to check again with. `ticked`: a manual item was ticked, or its tick taken back."""
+    """`check_wanted`: a `Statement` to check again with. `ticked`: a manual item was ticked or unticked."""
 
     check_wanted = Signal(object)
     ticked = Signal()
 
-    def __init__(self, texts: Texts) -> None:
+    def __init__(self, services: Services) -> None:
         super().__init__()
         named(self, "preflight_scroll")
-        self._texts = texts
+        self._texts, self._connector = services.texts, services.connector
+        texts = services.texts
         self._ticks: dict[int, tuple[bool, float]] = {}
-        """By the item's number: whether it is in order, and when that was said, in the connector's seconds."""
+        """By the item's number: whether it is OK, and when it was ticked, in seconds of the connector."""
         self.rows = {check.id: CheckRow(check, texts) for check in CHECKS}
         self.manual: list[ManualRow] = []
         self._order: list[str] = []
-        """Of the checks that did not pass."""
+        """Ids of the checks that did not pass."""
         self._failed = _Section("preflight_failed")
         self._manual = _Section("preflight_manual")
         self._passed = _Section("preflight_passed")
-        self.fold = control(QToolButton(), texts, "preflight_fold", says="Passed checks",
-                            is_checkable=True, role="quiet")  # fmt: skip
+        self.fold = control(QToolButton(), texts, "preflight_fold", is_checkable=True, role="quiet")
         self.fold.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         self.fold.toggled.connect(self._show_fold)
         for row in self.rows.values():
             self._passed.rows.addWidget(row)
-            row.act_wanted.connect(self._act)
+            row.act_wanted.connect(self.check_wanted)
         content = named(QWidget(), "preflight_content")
         in_column(
             self._failed,
@@ -71,15 +62,13 @@ class CheckList(QScrollArea):
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setWidget(content)
         texts.bind(self.setAccessibleName, "Checks")
-        self.now = 0.0
-        """When a tick is made; the page keeps it."""
 
     @property
     def ticks(self) -> Mapping[int, bool]:
         return {number: is_done for number, (is_done, _at) in self._ticks.items()}
 
     def use_manual(self, lines: tuple[ManualLine, ...]) -> None:
-        """Other items: what was ticked before was said of others."""
+        """Show other items, none of them ticked."""
         self._ticks.clear()
         for row in self.manual:
             self._manual.rows.removeWidget(row)
@@ -95,11 +84,10 @@ class CheckList(QScrollArea):
         self._ticks.clear()
 
     def forget_old_ticks(self) -> bool:
-        """What somebody looked at long ago was for another flight; whether there was such a tick."""
-        old = [number for number, (_is_done, at) in self._ticks.items() if self.now - at > VALID_FOR_S]
-        for number in old:
-            del self._ticks[number]
-        return bool(old)
+        """Remove ticks that were made for an earlier flight; whether there were any."""
+        before, now = len(self._ticks), self._connector.clock()
+        self._ticks = {number: tick for number, tick in self._ticks.items() if now - tick[1] <= VALID_FOR_S}
+        return len(self._ticks) < before
 
     def show_work(self, work: PreflightController) -> None:
         assessment, standing = work.assessment, work.standing
@@ -118,16 +106,16 @@ class CheckList(QScrollArea):
             item.show_state(self.ticks.get(item.number), can_tick=not is_checking)
         passed = len(self.rows) - len(failed)
         against = sum(judged[id_].stands_against for id_ in failed)
-        titles = [tr("Not met: {count}", count=against)] if against else []
+        titles = [tr("Not met: {names}", names=against)] if against else []
         if len(failed) > against:
             titles.append(tr("Warnings: {count}", count=len(failed) - against))
         self._failed.show_title(" · ".join(titles))
         self._manual.show_title(tr("Manual checks"))
-        self.fold.setText(tr("{count} passed", count=passed) if judged else tr("Checks to run: {count}", count=passed))
+        self.fold.setText(tr("{count} passed", count=passed) if judged else tr("Checks: {count}", count=passed))
         self.fold.setAccessibleName(self.fold.text())
 
     def _sort(self, failed: list[str]) -> None:
-        """What did not pass at the top, the rest below the fold, each in its order."""
+        """Show what did not pass at the top and the rest below the fold, each in its order."""
         if failed == self._order:
             return
         self._order = failed
@@ -146,16 +134,13 @@ class CheckList(QScrollArea):
             row.act.setEnabled(is_allowed)
 
     def show_row(self, id_: str) -> None:
-        """Scroll to where the row of a check is in sight."""
+        """Scroll to the row of a check."""
         self.ensureWidgetVisible(self.rows[id_], 0, Space.XL)
-
-    def _act(self, id_: str) -> None:
-        self.check_wanted.emit(STATEMENTS[id_])
 
     def _tick(self, number: int, state: bool | None) -> None:
         self._ticks.pop(number, None)
         if state is not None:
-            self._ticks[number] = (state, self.now)
+            self._ticks[number] = (state, self._connector.clock())
         self.ticked.emit()
 
 

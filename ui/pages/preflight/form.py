@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Final
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QComboBox, QGridLayout, QLabel, QLineEdit, QMenu, QSizePolicy, QToolButton, QWidget
+from PySide6.QtWidgets import QComboBox, QLineEdit, QMenu, QSizePolicy, QToolButton, QWidget
 
 from app.records.check_store import CheckStore
 from app.settings.profile_file import ProfileRefused, read_profile
@@ -18,9 +18,9 @@ from app.text.messages import clean
 from protocol.translatable import marked
 from ui.connect.module_field import ModuleField
 from ui.files.file_dialogs import AskOpen, ask_profile
+from ui.pages.preflight.profile_fields import captioned_row
 from ui.services.context import Services
 from ui.style.icons import Icon
-from ui.style.theme import Space
 from ui.widgets.controls import control
 from ui.widgets.naming import named
 from ui.widgets.sliders import WheelGuard
@@ -30,7 +30,7 @@ _MOST_AIRCRAFT: Final = 30
 
 
 class PreflightForm(QWidget):
-    """`changed`: something was entered otherwise. `refused`: path and sentences, of a file that is no profile."""
+    """`changed`: an entry changed. `refused`: path and sentences, of a file that is no profile."""
 
     changed = Signal()
     refused = Signal(object, object)
@@ -60,9 +60,7 @@ class PreflightForm(QWidget):
         self.aircraft.setLineEdit(edit)
         self.aircraft.setEditText(preferences.aircraft)
         edit.setMaxLength(LONGEST_NAME)
-        self.choose = control(QToolButton(), texts, "preflight_profile",
-                              tip="What the check expects",
-                              picture=Icon.CHEVRON_DOWN)  # fmt: skip
+        self.choose = control(QToolButton(), texts, "preflight_profile", picture=Icon.CHEVRON_DOWN)
         self.choose.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self.choose.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         self.choose.setLayoutDirection(Qt.LayoutDirection.RightToLeft)  # the arrow behind the name
@@ -71,12 +69,18 @@ class PreflightForm(QWidget):
         self.menu.aboutToShow.connect(self._fill_menu)
         self.choose.setMenu(self.menu)
         texts.bind(self.who.setPlaceholderText, "your name")
-        texts.bind(edit.setPlaceholderText, "not stated")
         self._saved = self._entered()
         self.who.editingFinished.connect(self._take)
         edit.editingFinished.connect(self._take)
         self.aircraft.activated.connect(self._take)
-        self._lay_out()
+        row = captioned_row(
+            self._services.texts,
+            (marked("Checked by"), self.who),
+            (marked("Module"), self.module),
+            (marked("Aircraft"), self.aircraft),
+            (marked("Profile"), self.choose),
+        )
+        self.setLayout(row)
         self.show_profile()
 
     @property
@@ -88,7 +92,7 @@ class PreflightForm(QWidget):
         return clean(self.aircraft.currentText().strip())
 
     def take_open_edits(self) -> None:
-        """What is typed counts, also where the field still has the focus (a key began the check)."""
+        """Commit what is typed in a field that still has the focus, as when a key starts the check."""
         self._services.naming.choose(self.module.currentText())
         self._take()
 
@@ -157,29 +161,9 @@ class PreflightForm(QWidget):
         action.setToolTip(tip or text)
         action.triggered.connect(lambda _is_checked=False: act())
 
-    def _lay_out(self) -> None:
-        grid = QGridLayout(self)
-        grid.setContentsMargins(0, 0, 0, 0)
-        grid.setHorizontalSpacing(Space.S)
-        grid.setVerticalSpacing(2)
-        fields: tuple[tuple[str, QWidget], ...] = (
-            (marked("Checked by"), self.who),
-            (marked("Module"), self.module),
-            (marked("Aircraft"), self.aircraft),
-            (marked("Profile"), self.choose),
-        )
-        for column, (caption, field) in enumerate(fields):
-            label = named(QLabel(), f"{field.objectName()}_caption")
-            label.setProperty("role", "small")
-            label.setBuddy(field)
-            self._services.texts.bind(label.setText, caption)
-            grid.addWidget(label, 0, column)
-            grid.addWidget(field, 1, column)
-            grid.setColumnStretch(column, 1)
-
 
 def known_aircraft(store: Store) -> list[str]:
-    """Of the checks of all modules, the last first. Raises `StoreTrouble`."""
+    """Aircraft in the checks of all modules, the last checked first. Raises `StoreTrouble`."""
     checks = CheckStore(store.database)
     found: dict[str, str] = {}
     for module_id in (*(one.id for one in store.modules()), None):

@@ -1,6 +1,6 @@
 """Pre-flight page: verdict, form, one row per check, one main button.
 
-The verdict is watched as long as the program runs: what voids it is said the moment it happens.
+The verdict is watched as long as the program runs; what voids it is announced at once, also while the page is hidden.
 """
 
 from pathlib import Path
@@ -52,11 +52,11 @@ class PreflightPage(Page):
         guard = WheelGuard(self)
         self.work = PreflightController(services, self)
         self.files = RecordFiles(services.storage, self)
-        self.banner = VerdictBanner(announcement(self.work, is_connected=False))
+        self.banner = VerdictBanner(announcement(self.work))
         self.form = PreflightForm(services, guard)
         self.activation = ActRow(services, Act.ACTIVATE, place="preflight")
         self.activation.hide()
-        self.list = CheckList(services.texts)
+        self.list = CheckList(services)
         self.history = CheckHistory(services, guard)
         self.editor = ProfileEditor(services, guard)
         self.strip = NoticeBar(services.texts)
@@ -68,29 +68,28 @@ class PreflightPage(Page):
         self._timer = VisibilityTimer(
             self, self.refresh, every_ms=REFRESH_EVERY_MS, tick=self.tick, retranslate=self._retranslate
         )
-        self._spoken = Standing.NOT_CHECKED
-        """What a screen reader was told last, also while the page is hidden."""
+        self._announced = Standing.NOT_CHECKED
+        """What was announced last."""
         self._stack = QStackedLayout(self)
         self._check = self._lay_out()
         for view in (self._check, self.history, self.editor):
             self._stack.addWidget(view)
         self._wire()
-        self._take_entered()
+        self._copy_entries()
         self.refresh()
 
     def open_file(self, path: Path) -> None:
-        """A record or a report that was dropped on the window."""
+        """Verify a record or a report that was dropped on the window."""
         self.show_check()
         self.files.verify(path)
 
     def tick(self) -> None:
-        """What changes by itself: ages, progress, and whether the verdict still holds."""
-        self.list.now = self._connector.clock()
+        """Update what changes by itself: ages, progress, and whether the verdict still holds."""
         self.work.poll()
         if self.work.standing in (Standing.NOT_CHECKED, Standing.VOID) and self.list.forget_old_ticks():
-            self._take_entered()
+            self._copy_entries()
             self._show_rows()
-        self.banner.show_announcement(announcement(self.work, is_connected=self.work.can_check))
+        self.banner.show_announcement(announcement(self.work))
         self.buttons.show_work(self.work)
         self.activation.setVisible(self.work.leads_to_activation)
         if self.work.leads_to_activation:
@@ -99,7 +98,6 @@ class PreflightPage(Page):
         self.form.setEnabled(self.work.standing is not Standing.CHECKING)
 
     def refresh(self) -> None:
-        """Everything as it is now."""
         self._show_rows()
         self.tick()
 
@@ -115,15 +113,14 @@ class PreflightPage(Page):
 
     def check(self, statement: Statement | None = None) -> None:
         self.form.take_open_edits()
-        self.list.now = self._connector.clock()
         self.list.forget_old_ticks()
-        self._take_entered()
+        self._copy_entries()
         if self.work.can_check:
             self.dismiss()
             self.work.check(statement)
 
     def print(self) -> None:
-        """The check that is shown, while it holds."""
+        """Export the check that is shown, while it holds."""
         self.form.take_open_edits()
         self.work.poll()
         record = self.work.record
@@ -139,11 +136,11 @@ class PreflightPage(Page):
         self._stack.setCurrentWidget(self.history)
 
     def edit_profile(self) -> None:
-        """The profile of the check, or a new one."""
+        """Edit the profile of the check, or a new one."""
         self.editor.edit(self.form.profile, self.form.path)
         self._stack.setCurrentWidget(self.editor)
 
-    def _take_profile(self, path: Path) -> None:
+    def _use_profile(self, path: Path) -> None:
         self.show_check()
         self.form.use_profile(path)
 
@@ -156,7 +153,7 @@ class PreflightPage(Page):
         self.strip.show_notice(None)
 
     def _print_kept(self, hash_: str) -> None:
-        """A record of the store, as it was kept."""
+        """Export a record of the store as it was kept."""
         store = self._services.storage.store
         try:
             record = CheckStore(store.database).record(hash_) if isinstance(store, Store) else None
@@ -169,37 +166,37 @@ class PreflightPage(Page):
 
     # What happens
 
-    def _take_form(self) -> None:
+    def _on_form(self) -> None:
         profile = self.form.profile
         if profile is not self.work.entered.profile:
             self.list.use_manual(() if profile is None else profile.manual)
         self._enter()
 
     def _enter(self) -> None:
-        """Something was filled in or ticked otherwise."""
-        self._take_entered()
+        """An entry or a tick changed."""
+        self._copy_entries()
         self.work.enter()
 
     def _forget_module(self) -> None:
-        """What was looked at was looked at on another module, unless this one only got its name."""
+        """Ticks were made for another module, unless this one only got its name."""
         if self._named:
             self.list.forget_ticks()
         self._named = self._services.naming.name
-        self._take_entered()
+        self._copy_entries()
         self._timer.refresh_seen()
 
     def _forget_check(self) -> None:
         self.dismiss()
         self.work.forget()
 
-    def _take_entered(self) -> None:
+    def _copy_entries(self) -> None:
         entered, form = self.work.entered, self.form
         entered.who, entered.aircraft, entered.profile = form.who_checks, form.aircraft_name, form.profile
         entered.ticked = dict(self.list.ticks)
 
-    def _take_work(self) -> None:
+    def _on_work(self) -> None:
         self._timer.refresh_seen()
-        self._speak()
+        self._announce()
         standing, trouble = self.work.standing, self.work.trouble
         if trouble is not None and standing in (Standing.GO, Standing.READY, Standing.NO_GO):
             self.say(Notice(Meaning.ATTENTION, f"{trouble.sentence} {tr('Not kept.')}"))
@@ -207,16 +204,16 @@ class PreflightPage(Page):
             self.list.verticalScrollBar().setValue(0)
         if standing is Standing.NO_GO:
             QTimer.singleShot(0, self, self._show_first_fault)
-            self._say_of_rest()
+            self._offer_level()
 
-    def _speak(self) -> None:
+    def _announce(self) -> None:
         standing = self.work.standing
-        if standing is not self._spoken and standing in SPOKEN:
-            shown = announcement(self.work, is_connected=self.work.can_check)
+        if standing is not self._announced and standing in SPOKEN:
+            shown = announcement(self.work)
             announcer().say(f"{shown.word}. {shown.head}")
-        self._spoken = standing
+        self._announced = standing
 
-    def _say_of_rest(self) -> None:
+    def _offer_level(self) -> None:
         assessment = self.work.assessment
         against = () if assessment is None else assessment.against
         notice = rest_notice(self._connector.target, against, self.check)
@@ -232,7 +229,7 @@ class PreflightPage(Page):
         text = tr("{file} is no profile: {why}", file=path.name, why=together(sentences[:3]))
         self.say(Notice(Meaning.ATTENTION, text))
 
-    # Making
+    # Construction
 
     def _wire(self) -> None:
         work, buttons = self.work, self.buttons
@@ -244,16 +241,16 @@ class PreflightPage(Page):
         buttons.verify.triggered.connect(self.files.choose_and_verify)
         self.list.check_wanted.connect(self.check)
         self.list.ticked.connect(self._enter)
-        self.form.changed.connect(self._take_form)
+        self.form.changed.connect(self._on_form)
         self.form.refused.connect(self._show_faults)
         self.form.edit_wanted.connect(self.edit_profile)
-        self.editor.saved.connect(self._take_profile)
+        self.editor.saved.connect(self._use_profile)
         self.editor.closed.connect(self.show_check)
         self.files.said.connect(self.say)
         self.files.stations_changed.connect(self.history.stations.refresh)
         self.history.closed.connect(self.show_check)
         self.history.print_wanted.connect(self._print_kept)
-        work.changed.connect(self._take_work)
+        work.changed.connect(self._on_work)
         self._services.naming.changed.connect(self._forget_module)
         self._connector.changed.connect(self._timer.refresh_seen)
         self._connector.forgotten.connect(self._forget_check)
@@ -271,7 +268,7 @@ class PreflightPage(Page):
     # Qt
 
     def on_escape(self) -> bool:
-        """Break the check off, close the past checks, or close a message."""
+        """Leave the past checks or the profile editor, cancel the check, or close a message."""
         if self._stack.currentWidget() is self.history:
             self.show_check()
         elif self._stack.currentWidget() is self.editor:

@@ -1,6 +1,6 @@
-"""Editor of a profile: what the pre-flight check expects, its limits, guided tests and manual checks.
+"""Editor of a profile: limits of the pre-flight check, guided tests, manual checks.
 
-Its settings stay as they are: they are edited on the Settings page. The rules are those by which a file is read.
+The profile's settings are edited on the Settings page. A profile is valid where its file could be read again.
 """
 
 from dataclasses import replace
@@ -29,7 +29,7 @@ from app.text.i18n import tr
 from app.text.sentences import reason_of
 from protocol.translatable import marked
 from ui.files.file_dialogs import AskPath, ask_path
-from ui.pages.preflight.profile_fields import ManualEditor, OptionalNumber
+from ui.pages.preflight.profile_fields import ManualEditor, OptionalNumber, captioned_row
 from ui.services.context import Services
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
@@ -48,7 +48,7 @@ _ACTIVATED: Final = {ActivatedBy.PERSON: marked("a person"), ActivatedBy.AIRCRAF
 
 
 class ProfileEditor(QWidget):
-    """`saved`: the path of the file. `closed`: back to the check."""
+    """`saved`: the path of the file."""
 
     saved = Signal(object)
     closed = Signal()
@@ -100,7 +100,7 @@ class ProfileEditor(QWidget):
     # What is edited
 
     def edit(self, profile: Profile | None, path: Path | None) -> None:
-        """`profile` None: a new one. `path`: where it came from."""
+        """`profile` None: a new one. `path`: its file."""
         self._original, self._path = profile or Profile(name=""), path
         one = self._original
         self.name.setText(one.name)
@@ -120,7 +120,6 @@ class ProfileEditor(QWidget):
 
     @property
     def profile(self) -> Profile:
-        """As it is edited now."""
         limits = {name: value for name, number in self.limits.items() if (value := number.value) is not None}
         tests = {kind: int(value) for kind, number in self.tests.items() if (value := number.value) is not None}
         return replace(
@@ -138,7 +137,7 @@ class ProfileEditor(QWidget):
         return self.profile != self._original
 
     def faults(self) -> tuple[str, ...]:
-        """What a file with this content would be refused for."""
+        """Why a file with this content would be refused."""
         try:
             parse_profile(profile_text(self.profile).encode("utf-8", "surrogatepass"))
         except ProfileRefused as refusal:
@@ -146,8 +145,8 @@ class ProfileEditor(QWidget):
         return ()
 
     def refresh(self) -> None:
-        """The texts in the language in use, and whether it can be saved."""
-        self.title.setText(tr("Edit profile") if self._path is not None else tr("New profile"))
+        """Update the texts, and whether the profile can be saved."""
+        self.title.setText(tr("Profile"))
         for name, number in self.limits.items():
             soft, bound = SOFT_LIMITS[name], LIMITS[name]
             check = tr(_CHECK_TITLES[soft.check])
@@ -173,7 +172,7 @@ class ProfileEditor(QWidget):
     # What a person does
 
     def leave(self) -> None:
-        """Back to the check; edits are discarded only when that is said."""
+        """Close the editor; ask before edits are discarded."""
         if not self.is_edited:
             self.closed.emit()
             return
@@ -224,22 +223,15 @@ class ProfileEditor(QWidget):
             one.number = number
         self.refresh()
 
-    # Making
+    # Construction
 
     def _lay_out(self) -> None:
-        head = QGridLayout()
-        head.setHorizontalSpacing(Space.S)
-        fields = (
+        head = captioned_row(
+            self._texts,
             (marked("Name"), self.name),
             (marked("Airframe"), self.airframe),
             (marked("Activated by"), self.activated_by),
         )
-        for place, (english, field) in enumerate(fields):
-            label = control(QLabel(), self._texts, f"{field.objectName()}_caption", english, role="small")
-            label.setBuddy(field)
-            head.addWidget(label, 0, place)
-            head.addWidget(field, 1, place)
-            head.setColumnStretch(place, 1)
         manual = QWidget()
         self._manual_rows = in_column(of=manual, spacing=Space.XS, margins=0)
         content = named(QWidget(), "profile_editor_content")

@@ -1,7 +1,7 @@
-"""Fields of the profile editor: a number that may be left out, and a manual check."""
+"""Fields of the form and of the profile editor: captions, an optional number, a manual check."""
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
-from PySide6.QtWidgets import QCheckBox, QDoubleSpinBox, QLineEdit, QToolButton, QWidget
+from PySide6.QtWidgets import QCheckBox, QDoubleSpinBox, QGridLayout, QLabel, QLineEdit, QToolButton, QWidget
 
 from app.settings.profiles import LONGEST_NAME, ManualLine
 from app.text.i18n import tr
@@ -17,15 +17,30 @@ _DECIMALS = 4
 _NUMBER_PX = 120
 
 
+def captioned_row(texts: Texts, *fields: tuple[str, QWidget]) -> QGridLayout:
+    """Fields of equal width in a row, each below its caption (English, marked)."""
+    grid = QGridLayout()
+    grid.setContentsMargins(0, 0, 0, 0)
+    grid.setHorizontalSpacing(Space.S)
+    grid.setVerticalSpacing(2)
+    for column, (caption, field) in enumerate(fields):
+        label = control(QLabel(), texts, f"{field.objectName()}_caption", caption, role="small")
+        label.setBuddy(field)
+        grid.addWidget(label, 0, column)
+        grid.addWidget(field, 1, column)
+        grid.setColumnStretch(column, 1)
+    return grid
+
+
 class _Number(QDoubleSpinBox):
-    """Shows no more digits than the value has."""
+    """Shows no trailing zeros."""
 
     def textFromValue(self, value: float) -> str:
         return f"{value:g}"
 
 
 class OptionalNumber(QWidget):
-    """Ticked, the profile has a value of its own; `value` is None where it has not."""
+    """A number with a check box; `value` is None while it is not checked."""
 
     changed = Signal()
 
@@ -63,7 +78,6 @@ class OptionalNumber(QWidget):
         self.box.setEnabled(value is not None)
 
     def show_title(self, title: str, why: str) -> None:
-        """In the language in use."""
         self.tick.setText(title)
         self.tick.setToolTip(why)
         self.tick.setAccessibleName(title)
@@ -105,6 +119,5 @@ class ManualEditor(QWidget):
         return ManualLine(self.text.text().strip(), self.required.isChecked())
 
     def show_texts(self) -> None:
-        """In the language in use."""
         self.text.setAccessibleName(tr("Manual check {number}", number=self.number))
         self.text.setPlaceholderText(tr("Manual checks"))

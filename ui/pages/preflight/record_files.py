@@ -1,4 +1,4 @@
-"""Exports reports; verifies dropped records."""
+"""Exports reports and verifies files of records."""
 
 import logging
 from collections.abc import Callable
@@ -34,7 +34,7 @@ AskRecord = Callable[[QWidget], Path | None]
 
 
 def ask_record(parent: QWidget) -> Path | None:
-    """A dialog; None where nobody chose."""
+    """A dialog; None where it was cancelled."""
     name, _filter = QFileDialog.getOpenFileName(
         parent, tr("Verify a file…"), str(Path.home()), tr("Record or report (*.json *.html *.htm *.pdf)")
     )
@@ -42,7 +42,7 @@ def ask_record(parent: QWidget) -> Path | None:
 
 
 class RecordFiles(QObject):
-    """`said`: a `Notice` about the last thing that was done. `stations_changed`: one more is known."""
+    """`said`: a `Notice`. `stations_changed`: one more station is trusted."""
 
     said = Signal(object)
     stations_changed = Signal()
@@ -53,21 +53,21 @@ class RecordFiles(QObject):
         self.ask_record: AskRecord = ask_record
         self.ask_name: AskName = ask_name
         self.printer: Printer = print_report
-        self._keeping, self._window = storage, parent
+        self._storage, self._window = storage, parent
         self._folder = Path.home()
         self._verifying: BackgroundTask[Verification] = BackgroundTask("dps-s verify", self)
 
     # Printing
 
     def print_record(self, record: Record) -> None:
-        """Ask where to, then write the report as PDF, HTML and JSON."""
+        """Ask for a file name, then write the report as PDF, HTML and JSON."""
         suggested = self._folder / f"{suggested_name(record)}.pdf"
         path = self.ask_path(self._window, tr("Export report…"), suggested, tr("Report (*.pdf)"))
         if path is None:
             return
         try:
             check_target(path)
-            written = write_report(path, record, self.printer, station_to_sign(self._keeping.folder))
+            written = write_report(path, record, self.printer, station_to_sign(self._storage.folder))
         except ReportRefused as refused:
             self._say(Meaning.ATTENTION, str(refused))
         except (OSError, RuntimeError) as error:
@@ -86,13 +86,13 @@ class RecordFiles(QObject):
             self.verify(path)
 
     def verify(self, path: Path) -> None:
-        """In a thread of its own: the file may be large, and on a slow disk."""
+        """Verify a file in a background thread: it may be large, and on a slow disk."""
         if self._verifying.is_running:
             return
         self._say(Meaning.INFORMATION, tr("Reading {file}…", file=path.name))
-        store = self._keeping.store
+        store = self._storage.store
         kept = CheckStore(store.database) if isinstance(store, Store) else None
-        stations = Stations(self._keeping.folder)
+        stations = Stations(self._storage.folder)
 
         self._verifying.run(
             lambda _running: verify_file(path, kept, stations.find),
@@ -114,7 +114,7 @@ class RecordFiles(QObject):
         told = together(one.in_words() for one in done.sentences())
         meaning = _MEANINGS[done.state]
         if meaning is Meaning.GOOD and recorded_verdict(done.record or {}) is not Verdict.GO:
-            meaning = Meaning.INFORMATION  # an intact NO-GO is not good news
+            meaning = Meaning.INFORMATION  # an intact NO-GO is not shown in green
         choices: tuple[Choice, ...] = ()
         if done.state in (RecordState.UNKNOWN_STATION, RecordState.PAGE_OF_UNKNOWN_STATION):
             choices = (
@@ -129,7 +129,7 @@ class RecordFiles(QObject):
         if public is None or name is None:
             return
         try:
-            Stations(self._keeping.folder).trust(public, name)
+            Stations(self._storage.folder).trust(public, name)
         except OSError as error:
             self._say(Meaning.DANGER, tr("Known stations cannot be written: {why}.", why=reason_of(error)))
             return

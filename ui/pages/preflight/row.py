@@ -1,5 +1,4 @@
-"""One check as a row: how it came out, what was measured, its limit, why it matters and what to do; and what a person
-looked at."""
+"""Rows of the check list: a check with its result, limit and reason; a manual item with its two buttons."""
 
 from typing import Final, NamedTuple
 
@@ -13,6 +12,7 @@ from app.text.i18n import tr
 from app.text.messages import clean
 from protocol.translatable import marked
 from ui.core.texts import Texts
+from ui.pages.preflight.controller import Statement
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Size, Space
 from ui.widgets.controls import ChoiceButton, control
@@ -37,19 +37,27 @@ LOOKS: Final = {
     CheckResult.WARN: _Look(Icon.INFORMATION, Meaning.INFORMATION),
     CheckResult.UNKNOWN: _Look(Icon.UNKNOWN, Meaning.UNKNOWN),
 }
+
+
+class _Act(NamedTuple):
+    words: str
+    statement: Statement
+
+
+_ENABLE: Final = _Act(marked("Enable now"), Statement(is_enabling=True))
 ACTS: Final = {
-    "attitude_trigger": marked("Enable now"),
-    "freefall_trigger": marked("Enable now"),
-    "trigger_records": marked("Mark as reviewed"),
-    "boot_count": marked("It is this module"),
+    "attitude_trigger": _ENABLE,
+    "freefall_trigger": _ENABLE,
+    "trigger_records": _Act(marked("Mark as reviewed"), Statement(are_records_looked_at=True)),
+    "boot_count": _Act(marked("It is this module"), Statement(is_same_module=True)),
 }
-"""What a person can do about a check, here and with one click; it is checked again then."""
+"""What a person can do about a check with one click, which checks again."""
 
 
 class CheckRow(QFrame):
-    """Before a check it says what is looked at and why. `act_wanted`: the id of the check."""
+    """Before a check it shows what is checked and why. `act_wanted`: a `Statement` to check again with."""
 
-    act_wanted = Signal(str)
+    act_wanted = Signal(object)
 
     def __init__(self, check: Check, texts: Texts) -> None:
         super().__init__()
@@ -61,10 +69,9 @@ class CheckRow(QFrame):
         self.measured = text_label(f"check_{check.id}_measured", "")
         self.limit = text_label(f"check_{check.id}_limit", "muted")
         self.reason = text_label(f"check_{check.id}_why", "small")
-        text = ACTS.get(check.id, "")
-        # The end of a check scrolls its rows: what comes to lie under the pointer then was not chosen.
-        self.act = control(StepButton(), texts, f"check_{check.id}_act", text,
-                           slot=lambda: self.act_wanted.emit(check.id))  # fmt: skip
+        words = ACTS[check.id].words if check.id in ACTS else ""
+        # A step: the end of a check scrolls its rows, and what comes to lie under the pointer then was not chosen.
+        self.act = control(StepButton(), texts, f"check_{check.id}_act", words, slot=self._on_act)
         policy = self.act.sizePolicy()
         policy.setRetainSizeWhenHidden(False)
         self.act.setSizePolicy(policy)
@@ -79,8 +86,11 @@ class CheckRow(QFrame):
         self._grid = grid
         self._is_wide = False
 
+    def _on_act(self) -> None:
+        self.act_wanted.emit(ACTS[self.check.id].statement)
+
     def show_waiting(self, *, is_checking: bool) -> None:
-        """Nothing is known."""
+        """No result yet."""
         word = tr("checking…") if is_checking else tr("not checked")
         self.chip.show_state(word, Icon.CONNECTING if is_checking else Icon.UNKNOWN, None)
         self.measured.setText("")
@@ -93,7 +103,7 @@ class CheckRow(QFrame):
         finding = judged.finding
         look = LOOKS[finding.result]
         word = tr(RESULT_WORDS[finding.result])
-        # Void: what was found is still there to read, but dimmed, and it says of itself that it is past.
+        # A void result can still be read, but is dimmed and marked as void.
         self.chip.show_state(word, look.icon, look.meaning, stale_age=tr("void") if is_void else "")
         self.chip.setMinimumWidth(max(CHIP_PX, self.chip.sizeHint().width()))
         self.measured.setText(finding.shown.in_words())
@@ -107,7 +117,7 @@ class CheckRow(QFrame):
         set_role(self.measured, "muted" if is_void else ("strong" if not is_fine else ""))
 
     def _show_act(self, *, is_shown: bool) -> None:
-        """Where there is nothing to click the reason takes the room."""
+        """Without a button the reason takes its column too."""
         self.act.setVisible(is_shown)
         if self._is_wide is is_shown:
             self._is_wide = not is_shown
@@ -127,7 +137,7 @@ class CheckRow(QFrame):
 
 
 class ManualRow(QFrame):
-    """Done, not in order, or, without a tick, skipped. `ticked`: the number and True, False or None."""
+    """Done, not OK, or skipped. `ticked`: the number and True, False or None."""
 
     ticked = Signal(int, object)
 

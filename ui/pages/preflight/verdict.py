@@ -22,7 +22,7 @@ from ui.style.theme import Meaning, Size, Space, Theme, current, font
 HEIGHT_PX: Final = 128
 WORD_PX: Final = 96
 QUIET_PX: Final = 44
-"""Of a word that is no verdict."""
+"""For a word that is no verdict."""
 _LEAST_TEXT_PX: Final = 300
 _LOUD: Final = {
     Standing.GO: Meaning.GOOD,
@@ -30,23 +30,23 @@ _LOUD: Final = {
     Standing.NO_GO: Meaning.DANGER,
 }
 SPOKEN: Final = (*_LOUD, Standing.VOID)
-"""Told by a screen reader at once."""
+"""Announced as soon as they come."""
 
 
 @dataclass(frozen=True, slots=True)
 class Announcement:
-    """In the language in use. `word` is the big one, `head` one line beside it, `lines` the rest."""
+    """Translated texts: `word` in large letters, beside it `head` and `lines`."""
 
     standing: Standing
     word: str
     head: str = ""
     lines: tuple[str, ...] = ()
     progress: float | None = None
-    """0 to 1, while it is being checked."""
+    """0 to 1, during a check."""
 
 
 class VerdictBanner(PaintedWidget):
-    """Shows one announcement; nothing around it moves when that changes."""
+    """Shows one announcement, at a fixed height."""
 
     def __init__(self, announcement: Announcement) -> None:
         super().__init__()
@@ -97,7 +97,7 @@ class VerdictBanner(PaintedWidget):
         return theme.surface if loud is None else theme.tint(loud).fill
 
     def _paint_ground(self, painter: QPainter, theme: Theme, outline: QPainterPath) -> QColor:
-        """The colour of what is written upon it."""
+        """Paint the background; return the colour of the text on it."""
         standing = self.announcement.standing
         loud = _LOUD.get(standing)
         painter.fillPath(outline, QColor(self._ground(theme)))
@@ -160,7 +160,7 @@ def text_px(one: QFont, width: float, text: str) -> float:
 
 
 def fitted(lines: Sequence[str], width: float, room_px: float) -> tuple[QFont, str]:
-    """The lines wrapped in the largest font that has room; else each on one row, cut: none is lost."""
+    """The lines wrapped in the largest font that fits; else one row for each line, elided, so that none is lost."""
     for size in (Size.BODY, Size.SMALL):
         one, text = font(size), "\n".join(lines)
         if text_px(one, width, text) <= room_px:
@@ -170,7 +170,7 @@ def fitted(lines: Sequence[str], width: float, room_px: float) -> tuple[QFont, s
 
 
 def _clear(painter: QPainter, colour: QColor, room: QRectF, height_px: float) -> None:
-    """Calm ground under words on hatching."""
+    """Plain background for words on hatching."""
     ground = QRectF(0, 0, room.width() + 2 * Space.S, min(height_px, room.height() - 8) + 4)
     ground.moveCenter(room.center())
     painter.setPen(Qt.PenStyle.NoPen)
@@ -179,7 +179,7 @@ def _clear(painter: QPainter, colour: QColor, room: QRectF, height_px: float) ->
 
 
 def _paint_shape(painter: QPainter, standing: Standing, square: QRectF, ink: QColor, ground: QColor) -> None:
-    """The sign of a standing; what is cut out of a filled one has the colour of the ground."""
+    """Paint the shape of a standing; `ground` is the colour of what is cut out of it."""
     width = square.width() / 9
     painter.setPen(Qt.PenStyle.NoPen)
     painter.setBrush(ink)
@@ -228,7 +228,7 @@ def _paint_padlock(painter: QPainter, square: QRectF, ground: QColor) -> None:
 
 
 def _part(square: QRectF, x: float, y: float, width: float, height: float) -> QRectF:
-    """A rectangle in the square, in parts of its side."""
+    """A rectangle in the square; the numbers are fractions of its side."""
     side = square.width()
     return QRectF(square.left() + x * side, square.top() + y * side, width * side, height * side)
 

@@ -79,7 +79,7 @@ def test_edits_are_discarded_only_when_that_is_said(qtbot: QtBot, qapp: QApplica
         assert page.on_escape()
         assert editor.isVisible()
         bench.assembly.language_switch.use(CHINESE)
-        assert editor.title.text() == "新建配置文件"
+        assert editor.title.text() == "配置文件"
         assert editor.limits["cell_voltage_min_v"].tick.text().endswith(" ≥")
         keep = editor.strip.button("keep")
         assert keep is not None
