@@ -7,14 +7,14 @@ from typing import NamedTuple, overload
 
 
 class Way(Enum):
-    """Which way the bytes went over the line, whatever they say. The value is the character in the file."""
+    """Direction of bytes on the line. The value is the character in the file."""
 
     OUT = ">"
     IN = "<"
 
 
 class CaptureEntry(NamedTuple):
-    """Bytes that went one way together. `at_s`: seconds since the capture began."""
+    """Bytes that were sent or received together. `at_s`: seconds since the capture began."""
 
     at_s: float
     way: Way
@@ -22,7 +22,7 @@ class CaptureEntry(NamedTuple):
 
 
 class Entries(Sequence[CaptureEntry]):
-    """As a tuple of entries, in some 17 bytes each and the bytes themselves, with nothing for the garbage collector."""
+    """A sequence of entries in 17 bytes each plus their bytes, without objects for the garbage collector."""
 
     def __init__(self, entries: Iterable[CaptureEntry] = ()) -> None:
         self._at_s = array("d")

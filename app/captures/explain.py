@@ -1,13 +1,13 @@
 """Explains one frame: flat named values for programs (`meaning`), one sentence for people (`sentence`).
 
-A module frame is explained as the answer to what was asked. Three states of knowledge:
+A module frame is explained as the answer to what was asked:
 
-    asked is a Request    the very frame that the host sent
-    asked is a Command    which command it was, not the value that was sent (`dps-s decode --asked`)
-    asked is None         nothing is known
+    a Request    the frame that the host sent
+    a Command    the command, but not the value that was sent (`dps-s decode --asked`)
+    None         unknown
 
-Where that leaves the meaning open, it says so: 01 from 21 or 22 is "received" or a value, so the value is null
-(E2); 16 answers 16 or 17, so both are named (E4).
+Ambiguous meanings are shown as such: 01 from 21 or 22 is "received" or a value, so the value is null (E2); 16 answers
+16 or 17, so both are named (E4).
 """
 
 from app.text.durations import stopwatch
@@ -30,10 +30,9 @@ from protocol.messages import (
 from protocol.translatable import marked
 
 Asked = Request | Command | None
-"""What a JSON line holds beside a name."""
 
 _EITHER_OR = 0x01
-"""D4 that the table uses for "received" (E2) and that is a value as well."""
+"""D4 that means "received" (E2), and is also a value."""
 
 _ACTS: dict[tuple[str, int], str] = {
     ("activation", 0x00): marked("Lock"),
@@ -41,18 +40,18 @@ _ACTS: dict[tuple[str, int], str] = {
     ("deploy", 0x00): marked("Forbid serial trigger"),
     ("deploy", 0x01): marked("Deploy"),
 }
-"""What reads better in words of its own, by D4."""
+"""Acts with names of their own, by command and D4."""
 
 
 def meaning(frame: Frame, asked: Asked = None) -> dict[str, JsonValue]:
-    """The command and the values that the frame carries, units in the names; in English, never translated."""
+    """The command and the values of a frame, with units in their names; always in English."""
     if frame.direction is Direction.HOST_TO_MODULE:
         return _meaning_of_request(decode_request(frame.raw))
     return _meaning_of_message(read_reply(frame.raw, asked), asked)
 
 
 def sentence(piece: Frame | Noise, asked: Asked = None) -> str:
-    """One line for a person, in the language in use; rejected bytes are explained by their reason."""
+    """One line for people, in the language in use; for rejected bytes the reason."""
     if isinstance(piece, Noise):
         return tr("no frame: {why}", why=tr(piece.fault.text, **piece.fault.values))
     if piece.direction is Direction.HOST_TO_MODULE:
@@ -61,12 +60,12 @@ def sentence(piece: Frame | Noise, asked: Asked = None) -> str:
 
 
 def read_reply(raw: bytes, asked: Asked) -> Message:
-    """The valid module frame `raw` as the answer to `asked`, as far as that is known."""
+    """Decode the valid module frame `raw` as the answer to `asked`."""
     if not isinstance(asked, Command):
         return decode(raw, asked)
     if asked.can_be_asked:
         return decode(raw, asked.query())
-    # What was sent is not known, so what came is taken for its echo: the reply is all there is to tell.
+    # The value that was sent is unknown; the reply is taken for its echo.
     return decode(raw, asked.query() if asked.write is None else Request(asked, control=SET, data=raw[4]))
 
 
@@ -75,13 +74,13 @@ def _command(asked: Asked) -> Command | None:
 
 
 def _is_value_open(reading: Reading, asked: Asked) -> bool:
-    """The reply may be "received" or a value, and what was asked does not tell which (E2)."""
+    """Whether the reply may be "received" or a value, and `asked` does not tell which (E2)."""
     is_either = reading.command.acknowledged_by_one and reading.raw == _EITHER_OR
     return is_either and _command(asked) is not reading.command
 
 
 def _may_answer(reading: Reading, asked: Asked) -> tuple[Command, ...]:
-    """The commands that this reply can belong to, where its code and what was asked leave it open (E4)."""
+    """The commands that this reply may answer, if its code and `asked` leave that open (E4)."""
     if _command(asked) is reading.command:
         return ()
     others = (other for other in COMMANDS if reading.command.code in other.extra_reply_codes)
@@ -90,7 +89,7 @@ def _may_answer(reading: Reading, asked: Asked) -> tuple[Command, ...]:
 
 
 def _is_only_received(message: Acknowledgement, asked: Asked) -> bool:
-    """The reply says "received" and does not repeat the value; with the sent value unknown, 01 says no more."""
+    """Whether the reply means "received" only; 01 does if the value that was sent is unknown."""
     if message.raw != _EITHER_OR or not message.request.command.acknowledged_by_one:
         return False
     return isinstance(asked, Command) or not message.is_echo
@@ -126,7 +125,7 @@ def _meaning_of_reading(reading: Reading, asked: Asked) -> dict[str, JsonValue]:
     if command.reply_key is None:
         return named
     if _is_value_open(reading, asked):
-        # A baud rate cannot be asked for, so its reply is an acknowledgement whatever was sent.
+        # A baud rate cannot be queried, so its reply is always an acknowledgement.
         return named | ({command.reply_key: None} if command.can_be_asked else {"acknowledged": True})
     named[command.reply_key] = reading.value
     possible = _may_answer(reading, asked)
@@ -141,14 +140,14 @@ def _meaning_of_acknowledgement(message: Acknowledgement, asked: Asked) -> dict[
     if not message.is_accepted:
         named["acknowledged"] = False
         if command.acknowledged_by_one:
-            return named  # "anything else: failed", so what it carries need not be the value in force
+            return named  # "anything else: failed", so it need not carry the present value
     if command.reply is not None and command.reply_key is not None:
         named[command.reply_key] = command.reply.decode(message.raw)
     return named
 
 
 def _inside(title: str) -> str:
-    """A title in the language in use, as it stands within a sentence."""
+    """A title in the language in use, for the middle of a sentence."""
     words = tr(title)
     return words[:1].lower() + words[1:]
 
@@ -204,7 +203,7 @@ def _words_of_acknowledgement(message: Acknowledgement, asked: Asked) -> str:
 
 
 def _what(command: Command, field: Field | None, raw: int) -> str:
-    """What a set or a six-byte reply carries, in words: "cell voltage 3.80 V"."""
+    """Content of a set or a six-byte reply, such as "cell voltage 3.80 V"."""
     act = _ACTS.get((command.name, raw))
     if act is not None:
         return _inside(act)

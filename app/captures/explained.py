@@ -10,11 +10,11 @@ from protocol.frame import Direction, Frame, Noise, decode_request
 from protocol.stream import Piece, StreamParser
 
 QUIET_S: Final = 0.25
-"""A line that has been silent this long has ended its frame."""
+"""Silence after which a frame has ended."""
 
 
 class Explained(NamedTuple):
-    """One frame, or a run of bytes that is none. `asked`: what a frame may answer (`app.captures.explain.sentence`)."""
+    """A frame or a run of rejected bytes. `asked`: the request that a frame may answer."""
 
     at_s: float
     way: Way
@@ -23,7 +23,7 @@ class Explained(NamedTuple):
 
 
 class _Side:
-    """What goes one way."""
+    """One direction."""
 
     def __init__(self, way: Way) -> None:
         self.way = way
@@ -35,17 +35,16 @@ class _Side:
 
 
 class Explainer:
-    """Entries in, every byte of them out in exactly one piece, as `dps-s decode` explains them; each way has its own
-    parser."""
+    """Entries in, pieces out: every byte is in exactly one of them. Each direction has its own parser."""
 
     def __init__(self, asked: Command | None = None) -> None:
-        """`asked`: what the module's frames answer until the host asks."""
+        """`asked`: the command that the module's frames answer until the first request."""
         self._out, self._in = _Side(Way.OUT), _Side(Way.IN)
         self._asked: Asked = asked
         self._in.parser.asked = asked.query() if asked is not None and asked.can_be_asked else None
 
     def feed(self, entry: CaptureEntry) -> list[Explained]:
-        """What the entry completes, and what the silence before it ended."""
+        """The pieces that the entry completes, or the silence before it ended."""
         at_s, way, raw = entry
         rows: list[Explained] = []
         for side in (self._out, self._in):
@@ -64,12 +63,12 @@ class Explainer:
         return rows
 
     def end(self) -> list[Explained]:
-        """What waited for more when the capture ended."""
+        """The pieces that are left at the end of the capture."""
         return [*self._out.flush(self._asked), *self._in.flush(self._asked)]
 
 
 def explained(entries: Iterable[CaptureEntry]) -> Iterator[Explained]:
-    """All of a capture; see `Explainer`."""
+    """Explain a whole capture."""
     explainer = Explainer()
     for entry in entries:
         yield from explainer.feed(entry)

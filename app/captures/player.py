@@ -1,12 +1,12 @@
 """Plays a capture through the whole program as a port, `capture://FILE?speed=1`.
 
-What the module sent without being asked (the stream, restarts, noise) comes at its time. What it answered comes when
-the same is asked: the answer that it had given last at that point of the capture, after the time that it took; where it
-had not been asked yet, the first that it gives within the next `AHEAD_S`. What was never answered, or never asked, is
-not answered now: nothing is invented. The one exception is the heartbeat, which is answered while the capture shows any
-sign of the module. After the end of the capture the line is silent.
+Bytes that the module sent without a request (stream, restarts, noise) come at their time. A request is answered with
+the last answer to the same request at that point of the capture, after the same delay; before the first one, with the
+first answer within the next `AHEAD_S`. Requests that were never answered, or never sent, get no answer. The only
+exception is the heartbeat, which is answered while the capture has frames of the module. After its end the line is
+silent.
 
-It is read while it is played, a little ahead; where reading cannot keep up, the capture's time waits for it.
+The capture is read a little ahead of playback; if reading is too slow, the capture's time waits for it.
 """
 
 import threading
@@ -24,49 +24,49 @@ from protocol.frame import HOST_FRAME_LENGTH, check_host, decode_request
 
 SLOWEST, QUICKEST = 0.05, 100.0
 ALIVE_FOR_S = 12.0
-"""How long a frame of the module proves that it was there: one heartbeat period and some."""
+"""How long a frame proves that the module was present: a heartbeat period and some."""
 AHEAD_S: Final = 20.0
-"""How much later in the capture an answer may stand that is given already. The window asks for what changes every
-second, and for the boot count every ten."""
+"""How far ahead an answer may be taken from. The window queries values every second, the boot count every ten."""
 KNOWN_AHEAD_S: Final = AHEAD_S + LONGEST_RECORDS_S
-"""So far ahead it is read, for the answers to what is asked there. It begins before: whoever asks something of which
-not enough is known yet waits for the answer."""
+"""How far ahead the capture is read. Playback begins before that; requests wait for the answers that they need."""
 LEAST_AHEAD_S: Final = 1.0
-"""The capture's time waits where less than this has been read."""
+"""The capture's time waits if less than this has been read ahead."""
 READ_EARLIER_S: Final = 2.0
-"""Of the clock's time: it is read so much sooner than it has to be."""
+"""How much earlier than necessary it is read, in time of the clock."""
 
 _KEPT_REQUEST_BYTES = 64
 
 
 class Player:
-    """Plays one script from the moment it is made. Any thread may look at it; one reads and writes."""
+    """Plays a script, beginning at once. One thread reads and writes; any may ask for its position."""
 
     def __init__(self, script: Script, now_s: float, *, speed: float = 1.0) -> None:
-        """`speed` 0.05 … 100: how much quicker than it was."""
+        """`speed`: 0.05 … 100 times the original."""
         self._script = script
         self._began_s = now_s
         self._speed = min(QUICKEST, max(SLOWEST, speed))
         self._due: deque[tuple[float, bytes]] = deque()
         self._heard = b""
         self._waiting: dict[Request, None] = {}
-        """Asked before enough had been read to answer."""
+        """Requests that wait until enough has been read to answer them."""
 
     @property
     def duration_s(self) -> float:
-        """Of the capture, in its own seconds; about, until all of it has been read."""
+        """Duration in seconds of the capture; approximate until all of it has been read."""
         return self._script.duration_s
 
     def position_s(self, now_s: float) -> float:
-        """How far it is, in the capture's own seconds; never beyond its end."""
+        """Position in seconds of the capture, at most its duration."""
         return min(self._script.duration_s, self._passed_s(now_s))
 
     def is_over(self, now_s: float) -> bool:
         return self._script.is_read and self._passed_s(now_s) > self._script.duration_s
 
     def read_ahead(self, now_s: float) -> bool:
-        """Read a little of the capture, some milliseconds' work, where not enough of it is known; whether there was
-        something to do. Raises what reading the file raises."""
+        """Read one step of the capture if not enough has been read; whether there was something to do.
+
+        Raises what reading the file raises.
+        """
         self._keep_time(now_s)
         script, position_s = self._script, self._passed_s(now_s)
         if script.is_read or script.read_s >= position_s + KNOWN_AHEAD_S + READ_EARLIER_S * self._speed:
@@ -77,7 +77,7 @@ class Player:
         return True
 
     def write(self, data: bytes, now_s: float) -> None:
-        """The host asks."""
+        """Take requests of the host."""
         self._keep_time(now_s)
         heard = (self._heard + data)[-_KEPT_REQUEST_BYTES:]
         while len(heard) >= HOST_FRAME_LENGTH:
@@ -91,7 +91,7 @@ class Player:
         self._answer_all(now_s)
 
     def read(self, now_s: float) -> bytes:
-        """What has come since the last call."""
+        """Bytes that came since the last call."""
         self._keep_time(now_s)
         self._answer_all(now_s)
         arrived = bytearray()
@@ -102,16 +102,16 @@ class Player:
         return bytes(arrived)
 
     def next_due(self) -> float | None:
-        """When something comes next, on the clock of `now_s`; None when nothing does."""
+        """When the next bytes come, on the clock of `now_s`; None if there are none."""
         dues = [self._due[0][0] if self._due else None, self._next_unasked_s()]
         return min((due_s for due_s in dues if due_s is not None), default=None)
 
     def _passed_s(self, now_s: float) -> float:
-        """Of the capture's time."""
+        """Passed time of the capture."""
         return (now_s - self._began_s) * self._speed
 
     def _keep_time(self, now_s: float) -> None:
-        """It gets no further than enough is known."""
+        """Delay playback while not enough has been read."""
         if not self._script.is_read:
             furthest_s = max(0.0, self._script.read_s - LEAST_AHEAD_S)
             self._began_s = max(self._began_s, now_s - furthest_s / self._speed)
@@ -126,7 +126,7 @@ class Player:
                 del self._waiting[request]
 
     def _answer(self, request: Request, now_s: float) -> bool:
-        """Whether it is known what the answer is, or that there is none."""
+        """Answer a request if the answer is known; whether it is known, also that there is none."""
         position_s = self._passed_s(now_s)
         answer = self._given(request, position_s)
         is_known = self._knows(position_s + AHEAD_S) if answer is None else self._knows_whole(answer)
@@ -146,7 +146,7 @@ class Player:
         return has_all or self._knows(answer.asked_at_s + LONGEST_RECORDS_S)
 
     def _given(self, request: Request, position_s: float) -> Answer | None:
-        """What it had answered last; else what it answers first, where that is soon."""
+        """The last answer before this position, else the first one within `AHEAD_S`."""
         given = self._script.answers.get(request, ())
         last = bisect_right(given, position_s, key=lambda answer: answer.asked_at_s) - 1
         answer = given[max(0, last)] if given else None
@@ -157,7 +157,7 @@ class Player:
         self._due.append((max(at_s, last_s), data))
 
     def _is_alive(self, position_s: float) -> bool:
-        """A frame of the module shortly before, or soon after."""
+        """Whether a frame of the module is near this position."""
         return any(abs(at_s - position_s) <= ALIVE_FOR_S for at_s in self._near(position_s))
 
     def _near(self, position_s: float) -> tuple[float, ...]:
@@ -174,11 +174,11 @@ _players_lock = threading.Lock()
 
 
 class UrlRefused(ValueError):
-    """The URL is no `capture://FILE?speed=N`."""
+    """The URL is not of the form `capture://FILE?speed=N`."""
 
 
 class Order(NamedTuple):
-    """What a URL asks for."""
+    """Content of a URL."""
 
     path: str
     speed: float
@@ -200,12 +200,12 @@ def parse_url(url: str) -> Order:
 
 
 def url_of(path: str, *, speed: float = 1.0) -> str:
-    """The port that plays this file."""
+    """The URL of the port that plays this file."""
     return f"{SCHEME}{quote(path, safe='/:')}?speed={speed:g}"
 
 
 def play(url: str, script: Script, *, speed: float, clock: Clock = time.monotonic) -> Player:
-    """A player that `playing` finds by its URL."""
+    """Start a player, which `playing` finds by its URL."""
     player = Player(script, clock(), speed=speed)
     with _players_lock:
         _players[url] = player
@@ -219,7 +219,7 @@ def playing(url: str) -> Player | None:
 
 
 def stop_playing(url: str, player: Player) -> None:
-    """Idempotent; leaves alone another player of the same URL."""
+    """Forget this player, but not another one of the same URL. Idempotent."""
     with _players_lock:
         if _players.get(url) is player:
             del _players[url]

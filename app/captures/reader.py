@@ -8,8 +8,8 @@
     0.000000 > 42 61 32 01 00 33
     0.002913 < 41 75 32 07 0A 00 01 44
 
-Time in seconds since the header, direction (`>` host to module, `<` module to host), bytes. The reader takes plain hex
-text too, without times and directions, and reports each line that it cannot read instead of giving up.
+Time in seconds since the header, direction (`>` host to module, `<` module to host), bytes. Plain hex text, without
+times and directions, can be read, too. Lines that cannot be read are skipped and reported.
 """
 
 import os
@@ -32,7 +32,7 @@ from protocol.translatable import marked
 
 FAULTS_KEPT = 100
 STEP_CHARACTERS = 4096
-"""Of a file at once: some 2 ms of work."""
+"""Read at once from a file: about 2 ms of work."""
 
 _FIELD = re.compile(r"#\s*([a-z_]+)\s*:\s*(.*)")
 _TOO_LONG = marked("the line is too long")
@@ -41,7 +41,7 @@ _WAYS = {way.value: way for way in Way}
 
 @dataclass(frozen=True, slots=True)
 class LineFault:
-    """A line that was left out. `line` counts from 1; `text` is English, translatable."""
+    """A line that was skipped. `line` counts from 1; `text` is in English."""
 
     line: int
     text: str
@@ -49,7 +49,7 @@ class LineFault:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Capture:
-    """A capture as read. In plain hex text the times are those of bytes back to back, and `is_timed` is False."""
+    """A capture as read. For plain hex text `is_timed` is False, and times assume bytes without pauses."""
 
     header: Header = field(default_factory=Header)
     entries: Sequence[CaptureEntry] = ()
@@ -62,11 +62,11 @@ class Capture:
 
 
 class CaptureRefused(ValueError):
-    """The file cannot be a capture: too long, or of a later version. The text is English, translatable."""
+    """The file is no capture: too long, or of a later version. The message is in English."""
 
 
 class OpenCapture:
-    """A capture file that is being read, some lines at a time, by one thread."""
+    """A capture file that is read step by step, in one thread."""
 
     def __init__(self, file: BinaryIO) -> None:
         """Raises OSError, or `CaptureRefused`."""
@@ -79,7 +79,7 @@ class OpenCapture:
         self.reader = CaptureReader()
 
     def steps(self) -> Iterator[list[CaptureEntry]]:
-        """All entries, once, as many as some milliseconds of work give; none while the file is looked over first.
+        """All entries, in steps of some milliseconds of work; without entries during the survey.
 
         Raises OSError, or `CaptureRefused`.
         """
@@ -93,7 +93,7 @@ class OpenCapture:
         yield self.reader.end()
 
     def _some(self, lines: TextIOWrapper) -> list[CaptureEntry] | None:
-        """What stands in the next lines; None at the end of the file."""
+        """Entries of the next lines; None at the end of the file."""
         characters, entries = 0, list[CaptureEntry]()
         while characters < STEP_CHARACTERS and (line := lines.readline(LONGEST_LINE + 1)):
             characters += len(line)
@@ -102,14 +102,14 @@ class OpenCapture:
 
     @property
     def share_read(self) -> float:
-        """How much of the file has been read, 0 … 1."""
+        """Share of the file that was read, 0 … 1."""
         if self._lines is None:
             return 0.0
         return min(1.0, self._file.tell() / self._size) if self._size else 1.0
 
     @property
     def expected_s(self) -> float:
-        """How long it lasts, as far as a look over the file tells; seconds."""
+        """Duration by the survey, in seconds."""
         return self._survey.duration_s
 
 
@@ -126,7 +126,7 @@ def read_capture(path: Path) -> Capture:
 
 
 def parse_capture(text: str) -> Capture:
-    """Reads a capture, or hex text where no line looks like one. Raises `CaptureRefused` for a later version."""
+    """Parse a capture, or hex text if no line looks like a capture's. Raises `CaptureRefused` for a later version."""
     lines = text.removeprefix("\ufeff").splitlines()
     reader = CaptureReader(is_plain=not any(map(_is_of_a_capture, lines)))
     entries = Entries(entry for line in lines for entry in reader.feed(line))
@@ -140,29 +140,29 @@ def _is_of_a_capture(line: str) -> bool:
 
 
 class CaptureReader:
-    """One pass over the lines of a capture. Header and faults are those of the lines that it has taken."""
+    """Parses the lines of a capture one by one. Header and faults are those of the lines so far."""
 
     def __init__(self, *, is_plain: bool = False) -> None:
         self.is_plain = is_plain
-        """It is hex text, where no line looks like one of a capture."""
+        """Whether it is hex text: no line looks like one of a capture."""
         self.header = Header()
         self.faults: list[LineFault] = []
         self._number = 0
         self._is_within = False
-        """The line before goes on."""
+        """The previous line continues."""
         self._hex: HexText | None = None
-        """Reads the pieces of a long line of hex text, until one is none."""
+        """Reads the pieces of a long line of hex text, until one is invalid."""
         self._parser = StreamParser(follows_host=True)
         self._last_s = 0.0
         self._has_entries = False
         self._part_begins_s = 0.0
 
     def capture(self, entries: Sequence[CaptureEntry]) -> Capture:
-        """With the header and the faults."""
+        """These entries with the header and the faults."""
         return Capture(header=self.header, entries=entries, faults=tuple(self.faults), is_timed=not self.is_plain)
 
     def feed(self, line: str, *, goes_on: bool = False) -> Sequence[CaptureEntry]:
-        """What stands in the next line. With `goes_on` it is a long one, of which the next piece follows.
+        """Entries of the next line. With `goes_on` it is the beginning or a piece of a long line.
 
         Raises `CaptureRefused`.
         """
@@ -184,7 +184,7 @@ class CaptureReader:
         return (entry,)
 
     def end(self) -> list[CaptureEntry]:
-        """What is left at the end."""
+        """Entries that are left at the end."""
         return [_plain_entry(piece) for piece in self._parser.flush()] if self.is_plain else []
 
     def _timed(self, line: str) -> CaptureEntry | None:
@@ -216,7 +216,7 @@ class CaptureReader:
         if magic is not None:
             if magic[1] != "1":
                 raise CaptureRefused(marked("the capture is of a later version of the program"))
-            # A part that was appended begins where the one before it ended.
+            # An appended part begins where the previous one ended.
             self._part_begins_s = self._last_s
             return
         named = _FIELD.fullmatch(line)
@@ -230,7 +230,7 @@ class CaptureReader:
             self.header = replace(self.header, **{name: value})  # type: ignore[arg-type]
 
     def _plain(self, text: str, *, is_within: bool, goes_on: bool) -> list[CaptureEntry]:
-        """Hex text: whose bytes they are is told by the frames' headers; noise is the module's."""
+        """Entries of hex text: the headers of frames tell the direction; noise counts as the module's."""
         try:
             if not is_within and not goes_on:
                 raw = b"" if text.lstrip().startswith("#") else _bytes_of(text)
@@ -244,7 +244,7 @@ class CaptureReader:
         return [_plain_entry(piece) for some in pieces for piece in some]
 
     def _piece(self, text: str, *, is_within: bool, goes_on: bool) -> bytes:
-        """Of a long line."""
+        """Bytes of a piece of a long line."""
         if not is_within:
             self._hex = None if text.lstrip().startswith("#") else HexText()
         if self._hex is None:
@@ -261,7 +261,7 @@ class CaptureReader:
 
 def _bytes_of(text: str) -> bytes:
     try:
-        return bytes.fromhex(text)  # nearly always
+        return bytes.fromhex(text)  # the usual form
     except ValueError:
         reader = HexText()
         raw = reader.feed(text)

@@ -19,7 +19,7 @@ _OUT, _NOISE, _FROM_HOST, _STATUS = 1, 2, 4, 8
 
 
 class Rows(Sequence[Explained]):
-    """Rows of a capture, each made when it is looked at."""
+    """Rows of a capture, created on access."""
 
     @overload
     def __getitem__(self, place: int) -> Explained: ...
@@ -31,22 +31,19 @@ class Rows(Sequence[Explained]):
 
     @abstractmethod
     def at_s(self, place: int) -> float:
-        """When the row at a place from 0 on came; seconds since the capture began."""
+        """Time of a row, in seconds since the capture began."""
 
     @abstractmethod
     def said(self, place: int) -> Hashable:
-        """Equal for two rows that say the same, at whatever time. Much quicker than the row itself."""
+        """Equal for rows of the same content at any time. Much faster than comparing rows."""
 
     @abstractmethod
     def _at(self, place: int) -> Explained:
-        """The row at a place from 0 on."""
+        """The row at a non-negative place."""
 
 
 class CaptureRows(Rows):
-    """All rows of a capture, in some 25 bytes each and the bytes themselves; a row is made when it is looked at.
-
-    One thread at a time.
-    """
+    """All rows of a capture, in 25 bytes each plus their bytes. Not thread-safe."""
 
     def __init__(self, rows: Iterable[Explained] = ()) -> None:
         self._at_s = array("d")
@@ -54,7 +51,7 @@ class CaptureRows(Rows):
         self._ends = array("Q")
         self._offsets = array("Q")
         self._notes = array("L")
-        """What a row says beside its bytes: its place in `_known`."""
+        """Places in `_known` of what a row has beside its bytes."""
         self._raw = bytearray()
         self._known: list[Fault | Asked] = []
         self._places: dict[object, int] = {}
@@ -81,7 +78,7 @@ class CaptureRows(Rows):
         self._notes.append(self._last_note[1] if self._last_note[0] is note else self._place(note))
 
     def _place(self, note: Fault | Asked) -> int:
-        """Of what is known already, or at the end."""
+        """Place in `_known`, where it is added if it is new."""
         key = (note.text, *note.values.values()) if isinstance(note, Fault) else note
         place = self._places.get(key)
         if place is None:
@@ -99,12 +96,12 @@ class CaptureRows(Rows):
     def said(self, place: int) -> Hashable:
         begins = self._ends[place - 1] if place else 0
         flags = self._flags[place]
-        note = 0 if flags & _STATUS else self._notes[place]  # a status says the same whatever was asked
+        note = 0 if flags & _STATUS else self._notes[place]  # the meaning of a status does not depend on the request
         return flags, note, bytes(self._raw[begins : self._ends[place]])
 
     def _at(self, place: int) -> Explained:
         last = self._last
-        if last is not None and last[0] == place:  # a view asks for each cell and role of a row
+        if last is not None and last[0] == place:  # views read a row once for each cell and role
             return last[1]
         flags, note = self._flags[place], self._known[self._notes[place]]
         begins = self._ends[place - 1] if place else 0
@@ -119,11 +116,11 @@ class CaptureRows(Rows):
         return row
 
     def rejected(self) -> Places:
-        """Where the rows are that are no frames."""
+        """Places of the rows that are no frames."""
         return np.flatnonzero(self._as_array() & _NOISE)
 
     def without_status(self) -> Places:
-        """Where the rows are that are no status: a stream leaves little else to be seen."""
+        """Places of the rows that are no status, which a stream mostly consists of."""
         return np.flatnonzero((self._as_array() & _STATUS) == 0)
 
     def _as_array(self) -> NDArray[Any]:
@@ -131,7 +128,7 @@ class CaptureRows(Rows):
 
 
 class ChosenRows(Rows):
-    """Some rows of a capture, in its order. `places`: where each stands in the capture."""
+    """Some rows of a capture. `places`: their places in the capture."""
 
     def __init__(self, rows: CaptureRows, places: Places) -> None:
         self.places: Sequence[int] = places.data

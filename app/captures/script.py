@@ -18,7 +18,7 @@ LONGEST_RECORDS_S: Final = 13.0
 
 @dataclass(slots=True)
 class Answer:
-    """How the module answered once. `data` is empty where it did not."""
+    """One answer of the module; `data` is empty if it did not answer."""
 
     request: Request
     asked_at_s: float
@@ -27,11 +27,11 @@ class Answer:
 
     @property
     def takes_several(self) -> bool:
-        """Records, each in a frame of its own."""
+        """Whether it consists of several frames: trigger records."""
         return self.request.command.layout is Layout.RECORD
 
     def takes(self, one: Explained) -> bool:
-        """Add what came where it belongs to this answer; whether it does."""
+        """Add a frame if it belongs to this answer; whether it does."""
         limit_s = LONGEST_RECORDS_S if self.takes_several else LONGEST_ANSWER_S
         is_free = self.takes_several or not self.data
         if not (is_free and one.at_s - self.asked_at_s <= limit_s and answers(one.piece.raw, self.request)):
@@ -43,24 +43,24 @@ class Answer:
 
 
 class Script:
-    """What is to come of a capture, as far as it has been read. Who plays it takes out what is over.
+    """The part of a capture that is still to be played, as far as it has been read.
 
-    One thread reads; any may ask how long it lasts.
+    One thread reads; any may ask for the duration.
     """
 
     def __init__(self, steps: Iterator[Sequence[CaptureEntry]], expected_s: Callable[[], float]) -> None:
-        """`steps`: the capture's entries, as many as some milliseconds of work give. `expected_s`: how long it lasts,
-        as far as is known before all of it has been read."""
+        """`steps`: the capture's entries, in steps of some milliseconds of work. `expected_s`: the expected duration
+        until all of it has been read."""
         self.unasked: deque[tuple[float, bytes]] = deque()
-        """When something comes by itself, and what."""
+        """Times and bytes that the module sent without a request."""
         self.answers: dict[Request, deque[Answer]] = {}
-        """By question, in the order of time; the last one may still be without its data."""
+        """By request, in order of time; the last one may not have its data yet."""
         self.alive_at_s: deque[float] = deque()
-        """When a frame of the module came."""
+        """Times of the module's frames."""
         self.read_s = 0.0
-        """Up to here everything has been read."""
+        """Time up to which everything has been read."""
         self.is_read = False
-        """All of it."""
+        """Everything has been read."""
         self._steps = steps
         self._expected_s = expected_s
         self._explainer = Explainer()
@@ -68,11 +68,11 @@ class Script:
 
     @property
     def duration_s(self) -> float:
-        """About, until all of it has been read."""
+        """Approximate until all of it has been read."""
         return self.read_s if self.is_read else max(self.read_s, self._expected_s())
 
     def read_on(self) -> None:
-        """Read a little more. Raises what `steps` raises."""
+        """Read one step. Raises what `steps` raises."""
         if self.is_read:
             return
         entries = next(self._steps, None)
@@ -85,7 +85,7 @@ class Script:
             self.read_s = entry.at_s
 
     def forget(self, position_s: float, alive_for_s: float) -> None:
-        """What nobody can ask for any more once the capture has been played up to `position_s`."""
+        """Discard what is not needed any more at `position_s`."""
         while self.alive_at_s and self.alive_at_s[0] < position_s - alive_for_s:
             self.alive_at_s.popleft()
         for given in self.answers.values():

@@ -13,29 +13,29 @@ ENTRY_LINE: Final = re.compile(r"(\d{1,12}(?:\.\d{1,9})?)\s+([<>])\s*(.*)")
 _BLOCK_BYTES: Final = 256 * 1024
 _NAME: Final = b"DPS-S capture"
 _LINES_LOOKED_AT: Final = 50
-"""For the last time before the end of a block, or of a part; what lies further off is known when it has been read."""
+"""Lines at the end of a block or part that are searched for the last time."""
 _FILLING: Final = b" \t\r\n,"
 
 
 class Survey:
-    """What a look over the file tells. Of most entries it looks at none, which takes a hundredth of reading them."""
+    """Format and duration of a capture, found without parsing most of its lines, which is 100 times faster."""
 
     def __init__(self) -> None:
         self.is_plain = True
-        """No line looks like one of a capture, of those that were looked at."""
+        """None of the examined lines looks like one of a capture."""
         self._ended_parts_s = 0.0
         self._part_s = 0.0
         self._digits = 0
 
     @property
     def duration_s(self) -> float:
-        """About: exact where the file is undamaged, and not hex text alone."""
+        """Exact for an undamaged capture, else approximate."""
         if self.is_plain:
             return self._digits / 2 * BITS_PER_BYTE / DEFAULT_BAUD_RATE
         return self._ended_parts_s + self._part_s
 
     def steps(self, file: BinaryIO) -> Iterator[None]:
-        """Look over it, a block a step. Raises OSError."""
+        """Survey one block per step. Raises OSError."""
         rest = b""
         while block := file.read(_BLOCK_BYTES):
             text = rest + block
@@ -46,7 +46,7 @@ class Survey:
         self._look(rest)
 
     def _look(self, text: bytes) -> None:
-        """At whole lines."""
+        """Examine whole lines."""
         has_name = _NAME in text
         if self.is_plain and not has_name and b"<" not in text and b">" not in text:
             self._digits += len(text.translate(None, _FILLING))
@@ -63,7 +63,7 @@ class Survey:
         self._look_for_time(lines[begins:])
 
     def _look_for_time(self, lines: Sequence[bytes]) -> None:
-        """The last; while nothing tells the file from hex text, in every line."""
+        """Find the last time; in all lines until one is of a capture."""
         looked_at = lines if self.is_plain else lines[-_LINES_LOOKED_AT:]
         for line in reversed(looked_at):
             entry = ENTRY_LINE.fullmatch(_decoded(line)) if b"<" in line or b">" in line else None

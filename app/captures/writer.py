@@ -11,7 +11,7 @@ from protocol.events import Event, Received, Rejected, Sent
 
 MAGIC = "# DPS-S capture 1"
 LONGEST_FILE_BYTES = 64 * 1024 * 1024
-"""A file is not written beyond it (a quarter of an hour of a full line, hours of a usual one), nor read."""
+"""Limit of writing and reading a file: 15 minutes of a full line, hours of a usual one."""
 BYTES_A_LINE = 4096
 ENTRIES_A_PART = 1000
 FULL = "# the file is full: what came afterwards is not in it"
@@ -19,7 +19,7 @@ FULL = "# the file is full: what came afterwards is not in it"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Header:
-    """What a capture says about itself; "" and None where it does not."""
+    """Header of a capture; "" and None for missing fields."""
 
     program: str = ""
     port: str = ""
@@ -44,9 +44,9 @@ def _one_line(text: str) -> str:
 
 
 def entries_of(events: Iterable[Event], started_at: float) -> Iterator[CaptureEntry]:
-    """What went over the wire in these events; what was read together becomes one entry, in its order.
+    """The bytes of these events; bytes that were received together become one entry.
 
-    `started_at`: monotonic seconds that become time 0; earlier events count as 0.
+    `started_at`: monotonic time that becomes 0, also for earlier events.
     """
     last: CaptureEntry | None = None
     for event in events:
@@ -71,7 +71,7 @@ def entries_of(events: Iterable[Event], started_at: float) -> Iterator[CaptureEn
 
 
 def lines_of(entry: CaptureEntry) -> Iterator[str]:
-    """The line of an entry, or several where it is long."""
+    """The line of an entry, or several for a long one."""
     for first in range(0, len(entry.raw), BYTES_A_LINE):
         raw = entry.raw[first : first + BYTES_A_LINE]
         yield f"{entry.at_s:.6f} {entry.way.value} {raw.hex(' ').upper()}"
@@ -90,15 +90,15 @@ def capture_part_count(entries: Sequence[CaptureEntry]) -> int:
 
 
 class CaptureWriter:
-    """Writes a capture line by line, and stops at its limit. Not safe to use from two threads.
+    """Writes a capture line by line, up to a limit. Not thread-safe.
 
-    Raises OSError where the file cannot be written (read-only, full disk); what was written before stays readable.
+    Raises OSError if the file cannot be written; what was written before stays readable.
     """
 
     def __init__(self, path: Path, header: Header, *, limit_bytes: int = LONGEST_FILE_BYTES) -> None:
         self.path = path
         self.is_full = False
-        """The limit is reached: nothing more is written."""
+        """The limit is reached, and nothing more is written."""
         self.entries = 0
         self._limit_bytes = limit_bytes
         self._file: IO[str] | None = path.open("w", encoding="utf-8", newline="\n")
@@ -109,7 +109,7 @@ class CaptureWriter:
             file.flush()
 
     def write(self, entries: Iterable[CaptureEntry]) -> None:
-        """Append these entries and hand them to the system. After an error, and after `close`, it does nothing."""
+        """Write and flush these entries. Does nothing after an error or `close`."""
         if self._file is None:
             return
         with self._closing_on_error() as file:
@@ -120,7 +120,7 @@ class CaptureWriter:
             file.flush()
 
     def close(self) -> None:
-        """Idempotent. Raises OSError where the last lines could not be written."""
+        """Idempotent. Raises OSError if the last lines cannot be written."""
         file, self._file = self._file, None
         if file is not None:
             file.close()
@@ -133,7 +133,7 @@ class CaptureWriter:
         try:
             yield file
         except OSError:
-            with suppress(OSError):  # it tries once more to write what it could not
+            with suppress(OSError):  # closing flushes again
                 self.close()
             raise
 

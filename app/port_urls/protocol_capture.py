@@ -1,6 +1,6 @@
 """pyserial URL handler for `capture://FILE?speed=1`; see `app.captures.player`.
 
-No thread: what is due is worked out from the clock, and the file is read a little ahead, whenever somebody reads.
+No thread: each read computes what is due by the clock, and reads the file a little ahead.
 """
 
 import errno
@@ -19,7 +19,7 @@ from app.system.gil_yield import GilYield
 
 SHORTEST_SLEEP_S: Final = 0.0005
 READING_TO_OPEN_S: Final = 0.1
-"""So long opening reads of the file; a usual capture can be played then from its first question on."""
+"""How long opening reads the file; enough to answer the first query of a usual capture."""
 READING_AT_ONCE_S: Final = 0.002
 
 
@@ -33,7 +33,7 @@ class Serial(VirtualSerial):
     _cancelled = threading.Event()
 
     def open(self) -> None:
-        """Raises `SerialException` where the file cannot be read, or is no capture."""
+        """Raises `SerialException` if the file cannot be read or is no capture."""
         if self.is_open:
             raise SerialException("Port is already open.")
         self._url = str(self.portstr)
@@ -67,14 +67,12 @@ class Serial(VirtualSerial):
     @property
     def in_waiting(self) -> int:
         """Bytes that can be read now."""
-        self._received += self._living().read(time.monotonic())
+        self._received += self._source().read(time.monotonic())
         return len(self._received)
 
     def read(self, size: int = 1) -> bytes:
-        """Up to `size` bytes, those that came within the time-out.
-
-        Raises `SerialException` where the file can no longer be read."""
-        player = self._living()
+        """Up to `size` bytes that arrive within the time-out. Raises `SerialException` if the file cannot be read."""
+        player = self._source()
         deadline_s = time.monotonic() + (self.timeout or 0.0)
         while True:
             try:
@@ -94,40 +92,31 @@ class Serial(VirtualSerial):
         return taken
 
     def write(self, data: bytes, /) -> int:  # type: ignore[override]
-        """Asks the capture."""
+        """Answer requests from the capture."""
         raw = bytes(data)
-        self._living().write(raw, time.monotonic())
+        self._source().write(raw, time.monotonic())
         return len(raw)
 
-    def flush(self) -> None:
-        self._living()
-
     def reset_input_buffer(self) -> None:
-        self._living()
+        self._source()
         self._received.clear()
 
-    def reset_output_buffer(self) -> None:
-        self._living()
-
     def cancel_read(self) -> None:
-        """End a read under way now, or the next one. From any thread."""
+        """End a pending read, or the next one. Thread-safe."""
         self._cancelled.set()
 
-    def cancel_write(self) -> None:
-        """Nothing to cancel: a write never waits."""
-
     def _read_ahead(self, player: Player, longest_s: float) -> bool:
-        """Whether there was something to read; not much longer than `longest_s`."""
+        """Read for about `longest_s`; whether there was something to read."""
         pace, ends_s, has_read = GilYield(), time.monotonic() + longest_s, False
         while (now_s := time.monotonic()) < ends_s and player.read_ahead(now_s):
             has_read = True
             pace.checkpoint()
         return has_read
 
-    def _living(self) -> Player:
+    def _source(self) -> Player:
         if self._player is None or not self.is_open:
             raise PortNotOpenError
         return self._player
 
     def _reconfigure_port(self) -> None:
-        """A capture has the rate at which it was taken."""
+        """A capture has a fixed rate."""

@@ -3,8 +3,8 @@
     serial.protocol_handler_packages.append("app.port_urls")
     serial.serial_for_url("sim://bench?rate=200&drop=0.1")
 
-No thread: what is due is worked out from the clock whenever somebody reads. Behaves as a real adapter does: one user
-at a time, a port that was unplugged stays dead, and bytes at the wrong rate are garbled.
+No thread: each read computes what is due by the clock. It behaves like a real adapter: one user at a time, a port that
+was unplugged stays dead, and bytes at the wrong rate are garbled.
 """
 
 import errno
@@ -36,7 +36,7 @@ class Serial(VirtualSerial):
     _is_cancelled = False
 
     def open(self) -> None:
-        """Raises `SerialException` where there is nothing plugged in, another has it, or the URL is wrong."""
+        """Raises `SerialException` if it is unplugged or in use, or the URL is invalid."""
         if self.is_open:
             raise SerialException("Port is already open.")
         if not self.portstr:
@@ -59,7 +59,7 @@ class Serial(VirtualSerial):
             self.is_open = True
 
     def close(self) -> None:
-        """Idempotent; a read under way returns what it has."""
+        """Idempotent; a pending read returns what it has."""
         bench = self._bench
         if bench is None:
             return
@@ -71,14 +71,14 @@ class Serial(VirtualSerial):
     @property
     def in_waiting(self) -> int:
         """Bytes that can be read now."""
-        bench = self._living()
+        bench = self._source()
         with bench.changed:
             self._take(bench)
             return len(self._received)
 
     def read(self, size: int = 1) -> bytes:
-        """Up to `size` bytes, those that came within the time-out; raises `SerialException` when it is unplugged."""
-        bench = self._living()
+        """Up to `size` bytes that arrive within the time-out. Raises `SerialException` if it is unplugged."""
+        bench = self._source()
         with bench.changed:
             timeout_s = self.timeout
             deadline_s = None if timeout_s is None else bench.clock() + timeout_s
@@ -93,44 +93,35 @@ class Serial(VirtualSerial):
                 bench.changed.wait(max(0.0, min(ends_s) - now_s) if ends_s else None)
                 if not self.is_open:
                     break
-                self._living()
+                self._source()
             taken = bytes(self._received[:size])
             del self._received[:size]
             return taken
 
     def write(self, data: bytes, /) -> int:  # type: ignore[override]
-        """Hands all bytes to the line at once; raises `SerialException` when it is unplugged."""
-        bench = self._living()
+        """Send all bytes at once. Raises `SerialException` if it is unplugged."""
+        bench = self._source()
         raw = bytes(data)
         with bench.changed:
             bench.wire.write(raw, bench.clock())
             bench.changed.notify_all()
         return len(raw)
 
-    def flush(self) -> None:
-        self._living()
-
     def reset_input_buffer(self) -> None:
-        bench = self._living()
+        bench = self._source()
         with bench.changed:
             self._take(bench)
             self._received.clear()
 
-    def reset_output_buffer(self) -> None:
-        self._living()
-
     def cancel_read(self) -> None:
-        """End a read under way now. With nobody reading it does nothing."""
+        """End a pending read, if there is one."""
         bench = self._bench
         if bench is not None:
             with bench.changed:
                 self._is_cancelled = True
                 bench.changed.notify_all()
 
-    def cancel_write(self) -> None:
-        """Nothing to cancel: a write never waits."""
-
-    def _living(self) -> SimulatedBench:
+    def _source(self) -> SimulatedBench:
         bench = self._bench
         if bench is None or not self.is_open:
             raise PortNotOpenError

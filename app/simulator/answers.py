@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from app.simulator import defects as lies
+from app.simulator import defects
 from app.simulator.hardware import Hardware
 from app.simulator.memory import RECORD_DATA_LENGTH, record_frame
 from app.simulator.quirks import BaudChange, Delivery, EmptySlots, Rule, Streaming
@@ -13,21 +13,21 @@ from protocol.frame import encode_reply
 from protocol.messages import Source
 
 PIECE_LENGTH = 7
-"""Neither a frame nor half of one, so that every border of a frame is crossed."""
+"""Not a divisor of the frame length, so that pieces cross the ends of frames."""
 
 Answer = Callable[[Hardware, Request, float], None]
 
 
 def answer(module: Hardware, request: Request, now_s: float) -> None:
-    """Do what a valid request says and queue the reply."""
+    """Carry out a valid request and queue the reply."""
     quirks, code = module.quirks, request.command.code
     asked = module.asked
     asked[code, request.is_set] += 1
     time = asked[code, request.is_set]
-    if lies.is_marked_from(quirks.mute_codes, code, asked[code, True] + asked[code, False]):
+    if defects.is_marked_from(quirks.mute_codes, code, asked[code, True] + asked[code, False]):
         return
-    before = lies.settings_before(module)
-    foreign = lies.rules_for(quirks.foreign_replies, code, time)
+    before = defects.settings_before(module)
+    foreign = defects.rules_for(quirks.foreign_replies, code, time)
     for rule in foreign:
         if not rule.after_ms:
             _insert(module, rule, now_s)
@@ -38,16 +38,16 @@ def answer(module: Hardware, request: Request, now_s: float) -> None:
     for rule in foreign:
         if rule.after_ms:
             _insert(module, rule, now_s + rule.after_ms / 1000)
-    lies.follow(module, request, time, before, now_s)
+    defects.follow(module, request, time, before, now_s)
 
 
 def _insert(module: Hardware, rule: Rule, at_s: float) -> None:
-    """A reply that nobody asked for, with the true value unless the rule says another one."""
+    """Send an unrequested reply, with the true value unless the rule has another."""
     code = rule.effect
     if rule.value is not None:
         _reply(module, code, rule.value, at_s)
-    elif code in lies.CHANGEABLE_CODES:
-        _reply(module, code, lies.read_raw(module, code), at_s)
+    elif code in defects.CHANGEABLE_CODES:
+        _reply(module, code, defects.read_raw(module, code), at_s)
     elif BY_CODE[code].can_be_asked:
         _ANSWERS[BY_CODE[code].name](module, BY_CODE[code].query(), at_s)
     else:
@@ -59,7 +59,7 @@ def _reply(module: Hardware, code: int, value: int, now_s: float) -> None:
 
 
 def _value(read: Callable[[Hardware, float], int]) -> Answer:
-    """Answer of a command that only reports one byte."""
+    """Answer of a command that reports one byte."""
 
     def report(module: Hardware, request: Request, now_s: float) -> None:
         module.advance(now_s)
@@ -69,7 +69,7 @@ def _value(read: Callable[[Hardware, float], int]) -> Answer:
 
 
 def _setting(attribute: str) -> Answer:
-    """Answer of a setting in the memory that can be asked and set."""
+    """Answer of a setting in the memory that can be queried and set."""
 
     def ask_or_set(module: Hardware, request: Request, now_s: float) -> None:
         value: int = getattr(module.memory, attribute)
@@ -83,7 +83,7 @@ def _setting(attribute: str) -> Answer:
 
 
 def _flag(attribute: str, field: Flag) -> Answer:
-    """Answer of a flag that can be set and never asked (E8)."""
+    """Answer of a flag that can be set but not queried (E8)."""
 
     def set_flag(module: Hardware, request: Request, now_s: float) -> None:
         kept = _keep_flag(module, request, attribute, field)
@@ -176,7 +176,7 @@ def _trigger_records(module: Hardware, _request: Request, now_s: float) -> None:
     frames = [
         record_frame(data)
         for number, data in enumerate(module.memory.records, start=1)
-        if not lies.is_marked_at(dropped, number, time)
+        if not defects.is_marked_at(dropped, number, time)
     ]
     fill = {EmptySlots.ZEROS: b"\x00", EmptySlots.ONES: b"\xff"}.get(module.quirks.empty_slots)
     if fill is not None:

@@ -1,11 +1,12 @@
 """Simulated module with its physics, power and line; thread-safe, found by name.
 
-The same name in one process is the same module: unplugged and plugged in again it is still what it was.
+Within a process a name always leads to the same module, also after it was unplugged and plugged in again.
 """
 
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -23,7 +24,7 @@ Clock = Callable[[], float]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BenchState:
-    """What the bench shows at one moment, for a panel."""
+    """State of the bench at one moment, for the panel."""
 
     tilt_deg: float
     """Of the body, before zeroing and wobble."""
@@ -40,14 +41,14 @@ class BenchState:
     boot_count: int
     record_count: int
     baud_rate: int
-    """Of the module's line now."""
+    """Present rate of the module's line."""
     rate_hz: float
     values: Mapping[str, Any]
-    """Of the dialect and the faults, by option name."""
+    """Quirks and line faults, by option name."""
 
 
 class SimulatedBench:
-    """Every method may be called from any thread. `changed` is notified whenever something may have become due."""
+    """All methods are thread-safe. `changed` is notified when something may have become due."""
 
     def __init__(self, setup: Setup | None = None, *, clock: Clock = time.monotonic) -> None:
         setup = setup or Setup()
@@ -57,16 +58,16 @@ class SimulatedBench:
             tilt_deg=setup.tilt, bay_is_open=setup.bay_open, has_external_power=setup.charger, cell_v=setup.cell,
             drain_v_per_h=setup.drain, noise=setup.noise, is_lifelike=setup.lifelike, seed=setup.seed,
         )  # fmt: skip
-        # Powering on counts one boot; the option says what is read afterwards.
+        # Powering on counts one boot; the option is what is read afterwards.
         memory = Memory(boot_count=setup.boots, baud_code=BAUD.encode(setup.baud))
         invent_records(memory, setup.history, seed=setup.seed, has_odd_voltage=setup.quirks.odd_voltage)
         memory.boot_count = (setup.boots - 1) & 0xFF
         self.module = SimulatedModule(self.world, setup.quirks, memory=memory, rate_hz=setup.rate)
         self.wire = Wire(self.module, setup.faults, seed=setup.seed)
         self.plug_number = 1
-        """Counts how often it was plugged in: who opened an earlier one has a dead port."""
+        """How often it was plugged in; a port that was opened under an earlier number is dead."""
         self.last_options: Mapping[str, Any] = {}
-        """Of the last opening, by option name."""
+        """Those of the last URL that was opened, by option name."""
         self._is_plugged_in = True
         self._replug_s: float | None = None
         self._holder: object | None = None
@@ -85,7 +86,7 @@ class SimulatedBench:
             self.world.tilt_deg = tilt_deg
 
     def drop(self, height_m: float) -> None:
-        """Let it fall from this height."""
+        """Start a free fall from this height."""
         with self._act() as now_s:
             self.world.drop(height_m, now_s)
 
@@ -98,7 +99,7 @@ class SimulatedBench:
             self.world.cell_v = cell_v
 
     def set_charger(self, *, is_plugged_in: bool) -> None:
-        """External power; plugging it wakes a module that was shut down."""
+        """Connect external power, which wakes a module that was shut down, or disconnect it."""
         with self._act() as now_s:
             if is_plugged_in:
                 self.module.plug_charger(now_s)
@@ -114,7 +115,7 @@ class SimulatedBench:
             self.world.noise = noise
 
     def pulse_pwm(self) -> bool:
-        """Trigger by its PWM input; False when it does not fire."""
+        """Trigger it by its PWM input; returns whether it fires."""
         with self._act() as now_s:
             return self.module.fire(Source.PWM, now_s)
 
@@ -133,7 +134,7 @@ class SimulatedBench:
             self.module.press_switch(now_s)
 
     def unplug(self, *, for_s: float | None = None) -> None:
-        """Pull the serial adapter; with `for_s` it comes back by itself after that time."""
+        """Unplug the serial adapter; with `for_s` it is plugged in again after that time."""
         with self._act() as now_s:
             self.wire.clear(now_s)
             self._is_plugged_in = False
@@ -141,7 +142,7 @@ class SimulatedBench:
             self._holder = None
 
     def plug(self) -> None:
-        """Plug the serial adapter in again: a new one, as far as open ports are concerned."""
+        """Plug the serial adapter in again; ports that were open stay dead."""
         with self._act():
             if not self._is_plugged_in:
                 self._plug()
@@ -167,26 +168,26 @@ class SimulatedBench:
 
     @property
     def replug_s(self) -> float | None:
-        """When it comes back by itself, on the bench's clock."""
+        """When it is plugged in again, on the bench's clock."""
         return self._replug_s
 
-    # Its ways
+    # Quirks and faults
 
     def change(self, **values: Any) -> None:
-        """Set options of the dialect, the faults, and `rate`, by option name."""
+        """Set quirks, line faults and `rate`, by option name."""
         with self._act():
-            self.module.quirks = replace(self.module.quirks, **fields_of(values, OptionTarget.DIALECT))
+            self.module.quirks = replace(self.module.quirks, **fields_of(values, OptionTarget.QUIRKS))
             self.wire.faults = replace(self.wire.faults, **fields_of(values, OptionTarget.FAULTS))
             if "rate" in values:
                 self.module.rate_hz = values["rate"]
 
     def heal(self) -> None:
-        """End all faults of the line."""
+        """End all line faults."""
         with self._act():
             self.wire.faults = Faults()
 
     def state(self) -> BenchState:
-        """Everything that the bench shows, at one moment."""
+        """The present state."""
         with self._act() as now_s:
             module, world = self.module, self.world
             quirks, faults = self.module.quirks, self.wire.faults
@@ -203,7 +204,7 @@ class SimulatedBench:
     # Its port
 
     def hold(self, holder: object) -> bool:
-        """Take the port for oneself; False when it is taken."""
+        """Claim the port exclusively; False if it is taken."""
         with self.changed:
             if self._holder is not None and self._holder is not holder:
                 return False
@@ -217,26 +218,16 @@ class SimulatedBench:
                 self.wire.host_baud = None
             self.changed.notify_all()
 
-    def _act(self) -> "_Act":
-        return _Act(self)
-
-
-class _Act:
-    """Holds the lock, lets the time pass first, and wakes whoever waits for bytes afterwards."""
-
-    def __init__(self, bench: SimulatedBench) -> None:
-        self._bench = bench
-
-    def __enter__(self) -> float:
-        bench = self._bench
-        bench.changed.acquire()
-        now_s = bench.clock()
-        bench.module.advance(now_s)
-        return now_s
-
-    def __exit__(self, *_: object) -> None:
-        self._bench.changed.notify_all()
-        self._bench.changed.release()
+    @contextmanager
+    def _act(self) -> Iterator[float]:
+        """Holds the lock, advances the module to the present, and wakes threads that wait for bytes at the end."""
+        with self.changed:
+            now_s = self.clock()
+            self.module.advance(now_s)
+            try:
+                yield now_s
+            finally:
+                self.changed.notify_all()
 
 
 _benches: dict[str, SimulatedBench] = {}
@@ -244,11 +235,10 @@ _benches_lock = threading.Lock()
 
 
 def module(name: str = DEFAULT_NAME, options: Mapping[str, Any] | None = None) -> SimulatedBench:
-    """The module of this name, made when it is first asked for.
+    """The module of this name, which is made on first use.
 
-    `options` are parsed values by option name. One that runs already takes over those of the dialect, of the faults and
-    the rate, if they are not the last ones: opening the same URL again does not undo what was changed at the bench
-    since. How it began and how it lies stays as it is.
+    `options` are parsed values by option name. A module that exists takes over quirks, line faults and the rate if they
+    differ from the last ones: opening the same URL again does not undo later changes. Its other state is kept.
     """
     options = dict(options or {})
     with _benches_lock:
@@ -266,7 +256,7 @@ def module(name: str = DEFAULT_NAME, options: Mapping[str, Any] | None = None) -
 
 
 def forget(name: str = DEFAULT_NAME) -> None:
-    """Throw the module of this name away; the next one is new. An open port of it goes dead."""
+    """Delete the module of this name; its open port is dead then."""
     with _benches_lock:
         bench = _benches.pop(name, None)
     if bench is not None:

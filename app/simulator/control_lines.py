@@ -19,12 +19,12 @@ LONGEST_LINE = 1000
 
 
 class LineRefused(ValueError):
-    """A control line that means nothing; the text says what is possible."""
+    """An invalid control line; the message says what is possible."""
 
 
 @dataclass(frozen=True, slots=True)
 class Verb:
-    """One control line. `text` is English, translatable."""
+    """A control line. `text` is in English."""
 
     usage: str
     text: str
@@ -32,7 +32,7 @@ class Verb:
 
 
 def obey(bench: SimulatedBench, line: str) -> str:
-    """Do what a line says; returns the answer for the person. Raises `LineRefused`."""
+    """Carry out a line; returns the answer. Raises `LineRefused`."""
     words = line.split()
     if not words:
         return ""
@@ -54,7 +54,7 @@ def obey(bench: SimulatedBench, line: str) -> str:
 
 
 def help_text() -> str:
-    """All control lines, one a line."""
+    """All control lines, one per line."""
     width = max(len(verb.usage) for verb in VERBS.values())
     lines = [f"{verb.usage:<{width}}  {tr(verb.text)}" for verb in VERBS.values()]
     return "\n".join((*lines, f"{'state':<{width}}  {tr('State')}"))
@@ -117,12 +117,12 @@ VERBS: dict[str, Verb] = {
     "unplug": Verb("unplug [SECONDS]", marked("Unplug"), lambda b, w: b.unplug(for_s=_number(w) if w else None)),
     "plug": Verb("plug", marked("Plug in"), lambda b, _w: b.plug()),
     "fault": Verb("fault NAME VALUE|none", Group.FAULTS.value, _change),
-    "set": Verb("set NAME VALUE", Group.DIALECT.value, _change),
+    "set": Verb("set NAME VALUE", Group.QUIRKS.value, _change),
 }
 
 
 class ControlLines:
-    """Reads control lines from a terminal or a pipe without ever blocking; the end of the input ends nothing."""
+    """Reads control lines from a terminal or a pipe without blocking."""
 
     def __init__(self, bench: SimulatedBench, source: TextIO | int, *, answer: Callable[[str], None]) -> None:
         self._bench = bench
@@ -134,18 +134,18 @@ class ControlLines:
             if sys.platform != "win32" and not stat.S_ISREG(os.fstat(file).st_mode):
                 self._file = file
         except (OSError, ValueError):
-            pass  # closed, or no real file: there is nothing to read
+            pass  # closed, or no real file
 
     def files(self) -> list[int]:
         return [] if self._file is None else [self._file]
 
     def read(self, ready: list[int]) -> None:
-        """Take what is there if the file is among those that are ready."""
+        """Read and carry out lines if the file is among those that are ready."""
         file = self._file
         if file is None or file not in ready:
             return
         try:
-            # A background job that reads its terminal is stopped by the system: it stops listening instead.
+            # The system stops background jobs that read their terminal, so reading ends then.
             is_in_background = os.isatty(file) and os.tcgetpgrp(file) != os.getpgrp()
             data = b"" if is_in_background else os.read(file, READ_CHUNK)
         except OSError:

@@ -1,6 +1,6 @@
 """Text syntax for codes, occasions and rules of defects: `14,33/2`, `21:20=14/2@500`.
 
-Errors are `ValueError` with what is expected, as one would type it.
+Errors are `ValueError` with the expected form.
 """
 
 import re
@@ -19,7 +19,7 @@ _RULE = re.compile(
 
 
 def listed(values: Iterable[int | Occasion | Rule]) -> str:
-    """As one would type them."""
+    """In the form in which they are typed."""
     texts = [f"{one:02X}" if isinstance(one, int) else str(one) for one in values]
     return ",".join(texts if isinstance(values, tuple) else sorted(texts))
 
@@ -29,13 +29,13 @@ def _parts(text: str) -> list[str]:
 
 
 def _check(found: Iterable[int], known: Iterable[int] = BY_CODE, *, form: str = "02X") -> None:
-    """Raises `ValueError` with all that are known."""
+    """Raises `ValueError` with all known values."""
     if not set(found) <= set(known):
         raise ValueError("|".join(f"{one:{form}}" for one in sorted(known)))
 
 
 def codes(text: str) -> frozenset[int]:
-    """Commands, such as 14,33; raises `ValueError`."""
+    """Codes of commands, such as 14,33; raises `ValueError`."""
     try:
         found = frozenset(int(part, 16) for part in _parts(text))
     except ValueError:
@@ -58,14 +58,14 @@ def _marks(text: str, base: int, expected: str) -> Marks:
 
 
 def marked_codes(text: str) -> Marks:
-    """Commands, each with the time from which on: 14,33/2; raises `ValueError`."""
+    """Codes of commands, each from the n-th time on, such as 14,33/2; raises `ValueError`."""
     found = _marks(text, 16, "CODE[/N],…")
     _check(one.what if isinstance(one, Occasion) else one for one in found)
     return found
 
 
 def marked_records(text: str) -> Marks:
-    """Records, each with the time at which: 3,1/2; raises `ValueError`."""
+    """Record numbers, each the n-th time, such as 3,1/2; raises `ValueError`."""
     found = _marks(text, 10, "RECORD[/N],…")
     _check((one.what if isinstance(one, Occasion) else one for one in found), range(1, RECORDS_KEPT + 1), form="d")
     return found
@@ -83,14 +83,14 @@ def _rule(part: str) -> Rule:
 
 
 def rules(text: str) -> tuple[Rule, ...]:
-    """Answers that an answer brings along; raises `ValueError`."""
+    """Rules by which a request causes further replies; raises `ValueError`."""
     found = tuple(_rule(part) for part in _parts(text))
     _check(code for rule in found for code in (rule.cause, rule.effect))
     return found
 
 
 def changes(text: str) -> tuple[Rule, ...]:
-    """Changes that a request brings along; raises `ValueError`."""
+    """Rules by which a request changes settings; raises `ValueError`."""
     found = rules(text)
     _check((rule.effect for rule in found), CHANGEABLE_CODES)
     return found

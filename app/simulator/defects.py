@@ -21,22 +21,22 @@ _IN_STATE: dict[int, tuple[str, Flag]] = {
 }
 _ACTIVATION = 0x10
 CHANGEABLE_CODES = frozenset((_ACTIVATION, *_IN_MEMORY, *_IN_STATE))
-"""What a rule can change."""
+"""Codes of what a rule can change."""
 _REVERTING = CHANGEABLE_CODES - {_ACTIVATION, 0x13}
 
 
 def is_marked_from(marks: Marks, what: int, time: int) -> bool:
-    """Always, or from the n-th time on."""
+    """Whether it is marked for every time, or from an earlier time on."""
     return what in marks or any(isinstance(one, Occasion) and one.what == what and time >= one.time for one in marks)
 
 
 def is_marked_at(marks: Marks, what: int, time: int) -> bool:
-    """Always, or this very time."""
+    """Whether it is marked for every time, or for this one."""
     return what in marks or Occasion(what, time) in marks
 
 
 def read_raw(module: Hardware, code: int) -> int:
-    """The byte that a setting or a state has now."""
+    """The present byte of a setting or a state."""
     if code in _IN_MEMORY:
         return int(getattr(module.memory, _IN_MEMORY[code]))
     if code == _ACTIVATION:
@@ -46,7 +46,7 @@ def read_raw(module: Hardware, code: int) -> int:
 
 
 def write_raw(module: Hardware, code: int, raw: int) -> None:
-    """Change it without being asked and without a word."""
+    """Change it silently."""
     if code in _IN_MEMORY:
         setattr(module.memory, _IN_MEMORY[code], raw)
     elif code == _ACTIVATION:
@@ -61,12 +61,12 @@ def rules_for(rules: tuple[Rule, ...], code: int, time: int) -> list[Rule]:
 
 
 def settings_before(module: Hardware) -> dict[int, int]:
-    """What could be reverted after the request that follows."""
+    """Settings that may be reverted after the next request."""
     return {code: read_raw(module, code) for code in _REVERTING} if module.quirks.revert_ms else {}
 
 
 def follow(module: Hardware, request: Request, time: int, before: dict[int, int], now_s: float) -> None:
-    """What happens besides, now or later, once a request was answered."""
+    """Side effects of a request that was answered, now or later."""
     quirks, code = module.quirks, request.command.code
     if request.hazard is Hazard.NONE:
         for rule in rules_for(quirks.read_changes, code, time):

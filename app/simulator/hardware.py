@@ -1,4 +1,4 @@
-"""The simulated module without its command interpreter: power, sensor, triggers and the line out."""
+"""The simulated module without its command interpreter: power, sensor, triggers and output."""
 
 import heapq
 import math
@@ -18,9 +18,9 @@ from protocol.messages import Source
 BOOT_GAP_S = 0.05  # "间隔50ms"
 LONGEST_WATCH_S = 10.0
 STREAM_BACKLOG_S = 5.0
-"""A stream that nobody collected for longer is lost, as in a driver whose buffer is full."""
+"""Older frames of a stream that was not collected are lost, as in a full driver buffer."""
 HOST_SILENT_S = 30.0
-"""The host sends a heartbeat every 10 to 30 s: after this a record says that the serial link is not connected."""
+"""The host sends a heartbeat every 10 to 30 s; after this time records say that serial is not connected."""
 LOWEST_RATE_HZ, HIGHEST_RATE_HZ = 1.0, 1440.0
 BITS_PER_BYTE = 10
 
@@ -29,7 +29,7 @@ class SentBytes(NamedTuple):
     """Bytes that leave the module as one burst."""
 
     at_s: float
-    """When its first bit leaves; may lie ahead while the line is busy."""
+    """Time of its first bit; in the future while the line is busy."""
     data: bytes
     baud_rate: int
     is_streamed: bool = False
@@ -44,24 +44,24 @@ class _Due(NamedTuple):
 
 
 def to_byte(value: float) -> int:
-    """Nearest u8."""
+    """The nearest byte."""
     return min(255, max(0, round(value)))
 
 
 class Hardware:
-    """Switched off at first. `world` may be shared with whoever moves it, between two calls."""
+    """Initially switched off. `world` may be changed between two calls."""
 
     def __init__(
         self, world: Physics, quirks: Quirks | None = None, *, memory: Memory | None = None, rate_hz: float = 50.0
     ) -> None:
         self.world: Physics = world
         self.asked: Counter[tuple[int, bool]] = Counter()
-        """How often each code was asked (False) and set (True) since its ways were last changed."""
-        self._dialect: Quirks = quirks or Quirks()
+        """How often each code was queried (False) and set (True) since the quirks were changed."""
+        self._quirks: Quirks = quirks or Quirks()
         self.memory: Memory = memory or Memory()
         self.state: ModuleState = ModuleState()
         self.baud_rate = self.memory.baud_rate
-        """Of its line now; the one in `memory` counts after a restart (E9)."""
+        """Present rate of its line; the one in `memory` is used after a restart (E9)."""
         self.is_on = False
         self.stream_frames_sent = 0
         self._rate_hz = rate_hz
@@ -81,15 +81,15 @@ class Hardware:
         self.heard_s = -math.inf
         self._sampled_s = -math.inf
 
-    # What it is
+    # State
 
     @property
     def quirks(self) -> Quirks:
-        return self._dialect
+        return self._quirks
 
     @quirks.setter
     def quirks(self, quirks: Quirks) -> None:
-        self._dialect = quirks
+        self._quirks = quirks
         self.asked.clear()
 
     @property
@@ -111,7 +111,7 @@ class Hardware:
         return self._stream_due_s != math.inf
 
     def tilt_deg(self, now_s: float) -> float:
-        """Angle to what was level at the last zeroing."""
+        """Angle to the position of the last zeroing."""
         return abs(self.world.motion(now_s).tilt_deg - self.memory.zero_tilt_deg)
 
     def light(self, now_s: float) -> int:
@@ -129,18 +129,18 @@ class Hardware:
         return encode_long(STATUS_CODE, bytes((tilt, acceleration, bool(self._fired), is_active)))
 
     def reports_active(self, now_s: float) -> bool:
-        """Whether it says that it is active: the truth, unless it reports it late."""
+        """What it reports as active, which may be late."""
         before, until_s = self._late_report
         return before if now_s < until_s else self.state.is_active
 
     def report_active_late(self, now_s: float) -> None:
-        """Until the dialect's time has passed it reports what it reports now."""
+        """Keep reporting the present state for the time that the quirks say."""
         self._late_report = (self.reports_active(now_s), now_s + self.quirks.active_late_ms / 1000)
 
     # Power
 
     def power_on(self, now_s: float, *, is_silent: bool = False) -> None:
-        """Boot: one more boot counted (0 follows 255), two heartbeats, triggers enabled, locked (but see E15)."""
+        """Boot: count it (0 follows 255), send two heartbeats, enable triggers, lock (but see E15)."""
         if self.quirks.forgets:
             self.memory.forget_settings()
         self.memory.boot_count = (self.memory.boot_count + 1) & 0xFF
@@ -159,28 +159,28 @@ class Hardware:
             self.start_stream(now_s + 2 * BOOT_GAP_S)
 
     def power_off(self) -> None:
-        """At once; what it had still to say is lost."""
+        """Switch off at once; bytes that were queued are lost."""
         self.is_on = False
         self._clear()
 
     def shut_down(self, now_s: float) -> None:
-        """Off after what is waiting to be sent up to now."""
+        """Switch off after sending what is due by now."""
         due = [one for one in self._due if one.at_s <= now_s]
         self.power_off()
         self._due = sorted(due)
 
     def restart(self, now_s: float, *, is_silent: bool = False) -> None:
-        """Off and on again; a silent one leaves out the two heartbeats."""
+        """Switch off and on; without the two heartbeats if `is_silent`."""
         self.power_off()
         self.power_on(now_s, is_silent=is_silent)
 
     def press_switch(self, now_s: float) -> None:
-        """Its switch, held for 2 s: on if it was off."""
+        """Hold its switch for 2 s, which switches it on."""
         if not self.is_on:
             self.power_on(now_s)
 
     def plug_charger(self, now_s: float) -> None:
-        """External power; it also wakes a module that was shut down ("通过外接供电通电自醒开机")."""
+        """Connect external power, which also wakes it after a shutdown ("通过外接供电通电自醒开机")."""
         self.advance(now_s)
         was_powered = self.world.has_external_power
         self.world.has_external_power = True
@@ -202,10 +202,10 @@ class Hardware:
         self.heard_s = -math.inf
         self._stream_due_s = math.inf
 
-    # Its triggers
+    # Triggers
 
     def activate(self, *, is_active: bool) -> None:
-        """Active or locked; either ends a prohibition, and locking ends "triggered"."""
+        """Activate or lock; both end the block of triggers, and locking ends "triggered"."""
         self.state.is_active = is_active
         self.state.is_forbidden = False
         if not is_active:
@@ -216,7 +216,7 @@ class Hardware:
         self._judge.stand_by()
 
     def fire(self, sources: Source, now_s: float) -> bool:
-        """Fire and write a record, unless locked or forbidden; False then."""
+        """Fire and write a record; False if it is locked or blocked."""
         if not (self.is_on and self.state.is_active) or self.state.is_forbidden:
             return False
         self._fired |= sources
@@ -233,7 +233,7 @@ class Hardware:
         return True
 
     def _planned_s(self) -> float:
-        """When it next does something by itself that nobody asked for."""
+        """Time of its next spontaneous event."""
         if not self.is_on:
             return math.inf
         runs_s = self.quirks.restart_at_s
@@ -248,7 +248,7 @@ class Hardware:
                 self.restart(at_s, is_silent=True)
 
     def advance(self, now_s: float) -> None:
-        """Let the time pass for its sensor and its triggers; sends nothing."""
+        """Advance the time of its sensor and its triggers; sends nothing."""
         self._do_planned(now_s)
         if not (self.is_on and self.state.is_active):
             self._sampled_s = now_s
@@ -271,10 +271,10 @@ class Hardware:
         if verdict.fired:
             self.fire(verdict.fired, at_s)
 
-    # Its line
+    # Output
 
     def collect(self, now_s: float) -> list[SentBytes]:
-        """Like `tick`, burst by burst, with the time and the rate of each."""
+        """Like `tick`, as bursts with their times and baud rates."""
         sent: list[SentBytes] = []
         if self._stream_due_s < now_s - STREAM_BACKLOG_S:
             self._base_stream(now_s - STREAM_BACKLOG_S)
@@ -294,12 +294,12 @@ class Hardware:
         return sent
 
     def next_due(self, now_s: float) -> float | None:
-        """When `tick` has something to send next; None while it only waits."""
+        """When `tick` has something to send next, or None."""
         due_s = min(self._due[0].at_s if self._due else math.inf, self._stream_due_s, self._planned_s())
         return None if due_s == math.inf else max(now_s, due_s)
 
     def send(self, data: bytes, at_s: float) -> None:
-        """Queue a burst at the rate that the line has now."""
+        """Queue a burst at the present baud rate."""
         self._queue(_Due(at_s, 0, data, self.baud_rate))
 
     def _queue(self, due: _Due) -> None:
@@ -307,12 +307,12 @@ class Hardware:
         heapq.heappush(self._due, due._replace(order=self.bursts_queued))
 
     def repeat_since(self, queued: int, after_s: float) -> None:
-        """Queue everything once more that was queued since there were `queued` bursts."""
+        """Queue all bursts after number `queued` once more."""
         for due in sorted(one for one in self._due if one.order > queued):
             self._queue(due._replace(at_s=due.at_s + after_s))
 
     def hold_stream(self, until_s: float) -> None:
-        """No status may fall between the pieces of a record."""
+        """Send no status until then, so that none lies between the pieces of a record."""
         self._stream_held_until_s = until_s
 
     def start_stream(self, now_s: float) -> None:
@@ -323,7 +323,7 @@ class Hardware:
         self._stream_due_s = math.inf
 
     def _base_stream(self, first_s: float) -> None:
-        """The next frame is due then, and the others by multiplication: adding up would drift."""
+        """Start the stream at this time. Later times are multiples of the period, so that they do not drift."""
         self._stream_due_s = self._stream_base_s = first_s
         self._stream_step = 0
 
@@ -332,7 +332,7 @@ class Hardware:
         self._stream_due_s = self._stream_base_s + self._stream_step / self._rate_hz
         self.advance(at_s)
         frame_s = Layout.STATUS.value * BITS_PER_BYTE / self.baud_rate
-        # A line that is a whole frame behind cannot carry this one too: it is left out, never queued without end.
+        # A frame is skipped if the line is a whole frame behind, so that the queue stays bounded.
         if at_s >= self._stream_held_until_s and self._line_free_s - at_s <= frame_s:
             late_s = self._jitter_random.uniform(0.0, self.quirks.stream_jitter_ms) / 1000
             self._jitter_until_s = max(self._jitter_until_s, at_s + late_s)

@@ -15,7 +15,7 @@ RECORD_DATA_LENGTH = sum(part.length for part in RECORD_PARTS)
 
 @dataclass(slots=True, kw_only=True)
 class Memory:
-    """Survives a restart. Bytes as on the wire, as a module would keep them."""
+    """What survives a restart; bytes as on the wire."""
 
     light_threshold: int = 0x12
     attitude_threshold: int = 60
@@ -25,14 +25,14 @@ class Memory:
     boot_count: int = 0
     zero_tilt_deg: float = 0.0
     records: deque[bytes] = field(default_factory=lambda: deque(maxlen=RECORDS_KEPT))
-    """Eleven data bytes each (D4 … D14), oldest first: the tenth trigger pushes the first one out."""
+    """Eleven data bytes each (D4 … D14), oldest first; the tenth replaces the first."""
 
     @property
     def baud_rate(self) -> int:
         return BAUD.values[self.baud_code]
 
     def forget_settings(self) -> None:
-        """Back to the defaults, as after a battery change of a module that keeps nothing."""
+        """Reset the settings to their defaults."""
         fresh = Memory()
         for name in ("light_threshold", "attitude_threshold", "freefall_acceleration", "freefall_time"):
             setattr(self, name, getattr(fresh, name))
@@ -40,18 +40,18 @@ class Memory:
 
 @dataclass(slots=True, kw_only=True)
 class ModuleState:
-    """Gone with the power, unless the dialect remembers (E15). As after every power-up: locked, triggers enabled."""
+    """What a restart resets, unless the quirks keep it (E15). Initially locked with both triggers enabled."""
 
     is_active: bool = False
     attitude_is_enabled: bool = True
     freefall_is_enabled: bool = True
     serial_output_is_on: bool = False
     is_forbidden: bool = False
-    """By `11 00`: holds back everything until `11 01`, `10` or a restart; the table names no end (E15)."""
+    """After `11 00`: blocks all triggers until `11 01`, `10` or a restart; the table names no end (E15)."""
 
 
 def limits(memory: Memory, state: ModuleState) -> TriggerLimits:
-    """The settings in a person's units, for the judge."""
+    """The settings in physical units."""
     return TriggerLimits(
         attitude_threshold_deg=memory.attitude_threshold,
         freefall_acceleration_g=memory.freefall_acceleration / TENTH_G.per_unit,
@@ -63,7 +63,7 @@ def limits(memory: Memory, state: ModuleState) -> TriggerLimits:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TriggerMoment:
-    """What a record says besides the settings."""
+    """Contents of a record besides the settings."""
 
     uptime_s: float
     sources: Source
@@ -92,7 +92,7 @@ def record_data(memory: Memory, moment: TriggerMoment) -> bytes:
 
 
 def record_frame(data: bytes) -> bytes:
-    """The sixteen bytes on the wire."""
+    """The frame of sixteen bytes."""
     return encode_long(RECORD_CODE, bytes((QUERY,)) + data)
 
 
@@ -110,7 +110,7 @@ _PAST_SOURCES = (
 
 
 def invent_records(memory: Memory, count: int, *, seed: int, has_odd_voltage: bool) -> None:
-    """Fill the memory with `count` (0 … 9) triggers of earlier days, varied, the same for the same seed."""
+    """Add `count` (0 … 9) varied records of earlier boots; the same for the same seed."""
     source = random.Random(seed)  # noqa: S311 (variety, not secrets)
     sources = _PAST_SOURCES[:count]
     boots = sorted(source.randrange(max(1, memory.boot_count)) for _ in sources)

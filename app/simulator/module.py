@@ -2,13 +2,13 @@
 
     power_on -> two heartbeats 50 ms apart -> answers, streams while serial output is on -> shut_down -> silence
 
-No clock and no thread: every method takes `now_s`, seconds of one monotonic clock that does not go back. The sensor is
-judged 200 times a second however seldom anybody asks, up to `LONGEST_WATCH_S` back.
+No clock and no thread: every method takes `now_s`, seconds of one monotonic clock. The sensor is evaluated 200 times a
+second, also afterwards, up to `LONGEST_WATCH_S` back.
 
-Where the table is silent, this module: answers `11 01` with 00 while it is locked, and does not fire; ends "triggered"
-at the reset angle for an attitude trigger, and with `10 00`, `11 00` or a restart for every other one; lets `11 00`
-hold back every trigger until `11 01`, `10` or a restart; sends records oldest first; does not answer what is no valid
-host frame.
+Where the table does not tell, this module: answers `11 01` with 00 while it is locked, and does not fire; ends
+"triggered" at the reset angle after an attitude trigger, and with `10 00`, `11 00` or a restart after others; blocks
+all triggers from `11 00` until `11 01`, `10` or a restart; sends the oldest record first; does not answer invalid
+frames.
 """
 
 import math
@@ -19,11 +19,11 @@ from protocol.catalogue import HOST_HEADER, Request
 from protocol.frame import HOST_FRAME_LENGTH, check_host, decode_request
 
 BROKEN_OFF_S = 0.1
-"""Part of a host frame, then this much silence: the rest will not come."""
+"""After this much silence, a part of a frame is discarded."""
 
 
 class SimulatedModule(Hardware):
-    """The hardware with what it understands of the host's bytes."""
+    """The hardware with its command interpreter."""
 
     _heard = b""
     _last_byte_s = -math.inf
@@ -33,15 +33,15 @@ class SimulatedModule(Hardware):
         self._heard, self._last_byte_s = b"", -math.inf
 
     def receive(self, data: bytes, now_s: float) -> bytes:
-        """Take bytes from the host; the bytes that leave at once, without regard to the time they take on the line."""
+        """Take bytes from the host; returns the bytes that are sent at once, ignoring the baud rate."""
         return b"".join(sent.data for sent in self.hear(data, now_s))
 
     def tick(self, now_s: float) -> bytes:
-        """Whatever is due by now."""
+        """Bytes that are due by now."""
         return b"".join(sent.data for sent in self.collect(now_s))
 
     def hear(self, data: bytes, now_s: float) -> list[SentBytes]:
-        """Like `receive`, burst by burst, with the time and the rate of each."""
+        """Like `receive`, as bursts with their times and baud rates."""
         sent = self.collect(now_s)
         if not self.is_on:
             return sent
@@ -52,7 +52,7 @@ class SimulatedModule(Hardware):
         return sent + self.collect(now_s)
 
     def _requests(self, data: bytes, now_s: float) -> list[Request]:
-        """The valid host frames that `data` completes; whatever lies between is given up byte by byte."""
+        """The valid host frames that `data` completes; other bytes are skipped."""
         if now_s - self._last_byte_s > BROKEN_OFF_S:
             self._heard = b""
         self._last_byte_s = now_s

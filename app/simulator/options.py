@@ -19,13 +19,13 @@ from protocol.translatable import marked
 
 
 class OptionRefused(ValueError):
-    """An option that does not exist, or a value that it does not take; the text says which and what it takes."""
+    """An unknown option or an invalid value; the message names it and what is expected."""
 
 
 class OptionTarget(Enum):
     """What an option is a field of."""
 
-    DIALECT = "dialect"
+    QUIRKS = "quirks"
     FAULTS = "faults"
     SETUP = "setup"
 
@@ -35,16 +35,16 @@ _module, _physical = partial(option, Group.MODULE), partial(option, Group.PHYSIC
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Setup:
-    """How a simulated module begins."""
+    """Initial state of a simulated module."""
 
     quirks: Quirks = field(default_factory=Quirks)
     faults: Faults = field(default_factory=Faults)
-    rate: float = option(Group.DIALECT, 50.0, marked("Stream rate"), ("HZ", 1, 1440))
+    rate: float = option(Group.QUIRKS, 50.0, marked("Stream rate"), ("HZ", 1, 1440))
     baud: int = _module(115200, marked("Baud rate"), "RATE")
     active: bool = _module(False, marked("Active"))
     boots: int = _module(37, marked("Boot count"), ("N", 0, 255))
     uptime: float = _module(60.0, marked("After power-on"), ("S", 0, 65535))
-    """0 lets the two heartbeats be seen."""
+    """With 0 the two heartbeats after power-on are sent."""
     history: int = _module(0, marked("Trigger records"), ("N", 0, 9))
     seed: int = _module(1, marked("Random seed"), ("N", 0, 2**31))
     tilt: float = _physical(0.0, marked("Tilt"), ("DEG", -180, 180))
@@ -53,21 +53,21 @@ class Setup:
     bay_open: bool = _physical(False, marked("Parachute bay open"))
     charger: bool = _physical(False, marked("External power"))
     noise: float = _physical(0.0, marked("Sensor noise"), ("N", 0, 100))
-    """1 is usual."""
+    """1 is typical."""
     lifelike: bool = _physical(False, marked("Wobbles"))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Option:
-    """One option. `name` is also the field's name in its target; on the command line `_` becomes `-`."""
+    """One option. `name` is the field of its target; on the command line `_` becomes `-`."""
 
     name: str
     group: Group
     target: OptionTarget
     text: str
-    """English, translatable; begins with the E-number where there is one."""
+    """In English; begins with the E-number if there is one."""
     parse: Callable[[str], Any]
-    """Raises `ValueError` with what is expected, as one would type it."""
+    """Raises `ValueError` with the expected form."""
     default: Any
     metavar: str | None = None
     choices: tuple[str, ...] = ()
@@ -144,7 +144,7 @@ def _option_of(one: "Field[Any]", target: OptionTarget) -> Option:
 
 
 def _options() -> Iterator[Option]:
-    for kind, target in ((Setup, OptionTarget.SETUP), (Quirks, OptionTarget.DIALECT), (Faults, OptionTarget.FAULTS)):
+    for kind, target in ((Setup, OptionTarget.SETUP), (Quirks, OptionTarget.QUIRKS), (Faults, OptionTarget.FAULTS)):
         yield from (_option_of(one, target) for one in fields(kind) if one.metadata)
 
 
@@ -161,7 +161,7 @@ def find_option(name: str) -> Option:
 
 
 def parse_value(option: Option, text: str) -> Any:
-    """The value that `text` stands for; raises `OptionRefused`."""
+    """Parse the value of an option; raises `OptionRefused`."""
     try:
         return option.parse(text)
     except ValueError as error:
@@ -169,7 +169,7 @@ def parse_value(option: Option, text: str) -> Any:
 
 
 def as_text(value: object) -> str:
-    """A value as one would type it."""
+    """A value in the form in which it is typed."""
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, frozenset | tuple):
@@ -180,26 +180,26 @@ def as_text(value: object) -> str:
 
 
 def default_text(option: Option) -> str:
-    """The default as one would type it: the codes of E3 and E4 are hexadecimal."""
+    """The default in the form in which it is typed: the codes of E3 and E4 are hexadecimal."""
     return f"{option.default:02X}" if option.name in ("voltage_code", "freefall_ack") else as_text(option.default)
 
 
 def parse_options(texts: Mapping[str, str] | Iterable[tuple[str, str]]) -> dict[str, Any]:
-    """Values by option name; raises `OptionRefused` for the first that is wrong."""
+    """Values by option name; raises `OptionRefused` for the first invalid one."""
     pairs = texts.items() if isinstance(texts, Mapping) else texts
     found = [(find_option(name), text) for name, text in pairs]
     return {option.name: parse_value(option, text) for option, text in found}
 
 
 def fields_of(values: Mapping[str, Any], target: OptionTarget) -> dict[str, Any]:
-    """Those of `values` that belong to the dialect, the faults or the setup."""
+    """Those of `values` that are fields of this target."""
     return {name: value for name, value in values.items() if BY_NAME[name].target is target}
 
 
 def setup_from(values: Mapping[str, Any]) -> Setup:
-    """A setup with these values (by option name), and the defaults for the rest."""
+    """A setup with these values, by option name, and defaults for the rest."""
     return Setup(
-        quirks=Quirks(**fields_of(values, OptionTarget.DIALECT)),
+        quirks=Quirks(**fields_of(values, OptionTarget.QUIRKS)),
         faults=Faults(**fields_of(values, OptionTarget.FAULTS)),
         **fields_of(values, OptionTarget.SETUP),
     )

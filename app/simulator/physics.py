@@ -1,7 +1,6 @@
 """Physics of the simulated module: attitude, fall, light and cell voltage.
 
-Pure: everything is a function of what was done to it and of the time that is handed in, so that a fake clock drives it.
-Times are seconds of one monotonic clock.
+Uses no clock: all methods take the time, in seconds of one monotonic clock.
 """
 
 import math
@@ -15,7 +14,7 @@ FALLING_G = 0.02  # air drag leaves a little
 IMPACT_G = 14.0
 IMPACT_S = 0.06
 OPENING_S = 0.2
-"""From the trigger until the parachute pulls: what is reported in between is still a fall."""
+"""From the trigger until the parachute opens; until then it still falls."""
 OPENING_SHOCK_G = 3.2
 OPENING_SHOCK_S = 0.3
 FULL_CELL_V = 4.2
@@ -30,7 +29,7 @@ _NOISE_LENGTH = 1021  # a prime, so that the four channels below never fall into
 
 
 class SensedMotion(NamedTuple):
-    """What the motion sensor feels at one moment."""
+    """Reading of the motion sensor."""
 
     tilt_deg: float
     """Signed angle of the aircraft against the horizontal plane, before zeroing."""
@@ -42,12 +41,12 @@ class _Fall:
     begins_s: float
     ends_s: float
     end_g: float = IMPACT_G
-    """Acceleration at its end: the ground's, or the opening parachute's."""
+    """Acceleration at its end, by the ground or by the opening parachute."""
     end_lasts_s: float = IMPACT_S
 
 
 def fall_time_s(height_m: float) -> float:
-    """Seconds that a free fall from this height takes, without drag."""
+    """Duration of a free fall from this height without drag, in seconds."""
     return math.sqrt(2 * max(0.0, height_m) / GRAVITY_M_S2)
 
 
@@ -59,7 +58,7 @@ def _noise(seed: int) -> tuple[float, ...]:
 
 @dataclass(slots=True, kw_only=True)
 class Physics:
-    """Set the public fields at will, after `advance`; call `drop` to let it fall."""
+    """The public fields may be set after `advance`."""
 
     tilt_deg: float = 0.0
     bay_is_open: bool = False
@@ -67,9 +66,9 @@ class Physics:
     cell_v: float = 3.9
     drain_v_per_h: float = 0.05
     noise: float = 0.0
-    """0 is an ideal sensor, 1 a usual one, more is worse."""
+    """0: ideal sensor, 1: typical sensor."""
     is_lifelike: bool = False
-    """Wobbles a few degrees, as in a hand or on a landing leg in the wind."""
+    """Wobbles by a few degrees, as in a hand."""
     seed: int = 1
     _now_s: float = -math.inf
     _fall: _Fall | None = None
@@ -79,7 +78,7 @@ class Physics:
         self._noise = _noise(self.seed)
 
     def advance(self, now_s: float) -> None:
-        """Let the time pass: the cell drains or charges, a fall that is over is forgotten. Never goes back."""
+        """Advance the time: the cell drains or charges, a fall ends. The time never goes back."""
         if self._now_s != -math.inf and now_s > self._now_s:
             hours = (now_s - self._now_s) / 3600
             if self.has_external_power:
@@ -91,11 +90,11 @@ class Physics:
             self._fall = None
 
     def drop(self, height_m: float, now_s: float) -> None:
-        """Let it fall from this height, now."""
+        """Start a free fall from this height."""
         self._fall = _Fall(now_s, now_s + fall_time_s(height_m))
 
     def open_parachute(self, now_s: float) -> None:
-        """The module has fired: the bay opens, and a fall ends with the parachute's pull instead of the ground's."""
+        """The module has fired: the bay opens, and the parachute ends a fall."""
         self.bay_is_open = True
         fall = self._fall
         if fall is not None and fall.begins_s <= now_s < fall.ends_s:
@@ -107,7 +106,7 @@ class Physics:
         return self._fall is not None and self._fall.begins_s <= now_s < self._fall.ends_s
 
     def motion(self, at_s: float) -> SensedMotion:
-        """What the motion sensor feels."""
+        """Reading of the motion sensor."""
         tilt, acceleration = self.tilt_deg, 1.0
         if self.is_lifelike:
             tilt += 4.0 + 2.4 * math.sin(0.83 * at_s) + 1.1 * math.sin(2.27 * at_s + 1.0)
@@ -124,18 +123,18 @@ class Physics:
         return SensedMotion(tilt, max(0.0, acceleration))
 
     def light_v(self, at_s: float, *, is_inverted: bool = False) -> float:
-        """Voltage of the light sensor in the bay; `is_inverted`: light reads lower (E11)."""
+        """Voltage of the light sensor in the bay; `is_inverted`: lower in light (E11)."""
         is_bright = self.bay_is_open is not is_inverted
         volts = LIGHT_BAY_OPEN_V if is_bright else LIGHT_BAY_CLOSED_V
         return max(0.0, volts + 0.03 * self._noise_at(at_s, 433))
 
     def voltage_v(self, at_s: float) -> float:
-        """What the module measures: the cell, or with external power the charging voltage."""
+        """The measured voltage: of the cell, or with external power the charging voltage."""
         lift = CHARGER_LIFT_V if self.has_external_power else 0.0
         return self.cell_v + lift + 0.005 * self._noise_at(at_s, 641)
 
     def _noise_at(self, at_s: float, channel: int) -> float:
-        """The same at the same time for the same seed, however often it is looked at."""
+        """A function of time and seed."""
         if not self.noise:
             return 0.0
         return self.noise * self._noise[(int(at_s / SENSOR_PERIOD_S) + channel) % _NOISE_LENGTH]

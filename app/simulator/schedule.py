@@ -13,7 +13,7 @@ class Schedule:
 
     @property
     def next_s(self) -> float:
-        """When the first one is due; infinity for none."""
+        """When the first event is due; infinity for none."""
         return self._plans[0][0] if self._plans else math.inf
 
     def add(self, at_s: float, act: Callable[[], None]) -> None:

@@ -14,24 +14,24 @@ _CLAMPS = {
     BY_NAME["freefall_time"]: range(50, 256),
     BY_NAME["light_threshold"]: range(1, 34),
 }
-"""What the vendor advises, or what the sensor can read at all."""
+"""Ranges that the vendor advises, or that the sensor can measure."""
 
 
 class Kept(NamedTuple):
     value: int
-    """What the setting is from now on."""
+    """New byte of the setting."""
     acknowledgement: int
     """D4 of the reply."""
 
 
 def clamped(command: Command, raw: int) -> int:
-    """The nearest byte within what the vendor advises."""
+    """The nearest byte within the advised range."""
     allowed = _CLAMPS.get(command, range(256))
     return min(max(raw, allowed.start), allowed.stop - 1)
 
 
 def keep(command: Command, wanted: int, old: int, quirks: Quirks) -> Kept:
-    """What becomes of a set of `command` from `old` to `wanted` (bytes)."""
+    """The outcome of a set of `command` from `old` to `wanted` (bytes)."""
     by_one = quirks.ack is Acknowledge.ONE and command.acknowledged_by_one
     if quirks.refuses and wanted != old:
         return Kept(old, FAILED if by_one else old)

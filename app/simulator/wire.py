@@ -1,6 +1,6 @@
 """Line between host and simulated module: speed, loss, corruption, lag, half duplex.
 
-Seeded: the same seed and the same traffic give the same faults. Times are seconds of the module's clock.
+The same seed and the same traffic give the same faults. Times are seconds of the module's clock.
 """
 
 # ruff: noqa: RUF009  an option is a field
@@ -21,12 +21,12 @@ from protocol.translatable import marked
 
 LONGEST_GARBAGE = 12
 PART_S = 0.005
-"""Bursts that take longer arrive in parts of this length, as from an adapter."""
+"""Longer bursts arrive in parts of this duration, as from an adapter."""
 ROUNDING_S = 1e-9
-"""Times that differ by less are the same."""
+"""Times that differ by less are equal."""
 KEPT_SPANS = 16384
 KEPT_BYTES = 65536
-"""What a driver keeps for a host that does not read."""
+"""Size of the driver's receive buffer."""
 
 
 SHARE = ("SHARE", 0.0, 1.0)
@@ -34,7 +34,7 @@ _fault = partial(option, Group.FAULTS)
 
 
 class FaultDirection(StrEnum):
-    """Which way drop, lose, corrupt, garbage and double apply."""
+    """Direction in which drop, lose, corrupt, garbage and double apply."""
 
     TO_HOST = "to-host"
     TO_MODULE = "to-module"
@@ -43,7 +43,7 @@ class FaultDirection(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Faults:
-    """Shares are 0 … 1. Frozen; use `dataclasses.replace` for other ones."""
+    """Shares are 0 … 1."""
 
     drop: float = _fault(0.0, marked("Lost frames"), SHARE)
     lose: float = _fault(0.0, marked("Lost bytes"), SHARE)
@@ -57,7 +57,7 @@ class Faults:
     echo: bool = _fault(False, marked("Echo"))
     mute: bool = _fault(False, marked("Mute"))
     min_gap_ms: float = _fault(0.0, marked("Minimum gap"), MILLISECONDS)
-    """A request that begins sooner after the last reply or request is ignored."""
+    """Requests that begin sooner after the last reply or request are ignored."""
     half_duplex: bool = _fault(False, marked("Half duplex"))
     lag_ms: float = _fault(0.0, marked("Wireless lag"), MILLISECONDS)
     paced: bool = _fault(True, marked("Baud-rate timing"))
@@ -74,7 +74,7 @@ class _Burst(NamedTuple):
         return self.begins_s + len(self.data) * self.byte_s
 
     def cut_at(self, length: int) -> "list[_Burst]":
-        """Its pieces of at most `length` bytes, each with its own time."""
+        """Split into pieces of at most `length` bytes."""
         starts = range(0, len(self.data), length)
         return [
             _Burst(self.begins_s + start * self.byte_s, self.data[start : start + length], self.byte_s)
@@ -83,9 +83,9 @@ class _Burst(NamedTuple):
 
 
 class Wire:
-    """Both directions of one line, with the module at its end. `host_baud` None: the host's rate always fits (TCP).
+    """Both directions of the line to a module. `host_baud` None: the host's rate always fits (TCP).
 
-    The gap and half duplex are judged where the module is; the lag comes behind, on the way to the host.
+    The gap and half duplex apply at the module; the lag is added on the way to the host.
     """
 
     def __init__(
@@ -99,7 +99,7 @@ class Wire:
         self._up_free_s = -math.inf
         self._down_free_s = -math.inf
         self._sending: deque[tuple[float, float]] = deque(maxlen=KEPT_SPANS)
-        """When the module was sending, oldest first: from, to."""
+        """Spans in which the module was sending, oldest first: from, to."""
         self._ready_s = -math.inf
         """When the module next heeds a request."""
         self._up_random = random.Random(seed)  # noqa: S311 (faults, not secrets)
@@ -135,7 +135,7 @@ class Wire:
         return bytes(arrived[-KEPT_BYTES:])
 
     def next_due(self, now_s: float) -> float | None:
-        """When the next burst, or a part of a long one, is there, or the module has something to do; None for never."""
+        """When a burst or a part of one arrives, or the module has something to do; None for never."""
         due_s = self.module.next_due(now_s)
         times_s = [] if due_s is None else [due_s]
         if self._up:
@@ -146,7 +146,7 @@ class Wire:
         return max(now_s, min(times_s)) if times_s else None
 
     def clear(self, now_s: float) -> None:
-        """What is on its way to nobody is lost: the plug was pulled, or the port is only opened now."""
+        """Discard all bytes in transit: the adapter was unplugged, or the port is being opened."""
         self._pump(now_s)
         self._up.clear()
         self._down.clear()
@@ -166,7 +166,7 @@ class Wire:
         self._send_down(self.module.collect(now_s))
 
     def _hears(self, burst: _Burst) -> bytes:
-        """What of a burst from the host a module takes that cannot hear while it sends, and needs its gap."""
+        """The bytes of a burst from the host that the module receives, with its gap and half duplex."""
         gap_s = self.faults.min_gap_ms / 1000
         is_too_soon = burst.begins_s < self._ready_s - ROUNDING_S
         self._ready_s = max(self._ready_s, burst.ends_s + gap_s)
@@ -193,7 +193,7 @@ class Wire:
             whole = sent.data
             if self.host_baud is not None and self.host_baud != sent.baud_rate:
                 whole = _garble(whole, sent.baud_rate, self.host_baud, self._down_random)
-                byte_s *= len(sent.data) / max(1, len(whole))  # misread, it takes the time that it took to send
+                byte_s *= len(sent.data) / max(1, len(whole))  # in the time that sending took
             delay_s = faults.delay_ms / 1000
             if faults.jitter_ms:
                 delay_s += self._down_random.uniform(0.0, faults.jitter_ms) / 1000
@@ -213,7 +213,7 @@ class Wire:
             self._ready_s = max(self._ready_s, begins_s + takes_s + self.faults.min_gap_ms / 1000)
 
     def _deliver(self, burst: _Burst) -> None:
-        """It leaves the line at its time, and reaches the host with the lag."""
+        """The burst leaves the line at its time, and reaches the host after the lag."""
         self._down_free_s = burst.ends_s
         self._down.append(burst._replace(begins_s=burst.begins_s + self.faults.lag_ms / 1000))
 
@@ -227,7 +227,7 @@ class Wire:
         return [data[start:end] for start, end in zip([0, *cuts], [*cuts, len(data)], strict=True)]
 
     def _suffer(self, data: bytes, source: random.Random, direction: FaultDirection) -> list[bytes]:
-        """What becomes of one burst: nothing, itself, or itself and more."""
+        """Apply the faults to a burst; returns none, one or two."""
         faults = self.faults
         if faults.direction not in (direction, FaultDirection.BOTH):
             return [data]
@@ -247,5 +247,5 @@ class Wire:
 
 
 def _garble(data: bytes, sent_baud: int, read_baud: int, source: random.Random) -> bytes:
-    """What a receiver at another rate makes of it: as many wrong bytes as fit into the time."""
+    """What a receiver at another rate reads: as many random bytes as fit into the time."""
     return source.randbytes(max(1, min(4 * len(data), len(data) * read_baud // max(1, sent_baud))))

@@ -1,4 +1,4 @@
-"""Dock with the panel of the simulated module, created on first use."""
+"""Dock with the panel of the simulated module, which is created on first use."""
 
 import logging
 from typing import TYPE_CHECKING
@@ -17,7 +17,7 @@ _log = logging.getLogger(__name__)
 
 
 class SimulatorDock(QDockWidget):
-    """Drives the simulated module that is connected, and none while a real one is."""
+    """Controls the simulated module that is connected; disabled while there is none."""
 
     def __init__(self, connector: Connector, texts: Texts, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -41,7 +41,7 @@ class SimulatorDock(QDockWidget):
         self._follow()
 
     def _follow(self) -> None:
-        """Show the module behind the port that is wanted; one that was unplugged stays in sight, to plug it in."""
+        """Show the module of the chosen port, also while it is unplugged, so that it can be plugged in again."""
         panel = self._panel
         if panel is None:
             return
@@ -55,6 +55,6 @@ class SimulatorDock(QDockWidget):
         self._device = device
         try:
             panel.use_bench(None if device is None else open_bench(device))
-        except OptionRefused as error:  # the port is refused for the same reason, and says so
+        except OptionRefused as error:  # opening the port reports the same reason
             _log.info("No simulated module at %s: %s", device, error)
             panel.use_bench(None)

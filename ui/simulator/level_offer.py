@@ -1,4 +1,4 @@
-"""Offers to set the simulated module level where it fails a check of rest."""
+"""Offers to put the simulated module at rest if it fails a check for that reason."""
 
 from collections.abc import Callable, Sequence
 from typing import Final
@@ -14,7 +14,7 @@ _OF_REST: Final = frozenset(("tilt", "tilt_spread", "acceleration", "acceleratio
 
 
 def rest_notice(target: Target | None, against: Sequence[str], check_again: Callable[[], object]) -> Notice | None:
-    """None where it is no simulated module, where it lies at rest, or where nothing of that stands against GO."""
+    """None if the module is real or at rest, or if no check of rest failed."""
     if target is None or not target.is_simulated or not _OF_REST.intersection(against):
         return None
     try:

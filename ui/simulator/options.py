@@ -28,21 +28,21 @@ from ui.widgets.naming import named
 from ui.widgets.sliders import NUMBER_PX, WheelGuard, label_for
 
 PERCENT = 100.0
-_SECTIONS = {"line": Group.FAULTS, "dialect": Group.DIALECT, "lies": Group.LIES}
+_SECTIONS = {"line": Group.FAULTS, "protocol": Group.QUIRKS, "defects": Group.DEFECTS}
 _NUMBERS = {
     "SHARE": (" %", 0.0, PERCENT, 1 / PERCENT),
     "HZ": (" Hz", 1.0, 1440.0, 1.0),
     "MS": (" ms", 0.0, 10_000.0, 1.0),
     "S": (" s", 0.0, 86_400.0, 1.0),
 }
-"""By metavar: unit, smallest, largest, and the option's value for one step."""
+"""By metavar: unit, minimum, maximum, and the option's value for one step."""
 
 
 class OptionRows(QWidget):
-    """One row for each option. `show_values` follows the bench without acting on it."""
+    """One row for each option of a group."""
 
     changed = Signal(str, object)
-    """Name and value of an option that a person changed."""
+    """Name and value of an option that the user changed."""
 
     def __init__(self, texts: Texts, guard: WheelGuard, group: Group) -> None:
         super().__init__()
@@ -53,7 +53,7 @@ class OptionRows(QWidget):
         self.form.setHorizontalSpacing(Space.M)
         self.form.setVerticalSpacing(Space.S)
         self.form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
-        self.form.setRowWrapPolicy(QFormLayout.RowWrapPolicy.WrapLongRows)  # a narrow dock shows it whole
+        self.form.setRowWrapPolicy(QFormLayout.RowWrapPolicy.WrapLongRows)  # for narrow docks
         for option in (one for one in OPTIONS if one.group is group):
             if option.is_flag:
                 self._add_flag(option)
@@ -65,13 +65,13 @@ class OptionRows(QWidget):
                 self._add_text(option)
 
     def show_values(self, values: Mapping[str, Any]) -> None:
-        """Follow the bench."""
+        """Show these values without emitting `changed`."""
         for name, show in self._show.items():
             show(values[name])
 
     def _add_number(self, option: Option) -> None:
         unit, minimum, maximum, scale = _NUMBERS[str(option.metavar)]
-        box = named(QDoubleSpinBox(), f"simulator_{option.name}")
+        box = named(QDoubleSpinBox(), f"simulator_option_{option.name}")
         box.setDecimals(0)
         box.setRange(minimum, maximum)
         box.setSuffix(unit)
@@ -88,7 +88,7 @@ class OptionRows(QWidget):
         self._add(option, box, show)
 
     def _add_choice(self, option: Option) -> None:
-        box = named(QComboBox(), f"simulator_{option.name}")
+        box = named(QComboBox(), f"simulator_option_{option.name}")
         box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
         box.setMinimumContentsLength(6)
         box.addItems(option.choices)
@@ -97,13 +97,13 @@ class OptionRows(QWidget):
         self._add(option, box, lambda value: box.setCurrentIndex(values.index(value)))
 
     def _add_flag(self, option: Option) -> None:
-        box = control(QCheckBox(), self._texts, f"simulator_{option.name}", option.text,
+        box = control(QCheckBox(), self._texts, f"simulator_option_{option.name}", option.text,
                       slot=lambda is_checked: self.changed.emit(option.name, is_checked))  # fmt: skip
         self._add(option, box, box.setChecked)
 
     def _add_text(self, option: Option) -> None:
-        box = named(QLineEdit(), f"simulator_{option.name}")
-        refusal = named(QLabel(), f"simulator_{option.name}_refusal", "danger")
+        box = named(QLineEdit(), f"simulator_option_{option.name}")
+        refusal = named(QLabel(), f"simulator_option_{option.name}_refusal", "danger")
         refusal.setWordWrap(True)
         refusal.hide()
 
@@ -138,7 +138,7 @@ class OptionRows(QWidget):
             self.form.addRow(widget)
         elif isinstance(widget, QDoubleSpinBox):
             self.form.addRow(label_for(self._texts, widget, option.text), widget)
-        else:  # below its label, so that a narrow dock shows it whole
+        else:  # below its label, for narrow docks
             label = label_for(self._texts, widget, option.text)
             label.setMinimumHeight(0)
             self.form.addRow(label)
@@ -146,7 +146,7 @@ class OptionRows(QWidget):
 
 
 class SimulatorOptions(QWidget):
-    """A fold for each kind of option, closed at first."""
+    """A collapsible section for each group of options, initially closed."""
 
     unfolded = Signal()
 
@@ -176,14 +176,14 @@ class SimulatorOptions(QWidget):
 
     @property
     def widest_px(self) -> int:
-        """Of all folds, also of those that are closed."""
+        """Width of the widest row, also of closed sections."""
         return max(rows.minimumSizeHint().width() for rows in self._rows)
 
     def use_bench(self, bench: SimulatedBench | None) -> None:
         self._bench = bench
 
     def show_values(self, values: Mapping[str, Any], *, rate_hz: float) -> None:
-        """Follow the bench, as far as it is in sight."""
+        """Show these values in the open sections."""
         for rows in self._rows:
             if rows.isVisible():
                 rows.show_values({**values, "rate": rate_hz})

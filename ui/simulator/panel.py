@@ -32,9 +32,9 @@ HIGHEST_M = 100
 
 
 class SimulatorPanel(QWidget):
-    """Contents of a dock. Drives the bench that `use_bench` names, and follows what happens to it by itself.
+    """Controls of a simulated module, which follow its state.
 
-    Activating is not here: that goes through the protocol, as with a real module.
+    Activating is not among them: it goes through the protocol, as for a real module.
     """
 
     def __init__(self, texts: Texts, bench: SimulatedBench | None = None, parent: QWidget | None = None) -> None:
@@ -64,14 +64,14 @@ class SimulatorPanel(QWidget):
         self.use_bench(bench)
 
     def use_bench(self, bench: SimulatedBench | None) -> None:
-        """The module to drive; None greys the panel."""
+        """The module to control; None disables the panel."""
         self._bench = bench
         self.options.use_bench(bench)
         self._body.setEnabled(bench is not None)
         self.refresh()
 
     def refresh(self) -> None:
-        """Show the bench as it is now."""
+        """Show the present state."""
         if self._bench is None:
             self.summary.setText(tr("No simulated module"))
             return
@@ -94,7 +94,7 @@ class SimulatorPanel(QWidget):
     def changeEvent(self, event: QEvent) -> None:
         super().changeEvent(event)
         if self._is_made and event.type() in (QEvent.Type.StyleChange, QEvent.Type.FontChange):
-            QTimer.singleShot(0, self, self._fit)  # once the controls have taken the new style
+            QTimer.singleShot(0, self, self._fit)  # after the controls have the new style
 
     # Making
 
@@ -162,7 +162,7 @@ class SimulatorPanel(QWidget):
         in_column(self._area, of=self, margins=0)
 
     def _fit_width(self) -> None:
-        """As wide as the widest row, also of the fold, so that opening it moves nothing and cuts nothing off."""
+        """As wide as the widest row, also of closed sections, so that opening one moves and cuts off nothing."""
         inner = max(self._body.minimumSizeHint().width(), self.options.widest_px + 2 * Space.M)
         self._area.setMinimumWidth(inner + self._area.verticalScrollBar().sizeHint().width())
 
@@ -182,7 +182,7 @@ def _toggle_plug(bench: SimulatedBench) -> None:
 
 
 def _summary(state: BenchState) -> str:
-    """One line about what cannot be seen from the controls."""
+    """State that the controls do not show, in one line."""
     if not state.is_plugged_in:
         return tr("Unplugged")
     if not state.is_on:

@@ -1,6 +1,6 @@
 """Base of the endpoints that serve a simulated module to other processes.
 
-One loop, no thread. It wakes when the host sends, when a control line comes, when bytes are due, or when it is stopped.
+One loop, no thread. It wakes up for bytes of the host, control lines, bytes that are due, and `stop`.
 """
 
 import math
@@ -16,7 +16,7 @@ from app.simulator.control_lines import ControlLines
 from app.text.visible_text import visible
 
 BATCH_S = 0.004
-"""While it streams quickly, several frames are written at once: a wake-up for each costs a tenth of a core."""
+"""In a fast stream several frames are written at once: waking up for each takes a tenth of a core."""
 QUICK_HZ = 200.0
 READ_CHUNK = 65536
 
@@ -32,19 +32,19 @@ class Endpoint(Protocol):
         """Make it reachable."""
 
     def unplug(self) -> None:
-        """Make it vanish, for whoever has it open too."""
+        """Make it unreachable, also for a host that has it open."""
 
     def files(self) -> list[int]:
-        """File descriptors whose readiness to be read matters now."""
+        """File descriptors to wait for."""
 
     def host_baud(self) -> int | None:
-        """Rate that the host uses, None where that cannot be known."""
+        """Baud rate of the host, None if unknown."""
 
     def receive(self, ready: list[int]) -> bytes:
-        """What the host sent, b"" for nothing."""
+        """Bytes from the host, b"" for none."""
 
     def send(self, data: bytes) -> None:
-        """Hand bytes to the host; lost where nobody takes them."""
+        """Send bytes to the host; lost if it does not read them."""
 
 
 class Loop:
@@ -74,12 +74,12 @@ class Loop:
         self.wake()
 
     def wake(self) -> None:
-        """Look at the bench now, because another thread did something to it."""
+        """Check the bench now, which another thread has changed."""
         with suppress(OSError):
             self._waker.send(b"!")
 
     def run(self) -> None:
-        """Serve until stopped; the endpoint is unplugged in the end, whatever happens. Raises what `plug` raises."""
+        """Serve until stopped, then unplug the endpoint. Raises what `plug` raises."""
         plug = None
         try:
             while not self._is_stopped:
@@ -100,7 +100,7 @@ class Loop:
             self._wakes.close()
 
     def _follow_plug(self, before: int | None, now: int | None) -> None:
-        """It may have slipped out and in again while nobody looked: then its number has changed."""
+        """The number also changes if it was unplugged and plugged in again meanwhile."""
         if before is not None:
             self._endpoint.unplug()
         if now is None:
@@ -113,7 +113,7 @@ class Loop:
         files = [self._wakes.fileno(), *self._endpoint.files()]
         if self._control is not None:
             files += self._control.files()
-        # Its time-outs are in microseconds, those of `epoll` in milliseconds.
+        # select has time-outs in microseconds, epoll in milliseconds.
         ready, _, _ = select.select(files, [], [], self._timeout_s())
         return ready
 
@@ -144,5 +144,5 @@ class Loop:
 
 
 def complain(text: str) -> None:
-    """One line for the person, on standard error."""
+    """Print a line on standard error."""
     print(visible(text), file=sys.stderr, flush=True)

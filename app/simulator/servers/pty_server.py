@@ -15,20 +15,20 @@ if sys.platform != "win32":
 
 READ_CHUNK = 65536
 _BOTHER = 0o10000
-"""Linux: the rate is no code but a number, as Wine and programs with rates of their own set it."""
+"""Linux: the rate is a number instead of a code, as set by Wine and for custom rates."""
 _TCGETS2 = 0x802C542A
 _TERMIOS2 = struct.Struct("4I20B2I")
 
 
 class LinkRefused(OSError):
-    """The path for the symbolic link is taken by something that is none."""
+    """The path for the symbolic link exists and is no link."""
 
 
 class PtyEndpoint:
-    """A pseudo-terminal, with a symbolic link to it where one is wanted."""
+    """A pseudo-terminal, with an optional symbolic link to it."""
 
     def __init__(self, link: Path | None, *, baud_rate: int) -> None:
-        """`baud_rate` stands on the port until the host sets its own."""
+        """`baud_rate`: initial rate of the port."""
         self._link = link
         self._baud_rate = baud_rate
         self._master: int | None = None
@@ -46,10 +46,10 @@ class PtyEndpoint:
         return self._port if self._master is not None else None
 
     def plug(self) -> None:
-        """Raises `LinkRefused`, or OSError where there is no pseudo-terminal to be had."""
+        """Raises `LinkRefused`, or OSError if there is no pseudo-terminal."""
         if self._link is not None and self._link.exists() and not self._link.is_symlink():
             raise LinkRefused(tr("it is no symbolic link"))
-        # The slave stays open here: without anybody on it, reading the master is an error.
+        # The slave stays open: reading the master fails while nobody has it open.
         self._master, self._slave = os.openpty()
         tty.setraw(self._slave)
         settings = termios.tcgetattr(self._slave)
@@ -75,7 +75,7 @@ class PtyEndpoint:
         return [] if self._master is None else [self._master]
 
     def host_baud(self) -> int | None:
-        """The rate that the host set on its side; 0 for one that no module has."""
+        """The rate that the host set; 0 for an unknown one."""
         if self._master is None:
             return None
         code = termios.tcgetattr(self._master)[4]
@@ -92,13 +92,13 @@ class PtyEndpoint:
             return b""
 
     def send(self, data: bytes) -> None:
-        """What does not fit is lost, as on a port that nobody reads."""
+        """Bytes that do not fit are lost."""
         if self._master is not None:
             with suppress(BlockingIOError):
                 os.write(self._master, data)
 
     def _refresh_link(self, link: Path) -> None:
-        """Atomically, so that nobody finds the link missing."""
+        """Replace the link atomically."""
         new = link.with_name(f".{link.name}.{os.getpid()}")
         new.unlink(missing_ok=True)
         new.symlink_to(self._port)

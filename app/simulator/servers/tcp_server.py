@@ -7,10 +7,10 @@ READ_CHUNK = 65536
 
 
 class TcpEndpoint:
-    """Serves one client at a time; the next one waits until the first is gone."""
+    """Serves one client at a time; the next one waits."""
 
     def __init__(self, host: str, port: int) -> None:
-        """Port 0 picks a free one. Raises OSError (also `socket.gaierror`) where it cannot listen."""
+        """Port 0 picks a free port. Raises OSError, also `socket.gaierror`, if it cannot listen."""
         self._host = host
         self._listener: socket.socket | None = None
         self._client: socket.socket | None = None
@@ -44,7 +44,7 @@ class TcpEndpoint:
         return [] if self._listener is None else [self._listener.fileno()]
 
     def host_baud(self) -> int | None:
-        """A socket has none."""
+        """Unknown: a socket has no rate."""
         return None
 
     def receive(self, ready: list[int]) -> bytes:
@@ -65,7 +65,7 @@ class TcpEndpoint:
         return data
 
     def send(self, data: bytes) -> None:
-        """What a client does not take is lost; without a client everything is."""
+        """Bytes that no client takes are lost."""
         if self._client is None:
             return
         try:

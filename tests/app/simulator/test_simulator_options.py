@@ -32,7 +32,7 @@ def bench(clock: FakeClock) -> SimulatedBench:
     return SimulatedBench(clock=clock)
 
 
-def test_every_field_of_dialect_and_faults_has_an_option() -> None:
+def test_every_field_of_quirks_and_faults_has_an_option() -> None:
     fields = set(Quirks.__slots__) | set(Faults.__slots__)
     assert {option.name for option in OPTIONS if option.target is not OptionTarget.SETUP} == fields
 
@@ -113,7 +113,7 @@ def test_control_lines_move_the_module(bench: SimulatedBench, clock: FakeClock) 
     assert bench.state().boot_count == 38
 
 
-def test_control_lines_switch_power_faults_and_dialect(bench: SimulatedBench, clock: FakeClock) -> None:
+def test_control_lines_switch_power_faults_and_quirks(bench: SimulatedBench, clock: FakeClock) -> None:
     obey(bench, "off")
     assert not bench.state().is_on
     obey(bench, "press")

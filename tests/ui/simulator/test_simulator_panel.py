@@ -156,16 +156,16 @@ def test_it_does_not_change_a_number_under_the_fingers(panel: SimulatorPanel, be
 
 def test_line_and_protocol(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:
     click(qtbot, panel.options.folds["line"])
-    drop = child(panel, QDoubleSpinBox, "simulator_drop")
+    drop = child(panel, QDoubleSpinBox, "simulator_option_drop")
     assert isinstance(drop, QDoubleSpinBox)
     type_into(qtbot, drop, "20")
     assert bench.state().values["drop"] == pytest.approx(0.2)
-    click(qtbot, panel.options.folds["dialect"])
-    ack = child(panel, QComboBox, "simulator_ack")
+    click(qtbot, panel.options.folds["protocol"])
+    ack = child(panel, QComboBox, "simulator_option_ack")
     ack.setFocus()
     qtbot.keyClick(ack, Qt.Key.Key_Down)
     assert bench.state().values["ack"] is Acknowledge.ONE
-    keeps = child(panel, QAbstractButton, "simulator_keeps")
+    keeps = child(panel, QAbstractButton, "simulator_option_keeps")
     click(qtbot, keeps)
     assert bench.state().values["keeps"] is False
     panel.options.heal.click()
@@ -176,24 +176,24 @@ def test_line_and_protocol(qtbot: QtBot, panel: SimulatorPanel, bench: Simulated
     assert bench.state().values["ack"] is Acknowledge.ONE
 
 
-def test_every_fault_and_dialect_has_a_row(panel: SimulatorPanel) -> None:
-    shown = {widget.objectName().removeprefix("simulator_") for widget in panel.options.findChildren(QWidget)}
+def test_every_fault_and_quirk_has_a_row(panel: SimulatorPanel) -> None:
+    shown = {widget.objectName().removeprefix("simulator_option_") for widget in panel.options.findChildren(QWidget)}
     missing = (set(Quirks.__slots__) | set(Faults.__slots__)) - shown
     assert not missing
 
 
-def test_lies_and_defects(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:
-    assert not child(panel, QLineEdit, "simulator_cross_talk").isVisible()
-    click(qtbot, panel.options.folds["lies"])
-    talk = child(panel, QLineEdit, "simulator_cross_talk")
+def test_defects(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:
+    assert not child(panel, QLineEdit, "simulator_option_cross_talk").isVisible()
+    click(qtbot, panel.options.folds["defects"])
+    talk = child(panel, QLineEdit, "simulator_option_cross_talk")
     assert isinstance(talk, QLineEdit)
     type_line(qtbot, talk, "21:20=14@500")
     assert bench.state().values["cross_talk"] == (Rule(0x21, 0x20, 0x14, 0, 500.0),)
-    revert = child(panel, QDoubleSpinBox, "simulator_revert_ms")
+    revert = child(panel, QDoubleSpinBox, "simulator_option_revert_ms")
     assert isinstance(revert, QDoubleSpinBox)
     type_into(qtbot, revert, "20")
     assert bench.state().values["revert_ms"] == 20
-    click(qtbot, child(panel, QAbstractButton, "simulator_locks"))
+    click(qtbot, child(panel, QAbstractButton, "simulator_option_locks"))
     assert bench.state().values["locks"] is False
     bench.change(cross_talk=())
     revert.setFocus()
@@ -204,11 +204,11 @@ def test_lies_and_defects(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedB
 def test_a_rule_that_means_nothing_is_refused_beside_it(
     qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench
 ) -> None:
-    click(qtbot, panel.options.folds["lies"])
-    talk = child(panel, QLineEdit, "simulator_cross_talk")
+    click(qtbot, panel.options.folds["defects"])
+    talk = child(panel, QLineEdit, "simulator_option_cross_talk")
     assert isinstance(talk, QLineEdit)
     type_line(qtbot, talk, "21>20")
-    refusal = child(panel, QLabel, "simulator_cross_talk_refusal")
+    refusal = child(panel, QLabel, "simulator_option_cross_talk_refusal")
     assert isinstance(refusal, QLabel)
     assert "CODE:CODE" in refusal.text()
     assert bench.state().values["cross_talk"] == ()
@@ -232,6 +232,8 @@ def test_every_control_has_a_name_and_an_accessible_name(panel: SimulatorPanel) 
     found = [one for kind in kinds for one in panel.findChildren(kind)]
     controls = [one for one in found if one.objectName() != "qt_spinbox_lineedit"]
     assert len(controls) > 30
+    names = [one.objectName() for one in controls if isinstance(one, QAbstractButton | QComboBox)]
+    assert len(set(names)) == len(names)
     for control in controls:
         assert control.objectName()
         assert control.accessibleName(), control.objectName()
