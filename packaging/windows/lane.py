@@ -108,7 +108,7 @@ def table(results: Sequence[Result], when: datetime) -> str:
     return "\n".join([
         f"{when:%Y-%m-%d}, Wine 10, Python 3.13 for Windows:",
         "",
-        "| suite | passed | failed | cannot be told | not for Windows | time |",
+        "| suite | passed | failed | unknown under Wine | not for Windows | time |",
         "| --- | --- | --- | --- | --- | --- |",
         *rows,
         f"| **all** | **{sums[0]}** | **{sums[1]}** | **{sums[2]}** | **{sums[3]}** | **{sums[4]:.0f} s** |",

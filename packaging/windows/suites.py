@@ -1,4 +1,4 @@
-"""What is tried under Wine, and what cannot be told there."""
+"""The test suites run under Wine, and the tests whose result is unknown there."""
 
 from typing import Final, NamedTuple
 
