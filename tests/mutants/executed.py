@@ -19,6 +19,8 @@ TESTS = ("tests/protocol", "tests/app/*", "tests/faults", "tests/scenarios", "te
 ROOM_BUDGET_S = 20
 OTHERS_BUDGET_S = 20
 """The tests of a mutant's room and all other tests: the fastest of each that together take no longer."""
+IMPORT = ""
+"""Stands for a test that executes what importing a file executes."""
 
 
 class TestMap:
@@ -39,11 +41,13 @@ class TestMap:
 
     def batches(self, mutant: Mutant) -> list[list[str]]:
         """The tests that execute a mutant, fastest first: those of its room, then the others."""
-        lines = self._tests[mutant.path]
-        found: set[str] = set().union(*(lines[number] for number in mutant.lines or list(lines) if number in lines))
         room = f"tests/{Path(mutant.path).parent.as_posix()}/"
-        if not mutant.lines:
-            found.update(test for test in self.seconds if test.startswith(room))
+        found = {test for number in mutant.lines for test in self._tests[mutant.path].get(number, ())}
+        if not mutant.lines or found == {IMPORT}:
+            found |= {test for test in self.seconds if test.startswith(room)}
+            for path in _importing(mutant.path):
+                found.update(*self._tests[path].values())
+        found.discard(IMPORT)
         inside = {test for test in found if test.startswith(room)}
         batches = self._fastest(inside, ROOM_BUDGET_S), self._fastest(found - inside, OTHERS_BUDGET_S)
         return [batch for batch in batches if batch]
@@ -57,6 +61,14 @@ class TestMap:
                 files[test.split("::")[0]].append(test)
         fastest_first = sorted(files.values(), key=lambda tests: sum(self.seconds[test] for test in tests))
         return [test for file in fastest_first for test in file]
+
+
+def _importing(path: str) -> list[str]:
+    """The file itself and the mutated ones that import it: where its constants are used."""
+    module = path.removesuffix(".py").replace("/", ".")
+    files = [file for folder in FOLDERS for file in sorted((ROOT / folder).rglob("*.py"))]
+    importing = [file for file in files if f"from {module} import" in file.read_text(encoding="utf-8")]
+    return [path, *(file.relative_to(ROOT).as_posix() for file in importing)]
 
 
 def recorded_map(workers: ProcessPoolExecutor) -> TestMap:
@@ -93,6 +105,7 @@ def _run_recorded(folder: str, target: Path) -> None:
     run_pytest([folder], recorder)
     coverage.stop()
     data = coverage.get_data()
+    recorder.seconds[IMPORT] = 0.0
     lines: dict[str, dict[str, list[int]]] = {test: {} for test in recorder.seconds.keys() - recorder.failed}
     for file in data.measured_files():
         path = Path(file).relative_to(ROOT).as_posix()
@@ -117,7 +130,7 @@ class _Recorder:
         began = time.process_time()
         result = yield
         self.seconds[item.nodeid] = time.process_time() - began
-        self._coverage.switch_context("")
+        self._coverage.switch_context(IMPORT)
         return result
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from tests.mutants import FOLDERS, ROOT
 from tests.mutants.changes import Mutant, chosen, mutant_at
-from tests.mutants.executed import ROOM_BUDGET_S, TestMap
+from tests.mutants.executed import IMPORT, ROOM_BUDGET_S, TestMap
 
 
 @pytest.mark.parametrize(
@@ -68,8 +68,10 @@ def test_only_tests_that_execute_the_line_run_those_of_the_room_and_the_fastest_
     room = ["tests/protocol/test_b.py::test_1", "tests/protocol/test_a.py::test_2", "tests/protocol/test_a.py::test_1"]
     assert tests.batches(Mutant("protocol/x.py", range(3, 4), 3, "", "")) == [room, ["tests/ui/test_c.py::test_1"]]
     assert tests.batches(Mutant("protocol/x.py", range(4, 5), 4, "", "")) == []
-    at_import = tests.batches(Mutant("protocol/x.py", range(0), 1, "", ""))
-    assert at_import[0][0] == "tests/protocol/test_d.py::test_1"  # may read a constant of the file
+    tests.add(IMPORT, 0.0, {"protocol/x.py": [5]})
+    for lines in (range(0), range(5, 6)):
+        at_import = tests.batches(Mutant("protocol/x.py", lines, 1, "", ""))
+        assert at_import[0][0] == "tests/protocol/test_d.py::test_1"  # may read a constant of the file
 
 
 JUDGE = """
