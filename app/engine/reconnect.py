@@ -132,7 +132,7 @@ class Reconnection:
     @property
     def needs_ports(self) -> bool:
         """`look` wants the list of ports; a URL needs none."""
-        return self._address is not None and (bool(self._address.identity) or not self._address.is_url)
+        return self._address is not None and not self._address.is_url
 
     @property
     def lost_at(self) -> float | None:

@@ -10,7 +10,7 @@ old. Nothing here is ever sent again. What counts is what the module reports aft
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from app.engine.playback import require_module
 from app.engine.procedure import Ask, Cancelled, EngineView, Inspect, Pause, PortLost, Procedure
@@ -59,6 +59,7 @@ WATCH_S, REPORTS_EVERY_S = 2.0, 0.07
 """How long, before zeroing, reports are asked for, and how often."""
 REPORTED_WITHIN_S = 1.5
 """A module that acknowledged the activation may report it late: "still LOCKED" is said only after this time."""
+LOG_FAILED = marked("The audit log cannot be written.")
 _NOT_SENT = marked("Nothing was sent.")
 
 
@@ -129,7 +130,6 @@ class _Aftermath:
     has_fired: bool | None = None
     """For deploying: the answer to "triggered?"."""
     is_sent: bool = True
-    details: Mapping[str, object] = field(default_factory=dict)
 
 
 def perform(
@@ -185,9 +185,6 @@ def _performed(act: Act, after: _Aftermath) -> Performed:
         is_acknowledged=after.is_acknowledged,
         status=after.reports[-1] if after.reports else None,
     )
-
-
-LOG_FAILED = marked("The audit log cannot be written.")
 
 
 def _refresh(act: Act) -> Procedure[None]:

@@ -18,7 +18,6 @@ from app.engine.procedure import (
     Cancelled,
     EngineView,
     Inspect,
-    Listen,
     Pause,
     PortLost,
     Procedure,
@@ -26,7 +25,7 @@ from app.engine.procedure import (
     UseRate,
 )
 from app.engine.transport import PortError
-from app.procedures.act import Armed, conditions_open
+from app.procedures.act import LOG_FAILED, Armed, conditions_open
 from app.procedures.ask_status import ask_status
 from app.procedures.find import SETTLE_S, answers_here, proofs
 from app.procedures.write import Heard, acknowledged
@@ -124,7 +123,7 @@ def change_baud(
         refused = conditions_open(Act.CHANGE_BAUD, (yield Inspect()), journal, permit=permit, armed=armed)
     except JournalFailed as error:
         _settle_unsent(journal, entry, pending)
-        refusal = Refusal(Interlock.INTENT_DURABLE, said(marked("The audit log cannot be written.")))
+        refusal = Refusal(Interlock.INTENT_DURABLE, said(LOG_FAILED))
         return BaudChanged(
             old_rate=old_rate, new_rate=new_rate, end=BaudEnd.NOT_SENT, refusals=(refusal,), trouble=error.sentence
         )
@@ -178,7 +177,7 @@ def look_for(new_rate: int, old_rate: int) -> Procedure[int | None]:
     for done, (rate, waits_s) in enumerate(places):
         yield Report(done, len(places), marked("Trying {rate} baud"), (("rate", rate),))
         yield UseRate(rate)
-        yield Listen(SETTLE_S)
+        yield Pause(SETTLE_S)
         is_here = yield from answers_here(waits_s, questions)
         if is_here:
             return rate

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import cycle
 
-from app.engine.procedure import Ask, EngineView, Inspect, Listen, Procedure, Report, UseRate
+from app.engine.procedure import Ask, EngineView, Inspect, Pause, Procedure, Report, UseRate
 from protocol.catalogue import BAUD_RATES, BY_NAME, HEARTBEAT, Request
 from protocol.events import Answered
 from protocol.translatable import marked
@@ -64,7 +64,7 @@ def find_rate(first: int | None = None) -> Procedure[Found]:
     for rate in candidates:
         yield Report(len(tried), len(candidates), marked("Trying {rate} baud"), (("rate", rate),))
         yield UseRate(rate)
-        yield Listen(SETTLE_S)
+        yield Pause(SETTLE_S)
         tried.append(rate)
         is_here = yield from answers_here(WAITS_S, questions)
         if is_here:

@@ -13,7 +13,7 @@ from enum import Enum
 
 from app.engine.device import BOOTS
 from app.engine.playback import require_module
-from app.engine.procedure import Ask, EngineView, Inspect, Listen, Pause, Procedure, Report
+from app.engine.procedure import Ask, EngineView, Inspect, Pause, Procedure, Report
 from app.procedures.write import RESTART_SHOWS_S, read_back
 from protocol.catalogue import BY_NAME, SETTINGS, Command
 from protocol.events import Answered
@@ -91,7 +91,7 @@ def survives_power_cycle(
         boots = yield from _boots()
         if boots is not None and (has_restarted or (boots_before is not None and boots != boots_before)):
             break
-        yield Listen(LOOK_EVERY_S)
+        yield Pause(LOOK_EVERY_S)
     yield Pause(RESTART_SHOWS_S)  # the second heartbeat of this restart must not cast doubt on what is read now
     stamps: dict[str, SettingRetention] = {}
     for command in SETTINGS:

@@ -117,7 +117,8 @@ def read_back(command: Command) -> Procedure[ReadBack]:
 
 class Acknowledged(NamedTuple):
     heard: Heard
-    raw: int | None = None
+    other: int | None = None
+    """The byte with `Heard.OTHER`."""
     waited_s: float | None = None
 
 
@@ -142,7 +143,7 @@ def write_verified(command: Command, value: Value) -> Procedure[Written]:
         command=command,
         wanted=value,
         heard=said.heard,
-        acknowledged=_value(command, said.raw) if said.heard is Heard.OTHER and said.raw is not None else None,
+        acknowledged=None if said.other is None else _value(command, said.other),
         stands=None if back.raw is None or has_restarted else _value(command, back.raw),
         verified=fault is None if command.reads_back else None,
         fault=fault,
@@ -172,7 +173,7 @@ def acknowledged(outcome: Outcome) -> Acknowledged:
         return Acknowledged(Heard.NOTHING, waited_s=None if isinstance(outcome, Answered) else outcome.waited_s)
     if message.is_echo:
         return Acknowledged(Heard.ECHO)
-    return Acknowledged(Heard.ONE if message.is_accepted else Heard.OTHER, message.raw)
+    return Acknowledged(Heard.ONE) if message.is_accepted else Acknowledged(Heard.OTHER, message.raw)
 
 
 def restarted_since(before: EngineView) -> Procedure[bool]:
@@ -198,7 +199,7 @@ def _fault(command: Command, wanted: int, said: Acknowledged, back: ReadBack, *,
         case Heard.NOTHING:
             return WriteFault.LOST
         case Heard.OTHER:
-            return WriteFault.REFUSED if old is not None or said.raw == 0x00 else WriteFault.CLAMPED
+            return WriteFault.REFUSED if old is not None or said.other == 0x00 else WriteFault.CLAMPED
         case _:
             return WriteFault.NOT_KEPT
 

@@ -51,6 +51,14 @@ def test_the_same_adapter_is_found_under_another_name() -> None:
     assert made.poll([OTHER, back], 100.0) == Address("/dev/ttyUSB3", MINE.identity, MINE.location)
 
 
+def test_only_a_url_needs_no_list_of_ports() -> None:
+    made = Reconnection()
+    assert not made.needs_ports
+    for device, needs_ports in ((MINE.device, True), ("/dev/ttyS0", True), ("socket://host:1", False)):
+        made.want(address_of(device, [MINE]))
+        assert made.needs_ports is needs_ports
+
+
 def test_another_adapter_in_its_place_is_left_alone() -> None:
     made = lost()
     assert made.poll([replace(OTHER, device=MINE.device)], 100.0) is None

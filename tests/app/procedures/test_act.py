@@ -7,7 +7,7 @@ import pytest
 
 from app.engine.procedure import Cancelled, PortLost
 from app.engine.session import Run
-from app.procedures.act import SENTENCES, Armed, Performed, perform, rehearse
+from app.procedures.act import LOOKS, SENTENCES, Armed, Performed, perform, rehearse
 from app.procedures.ask_status import ask_status
 from app.procedures.read import read_everything
 from app.procedures.stream import StreamSwitch, watch
@@ -15,7 +15,7 @@ from app.safety.acts import REQUESTS, Act
 from app.safety.interlocks import Interlock
 from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
-from protocol.catalogue import Hazard
+from protocol.catalogue import STATUS, Hazard
 from protocol.events import Received
 from tests.support.journals import FakeJournal
 from tests.support.line.sim_line import Rig
@@ -226,6 +226,18 @@ def test_a_deploy_whose_answer_was_lost_is_confirmed_by_the_report() -> None:
     rig.line.write = lossy  # type: ignore[method-assign]
     done = do(rig, Act.DEPLOY)
     assert (done.is_acknowledged, done.outcome) == (False, Outcome.CONFIRMED)
+
+
+@pytest.mark.parametrize(("options", "fences"), [({}, 0), ({"mute_codes": frozenset((0x10,))}, 1)])
+def test_only_the_first_report_after_an_unanswered_act_waits_behind_another_question(
+    options: dict[str, Any], fences: int
+) -> None:
+    rig = Rig(options)
+    do(rig, Act.ACTIVATE)
+    sent = rig.line.requests
+    afterwards = sent[sent.index(REQUESTS[Act.ACTIVATE]) + 1 :]
+    assert len([request for request in afterwards if request != STATUS.query()]) == fences
+    assert afterwards[fences:] == [STATUS.query()] * LOOKS
 
 
 def test_a_module_that_says_it_did_not_fire() -> None:

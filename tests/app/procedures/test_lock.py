@@ -11,7 +11,7 @@ from app.engine.procedure import LOCK_GAPS_S, LOCKS_FOR_S, LOCKS_MOST, LockRepea
 from app.engine.session import Run
 from app.procedures.act import perform
 from app.procedures.find import Found, find_rate
-from app.procedures.lock import SENTENCES, Locked, lock, waiting_sentence
+from app.procedures.lock import BREATH_S, SENTENCES, Locked, lock, waiting_sentence
 from app.safety.acts import REQUESTS, Act
 from app.safety.journal import NoJournal, Outcome
 from app.safety.permit import Origin, Permit
@@ -67,8 +67,10 @@ def test_it_is_not_repeated_beyond_its_limit_from_the_first_frame_on() -> None:
 
 def test_on_a_good_line_it_is_sent_once_and_asked_for_twice() -> None:
     rig = settled_rig(active=True)
+    began = rig.clock()
     locked = pressed(rig)
     assert (locked.outcome, locked.sent, locked.is_acknowledged) == (Outcome.CONFIRMED, 1, True)
+    assert rig.clock() - began < BREATH_S, "it waits for nothing"
     assert [request.command.name for request in rig.line.requests] == ["activation", "active", "status"]
     assert locked.sentence == "The module reports LOCKED."
 

@@ -47,6 +47,7 @@ def test_a_value_that_stands_is_verified(name: str, ack: str, heard: Heard) -> N
     assert written.is_fine
     assert written.stands == READABLE[name] == held(rig, BY_NAME[name])
     assert written.heard is (heard if BY_NAME[name].acknowledged_by_one else Heard.ECHO)
+    assert written.acknowledged is None, "01 is no value"
 
 
 @pytest.mark.parametrize(("name", "code"), list(product(FLAGS, ("16", "17"))))
