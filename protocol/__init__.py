@@ -1,1 +1,1 @@
-"""The DPS-S serial protocol: bytes and the time in, bytes and events out.  The standard library only."""
+"""The DPS-S serial protocol: bytes and the time in, bytes and events out. Standard library only."""

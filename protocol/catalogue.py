@@ -1,8 +1,8 @@
 """Every command of the vendor's table (2019-04-30), one entry each.
 
-Codec, link, command line, simulated module, screens, help and `docs/protocol.md` derive from these entries:
-to add a command is to add an entry here. Bracketed names (E1 … E15) are the places where the table contradicts
-itself, explained in `docs/protocol.md`.
+Codec, link, command line, simulated module, window, help and `docs/protocol.md` derive from these entries: a new
+command needs an entry here and nothing else. E1 … E15 are the places where the table contradicts itself, explained in
+`docs/protocol.md`.
 """
 
 from dataclasses import dataclass, field
@@ -24,13 +24,13 @@ class Hazard(Enum):
     NONE = "none"
     """A question. May be repeated."""
     CHANGES = "changes"
-    """Changes the module. Sent once for each act; whether it stands is proven by reading back."""
+    """Changes the module. Sent once; the result is proven by reading back."""
     DANGEROUS = "dangerous"
     """Fires, arms, ends the session, moves the reference or can cut the link. Never without an explicit act."""
 
 
 class Layout(Enum):
-    """Shape of a module frame; the value is its length in bytes, header and checksum included."""
+    """Layout of a module frame; the value is its length in bytes, header and checksum included."""
 
     SHORT = 6
     """41 75 code 01 D4 sum."""
@@ -42,12 +42,12 @@ class Layout(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Advice:
-    """The vendor's advice about a value: 建议. Against it is a warning, never a refusal."""
+    """The vendor's advice about a value (建议). Other values cause a warning, never a refusal."""
 
     text: str
     minimum: float | None = None
     maximum_below: float | None = None
-    """The value should stay below this one."""
+    """Exclusive."""
 
     def is_followed_by(self, value: float) -> bool:
         if self.minimum is not None and value < self.minimum:
@@ -70,27 +70,27 @@ class Command:
     explanation: str
     """One or two sentences for a technician; translatable."""
     reply: Field | None = None
-    """Meaning of D4 in a six-byte reply; None where the layout is another or D4 is fixed."""
+    """Meaning of D4 in a six-byte reply; None for another layout or where D4 is fixed."""
     reply_key: str | None = None
     """Name of the reply's value in `dps-s decode`; carries the unit."""
     layout: Layout = Layout.SHORT
     query_data: int | None = None
     """D4 of the query; None where it cannot be asked."""
     query_hazard: Hazard = Hazard.NONE
-    """25 has the shape of a query and is an act."""
+    """25 has the form of a query and is an act."""
     write: Field | None = None
     """Meaning of D4 in a set; None where it cannot be set."""
     write_key: str | None = None
     write_hazards: dict[int, Hazard] = field(default_factory=dict, hash=False)
-    """Hazard by D4 of a set, where it differs from CHANGES."""
+    """Hazard of a set by D4, where it is not CHANGES."""
     extra_reply_codes: frozenset[int] = frozenset()
-    """Codes besides `code` that answer it while it is outstanding (E3, E4)."""
+    """Further codes of its reply (E3, E4)."""
     acknowledged_by_one: bool = False
     """A set may be acknowledged by D4 = 01 instead of the value (E2)."""
     is_setting: bool = False
-    """Part of what a technician configures: in `read`'s "settings", in `set` and in profiles."""
+    """In `read`'s "settings", in `set` and in profiles."""
     default: int | None = None
-    """D4 as delivered, where the table says so. Never shown as the module's value."""
+    """D4 as delivered, where the table gives it. Never shown as the module's value."""
     advice: Advice | None = None
 
     @property
@@ -108,11 +108,11 @@ class Command:
 
     @property
     def reads_back(self) -> bool:
-        """A set can be proven by asking for the value afterwards (E8: not for 13, 16, 17; E2: not for 24)."""
+        """Whether a set can be verified by a query (E8: not 13, 16, 17; E2: not 24)."""
         return self.write is not None and self.can_be_asked
 
     def query(self) -> "Request":
-        """The question (for 25: the act, in the shape of a question). Raises `LookupError` where there is none."""
+        """The query (for 25 the act). Raises `LookupError` where there is none."""
         if self.query_data is None:
             raise LookupError(f"{self.name} has no query")
         if self.code == HEARTBEAT_CODE:
@@ -120,7 +120,7 @@ class Command:
         return Request(self, QUERY, self.query_data)
 
     def set(self, value: Value) -> "Request":
-        """The set frame for `value`, in the field's unit. Raises `LookupError` or `ValueRefused`."""
+        """The set of `value`, in the field's unit. Raises `LookupError` or `ValueRefused`."""
         if self.write is None:
             raise LookupError(f"{self.name} cannot be set")
         return Request(self, SET, self.write.encode(value))
@@ -146,11 +146,7 @@ class Request:
 
     @property
     def is_repeatable(self) -> bool:
-        """Only a question may be sent again without being asked for again.
-
-        LOCK is sent again too, until the module reports it: see `Link.lock_again`. An exchange of it is not repeated as
-        a question's is.
-        """
+        """Whether the link may repeat it: only questions. For LOCK see `Link.lock_again`."""
         return self.hazard is Hazard.NONE
 
     def encode(self) -> bytes:

@@ -1,6 +1,6 @@
 """Events of the link: traffic, outcomes of requests, changes of state.
 
-Times (`at`) are the monotonic seconds that the owner handed in.
+Times (`at`) are the `now` of the link's caller: monotonic seconds.
 """
 
 from collections import Counter
@@ -15,18 +15,18 @@ from protocol.messages import Message
 
 
 class Role(Enum):
-    """Why a frame came."""
+    """The reason for which a frame came."""
 
     ANSWER = "answer"
     STREAMED = "streamed"
     """A status nobody asked for: the serial output is on."""
     LATE = "late"
-    """Answers a request that had been given up. Older than it looks: never used as a value."""
+    """A reply to a request that was given up. Never used as a value, because it may be old."""
     DOUBLED = "doubled"
-    """A second answer to a request that was answered."""
+    """A second answer to a request."""
     UNASKED = "unasked"
     ECHO = "echo"
-    """Our own bytes come back: half-duplex adapter, or receive and transmit shorted."""
+    """Our own bytes come back: a half-duplex adapter, or receive and transmit are shorted."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +47,7 @@ class Received(NamedTuple):
     role: Role
     at: float
     said_after: float = -inf
-    """The module said it after this moment, as far as that is proven: see `protocol.lag`."""
+    """The earliest time at which the module can have sent it; see `protocol.lag`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,9 +72,9 @@ class Answered:
 
 @dataclass(frozen=True, slots=True)
 class Unanswered:
-    """No answer, asked `attempts` times; the last wait was `waited_s`.
+    """No answer after `attempts` attempts; the last wait was `waited_s`.
 
-    `attempts` is 0 where not even the fence was answered, so that the request itself, question or set, never went out.
+    `attempts` is 0 where the fence was not answered and the request was therefore never sent.
     """
 
     request: Request
@@ -85,7 +85,7 @@ class Unanswered:
 
 @dataclass(frozen=True, slots=True)
 class OutcomeUnknown:
-    """A set or an act that got no answer. It may have been carried out; it is never sent again by itself."""
+    """A set or an act without an answer. It may have been carried out; it is never repeated."""
 
     request: Request
     waited_s: float
@@ -94,10 +94,10 @@ class OutcomeUnknown:
 
 @dataclass(frozen=True, slots=True)
 class Restarted:
-    """The module says that it has just been switched on: whatever was known about it is stale.
+    """The module has just been switched on: everything known about it is stale.
 
-    Certain with two unasked heartbeats; a single one (its twin lost on the way) is taken as a restart too, because
-    the other mistake would show old values as current.
+    Certain with two unasked heartbeats. A single one counts as a restart too, as the other may have been lost: not
+    noticing a restart would show old values as current.
     """
 
     is_certain: bool
@@ -134,11 +134,11 @@ class Counters:
 
     @property
     def rejected(self) -> int:
-        """Bytes, all reasons together."""
+        """Bytes rejected for any reason."""
         return self.rejected_bytes.total()
 
     def copy(self) -> "Counters":
-        """The same totals, which stay as they are."""
+        """A copy that does not change."""
         return Counters(
             self.sent, self.frames, self.by_role.copy(), self.rejected_bytes.copy(), self.time_outs, self.retries,
             self.restarts,
@@ -148,5 +148,5 @@ class Counters:
         return Counters(*(getattr(self, one.name) + getattr(other, one.name) for one in fields(self)))
 
     def __sub__(self, earlier: "Counters") -> "Counters":
-        """What was counted since; a role or a reason never below zero."""
+        """What was counted since."""
         return Counters(*(getattr(self, one.name) - getattr(earlier, one.name) for one in fields(self)))

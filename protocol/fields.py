@@ -1,13 +1,10 @@
 """Field types of one data byte (D4 of a six-byte frame) in the vendor's table.
 
-Three representations of a value, and the way between them:
-
-    on the wire        in the program          in the unit a person reads
+    on the wire        in the program          as text
     0x05 (u8)    <->   5 / 10 = 0.5 (float) <-> "0.5 g"
 
-`decode` accepts whatever byte is in `allowed`; the stream parser has rejected every other byte before.
-`encode` refuses what a byte cannot carry exactly: it never rounds, because a rounded threshold is one that
-nobody asked for.
+`decode` accepts every byte in `allowed`; the stream parser rejects all others. `encode` never rounds: a rounded
+threshold is not the one that was asked for.
 """
 
 from collections.abc import Mapping
@@ -23,10 +20,10 @@ EVERY_BYTE = frozenset(range(256))
 
 
 class ValueRefused(ValueError):
-    """A value that the field's byte cannot carry.
+    """A value that the field's byte cannot represent.
 
-    `neighbours` are the nearest values that it can carry: two for a value between two steps, one for a value
-    outside the range, the whole set for a choice.
+    `neighbours` are the nearest values that it can: two for a value between two steps, one for a value outside the
+    range, all values of a choice.
     """
 
     def __init__(self, reason: str, neighbours: tuple[Value, ...]) -> None:
@@ -45,9 +42,9 @@ class Quantity:
     unit: str
     """Symbol beside the number: "V", "g", "s", "°", or "" for a count."""
     suffix: str
-    """What a name gets to carry the unit: "_v" makes "light_v"."""
+    """Adds the unit to a name: "_v" makes "light_v"."""
     per_unit: int
-    """Steps to one unit: 10 for a step of 0.1 V. Divides a power of ten, so that every step has an end."""
+    """Steps to one unit: 10 for a step of 0.1 V. Divides a power of ten, so that every step is a finite decimal."""
 
     @property
     def allowed(self) -> frozenset[int]:
@@ -55,7 +52,7 @@ class Quantity:
 
     @property
     def decimals(self) -> int:
-        """Digits behind the point that show every step and no more."""
+        """The number of decimals that shows every step."""
         return next(places for places in count() if 10**places % self.per_unit == 0)
 
     @property
@@ -85,7 +82,7 @@ class Quantity:
         return raw
 
     def text(self, raw: int) -> str:
-        """ "1.60 s", "60°", "37": the byte as a person reads it."""
+        """ "1.60 s", "60°", "37"."""
         gap = "" if self.unit in ("°", "") else " "
         return f"{raw / self.per_unit:.{self.decimals}f}{gap}{self.unit}"
 
@@ -124,7 +121,7 @@ class Flag:
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """One of a few values, each with a code of its own (the baud rates)."""
+    """One of a few values, each with its own code (the baud rates)."""
 
     values: Mapping[int, int] = field(hash=False)
     """Code on the wire -> value."""
@@ -164,7 +161,7 @@ class Done:
         return raw == 0x01
 
     def encode(self, value: Value) -> int:
-        """01; raises `ValueRefused` for anything but True, since there is no byte for "do not"."""
+        """01; raises `ValueRefused` for anything but True: no byte means "no"."""
         if value is not True:
             raise ValueRefused("this can only be done, not undone", (True,))
         return 0x01

@@ -8,7 +8,7 @@ from protocol.messages import Message
 
 @dataclass(frozen=True, slots=True)
 class Flight:
-    """The request in flight and how far it is."""
+    """The request in flight and its progress."""
 
     request: Request
     waits_s: tuple[float, ...]
@@ -16,8 +16,8 @@ class Flight:
     sent_at: float = 0.0
     deadline: float = 0.0
     held_until: float | None = None
-    """Not sent before this moment, and not before the line is ready; None once the attempt is under way."""
+    """Not sent before this time, nor before the line is ready; None once the attempt has been sent."""
     heard_before: int = 0
-    """Bytes that had been heard when it first went out: a frame that began among them is no answer."""
+    """Bytes received when it was first sent: a frame that began among them is not its answer."""
     messages: tuple[Message, ...] = ()
     collects_until: float = 0.0

@@ -1,12 +1,10 @@
 """Measures how late the module's frames arrive, and the earliest time they can have been sent.
 
-A wireless bridge holds everything back by seconds, streamed reports included: what has just come may be old. The module
-answers in the order in which it was asked, and the line keeps that order. So once a question is answered, all that
-comes afterwards was said after that question went out. Where the answer may belong to the same question asked before,
-the earlier one counts.
+A wireless bridge can delay everything by seconds, streamed reports included. The module answers in the order in which
+it was asked, and the line keeps that order: everything that arrives after an answer was sent after its question went
+out. Where the answer may belong to an earlier copy of the question, the earlier one counts.
 
-A status proves nothing of this kind, for it may have been streamed; nor does a heartbeat, two of which come unasked
-after a restart.
+A status proves nothing here, because it may have been streamed; neither does a heartbeat, as a restart sends two.
 """
 
 from collections import deque
@@ -16,9 +14,9 @@ from typing import NamedTuple
 from protocol.catalogue import HEARTBEAT, SERIAL_OUTPUT, STATUS, Request
 
 LONGEST_S = 10.0
-"""What was asked longer ago is not answered any more."""
+"""Older questions are no longer answered."""
 STREAM_SHOWS_S = 3.0
-"""Where nothing has come unasked for this long nothing streams: the slowest streams send one a second."""
+"""Without an unasked frame for this long nothing streams: the slowest streams send one a second."""
 _MOST = 256
 
 
@@ -32,16 +30,16 @@ class Lag:
 
     def __init__(self, now: float) -> None:
         self.said_after = -inf
-        """All that comes now was said after this moment."""
+        """Everything received now was sent after this time."""
         self._unasked_at = now
         self._asked: deque[_Asked] = deque(maxlen=_MOST)
-        """What may still be answered, oldest first."""
+        """Questions that may still be answered, oldest first."""
         self._answerable: set[Request] = set()
-        """Questions that this module has answered before."""
+        """Questions that this module has answered."""
         self._last_s: float | None = None
 
     def ask(self, request: Request, now: float) -> None:
-        """One attempt goes out."""
+        """Note that an attempt is sent."""
         while self._asked and now - self._asked[0].at > LONGEST_S:
             self._asked.popleft()
         self._asked.append(_Asked(request, now))
@@ -49,26 +47,26 @@ class Lag:
             self._unasked_at = now
 
     def hear_unasked(self, now: float) -> None:
-        """A streamed status, or the heartbeat of a restart after which a stream may begin."""
+        """Note a streamed status, or the heartbeat of a restart, after which a stream may begin."""
         self._unasked_at = now
 
     def may_be_streamed(self, request: Request, now: float) -> bool:
-        """Whether what is taken for the answer to `request` may be a report that came unasked."""
+        """Whether the answer to `request` may be a streamed report."""
         return request.command is STATUS and now - self._unasked_at <= STREAM_SHOWS_S
 
     def answer_said_after(self, request: Request, now: float) -> float:
-        """The same of what is taken for the answer to `request`: where nothing streams, it is the answer."""
+        """The earliest time at which the answer to `request`, received now, can have been sent."""
         if self.may_be_streamed(request, now):
             return self.said_after
         return max(self.said_after, self.asked_at(request))
 
     def asked_at(self, request: Request) -> float:
-        """When the earliest request went out that a reply to `request`, coming now, may answer."""
+        """When the earliest request was sent that a reply to `request`, received now, may answer."""
         codes = request.command.reply_codes
         return next((one.at for one in self._asked if one.request.command.reply_codes & codes), -inf)
 
     def answer(self, request: Request, now: float) -> None:
-        """A reply to `request` came, in time or late."""
+        """Note a reply to `request`, in time or late."""
         asked_at = self.asked_at(request)
         if asked_at == -inf:
             return
@@ -83,8 +81,8 @@ class Lag:
             self._asked.popleft()
 
     def seconds(self, now: float) -> float | None:
-        """How long answers take now; None before the first. What is overdue counts with the time it has been waited
-        for, where the module is known to answer it."""
+        """How long answers take now; None before the first. An overdue answer counts with the time waited so far, if
+        the module is known to answer that question."""
         if self._last_s is None:
             return None
         due = (one.at for one in self._asked if one.request in self._answerable and now - one.at <= LONGEST_S)

@@ -1,25 +1,24 @@
 """Conversation with one module, sans I/O: bytes and `now` in, bytes and events out.
 
-Rules that it lives by:
+Rules:
 
-- One request in flight. Replies are matched by what was asked, never by position.
-- Only questions are asked again. A set or an act goes onto the wire once; unanswered, it is `OutcomeUnknown`.
-- The one exception is LOCK (`lock_again`). Whoever presses it wants the module in standby; locking twice is locking
-  once, and no number of them can make a module fire. A LOCK that was lost leaves a module active beside a person who
-  believes otherwise. So it is repeated, at once and whatever is in flight, until the module reports that it is locked.
-- A module answers in the order in which it was asked (the table knows no other). So once it has answered something
-  that was asked later, nothing earlier can still come. Where an earlier reply could be mistaken for the present one
-  (the acknowledgement of a set for its read-back, a trigger record for a cell voltage, 16 for 17), the link first
-  sends a heartbeat, the *fence* (another harmless question where one may come unasked), and lets everything that comes
-  before its answer pass by as late. `StaleReplies` knows what may still come.
-- What began before a request went out is no answer to it.
-- Some modules need a pause before they listen again, so requests may be held back for a moment: see `gap`. LOCK is not.
-- A status says since when it can have been said, because a line may hold everything back: see `lag`.
+- One request is in flight. Replies are matched by request, never by position.
+- Only questions are repeated. A set or an act is sent once; unanswered, it is `OutcomeUnknown`.
+- The one exception is LOCK (`lock_again`): locking twice has the effect of locking once and cannot make a module fire,
+  while a lost LOCK leaves a module active beside a person who believes otherwise. So it is repeated, whatever is in
+  flight, until the module reports that it is locked.
+- A module answers in the order in which it was asked: once a later request is answered, no earlier reply can come.
+  Where an earlier reply could be mistaken for the present one (the acknowledgement of a set for its read-back, a
+  trigger record for a cell voltage, 16 for 17), the link first sends a *fence*: a heartbeat, or another harmless
+  question where a heartbeat may come unasked. Everything before the fence's answer is late. See `StaleReplies`.
+- A frame that began before a request was sent is not its answer.
+- Some modules need a pause before they listen again, so a request may wait (`protocol.request_gap`); LOCK never does.
+- A status carries the earliest time at which it can have been sent, as a line may delay everything (`protocol.lag`).
 - Two heartbeats that nobody asked for are a restart.
-- A heartbeat goes out when nothing has proven the link for ten seconds; unanswered, the module is offline.
+- After ten seconds without a valid frame a heartbeat is sent; if it is not answered, the module is offline.
 
-The owner writes what `take_outgoing` gives after each call, and calls `tick` no later than `next_deadline` says.
-All state changes go through the two tables of `link_states`.
+The owner writes the bytes of `take_outgoing` after each call, and calls `tick` no later than `next_deadline`.
+All changes of state go through the two tables of `link_states`.
 """
 
 from dataclasses import replace
@@ -52,17 +51,17 @@ from protocol.stream import Piece, StreamParser
 
 
 class LinkMisused(RuntimeError):
-    """A bug of the owner: a second request while one is in flight, or a dangerous one without an explicit act."""
+    """A bug in the caller: a second request while one is in flight, or a dangerous one without an explicit act."""
 
 
 _HEARTBEAT = HEARTBEAT.query()
 
 
 class Link:
-    """See the module's docstring. One object for one opening of a port."""
+    """The conversation through one opened port; see the module's docstring."""
 
     def __init__(self, now: float, *, timing: Timing | None = None, before: "Link | None" = None) -> None:
-        """`before`: the link whose place this one takes on the same port; what it measured stays."""
+        """`before`: the link on the same port that this one replaces; its measurements are kept."""
         self.timing = timing or Timing()
         self.counters: Counters = Counters() if before is None else before.counters
         self.round_trips: RoundTrips = RoundTrips() if before is None else before.round_trips
@@ -81,15 +80,13 @@ class Link:
         self._proven_at = -inf
         self._probe_at = now + self.timing.heartbeat_every_s
 
-    # What the owner calls
-
     @property
     def is_idle(self) -> bool:
         return self.exchange is Exchange.IDLE
 
     @property
     def has_left(self) -> bool:
-        """Whether the request that is waited for went out; it may wait behind a fence, or for a quiet line."""
+        """Whether the request in flight was sent; it may still wait for a fence or for a quiet line."""
         return self._behind_fence is None and self._flight is not None and self._flight.attempt > 0
 
     def ask(
@@ -102,12 +99,12 @@ class Link:
         is_deliberate: bool = False,
         is_fenced: bool = False,
     ) -> list[Event]:
-        """Send `request`; its outcome comes later as `Answered`, `Unanswered` or `OutcomeUnknown`, exactly one of them.
+        """Send `request`; exactly one of `Answered`, `Unanswered` and `OutcomeUnknown` follows later.
 
-        `waits_s` sets how long each attempt waits (seconds) and how many there are, else the measured round trips do;
-        `attempts` takes only the first of them, for what is asked again soon anyway. What must not be repeated has
-        one. A dangerous request needs `is_deliberate`. With `is_fenced` another question has to be answered first, so
-        that the answer cannot have been said before this call. Raises `LinkMisused` while another request is in flight.
+        `waits_s`: how long each attempt waits for the answer, by default as measured; `attempts`: only the first ones
+        of these. A request that must not be repeated has one attempt. A dangerous request needs `is_deliberate`. With
+        `is_fenced` another question is answered first, so that the answer cannot be older than this call. Raises
+        `LinkMisused` while another request is in flight.
         """
         if not self.is_idle:
             raise LinkMisused(f"{request.command.name} asked while the link is {self.exchange.name}")
@@ -128,14 +125,14 @@ class Link:
         return self._hold(flight, now, now)
 
     def abandon(self, now: float) -> list[Event]:
-        """Stop waiting for the request in flight, if there is one. Its reply, should it come, is late.
+        """Stop waiting for the request in flight, if any; a reply to it is late from now on.
 
-        A set or an act that had gone out is `OutcomeUnknown`: it may have been carried out.
+        A set or an act that was sent is `OutcomeUnknown`: it may have been carried out.
         """
         events: list[Event] = []
         if self._flight is not None:
             flight = self._flight
-            if flight.attempt:  # else it has not left
+            if flight.attempt:
                 self._earlier.owe(flight.request, now, count=flight.attempt)
                 if not flight.request.is_repeatable:
                     events.append(OutcomeUnknown(flight.request, now - flight.sent_at, now))
@@ -144,8 +141,8 @@ class Link:
         return events
 
     def lock_again(self, now: float, attempt: int) -> list[Event]:
-        """Send LOCK beside whatever is in flight, which goes on; see the module's docstring. Its acknowledgement is no
-        proof: the owner asks for the state afterwards."""
+        """Send LOCK beside the request in flight; see the module's docstring. Its acknowledgement proves nothing: the
+        owner asks for the state afterwards."""
         raw = LOCK.encode()
         self._outgoing += raw
         self.counters.sent += 1
@@ -154,13 +151,13 @@ class Link:
         return [Sent(raw, LOCK, attempt, now)]
 
     def take_outgoing(self) -> bytes:
-        """The bytes to write now; the next call gives only newer ones."""
+        """Return the bytes to write, each once."""
         outgoing = bytes(self._outgoing)
         self._outgoing.clear()
         return outgoing
 
     def receive(self, data: bytes, now: float) -> list[Event]:
-        """What `data`, just read from the port, means."""
+        """Take in `data`, just read from the port."""
         if not data:
             return []
         self._last_byte_at = now
@@ -173,7 +170,7 @@ class Link:
         return events
 
     def tick(self, now: float) -> list[Event]:
-        """What the passing of time means; idempotent for the same `now`."""
+        """Do what is due; idempotent for the same `now`."""
         events: list[Event] = []
         if self._parser.pending and now >= self._last_byte_at + self.timing.quiet_s:
             for piece in self._parser.flush():
@@ -189,7 +186,7 @@ class Link:
         return events
 
     def next_deadline(self) -> float:
-        """When `tick` has something to do, in monotonic seconds, if nothing arrives before."""
+        """When to call `tick` if nothing arrives before."""
         deadlines = [self._probe_at if self._flight is None else self._flight.deadline]
         if self._parser.pending:
             deadlines.append(self._last_byte_at + self.timing.quiet_s)
@@ -203,7 +200,7 @@ class Link:
         self.exchange = EXCHANGE[self.exchange, step]
 
     def _hold(self, flight: Flight, until: float, now: float) -> list[Event]:
-        """Send it at `until`, or as soon after it as the line is ready."""
+        """Send it at `until`, or as soon afterwards as the line is ready."""
         return self._release(replace(flight, held_until=until), now)
 
     def _release(self, flight: Flight, now: float) -> list[Event]:
@@ -232,7 +229,7 @@ class Link:
 
     def _needs_fence(self, request: Request, now: float) -> bool:
         if request == LOCK:
-            return False  # standby cannot wait; whose acknowledgement comes matters less than the state read afterwards
+            return False  # LOCK must not wait, and the state is read afterwards
         return self._earlier.could_answer(request, now)
 
     # Receiving
@@ -293,11 +290,11 @@ class Link:
         round_trip_s = now - flight.sent_at if is_timed else None
         if round_trip_s is not None:
             self.round_trips.add(round_trip_s)
-        if not may_be_copy:  # of the answer to the same question just before: it says nothing of what was asked since
+        if not may_be_copy:  # a copy of the answer to the same question before says nothing about later requests
             self._earlier.pass_by(flight.request)
             self.gap.answered()
             self.lag.answer(flight.request, now)
-        # A status that still comes, where a copy was taken for the answer, is as old as the question and not streamed.
+        # If a copy was taken for the answer, the status that still follows is the answer and not streamed.
         owed = flight.attempt - 1 + (may_be_copy and flight.request.command is STATUS)
         if owed:
             self._earlier.owe(flight.request, now, count=owed)
@@ -322,14 +319,14 @@ class Link:
         self._flight = replace(flight, messages=(*flight.messages, message), deadline=deadline, collects_until=ends)
 
     def _take_other(self, frame: Frame, now: float, events: list[Event]) -> None:
-        """A frame that does not answer the request in flight."""
+        """Take a frame that does not answer the request in flight."""
         self._earlier.forget_owed(now)
         earlier = self._earlier
         if earlier.is_copy(frame.raw, now):  # before "late": a copy must not stand for a reply that is still to come
             message = decode(frame.raw, earlier.copied_request(frame.raw))
             role = Role.LATE if earlier.is_late_copy(frame.raw) else Role.DOUBLED
             if isinstance(message, Status):
-                earlier.expect_no_copy(frame.raw)  # those that follow may as well be streamed
+                earlier.expect_no_copy(frame.raw)  # the next ones may be streamed
             self._note(events, frame, message, role, now)
             return
         late = earlier.take_late(frame.raw)
@@ -349,7 +346,7 @@ class Link:
                 self._restart(events, now, is_certain=True)
 
     def _restart(self, events: list[Event], now: float, *, is_certain: bool) -> None:
-        # What was asked before is not forgotten: the heartbeats may be replies that took their time, with more behind.
+        # Earlier requests are not forgotten: the heartbeats may be late replies, followed by others.
         self._unasked_heartbeat_at = None
         self.counters.restarts += 1
         events.append(Restarted(is_certain, now))

@@ -1,19 +1,19 @@
-"""State machines of the link as literal tables: (state, input) -> state. A missing key is a bug."""
+"""State machines of the link as tables: (state, input) -> state. A missing key is a bug."""
 
 from enum import Enum, auto
 
 
 class Exchange(Enum):
-    """What the one request in flight is doing."""
+    """The state of the request in flight."""
 
     IDLE = auto()
     FENCING = auto()
-    """The fence is out; the request waits behind it."""
+    """The fence was sent; the request waits for its answer."""
     WAITING = auto()
     DRAINING = auto()
     """Unanswered; waiting for the line to fall quiet before the next attempt."""
     PROBING = auto()
-    """The link's own heartbeat is out."""
+    """The link's own heartbeat was sent."""
 
 
 class Step(Enum):

@@ -1,8 +1,7 @@
 """Decoded module frames: frozen, typed, with the unit in each name.
 
-A frame alone does not say what it means: a six-byte 35 is a cell voltage when that was asked (E3), a 16 answers a
-set of 17 (E4), D4 = 01 after a set may be "understood" instead of a value (E2). So `decode` takes the request that is
-being answered, where there is one.
+The meaning of a frame depends on the request: a six-byte 35 is a cell voltage if that was asked for (E3), a 16 may
+answer a set of 17 (E4), D4 = 01 after a set may be "understood" instead of a value (E2).
 """
 
 from collections.abc import Mapping
@@ -28,14 +27,14 @@ from protocol.fields import Value
 from protocol.frame import encode_long, is_empty_slot
 
 HIGHEST_CELL_V = 4.2
-"""No lithium cell stands above it; the table's own example says D2 = 4.2 V is full (E12)."""
+"""A full lithium cell; the table's own example says D2 = 4.2 V (E12)."""
 LOWEST_CELL_V = 2.5
-"""Below it a lithium cell is destroyed and could not have driven the module."""
+"""A lithium cell below this is destroyed and cannot have supplied the module."""
 
 
 @dataclass(frozen=True, slots=True)
 class Heartbeat:
-    """Code 01: the module is there."""
+    """Code 01: the module is present."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +54,7 @@ class Reading:
 
 @dataclass(frozen=True, slots=True)
 class Acknowledgement:
-    """The reply to a set, or to the act in the shape of a query (25): received, which is not yet "stands" (E2)."""
+    """The reply to a set, or to the act that has the form of a query (25): "received", which proves no value (E2)."""
 
     request: Request
     raw: int
@@ -94,7 +93,7 @@ class Status:
 
 
 class Source(BitFlag):
-    """What pulled the trigger (D7). Bits may be combined; the upper four are in no table."""
+    """The cause of a trigger (D7). Bits may be combined; the table does not know the upper four."""
 
     SERIAL = 0x01
     ATTITUDE = 0x02
@@ -108,7 +107,7 @@ class Source(BitFlag):
 
 @dataclass(frozen=True, slots=True)
 class TriggerRecord:
-    """Code 35, sixteen bytes: one trigger and the module's state at its moment; `RECORD_PARTS` says where."""
+    """Code 35, sixteen bytes: a trigger and the module's state at that time; layout in `RECORD_PARTS`."""
 
     boot_count: int
     uptime_s: int
@@ -127,7 +126,7 @@ class TriggerRecord:
 
     @property
     def implausible(self) -> tuple[str, ...]:
-        """Names of the values that cannot be true of a lithium cell without external power (E12)."""
+        """Names of the values that are impossible for a lithium cell without external power (E12)."""
         in_range = LOWEST_CELL_V <= self.cell_voltage_v <= HIGHEST_CELL_V
         return () if in_range or self.charging else ("cell_voltage_v",)
 
@@ -162,7 +161,7 @@ def encode_record_data(raws: Mapping[str, int]) -> bytes:
 
 
 def decode(raw: bytes, asked: Request | None = None) -> Message:
-    """What a valid module frame says, as the answer to `asked` where it can be one (`answers`)."""
+    """Decode a valid module frame, as the answer to `asked` where it can be one (`answers`)."""
     code = raw[2]
     if code == HEARTBEAT_CODE:
         return Heartbeat()

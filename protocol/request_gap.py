@@ -1,12 +1,12 @@
 """Minimum quiet time before a request, learnt from losses: some modules need a pause after a reply.
 
-Quiet means that neither side speaks; streamed reports do not count. Questions begin without a pause. Where those that
-followed quickly after a reply are lost clearly more often than those after a longer pause, the pause grows; after many
-answers a shorter one is tried again. Sets and acts go onto the wire once, so they always wait a little, and longer
-where no short pause has been answered yet. LOCK never waits.
+Quiet means that neither side sends; streamed reports do not count. Questions start without a pause. Where questions
+soon after a reply are lost clearly more often than those after a longer pause, the pause grows; after many answers a
+shorter one is tried again. Sets and acts are sent only once, so they always wait a little, and longer until a request
+after a short pause has been answered. LOCK never waits.
 
-A module on a half-duplex line does not hear what arrives while it is sending. So whatever is sent only once, and each
-repeated question, goes out directly after a streamed report, before the next one is due.
+A module on a half-duplex line does not receive while it is sending. So sets, acts and repeated questions are sent
+directly after a streamed report, before the next one is due.
 """
 
 from collections import deque
@@ -16,26 +16,27 @@ from protocol.catalogue import ACTIVATION, Request
 
 LOCK = ACTIVATION.set(False)
 ONCE_S = 0.015
-"""Before a set or an act, once a request after so short a pause has been answered."""
+"""Before a set or an act, once a request after a pause this short has been answered."""
 ONCE_UNTRIED_S = 0.05
-"""The same while no request after so short a pause has been answered."""
+"""The same until then."""
 PAUSES_S = (0.0, 0.008, 0.016, 0.032, 0.064)
 """The pauses before questions, shortest first."""
 LONGEST_S = 0.2
-"""No request is ever held back longer."""
+"""The longest time for which a request is delayed."""
 KEPT = 8
-"""Outcomes that are remembered of each pause."""
+"""Outcomes kept for each pause."""
 LOST_AT_LEAST = 3
 LOST_SHARE = 0.75
 LOST_MORE = 0.5
-"""A pause is too short where so many, and this share, were lost, and so much more than after longer pauses."""
+"""A pause is too short where this many and this share of the requests were lost, and this much more than after longer
+pauses."""
 PATIENCE, LONGEST_PATIENCE = 200, 6400
-"""Answers after which a shorter pause is tried; doubled with each try, for each costs some lost questions."""
+"""Answers until a shorter pause is tried; doubled with each try, as a try may lose questions."""
 CLEAR_S = 0.004
-"""A request and its beginning reply need this long before the next streamed report."""
+"""The time that a request and the start of its reply need before the next streamed report."""
 ROUNDING_S = 1e-4
 STREAM_LATE_S = 0.01
-"""A streamed report that is later than this is not waited for."""
+"""How long to wait for a streamed report that is late."""
 SAME_READ_S = 0.0005
 
 
@@ -44,11 +45,11 @@ class Gap:
 
     def __init__(self) -> None:
         self._spoken_at = -inf
-        """When a request or a reply last ended."""
+        """When the last request or reply ended."""
         self._pauses: list[float] = []
-        """Before each attempt of the request under way."""
+        """Before each attempt of the request in flight."""
         self._outcomes: list[deque[bool]] = [deque(maxlen=KEPT) for _ in PAUSES_S]
-        """For each pause, up to the next longer one, whether requests were answered."""
+        """For each pause up to the next longer one: whether requests were answered."""
         self._step = 0
         self._answers = 0
         self._patience = PATIENCE
@@ -62,13 +63,13 @@ class Gap:
 
     @property
     def once_s(self) -> float:
-        """The pause before what is sent once."""
+        """The pause before a set or an act."""
         tried = (self._outcomes[step] for step, pause_s in enumerate(PAUSES_S) if pause_s < ONCE_S)
         is_tried = any(True in outcomes and not _mostly_lost(outcomes) for outcomes in tried)
         return max(self.question_s, ONCE_S if is_tried else ONCE_UNTRIED_S)
 
     def due(self, request: Request, since: float, *, is_repeated: bool, now: float) -> float:
-        """When `request` may be sent, which is to go out at `since`: not before it, and not much later."""
+        """When `request` may be sent: at `since`, or at most `LONGEST_S` later."""
         if request == LOCK:
             return since
         if request.is_repeatable and not is_repeated:
@@ -79,16 +80,14 @@ class Gap:
         return max(since, min(ready_at, since + LONGEST_S))
 
     def _between_reports(self, at: float) -> float:
-        """`at`, or later where a streamed report is about to come."""
+        """`at`, or later where a streamed report is due."""
         if not self._intervals or self._streamed_at == at:
             return at
         next_at = self._streamed_at + min(self._intervals)
         return at if at < next_at - CLEAR_S else max(at, next_at + STREAM_LATE_S)
 
-    # What happens on the line
-
     def hear_reply(self, now: float) -> None:
-        """Anything but a streamed report came."""
+        """Note a frame that is not a streamed report."""
         self._spoken_at = now
 
     def hear_streamed(self, now: float) -> None:
@@ -106,9 +105,9 @@ class Gap:
         self._spoken_at = now
 
     def answered(self) -> None:
-        """The request under way was answered: its last attempt, as far as anybody can tell, and not those before.
+        """Note that the request in flight was answered: presumably its last attempt, and none before.
 
-        Of what is never answered nothing is learnt: the module may not know it, or not be there.
+        Nothing is learnt from unanswered requests: the module may not know them, or may be absent.
         """
         *lost, heard = self._pauses or [inf]
         for pause_s in lost:

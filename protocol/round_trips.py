@@ -6,32 +6,32 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Timing:
-    """Seconds, and where each comes from."""
+    """Seconds, with their sources."""
 
     answer_s: float = 1.0
     """ "若1秒内没有收到模块答复": the vendor gives the module one second."""
     heartbeat_every_s: float = 10.0
     """ "建议上位机发送间隔时间10-30秒"."""
     probe_after_s: float = 0.1
-    """After an unanswered request, if the owner asks nothing else before: is anybody there?"""
+    """From an unanswered request to a heartbeat, unless the owner asks something before."""
     offline_probe_s: float = 2.0
-    """Between heartbeats while the module is offline, so that its return is seen soon."""
+    """Between heartbeats while the module is offline."""
     shortest_wait_s: float = 0.15
-    """Never less: USB adapters hold bytes back for 16 ms, and a busy computer for longer."""
+    """The minimum: USB adapters delay bytes by 16 ms, and a busy computer by more."""
     quiet_s: float = 0.25
-    """A line that has been silent this long has ended its frame; replies come in pieces with shorter pauses."""
+    """Silence that ends a frame; the pieces of a reply come with shorter pauses."""
     records_quiet_s: float = 0.5
-    """No further trigger record within this time: that was all of them (E6)."""
+    """Without a further trigger record for this long there are no more (E6)."""
     records_longest_s: float = 10.0
-    """Collecting records ends here even if they never stop."""
+    """The longest time for which records are collected."""
     drain_s: float = 0.03
     """Quiet to wait for between a time-out and the next attempt."""
     late_s: float = 3.0
-    """A reply that is later than this no longer counts as a reply to what was asked."""
+    """A later reply no longer counts as a reply to its request."""
     doubled_s: float = 0.02
-    """A second copy of an answer follows at once; a restart's second heartbeat only after 50 ms."""
+    """A doubled answer follows within this time; a restart's second heartbeat only after 50 ms."""
     restart_s: float = 0.3
-    """Two unasked heartbeats within it are a restart ("间隔50ms"), with room for a late adapter."""
+    """Two unasked heartbeats within this time are a restart ("间隔50ms", plus the adapter's delay)."""
     attempts: int = 3
 
 
@@ -39,7 +39,7 @@ ENOUGH_SAMPLES = 8
 
 
 class RoundTrips:
-    """The last round trips, in seconds, of answers that belong to exactly one request."""
+    """The last round trips, in seconds, of requests that were sent once."""
 
     def __init__(self, kept: int = 256) -> None:
         self._samples: deque[float] = deque(maxlen=kept)
@@ -61,7 +61,7 @@ class RoundTrips:
         return self.quantile_s(0.5)
 
     def quantile_s(self, share: float) -> float | None:
-        """The sample that `share` (0 … 1) of all samples do not exceed; None without samples."""
+        """The quantile `share` (0 … 1) of the samples; None without samples."""
         if not self._samples:
             return None
         if self._ordered is None:
@@ -70,11 +70,10 @@ class RoundTrips:
         return ordered[min(len(ordered) - 1, int(share * len(ordered)))]
 
     def waits_s(self, timing: Timing) -> tuple[float, ...]:
-        """How long to wait at each attempt of a question.
+        """How long to wait for the answer at each attempt of a question.
 
-        The vendor's second until something is measured; then four times the 95th percentile (eight times while that
-        stands on few samples), doubled at each attempt. The last attempt always gets the vendor's full second: only
-        then is "no answer" said.
+        The vendor's second until something is measured; then four times the 95th percentile (eight times with few
+        samples), doubled at each attempt. The last attempt always gets the vendor's full second.
         """
         usual_s = self.quantile_s(0.95)
         if usual_s is None:

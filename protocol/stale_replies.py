@@ -1,7 +1,7 @@
 """Earlier requests whose replies may still arrive and must not be taken for an answer.
 
-Replies come in the order of the requests. Late ones are waited for as long as `Timing.late_s`, copies for
-`Timing.doubled_s`; that a reply has passed for good is known only when something asked later was answered.
+Replies come in the order of the requests. A late one is expected for `Timing.late_s`, a copy for `Timing.doubled_s`;
+only the answer to a later request proves that none can follow.
 """
 
 from collections import deque
@@ -14,7 +14,7 @@ from protocol.round_trips import Timing
 
 _HEARTBEAT = HEARTBEAT.query()
 FENCES = (_HEARTBEAT, *(BY_NAME[name].query() for name in ("boot_count", "charging", "active", "triggered")))
-"""Questions whose answers can be told from the reply to any set. What they say is true, and noted as any answer."""
+"""Questions whose answers cannot be mistaken for the reply to a set."""
 _MOST_OWED = 64
 _MOST_COPIED = 8
 
@@ -29,7 +29,7 @@ class _Owed:
 
 @dataclass(frozen=True, slots=True)
 class _Copied:
-    """A frame of which further copies may follow. `request`: what it answered, if anything."""
+    """A frame of which copies may follow. `request`: what it answered, if anything."""
 
     raw: bytes
     request: Request | None
@@ -48,18 +48,18 @@ class StaleReplies:
         self._timing = timing
         self._owed: deque[_Owed] = deque(maxlen=_MOST_OWED)
         self._not_past: list[Request] = []
-        """Requests of which a (further) reply may still be under way, oldest first."""
+        """Requests to which a (further) reply may still come, oldest first."""
         self._copied: deque[_Copied] = deque(maxlen=_MOST_COPIED)
         self._heartbeats_at = (-inf, -inf)
-        """When the last one came, and the one before it."""
+        """When the last two came, the last one first."""
 
     def owe(self, request: Request, now: float, *, count: int) -> None:
-        """`count` replies to it may still come."""
+        """Note that `count` replies to it may still come."""
         self._owed.extend([_Owed(request, now)] * count)
         self.remember(request)
 
     def remember(self, request: Request) -> None:
-        """It was answered, but may be answered again."""
+        """Note that it may be answered again."""
         if request not in self._not_past:
             self._not_past.append(request)
 
@@ -68,15 +68,15 @@ class StaleReplies:
             self._owed.popleft()
 
     def could_answer(self, request: Request, now: float) -> bool:
-        """Whether a reply to something else could be mistaken for the answer to this. The same question is no matter:
-        what it is answered was read since it was first asked."""
+        """Whether a reply to another request could be mistaken for the answer to this one. A reply to the same question
+        asked before is as good."""
         repeats = request.is_repeatable and request.command.layout is not Layout.RECORD
         copied = [one.request for one in self._copied if one.request is not None and now <= one.until]
         return any(_overlap(one, request) for one in (*self._not_past, *copied) if not (repeats and one == request))
 
     def fence(self, now: float, *, is_proof: bool = False) -> Request:
-        """A heartbeat; another question where an earlier reply, or the second heartbeat of a restart, may still come
-        that could not be told from its own. With `is_proof` no heartbeat: one may come unasked at any time."""
+        """A heartbeat, or another question where an earlier reply or a restart's second heartbeat could be mistaken for
+        its answer. With `is_proof` not a heartbeat: one may come unasked at any time."""
         earlier_ones = self._all()
         if is_proof or now - self._heartbeats_at[0] <= self._timing.restart_s:
             earlier_ones += (_HEARTBEAT,)
@@ -84,54 +84,52 @@ class StaleReplies:
         return next(told_apart, _HEARTBEAT)
 
     def hear_heartbeat(self, now: float) -> None:
-        """One came, asked for or not."""
+        """Note a heartbeat, asked for or not."""
         self._heartbeats_at = now, self._heartbeats_at[0]
 
     def opens(self, fence: Request, raw: bytes, now: float) -> bool:
-        """Whether this answer is the fence's own, and not a late or second one to a question like it."""
+        """Whether this is the fence's own answer, and not a late or doubled one to an earlier question."""
         return not self.is_copy(raw, now) and not any(_overlap(owed.request, fence) for owed in self._owed)
 
     def pass_by(self, answered: Request) -> None:
-        """The answer to `answered`, which has just come: the replies to all that was asked before it have passed."""
+        """Note the answer to `answered`: no reply to an earlier request can follow."""
         if answered.command is STATUS:
             return  # it may have been streamed
         if answered == _HEARTBEAT and self._heartbeats_at[0] - self._heartbeats_at[1] <= self._timing.restart_s:
             return  # it may be the second one of a restart
         if any(_overlap(earlier, answered) for earlier in self._all()):
-            return  # it may be a late or second answer to an earlier one, which proves less
+            return  # it may be a late or doubled answer to an earlier one
         self._not_past.clear()
         self._owed.clear()
         while len(self._copied) > 1:
-            self._copied.pop()  # of what came before it, copies have passed too
+            self._copied.pop()  # no copy of an earlier frame can follow either
 
     def _all(self) -> tuple[Request, ...]:
         return (*self._not_past, *[owed.request for owed in self._owed])
 
     def take_late(self, raw: bytes) -> Request | None:
-        """The oldest request that this frame answers too late; it is owed no longer."""
+        """Remove and return the oldest request to which this frame is a late reply."""
         for owed in self._owed:
             if answers(raw, owed.request):
                 self._owed.remove(owed)
                 return owed.request
         return None
 
-    # Copies
-
     def expect_copy(self, raw: bytes, request: Request | None, now: float, *, is_late: bool = False) -> None:
-        """A second copy of this frame, the answer to `request`, may follow at once."""
+        """Note that a copy of this frame, the answer to `request`, may follow at once."""
         self._copied.appendleft(_Copied(raw, request, now + self._timing.doubled_s, is_late))
 
     def expect_no_copy(self, raw: bytes) -> None:
-        """Not any longer."""
+        """Undo `expect_copy`."""
         self._copied = deque((one for one in self._copied if one.raw != raw), maxlen=_MOST_COPIED)
 
     def is_copy(self, raw: bytes, now: float) -> bool:
         return any(one.raw == raw and now <= one.until for one in self._copied)
 
     def is_late_copy(self, raw: bytes) -> bool:
-        """Whether the frame of which this is a copy came too late: then so does the copy."""
+        """Whether the frame of which this is a copy came late."""
         return next((one.is_late for one in self._copied if one.raw == raw), False)
 
     def copied_request(self, raw: bytes) -> Request | None:
-        """What the frame answered of which this is a copy."""
+        """The request that the frame answered of which this is a copy."""
         return next((one.request for one in self._copied if one.raw == raw), None)

@@ -1,10 +1,10 @@
 """Marks texts of constants for translation.
 
-The protocol layer speaks English only and never chooses a language: it hands on English texts, and whoever
-shows them translates them.  The mark is what lets ``docs/generate/translations.py`` find them.
+The protocol layer returns English texts; whoever shows them translates them. The mark lets
+`docs/generate/translations.py` find them.
 """
 
 
 def marked(text: str, /) -> str:
-    """The text unchanged; its literal goes into the list of texts to translate."""
+    """Return the text unchanged; its literal goes into the list of texts to translate."""
     return text
