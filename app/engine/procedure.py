@@ -1,19 +1,19 @@
 """Effects that a procedure may yield, and the results it is sent.
 
-A procedure is a generator: it yields one of these, is resumed with what came of it, and returns its result. It holds no
-port, clock or thread, so the same one runs in the window, on the command line and, in microseconds, in tests.
+A procedure is a generator: it yields an effect, is resumed with its result, and returns its own. It holds no port,
+clock or thread, so the same one runs in the window, on the command line and, in microseconds, in tests.
 
-    want         resumed with
+    effect       resumed with
     Ask          Answered | Unanswered | OutcomeUnknown
     Pause        the time (monotonic seconds)
     Await        whether the future is done; the line serves others meanwhile
     Listen       tuple[Received, ...]: the frames that came meanwhile
     UseRate      the time; the port runs at the new rate and its buffers are empty
-    Look         Sight: what the link and the device know, at once
+    Inspect      EngineView: what the link and the device know, at once
     Report       the time, at once
 
-It is cancelled by `Cancelled` raised at a yield, and learns of a lost port by `PortLost` there. After `Cancelled`
-it may still yield to put right what it changed, within the session's closing time.
+`Cancelled` is raised at a yield to cancel it, `PortLost` when the port is lost. After `Cancelled` it may still yield to
+undo what it changed, within the session's closing time.
 """
 
 from collections.abc import Generator
@@ -30,19 +30,18 @@ if TYPE_CHECKING:
 LOCK_GAPS_S = (0.101, 0.127, 0.149, 0.113, 0.163, 0.137, 0.179, 0.151)
 LOCKS_MOST = 50
 LOCKS_FOR_S = 10.0
-"""From the first one, also while the port is lost or a baud rate is searched."""
+"""From the first one, including the time without a port or in a search for the baud rate."""
 
 
 @dataclass(slots=True)
 class LockRepeat:
-    """How often LOCK has left, and when it leaves again: shared by the procedure, the session, which sends, and whoever
-    shows it.
+    """How often LOCK was sent and when it is sent next; shared by the procedure, the session and the display.
 
-    The gaps differ, so that none of them falls into step with a stream that occupies the line.
+    The gaps differ, so that they do not fall into step with a stream on a half-duplex line.
     """
 
     until: float | None = None
-    """Not sent any more after this; set when it is first sent."""
+    """Not sent after this time; set when it is first sent."""
     sent: int = 0
     next_at: float = 0.0
 
@@ -61,9 +60,7 @@ class LockRepeat:
 
 @dataclass(frozen=True, slots=True)
 class Ask:
-    """One exchange. `waits_s`: seconds to wait at each attempt, else as measured; `attempts`: at most so many of
-    them; `is_fenced`: behind another question. See `Link.ask`. `repeat`: LOCK leaves whenever it is due while the
-    answer is awaited."""
+    """One exchange; see `Link.ask`. `repeat`: LOCK is sent whenever it is due while the answer is awaited."""
 
     request: Request
     waits_s: tuple[float, ...] | None = None
@@ -80,7 +77,7 @@ class Pause:
 
 @dataclass(frozen=True, slots=True)
 class Await:
-    """Until `future` is done, at most `limit_s`. Slow work elsewhere (a disk) never blocks the line."""
+    """Wait for `future`, at most `limit_s`; the line is free meanwhile (slow work is a disk's)."""
 
     future: "Future[Any]"
     limit_s: float
@@ -110,7 +107,7 @@ class LinkView:
     round_trip_median_s: float | None
     bytes_received: int
     lag_s: float | None = None
-    """How long what the module says takes to come, now; None before the first answer. See `protocol.lag`."""
+    """How long frames from the module take to arrive; None before the first answer. See `protocol.lag`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,15 +120,15 @@ class EngineView:
     device: DeviceView
     link: LinkView
     proven_rate: int | None = None
-    """At which the module last answered since the port was opened."""
+    """The rate of the last answer since the port was opened."""
     is_rate_searched: bool = False
-    """Another procedure changes the port's rate: the module may be at any."""
+    """Another procedure changes the port's rate: the module may be at any rate."""
     overtaken_at: float | None = None
-    """When something urgent (LOCK) last went before everything else: what was confirmed before it no longer counts."""
+    """When something urgent (LOCK) last overtook the rest: confirmations before it no longer count."""
     is_playback: bool = False
     """A capture is played; there is no module."""
     is_proven: bool = True
-    """Else it may be another module than the one that is meant: only questions are sent. See `app.engine.identity`."""
+    """False: it may be another module than expected, so only questions are sent. See `app.engine.identity`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,7 +147,7 @@ Procedure = Generator[Effect, Any, Result]
 
 
 class Cancelled(Exception):
-    """Somebody no longer wants the procedure."""
+    """The procedure was cancelled."""
 
 
 class PortLost(Exception):
@@ -158,7 +155,7 @@ class PortLost(Exception):
 
 
 class Slept(Cancelled):
-    """The computer slept while the procedure ran: what it had found out may not be so any more."""
+    """The computer slept while the procedure ran: its findings may be out of date."""
 
     def __init__(self, slept_s: float) -> None:
         super().__init__(f"the computer slept for {slept_s:.0f} s")

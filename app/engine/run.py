@@ -6,12 +6,10 @@ from typing import Any, Generic
 from app.engine.procedure import (
     Ask,
     Await,
-    Cancelled,
     Effect,
     Inspect,
     Listen,
     Pause,
-    PortLost,
     Procedure,
     Report,
     Result,
@@ -21,7 +19,7 @@ from protocol.events import Received
 
 
 class Run(Generic[Result]):
-    """One procedure under way. `result` or `error` is set when `is_done`.
+    """A running procedure. `result` or `error` is set when `is_done`.
 
     Only the session's thread touches it, except `cancel`, which any thread may call.
     """
@@ -45,14 +43,14 @@ class Run(Generic[Result]):
         self.is_cancelled = True
 
     def take_cancel(self) -> bool:
-        """Whether to tell it now that it is cancelled. Once only: a second time would break off its cleaning up."""
+        """Whether to raise `Cancelled` in it now: only once, as a second one would interrupt its cleaning up."""
         is_news = self.is_cancelled and not self._is_told and not self.is_done
         self._is_told = self._is_told or is_news
         return is_news
 
     def start(self, now: float) -> None:
         self.is_started = True
-        self._advance(None, now)
+        self.resume(None, now)
 
     @property
     def wants_to_ask(self) -> Ask | None:
@@ -68,43 +66,41 @@ class Run(Generic[Result]):
 
     @property
     def searches_rate(self) -> bool:
-        """It changes the port's rate, or is about to."""
+        """Whether it has changed the port's rate, or is about to."""
         return self._has_used_rate or self.wanted_rate is not None
 
     @property
     def resume_at(self) -> float | None:
-        """When a pause or a listening ends; None while it waits for something else."""
+        """When its `Pause` or `Listen` ends; None while it waits for something else."""
         return self._resume_at if isinstance(self._want, Pause | Listen) else None
 
     def hear(self, received: Received) -> None:
         if isinstance(self._want, Listen):
             self._heard.append(received)
 
-    def resume(self, value: object, now: float) -> None:
-        self._advance(value, now)
-
     def awaits_since(self) -> float | None:
-        """Since when it waits for something that is no matter of the line (a disk)."""
+        """Since when it waits for something other than the line (a disk)."""
         return self._awaits_since if isinstance(self._want, Await) else None
 
     def tick(self, now: float) -> None:
-        """End a pause, a listening or a wait that is due."""
+        """Resume it if its `Pause`, `Listen` or `Await` has ended."""
         if isinstance(self._want, Await):
             if self._want.future.done() or now >= self._resume_at:
-                self._advance(self._want.future.done(), now)
+                self.resume(self._want.future.done(), now)
             return
         if self.is_done or self.resume_at is None or now < self._resume_at:
             return
         heard, self._heard = tuple(self._heard), []
-        self._advance(now if isinstance(self._want, Pause) else heard, now)
+        self.resume(now if isinstance(self._want, Pause) else heard, now)
 
     def throw(self, reason: Exception, now: float) -> None:
-        """Raise `reason` where the procedure stands; it may go on with cleaning up, or end."""
+        """Raise `reason` at the procedure's yield; it may clean up, or end."""
         if not self.is_done:
             self._heard.clear()
             self._drive(lambda: self._procedure.throw(reason), now)
 
-    def _advance(self, value: object, now: float) -> None:
+    def resume(self, value: object, now: float) -> None:
+        """Send it the result of its effect."""
         self._drive(lambda: self._procedure.send(value), now)
 
     def _drive(self, move: Callable[[], Effect], now: float) -> None:
@@ -116,8 +112,6 @@ class Run(Generic[Result]):
                 want = self._procedure.send(now if isinstance(want, Report) else True)
         except StopIteration as stop:
             self._finish(stop.value, None)
-        except (Cancelled, PortLost) as error:
-            self._finish(None, error)
         except Exception as error:  # noqa: BLE001  a bug in a procedure ends this run, not the session
             self._finish(None, error)
         else:

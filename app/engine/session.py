@@ -1,10 +1,10 @@
 """One open port with its link, its device and its running procedures: everything but the thread.
 
-The way of a byte: `Line.read` -> `Link.receive` (stream, frame, message) -> `Device.apply` -> `take_events`.
-`step` is called over and over by the worker's thread, or by a test with a fake line and a fake clock.
+A byte goes through `Line.read`, `Link.receive` (stream, frame, message), `Device.apply` and `take_events`.
+`step` is called in a loop by the worker's thread, or by a test with a fake line and a fake clock.
 
-Two procedures may run: one in the foreground (what somebody asked for) and one in the background (what keeps the screen
-fresh), which gets the line only while the foreground does not want it.
+Two procedures may run: one in the foreground (what somebody asked for) and one in the background (which keeps the
+values fresh). The background has the line only while the foreground does not need it.
 """
 
 from collections.abc import Callable
@@ -25,23 +25,23 @@ __all__ = ["Run", "Session", "Slept"]
 LOCK = ACTIVATION.set(False)
 LONGEST_STEP_S = 0.02
 GATHER_S = 0.008
-"""How long to let a stream pile up while no answer is awaited, where a frame or more comes in that time."""
+"""How long to gather a stream while no answer is awaited, if at least a frame arrives in this time."""
 GATHER_FRAME_S = 0.002
-"""How long to let the rest of a frame come that has begun."""
+"""How long to wait for the rest of a frame."""
 _FRAME = Layout.STATUS.value
 AWAIT_POLL_S = 0.002
-"""How often it is looked whether what a procedure awaits has come."""
+"""How often an awaited future is checked."""
 AWAIT_GRACE_S = 0.1
-"""A disk that takes longer than this does not keep the screen from staying fresh."""
+"""After waiting for a disk for this long the foreground leaves the line to the background."""
 
 
 class Session:
     """See the module's docstring. Every method belongs to one thread.
 
-    `step` raises `PortError` when the port is lost; the owner then calls `close`. What had arrived before stays in
-    `take_events` and in the device. `asleep_s` tells for how long the computer slept since it was last asked.
+    `step` raises `PortError` when the port is lost; the owner then calls `close`. Everything received before stays in
+    `take_events` and in the device. `asleep_s` returns for how long the computer slept since the last call.
 
-    Until `identity` is proven only questions go out, and LOCK, which no module minds.
+    Until `identity` is proven only questions and LOCK are sent.
     """
 
     def __init__(
@@ -72,19 +72,17 @@ class Session:
         self._asking: Run[Any] | None = None
         self._overtaken_at: float | None = None
         self._rate_before: int | None = None
-        """Of what an urgent one overtook: it goes on where it was."""
+        """The port's rate when an urgent procedure overtook another one, which continues at it."""
         self._proven_rate: int | None = None
         self._events: list[Event] = []
-
-    # Procedures
 
     def run(self, run: Run[Any], *, is_urgent: bool = False) -> None:
         """Queue a procedure; the first of the queue runs, the others wait for it.
 
-        An urgent one (LOCK) goes before all others, in the middle of what they do; they go on after it. Either way
-        nobody waits for the answer to a question of lesser rank: it is asked again later. An urgent one waits for no
-        answer at all: what is in flight and must not be repeated is of unknown outcome then. Nothing dangerous that was
-        confirmed before an urgent one follows it. A second urgent one takes the place of the first.
+        An urgent one (LOCK) interrupts all others, which continue after it. A question of the background or of an
+        interrupted procedure is abandoned and repeated later. An urgent procedure waits for no answer at all: the
+        outcome of a set or an act in flight is unknown then. Dangerous requests confirmed before it are not sent after
+        it. A second urgent one replaces the first.
         """
         run.is_urgent = is_urgent
         if is_urgent:
@@ -104,18 +102,18 @@ class Session:
             run.start(self.clock())
 
     def _free_line(self, *, is_urgent: bool) -> None:
-        """Wait for no answer any longer that can be asked for again; for an urgent one, for none."""
+        """Abandon the request in flight if it can be repeated, or for an urgent procedure."""
         ask = self._asking.wants_to_ask if self._asking is not None else None
-        # Where nobody asks it is the link's own heartbeat; what is held back has not left yet.
+        # Without a procedure it is the link's own heartbeat; a request behind a fence was not sent yet.
         is_repeatable = ask is None or ask.request.is_repeatable or not self._link.has_left
         if is_repeatable:
-            self._asking = None  # it still wants to ask, and does when it is its turn
+            self._asking = None  # it asks again when it is its turn
         if is_repeatable or is_urgent:
             now = self.clock()
             self._digest(self._link.abandon(now), now)
 
     def _withhold_dangerous(self) -> None:
-        """What is decided and waits for the line only does not go out; see `Unanswered`."""
+        """Dangerous requests that wait for the line are not sent; see `Unanswered`."""
         now = self.clock()
         for run in self._runs():
             ask = run.wants_to_ask
@@ -138,10 +136,8 @@ class Session:
         trips, lag_s = self._link.round_trips, self._link.lag.seconds(self.clock())
         return LinkView(self._link.counters.copy(), trips.minimum_s, trips.median_s, self.bytes_received, lag_s)
 
-    # The wheel
-
     def step(self, longest_s: float = LONGEST_STEP_S) -> None:
-        """Wait at most `longest_s` for bytes and deal with all that is due."""
+        """Wait at most `longest_s` for bytes, and do what is due."""
         now = self.clock()
         self._notice_sleep(now)
         self._serve(now)
@@ -156,7 +152,7 @@ class Session:
             self._heard_at = now
         slept_s = self._asleep_s()
         if slept_s:
-            self._digest(self._link.receive(data, began), began)  # it may have come before the sleep
+            self._digest(self._link.receive(data, began), began)  # it may be from before the sleep
             self._wake(slept_s, now)
             data = b""
         self._digest(self._link.receive(data, now) + self._link.tick(now), now)
@@ -175,7 +171,7 @@ class Session:
         self._asking = None
         for run in self._runs():
             run.throw(why or PortLost(), now)
-            for _ in range(8):  # a procedure that cleans up learns at each of its wants that there is no port
+            for _ in range(8):  # its cleaning up may yield several times
                 run.throw(PortLost(), now)
         self._foreground.clear()
         self._background = None
@@ -195,7 +191,7 @@ class Session:
         return min([self._link.next_deadline(), *dues])
 
     def _serve(self, now: float) -> None:
-        """Advance whatever can advance without new bytes."""
+        """Advance the procedures that need no new bytes, and send the next request."""
         for run in self._runs():
             if run.take_cancel():
                 if self._asking is run:
@@ -204,7 +200,7 @@ class Session:
                 run.throw(Cancelled(), now)
             run.tick(now)
             while run.wants_to_inspect:
-                run.resume(self._sight(now), now)
+                run.resume(self._view(now), now)
         self._drop_finished(now)
         self._repeat_lock(now)
         active = self._whose_turn(now)
@@ -224,14 +220,14 @@ class Session:
             self._send(active, ask, now)
 
     def _whose_turn(self, now: float) -> Run[Any] | None:
-        """The background has the line also while the foreground waits for a slow disk."""
+        """The run that has the line: the background also while the foreground waits for a slow disk."""
         first = self._foreground[0] if self._foreground else None
         since = first.awaits_since() if first is not None else None
         is_slow = since is not None and now - since > AWAIT_GRACE_S
         return self._background if first is None or is_slow else first
 
     def _repeat_lock(self, now: float) -> None:
-        """LOCK stands behind no answer, also not behind that to the question whether it arrived."""
+        """Send LOCK if it is due, without waiting for the answer to the request in flight."""
         ask = self._asking.wants_to_ask if self._asking is not None else None
         repeat = ask.repeat if ask is not None else None
         if repeat is not None and repeat.is_due(now):
@@ -246,17 +242,17 @@ class Session:
         return bool(slept_s)
 
     def _wake(self, slept_s: float, now: float) -> None:
-        """Nothing that was heard before the sleep counts, nothing that was decided before it is done.
+        """Values read before the sleep are stale, and nothing decided before it is done.
 
-        What is in flight counts as unanswered and is not sent again. Procedures end with `Slept`, but for what is
-        urgent (LOCK) and for the background, which reads everything again as soon as the module answers.
+        The request in flight is unanswered and not repeated. Procedures end with `Slept`, except urgent ones (LOCK) and
+        the background, which reads everything again as soon as the module answers.
         """
         self._overtaken_at = now
         asking, self._asking = self._asking, None
         ask = asking.wants_to_ask if asking is not None else None
         gone = self._link.abandon(now)
-        self.line.use_rate(self.line.baud_rate)  # what waited in the driver may be from before the sleep
-        # As if nothing had been heard for long: it asks for a sign of life at once.
+        self.line.use_rate(self.line.baud_rate)  # bytes in the driver may be from before the sleep
+        # As after a long silence: it sends a heartbeat at once.
         self._renew_link(now - self._timing.heartbeat_every_s)
         for event in [*gone, WentOffline(now)]:
             self._events.append(event)
@@ -289,7 +285,7 @@ class Session:
         if outgoing:
             self.line.write(outgoing)
 
-    def _sight(self, now: float) -> EngineView:
+    def _view(self, now: float) -> EngineView:
         view = self.device.view(now)
         return EngineView(
             now,
@@ -305,8 +301,8 @@ class Session:
         )
 
     def _use_rate(self, baud_rate: int, now: float) -> None:
-        """A link of its own for each rate: nothing that came at another rate can be mistaken for an answer. What still
-        comes from there can: see `answers_here`."""
+        """Each rate has its own link: bytes received at another rate cannot be mistaken for an answer. For bytes that
+        are still to come see `answers_here`."""
         self.line.use_rate(baud_rate)
         self._renew_link(now)
         self.device.use_rate(baud_rate)

@@ -1,9 +1,8 @@
 """The thread that owns the port, from open to close.
 
-It is told what to do through a queue and says what happened through one callback, in batches: at once where something
-changed, else every `publish_every_s`, for a signal for each frame of a stream would cost more than the stream.
-Nothing else ever touches the port.
-Nobody waits for it: `stop` gives it a deadline.
+It takes orders from a queue and reports through one callback, in batches: at once where something changed, else every
+`publish_every_s`, as a signal for each frame of a stream would cost more than the stream. Nothing else touches the
+port. `stop` waits for it until a deadline.
 """
 
 import queue
@@ -26,15 +25,15 @@ from protocol.events import Answered, Event, Received, Rejected, Sent
 from protocol.messages import Reading, Status
 
 PUBLISH_EVERY_S = 1 / 15
-"""What only adds to what was said before: reports of a module whose state is the same."""
+"""The interval of batches without news: reports of a module whose state is unchanged."""
 LONGEST_STEP_S = 0.05
-"""An order ends the wait, and whatever is due earlier; see `SerialLine.interrupt`."""
+"""An order ends it earlier; see `SerialLine.interrupt`."""
 LONGEST_GATHER_S = 0.025
-"""A stream piles up for so long where it is handed over a few times a second only."""
+"""How long a stream is gathered where batches are published a few times a second only."""
 CLOSING_LIMIT_S = 0.3
-"""How long a background procedure may take to put right what it changed (stream off) before the port closes."""
+"""How long the procedures may take to undo what they changed (stream off) before the port closes."""
 ABORT_AFTER_S = 0.33
-"""So long `stop` waits before it breaks off a write that the driver holds."""
+"""`stop` then interrupts a blocked write."""
 SLEEPLESS = sleepless_clock()
 
 
@@ -46,7 +45,7 @@ class PortState(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Connection:
-    """`trouble` says why the port is not open, where that was not wanted."""
+    """`trouble`: why the port is not open, unless it was closed on purpose."""
 
     state: PortState = PortState.CLOSED
     port: str = ""
@@ -56,7 +55,7 @@ class Connection:
 
 @dataclass(frozen=True, slots=True)
 class Batch:
-    """What happened since the last batch. Complete: every event and every sample is in exactly one batch."""
+    """What happened since the last batch. Every event and every sample is in exactly one batch."""
 
     at: float
     connection: Connection
@@ -69,7 +68,7 @@ class Batch:
 
 
 class Job(Generic[Result]):
-    """A procedure handed to the worker. `wait` is for the command line; the window gets it in `Batch.finished`."""
+    """A procedure for the worker. The command line calls `wait`; the window finds it in `Batch.finished`."""
 
     def __init__(self, procedure: Procedure[Result], on_progress: Callable[[Report], None] | None = None) -> None:
         self.run = Run(procedure, on_progress)
@@ -131,7 +130,7 @@ _Order = _Open | _Close | _Vouch | _Start | _Stop
 
 @dataclass(slots=True)
 class _Pending:
-    """What the next batch will hold."""
+    """The contents of the next batch."""
 
     samples: list[StatusSample] = field(default_factory=list)
     events: list[Event] = field(default_factory=list)
@@ -163,12 +162,12 @@ class Worker:
         self._pending = _Pending()
         self._published_at = 0.0
         self._reported: tuple[bool, bool] | None = None
-        """Whether the module had triggered and was active, by its last report."""
+        """Triggered and active, by the last report."""
         self._read: dict[str, int] = {}
-        """What was last read, by key."""
+        """The last reading by key."""
         self._is_stopping = False
         self.publish_every_s = PUBLISH_EVERY_S
-        """For what only adds to what was said before. Set by any thread."""
+        """The interval of batches without news. Any thread may set it."""
 
     def start(self) -> None:
         self._thread.start()
@@ -181,32 +180,32 @@ class Worker:
         is_another: bool = False,
         expected: Expected | None = None,
     ) -> None:
-        """Open `port`, closing what was open. `background` makes the procedure that keeps the device fresh.
+        """Open `port`, closing the previous one. `background` makes the procedure that keeps the device fresh.
 
-        `expected`: the module that is meant; until it is proven to be that one, only questions are sent.
+        `expected`: the module expected there; until its identity is proven only questions are sent.
 
-        `is_another`: another module is behind it. What was known of the one before is gone at once; else it stays,
-        as stale, until the port is open.
+        `is_another`: another module is expected, so the values of the previous one are discarded at once; else they
+        stay, as stale, until the port is open.
         """
         self._order(_Open(port, baud_rate, background, is_another, expected))
 
     def vouch(self, seen: Identity | None = None) -> None:
-        """A person says which module it is: from now on anything may be sent. See `IdentityCheck.vouch`."""
+        """Accept the module because a person confirmed it; see `IdentityCheck.vouch`."""
         self._order(_Vouch(seen))
 
     def close(self) -> None:
-        """Close the port, after the background procedure has put right what it changed."""
+        """Close the port, after the background procedure has undone its changes."""
         self._order(_Close())
 
     def submit(self, job: Job[Result], *, is_urgent: bool = False) -> Job[Result]:
-        """Run a procedure; without an open port it ends at once with `PortLost`. See `Session.run`."""
+        """Run a procedure; without an open port it ends at once with the port's error or `PortLost`."""
         self._order(_Start(job, is_urgent))
         return job
 
     def stop(self, deadline_s: float = 2.0) -> bool:
-        """Close the port and end the thread; whether it ended within `deadline_s`. Idempotent.
+        """Close the port and end the thread; return whether it ended within `deadline_s`. Idempotent.
 
-        Where the driver does not give the thread back it stays behind: a daemon, which no process waits for.
+        A thread that the driver blocks for longer is left running; it is a daemon thread.
         """
         if not self._thread.is_alive():
             return True
@@ -222,9 +221,7 @@ class Worker:
         self._orders.put(order)
         line = self._line
         if line is not None:
-            line.interrupt()  # else a quiet port would let it wait for up to 10 ms: as long as reading everything takes
-
-    # The thread
+            line.interrupt()  # else the order would wait for the read to end
 
     def _work(self) -> None:
         while not self._is_stopping:
@@ -243,7 +240,6 @@ class Worker:
     def _turn(self) -> None:
         session = self._session
         try:
-            # With nothing open there is nothing to do but wait for an order.
             order = self._orders.get(block=session is None)
         except queue.Empty:
             pass
@@ -268,13 +264,13 @@ class Worker:
                 self._pending.is_urgent = True
 
     def _is_news(self, event: Event) -> bool:
-        """It may change more than the numbers of the last report, or what was read is another value than before."""
+        """Whether it may change more than the numbers of the last report."""
         match event:
             case Received(message=Reading(command=command, raw=raw)):
                 before, self._read[command.key] = self._read.get(command.key), raw
                 return raw != before
             case Answered(messages=messages):
-                return not all(isinstance(one, Reading | Status) for one in messages)  # those were received just before
+                return not all(isinstance(one, Reading | Status) for one in messages)  # already seen as `Received`
             case Received(message=Status()) | Sent() | Rejected():
                 return False
         return True
@@ -321,7 +317,7 @@ class Worker:
             self._session.run_in_background(order.background())
 
     def _leave(self) -> None:
-        """Close in good order: what is urgent (LOCK) still goes out, and the background puts right what it changed."""
+        """Close the port after urgent procedures (LOCK) have run and the background has undone its changes."""
         session = self._session
         if session is None:
             return
