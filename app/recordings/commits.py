@@ -4,7 +4,7 @@ import mmap
 import os
 import struct
 import zlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import IO, Final, NamedTuple
@@ -14,24 +14,11 @@ import numpy as np
 from app.recordings.file_layout import COLUMNS, COMMITS, DATA_FILES, JOURNAL, LINE, Opening, is_time
 from app.system.gil_yield import GilYield
 
-COMMIT: Final = np.dtype(
-    [
-        ("at_s", "<f8"),
-        ("status_rows", "<u8"),
-        ("cell_rows", "<u8"),
-        ("light_rows", "<u8"),
-        ("line_bytes", "<u8"),
-        ("journal_bytes", "<u8"),
-        ("is_last", "<u4"),
-        ("data_crc32", "<u4"),
-        ("reserved", "<u4"),
-        ("own_crc32", "<u4"),
-    ]
-)
+COMMIT: Final = struct.Struct("<d5Q4L")
+"""The fields of `Extents`, CRC-32 of the data since the previous commit, reserved, CRC-32 of the commit itself."""
 _COUNTS: Final = ("status_rows", "cell_rows", "light_rows", "line_bytes", "journal_bytes")
-_COMMIT: Final = struct.Struct("<d5Q4L")
 _CRC_AT: Final = 52
-_OWN_BYTES: Final = COMMIT.itemsize - 4
+_OWN_BYTES: Final = COMMIT.size - 4
 _CHECKED_COMMITS: Final = 240
 """Commits of a cut-off recording whose checksums are verified: two minutes, longer than between two syncs."""
 
@@ -65,16 +52,14 @@ def _width(name: str) -> int:
 
 
 def encoded_commit(extents: Extents, data_crc32: int) -> bytes:
-    record = np.zeros(1, COMMIT)
-    record[0] = (*extents, data_crc32, 0, 0)
-    head = record.tobytes()[:_OWN_BYTES]
+    head = COMMIT.pack(*extents, data_crc32, 0, 0)[:_OWN_BYTES]
     return head + zlib.crc32(head).to_bytes(4, "little")
 
 
 def _decoded(raw: bytes) -> Extents | None:
     if zlib.crc32(raw[:_OWN_BYTES]).to_bytes(4, "little") != raw[_OWN_BYTES:]:
         return None
-    at_s, status, cell, light, line, journal, is_last, _crc, _reserved, _own = _COMMIT.unpack(raw)
+    at_s, status, cell, light, line, journal, is_last, _crc, _reserved, _own = COMMIT.unpack(raw)
     return Extents(at_s, status, cell, light, line, journal, is_last=bool(is_last)) if is_time(at_s) else None
 
 
@@ -94,11 +79,11 @@ class _Commits:
         self._folder = folder
         self._sizes = {name: (folder / name).stat().st_size for name in DATA_FILES}
         self._file = (folder / COMMITS).open("rb")
-        self.count = os.fstat(self._file.fileno()).st_size // COMMIT.itemsize
+        self.count = os.fstat(self._file.fileno()).st_size // COMMIT.size
 
     def _raw(self, number: int) -> bytes:
-        self._file.seek(number * COMMIT.itemsize)
-        return self._file.read(COMMIT.itemsize)
+        self._file.seek(number * COMMIT.size)
+        return self._file.read(COMMIT.size)
 
     def extents(self, number: int) -> Extents | None:
         """None where the commit is damaged or exceeds the files."""
@@ -173,21 +158,20 @@ class Damaged(NamedTuple):
 def damaged_pieces(folder: Path, opening: Opening, found: Extents) -> tuple[Damaged, ...]:
     """Verifies every checksum up to `found`; adjacent pieces are joined. Raises OSError."""
     raw = (folder / COMMITS).read_bytes()
-    table = np.frombuffer(raw[: len(raw) // COMMIT.itemsize * COMMIT.itemsize], COMMIT)
-    counts = list(zip(*(table[name].tolist() for name in _COUNTS), strict=True))
-    data_crcs, own_crcs, times = (table[name].tolist() for name in ("data_crc32", "own_crc32", "at_s"))
+    commits = COMMIT.iter_unpack(raw[: len(raw) // COMMIT.size * COMMIT.size])
     pieces: list[Damaged] = []
     last, end = nothing(opening), found[1:6]
-    before, is_gap, pace = last[1:6], False, GilYield()
+    before: Sequence[int] = last[1:6]
+    is_gap, pace = False, GilYield()
     with ExitStack() as stack:
         files = [
             (_COUNTS.index(_count_of(name)), _width(name), _mapped(folder / name, found.length(name), stack))
             for name in DATA_FILES
         ]
-        for number, now in enumerate(counts):
+        for number, (at_s, *now, _is_last, data_crc, _reserved, own_crc) in enumerate(commits):
             pace.checkpoint()
-            place = number * COMMIT.itemsize
-            is_whole = zlib.crc32(raw[place : place + _OWN_BYTES]) == own_crcs[number] and is_time(times[number])
+            place = number * COMMIT.size
+            is_whole = zlib.crc32(raw[place : place + _OWN_BYTES]) == own_crc and is_time(at_s)
             if not is_whole or any(not one <= other <= most for one, other, most in zip(before, now, end, strict=True)):
                 is_gap = True
                 continue
@@ -195,8 +179,8 @@ def damaged_pieces(folder: Path, opening: Opening, found: Extents) -> tuple[Dama
             for count, width, data in files:
                 if now[count] != before[count]:
                     crc = zlib.crc32(data[before[count] * width : now[count] * width], crc)
-            here = Extents._make((times[number], *now, False))
-            if is_gap or crc != data_crcs[number]:
+            here = Extents._make((at_s, *now, False))
+            if is_gap or crc != data_crc:
                 first = pieces.pop().first if pieces and pieces[-1].last == last else last
                 pieces.append(Damaged(first, here))
             last, before, is_gap = here, now, False

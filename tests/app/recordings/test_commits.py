@@ -77,7 +77,7 @@ def test_a_torn_piece_behind_the_last_commit_does_not_count(
         with (folder / name).open("ab") as file:
             file.write(data.draw(st.binary(min_size=1, max_size=40)))
     with (folder / COMMITS).open("ab") as file:
-        file.write(data.draw(st.binary(max_size=COMMIT.itemsize)))
+        file.write(data.draw(st.binary(max_size=COMMIT.size)))
     assert whole_of(folder)[1:] == whole[1:]
 
 

@@ -13,7 +13,6 @@ import app.__main__ as program
 from app.recordings.library import RecordingInUse, RecordingLibrary, recordings_folder
 from tests.support.cli_line import Printed
 from tests.support.records.recordings_made import (
-    HEADING,
     NOON,
     batch,
     recorded,
@@ -26,16 +25,18 @@ from tests.support.records.recordings_made import (
 pytest_plugins = ["tests.support.cli_fixtures"]
 
 
-def shelf_of(folder: Path, *days: float, rows: int = 1000, **bounds: float) -> RecordingLibrary:
+def dated(made: Path, days: float, **values: int) -> None:
+    """Changes a recording's start to so many days before noon, and other values of its heading."""
+    heading = json.loads((made / "session.json").read_text("utf-8"))
+    heading |= {"started_at": (NOON - timedelta(days=days)).isoformat(), **values}
+    (made / "session.json").write_text(json.dumps(heading), "utf-8")
+
+
+def library_of(folder: Path, *days: float, most_days: int = 90) -> RecordingLibrary:
     """Recordings that began so many days before noon."""
     for number, before in enumerate(days):
-        made = written_at_once(folder, rows + number)
-        heading = json.loads((made / "session.json").read_text("utf-8"))
-        heading["started_at"] = (NOON - timedelta(days=before)).isoformat()
-        (made / "session.json").write_text(json.dumps(heading), "utf-8")
-    return RecordingLibrary(
-        folder, most_bytes=int(bounds.get("most_bytes", 1 << 40)), most_days=int(bounds.get("most_days", 90))
-    )
+        dated(written_at_once(folder, 1000 + number), before)
+    return RecordingLibrary(folder, most_bytes=1 << 40, most_days=most_days)
 
 
 def ages(library: RecordingLibrary) -> list[float]:
@@ -44,12 +45,12 @@ def ages(library: RecordingLibrary) -> list[float]:
 
 
 def test_the_newest_comes_first(tmp_path: Path) -> None:
-    library = shelf_of(tmp_path, 3, 1, 2)
+    library = library_of(tmp_path, 3, 1, 2)
     assert ages(library) == [1, 2, 3]
     assert library.size_bytes == sum(one.size_bytes for one in library.entries())
 
 
-def test_an_empty_shelf(tmp_path: Path) -> None:
+def test_an_empty_library(tmp_path: Path) -> None:
     library = RecordingLibrary(tmp_path / "nowhere")
     assert (library.entries(), library.size_bytes, library.prune(NOON)) == ((), 0, ())
 
@@ -60,12 +61,9 @@ def test_the_platform_says_where(user_files: Path) -> None:
 
 
 def numbered(library: RecordingLibrary, *days: float) -> None:
-    """Recordings in this order, that began so many days before noon as the calendar had it then."""
+    """Recordings in this order that began so many days before noon by the wall clock at that time."""
     for number, before in enumerate(days, 1):
-        made = written_at_once(library.folder, 100 + number)
-        heading = json.loads((made / "session.json").read_text("utf-8"))
-        heading |= {"started_at": (NOON - timedelta(days=before)).isoformat(), "sequence": number}
-        (made / "session.json").write_text(json.dumps(heading), "utf-8")
+        dated(written_at_once(library.folder, 100 + number), before, sequence=number)
 
 
 def test_what_is_too_old_goes_to_the_trash_counted_in_days_with_a_session(tmp_path: Path) -> None:
@@ -87,8 +85,7 @@ def test_one_session_with_a_calendar_far_ahead_costs_nothing(tmp_path: Path) -> 
     assert [one.sequence for one in library.entries()] == [7, 6, 5, 4, 3, 2, 1]
     with recorder_in(tmp_path) as bench:
         bench.clock.wall_offset_s += 100 * 86400
-        bench.recorder.begin(HEADING)
-        bench.feed(batch(1000.0, report(1000.0)))
+        bench.record(batch(1000.0, report(1000.0)))
         assert [one.sequence for one in bench.library.entries()] == [8, 7, 6, 5, 4, 3, 2, 1]
         assert bench.library.trashed() == ()
 
@@ -119,22 +116,21 @@ def test_a_full_disk_empties_the_trash_before_it_costs_the_session(tmp_path: Pat
     library.prune(NOON)
     with recorder_in(tmp_path) as bench:
         bench.recorder._find_free_bytes = lambda _folder: 0 if bench.library.trashed() else 1 << 40
-        bench.recorder.begin(HEADING)
-        bench.feed(batch(1000.0, report(1000.0)))
+        bench.record(batch(1000.0, report(1000.0)))
         assert bench.recorder.is_recording
         assert bench.library.trashed() == ()
         assert len(bench.library.entries()) == 2
 
 
 def test_the_oldest_go_where_there_are_too_many(tmp_path: Path) -> None:
-    library = shelf_of(tmp_path, 1, 2, 3, 4)
+    library = library_of(tmp_path, 1, 2, 3, 4)
     library.most_bytes = sum(one.size_bytes for one in library.entries()[:2])
     library.prune(NOON)
     assert ages(library) == [1, 2]
 
 
 def test_kept_ones_stay_and_do_not_count(tmp_path: Path) -> None:
-    library = shelf_of(tmp_path, 1, 2, 400, most_days=2)
+    library = library_of(tmp_path, 1, 2, 400, most_days=2)
     oldest = library.entries()[-1]
     assert library.keep(oldest, is_kept=True).is_kept
     assert library.entries()[-1].is_kept
@@ -148,8 +144,7 @@ def test_kept_ones_stay_and_do_not_count(tmp_path: Path) -> None:
 
 def test_what_is_being_written_is_neither_pruned_nor_deleted(tmp_path: Path) -> None:
     with recorder_in(tmp_path) as bench:
-        bench.recorder.begin(HEADING)
-        bench.feed(batch(1000.0, report(1000.0)))
+        bench.record(batch(1000.0, report(1000.0)))
         (entry,) = bench.library.entries()
         assert entry.is_running
         bench.library.most_bytes = 0
@@ -162,27 +157,25 @@ def test_what_is_being_written_is_neither_pruned_nor_deleted(tmp_path: Path) -> 
         assert kept.is_kept
         assert bench.recorder.entry is not None
         assert bench.recorder.entry.is_kept
-        bench.recorder.end()
-        bench.settle()
+        bench.finish()
         bench.library.delete(entry)
         assert bench.library.entries() == ()
         bench.library.delete(entry)
 
 
 def test_a_new_session_makes_room_for_itself(tmp_path: Path) -> None:
-    shelf_of(tmp_path, 100, 1)
+    library_of(tmp_path, 100, 1)
     with recorder_in(tmp_path) as bench:
         bench.library.most_days = 1
-        bench.recorder.begin(HEADING)
-        bench.feed(*stream(1000.0, 0.5))
+        bench.record(*stream(1000.0, 0.5))
         assert ages(bench.library) == [0, 1]
 
 
-def test_nothing_outside_of_the_shelf_is_deleted(tmp_path: Path) -> None:
-    library = shelf_of(tmp_path / "shelf", 1)
+def test_nothing_outside_of_the_library_is_deleted(tmp_path: Path) -> None:
+    library = library_of(tmp_path / "library", 1)
     other = recorded(tmp_path / "other", 0.1)
     (entry,) = library.entries()
-    for folder in (other, tmp_path / "shelf", tmp_path, entry.folder / ".."):
+    for folder in (other, tmp_path / "library", tmp_path, entry.folder / ".."):
         with pytest.raises(ValueError):
             library.delete(replace(entry, folder=folder))
         with pytest.raises(ValueError):
@@ -192,7 +185,7 @@ def test_nothing_outside_of_the_shelf_is_deleted(tmp_path: Path) -> None:
 
 
 def test_what_is_no_recording_is_left_alone(tmp_path: Path) -> None:
-    library = shelf_of(tmp_path, 1)
+    library = library_of(tmp_path, 1)
     (tmp_path / "notes.txt").write_text("mine", encoding="utf-8")
     (tmp_path / "photos").mkdir()
     assert len(library.entries()) == 1
@@ -201,7 +194,7 @@ def test_what_is_no_recording_is_left_alone(tmp_path: Path) -> None:
 
 
 def test_a_damaged_one_is_listed_with_its_trouble(tmp_path: Path) -> None:
-    library = shelf_of(tmp_path, 1)
+    library = library_of(tmp_path, 1)
     (entry,) = library.entries()
     (entry.folder / "session.json").write_text("{", encoding="utf-8")
     (damaged,) = library.entries()
@@ -212,7 +205,7 @@ def test_a_damaged_one_is_listed_with_its_trouble(tmp_path: Path) -> None:
 
 
 def test_what_a_crash_left_is_cleared_away(tmp_path: Path) -> None:
-    library = shelf_of(tmp_path, 1)
+    library = library_of(tmp_path, 1)
     going, begun, young = (tmp_path / name for name in (".going-x", "begun", "young"))
     for folder in (going, begun, young):
         folder.mkdir()
@@ -225,7 +218,7 @@ def test_what_a_crash_left_is_cleared_away(tmp_path: Path) -> None:
 
 
 def test_one_that_cannot_be_deleted_is_left_for_later(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    library = shelf_of(tmp_path, 1, 100, 200, most_days=1)
+    library = library_of(tmp_path, 1, 100, 200, most_days=1)
     rename = Path.rename
     stuck = library.entries()[1].folder
 
@@ -322,8 +315,7 @@ def test_deleting_asks_first(kept_at: Path, capsys: pytest.CaptureFixture[str]) 
 
 def test_deleting_one_that_is_being_written(kept_at: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with recorder_in(kept_at) as bench:
-        bench.recorder.begin(HEADING)
-        bench.feed(batch(1000.0, report(1000.0)))
+        bench.record(batch(1000.0, report(1000.0)))
         assert program.main(["recordings", "delete", "latest", "--yes"]) == 1
         assert "being recorded" in Printed(capsys).err
 

@@ -90,16 +90,14 @@ def test_flags_and_what_happened(tmp_path: Path) -> None:
     lost = replace(CLOSED, trouble=PortError(PortTrouble.LOST, PORT, "gone"))
     offline = replace(device(1003.5), presence=Presence.OFFLINE, presence_since=1003.2)
     with recorder_in(tmp_path) as bench:
-        bench.recorder.begin(HEADING)
-        bench.feed(
+        bench.record(
             batch(1000.0, report(1000.0)),
             batch(1001.0, report(1001.0, active=True), report(1001.5, active=True, triggered=True)),
             batch(1003.5, report(1003.0, active=True), view=offline),
             batch(1004.0, connection=lost, view=offline),
             batch(1006.0, report(1006.0, active=True), view=device(1006.0)),
         )
-        bench.recorder.end()
-        bench.settle()
+        bench.finish()
         with open_recording(bench.folder) as recording:
             excerpt = recording.excerpt(1000.0, 1010.0)
             assert excerpt.is_active.tolist() == [False, True, True, True, True]
@@ -118,15 +116,13 @@ def test_flags_and_what_happened(tmp_path: Path) -> None:
 
 def test_limits_stand_until_they_change_or_are_in_doubt(tmp_path: Path) -> None:
     with recorder_in(tmp_path) as bench:
-        bench.recorder.begin(HEADING)
-        bench.feed(
+        bench.record(
             batch(1000.0, report(1000.0)),
             batch(1001.0, report(1001.0), view=device(1001.0, attitude_threshold_deg=60)),
             batch(1002.0, report(1002.0), view=device(1002.0, attitude_threshold_deg=45, freefall_acceleration_g=0.3)),
             batch(1003.0, report(1003.0), view=device(1003.0, attitude_threshold_deg=45, attitude_trigger=False)),
         )
-        bench.recorder.end()
-        bench.settle()
+        bench.finish()
         with open_recording(bench.folder) as recording:
             assert [(at, now.fires_deg, now.rearms_deg, now.free_fall_g) for at, now in recording.limits] == [
                 (1001.0, 60.0, 50.0, None),
@@ -146,8 +142,7 @@ def test_the_view_of_the_module_before_is_not_this_ones(tmp_path: Path) -> None:
         opening = replace(OPEN, state=PortState.OPENING)
         first = batch(1000.0, view=before, connection=opening, events=(asked(1000.0),))
         bench.feed(first, batch(1001.0, report(1001.0)))
-        bench.recorder.end()
-        bench.settle()
+        bench.finish()
         with open_recording(bench.folder) as recording:
             assert (len(recording.cell), len(recording.light), recording.limits) == (0, 0, ())
 
@@ -157,18 +152,15 @@ def test_doubtful_voltages_are_not_recorded(tmp_path: Path) -> None:
     view = replace(device(1001.0), values=MappingProxyType({"cell_voltage_v": known}))
     doubted = replace(view, values=MappingProxyType({"cell_voltage_v": replace(known, at=1002.0, stale_reason="aged")}))  # type: ignore[arg-type]
     with recorder_in(tmp_path) as bench:
-        bench.recorder.begin(HEADING)
-        bench.feed(batch(1000.0, report(1000.0)), batch(1001.0, view=view), batch(1002.0, view=doubted))
-        bench.recorder.end()
-        bench.settle()
+        bench.record(batch(1000.0, report(1000.0)), batch(1001.0, view=view), batch(1002.0, view=doubted))
+        bench.finish()
         with open_recording(bench.folder) as recording:
             assert recording.cell.window(0, 2000).time_s.tolist() == [1001.0]
 
 
 def test_a_clock_that_steps_back_never_makes_times_run_backwards(tmp_path: Path) -> None:
     with recorder_in(tmp_path) as bench:
-        bench.recorder.begin(HEADING)
-        bench.feed(batch(1001.0, report(1001.0), report(1000.5)), batch(1002.0, report(1000.7), report(1002.0)))
+        bench.record(batch(1001.0, report(1001.0), report(1000.5)), batch(1002.0, report(1000.7), report(1002.0)))
         with open_recording(bench.folder) as recording:
             assert recording.tilt.window(0, 2000).time_s.tolist() == [1001.0, 1001.0, 1001.0, 1002.0]
 

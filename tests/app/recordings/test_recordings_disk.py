@@ -55,8 +55,7 @@ def test_a_disk_that_is_full_at_any_byte(tmp_path: Path, monkeypatch: pytest.Mon
         found = whole_of(entry.folder)
         assert found.times == [sample.at for one in batches for sample in one.samples][: len(found.times)]
         monkeypatch.undo()
-        bench.recorder.begin(HEADING)
-        bench.feed(batch(1010.0, report(1010.0)))
+        bench.record(batch(1010.0, report(1010.0)))
         assert bench.recorder.trouble is None
         assert bench.recorder.entry is not None
         assert bench.recorder.entry.sample_count == 1
@@ -64,8 +63,7 @@ def test_a_disk_that_is_full_at_any_byte(tmp_path: Path, monkeypatch: pytest.Mon
 
 def test_the_last_of_the_room_is_left_to_the_computer(tmp_path: Path) -> None:
     with recorder_in(tmp_path, free_bytes=1 << 20) as bench:
-        bench.recorder.begin(HEADING)
-        bench.feed(batch(1000.0, report(1000.0)))
+        bench.record(batch(1000.0, report(1000.0)))
         assert bench.recorder.trouble is not None
         assert bench.library.entries() == ()
 
@@ -73,8 +71,7 @@ def test_the_last_of_the_room_is_left_to_the_computer(tmp_path: Path) -> None:
 def test_a_folder_that_cannot_be_made(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("in the way", encoding="utf-8")
     with recorder_in(tmp_path / "file" / "shelf") as bench:
-        bench.recorder.begin(HEADING)
-        bench.feed(batch(1000.0, report(1000.0)))
+        bench.record(batch(1000.0, report(1000.0)))
         assert bench.recorder.trouble is not None
         assert str(bench.library.folder) in bench.recorder.trouble
         assert not bench.recorder.is_recording
@@ -83,19 +80,16 @@ def test_a_folder_that_cannot_be_made(tmp_path: Path) -> None:
 def test_a_bug_of_ours_ends_the_recording_and_not_the_thread(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with recorder_in(tmp_path) as bench:
         monkeypatch.setattr(SessionWriter, "put", lambda *_: 1 / 0)
-        bench.recorder.begin(HEADING)
-        bench.feed(batch(1000.0, report(1000.0)))
+        bench.record(batch(1000.0, report(1000.0)))
         assert bench.recorder.trouble is not None
         monkeypatch.undo()
-        bench.recorder.begin(HEADING)
-        bench.feed(batch(1001.0, report(1001.0)))
+        bench.record(batch(1001.0, report(1001.0)))
         assert bench.recorder.entry is not None
 
 
 def test_a_failure_of_the_session_before_is_none_of_this_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with recorder_in(tmp_path) as bench:
-        bench.recorder.begin(HEADING)
-        bench.feed(batch(1000.0, report(1000.0)))
+        bench.record(batch(1000.0, report(1000.0)))
         sync = SessionWriter.sync
         failures = [OSError(errno.EIO, "Input/output error")]
 

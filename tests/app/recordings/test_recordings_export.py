@@ -48,8 +48,7 @@ def recording(tmp_path: Path) -> Iterator[Recording]:
             batch(1003.75, events=(Sent(light.encode(), light, 1, 1003.75),), view=device(1003.7, light_v=2.5)),
             batch(1004.0, connection=replace(CLOSED, trouble=PortError(PortTrouble.LOST, PORT, "gone"))),
         )
-        bench.recorder.end()
-        bench.settle()
+        bench.finish()
         with open_recording(bench.folder) as opened:
             yield opened
 
@@ -135,8 +134,7 @@ def test_mcap_is_in_order_of_time(recording: Recording, tmp_path: Path) -> None:
 
 def test_mcap_of_a_session_in_which_the_module_said_nothing(tmp_path: Path) -> None:
     with recorder_in(tmp_path) as bench:
-        bench.recorder.begin(HEADING)
-        bench.feed(batch(1000.0, events=(asked(1000.0),)))
+        bench.record(batch(1000.0, events=(asked(1000.0),)))
         with open_recording(bench.folder) as silent:
             assert export_mcap(silent, tmp_path / "x.mcap") == 2
             assert export_csv(silent, tmp_path / "x.csv") == 1

@@ -24,8 +24,7 @@ def test_a_long_session_goes_on_in_further_parts(tmp_path: Path) -> None:
         batches = list(stream(1000.0, 60.0, rate_hz=100))
         for first in range(0, len(batches), 60):
             bench.feed(*batches[first : first + 60])
-        bench.recorder.end()
-        bench.settle()
+        bench.finish()
         parts = [open_recording(entry.folder) for entry in reversed(bench.library.entries())]
         assert [one.entry.part for one in parts] == list(range(1, len(parts) + 1))
         assert len(parts) > 2
@@ -42,8 +41,7 @@ def test_a_long_session_goes_on_in_further_parts(tmp_path: Path) -> None:
 
 def test_a_day_is_a_part(tmp_path: Path) -> None:
     with recorder_in(tmp_path) as bench:
-        bench.recorder.begin(HEADING)
-        bench.feed(batch(1000.0, report(1000.0)))
+        bench.record(batch(1000.0, report(1000.0)))
         bench.feed(batch(1001.0 + LONGEST_PART_S, report(1001.0 + LONGEST_PART_S)))
         bench.feed(batch(1002.0 + LONGEST_PART_S, report(1002.0 + LONGEST_PART_S)))
         assert [(one.part, one.sample_count) for one in bench.library.entries()] == [(2, 1), (1, 2)]
@@ -51,8 +49,7 @@ def test_a_day_is_a_part(tmp_path: Path) -> None:
 
 def test_a_clock_that_is_set_begins_a_part_with_the_right_time(tmp_path: Path) -> None:
     with recorder_in(tmp_path) as bench:
-        bench.recorder.begin(HEADING)
-        bench.feed(batch(1000.0, report(1000.0)))
+        bench.record(batch(1000.0, report(1000.0)))
         bench.clock.wall_offset_s += 3600.0
         bench.feed(batch(1000.0 + LOOK_EVERY_S, report(1000.0 + LOOK_EVERY_S)))
         bench.feed(batch(1020.0, report(1020.0)))
@@ -64,8 +61,7 @@ def test_a_clock_that_is_set_begins_a_part_with_the_right_time(tmp_path: Path) -
 def test_what_comes_after_a_sleep_is_not_put_behind_what_came_before(tmp_path: Path) -> None:
     night_s = 8 * 3600.0
     with recorder_in(tmp_path) as bench:
-        bench.recorder.begin(HEADING)
-        bench.feed(batch(1000.0, report(1000.0)), batch(1000.01, report(1000.01)))
+        bench.record(batch(1000.0, report(1000.0)), batch(1000.01, report(1000.01)))
         bench.clock.wall_offset_s += night_s  # the other clock stood still
         for at in (1000.03, 1000.05, 1000.07):
             woken = batch(at, report(at))
@@ -80,8 +76,7 @@ def test_now_and_then_it_waits_for_the_disk(tmp_path: Path, monkeypatch: pytest.
     synced: list[float] = []
     with recorder_in(tmp_path) as bench:
         monkeypatch.setattr(SessionWriter, "sync", lambda _self: synced.append(bench.clock.now_s))
-        bench.recorder.begin(HEADING)
-        bench.feed(batch(1000.0, report(1000.0)))
+        bench.record(batch(1000.0, report(1000.0)))
         bench.feed(batch(1001.0, report(1001.0)))
         assert synced == []
         bench.feed(batch(1000.0 + SYNC_EVERY_S, report(1000.0 + SYNC_EVERY_S)))
@@ -90,12 +85,10 @@ def test_now_and_then_it_waits_for_the_disk(tmp_path: Path, monkeypatch: pytest.
 
 def test_a_part_with_nothing_in_it_is_not_begun(tmp_path: Path) -> None:
     with recorder_in(tmp_path) as bench:
-        bench.recorder.begin(HEADING)
-        bench.feed(batch(1000.0, report(1000.0)))
+        bench.record(batch(1000.0, report(1000.0)))
         bench.clock.wall_offset_s += 3600.0
         bench.feed(batch(1001.0))
-        bench.recorder.end()
-        bench.settle()
+        bench.finish()
         assert [(one.part, one.was_cut_off) for one in bench.library.entries()] == [(1, False)]
 
 
@@ -105,10 +98,8 @@ def test_a_file_system_that_knows_no_locks(tmp_path: Path, monkeypatch: pytest.M
 
     monkeypatch.setattr(layout, "lock", refuse)
     with recorder_in(tmp_path) as bench:
-        bench.recorder.begin(HEADING)
-        bench.feed(batch(1000.0, report(1000.0)))
-        bench.recorder.end()
-        bench.settle()
+        bench.record(batch(1000.0, report(1000.0)))
+        bench.finish()
         (entry,) = bench.library.entries()
         assert not entry.is_running
         bench.library.delete(entry)
@@ -127,8 +118,7 @@ def test_without_a_session_nothing_is_recorded(tmp_path: Path) -> None:
         assert bench.recorder.entry is None, "nothing went over the line yet"
         bench.recorder.end()
         bench.feed(batch(1002.0, report(1002.0)))
-        bench.recorder.end()
-        bench.settle()
+        bench.finish()
         assert bench.library.entries() == ()
         assert bench.recorder.stop(WAIT_S)
         bench.recorder.begin(HEADING)
@@ -158,8 +148,7 @@ def test_each_beginning_is_a_recording_of_its_own(tmp_path: Path) -> None:
 
 def test_what_is_recorded_now_is_told_without_the_disk(tmp_path: Path) -> None:
     with recorder_in(tmp_path) as bench:
-        bench.recorder.begin(HEADING)
-        bench.feed(*stream(1000.0, 3.0, rate_hz=100))
+        bench.record(*stream(1000.0, 3.0, rate_hz=100))
         bench.recorder.name_module("Bench 9")
         bench.settle()
         entry = bench.recorder.entry
@@ -175,8 +164,7 @@ def test_bytes_of_one_moment_stay_in_their_order(tmp_path: Path) -> None:
         bench.recorder.begin(HEADING)
         samples = [report(1000.0 + n // 7 / 100, n) for n in range(100)]
         bench.feed(*(batch(one.at, one) for one in samples))
-        bench.recorder.end()
-        bench.settle()
+        bench.finish()
         with open_recording(bench.folder) as recording:
             traffic: list[Traffic] = list(recording.traffic())
         assert b"".join(one.raw for one in traffic) == b"".join(received(one).frame.raw for one in samples)

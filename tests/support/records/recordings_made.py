@@ -107,10 +107,20 @@ class Bench:
     library: RecordingLibrary
 
     def feed(self, *batches: Batch) -> None:
-        """Take these, at the time of the last one, and wait until they are on disk."""
+        """Records batches, moves the clock to the last one and waits until they are on disk."""
         for one in batches:
             self.recorder.on_batch(one)
             self.clock.now_s = max(self.clock.now_s, one.at)
+        self.settle()
+
+    def record(self, *batches: Batch) -> None:
+        """Begins a recording with these batches."""
+        self.recorder.begin(HEADING)
+        self.feed(*batches)
+
+    def finish(self) -> None:
+        """Ends the recording."""
+        self.recorder.end()
         self.settle()
 
     def settle(self) -> None:
@@ -118,7 +128,7 @@ class Bench:
 
     @property
     def folder(self) -> Path:
-        """Of the newest recording."""
+        """Folder of the newest recording."""
         return self.library.entries()[0].folder
 
 

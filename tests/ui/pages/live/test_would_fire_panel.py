@@ -283,8 +283,7 @@ def test_a_recording_is_judged_with_what_the_module_had_then(live: Bench, tmp_pa
         tilts = [0] * 50 + [55] * 10 + [0] * 50
         samples = [StatusSample(1000.0 + n / 50, tilt, 1.0, False, True) for n, tilt in enumerate(tilts)]
         bench.feed(batch(samples[-1].at, *samples, view=had))
-        bench.recorder.end()
-        bench.settle()
+        bench.finish()
         folder = bench.folder
     tell(live, 0, 0, 0)
     toggle(live)

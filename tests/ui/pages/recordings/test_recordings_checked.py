@@ -36,8 +36,7 @@ def in_pieces(folder: Path, seconds: float) -> Path:
         bench.recorder.begin(HEADING)
         for number in range(round(seconds * 2)):
             bench.feed(*stream(1000.0 + number / 2, 0.5))
-        bench.recorder.end()
-        bench.settle()
+        bench.finish()
         return bench.folder
 
 
@@ -49,7 +48,7 @@ def overwrite(path: Path, place: int, raw: bytes) -> None:
 
 def seal_again(folder: Path) -> None:
     """One commit over everything, with the right checksums: as somebody would who knows the format."""
-    last = bytearray((folder / "commits.bin").read_bytes()[-COMMIT.itemsize :])
+    last = bytearray((folder / "commits.bin").read_bytes()[-COMMIT.size :])
     crc = 0
     opening = read_opening(folder)
     extents = read_extents(folder, opening, is_checked=False)
@@ -104,9 +103,9 @@ def test_damage_in_any_file_is_found(tmp_path: Path, name: str) -> None:
 def test_a_commit_that_is_damaged_in_the_middle_costs_its_piece_only(tmp_path: Path) -> None:
     folder = in_pieces(tmp_path, 4.0)
     before = whole_of(folder)
-    count = (folder / "commits.bin").stat().st_size // COMMIT.itemsize
+    count = (folder / "commits.bin").stat().st_size // COMMIT.size
     assert count >= 5
-    overwrite(folder / "commits.bin", 2 * COMMIT.itemsize + 8, b"\xff" * 8)
+    overwrite(folder / "commits.bin", 2 * COMMIT.size + 8, b"\xff" * 8)
     with open_recording(folder) as recording:
         assert len(recording.damaged) == 1
         assert 0 < len(recording.tilt) < len(before.times)
