@@ -48,7 +48,7 @@ def test_the_latency_timer_and_the_rule_are_found(tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("linux")
-def test_nothing_there_is_nothing_known(tmp_path: Path) -> None:
+def test_missing_files_give_no_facts(tmp_path: Path) -> None:
     facts = facts_about("/dev/ttyUSB0", root=tmp_path)
     assert facts.latency_ms is None
     assert facts.access is None
@@ -104,7 +104,7 @@ def test_an_adapter_that_vanishes_at_once_is_counted() -> None:
     assert history.short_visits(PORT, 1000.0) == 0  # long ago
 
 
-def test_what_was_there_before_or_stays_long_is_no_short_visit() -> None:
+def test_adapters_that_were_present_before_or_stay_are_not_counted() -> None:
     history = PortHistory()
     history.poll([ADAPTER], 0.0)
     history.poll([], 1.0)
@@ -142,7 +142,7 @@ def test_each_line_of_the_rule_is_a_list_of_keys_and_values() -> None:
         assert all(_ASSIGNMENT.fullmatch(part) for part in parts), line
 
 
-def test_the_rule_covers_the_usual_adapters_and_keeps_the_modem_program_off() -> None:
+def test_the_rule_covers_the_usual_adapters_and_excludes_modem_manager() -> None:
     adapters = [line for line in rule_lines() if "idProduct" in line]
     vendors = {re.findall(r'idVendor\}=="([0-9a-f]{4})"', line)[0] for line in adapters}
     assert vendors == {"0403", "10c4", "1a86", "067b"}
@@ -155,7 +155,7 @@ def test_the_rule_covers_the_usual_adapters_and_keeps_the_modem_program_off() ->
     assert len(products) == len(set(products))
 
 
-def test_the_rule_comes_before_the_one_that_gives_access_and_jumps_where_there_is_a_label() -> None:
+def test_the_rule_precedes_uaccess_and_every_goto_has_a_label() -> None:
     assert RULES.name < "73-seat-late.rules"
     text = RULES.read_text(encoding="ascii")
     assert set(re.findall(r'GOTO="(\w+)"', text)) == set(re.findall(r'LABEL="(\w+)"', text))

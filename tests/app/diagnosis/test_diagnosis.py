@@ -141,7 +141,7 @@ def test_every_cause_has_a_row_in_the_table_and_in_this_test() -> None:
     assert {cause for _, _, cause in TABLE} == set(Cause)
 
 
-def test_each_cause_says_something_of_its_own() -> None:
+def test_every_cause_has_its_own_text() -> None:
     said = {row.what for row in CAUSES}
     assert len(said) >= len(Cause)
 
@@ -169,7 +169,7 @@ def test_the_commands_are_exact() -> None:
     assert found_for(replace(denied, platform="win32")).command is None
 
 
-def test_who_holds_it_is_named() -> None:
+def test_the_program_that_holds_the_port_is_named() -> None:
     found = found_for(trouble(PortTrouble.BUSY, Holder("minicom", 4711)))
     assert found.what == "/dev/ttyUSB0 is in use by minicom (process 4711)."
     assert found.next_step == "Close it and connect again."
@@ -299,7 +299,7 @@ def test_what_happens_on_the_line_is_recognised(make: Callable[[], Watched], cau
     assert make().cause() is cause
 
 
-def test_a_module_that_comes_back_after_its_shutting_down_is_not_shut_down() -> None:
+def test_a_module_that_returns_after_a_shutdown_is_not_shut_down() -> None:
     watched = shut_down()
     watched.rig.bench.press_switch()
     watched.wait(5)
@@ -307,7 +307,7 @@ def test_a_module_that_comes_back_after_its_shutting_down_is_not_shut_down() -> 
     assert not watched.evidence_collector.evidence().was_shut_down
 
 
-def test_a_lost_port_is_its_trouble_and_a_new_connection_starts_over() -> None:
+def test_a_lost_port_is_the_cause_and_a_new_connection_resets_it() -> None:
     watched = pulled_from_the_adapter()
     watched.tell(Connection(PortState.CLOSED, PORT, 115200, PortError(PortTrouble.LOST, PORT, "")))
     assert watched.cause() is Cause.UNPLUGGED
@@ -316,7 +316,7 @@ def test_a_lost_port_is_its_trouble_and_a_new_connection_starts_over() -> None:
     assert watched.evidence_collector.evidence() == PortEvidence(port="/dev/ttyUSB1", platform=sys.platform)
 
 
-def test_the_noise_kept_is_bounded() -> None:
+def test_stored_noise_is_bounded() -> None:
     watched = Watched({"garbage": "1", "rate": "1000", "stream_at_boot": "yes", "uptime": "60"})
     watched.wait(10)
     assert 0 < len(watched.evidence_collector.evidence().noise) <= NOISE_KEPT_BYTES

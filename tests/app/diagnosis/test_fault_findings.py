@@ -27,7 +27,7 @@ def ask(*requests: Ask) -> Procedure[list[object]]:
     return outcomes
 
 
-def test_an_act_that_is_abandoned_is_of_unknown_outcome() -> None:
+def test_an_abandoned_act_has_an_unknown_outcome() -> None:
     link = Link(0.0)
     link.ask(THRESHOLD.set(75), 0.0)
     assert link.abandon(0.5) == [OutcomeUnknown(THRESHOLD.set(75), 0.5, 0.5)]
@@ -36,7 +36,7 @@ def test_an_act_that_is_abandoned_is_of_unknown_outcome() -> None:
     assert link.abandon(1.6) == []
 
 
-def test_an_act_that_waits_behind_its_fence_was_not_sent_and_is_no_doubt() -> None:
+def test_an_act_that_waits_for_its_heartbeat_was_not_sent() -> None:
     link = Link(0.0)
     link.ask(THRESHOLD.set(75), 0.0)
     link.abandon(0.1)
@@ -44,7 +44,7 @@ def test_an_act_that_waits_behind_its_fence_was_not_sent_and_is_no_doubt() -> No
     assert link.abandon(0.3) == []
 
 
-def test_a_write_that_is_cancelled_casts_doubt_on_what_was_known() -> None:
+def test_a_cancelled_write_makes_the_known_value_stale() -> None:
     rig = Rig()
     rig.run(ask(Ask(THRESHOLD.query())))
     run = Run(ask(Ask(THRESHOLD.set(75))))
@@ -58,7 +58,7 @@ def test_a_write_that_is_cancelled_casts_doubt_on_what_was_known() -> None:
     assert known.stale_reason is StaleReason.WRITE_UNCONFIRMED
 
 
-def test_a_write_that_was_cancelled_before_it_left_casts_none() -> None:
+def test_a_write_that_was_cancelled_before_sending_leaves_the_value_fresh() -> None:
     rig = Rig()
     rig.run(ask(Ask(THRESHOLD.query())))
     rig.bench.change(mute=True)
@@ -73,7 +73,7 @@ def test_a_write_that_was_cancelled_before_it_left_casts_none() -> None:
     assert known.stale_reason is None
 
 
-def test_a_second_cancel_does_not_break_off_the_cleaning_up() -> None:
+def test_a_second_cancel_does_not_interrupt_the_cleanup() -> None:
     def careful() -> Procedure[str]:
         try:
             yield Ask(STATUS.query(), (5.0,))
@@ -94,7 +94,7 @@ def test_a_second_cancel_does_not_break_off_the_cleaning_up() -> None:
 
 @pytest.mark.parametrize(("name", "value", "key"), [("deploy", True, "triggered"), ("zero_sensor", None, "tilt_deg")])
 @pytest.mark.parametrize("is_answered", [True, False])
-def test_what_was_reported_before_an_act_is_doubtful_after_it(
+def test_values_reported_before_an_act_are_stale_after_it(
     name: str, value: bool | None, key: str, is_answered: bool
 ) -> None:
     command = BY_NAME[name]
@@ -112,7 +112,7 @@ def test_what_was_reported_before_an_act_is_doubtful_after_it(
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="/proc is Linux's")
-def test_a_process_that_may_not_be_looked_at_does_not_hide_the_one_that_may() -> None:
+def test_a_process_without_access_does_not_hide_another() -> None:
     master, slave = os.openpty()
     name = os.ttyname(slave)
     os.close(slave)

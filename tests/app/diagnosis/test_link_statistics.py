@@ -31,7 +31,7 @@ def answered(trip_s: float | None) -> Answered:
     return Answered(QUERY, (), 1, trip_s, 0.0)
 
 
-def test_what_happened_lies_in_its_second() -> None:
+def test_events_are_counted_in_their_second() -> None:
     figures = LinkStatistics()
     figures.on_batch(batch(10.2, view(100, sent=4, frames=3, time_outs=1)))
     figures.on_batch(batch(10.9, view(150, sent=6, frames=5, time_outs=2, retries=1)))
@@ -44,7 +44,7 @@ def test_what_happened_lies_in_its_second() -> None:
     assert figures.totals.sent == 6
 
 
-def test_rejected_bytes_are_told_by_reason_most_first() -> None:
+def test_rejected_bytes_are_listed_by_reason_most_first() -> None:
     figures = LinkStatistics()
     counters = Counters(rejected_bytes=Counter({Reason.NO_HEADER: 2, Reason.CHECKSUM: 9}))
     figures.on_batch(batch(1.0, LinkView(counters, None, None, 11)))
@@ -64,7 +64,7 @@ def test_round_trips_fall_into_classes() -> None:
     assert LinkStatistics().quantile_s(0.5) is None
 
 
-def test_a_lost_port_is_a_loss_and_counting_goes_on_after_it() -> None:
+def test_a_lost_port_counts_as_a_loss_and_counting_continues() -> None:
     figures = LinkStatistics()
     figures.on_batch(batch(1.0, view(100, sent=10)))
     noise = Noise(b"\x00\x01", Fault(Reason.NO_HEADER, ""))
@@ -78,7 +78,7 @@ def test_a_lost_port_is_a_loss_and_counting_goes_on_after_it() -> None:
     assert sum(one.losses for one in figures.seconds) == 1
 
 
-def test_a_new_opening_that_no_batch_told_of_is_not_counted_backwards() -> None:
+def test_a_reopened_port_without_a_batch_does_not_count_backwards() -> None:
     figures = LinkStatistics()
     figures.on_batch(batch(1.0, view(100, sent=10)))
     figures.on_batch(batch(2.0, view(5, sent=2)))
@@ -86,7 +86,7 @@ def test_a_new_opening_that_no_batch_told_of_is_not_counted_backwards() -> None:
     assert figures.bytes_received == 105
 
 
-def test_both_series_are_bounded_and_a_clock_that_jumps_does_no_harm() -> None:
+def test_both_series_are_bounded_even_when_the_clock_jumps() -> None:
     figures = LinkStatistics()
     for number in range(2 * FINE_KEPT):
         figures.on_batch(batch(float(number), view(number, sent=number)))
@@ -98,7 +98,7 @@ def test_both_series_are_bounded_and_a_clock_that_jumps_does_no_harm() -> None:
     assert figures.minutes[-1].begins_s > 1e6
 
 
-def test_they_agree_with_the_link_on_a_bad_line() -> None:
+def test_statistics_equal_the_links_totals_on_a_bad_line() -> None:
     rig = Rig({"corrupt": "0.02", "drop": "0.05", "seed": "5"})
     run = Run(read_everything())
     rig.session.run(run)
@@ -113,7 +113,7 @@ def test_they_agree_with_the_link_on_a_bad_line() -> None:
     assert sum(one.count for one in figures.round_trips()) > 5
 
 
-def test_it_is_the_same_whether_somebody_looks_at_each_batch_or_at_the_end() -> None:
+def test_reading_properties_does_not_change_the_statistics() -> None:
     watched, alone = LinkStatistics(), LinkStatistics()
     for number in range(1, 400):
         at, opened = number * 0.033, number % 150  # every five seconds another opening, of which no batch tells

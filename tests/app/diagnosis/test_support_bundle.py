@@ -55,12 +55,12 @@ def test_names_are_replaced(text: str, clean: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["", "a", "ab", "root", "user"])
-def test_a_name_that_says_nothing_stays(name: str) -> None:
+def test_names_that_identify_nobody_stay(name: str) -> None:
     text = "a root user has about a cab"
     assert scrub(text, Names(name, name, "/")) == text
 
 
-def test_what_is_written_is_what_was_shown(tmp_path: Path) -> None:
+def test_the_zip_equals_the_preview(tmp_path: Path) -> None:
     bundle = SupportBundle(CONTENTS, names=NAMES)
     path = tmp_path / "support.zip"
     bundle.write(path)
@@ -79,7 +79,7 @@ def test_the_same_contents_give_the_same_file(tmp_path: Path) -> None:
     assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
 
 
-def test_nobody_is_named_in_it() -> None:
+def test_a_bundle_names_nobody() -> None:
     for part in SupportBundle(CONTENTS, names=NAMES).preview():
         lower = part.text.lower()
         assert "wolfgang" not in lower, part.name
@@ -96,7 +96,7 @@ def test_this_computers_names_are_replaced_by_default(monkeypatch: pytest.Monkey
     assert "hush-hush" not in text
 
 
-def test_it_says_what_is_needed() -> None:
+def test_a_bundle_contains_what_support_needs() -> None:
     parts = {part.name: part.text for part in SupportBundle(CONTENTS, names=NAMES).preview()}
     link = json.loads(parts["link.json"])
     assert link["trouble"] == "busy"
@@ -109,12 +109,12 @@ def test_it_says_what_is_needed() -> None:
     assert parse_capture(parts["capture.txt"]).entries == ENTRIES
 
 
-def test_with_hardly_anything_known_it_can_be_made_too() -> None:
+def test_a_bundle_of_a_version_alone_can_be_made() -> None:
     names = [part.name for part in SupportBundle(Contents(version="1"), names=NAMES).preview()]
     assert names == ["about.json", "link.json", "module.json", "preferences.json"]
 
 
-def test_of_a_long_log_the_end_counts(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_end_of_a_long_log_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("app.diagnosis.support_bundle.LONGEST_PART", 100)
     log = "".join(f"line {number}\n" for number in range(100))
     parts = {part.name: part.text for part in SupportBundle(Contents(version="1", log=log), names=NAMES).preview()}
@@ -123,7 +123,7 @@ def test_of_a_long_log_the_end_counts(monkeypatch: pytest.MonkeyPatch) -> None:
     assert len(parts["log.txt"]) < 110
 
 
-def test_a_bundle_that_cannot_be_written_leaves_what_was_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_bundle_that_cannot_be_written_leaves_the_old_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "support.zip"
     path.write_bytes(b"old")
 

@@ -12,7 +12,7 @@ from tests.support.flights.made_flights import STEP_S, made_flight, random_fligh
 
 
 @pytest.mark.parametrize("reading", RuleReading)
-def test_the_look_up_is_what_the_judge_says(reading: RuleReading) -> None:
+def test_the_curves_agree_with_the_judge(reading: RuleReading) -> None:
     random = np.random.default_rng(14)
     fired = 0
     for _ in range(60):
@@ -50,7 +50,7 @@ def test_exact_times() -> None:
         curves.first(TriggerLimits(freefall_acceleration_g=1.6))
 
 
-def test_damped_an_angle_has_to_last() -> None:
+def test_damped_requires_an_angle_to_last() -> None:
     tilt = np.zeros(200)
     tilt[50:60] = 80.0  # ten rows: 0.18 s
     assert firing_curves(made_flight(tilt, 1.0), RuleReading.DIRECT).attitude_s[60] == 1.0
@@ -59,7 +59,7 @@ def test_damped_an_angle_has_to_last() -> None:
     assert firing_curves(made_flight(tilt, 1.0), RuleReading.DAMPED).attitude_s[60] == pytest.approx(1.2)
 
 
-def test_damped_a_spike_ends_no_fall() -> None:
+def test_damped_ignores_a_spike_in_a_fall() -> None:
     force = np.ones(300)
     force[50:250] = 0.1
     force[120] = 1.2

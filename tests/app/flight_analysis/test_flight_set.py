@@ -27,7 +27,7 @@ def crash(name: str = "crash") -> FlightLog:
     return made_flight(tilt, force, name=name, altitude_m=altitude)
 
 
-def test_the_map_is_what_every_flight_comes_to() -> None:
+def test_the_map_counts_the_outcome_of_each_flight() -> None:
     random = np.random.default_rng(5)
     flights = FlightSet()
     for group in FlightGroup:
@@ -74,7 +74,7 @@ def check_cell(
     assert found.worst_drop_m[row, column] == pytest.approx(max(drops, default=math.nan), nan_ok=True, abs=0.01)
 
 
-def test_how_late_and_how_much_lower() -> None:
+def test_delay_and_drop() -> None:
     flight = summarise(crash())
     assert flight.loss_s == pytest.approx(3.48)  # the last row of weight, at a tilt below 30°
     assert flight.impact_s == IMPACT_S
@@ -95,7 +95,7 @@ def test_a_firing_after_the_impact_is_not_in_time() -> None:
     assert (fire.at_s, fire.is_in_time) == (pytest.approx(IMPACT_S + 0.02), False)
 
 
-def test_outcomes_say_where_the_readings_differ() -> None:
+def test_outcomes_show_where_the_readings_differ() -> None:
     tilt = np.zeros(ROWS)
     tilt[100:104] = 75
     flights = FlightSet()
@@ -105,7 +105,7 @@ def test_outcomes_say_where_the_readings_differ() -> None:
     assert not fell.is_different
 
 
-def test_flights_are_sorted_and_taken_out() -> None:
+def test_flights_are_sorted_and_removed() -> None:
     flights = FlightSet()
     flights.add([summarise(crash("a")), summarise(crash("b"))])
     flights.sort("a", FlightGroup.MUST)
@@ -136,7 +136,7 @@ def test_a_hard_landing_is_no_loss_of_control() -> None:
     assert loss_of_control(made_flight(5.0, force)) == LossOfControl(None, 8.0)
 
 
-def test_a_blow_in_the_air_is_no_impact() -> None:
+def test_a_peak_in_the_air_is_not_an_impact() -> None:
     """Half a second of it, then a calm flight, then it tips over until the log ends."""
     force, tilt = np.ones(ROWS), np.zeros(ROWS)
     force[100:125] = 4.0
@@ -144,7 +144,7 @@ def test_a_blow_in_the_air_is_no_impact() -> None:
     assert loss_of_control(made_flight(tilt, force)) == LossOfControl(pytest.approx(5.98), None)  # type: ignore[arg-type]
 
 
-def test_blows_that_follow_each_other_are_one_impact() -> None:
+def test_consecutive_peaks_are_one_impact() -> None:
     force, tilt = np.ones(ROWS), np.zeros(ROWS)
     tilt[200:] = 80.0
     force[[100, 250, 280, 340]] = 5.0
@@ -152,7 +152,7 @@ def test_blows_that_follow_each_other_are_one_impact() -> None:
     assert lost == LossOfControl(pytest.approx(3.98), 5.0)  # type: ignore[arg-type]
 
 
-def test_the_ground_that_the_log_tells_of() -> None:
+def test_the_touchdown_of_the_log() -> None:
     tilt = np.where(TIMES >= 4, 70.0, 0.0)
     lost = loss_of_control(made_flight(tilt, 1.0, is_on_ground=TIMES >= 7))
     assert lost == LossOfControl(pytest.approx(3.98), 7.0)  # type: ignore[arg-type]

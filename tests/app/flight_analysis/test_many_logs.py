@@ -40,13 +40,13 @@ def test_every_log_comes_back_once(logs: list[Path]) -> None:
 
 
 @pytest.mark.parametrize("processes", [1, 2])
-def test_a_cancellation_ends_it(logs: list[Path], processes: int) -> None:
+def test_reading_can_be_cancelled_between_logs(logs: list[Path], processes: int) -> None:
     found: list[SummarisedLog] = []
     found.extend(summarise_logs(logs, is_cancelled=lambda: bool(found), processes=processes))
     assert 1 <= len(found) < len(logs)
 
 
-def test_a_process_that_ends_takes_no_other_log_with_it(logs: list[Path]) -> None:
+def test_a_crashed_process_costs_only_its_log(logs: list[Path]) -> None:
     logs = logs[:4]
     order = LogOrder(columns=EndsProcess())  # type: ignore[arg-type]
     logs[3].unlink()

@@ -57,7 +57,7 @@ def is_right(limits: TriggerLimits, must_not: list[FlightLog], must: list[Flight
     return True
 
 
-def test_two_hundred_flights_whose_truth_is_known() -> None:
+def test_two_hundred_flights_with_known_outcome() -> None:
     random = np.random.default_rng(200)
     separable = 0
     for number in range(SETS):
@@ -117,7 +117,7 @@ def test_an_acceleration_step_alone_can_separate() -> None:
     assert is_right(limits, calm, crash)
 
 
-def test_a_flight_that_is_upside_down_lets_no_attitude_threshold_pass() -> None:
+def test_an_inverted_flight_excludes_every_attitude_threshold() -> None:
     proposal = proposed([flown("aerobatics", Event(178.2, 1.0, 0.5), hits_the_ground=False)], [])
     assert proposal.limits is None
     (conflict,) = proposal.conflicts
@@ -138,7 +138,7 @@ def test_without_flights_the_vendors_defaults_stay() -> None:
     assert proposed([], []) == ThresholdProposal(TriggerLimits())
 
 
-def test_what_is_not_sorted_does_not_count() -> None:
+def test_unsorted_flights_do_not_count() -> None:
     flights = FlightSet()
     flights.add([summarise(flown("x", Event(170, 0.0, 3.0), hits_the_ground=True))])
     assert propose(flights).limits == TriggerLimits()

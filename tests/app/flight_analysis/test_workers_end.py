@@ -19,7 +19,7 @@ if __name__ == "__main__":
 """
 
 
-def test_workers_end_with_a_program_that_ends_at_once(tmp_path: Path) -> None:
+def test_workers_end_with_a_killed_program(tmp_path: Path) -> None:
     """They hold its output open: it is at its end when the last of them is."""
     for number in range(40):
         (tmp_path / f"{number}.csv").write_text("time_s,tilt_deg\n0,1\n1,2\n", encoding="utf-8")

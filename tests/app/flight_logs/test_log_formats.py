@@ -37,7 +37,7 @@ def fires(log: FlightLog) -> list[tuple[float, Source]]:
 EXPECTED = [(TIPS_S, Source.ATTITUDE), (FALLS_S + 1.6, Source.FREEFALL)]
 
 
-def test_a_ulog_says_when_it_would_have_fired(tmp_path: Path) -> None:
+def test_a_ulog_is_judged(tmp_path: Path) -> None:
     rows = made.ulog_attitude(STARTS_S + FAST, TILT) + made.ulog_force(STARTS_S + FAST, FORCE)
     rows += made.ulog_altitude(STARTS_S + FAST[::10], 50 - FAST[::10])
     rows += made.ulog_status((STARTS_S, 2, 2), (STARTS_S + 3, 2, 5))
@@ -52,7 +52,7 @@ def test_a_ulog_says_when_it_would_have_fired(tmp_path: Path) -> None:
     assert log.problems == ()
 
 
-def test_a_dataflash_log_says_when_it_would_have_fired(tmp_path: Path) -> None:
+def test_a_dataflash_log_is_judged(tmp_path: Path) -> None:
     rows = made.dataflash_attitude(STARTS_S + FAST, TILT) + made.dataflash_force(STARTS_S + FAST, FORCE)
     rows += made.dataflash_altitude(STARTS_S + FAST[::10], 50 - FAST[::10])
     rows += made.dataflash_message(STARTS_S, "ArduCopter V4.5.1") + made.dataflash_modes((STARTS_S + 1, 5))
@@ -65,7 +65,7 @@ def test_a_dataflash_log_says_when_it_would_have_fired(tmp_path: Path) -> None:
     assert log.problems == ()
 
 
-def test_a_slow_log_is_seen_at_its_own_samples(tmp_path: Path) -> None:
+def test_a_slow_log_is_judged_at_its_own_samples(tmp_path: Path) -> None:
     """Attitude ten times a second, acceleration 25 times: a row carries the newest sample before it."""
     slow = np.arange(100) / 10
     rows = made.dataflash_attitude(slow, np.where(slow >= 4.05, 75.0, 0.0))
@@ -80,7 +80,7 @@ def write_csv(path: Path, head: str, *columns: np.ndarray[tuple[int, ...], np.dt
     return path
 
 
-def test_a_csv_file_whose_columns_say_what_they_are(tmp_path: Path) -> None:
+def test_a_csv_file_with_recognised_columns(tmp_path: Path) -> None:
     path = write_csv(tmp_path / "a.csv", "t_s,tilt_deg,acceleration_g", FAST + STARTS_S, TILT, FORCE)
     assert fires(read_flight_log(path)) == EXPECTED
 
@@ -99,7 +99,7 @@ def test_a_csv_file_with_chosen_columns(tmp_path: Path) -> None:
     "words",
     [["time_s"], ["speed=a"], ["time_s=t", "time_ms=u", "tilt_deg=x"], ["time_s=t"], ["tilt_deg=x"], ["time_s="]],
 )
-def test_a_choice_of_columns_that_cannot_be_enough_is_refused(words: list[str]) -> None:
+def test_an_insufficient_choice_of_columns_is_refused(words: list[str]) -> None:
     with pytest.raises(LogUnreadable):
         parse_choice(words)
 
@@ -117,7 +117,7 @@ def test_a_csv_file_without_acceleration_is_judged_for_its_attitude_alone(tmp_pa
     assert [one.in_english() for one in log.problems] == ["No acceleration: free-fall trigger not judged."]
 
 
-def test_recordings_and_what_is_exported_of_them_are_judged_alike(tmp_path: Path) -> None:
+def test_recordings_and_their_exports_are_judged_alike(tmp_path: Path) -> None:
     folder = recorded_reports(tmp_path, zip(FAST.tolist(), TILT.tolist(), FORCE.tolist(), strict=True))
     with open_recording(folder) as recording:
         export_csv(recording, tmp_path / "out.csv")

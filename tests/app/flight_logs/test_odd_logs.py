@@ -34,7 +34,7 @@ def first_fires(log: FlightLog) -> list[float]:
     return [one.at_s for reading in RuleReading for one in judge_flight(log, TriggerLimits(), reading).firings]
 
 
-def test_a_sensor_that_lies_for_minutes_is_no_fall() -> None:
+def test_a_stuck_sensor_is_not_a_fall() -> None:
     force = np.where((TIMES >= 50) & (TIMES < 157), 0.3, 1.0)
     log = assembled(raw_log(Channel(TIMES, force)))
     assert first_fires(log) == []
@@ -59,7 +59,7 @@ def test_a_wrong_scale_is_not_judged(scale: float) -> None:
     assert "never rests at 1 g" in problems(log)[0]
 
 
-def test_the_sensor_that_is_right_is_used() -> None:
+def test_the_plausible_sensor_is_used() -> None:
     fall = np.where((TIMES >= 50) & (TIMES < 52), 0.1, 1.0)
     log = assembled(raw_log(Channel(TIMES, REST * 0.3), Channel(TIMES, fall)))
     assert first_fires(log)[0] == pytest.approx(51.6)
@@ -76,7 +76,7 @@ def test_two_sensors_that_disagree_on_a_fall_are_not_judged() -> None:
     assert first_fires(log)[0] == pytest.approx(51.6)
 
 
-def test_nothing_is_carried_over_a_pause() -> None:
+def test_no_sample_holds_over_a_pause() -> None:
     """The log stops in the middle of a fall and goes on in another one."""
     is_logged = (TIMES < 51) | (TIMES >= 53)
     force = np.where((TIMES >= 50) & (TIMES < 54), 0.1, 1.0)
@@ -109,7 +109,7 @@ def test_two_samples_of_one_time_are_no_jump() -> None:
     assert first_fires(log)[0] == pytest.approx(20.0)  # the newer of the two counts
 
 
-def test_times_that_ascend_are_kept_whatever_comes() -> None:
+def test_kept_times_always_ascend() -> None:
     assert ascending(np.array([0.0, 1, 2, 900, 3, 4])).tolist() == [True, True, True, False, True, True]
     assert ascending(np.array([5.0, 6, 7, 8, 0, 9])).tolist() == [True, True, True, True, False, True]
     assert ascending(np.array([1.0, 1.0, 2.0])).tolist() == [False, True, True]
@@ -122,7 +122,7 @@ def test_times_that_ascend_are_kept_whatever_comes() -> None:
         assert (np.diff(times[kept]) > 0).all()
 
 
-def test_what_is_no_number_is_left_out() -> None:
+def test_values_that_are_not_numbers_are_left_out() -> None:
     tilt, times = LEVEL.copy(), TIMES.copy()
     tilt[100:103] = [np.nan, np.inf, -np.inf]
     times[200:202] = [np.nan, 1e300]
@@ -132,12 +132,12 @@ def test_what_is_no_number_is_left_out() -> None:
     assert first_fires(log) == []
 
 
-def test_times_before_zero_are_times() -> None:
+def test_negative_times_are_valid() -> None:
     log = assembled(raw_log(Channel(TIMES - 500, REST), tilt=Channel(TIMES - 500, np.where(TIMES >= 100, 80.0, 0.0))))
     assert first_fires(log) == pytest.approx([100.0, 100.2])
 
 
-def test_only_from_arming_to_the_landing_is_judged() -> None:
+def test_only_the_time_from_arming_to_landing_is_judged() -> None:
     carried = np.where((TIMES < 20) | (TIMES > 180), 90.0, 5.0)
     raw = raw_log(tilt=Channel(TIMES, carried))
     assert len(first_fires(assembled(raw))) == 4
@@ -167,7 +167,7 @@ def test_quaternions_of_no_length_are_no_attitude() -> None:
     assert np.isnan(tilt_of_quaternion(one, zero, zero, zero)[1])
 
 
-def test_a_log_without_either_cannot_be_judged() -> None:
+def test_a_log_without_attitude_and_acceleration_cannot_be_judged() -> None:
     with pytest.raises(LogUnreadable, match="no attitude and no acceleration"):
         assembled(RawLog(name="x", format=LogFormat.CSV))
 

@@ -55,7 +55,7 @@ def test_an_empty_library(tmp_path: Path) -> None:
     assert (library.entries(), library.size_bytes, library.prune(NOON)) == ((), 0, ())
 
 
-def test_the_platform_says_where(user_files: Path) -> None:
+def test_the_default_folder_is_the_platforms(user_files: Path) -> None:
     assert RecordingLibrary().folder == recordings_folder()
     assert user_files in recordings_folder().parents
 
@@ -66,7 +66,7 @@ def numbered(library: RecordingLibrary, *days: float) -> None:
         dated(written_at_once(library.folder, 100 + number), before, sequence=number)
 
 
-def test_what_is_too_old_goes_to_the_trash_counted_in_days_with_a_session(tmp_path: Path) -> None:
+def test_old_recordings_go_to_the_trash_counted_in_days_with_a_session(tmp_path: Path) -> None:
     library = RecordingLibrary(tmp_path, most_days=2)
     numbered(library, 400, 300, 3, 3, 1)
     gone = library.prune(NOON)
@@ -76,7 +76,7 @@ def test_what_is_too_old_goes_to_the_trash_counted_in_days_with_a_session(tmp_pa
     assert library.next_sequence() == 6
 
 
-def test_one_session_with_a_calendar_far_ahead_costs_nothing(tmp_path: Path) -> None:
+def test_a_session_with_a_clock_far_ahead_prunes_nothing(tmp_path: Path) -> None:
     """In whatever order: neither it nor those before and after it go."""
     library = RecordingLibrary(tmp_path)
     numbered(library, 6, 5, 4, -100, 3, 2, 1)
@@ -90,7 +90,7 @@ def test_one_session_with_a_calendar_far_ahead_costs_nothing(tmp_path: Path) -> 
         assert bench.library.trashed() == ()
 
 
-def test_the_trash_is_emptied_by_its_size_alone_and_gives_back(tmp_path: Path) -> None:
+def test_the_trash_is_limited_by_size_and_recordings_can_be_restored(tmp_path: Path) -> None:
     library = RecordingLibrary(tmp_path, most_days=1)
     numbered(library, 9, 8, 7, 6, 5)
     size = library.entries()[0].size_bytes
@@ -110,7 +110,7 @@ def test_the_trash_is_emptied_by_its_size_alone_and_gives_back(tmp_path: Path) -
     assert [one.sequence for one in library.entries()] == [5, 1]
 
 
-def test_a_full_disk_empties_the_trash_before_it_costs_the_session(tmp_path: Path) -> None:
+def test_a_full_disk_empties_the_trash_before_recording_stops(tmp_path: Path) -> None:
     library = RecordingLibrary(tmp_path, most_days=1)
     numbered(library, 9, 8)
     library.prune(NOON)
@@ -122,14 +122,14 @@ def test_a_full_disk_empties_the_trash_before_it_costs_the_session(tmp_path: Pat
         assert len(bench.library.entries()) == 2
 
 
-def test_the_oldest_go_where_there_are_too_many(tmp_path: Path) -> None:
+def test_the_oldest_recordings_beyond_the_size_are_pruned(tmp_path: Path) -> None:
     library = library_of(tmp_path, 1, 2, 3, 4)
     library.most_bytes = sum(one.size_bytes for one in library.entries()[:2])
     library.prune(NOON)
     assert ages(library) == [1, 2]
 
 
-def test_kept_ones_stay_and_do_not_count(tmp_path: Path) -> None:
+def test_pinned_recordings_stay_and_do_not_count(tmp_path: Path) -> None:
     library = library_of(tmp_path, 1, 2, 400, most_days=2)
     oldest = library.entries()[-1]
     assert library.keep(oldest, is_kept=True).is_kept
@@ -184,7 +184,7 @@ def test_nothing_outside_of_the_library_is_deleted(tmp_path: Path) -> None:
     assert len(library.entries()) == 1
 
 
-def test_what_is_no_recording_is_left_alone(tmp_path: Path) -> None:
+def test_other_files_are_left_alone(tmp_path: Path) -> None:
     library = library_of(tmp_path, 1)
     (tmp_path / "notes.txt").write_text("mine", encoding="utf-8")
     (tmp_path / "photos").mkdir()
@@ -193,7 +193,7 @@ def test_what_is_no_recording_is_left_alone(tmp_path: Path) -> None:
     assert (tmp_path / "notes.txt").exists()
 
 
-def test_a_damaged_one_is_listed_with_its_trouble(tmp_path: Path) -> None:
+def test_a_damaged_recording_is_listed_with_its_error(tmp_path: Path) -> None:
     library = library_of(tmp_path, 1)
     (entry,) = library.entries()
     (entry.folder / "session.json").write_text("{", encoding="utf-8")
@@ -204,7 +204,7 @@ def test_a_damaged_one_is_listed_with_its_trouble(tmp_path: Path) -> None:
     assert library.entries() == ()
 
 
-def test_what_a_crash_left_is_cleared_away(tmp_path: Path) -> None:
+def test_remains_of_a_crash_are_removed(tmp_path: Path) -> None:
     library = library_of(tmp_path, 1)
     going, begun, young = (tmp_path / name for name in (".going-x", "begun", "young"))
     for folder in (going, begun, young):
@@ -217,7 +217,7 @@ def test_what_a_crash_left_is_cleared_away(tmp_path: Path) -> None:
     assert (going.exists(), begun.exists(), young.exists()) == (False, False, True)
 
 
-def test_one_that_cannot_be_deleted_is_left_for_later(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_recording_that_cannot_be_deleted_is_left_for_later(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     library = library_of(tmp_path, 1, 100, 200, most_days=1)
     rename = Path.rename
     stuck = library.entries()[1].folder
@@ -272,7 +272,7 @@ def test_export(kept_at: Path, tmp_path: Path, name: str, ending: str, capsys: p
     assert path.read_bytes().startswith(b"\x89MCAP" if ending == "mcap" else b"\xef\xbb\xbftime,")
 
 
-def test_a_name_that_is_none_or_many(kept_at: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_name_must_match_one_recording(kept_at: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = str(tmp_path / "x.csv")
     assert program.main(["recordings", "export", "latest", path]) == 2
     assert "There is no recording “latest”" in Printed(capsys).err
@@ -296,7 +296,9 @@ def test_a_file_that_cannot_be_written(kept_at: Path, tmp_path: Path, capsys: py
     assert "cannot be written" in Printed(capsys).err
 
 
-def test_one_that_cannot_be_read(kept_at: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_unreadable_recording_is_not_exported(
+    kept_at: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     folder = recorded(kept_at, 0.1)
     (folder / "session.json").write_text("{", encoding="utf-8")
     assert program.main(["recordings", "export", "latest", str(tmp_path / "x.csv")]) == 1
@@ -320,7 +322,7 @@ def test_deleting_one_that_is_being_written(kept_at: Path, capsys: pytest.Captur
         assert "being recorded" in Printed(capsys).err
 
 
-def test_deleting_what_the_system_holds(
+def test_deleting_without_permission(
     kept_at: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def refuse(_path: Path) -> None:

@@ -70,7 +70,7 @@ def test_every_sample_and_every_byte_comes_back(tmp_path: Path) -> None:
     assert [one.time_s for one in traffic] == pytest.approx([1000.0, *(one.at for one in samples)], abs=1e-6)
 
 
-def test_what_is_known_about_the_session(tmp_path: Path) -> None:
+def test_the_entry_of_a_session(tmp_path: Path) -> None:
     folder = recorded(tmp_path, 3.0)
     with open_recording(folder) as recording:
         entry = recording.entry
@@ -86,7 +86,7 @@ def test_what_is_known_about_the_session(tmp_path: Path) -> None:
         assert recording.missing_count == 0
 
 
-def test_flags_and_what_happened(tmp_path: Path) -> None:
+def test_flags_and_markers(tmp_path: Path) -> None:
     lost = replace(CLOSED, trouble=PortError(PortTrouble.LOST, PORT, "gone"))
     offline = replace(device(1003.5), presence=Presence.OFFLINE, presence_since=1003.2)
     with recorder_in(tmp_path) as bench:
@@ -114,7 +114,7 @@ def test_flags_and_what_happened(tmp_path: Path) -> None:
             assert excerpt.markers == recording.markers
 
 
-def test_limits_stand_until_they_change_or_are_in_doubt(tmp_path: Path) -> None:
+def test_limits_hold_until_they_change_or_are_stale(tmp_path: Path) -> None:
     with recorder_in(tmp_path) as bench:
         bench.record(
             batch(1000.0, report(1000.0)),
@@ -134,7 +134,7 @@ def test_limits_stand_until_they_change_or_are_in_doubt(tmp_path: Path) -> None:
             assert recording.lights.value is None
 
 
-def test_the_view_of_the_module_before_is_not_this_ones(tmp_path: Path) -> None:
+def test_the_view_of_the_previous_module_is_not_recorded(tmp_path: Path) -> None:
     """While a port opens, the worker still tells what the last module said."""
     before = device(900.0, cell_voltage_v=3.3, light_v=0.2, attitude_threshold_deg=30)
     with recorder_in(tmp_path) as bench:
@@ -147,7 +147,7 @@ def test_the_view_of_the_module_before_is_not_this_ones(tmp_path: Path) -> None:
             assert (len(recording.cell), len(recording.light), recording.limits) == (0, 0, ())
 
 
-def test_doubtful_voltages_are_not_recorded(tmp_path: Path) -> None:
+def test_stale_voltages_are_not_recorded(tmp_path: Path) -> None:
     known = Known(3.9, How.READ, 1001.0)
     view = replace(device(1001.0), values=MappingProxyType({"cell_voltage_v": known}))
     doubted = replace(view, values=MappingProxyType({"cell_voltage_v": replace(known, at=1002.0, stale_reason="aged")}))  # type: ignore[arg-type]
@@ -158,7 +158,7 @@ def test_doubtful_voltages_are_not_recorded(tmp_path: Path) -> None:
             assert recording.cell.window(0, 2000).time_s.tolist() == [1001.0]
 
 
-def test_a_clock_that_steps_back_never_makes_times_run_backwards(tmp_path: Path) -> None:
+def test_times_ascend_even_when_the_clock_steps_back(tmp_path: Path) -> None:
     with recorder_in(tmp_path) as bench:
         bench.record(batch(1001.0, report(1001.0), report(1000.5)), batch(1002.0, report(1000.7), report(1002.0)))
         with open_recording(bench.folder) as recording:
@@ -166,7 +166,7 @@ def test_a_clock_that_steps_back_never_makes_times_run_backwards(tmp_path: Path)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="permissions are not bits on Windows")
-def test_nobody_else_may_read_it(tmp_path: Path) -> None:
+def test_only_this_user_can_read_a_recording(tmp_path: Path) -> None:
     before = os.umask(0)
     try:
         folder = recorded(tmp_path / "shelf", 0.2)
@@ -193,7 +193,7 @@ def test_the_line_is_a_capture_that_the_program_opens(tmp_path: Path) -> None:
     st.floats(0.01, 400),
     st.integers(1, 60),
 )
-def test_it_draws_the_very_picture_of_the_live_page(
+def test_a_recording_is_drawn_exactly_as_on_the_live_page(
     steps: list[tuple[float, int]], start_s: float, length_s: float, buckets: int
 ) -> None:
     times = np.cumsum([step for step, _ in steps])
@@ -219,7 +219,7 @@ def test_it_draws_the_very_picture_of_the_live_page(
         ([], [], 0),
     ],
 )
-def test_rows_that_cannot_be_true_end_a_table(times: list[float], values: list[float], rows: int) -> None:
+def test_an_invalid_row_ends_a_table(times: list[float], values: list[float], rows: int) -> None:
     assert beginnings(np.array(times, float), np.array(values, np.float32)).rows == rows
 
 
@@ -232,7 +232,7 @@ def test_a_million_reports_are_opened_whole(tmp_path: Path) -> None:
         assert len(whole.low) <= 1002
 
 
-def test_a_closed_recording_gives_nothing(tmp_path: Path) -> None:
+def test_a_closed_recording_is_empty(tmp_path: Path) -> None:
     recording = open_recording(recorded(tmp_path, 0.2))
     recording.close()
     assert len(recording.tilt) == 0
@@ -254,7 +254,7 @@ def test_a_closed_recording_gives_nothing(tmp_path: Path) -> None:
         ({"port": None}, None),
     ],
 )
-def test_other_headings_are_refused_in_words(tmp_path: Path, change: dict[str, object], why: str | None) -> None:
+def test_other_headings_are_refused_with_a_reason(tmp_path: Path, change: dict[str, object], why: str | None) -> None:
     folder = recorded(tmp_path, 0.2)
     heading = json.loads((folder / "session.json").read_text("utf-8"))
     (folder / "session.json").write_text(json.dumps(heading | change), "utf-8")
@@ -280,7 +280,7 @@ def test_a_folder_without_files_is_refused(tmp_path: Path) -> None:
     assert refused.value.sentence == f"{tmp_path.name} cannot be read: No such file or directory."
 
 
-def test_a_journal_of_a_later_version_is_read_as_far_as_it_is_known(tmp_path: Path) -> None:
+def test_unknown_journal_entries_of_a_later_version_are_skipped(tmp_path: Path) -> None:
     with recorder_in(tmp_path) as bench:
         bench.recorder.begin(Heading("sim://x", 9600))
         bench.feed(batch(1000.0, report(1000.0)))
@@ -298,13 +298,13 @@ def test_a_journal_of_a_later_version_is_read_as_far_as_it_is_known(tmp_path: Pa
             assert recording.entry.is_running
 
 
-def test_the_benchmark_says_what_it_measured() -> None:
+def test_the_benchmark_reports_its_figures() -> None:
     found = bench_recording.figures(rows=5000, seconds=1.0, windows=5)
     assert [one.verdict != "" for one in found] == [True, False, True, True]
     assert "reports" in found[2].name
 
 
-def test_what_a_worker_says_on_a_real_line(tmp_path: Path) -> None:
+def test_a_worker_on_a_simulated_line_is_recorded(tmp_path: Path) -> None:
     """From a simulated module through the port, the worker and its thread to the disk."""
     heard = Batches()
     with recorder_in(tmp_path) as made:
@@ -336,7 +336,7 @@ def test_what_a_worker_says_on_a_real_line(tmp_path: Path) -> None:
             assert recording.entry.is_simulated
 
 
-def test_the_page_for_other_programs_is_true(tmp_path: Path) -> None:
+def test_the_example_for_other_programs_works(tmp_path: Path) -> None:
     text = (ROOT / "docs" / "recording.md").read_text("utf-8")
     code = text.partition("```python\n")[2].partition("```")[0]
     folder = recorded(tmp_path, 1.0)

@@ -61,7 +61,7 @@ def test_a_disk_that_is_full_at_any_byte(tmp_path: Path, monkeypatch: pytest.Mon
         assert bench.recorder.entry.sample_count == 1
 
 
-def test_the_last_of_the_room_is_left_to_the_computer(tmp_path: Path) -> None:
+def test_the_last_disk_space_is_left_free(tmp_path: Path) -> None:
     with recorder_in(tmp_path, free_bytes=1 << 20) as bench:
         bench.record(batch(1000.0, report(1000.0)))
         assert bench.recorder.trouble is not None
@@ -77,7 +77,9 @@ def test_a_folder_that_cannot_be_made(tmp_path: Path) -> None:
         assert not bench.recorder.is_recording
 
 
-def test_a_bug_of_ours_ends_the_recording_and_not_the_thread(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_unexpected_error_ends_the_recording_but_not_the_thread(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     with recorder_in(tmp_path) as bench:
         monkeypatch.setattr(SessionWriter, "put", lambda *_: 1 / 0)
         bench.record(batch(1000.0, report(1000.0)))
@@ -87,7 +89,9 @@ def test_a_bug_of_ours_ends_the_recording_and_not_the_thread(tmp_path: Path, mon
         assert bench.recorder.entry is not None
 
 
-def test_a_failure_of_the_session_before_is_none_of_this_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_failure_of_the_previous_session_does_not_end_this_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     with recorder_in(tmp_path) as bench:
         bench.record(batch(1000.0, report(1000.0)))
         sync = SessionWriter.sync
@@ -128,7 +132,7 @@ def fill(bench: Bench, count: int, *, first_s: float) -> None:
         bench.recorder.on_batch(batch(at, sample, events=(received(sample),), view=device(at)))
 
 
-def test_a_disk_that_hangs_delays_nobody_and_what_is_missing_is_said(
+def test_a_hanging_disk_delays_nothing_and_lost_data_is_counted(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with recorder_in(tmp_path, most_waiting=300) as bench:
@@ -149,7 +153,7 @@ def test_a_disk_that_hangs_delays_nobody_and_what_is_missing_is_said(
             assert not recording.entry.was_cut_off
 
 
-def test_after_a_gap_it_goes_on_with_how_things_stand(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_after_lost_batches_the_last_state_is_recorded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with recorder_in(tmp_path, most_waiting=30) as bench:
         jam = Jam(monkeypatch)
         bench.recorder.begin(HEADING)

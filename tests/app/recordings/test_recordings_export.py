@@ -173,7 +173,9 @@ def test_progress_goes_to_the_end(recording: Recording, tmp_path: Path, export: 
 
 @pytest.mark.parametrize("export", [export_csv, export_mcap])
 @pytest.mark.parametrize("looks", [0, 1])
-def test_cancelled_means_as_it_was_before(recording: Recording, tmp_path: Path, export: Any, looks: int) -> None:
+def test_a_cancelled_export_leaves_the_file_unchanged(
+    recording: Recording, tmp_path: Path, export: Any, looks: int
+) -> None:
     path = tmp_path / "out" / "x"
     path.parent.mkdir()
     path.write_text("before", encoding="utf-8")

@@ -17,7 +17,7 @@ from app.recordings.writer import SessionWriter
 from tests.support.records.recordings_made import HEADING, NOON, WAIT_S, batch, received, recorder_in, report, stream
 
 
-def test_a_long_session_goes_on_in_further_parts(tmp_path: Path) -> None:
+def test_a_long_session_continues_in_further_parts(tmp_path: Path) -> None:
     with recorder_in(tmp_path) as bench:
         bench.library.most_bytes = 400_000
         bench.recorder.begin(HEADING)
@@ -58,7 +58,7 @@ def test_a_clock_that_is_set_begins_a_part_with_the_right_time(tmp_path: Path) -
         assert (newest.started_at - NOON).total_seconds() == 3600.0 + LOOK_EVERY_S
 
 
-def test_what_comes_after_a_sleep_is_not_put_behind_what_came_before(tmp_path: Path) -> None:
+def test_a_sleep_begins_a_new_part(tmp_path: Path) -> None:
     night_s = 8 * 3600.0
     with recorder_in(tmp_path) as bench:
         bench.record(batch(1000.0, report(1000.0)), batch(1000.01, report(1000.01)))
@@ -72,7 +72,7 @@ def test_what_comes_after_a_sleep_is_not_put_behind_what_came_before(tmp_path: P
         assert (newest.started_at - NOON).total_seconds() == pytest.approx(night_s + 0.02)
 
 
-def test_now_and_then_it_waits_for_the_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_data_is_synced_regularly(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     synced: list[float] = []
     with recorder_in(tmp_path) as bench:
         monkeypatch.setattr(SessionWriter, "sync", lambda _self: synced.append(bench.clock.now_s))
@@ -83,7 +83,7 @@ def test_now_and_then_it_waits_for_the_disk(tmp_path: Path, monkeypatch: pytest.
         assert synced == [1000.0 + SYNC_EVERY_S]
 
 
-def test_a_part_with_nothing_in_it_is_not_begun(tmp_path: Path) -> None:
+def test_an_empty_part_is_not_begun(tmp_path: Path) -> None:
     with recorder_in(tmp_path) as bench:
         bench.record(batch(1000.0, report(1000.0)))
         bench.clock.wall_offset_s += 3600.0
@@ -92,7 +92,7 @@ def test_a_part_with_nothing_in_it_is_not_begun(tmp_path: Path) -> None:
         assert [(one.part, one.was_cut_off) for one in bench.library.entries()] == [(1, False)]
 
 
-def test_a_file_system_that_knows_no_locks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_file_system_without_locks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: object, **__: object) -> None:
         raise OSError(errno.ENOLCK, "No locks available")
 
@@ -134,7 +134,7 @@ def test_a_recorder_that_never_began_has_no_thread(tmp_path: Path) -> None:
     assert threading.active_count() == before
 
 
-def test_each_beginning_is_a_recording_of_its_own(tmp_path: Path) -> None:
+def test_each_begin_starts_a_new_recording(tmp_path: Path) -> None:
     with recorder_in(tmp_path) as bench:
         for number in range(3):
             at = 1000.0 + 10 * number
@@ -146,7 +146,7 @@ def test_each_beginning_is_a_recording_of_its_own(tmp_path: Path) -> None:
         ]  # fmt: skip
 
 
-def test_what_is_recorded_now_is_told_without_the_disk(tmp_path: Path) -> None:
+def test_the_current_entry_needs_no_disk_access(tmp_path: Path) -> None:
     with recorder_in(tmp_path) as bench:
         bench.record(*stream(1000.0, 3.0, rate_hz=100))
         bench.recorder.name_module("Bench 9")
@@ -159,7 +159,7 @@ def test_what_is_recorded_now_is_told_without_the_disk(tmp_path: Path) -> None:
         assert replace(on_disk, size_bytes=0) == replace(entry, size_bytes=0)
 
 
-def test_bytes_of_one_moment_stay_in_their_order(tmp_path: Path) -> None:
+def test_bytes_of_equal_times_stay_in_order(tmp_path: Path) -> None:
     with recorder_in(tmp_path) as bench:
         bench.recorder.begin(HEADING)
         samples = [report(1000.0 + n // 7 / 100, n) for n in range(100)]

@@ -152,7 +152,7 @@ def test_the_log_is_chained(tmp_path: Path) -> None:
         ),
     ],
 )
-def test_whatever_is_altered_in_the_log_is_found(tmp_path: Path, tampering: str, expected: AuditFault) -> None:
+def test_every_alteration_of_the_log_is_found(tmp_path: Path, tampering: str, expected: AuditFault) -> None:
     _logged(tmp_path)
     with closing(open_store(tmp_path)) as store:
         database = store.database
@@ -162,7 +162,7 @@ def test_whatever_is_altered_in_the_log_is_found(tmp_path: Path, tampering: str,
         assert expected in check_audit_chain(database.read)
 
 
-def test_a_link_that_was_replaced_breaks_the_chain(tmp_path: Path) -> None:
+def test_a_replaced_entry_breaks_the_chain(tmp_path: Path) -> None:
     _logged(tmp_path)
     with closing(open_store(tmp_path)) as store:
         database = store.database
@@ -176,7 +176,7 @@ def test_a_link_that_was_replaced_breaks_the_chain(tmp_path: Path) -> None:
         assert check_audit_chain(database.read)
 
 
-def test_a_log_from_before_is_chained_when_it_is_migrated(tmp_path: Path) -> None:
+def test_an_older_log_is_chained_by_the_migration(tmp_path: Path) -> None:
     with closing(
         open_database(tmp_path, migrations=MIGRATIONS[: MIGRATIONS.index(AUDIT_CHAIN_TABLES)]).database
     ) as database:

@@ -87,7 +87,7 @@ def verify_bytes(data: bytes) -> Verification:
     return verify_file_bytes(data, find_station=find_station)
 
 
-def test_it_holds_what_somebody_would_ask_for() -> None:
+def test_a_record_contains_everything_about_the_check() -> None:
     record = _record()
     assert record["verdict"] == "READY"
     assert record["at"] == "2026-11-21T14:03:05+08:00"
@@ -150,7 +150,7 @@ def test_every_changed_byte_is_noticed() -> None:
         assert verify_bytes(bytes(damaged)).state is not RecordState.INTACT, data[max(0, place - 20) : place + 20]
 
 
-def test_whoever_recomputes_the_hash_breaks_the_chain_or_differs_from_the_store() -> None:
+def test_a_recomputed_hash_breaks_the_chain_or_differs_from_the_store() -> None:
     first = _record("worst")
     second = _record(number=2, previous=first["hash"])
     assert verify(second, _find(first, second)).chain is Chain.LINKED
@@ -171,11 +171,11 @@ def test_whoever_recomputes_the_hash_breaks_the_chain_or_differs_from_the_store(
     b'{"format": "dps-s pre-flight record", "version": 1, "at": NaN}',
     b'%PDF-1.4 stream\n{"dps-s pre-flight record": \nendstream', b"x" * 1000,
 ])  # fmt: skip
-def test_what_is_no_record_is_said_so(data: bytes) -> None:
+def test_other_files_are_not_records(data: bytes) -> None:
     assert verify_bytes(data).state is RecordState.UNREADABLE
 
 
-def test_a_page_that_was_altered_shows(qapp: object) -> None:
+def test_an_altered_page_is_found(qapp: object) -> None:
     from ui.files.report_printer import print_report
 
     record = _record("worst")
@@ -228,7 +228,7 @@ def test_hostile_names_do_no_harm(qapp: object, tmp_path: Path) -> None:
         assert pdf.count(b"/Type /Page\n") == 1
 
 
-def test_a_hostile_record_prints_and_is_not_believed(qapp: object) -> None:
+def test_a_hostile_record_prints_and_is_not_trusted(qapp: object) -> None:
     """What somebody else made: any value of any type, in any place."""
     from ui.files.report_printer import print_report
 
@@ -243,7 +243,7 @@ def test_a_hostile_record_prints_and_is_not_believed(qapp: object) -> None:
     assert len(said_from(deep).in_words()) < 10
 
 
-def test_ten_megabytes_are_read_in_no_time() -> None:
+def test_ten_megabytes_are_verified_quickly() -> None:
     record = seal(_record() | {"remarks": "x" * 10_000_000}, station())
     began = time.monotonic()
     assert verify_bytes(as_text(record).encode()).state is RecordState.INTACT
@@ -274,7 +274,7 @@ def test_forty_manual_items_and_every_check_failed_fit_one_page(qapp: object, te
     assert print_report(body(record), b"{}").count(b"/Type /Page\n") == 1
 
 
-def test_what_cannot_fit_is_refused_and_breaks_nothing(qapp: object) -> None:
+def test_a_report_that_does_not_fit_is_refused(qapp: object) -> None:
     from ui.files.report_printer import print_report
 
     with pytest.raises(RuntimeError, match="one page"):
@@ -282,7 +282,7 @@ def test_what_cannot_fit_is_refused_and_breaks_nothing(qapp: object) -> None:
     assert print_report("<p>x</p>", b"{}").startswith(b"%PDF")
 
 
-def test_the_target_is_looked_at_before_anything_is_sent(tmp_path: Path) -> None:
+def test_the_target_is_checked_before_anything_is_sent(tmp_path: Path) -> None:
     check_target(tmp_path / "r.pdf")
     for wrong in (tmp_path / "r.txt", tmp_path / "none" / "r.pdf"):
         with pytest.raises(ReportRefused):
@@ -305,7 +305,7 @@ def test_a_printer_that_fails_loses_nothing(tmp_path: Path) -> None:
     assert sorted(path.name for path in tmp_path.iterdir()) == ["r.html", "r.json"]
 
 
-def test_words_format_nothing() -> None:
+def test_placeholders_in_a_records_texts_are_not_formatted() -> None:
     assert said("{a} {b}", a="{b}", b="2").in_words() == "{b} 2"
     assert UserMessage("{missing}").in_english() == "{missing}"
     assert said("{seconds:.1f} s old", seconds=3.14).in_english() == "3.1 s old"
@@ -324,7 +324,7 @@ def test_a_simulated_module_is_no_evidence() -> None:
     assert not is_simulated("/dev/ttyUSB0")
 
 
-def test_the_time_is_of_this_zone() -> None:
+def test_times_have_the_local_zone() -> None:
     assert "UTC+08:00" in body(_record())
     assert "UTC+00:00" in body(_record(at=datetime(2026, 1, 2, tzinfo=UTC)))
     assert isinstance(Expectations().limits.tilt_max_deg, float)

@@ -75,7 +75,7 @@ def test_a_go_with_a_check_that_does_not_hold_contradicts_itself(result: object)
         assert _verified(seal(forged)).state is RecordState.CONTRADICTORY
 
 
-def test_a_check_that_is_missing_doubled_or_not_as_it_was_read_contradicts() -> None:
+def test_missing_duplicate_and_differing_checks_contradict() -> None:
     record = {**_copy(_signed()), "station": None}
     for name in sorted(REQUIRED):
         without = {**record, "checks": [one for one in record["checks"] if one["id"] != name]}
@@ -94,7 +94,7 @@ def test_a_check_that_is_missing_doubled_or_not_as_it_was_read_contradicts() -> 
     assert _verified(seal(active)).state is RecordState.CONTRADICTORY
 
 
-def test_a_forgery_that_agrees_with_itself_is_not_signed_by_a_station_that_is_known() -> None:
+def test_a_consistent_forgery_is_not_signed_by_a_known_station() -> None:
     forged = _passed(_signed("worst"))
     forged["read"]["settings"] = _signed()["read"]["settings"]  # type: ignore[index]
     forged["read"]["boot_count"] = next(one["measured"] for one in forged["checks"] if one["id"] == "boot_count")
@@ -116,7 +116,7 @@ def test_a_forgery_that_agrees_with_itself_is_not_signed_by_a_station_that_is_kn
         assert "INTACT" not in Verification(state=state, record=forged).sentences()[0].in_words()
 
 
-def test_a_second_number_one_is_noticed(tmp_path: Path) -> None:
+def test_a_second_record_with_the_same_number_is_found(tmp_path: Path) -> None:
     with closing(open_store(tmp_path)) as store:
         kept, find = CheckStore(store.database), Stations(tmp_path).find
         first = file_one(store, "M-07").record
@@ -207,7 +207,7 @@ def test_no_honest_record_contradicts_itself(name: str) -> None:
     assert assess(checked.assessment.case).verdict is verdict_from(record)
 
 
-def test_an_unsigned_record_from_before_opens_and_says_so() -> None:
+def test_an_older_unsigned_record_is_reported_as_unsigned() -> None:
     old = {**_copy(_signed("worst")), "version": 1}
     del old["station"]
     del old["adapter"]
@@ -217,14 +217,14 @@ def test_an_unsigned_record_from_before_opens_and_says_so() -> None:
     assert "Station: none" in _words(found)
 
 
-def test_a_simulated_module_is_said() -> None:
+def test_a_simulated_module_is_reported() -> None:
     assert "SIMULATED" in _words(_verified(seal({**_signed(), "is_simulated": True}, station())))
 
 
 # Keys
 
 
-def test_the_key_is_for_this_user_alone_and_is_kept(tmp_path: Path) -> None:
+def test_the_key_is_kept_and_only_this_user_can_read_it(tmp_path: Path) -> None:
     one = own_station(tmp_path / "data")
     assert own_station(tmp_path / "data").public == one.public
     if sys.platform != "win32":
@@ -237,7 +237,7 @@ def test_the_key_is_for_this_user_alone_and_is_kept(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("content", [b"", b"no key", b"-----BEGIN PRIVATE KEY-----\nAAAA\n-----END PRIVATE KEY-----\n"])
-def test_a_damaged_key_costs_the_signature_and_is_never_replaced(tmp_path: Path, content: bytes) -> None:
+def test_a_damaged_key_is_never_replaced_and_records_stay_unsigned(tmp_path: Path, content: bytes) -> None:
     (tmp_path / KEY_FILE).write_bytes(content)
     with pytest.raises(StationTrouble, match=r"\w"):
         own_station(tmp_path)
@@ -269,7 +269,7 @@ def test_stations_are_known_until_they_are_forgotten(tmp_path: Path) -> None:
     assert stations.find(other) is None
 
 
-def test_what_only_reads_does_not_load_the_library() -> None:
+def test_reading_records_does_not_load_the_cryptography_library() -> None:
     """It takes longer to load than a module takes to answer."""
     import subprocess
 
@@ -278,7 +278,7 @@ def test_what_only_reads_does_not_load_the_library() -> None:
     assert done.stdout.strip() == "False"
 
 
-def test_a_signed_record_is_verified_in_no_time() -> None:
+def test_a_large_signed_record_is_verified_quickly() -> None:
     data = canonical(seal({**_signed(), "remarks": "x" * 10_000_000}, station()))
     began = time.monotonic()
     assert verify_bytes(data, find_station=find_station).state is RecordState.INTACT

@@ -99,7 +99,7 @@ def test_no_trigger_is_ever_lost_or_counted_twice(order: str, steps: list[int], 
     assert list(known) == life
 
 
-def test_twins_are_two() -> None:
+def test_equal_records_are_counted_separately() -> None:
     one, two = raw(3, 10), raw(4, 20)
     assert merge([one], [one], [one, one], boot_count=3).new == (one,)
     assert merge([one, one], [one, one], [one, one, two], boot_count=4).new == (two,)
@@ -109,7 +109,7 @@ def test_twins_are_two() -> None:
 
 
 @pytest.mark.parametrize("order", ["oldest first", "newest first"])
-def test_a_twin_of_the_record_that_it_pushes_out_is_one_new_record(order: str) -> None:
+def test_a_record_equal_to_the_one_it_replaces_is_new(order: str) -> None:
     """Read in the wrong order of time, eight records would seem new."""
     life = [raw(boot, 5) for boot in range(1, 10)]
     last, slots = _slots(life, order), _slots([*life, life[0]], order)
@@ -122,7 +122,7 @@ def test_the_wrap_of_the_boot_count_keeps_the_order() -> None:
     assert in_order([late, early], 251) == (late, early)
 
 
-def test_another_module_is_noticed_and_a_lossy_reading_is_not_taken_for_one() -> None:
+def test_another_module_is_detected_but_not_by_a_lossy_reading() -> None:
     mine, others = [raw(boot, 5) for boot in range(3)], [raw(boot, 77) for boot in range(3)]
     assert not merge(mine, mine, others, boot_count=9).is_continuation
     assert not merge(mine, mine, mine[:2], boot_count=9).is_continuation
@@ -134,7 +134,7 @@ def test_another_module_is_noticed_and_a_lossy_reading_is_not_taken_for_one() ->
 # The store
 
 
-def test_the_tenth_trigger_pushes_nothing_out(database: Database) -> None:
+def test_the_tenth_trigger_removes_no_stored_record(database: Database) -> None:
     store, number = CheckStore(database), module(database)
     life = [raw(boot, 100 + boot) for boot in range(9)]
     first = store.visit(number, life, port="p", boot_count=9, is_confirmed=True)
@@ -153,7 +153,7 @@ def test_the_tenth_trigger_pushes_nothing_out(database: Database) -> None:
     assert third.new == frozenset()
 
 
-def test_a_visit_that_broke_off_is_not_counted_twice(database: Database) -> None:
+def test_an_interrupted_visit_is_not_counted_twice(database: Database) -> None:
     store, number = CheckStore(database), module(database)
     store.visit(number, [raw(1, 1)], port="p", boot_count=1, is_confirmed=True)
     database.write(
@@ -165,7 +165,7 @@ def test_a_visit_that_broke_off_is_not_counted_twice(database: Database) -> None
     assert len(visit.new or ()) == 1
 
 
-def test_a_lossy_reading_forgets_nothing(database: Database) -> None:
+def test_a_lossy_reading_removes_no_record(database: Database) -> None:
     store, number = CheckStore(database), module(database)
     life = [raw(boot, 5) for boot in range(4)]
     store.visit(number, life, port="p", boot_count=4, is_confirmed=True)
@@ -174,7 +174,7 @@ def test_a_lossy_reading_forgets_nothing(database: Database) -> None:
     assert [one.raw for one in visit.records] == life
 
 
-def test_a_file_from_before_gets_the_tables_and_loses_nothing(tmp_path: Path) -> None:
+def test_an_older_store_gets_the_tables_and_keeps_its_data(tmp_path: Path) -> None:
     old = open_database(tmp_path, migrations=MIGRATIONS[:1]).database
     number = module(old)
     old.close()
@@ -185,7 +185,7 @@ def test_a_file_from_before_gets_the_tables_and_loses_nothing(tmp_path: Path) ->
     assert (tmp_path / "dps-s.version-1.sqlite").exists()
 
 
-def test_modules_are_kept_apart_and_the_nameless_are_not_mixed(database: Database) -> None:
+def test_modules_with_and_without_a_name_are_kept_apart(database: Database) -> None:
     store, one, other = CheckStore(database), module(database), module(database, "M-08")
     store.visit(one, [raw(1, 1)], port="p", boot_count=1, is_confirmed=True)
     store.visit(other, [raw(2, 2)], port="p", boot_count=2, is_confirmed=True)
@@ -201,7 +201,7 @@ def test_modules_are_kept_apart_and_the_nameless_are_not_mixed(database: Databas
 # CSV
 
 
-def test_the_archive_calculates_nothing(database: Database, tmp_path: Path) -> None:
+def test_the_csv_contains_no_formulas(database: Database, tmp_path: Path) -> None:
     store, number = CheckStore(database), module(database)
     visit = store.visit(number, [WORKED, raw(2, 2)], port="p", boot_count=2, is_confirmed=True)
     for formula in ("=1+1", " =1+1", "＝1+1", "@SUM(A1)", "-2+3", "\t=1", "'=1", '=HYPERLINK("x";"y"),"', "\r\n=1"):

@@ -37,9 +37,7 @@ def test_bytes_and_words_are_found() -> None:
     assert not matches(status, "boot count", "")
 
 
-def test_search_goes_on_and_round_and_says_when_there_is_nothing(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
+def test_search_wraps_around_and_reports_no_match(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
         traffic = page.traffic
         page.go_to("traffic")
@@ -101,7 +99,7 @@ def test_mark_by_key(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
 # Files
 
 
-def test_what_is_saved_can_be_read_again(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_a_saved_capture_can_be_opened(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     path = tmp_path / f"saved{SUFFIX}"
     with simulated("saved", stream_at_boot=True), diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
         assembly.connector.connect_to(Target("sim://saved", 115200))
@@ -119,7 +117,7 @@ def test_what_is_saved_can_be_read_again(qtbot: QtBot, qapp: QApplication, tmp_p
         assert capture.entries[0].at_s == 0.0
 
 
-def test_a_capture_that_cannot_be_saved_is_said(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_a_capture_that_cannot_be_saved_is_reported(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with diagnosis(qtbot, qapp, tmp_path) as (_assembly, page):
         page.traffic_buffer.feed([sent("light")])
         page.files.refresh()
@@ -168,7 +166,7 @@ def test_a_file_that_is_no_capture_is_refused_with_the_reason(
         assert page.opened is None
 
 
-def test_hex_text_is_opened_and_its_faults_are_said(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_hex_text_is_opened_and_its_faults_are_reported(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     path = tmp_path / "pasted.hex"
     path.write_text("42 61 32 01 00 33\n41 75 32 07 0A 00 01 44\nzz\n", encoding="utf-8")
     with diagnosis(qtbot, qapp, tmp_path) as (_assembly, page):
@@ -217,7 +215,7 @@ def test_marks_of_a_capture_stay_with_their_rows(qtbot: QtBot, qapp: QApplicatio
         assert model.is_marked(0)
 
 
-def test_opening_can_be_cancelled_and_says_how_far_it_is(
+def test_opening_shows_progress_and_can_be_cancelled(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     seen, may_go_on = threading.Event(), threading.Event()

@@ -69,9 +69,7 @@ def test_acts_end_unsent_while_a_recording_is_played(qtbot: QtBot, qapp: QApplic
         assert not any("lock" in cell(rows, row, Column.MEANING) for row in range(rows.rowCount()))
 
 
-def test_nothing_of_a_recording_is_remembered_or_kept_as_the_modules(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
+def test_data_of_a_playback_is_not_kept_as_the_modules(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with opened(qtbot, qapp, tmp_path) as (assembly, page, _path):
         play(qtbot, assembly, page)
         assert assembly.window._remembered.last_port is None
@@ -84,7 +82,9 @@ def test_nothing_of_a_recording_is_remembered_or_kept_as_the_modules(
         assert isinstance(assembly.storage.store, Store)
 
 
-def test_another_speed_starts_over_and_it_can_be_stopped(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_another_speed_restarts_the_playback_and_it_can_be_stopped(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
     with opened(qtbot, qapp, tmp_path) as (assembly, page, path):
         play(qtbot, assembly, page)
         bar = assembly.window.recording_bar

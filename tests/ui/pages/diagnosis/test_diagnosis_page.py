@@ -166,7 +166,7 @@ def test_an_adapter_that_comes_and_goes(qtbot: QtBot, qapp: QApplication, tmp_pa
         assert "2" in page.why.what.text()
 
 
-def test_what_came_at_another_rate_does_not_count() -> None:
+def test_bytes_at_another_rate_do_not_count() -> None:
     """Else a module whose rate was found would be blamed for the garbage before."""
     evidence_collector = EvidenceCollector()
     evidence_collector.begin("sim://x")
@@ -270,7 +270,7 @@ def log(tmp_path: Path) -> Iterator[Log]:
         one.stop()
 
 
-def test_what_the_preview_shows_is_what_is_saved(qtbot: QtBot, qapp: QApplication, tmp_path: Path, log: Log) -> None:
+def test_the_saved_bundle_equals_the_preview(qtbot: QtBot, qapp: QApplication, tmp_path: Path, log: Log) -> None:
     logging.getLogger("test").warning("the cable is loose, says /home/somebody/notes")
     with simulated("bundle"), diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
         page.bundle._log = log
@@ -298,7 +298,7 @@ def test_what_the_preview_shows_is_what_is_saved(qtbot: QtBot, qapp: QApplicatio
             }
 
 
-def test_a_bundle_that_cannot_be_saved_is_said(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_a_bundle_that_cannot_be_saved_is_reported(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with diagnosis(qtbot, qapp, tmp_path) as (_assembly, page):
         page.go_to("bundle")
         qtbot.waitUntil(page.bundle.save.isEnabled, timeout=WAIT_MS)
@@ -361,7 +361,7 @@ def test_the_views_are_reached_by_key(qtbot: QtBot, qapp: QApplication, tmp_path
             assert view.isVisible()
 
 
-def test_what_goes_out_is_kept_for_a_capture(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_sent_frames_are_kept_for_a_capture(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     request = HEARTBEAT.query()
     with diagnosis(qtbot, qapp, tmp_path) as (_assembly, page):
         assert not page.files.save.isEnabled()

@@ -64,7 +64,7 @@ def page(qtbot: QtBot, assembly: Assembly) -> TrafficPage:
     return found
 
 
-def test_a_row_says_what_went_over_the_line(qapp: QApplication) -> None:
+def test_a_row_describes_its_frame(qapp: QApplication) -> None:
     model = TrafficModel()
     voltage = bytes.fromhex("4175 34 01 BE F3")
     frame = Frame(Direction.MODULE_TO_HOST, voltage)
@@ -97,7 +97,7 @@ def test_rejected_bytes_have_icon_word_colour_and_reason(qapp: QApplication) -> 
         (Restarted(True, 1.0), "restarted"),
     ],
 )
-def test_what_the_link_noticed_is_a_row_too(qapp: QApplication, event: Event, word: str) -> None:
+def test_events_of_the_link_are_rows(qapp: QApplication, event: Event, word: str) -> None:
     model = TrafficModel()
     model.keep([event])
     model.show_new()
@@ -120,7 +120,7 @@ def test_filters(qapp: QApplication) -> None:
     assert model.rowCount() == 18
 
 
-def test_the_oldest_rows_go_and_memory_is_bounded(qapp: QApplication) -> None:
+def test_the_oldest_rows_are_dropped(qapp: QApplication) -> None:
     model = TrafficModel()
     model.keep(streamed(KEPT_ROWS - 1))
     model.show_new()
@@ -154,7 +154,7 @@ def test_frames_of_a_real_exchange_appear(qtbot: QtBot, qapp: QApplication, tmp_
         assert {"sent", "answer"} <= kinds
 
 
-def test_pause_holds_still_and_loses_nothing(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_pause_stops_the_list_and_loses_nothing(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with window(qapp, tmp_path) as assembly:
         traffic = page(qtbot, assembly)
         traffic.on_batch(batch(streamed(5)))
@@ -168,7 +168,7 @@ def test_pause_holds_still_and_loses_nothing(qtbot: QtBot, qapp: QApplication, t
         qtbot.waitUntil(lambda: traffic.model.rowCount() == 12, timeout=WAIT_MS)
 
 
-def test_it_follows_the_end_only_from_the_end(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_the_list_scrolls_only_from_its_end(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with window(qapp, tmp_path) as assembly:
         traffic = page(qtbot, assembly)
         bar = traffic.table.verticalScrollBar()
@@ -186,7 +186,9 @@ def test_it_follows_the_end_only_from_the_end(qtbot: QtBot, qapp: QApplication, 
         assert bar.value() == 100
 
 
-def test_what_one_reads_stays_in_place_when_old_rows_go(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_the_visible_rows_stay_in_place_when_old_rows_are_dropped(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
     with window(qapp, tmp_path) as assembly:
         traffic = page(qtbot, assembly)
         traffic.on_batch(batch(streamed(KEPT_ROWS)))
@@ -266,7 +268,7 @@ def test_the_row_in_full_goes_with_its_selection(qtbot: QtBot, qapp: QApplicatio
         assert "42 61 34 01 00 35" not in traffic.detail.text()
 
 
-def test_what_came_while_the_list_was_held_still_is_counted(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_rows_during_a_pause_are_counted(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with window(qapp, tmp_path) as assembly:
         traffic = page(qtbot, assembly)
         traffic.on_batch(batch(streamed(5)))

@@ -44,7 +44,7 @@ def page(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[TrafficPa
         yield found
 
 
-def test_a_turn_of_the_search_ends_when_its_time_is_over(page: TrafficPage, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_slice_of_the_search_ends_on_time(page: TrafficPage, monkeypatch: pytest.MonkeyPatch) -> None:
     looked_at: list[int] = []
     monkeypatch.setattr(page.model, "said_at", looked_at.append)  # None: the row itself is looked at
     clock = count(0.0, traffic_search._SLICE_S / 2)
@@ -57,9 +57,7 @@ def test_a_turn_of_the_search_ends_when_its_time_is_over(page: TrafficPage, monk
     assert page.search.share == pytest.approx(traffic_search._ROWS_AT_ONCE / ROWS)
 
 
-def test_what_is_said_often_is_put_into_words_once(
-    qtbot: QtBot, page: TrafficPage, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_repeated_texts_are_formatted_once(qtbot: QtBot, page: TrafficPage, monkeypatch: pytest.MonkeyPatch) -> None:
     """A search through a million rows takes seconds, not a minute."""
     looked_at: list[object] = []
     matches = traffic_search.matches
@@ -80,7 +78,7 @@ def test_what_is_said_often_is_put_into_words_once(
     assert [index.row() for index in page.table.selectionModel().selectedRows()] == [ROWS // 2]
 
 
-def test_few_things_are_remembered_at_once(qtbot: QtBot, page: TrafficPage, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_cache_of_the_search_is_bounded(qtbot: QtBot, page: TrafficPage, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(traffic_search, "_KNOWN_AT_MOST", 3)
     page.search.field.setText("query")
     page.search.find_next()
@@ -132,7 +130,7 @@ def test_rows_are_copied_as_they_are_shown(qapp: QApplication, wanted: Filter) -
     assert len(numbers) == (50 if wanted is Filter.ALL else 1)
 
 
-def test_rows_that_say_the_same_are_known_by_it() -> None:
+def test_rows_of_equal_text_have_equal_keys() -> None:
     rows = capture(100)
     for one in range(100):
         for other in range(100):

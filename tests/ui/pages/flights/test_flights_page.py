@@ -119,7 +119,7 @@ def test_logs_are_read_and_a_table_asks_for_its_columns(desk: Desk, tmp_path: Pa
     assert desk.notice() == ""
 
 
-def test_what_is_there_already_keeps_its_list(desk: Desk, tmp_path: Path) -> None:
+def test_flights_already_read_keep_their_list(desk: Desk, tmp_path: Path) -> None:
     path = write_csv(tmp_path / "one.csv", tilted("", 20))
     desk.page.open_paths([path])
     desk.wait_read()
@@ -143,7 +143,7 @@ def test_a_drop_opens_files_and_folders(desk: Desk, tmp_path: Path) -> None:
     assert len(desk.page.work.flights) == 3
 
 
-def test_cancel_answers_at_once_and_late_results_change_nothing(
+def test_cancel_is_immediate_and_late_results_change_nothing(
     desk: Desk, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The reading stands still in the middle of a log, whatever is asked of it."""
@@ -279,7 +279,7 @@ def test_it_says_when_nothing_separates(desk: Desk) -> None:
     assert not desk.page.proposal.take.isEnabled()
 
 
-def test_what_depends_on_the_reading_is_shown(desk: Desk) -> None:
+def test_flights_that_depend_on_the_reading_are_shown(desk: Desk) -> None:
     """70° for a tenth of a second: at once or not at all."""
     desk.add(tilted("bump", 70, seconds=0.1))
     page = desk.page
@@ -315,7 +315,7 @@ def test_a_flight_shows_its_moment(desk: Desk, tmp_path: Path) -> None:
     assert page.map.isVisible()
 
 
-def test_a_log_that_is_gone_is_said(desk: Desk, tmp_path: Path) -> None:
+def test_a_missing_log_is_reported(desk: Desk, tmp_path: Path) -> None:
     path = write_csv(tmp_path / "gone.csv", tilted("", 20))
     desk.page.open_paths([path])
     desk.wait_read()

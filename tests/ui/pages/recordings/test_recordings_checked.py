@@ -65,7 +65,7 @@ def check_whole(folder: Path) -> None:
         assert recording.damage is None
 
 
-def test_a_tilt_that_was_changed_is_left_out_and_said(tmp_path: Path) -> None:
+def test_an_altered_tilt_is_left_out_and_reported(tmp_path: Path) -> None:
     folder = in_pieces(tmp_path, 4.0)
     before = whole_of(folder)
     check_whole(folder)
@@ -100,7 +100,7 @@ def test_damage_in_any_file_is_found(tmp_path: Path, name: str) -> None:
         assert sum(1 for _ in recording.traffic()) > 0
 
 
-def test_a_commit_that_is_damaged_in_the_middle_costs_its_piece_only(tmp_path: Path) -> None:
+def test_a_damaged_commit_costs_only_its_piece(tmp_path: Path) -> None:
     folder = in_pieces(tmp_path, 4.0)
     before = whole_of(folder)
     count = (folder / "commits.bin").stat().st_size // COMMIT.size
@@ -112,7 +112,7 @@ def test_a_commit_that_is_damaged_in_the_middle_costs_its_piece_only(tmp_path: P
 
 
 @pytest.mark.parametrize("value", [1e300, -1e300, 1e18, 4e9, float("inf"), float("nan")])
-def test_damaged_times_end_in_no_error(tmp_path: Path, value: float) -> None:
+def test_damaged_times_raise_no_error(tmp_path: Path, value: float) -> None:
     """Also where the checksums were made to fit."""
     folder = recorded(tmp_path, 2.0)
     rows = len(np.fromfile(folder / TIME))
@@ -157,7 +157,7 @@ def test_a_commit_with_an_impossible_time_does_not_count(tmp_path: Path) -> None
         export_csv(recording, tmp_path / "x.csv")
 
 
-def test_the_command_line_says_it(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_the_command_line_reports_damage(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     folder = recorded(recordings_folder(), 2.0)
     overwrite(folder / TILT, 400, struct.pack("<f", 189.0))
     assert program.main(["recordings", "export", "latest", str(tmp_path / "x.csv")]) == 4
@@ -178,7 +178,7 @@ def desk(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Desk]:
         yield one
 
 
-def test_the_window_says_it_at_the_export_and_while_it_is_shown(desk: Desk, tmp_path: Path) -> None:
+def test_the_window_reports_damage_at_export_and_playback(desk: Desk, tmp_path: Path) -> None:
     desk.page.work.export(desk.page.work.entries[0], tmp_path / "x.csv", ExportKind.CSV)
     desk.wait(lambda: "Saved" in desk.said())
     assert "Damaged or altered" in desk.said()

@@ -71,11 +71,11 @@ def test_the_list_is_searched_and_sorted(one: Desk) -> None:
 @pytest.mark.parametrize(
     ("size", "text"), [(0, "0 kB"), (90_000, "88 kB"), (5 << 20, "5.0 MB"), (300 << 20, "300 MB"), (3 << 30, "3.0 GB")]
 )
-def test_a_size_is_as_exact_as_wanted(size: int, text: str) -> None:
+def test_sizes_are_rounded(size: int, text: str) -> None:
     assert size_text(size) == text
 
 
-def test_a_damaged_one_is_listed_and_says_why(one: Desk) -> None:
+def test_a_damaged_recording_is_listed_with_its_reason(one: Desk) -> None:
     broken = record(one.library.folder, seconds=2)
     (broken / "session.json").write_text("{", encoding="utf-8")
     one.list_again(2)
@@ -85,7 +85,7 @@ def test_a_damaged_one_is_listed_and_says_why(one: Desk) -> None:
     assert one.page.buttons.delete.isEnabled()
 
 
-def test_each_has_a_small_picture_of_its_tilt(one: Desk) -> None:
+def test_each_recording_has_an_outline_of_its_tilt(one: Desk) -> None:
     page, entry = one.page, one.library.entries()[0]
     page.refresh()
     one.wait(lambda: bool(page.outlines.of(entry)))
@@ -100,7 +100,7 @@ def test_each_has_a_small_picture_of_its_tilt(one: Desk) -> None:
     assert tilt_outline(entry.folder, 8) == ()
 
 
-def test_one_that_vanished_meanwhile_is_said(one: Desk) -> None:
+def test_a_recording_that_vanished_is_reported(one: Desk) -> None:
     folder = one.library.entries()[0].folder
     folder.rename(folder.with_name("elsewhere"))
     one.page.table.selectRow(0)
@@ -170,7 +170,7 @@ def test_it_is_zoomed_and_panned_within_its_bounds(opened: Desk) -> None:
     assert plot.span == whole
 
 
-def test_what_is_seen_of_it_is_saved(opened: Desk, tmp_path: Path) -> None:
+def test_the_visible_span_is_saved(opened: Desk, tmp_path: Path) -> None:
     opened.live.plot.choose_window(10.0)
     saving, path = opened.live.save, tmp_path / "seen.csv"
     suggested: list[Path] = []
@@ -214,7 +214,7 @@ def test_it_is_exported_as_csv_and_mcap(one: Desk, tmp_path: Path) -> None:
     assert (tmp_path / "all.mcap").read_bytes().startswith(b"\x89MCAP0\r\n")
 
 
-def test_an_export_that_cannot_be_written_is_said(one: Desk, tmp_path: Path) -> None:
+def test_an_export_that_cannot_be_written_is_reported(one: Desk, tmp_path: Path) -> None:
     one.page.table.selectRow(0)
     one.page.ask_path = lambda *_: tmp_path / "missing" / "all.csv"
     one.click(one.page.buttons.csv)
@@ -222,7 +222,7 @@ def test_an_export_that_cannot_be_written_is_said(one: Desk, tmp_path: Path) -> 
     assert one.page.buttons.csv.isEnabled()
 
 
-def test_a_long_export_shows_how_far_it_is_and_can_be_cancelled(
+def test_a_long_export_shows_progress_and_can_be_cancelled(
     one: Desk, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     ended = threading.Event()
@@ -249,7 +249,7 @@ def test_a_long_export_shows_how_far_it_is_and_can_be_cancelled(
     assert list(tmp_path.glob("*.csv")) == []
 
 
-def test_what_is_kept_says_so_and_can_be_let_go(one: Desk) -> None:
+def test_a_recording_is_pinned_and_unpinned(one: Desk) -> None:
     one.page.table.selectRow(0)
     assert one.page.buttons.keep.text() == "Pin"
     one.click(one.page.buttons.keep)
@@ -260,7 +260,7 @@ def test_what_is_kept_says_so_and_can_be_let_go(one: Desk) -> None:
     one.wait(lambda: one.texts(Column.KEPT) == [""])
 
 
-def test_deleting_asks_and_says_what_is_lost(one: Desk) -> None:
+def test_deleting_asks_first_in_the_window(one: Desk) -> None:
     one.page.table.selectRow(0)
     one.qtbot.keyClick(one.page.table, Qt.Key.Key_Delete)
     assert one.said().startswith("Delete for good?")
@@ -277,7 +277,7 @@ def test_deleting_asks_and_says_what_is_lost(one: Desk) -> None:
     assert one.library.entries() == ()
 
 
-def test_deleting_what_is_looked_at_goes_back_to_live_first(
+def test_deleting_the_opened_recording_returns_to_live_first(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, template: Path
 ) -> None:
     with made(qtbot, qapp, tmp_path, template, RecordingsPage, LivePage) as both:

@@ -133,7 +133,7 @@ def test_the_cause_is_whole_in_a_narrow_list(
 
 
 @pytest.mark.parametrize("delivery", list(Delivery))
-def test_nine_records_however_they_come(qtbot: QtBot, qapp: QApplication, tmp_path: Path, delivery: Delivery) -> None:
+def test_nine_records_in_any_order(qtbot: QtBot, qapp: QApplication, tmp_path: Path, delivery: Delivery) -> None:
     with on_bench(qtbot, qapp, tmp_path, "nine", history=9, records=delivery) as bench:
         bench.read_triggers()
         assert bench.triggers.filter.rowCount() == 9
@@ -142,7 +142,7 @@ def test_nine_records_however_they_come(qtbot: QtBot, qapp: QApplication, tmp_pa
         assert boots == sorted(boots, reverse=True)  # newest first
 
 
-def test_the_tenth_pushes_nothing_out_of_knowledge(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_the_tenth_trigger_is_added_to_the_stored_nine(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with on_bench(qtbot, qapp, tmp_path, "tenth", history=9) as bench:
         page = bench.triggers
         name_module(bench, "M-07")
@@ -210,7 +210,7 @@ def test_another_module_under_the_same_name_is_not_mixed_in(qtbot: QtBot, qapp: 
         assert page.count.text() == "Trigger records: 5"
 
 
-def test_a_reading_that_nothing_confirms_says_so(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_an_unconfirmed_reading_is_reported(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with on_bench(qtbot, qapp, tmp_path, "noisy", history=4) as bench:
         bench.bench.change(garbage=1.0)
         bench.read_triggers()
