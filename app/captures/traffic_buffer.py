@@ -11,15 +11,19 @@ from app.captures.writer import Header, entries_of
 from app.system.wall_clock import WallClock
 from protocol.events import Event
 
-MOST_ENTRIES = 60_000
-"""Half an hour of a usual stream, 40 s of a full line; some 10 MB. What is older is in the session's recording."""
+MOST_BYTES = 16_000_000
+"""Of memory: half an hour of a usual stream, some ten minutes of a full line. What is older is in the session's
+recording. Saved as text it stays below `LONGEST_FILE_BYTES`, so that it can be opened again."""
+ENTRY_BYTES = 150
+"""Of memory that an entry takes besides its bytes."""
 
 
 class TrafficBuffer:
     """What went over the line, oldest first. Belongs to one thread."""
 
     def __init__(self) -> None:
-        self._entries: deque[CaptureEntry] = deque(maxlen=MOST_ENTRIES)
+        self._entries: deque[CaptureEntry] = deque()
+        self._bytes = 0
         self.wall = WallClock()
         self.has_dropped = False
         """Older entries were dropped."""
@@ -29,17 +33,20 @@ class TrafficBuffer:
 
     def feed(self, events: Iterable[Event]) -> None:
         self.wall.poll()
-        new = list(entries_of(events, 0.0))
-        self.has_dropped |= len(self._entries) + len(new) > MOST_ENTRIES
-        self._entries.extend(new)
+        for entry in entries_of(events, 0.0):
+            self._entries.append(entry)
+            self._bytes += ENTRY_BYTES + len(entry.raw)
+        while self._bytes > MOST_BYTES:
+            self._bytes -= ENTRY_BYTES + len(self._entries.popleft().raw)
+            self.has_dropped = True
 
-    def entries(self, most: int = MOST_ENTRIES) -> tuple[CaptureEntry, ...]:
-        """The last `most`, with times that begin at 0."""
+    def entries(self, most: int | None = None) -> tuple[CaptureEntry, ...]:
+        """The last `most`, or all, with times that begin at 0."""
         last = tuple(self._last(most))
         began_s = last[0].at_s if last else 0.0
         return tuple(entry._replace(at_s=entry.at_s - began_s) for entry in last)
 
-    def header(self, port: str, baud_rate: int, most: int = MOST_ENTRIES) -> Header:
+    def header(self, port: str, baud_rate: int, most: int | None = None) -> Header:
         """The header of a file with `entries(most)`."""
         first = next(self._last(most), None)
         started = "" if first is None else _iso(self.wall.at(first.at_s))
@@ -47,8 +54,9 @@ class TrafficBuffer:
             program=f"DPS-S Configurator {version()}", port=port, baud_rate=baud_rate or None, started=started
         )
 
-    def _last(self, most: int) -> Iterator[CaptureEntry]:
-        return islice(self._entries, max(0, len(self._entries) - most), None)
+    def _last(self, most: int | None) -> Iterator[CaptureEntry]:
+        first = 0 if most is None else max(0, len(self._entries) - most)
+        return islice(self._entries, first, None)
 
 
 def _iso(wall_s: float) -> str:

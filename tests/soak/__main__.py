@@ -15,21 +15,17 @@ import threading
 import time
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from PySide6.QtCore import QTimer
 from PySide6.QtTest import QSignalSpy
 from PySide6.QtWidgets import QApplication, QWidget
 
-from app.captures.traffic_buffer import MOST_ENTRIES
 from app.engine.ports import PortInfo
 from app.engine.reconnect import RETURN_LIMIT_S
 from app.engine.target import Target
 from app.engine.worker import PortState
-from protocol.events import Received, Role
-from protocol.frame import Direction, Frame
 from protocol.link_states import Presence
-from protocol.messages import Status
 from tests.benchmarks.figures import quantile
 from tests.benchmarks.module import StreamingModule, streaming_module
 from tests.benchmarks.window.window import (
@@ -37,6 +33,7 @@ from tests.benchmarks.window.window import (
     LIMIT_S,
     LoopWatch,
     Traffic,
+    fill_capture,
     live_page,
     reserve,
     resident_mb,
@@ -120,10 +117,7 @@ def _target(module: StreamingModule) -> Target:
 def _fill(assembly: Assembly) -> None:
     """Take the memory that is bounded and fills little by little now, so that growth is a leak."""
     reserve(live_page(assembly))
-    page: Any = assembly.window.findChild(QWidget, "diagnosis_page")
-    frame = Frame(Direction.MODULE_TO_HOST, Status(5, 1.0, triggered=False, active=False).encode())
-    for number in range(MOST_ENTRIES):
-        page.traffic_buffer.feed([Received(frame, None, Role.STREAMED, float(number))] * 16)
+    fill_capture(assembly.window.findChild(QWidget, "diagnosis_page"))
 
 
 def _soak(assembly: Assembly, module: StreamingModule, outcome: Outcome, *, seconds: float, seed: int) -> None:

@@ -163,26 +163,28 @@ def battery(level: float | None) -> str:
 
 
 def draw(painter: QPainter, fragment: Icon | str, rect: QRectF | QRect, colour: QColor | str) -> None:
-    """Paint an icon, or a fragment such as ``battery`` makes, into a square; kept in Qt's cache of pixmaps."""
-    text = fragment.value if isinstance(fragment, Icon) else fragment
-    name = QColor(colour).name()
+    """Paint an icon, or a fragment such as ``battery`` makes, into a square."""
     square = QRectF(rect)
-    ratio = painter.device().devicePixelRatio()
-    pixels = max(1, round(square.width() * ratio))
-    key = f"dps-s/{pixels}/{current().line_px}/{name}/{text}"
-    picture = QPixmap()
-    if not QPixmapCache.find(key, picture):
-        picture = _rendered(text, name, pixels)
-        QPixmapCache.insert(key, picture)
+    pixels = max(1, round(square.width() * painter.device().devicePixelRatio()))
+    picture = pixmap(fragment, pixels, colour)
     painter.drawPixmap(square, picture, QRectF(picture.rect()))
 
 
 def pixmap(fragment: Icon | str, size: int, colour: QColor | str, *, ratio: float = 1.0) -> QPixmap:
-    """An icon of ``size`` logical pixels for a screen of ``ratio`` device pixels each."""
+    """An icon of ``size`` logical pixels for a screen of ``ratio`` device pixels each.
+
+    Kept in ``QPixmapCache``. A label that got a new pixmap each time would leave one more scaled copy in that cache.
+    """
     text = fragment.value if isinstance(fragment, Icon) else fragment
-    one = _rendered(text, QColor(colour).name(), max(1, round(size * ratio)))
-    one.setDevicePixelRatio(ratio)
-    return one
+    name = QColor(colour).name()
+    pixels = max(1, round(size * ratio))
+    key = f"dps-s/{pixels}/{ratio}/{current().line_px}/{name}/{text}"
+    picture = QPixmap()
+    if not QPixmapCache.find(key, picture):
+        picture = _rendered(text, name, pixels)
+        picture.setDevicePixelRatio(ratio)
+        QPixmapCache.insert(key, picture)
+    return picture
 
 
 def _rendered(fragment: str, colour: str, pixels: int) -> QPixmap:

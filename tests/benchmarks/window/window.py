@@ -22,11 +22,10 @@ from PySide6.QtCore import QEventLoop, QTimer
 from PySide6.QtGui import QPaintEvent
 from PySide6.QtWidgets import QApplication, QWidget
 
-from app.captures.entries import CaptureEntry, Way
-from app.captures.traffic_buffer import MOST_ENTRIES
 from app.engine.worker import Batch, PortState
 from protocol.catalogue import STATUS
-from protocol.events import Event, Received, Sent
+from protocol.events import Event, Received, Role, Sent
+from protocol.frame import Direction, Frame
 from protocol.messages import Status
 from tests.benchmarks.figures import quantile
 from ui.core.preferences import Preferences
@@ -137,11 +136,12 @@ def reserve(page: Any) -> None:
 
 
 def fill_capture(page: Any) -> None:
-    """The same for what the Diagnosis page keeps of the traffic for a capture: a ring that four minutes of a full line
-    fill, and ten simulated hours only by and by."""
-    raw = b"Au2\x07\x0a\x00\x01D" * 6
-    blocks = (CaptureEntry(at / 240, Way.IN, bytes(bytearray(raw))) for at in range(MOST_ENTRIES))
-    page.traffic_buffer._entries.extend(blocks)
+    """The same for what the Diagnosis page keeps of the traffic for a capture."""
+    frame = Frame(Direction.MODULE_TO_HOST, Status(5, 1.0, triggered=False, active=False).encode())
+    at_s = 0.0
+    while not page.traffic_buffer.has_dropped:
+        page.traffic_buffer.feed([Received(frame, None, Role.STREAMED, at_s)] * 6)
+        at_s += 1 / 240
 
 
 def resident_mb() -> float:
