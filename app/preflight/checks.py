@@ -1,4 +1,4 @@
-"""Catalogue of pre-flight checks in the order of the page. To add one is to add its entry beside its judgement."""
+"""All pre-flight checks, in the order of the page."""
 
 from app.preflight.findings import Check
 from app.preflight.line_checks import LINE_CHECKS

@@ -1,4 +1,4 @@
-"""Evidence of a pre-flight check, filled in step by step so that an aborted check keeps what it saw."""
+"""Evidence of a pre-flight check, filled in step by step: an aborted check keeps what it read so far."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
@@ -17,7 +17,7 @@ from protocol.translatable import marked
 
 HEARTBEATS = 20
 STILL_S = 2.0
-"""How long tilt and acceleration are watched."""
+"""For tilt and acceleration."""
 KEPT_FRAMES = 1500
 KEPT_STREAMED = 200
 
@@ -36,14 +36,14 @@ class Disturbance(Enum):
 
 
 class Trial(NamedTuple):
-    """One status of the two seconds."""
+    """A status received during the two seconds."""
 
     at: float
     status: Status
 
 
 class FlagFate(Enum):
-    """What became of a trigger flag; only an acknowledged set says how it stands (E8)."""
+    """Result for a trigger flag, which cannot be read: only an acknowledged set tells its state (E8)."""
 
     NEVER_SET = "never set"
     ENABLED = "enabled"
@@ -62,7 +62,7 @@ class LoggedSet(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class TriggerFlag:
-    """`why`: why it was not sent. `logged`: where only the audit log knows how it stands."""
+    """`why`: why it was not sent. `logged`: set if the state is only known from the audit log."""
 
     fate: FlagFate = FlagFate.NEVER_SET
     why: tuple[UserMessage, ...] = ()
@@ -71,7 +71,7 @@ class TriggerFlag:
 
 @dataclass(slots=True)
 class Evidence:
-    """Times are monotonic seconds. Whatever was not had is empty or None."""
+    """Times are monotonic seconds. What is not known is empty or None."""
 
     port: str = ""
     baud_rate: int = 0
@@ -79,14 +79,14 @@ class Evidence:
     ended_at: float | None = None
     opened_at: float | None = None
     restarts: int = 0
-    """The session's count when it began."""
+    """Session count at the start of the check."""
     heartbeats_sent: int = 0
     round_trips_s: list[float] = field(default_factory=list)
-    """One for each heartbeat that was answered."""
+    """Of the answered heartbeats."""
     rejected_before: int = 0
-    """The session's count when it began."""
+    """Session count at the start of the check."""
     rejected_bytes: int = 0
-    """Since then, up to its end or to where it broke off."""
+    """During the check, also an aborted one."""
     trials: list[Trial] = field(default_factory=list)
     status: Status | None = None
     """The last one."""
@@ -94,14 +94,14 @@ class Evidence:
     status_age_s: float | None = None
     """At the end of the check."""
     values: dict[str, Value] = field(default_factory=dict)
-    """Settings and the boot count by key, as last read: each said twice in a row."""
+    """Settings and boot count by key, as last read: each twice in a row."""
     first: StateReading | None = None
     last: StateReading | None = None
-    """Before and after the measuring."""
+    """Before and after measuring."""
     series: dict[str, list[Value]] = field(default_factory=dict)
-    """Cell voltage, charging and light by key, as often as they were answered."""
+    """All answers for cell voltage, charging and light, by key."""
     faults: dict[str, UserMessage] = field(default_factory=dict)
-    """Why a value was not had, by key."""
+    """Why a value is not known, by key."""
     history: History | None = None
     flags: dict[str, TriggerFlag] = field(default_factory=dict)
     """By key of the trigger."""
@@ -110,7 +110,7 @@ class Evidence:
 
     @property
     def statuses(self) -> list[Status]:
-        """All that were asked for."""
+        """All statuses that were asked for."""
         ends = [one.status for one in (self.first, self.last) if one is not None and one.status is not None]
         return [*ends, *(trial.status for trial in self.trials)]
 
@@ -133,7 +133,7 @@ class Evidence:
         return self.ended_at is not None and self.disturbance is None
 
     def note_error(self, error: BaseException | None) -> None:
-        """Keep why the procedure ended early, unless that is known already."""
+        """Record why the procedure ended early, unless that is known already."""
         if error is not None and self.disturbance is None:
             self.disturbance = Disturbance.INTERRUPTED if isinstance(error, Cancelled) else Disturbance.DISCONNECTED
 
@@ -142,7 +142,7 @@ class Evidence:
 
 
 class LoggedFrame(NamedTuple):
-    """`way`: "out", "in", or "noise" for invalid bytes."""
+    """`way`: "out", "in" or "noise" (invalid bytes)."""
 
     at: float
     way: str
@@ -150,7 +150,7 @@ class LoggedFrame(NamedTuple):
 
 
 class FrameLog:
-    """The raw frames of a check. Bounded: of a stream only the first are kept, and what was left out is counted."""
+    """Raw frames of a check: of a stream only the first ones are kept, the rest is counted."""
 
     def __init__(self) -> None:
         self.frames: list[LoggedFrame] = []

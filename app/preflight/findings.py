@@ -1,4 +1,4 @@
-"""What a check is: its entry, what it looks at, and its result with measurement and limit."""
+"""A check: its entry, its input, and its result with measurement and limit."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,14 +12,14 @@ from protocol.translatable import marked
 
 
 class CheckResult(Enum):
-    """The value is the contract's word."""
+    """The value is the word in the JSON output."""
 
     PASS = "pass"  # noqa: S105  no password
     FAIL = "fail"
     WARN = "warn"
-    """Worth a look; does not stand against GO."""
+    """Does not stand against GO."""
     UNKNOWN = "unknown"
-    """Not known, which is as good as failed."""
+    """Counts as failed."""
 
 
 RESULT_WORDS = {
@@ -32,8 +32,7 @@ RESULT_WORDS = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Case:
-    """Everything that the checks look at. `are_records_looked_at` and
-    `is_same_module`: a person says so."""
+    """Input of the checks. `are_records_looked_at` and `is_same_module` are a person's statements."""
 
     evidence: Evidence
     expectations: Expectations
@@ -52,8 +51,7 @@ class Case:
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """`measured` is for programs, in the unit of `shown`, None where it is not known. `do` where it is another than
-    the check's own."""
+    """`measured`: for programs, in the unit of `shown`, None if unknown. `do`: what to do, None: the check's own."""
 
     result: CheckResult
     measured: Value | str | None
@@ -64,7 +62,7 @@ class Finding:
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """One line of the check. `id` is the contract's; texts are English, translatable."""
+    """`id` is the one in the JSON output; texts are English, translatable."""
 
     id: str
     title: str

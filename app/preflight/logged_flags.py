@@ -1,12 +1,12 @@
 """Infers the state of an unreadable trigger flag (E8) from the audit log of this computer.
 
-Another program was told by the module, wrote it down, and ended; on an active module nothing is written again. Its
-last logged set counts while all of this holds, else the trigger stays unknown:
+An earlier session enabled the trigger, logged that and ended; an active module cannot be written to again. The last
+logged set counts while all of this holds, else the trigger stays unknown:
 
     it was acknowledged, with the value "enabled", on the same port and adapter, not for a module of another name
-    boot count and all readable settings are those that were logged with it: the same start of the same module
-    nothing after it casts doubt: no other set of this trigger, no outcome that is unknown, no shutdown
-    it is not older than `VALID_FOR_S`, and nobody altered the log
+    boot count and all readable settings are as logged with it: the same start of the same module
+    no later entry contradicts it: no other set of this trigger, no unknown outcome, no shutdown
+    it is not older than `VALID_FOR_S`, and the log was not altered
 """
 
 import logging
@@ -31,7 +31,7 @@ _log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True)
 class _Now:
-    """What is checked now. `seen`: boot count and settings, as they are logged."""
+    """The module that is checked. `seen`: boot count and settings, in the form that is logged."""
 
     port: str
     adapter: str
@@ -43,7 +43,7 @@ class _Now:
 def with_logged_flags(
     evidence: Evidence, store: Store, *, adapter: str, module: str | None, at: datetime
 ) -> Evidence:  # fmt: skip
-    """`evidence` with the triggers that only the log knows; what the module said to this program is never replaced."""
+    """Add the trigger states that only the log knows; never replaces what the module told this session."""
     unknown = [key for key, flag in evidence.flags.items() if _is_unknown(flag, evidence)]
     boots, settings = evidence.values.get(BOOT_COUNT.key), evidence.settings(one.key for one in READABLE_SETTINGS)
     is_read = boots is not None and len(settings) == len(READABLE_SETTINGS)
@@ -63,12 +63,12 @@ def with_logged_flags(
 
 
 def _is_unknown(flag: TriggerFlag, evidence: Evidence) -> bool:
-    """Also where it was to be enabled, and was not sent because the module is active."""
+    """Also where enabling it was not sent because the module is active."""
     return flag.fate is FlagFate.NEVER_SET or (flag.fate is FlagFate.NOT_SENT and evidence.is_active is True)
 
 
 def _last_set(key: str, entries: Iterable[AuditEntry], now: _Now) -> LoggedSet | None:
-    """`entries`: the newest first. What was done on another port counts where it may have been this module."""
+    """`entries`: newest first. An entry of another port counts if it may have been this module."""
     for entry in entries:
         is_other_start = entry.detail.get("boot_count") not in (None, now.seen["boot_count"])
         if entry.outcome is Outcome.NOT_SENT or (entry.port != now.port and is_other_start):

@@ -1,4 +1,4 @@
-"""JSON object of `dps-s read`, also part of a pre-flight record: names and shape."""
+"""JSON object of `dps-s read`, also part of a pre-flight record."""
 
 from collections.abc import Mapping
 
@@ -7,7 +7,7 @@ from protocol.catalogue import SETTINGS
 from protocol.fields import Value
 
 LIVE_KEYS = ("boot_count", "cell_voltage_v", "charging", "light_v")
-_WEIGHTIEST_FIRST = (
+_MOST_IMPORTANT = (
     "attitude_threshold_deg",
     "freefall_acceleration_g",
     "freefall_time_s",
@@ -20,10 +20,10 @@ _WEIGHTIEST_FIRST = (
 SETTING_KEYS = tuple(
     sorted(
         (command.key for command in SETTINGS),
-        key=lambda key: _WEIGHTIEST_FIRST.index(key) if key in _WEIGHTIEST_FIRST else len(_WEIGHTIEST_FIRST),
+        key=lambda key: _MOST_IMPORTANT.index(key) if key in _MOST_IMPORTANT else len(_MOST_IMPORTANT),
     )
 )
-"""The catalogue's settings in the order in which people read them; one that has no place here comes last."""
+"""Keys of all settings, the most important first."""
 
 
 def reading_object(
@@ -34,7 +34,7 @@ def reading_object(
     values: Mapping[str, Value | None],
     errors: Mapping[str, str],
 ) -> dict[str, object]:
-    """`values` by key; what is not in it is not known. `errors`: why, in English."""
+    """`values` by key, without the unknown ones; `errors`: why they are unknown, in English."""
     return {
         "link": {
             "port": port,

@@ -1,7 +1,6 @@
 """Reads everything a verdict depends on, and compares two such readings.
 
-The check reads it before and after the measuring; while a verdict stands in the window it is read again every ten
-seconds.
+The check reads it before and after measuring; the window reads it again every ten seconds while GO or READY stands.
 """
 
 from collections.abc import Iterator, Mapping
@@ -45,14 +44,14 @@ class StateReading:
 
 @dataclass(frozen=True, slots=True)
 class StateChange:
-    """`shown`: what it was and what it is, for people."""
+    """`shown`: the old and the new value, for people."""
 
     key: str
     shown: UserMessage
 
 
 def read_state() -> Procedure[StateReading]:
-    """Settings between two boot counts, then the status. Only questions are sent."""
+    """Read the settings between two boot counts, then the status. Sends queries only."""
     settings = yield from read_settings()
     if settings.is_silent:
         return StateReading(settings)
@@ -64,7 +63,7 @@ def read_state() -> Procedure[StateReading]:
 
 
 def changes_between(before: StateReading, after: StateReading) -> tuple[StateChange, ...]:
-    """What both know and what is not the same, but for the activation, which people switch on purpose."""
+    """Values known in both that differ; except the activation, which people switch on purpose."""
     return tuple(_changes(before, after))
 
 

@@ -4,9 +4,9 @@
                   -> cell, charge, light -> trigger records -> two seconds of status
                   -> settings between two boot counts, status, once more
 
-What decides is asked until two answers in a row agree, or asked several times, because the 8-bit sum lets some damaged
-frames pass. What may move when a trigger is enabled, or while it is measured, is read before and after the measuring:
-see `app.preflight.reread`. Nothing that is sent activates, locks, fires, zeroes, shuts down or changes the rate.
+What decides is asked until two answers in a row agree, or several times, because the 8-bit checksum lets some damaged
+frames pass. What may change while a trigger is enabled or during measuring is read before and after: see
+`app.preflight.reread`. Nothing that is sent activates, locks, fires, zeroes, shuts down or changes the rate.
 """
 
 from app.engine.device import How
@@ -29,13 +29,13 @@ from protocol.messages import Acknowledgement, Reading, Status
 from protocol.translatable import marked
 
 HEARTBEAT_WAITS_S = (1.0,)
-"""The vendor gives the module one second; a lost heartbeat is lost, and not asked for again."""
+"""The vendor gives the module one second; a lost heartbeat is not asked for again."""
 TRIAL_EVERY_S = 0.05
 TRIAL_WAITS_S = (0.25,)
 TURNS = 3
-"""How often cell voltage, charge and light are asked for."""
+"""Of asking for cell voltage, charging and light."""
 HOPELESS = 4
-"""So many questions in a row without an answer: nobody is there."""
+"""After this many unanswered questions in a row the module is taken as silent."""
 STEPS = 7
 TRIGGERS = (BY_NAME["attitude_trigger"], BY_NAME["freefall_trigger"])
 SLOW = tuple(BY_NAME[name] for name in ("cell_voltage", "charging", "light"))
@@ -43,15 +43,15 @@ BOOT_COUNT = BY_NAME["boot_count"]
 
 
 class _Silent(Exception):
-    """The module stopped answering: the rest is not asked for."""
+    """The module stopped answering."""
 
 
 def run_preflight(
     evidence: Evidence, *, is_enabling: bool = False, journal: Journal | None = None
 ) -> Procedure[Evidence]:
-    """Fill `evidence`; with `is_enabling` both automatic triggers are set to enabled, where the module is locked.
+    """Fill `evidence`; with `is_enabling` enable both automatic triggers, if the module is locked.
 
-    Cancelled or without its port it raises, as every procedure does, and `evidence` says so: it is void.
+    Raises `Cancelled`, `PortLost` or `Slept`; `evidence` is void then.
     """
     yield from require_module()
     evidence.is_enabling = is_enabling
@@ -77,7 +77,7 @@ def _gather(evidence: Evidence, journal: Journal) -> Procedure[None]:
     evidence.began_at, evidence.opened_at, evidence.baud_rate = begin.now, begin.opened_at, begin.baud_rate
     yield Report(0, STEPS, marked("Link"))
     yield from read_back(BOOT_COUNT)
-    # A restart from before the check, seen only now, is none in the middle of it.
+    # A restart before the check that is only seen now does not count as one during the check.
     begin = yield Inspect()
     evidence.restarts, evidence.rejected_before = begin.device.restarts, begin.link.counters.rejected
     yield from _heartbeats(evidence)
@@ -105,7 +105,7 @@ def _gather(evidence: Evidence, journal: Journal) -> Procedure[None]:
 
 
 def _read_state(evidence: Evidence) -> Procedure[StateReading]:
-    """Raises `_Silent` where nobody is there."""
+    """Raises `_Silent` if the module does not answer."""
     state = yield from read_state()
     for key, value in state.settings.values.items():
         evidence.values[key] = value
@@ -126,20 +126,20 @@ def _read_state(evidence: Evidence) -> Procedure[StateReading]:
 
 
 def _step(evidence: Evidence, done: int, doing: str) -> Procedure[None]:
-    """Counted at each step: a check that is broken off says what it had seen, too."""
+    """Report progress; counts invalid bytes so that an aborted check has them, too."""
     yield from _count_rejected(evidence)
     yield Report(done, STEPS, doing)
 
 
 def _count_rejected(evidence: Evidence) -> Procedure[None]:
-    sight: EngineView = yield Inspect()
-    evidence.rejected_bytes = sight.link.counters.rejected - evidence.rejected_before
+    view: EngineView = yield Inspect()
+    evidence.rejected_bytes = view.link.counters.rejected - evidence.rejected_before
 
 
 def _finish(evidence: Evidence) -> Procedure[None]:
     end: EngineView = yield Inspect()
     for command in TRIGGERS:
-        evidence.flags[command.key] = _stands(command, evidence.flags[command.key], end)
+        evidence.flags[command.key] = _final_state(command, evidence.flags[command.key], end)
     if evidence.status_at is not None:
         evidence.status_age_s = max(0.0, end.now - evidence.status_at)
     yield from _count_rejected(evidence)
@@ -171,19 +171,19 @@ def _read_slow(evidence: Evidence, command: Command) -> Procedure[None]:
         evidence.series.setdefault(command.key, []).append(reading.value)
         return
     evidence.faults[command.key] = said(marked("no reply"))
-    yield from _make_sure(before)
+    yield from _require_answers(before)
 
 
-def _make_sure(before: EngineView) -> Procedure[None]:
-    """After an unanswered question: is anybody there at all? Raises `_Silent`."""
+def _require_answers(before: EngineView) -> Procedure[None]:
+    """Raise `_Silent` if the module stopped answering altogether."""
     frames = before.link.counters.frames
     for _ in range(HOPELESS):
-        sight: EngineView = yield Inspect()
-        if sight.link.counters.frames > frames:
+        view: EngineView = yield Inspect()
+        if view.link.counters.frames > frames:
             return
         yield Ask(HEARTBEAT.query(), HEARTBEAT_WAITS_S)
-    sight = yield Inspect()
-    if sight.link.counters.frames == frames:
+    view = yield Inspect()
+    if view.link.counters.frames == frames:
         raise _Silent
 
 
@@ -195,11 +195,11 @@ def _watch(evidence: Evidence) -> Procedure[None]:
     while now < ends_at:
         outcome = yield Ask(STATUS.query(), TRIAL_WAITS_S)
         if isinstance(outcome, Answered):
-            _take_status(evidence, outcome)
+            _keep_status(evidence, outcome)
         now = yield Pause(TRIAL_EVERY_S)
 
 
-def _take_status(evidence: Evidence, outcome: Answered) -> None:
+def _keep_status(evidence: Evidence, outcome: Answered) -> None:
     message = outcome.messages[0]
     if isinstance(message, Status):
         evidence.status, evidence.status_at = message, outcome.at
@@ -208,21 +208,21 @@ def _take_status(evidence: Evidence, outcome: Answered) -> None:
 
 def _refusals() -> Procedure[tuple[UserMessage, ...]]:
     yield from ask_status()
-    sight: EngineView = yield Inspect()
-    now_is = interlock_inputs(sight.device, sight.now, must_be_proven=True, is_the_one_meant=sight.is_proven)
+    view: EngineView = yield Inspect()
+    now_is = interlock_inputs(view.device, view.now, must_be_proven=True, is_the_one_meant=view.is_proven)
     if now_is.active:
         return (said(marked("The module is ACTIVE: lock it first.")),)
     return tuple(one.message for one in refusals(Act.WRITE, now_is))
 
 
 def _enable(command: Command, journal: Journal) -> Procedure[TriggerFlag]:
-    """Set a trigger to enabled, once, where writing is allowed: never while the module is active."""
+    """Enable a trigger with one frame, if writing is allowed: never on an active module."""
     refused = yield from _refusals()
     if refused:
         return TriggerFlag(FlagFate.NOT_SENT, refused)
     request = command.set(True)
-    sight: EngineView = yield Inspect()
-    seen = as_logged(evidence_of(sight.device.values, is_fresh=True))
+    view: EngineView = yield Inspect()
+    seen = as_logged(evidence_of(view.device.values, is_fresh=True))
     entry = journal.begin(Act.WRITE, request.encode(), {"setting": command.key, "wanted": True, **seen})
     if not entry.done():
         yield Await(entry, DISK_LIMIT_S)
@@ -245,9 +245,9 @@ def _enable(command: Command, journal: Journal) -> Procedure[TriggerFlag]:
     return TriggerFlag(flag, (said(marked("no reply")),) if flag is FlagFate.NOT_SENT else ())
 
 
-def _stands(command: Command, flag: TriggerFlag, sight: EngineView) -> TriggerFlag:
-    """How the trigger stands in the end: what the module acknowledged since its last start, in no doubt."""
-    known = sight.device.known(command.key, sight.now)
+def _final_state(command: Command, flag: TriggerFlag, view: EngineView) -> TriggerFlag:
+    """State of the trigger at the end: what the module acknowledged since its last start."""
+    known = view.device.known(command.key, view.now)
     if known is None or known.is_stale or known.how is not How.ACKNOWLEDGED:
         return TriggerFlag() if flag.fate is FlagFate.ENABLED else flag
     if flag.fate in (FlagFate.REFUSED, FlagFate.UNANSWERED):

@@ -1,10 +1,8 @@
 """Verdict of a pre-flight check, and what voids it later.
 
-    NO-GO   a check fails, or what it needs is unknown, or a manual item stands against it
-    READY   everything holds and the module is locked: it does not fire yet
-    GO      everything holds and the module itself reports that it is active
-
-A verdict holds for the module as it was: `void_reason` says, at any later moment, why not any more.
+NO-GO   a check fails or its input is unknown, or a manual item stands against it
+READY   everything holds and the module is locked: it does not fire yet
+GO      everything holds and the module itself reports that it is active
 """
 
 from collections.abc import Mapping
@@ -26,11 +24,11 @@ from protocol.link_states import Presence
 from protocol.translatable import marked
 
 VALID_FOR_S = 900.0
-"""A quarter of an hour, then it is checked again."""
+"""15 minutes, then the check has to be repeated."""
 
 
 class Verdict(Enum):
-    """The value is the contract's word."""
+    """The value is the word in records and in the JSON output."""
 
     GO = "GO"
     READY = "READY"
@@ -45,7 +43,7 @@ VERDICT_WORDS: Mapping[Verdict, str] = {
 
 
 def unsigned(who: object, module: object, aircraft: object) -> UserMessage | None:
-    """A check that does not say who checked which module in which aircraft is signed by nobody."""
+    """What the signature of a check lacks: person, module or aircraft; None if it is complete."""
     missing = [
         UserMessage(text)
         for text, value in ((marked("Checked by"), who), (marked("Module"), module), (marked("Aircraft"), aircraft))
@@ -55,19 +53,19 @@ def unsigned(who: object, module: object, aircraft: object) -> UserMessage | Non
 
 
 def verdict_named(name: object) -> Verdict:
-    """By the contract's word; NO-GO for any other."""
+    """By its value; NO-GO for any other."""
     return next((one for one in Verdict if one.value == name), Verdict.NO_GO)
 
 
 def verdict_of(*, is_fine: bool, is_active: bool | None) -> Verdict:
-    """`is_fine`: no check and no manual item stands against it. `is_active`: as the module last reported itself."""
+    """`is_fine`: no check or manual item stands against it. `is_active`: as last reported by the module."""
     if not is_fine or is_active is None:
         return Verdict.NO_GO
     return Verdict.GO if is_active else Verdict.READY
 
 
 def meaning_of(verdict: Verdict, activated_by: ActivatedBy) -> UserMessage:
-    """What follows from a verdict, in one sentence."""
+    """What follows from a verdict."""
     match verdict:
         case Verdict.GO:
             return said(marked("fit to fly"))
@@ -108,13 +106,13 @@ class Judged:
 
 @dataclass(frozen=True, slots=True)
 class Assessment:
-    """All checks, in the order of the table, whatever came of them."""
+    """Results of all checks, in the order of `CHECKS`."""
 
     case: Case
     checks: tuple[Judged, ...]
     manual: tuple[ManualItem, ...]
     softened: tuple[str, ...] = ()
-    """Checks whose limit the profile made softer than advised, by id."""
+    """Ids of the checks whose limit is softer in the profile than advised."""
 
     @property
     def verdict(self) -> Verdict:
@@ -139,12 +137,12 @@ class Assessment:
 
 
 def stands_against(item: ManualItem) -> bool:
-    """Skipped is allowed where the profile does not require it, and printed."""
+    """A required item must not be skipped; the others are printed as skipped."""
     return item.is_done is False or (item.is_done is None and item.is_required)
 
 
 def assess(case: Case) -> Assessment:
-    """Judge everything; no check hides another. Pure."""
+    """Judge all checks."""
     soft = softened(case.expectations)
     judged = tuple(Judged(check, _shown(check.judge(case), soft.get(check.id))) for check in CHECKS)
     softer = tuple(check.id for check in CHECKS if check.id in soft)
@@ -152,7 +150,7 @@ def assess(case: Case) -> Assessment:
 
 
 def _shown(finding: Finding, advised: UserMessage | None) -> Finding:
-    """A limit that is softer than advised is said with it, and is worth a look."""
+    """A limit softer than advised is shown with the advice, and is a warning."""
     if advised is None:
         return finding
     limit = said(marked("{limit}, advised {advised}"), limit=finding.limit, advised=advised)
@@ -163,7 +161,7 @@ def _shown(finding: Finding, advised: UserMessage | None) -> Finding:
 
 @dataclass(frozen=True, slots=True)
 class Void:
-    """`what`: the value that is another now, where one is."""
+    """`what`: the value that changed, if one did."""
 
     reason: Disturbance
     what: UserMessage | None = None
@@ -175,9 +173,9 @@ class Void:
 
 
 def void_reason(assessment: Assessment, device: DeviceView, now: float, *, opened_at: float | None) -> Void | None:
-    """Why the verdict no longer holds at `now`; None while it does. Ask it whenever the module has said something.
+    """Why the verdict does not hold at `now`; None while it does. To be asked at every report of the module.
 
-    `opened_at`: when the port that is open now was opened (`Sight.opened_at`); None with no port.
+    `opened_at`: when the port was opened (`EngineView.opened_at`); None without an open port.
     """
     evidence = assessment.case.evidence
     if evidence.disturbance is not None or evidence.ended_at is None:
@@ -194,13 +192,13 @@ def void_reason(assessment: Assessment, device: DeviceView, now: float, *, opene
     if changed is not None:
         return Void(Disturbance.CHANGED, changed)
     if device.presence_since is not None and device.presence_since > evidence.ended_at:
-        return Void(Disturbance.SILENT)  # it answers again, but nobody knows what happened to it meanwhile
+        return Void(Disturbance.SILENT)  # it answers again, but what happened meanwhile is unknown
     is_old = not 0.0 <= now - evidence.ended_at <= VALID_FOR_S
     return Void(Disturbance.TOO_OLD) if is_old else None
 
 
 def _changed(assessment: Assessment, device: DeviceView, now: float) -> UserMessage | None:
-    """The first value that is known now and is another than the one checked."""
+    """The first value that differs from the checked one."""
     evidence, expectations = assessment.case.evidence, assessment.case.expectations
     checked: dict[str, Value | None] = {key: evidence.values.get(key) for key in (*FINGERPRINT_KEYS, "boot_count")}
     checked["baud_rate"] = evidence.baud_rate or None
@@ -218,10 +216,10 @@ def _changed(assessment: Assessment, device: DeviceView, now: float) -> UserMess
             return UserMessage(TITLES[key])
     for key in evidence.flags:
         is_lost = key not in device.values and key not in device.undecided
-        if evidence.flags[key].logged is not None:  # the log knows it, and the device of this program never did
+        if evidence.flags[key].logged is not None:  # only the log knows it, never this session
             is_lost = key not in device.values and key in device.unconfirmed
         if checked.get(key) is not None and is_lost:
-            return UserMessage(TITLES[key])  # a set that nobody confirmed
+            return UserMessage(TITLES[key])  # an unconfirmed set
     voltage = device.fresh("cell_voltage_v", now)
     was_charged = assessment.result("cell_voltage") is CheckResult.PASS
     if was_charged and voltage is not None and voltage < expectations.limits.cell_voltage_min_v:

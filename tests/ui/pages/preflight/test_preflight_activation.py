@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QAbstractButton, QApplication, QLabel, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.records.verification import RecordState, verify
+from app.simulator.quirks import Rule
 from tests.support.check_pace import hurry_check
 from tests.support.window.preflight_window import OnBench, find_in, kept, name_module, on_bench
 from tests.support.window.steps import settle
@@ -87,7 +88,7 @@ def test_an_acknowledgement_alone_is_no_go(qtbot: QtBot, qapp: QApplication, tmp
     with on_bench(qtbot, qapp, tmp_path, "deaf") as bench:
         page = bench.preflight
         assert bench.check() is Standing.READY
-        bench.bench.change(cross_talk="10:10=00")
+        bench.bench.change(cross_talk=(Rule(0x10, 0x10, 0x00),))
         activate(bench)
         qtbot.wait(1500)
         assert page.work.standing is not Standing.GO
