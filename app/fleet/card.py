@@ -1,4 +1,4 @@
-"""What the fleet board says about one module, what it needs next, and the order of all."""
+"""State of one module as the fleet board shows it: what it needs next, and the order of all cards."""
 
 import re
 from collections.abc import Iterable
@@ -15,7 +15,7 @@ from app.procedures.lock import Locked, waiting_sentence
 from app.safety.last_known import Activation, SeenActivation
 from app.settings.profiles import ActivatedBy
 from app.text.i18n import tr
-from app.text.sentences import listed
+from app.text.sentences import begun, listed
 from protocol.translatable import marked
 
 _BUSY = (Phase.OPENING, Phase.FINDING, Phase.ASKING)
@@ -23,8 +23,8 @@ _DIGITS = re.compile(r"(\d+)")
 
 
 class Need(Enum):
-    """What a module needs next, the most urgent first; the value of those that `Card.next_step` does not word itself is
-    a sentence, translatable."""
+    """What a module needs next, the most urgent first. The value is a translatable sentence, or a name where
+    `Card.next_step` makes the sentence."""
 
     TRIGGERED = marked("TRIGGERED: lock it, read its records.")
     NOT_LOCKED = "not locked"
@@ -42,26 +42,23 @@ class Need(Enum):
 
     @property
     def rank(self) -> int:
-        return _RANKS[self]
-
-
-_RANKS = {need: rank for rank, need in enumerate(Need)}
+        return list(Need).index(self)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LockState:
-    """LOCK of one module. `failed`: the last one was not reported."""
+    """LOCK of one module. `failed`: the module did not report that it is locked."""
 
     sent: int | None = None
-    """While it goes on: how often it has left."""
+    """Number of frames sent, while LOCK is being repeated."""
     failed: Locked | None = None
     confirmed: Locked | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Card:
-    """All that the board shows of one module. `trigger` keeps its last value with its age; `cell` and `tilt` are given
-    only while they are current: a number from before a loss would be taken for a live one."""
+    """Everything that the board shows of one module. `trigger` keeps its last value with its age; cell voltage and
+    tilt are None unless current: an old number would be taken for a live one."""
 
     name: str
     port: str
@@ -81,7 +78,7 @@ class Card:
 
     @property
     def has_age(self) -> bool:
-        """It shows how old something is."""
+        """Whether an age is shown, which changes by itself."""
         is_old = self.activation.state in (Activation.WAS_ACTIVE, Activation.WAS_LOCKED)
         return is_old or (self.trigger is not None and self.trigger.is_stale)
 
@@ -90,7 +87,7 @@ class Card:
         return self.name or tr("Unnamed")
 
     def next_step(self, now: float) -> str:
-        """`need` with its reason, in the language in use."""
+        """`need` and its reason, translated."""
         match self.need:
             case Need.NOT_LOCKED if self.lock.sent is not None:
                 return waiting_sentence(self.lock.sent)
@@ -108,7 +105,7 @@ class Card:
             case Need.ACTIVATE:
                 return verdict_sentence(Verdict.READY, ActivatedBy.PERSON).in_words()
             case Need.WAIT if self.is_checking:
-                return tr("Checking…")
+                return begun(tr("checking…"))
             case Need.WAIT:
                 return words(self.link, now).what
             case _:
@@ -117,7 +114,7 @@ class Card:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Member:
-    """What is known of one port at one moment: a card is made of it."""
+    """What is known of one port: the input of `card_of`."""
 
     port: str
     link: LinkState
@@ -158,12 +155,12 @@ def card_of(member: Member, now: float, in_use: LimitsInUse) -> Card:
 
 
 def _without_fresh_time(seen: SeenActivation) -> SeenActivation:
-    """A report that is fresh has no age to show: two cards that look the same are equal."""
+    """Drop the time of a fresh report, which is not shown: cards that look the same are equal."""
     return SeenActivation(seen.state) if seen.state in (Activation.ACTIVE, Activation.LOCKED) else seen
 
 
 def need_of(member: Member, now: float, *, has_low_cell: bool = False) -> Need:
-    """The most urgent thing that a person can do about this module."""
+    """The most urgent thing for a person to do."""
     triggered = member.device.known("triggered", now)
     state, verdict = member.activation.state, member.verdict
     if triggered is not None and triggered.value is True:
@@ -192,7 +189,7 @@ def need_of(member: Member, now: float, *, has_low_cell: bool = False) -> Need:
 
 
 def by_need(cards: Iterable[Card]) -> list[Card]:
-    """Who needs a person first; among equals by name, then by port, numbers as numbers."""
+    """Sorted by urgency, then by name and port; numbers in them sort as numbers."""
     return sorted(cards, key=lambda card: (card.need.rank, not card.name, _natural(card.name), _natural(card.port)))
 
 

@@ -1,4 +1,4 @@
-"""Pre-flight checks of several modules side by side: who is GO, who is not and why, and one report of all."""
+"""Pre-flight checks of several modules: verdicts, reasons, and one report of all."""
 
 import html
 import json
@@ -24,7 +24,7 @@ NOT_CHECKED = marked("not checked")
 
 @dataclass(frozen=True, slots=True)
 class SetMember:
-    """`filed` None: it was not reached, and `trouble` says why."""
+    """`filed` None: the module was not reached, `trouble` says why."""
 
     port: str
     name: str = ""
@@ -45,7 +45,7 @@ class SetMember:
 
     @property
     def why(self) -> str:
-        """What stands against it, in the language in use; empty for GO and READY."""
+        """What stands against it, translated; empty for GO and READY."""
         return self.trouble or listed(one.in_words() for one in self.against)
 
 
@@ -61,7 +61,7 @@ def summary(members: Sequence[SetMember]) -> str:
 
 
 def plain_set(members: Sequence[SetMember]) -> dict[str, object]:
-    """For a file: verdict and reasons of each in English, and the hash of its own record."""
+    """For JSON: verdict, reasons in English, and the hash of each module's own record."""
     return {
         "format": FORMAT,
         "at": local_now().isoformat(timespec="seconds"),
@@ -80,7 +80,7 @@ def plain_set(members: Sequence[SetMember]) -> dict[str, object]:
 
 
 def report_body(members: Sequence[SetMember]) -> str:
-    """One table on a page: for a printer."""
+    """The table of all modules as HTML."""
     head = "".join(
         f'<td style="color:#555555">{html.escape(tr(text))}</td>'
         for text in (marked("Verdict"), marked("Module"), marked("Port"), marked("Why not"))
@@ -113,7 +113,7 @@ def _page(members: Sequence[SetMember]) -> bytes:
 
 
 def check_set_target(path: Path) -> None:
-    """Before anything is sent: can the reports go there? Raises `ReportRefused`."""
+    """Raise `ReportRefused` if the reports cannot be written there."""
     if path.suffix.lower() != ".pdf":
         raise ReportRefused(tr("{file}: the name of the report must end in .pdf.", file=path.name))
     if not path.parent.is_dir():
@@ -134,8 +134,10 @@ def _is_ours(path: Path) -> bool:
 def write_set_reports(
     path: Path, members: Sequence[SetMember], printer: Printer | None, station: Station | None = None
 ) -> tuple[Path, ...]:
-    """FILE.pdf with FILE.html and FILE.json about all, and "FILE 01 M-07 … GO" with the report of each module. What was
-    written. Raises `OSError` or `RuntimeError`, then as far as it came."""
+    """Write FILE.pdf, FILE.html and FILE.json about all, and "FILE 01 M-07 … GO" for each module.
+
+    Returns what was written. Raises `OSError` or `RuntimeError`; what was written before that stays.
+    """
     plain = json.dumps(plain_set(members), ensure_ascii=False, indent=1).encode()
     json_path, html_path = path.with_suffix(".json"), path.with_suffix(".html")
     write_whole(json_path, plain)

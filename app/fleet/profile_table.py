@@ -1,6 +1,6 @@
-"""One profile for several modules: what differs on each, what is to be written, and what came of it."""
+"""One profile for several modules: differences, what to write, and the results."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
@@ -15,7 +15,7 @@ from protocol.catalogue import BAUD_RATE, SERIAL_OUTPUT, Command
 from protocol.translatable import marked
 
 LEFT_OUT = (BAUD_RATE, SERIAL_OUTPUT)
-"""Never written to several: the one needs a permit for each module, the other is switched by the program."""
+"""Never written to several: the baud rate needs a permit for each module, the program itself switches the other."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +29,7 @@ class Column:
 
     @property
     def changes(self) -> tuple[SettingChange, ...]:
-        """What differs from the profile, and what nobody knows."""
+        """What differs from the profile or is unknown."""
         return tuple(
             SettingChange(row.command, row.wanted)
             for row in self.rows
@@ -38,7 +38,7 @@ class Column:
 
 
 def settings_in(profile: Profile) -> tuple[Command, ...]:
-    """Those that are compared and written, in the catalogue's order."""
+    """Settings that are compared and written, in the catalogue's order."""
     rows = compare(profile, DeviceView(), 0.0)
     return tuple(row.command for row in rows if row.match is not Match.NOT_IN_PROFILE and row.command not in LEFT_OUT)
 
@@ -52,9 +52,8 @@ def column(
 
 
 class Applied(Enum):
-    """How a module stands after the profile was applied; the value is a word, translatable."""
+    """Result of applying the profile to a module; the value is translatable."""
 
-    WAITING = marked("waiting")
     WRITING = marked("writing")
     NOTHING_TO_DO = marked("matches already")
     VERIFIED = marked("written and verified")
@@ -67,21 +66,17 @@ class Applied(Enum):
     def is_fine(self) -> bool:
         return self in (Applied.NOTHING_TO_DO, Applied.VERIFIED, Applied.ACKNOWLEDGED)
 
-    @property
-    def is_over(self) -> bool:
-        return self not in (Applied.WAITING, Applied.WRITING)
-
 
 @dataclass(frozen=True, slots=True)
 class AppliedProfile:
-    """`why`: a sentence, in the language in which it was made."""
+    """`why`: a translated sentence."""
 
-    state: Applied = Applied.WAITING
+    state: Applied
     why: str = ""
 
 
 def outcome_of(report: WriteReport) -> AppliedProfile:
-    """Fine only where everything that can be read back was read back equal."""
+    """Verified only if everything that can be read back was read back equal."""
     if report.refusals:
         return AppliedProfile(Applied.REFUSED, together(one.sentence for one in report.refusals))
     failed = [one.command for one in report.results if not one.is_fine]
@@ -101,7 +96,7 @@ def outcome_of(report: WriteReport) -> AppliedProfile:
 
 
 def broken_off(heard: Sequence[Written], error: BaseException) -> AppliedProfile:
-    """The connection was lost, or it was cancelled: what was not read back is not known."""
+    """The result after a lost link or a cancel: what was not read back is unknown."""
     if isinstance(error, Cancelled):
         text = tr("Cancelled: the rest is unknown.")
     else:
@@ -111,9 +106,9 @@ def broken_off(heard: Sequence[Written], error: BaseException) -> AppliedProfile
     return AppliedProfile(Applied.FAILED, together((text, more)))
 
 
-def result_line(applied: Mapping[str, AppliedProfile]) -> str:
+def result_line(applied: Iterable[AppliedProfile]) -> str:
     """ "3 written and verified, 1 FAILED"."""
-    states = [one.state for one in applied.values()]
+    states = [one.state for one in applied]
     return listed(f"{states.count(state)} {tr(state.value)}" for state in Applied if state in states)
 
 

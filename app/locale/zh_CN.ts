@@ -722,10 +722,6 @@
         <translation>正在检查：{done} / {count}</translation>
     </message>
     <message>
-        <source>Checking…</source>
-        <translation>正在检查…</translation>
-    </message>
-    <message>
         <source>Checks</source>
         <translation>检查项目</translation>
     </message>
@@ -1322,10 +1318,6 @@
         <translation>首次读取于 {time}</translation>
     </message>
     <message>
-        <source>First visit: continue. Else compare by hand.</source>
-        <translation>首次连接可继续，否则请人工核对。</translation>
-    </message>
-    <message>
         <source>First {count} only.</source>
         <translation>仅列出前 {count} 条。</translation>
     </message>
@@ -1496,6 +1488,10 @@
     <message>
         <source>INTACT: signed by {station}.</source>
         <translation>完整：由 {station} 签名。</translation>
+    </message>
+    <message>
+        <source>If it is not 1 g at rest, free fall is misjudged.</source>
+        <translation>静止时若偏离 1 g，会误判失重。</translation>
     </message>
     <message>
         <source>Ignored commands</source>
@@ -1782,7 +1778,7 @@
         <translation>伞仓内的光线：用于判断伞仓是否打开。</translation>
     </message>
     <message>
-        <source>Light means open; uncalibrated, this is assumed.</source>
+        <source>Light means that the bay is open; without calibration this is assumed.</source>
         <translation>有光说明伞仓打开；未校准时只是假定。</translation>
     </message>
     <message>
@@ -2602,10 +2598,6 @@
         <translation>正常</translation>
     </message>
     <message>
-        <source>Off 1 g, free fall is misjudged.</source>
-        <translation>偏离 1 g 会误判失重。</translation>
-    </message>
-    <message>
         <source>Off until its switch (2 s) or external power.</source>
         <translation>关机，直至长按开关 2 秒或接通外接供电。</translation>
     </message>
@@ -2620,6 +2612,10 @@
     <message>
         <source>Offline for {time}</source>
         <translation>已离线 {time}</translation>
+    </message>
+    <message>
+        <source>On the first visit continue; otherwise compare the count by hand.</source>
+        <translation>首次连接可继续，否则请人工核对次数。</translation>
     </message>
     <message>
         <source>On the module</source>
@@ -3414,12 +3410,12 @@
         <translation>放平并重新检查</translation>
     </message>
     <message>
-        <source>Set it down; if it stays, do not fly.</source>
-        <translation>放下飞行器；若仍如此，禁止飞行。</translation>
-    </message>
-    <message>
         <source>Set it to the reading with the bay fully open.</source>
         <translation>设置为伞仓完全打开时的读数。</translation>
+    </message>
+    <message>
+        <source>Set the aircraft down; if the value stays, do not fly.</source>
+        <translation>放稳飞行器；若数值仍不正常，禁止飞行。</translation>
     </message>
     <message>
         <source>Set the aircraft level and do not touch it.</source>
@@ -3534,8 +3530,8 @@
         <translation>跳过：{count}。</translation>
     </message>
     <message>
-        <source>Slow: bad adapter or busy computer.</source>
-        <translation>响应慢：适配器不良或电脑繁忙。</translation>
+        <source>Slow replies point to a bad adapter or a busy computer.</source>
+        <translation>响应慢说明适配器不良或电脑繁忙。</translation>
     </message>
     <message>
         <source>Slowest answer</source>
@@ -4186,16 +4182,16 @@
         <translation>读数太少：请重新测量。</translation>
     </message>
     <message>
-        <source>Too high fires in a descent, too low never.</source>
-        <translation>过高下降时会触发，过低不触发。</translation>
+        <source>Too high, it fires in a descent; too low, it never fires.</source>
+        <translation>过高会在下降时触发，过低则不会触发。</translation>
     </message>
     <message>
-        <source>Too low fires in a turn, too high too late.</source>
-        <translation>过小转弯时会触发，过大则太晚。</translation>
+        <source>Too low, it fires in a turn; too high, it fires too late.</source>
+        <translation>过小会在转弯时触发，过大则触发太晚。</translation>
     </message>
     <message>
-        <source>Too short fires falsely, too long costs height.</source>
-        <translation>过短会误触发，过长损失高度。</translation>
+        <source>Too short, it fires without need; too long, it costs height.</source>
+        <translation>过短会误触发，过长会损失高度。</translation>
     </message>
     <message>
         <source>Traffic</source>
@@ -6120,10 +6116,6 @@
     <message>
         <source>void</source>
         <translation>作废</translation>
-    </message>
-    <message>
-        <source>waiting</source>
-        <translation>等待中</translation>
     </message>
     <message>
         <source>warning</source>

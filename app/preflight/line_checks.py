@@ -1,20 +1,21 @@
-"""Checks of the link, the module's state and its sensors: how each judges, then its entry with its texts."""
+"""Checks of the link, the module's state and its sensors."""
 
-from collections.abc import Sequence
+from collections.abc import Callable
 from typing import Final, NamedTuple
 
 from app.limits.out_of_limits import OutOfLimit, bay_outside, cell_outside
-from app.preflight.evidence import HEARTBEATS, STILL_S, Trial
+from app.preflight.evidence import HEARTBEATS, STILL_S
 from app.preflight.findings import NO, YES, Case, Check, CheckResult, Finding, judged, unknown
 from app.text.messages import UserMessage, listed, said
 from protocol.fields import Value
+from protocol.messages import Status
 from protocol.translatable import marked
 
 STATUS_FRESH_S = 1.0
 TRIALS_NEEDED = 15
-"""Of the forty or so that two seconds hold."""
+"""Of about forty in two seconds."""
 _RAW_NEEDED = 2
-"""Answers, of three, without which cell, charge and light are not known."""
+"""Answers, of three, for cell voltage, charging and light to be known."""
 
 
 def undisturbed(case: Case) -> Finding:
@@ -82,7 +83,7 @@ def not_triggered(case: Case) -> Finding:
 
 
 def activation(case: Case) -> Finding:
-    """Locked or active alike hold; which of them decides between READY and GO."""
+    """Passes locked and active; which of them decides between READY and GO."""
     limit = said(marked("the same throughout; GO: active"))
     statuses = case.evidence.statuses
     if not statuses:
@@ -100,44 +101,40 @@ class _Spread(NamedTuple):
     highest: float
 
 
-def _spread(case: Case, values: Sequence[float]) -> _Spread | None:
-    """None where too few came, or where they do not cover the two seconds."""
+def _spread(case: Case, value: Callable[[Status], float], limit: UserMessage) -> _Spread | Finding:
+    """A finding instead where the reports are too few or do not cover the two seconds."""
     trials = case.evidence.trials
+    if not trials:
+        return unknown(case.fault("status"), limit)
     if len(trials) < TRIALS_NEEDED or trials[-1].at - trials[0].at < STILL_S * 0.75:
-        return None
+        return unknown(said(marked("reports in 2 s: only {count}"), count=str(len(trials))), limit)
+    values = [value(trial.status) for trial in trials]
     return _Spread(min(values), max(values))
 
 
-def _too_few(case: Case, limit: UserMessage) -> Finding:
-    count = len(case.evidence.trials)
-    if not count:
-        return unknown(case.fault("status"), limit)
-    return unknown(said(marked("reports in 2 s: only {count}"), count=str(count)), limit)
+def _tilt(status: Status) -> float:
+    return status.tilt_deg
 
 
-def _tilts(trials: Sequence[Trial]) -> list[float]:
-    return [trial.status.tilt_deg for trial in trials]
-
-
-def _accelerations(trials: Sequence[Trial]) -> list[float]:
-    return [trial.status.acceleration_g for trial in trials]
+def _acceleration(status: Status) -> float:
+    return status.acceleration_g
 
 
 def tilt_level(case: Case) -> Finding:
     most = case.expectations.limits.tilt_max_deg
     limit = said(f"≤ {most:g}°")
-    spread = _spread(case, _tilts(case.evidence.trials))
-    if spread is None:
-        return _too_few(case, limit)
+    spread = _spread(case, _tilt, limit)
+    if isinstance(spread, Finding):
+        return spread
     return judged(spread.highest, f"{spread.highest:.0f}°", limit, is_fine=spread.highest <= most)
 
 
 def tilt_still(case: Case) -> Finding:
     most = case.expectations.limits.tilt_spread_max_deg
     limit = said(f"≤ {most:g}° / 2 s")
-    spread = _spread(case, _tilts(case.evidence.trials))
-    if spread is None:
-        return _too_few(case, limit)
+    spread = _spread(case, _tilt, limit)
+    if isinstance(spread, Finding):
+        return spread
     width = spread.highest - spread.lowest
     return judged(width, f"{width:.0f}°", limit, is_fine=width <= most)
 
@@ -145,9 +142,9 @@ def tilt_still(case: Case) -> Finding:
 def acceleration_one_g(case: Case) -> Finding:
     limits = case.expectations.limits
     limit = said(f"{limits.acceleration_min_g:.1f}–{limits.acceleration_max_g:.1f} g")
-    spread = _spread(case, _accelerations(case.evidence.trials))
-    if spread is None:
-        return _too_few(case, limit)
+    spread = _spread(case, _acceleration, limit)
+    if isinstance(spread, Finding):
+        return spread
     worst = max(spread, key=lambda value: abs(value - 1.0))
     is_fine = limits.acceleration_min_g <= spread.lowest and spread.highest <= limits.acceleration_max_g
     return judged(worst, f"{worst:.1f} g", limit, is_fine=is_fine)
@@ -156,15 +153,15 @@ def acceleration_one_g(case: Case) -> Finding:
 def acceleration_still(case: Case) -> Finding:
     most = case.expectations.limits.acceleration_spread_max_g
     limit = said(f"≤ {most:.1f} g / 2 s")
-    spread = _spread(case, _accelerations(case.evidence.trials))
-    if spread is None:
-        return _too_few(case, limit)
+    spread = _spread(case, _acceleration, limit)
+    if isinstance(spread, Finding):
+        return spread
     width = round(spread.highest - spread.lowest, 1)
     return judged(width, f"{width:.1f} g", limit, is_fine=width <= most)
 
 
 def _answers(case: Case, key: str) -> list[Value]:
-    """All answers to a question that was asked three times; none where too few came."""
+    """All answers of three; none where too few came."""
     values = case.evidence.series.get(key, [])
     return values if len(values) >= _RAW_NEEDED else []
 
@@ -178,7 +175,7 @@ def cell_voltage(case: Case) -> Finding:
     lowest, shown = min(volts), f"{min(volts):.2f} V"
     if cell_outside(lowest, case.expectations.limits, is_charging=None) is not None:
         return judged(lowest, shown, limit, is_fine=False)
-    # With external power it is the charging voltage, which lies above the cell's: it proves only that a cell is low.
+    # With external power the charging voltage is read, which is above the cell's: it only proves that a cell is low.
     charging = _answers(case, "charging")
     if not charging or any(charging):
         why = said(marked("{voltage} may be the charger's"), voltage=shown)
@@ -224,7 +221,7 @@ LINE_CHECKS: Final = (
           marked("A bad line loses or falsifies values."),
           marked("Check plugs, ground and cable length.")),
     Check("round_trip", marked("Link: response time"), round_trip,
-          marked("Slow: bad adapter or busy computer."),
+          marked("Slow replies point to a bad adapter or a busy computer."),
           marked("Use another adapter or USB socket.")),
     Check("status", marked("Status age"), status_fresh,
           marked("Earlier values no longer count."),
@@ -242,8 +239,8 @@ LINE_CHECKS: Final = (
           marked("A drifting sensor is loose or failing."),
           marked("Do not touch the aircraft; check the mounting.")),
     Check("acceleration", marked("Acceleration: 1 g"), acceleration_one_g,
-          marked("Off 1 g, free fall is misjudged."),
-          marked("Set it down; if it stays, do not fly.")),
+          marked("If it is not 1 g at rest, free fall is misjudged."),
+          marked("Set the aircraft down; if the value stays, do not fly.")),
     Check("acceleration_spread", marked("Acceleration: steady"), acceleration_still,
           marked("Noise can end or fake a free fall."),
           marked("Stop motors and fans.")),
@@ -254,6 +251,6 @@ LINE_CHECKS: Final = (
           marked("The charger hides the cell's voltage."),
           marked("Unplug the external power.")),
     Check("light", marked("Bay closed"), bay_closed,
-          marked("Light means open; uncalibrated, this is assumed."),
+          marked("Light means that the bay is open; without calibration this is assumed."),
           marked("Close the bay, or calibrate the light threshold.")),
 )  # fmt: skip

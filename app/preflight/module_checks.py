@@ -1,4 +1,4 @@
-"""Checks of the settings, the triggers and the identity of the module: how each judges, then its entry."""
+"""Checks of the settings, the triggers and the identity of the module."""
 
 from collections import Counter
 from collections.abc import Callable
@@ -23,7 +23,7 @@ FINGERPRINT_KEYS = tuple(command.key for command in COVERED)
 
 
 def light_threshold(case: Case) -> Finding:
-    """Without a profile the advice (the reading with the bay open) cannot be proven: a person has to know."""
+    """Without a profile the advice (the reading with the bay open) cannot be checked: a warning."""
     advice = said(marked("as read with the bay open"))
     finding = setting(case, "light_threshold", advice)
     is_compared = "light_threshold_v" in case.expectations.settings
@@ -33,7 +33,7 @@ def light_threshold(case: Case) -> Finding:
 
 
 def setting(case: Case, name: str, advice: UserMessage) -> Finding:
-    """Equal to the profile's where that has one, else within the advice; never beyond the bounds."""
+    """Equal to the profile's value if it has one, else within the advice; never beyond the bounds."""
     command = BY_NAME[name]
     wanted, bound = case.expectations.settings.get(command.key), SETTING_BOUNDS[command.key]
     limit = advice if wanted is None else said(f"= {value_text(command, wanted)}")
@@ -88,7 +88,7 @@ def trigger_records(case: Case) -> Finding:
     if history is None:
         return unknown(case.fault("trigger_records"), limit)
     if not history.is_answered:
-        # E7: a module that never fired may send nothing. Only a person can know that.
+        # E7: a module that never fired may send nothing; only a person can tell.
         silent = said(marked("no reply"))
         if case.are_records_looked_at:
             return Finding(CheckResult.WARN, None, _by_a_person(silent), limit)
@@ -115,7 +115,7 @@ def boot_count(case: Case) -> Finding:
         shown, do = _with_reason(count, NOT_NAMED), said(marked("Name the module."))
         return Finding(CheckResult.WARN, count, shown, limit, do)
     if past.boot_count is None:
-        do = said(marked("First visit: continue. Else compare by hand."))
+        do = said(marked("On the first visit continue; otherwise compare the count by hand."))
         return Finding(CheckResult.WARN, count, _with_reason(count, said(marked("no earlier visit"))), limit, do)
     if case.is_same_module:
         return judged(count, _by_a_person(said(str(count))), limit, is_fine=True)
@@ -145,7 +145,7 @@ def settings_fingerprint(case: Case) -> Finding:
 
 
 def guided_tests(case: Case) -> Finding:
-    """What the profile demands; without a demand, a test that failed last is worth a look."""
+    """The tests that the profile demands; without a demand a test that failed last is a warning."""
     wanted, past = case.expectations.tests_within_days, case.past
     demands = [
         said(marked("{test} within {days} days"), test=UserMessage(TITLES[kind]), days=days)
@@ -187,12 +187,12 @@ def _setting(name: str, advice: str) -> Callable[[Case], Finding]:
 
 MODULE_CHECKS: Final = (
     Check("attitude_threshold", marked("Attitude threshold"), _setting("attitude_threshold", "55–90°"),
-          marked("Too low fires in a turn, too high too late."), _SETTING),
+          marked("Too low, it fires in a turn; too high, it fires too late."), _SETTING),
     Check("freefall_acceleration", marked("Free-fall acceleration threshold"),
           _setting("freefall_acceleration", "0.1–0.6 g"),
-          marked("Too high fires in a descent, too low never."), _SETTING),
+          marked("Too high, it fires in a descent; too low, it never fires."), _SETTING),
     Check("freefall_time", marked("Free-fall time"), _setting("freefall_time", "0.50–2.55 s"),
-          marked("Too short fires falsely, too long costs height."), _SETTING),
+          marked("Too short, it fires without need; too long, it costs height."), _SETTING),
     Check("light_threshold", marked("Light threshold"), light_threshold,
           marked("Tells an open bay from a closed one."),
           marked("Calibrate the light threshold.")),

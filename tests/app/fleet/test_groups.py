@@ -85,7 +85,7 @@ def test_a_profile_is_compared_written_and_verified_on_each() -> None:
     assert results["b"].state is Applied.FAILED
     assert results["c"].state is Applied.REFUSED  # active: nothing is written
     assert results["c"].why
-    assert result_line(results) == "1 written, 1 refused, 1 FAILED"
+    assert result_line(results.values()) == "1 written, 1 refused, 1 FAILED"
     rig = rigs["a"]
     again = column(PROFILE, rig.session.device.view(rig.clock()), rig.clock(), port="a", title="a")
     assert [change.command.name for change in again.changes] == []

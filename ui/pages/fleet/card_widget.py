@@ -1,4 +1,4 @@
-"""One module on the fleet board: readable from two metres, clicked to show it on the other pages."""
+"""Card of one module, readable from two metres; a click shows the module on the other pages."""
 
 from collections.abc import Callable, Mapping
 from typing import ClassVar, Final
@@ -12,6 +12,7 @@ from app.fleet.card import Card, Need
 from app.fleet.check_set import word_of
 from app.preflight.verdict import Verdict
 from app.text.i18n import tr
+from app.text.sentences import begun
 from ui.core.texts import Texts
 from ui.style.icons import MEANING_ICONS, Icon
 from ui.style.shapes import pen
@@ -24,7 +25,7 @@ from ui.widgets.readout import Readout, StateChip
 from ui.widgets.state_chips import show_activation, show_known_trigger
 
 CARD_PX: Final = 344
-"""The least width of a card, at its usual size."""
+"""Minimum width of a card at 100 %."""
 CARD_HEIGHT_PX: Final = 232
 _STRIPE_PX: Final = 5
 NEED_MEANINGS: Final[Mapping[Need, Meaning]] = {
@@ -50,7 +51,7 @@ _VERDICT_LOOKS: Final[Mapping[Verdict, tuple[Icon, Meaning]]] = {
 
 
 class CardWidget(QFrame):
-    """Shows a `Card`; repaints only what is different from before."""
+    """Shows a `Card`."""
 
     chosen = Signal()
     """A person wants this module on the other pages."""
@@ -95,7 +96,7 @@ class CardWidget(QFrame):
         return Meaning.UNKNOWN if self.card is None else NEED_MEANINGS[self.card.need]
 
     def show_card(self, card: Card, now: float) -> None:
-        """Everything in the language in use; nothing is touched that is as it was."""
+        """Update the widgets if anything shown has changed."""
         need = card.next_step(now)
         age = ""
         if card.verdict is not None and not card.is_checking:
@@ -142,7 +143,7 @@ class CardWidget(QFrame):
     def _show_verdict(self, card: Card, age: str) -> None:
         held = card.verdict
         if card.is_checking:
-            self.verdict.show_state(tr("Checking…"), Icon.CONNECTING, Meaning.INFORMATION)
+            self.verdict.show_state(begun(tr("checking…")), Icon.CONNECTING, Meaning.INFORMATION)
         elif held is None:
             self.verdict.show_state(word_of(None), Icon.UNKNOWN, Meaning.UNKNOWN)
         elif held.verdict is None:
@@ -201,7 +202,7 @@ class CardWidget(QFrame):
 
 
 class Board(QWidget):
-    """Cards in as many columns as have room, in the order given."""
+    """Cards in as many columns as fit, in the given order."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -213,7 +214,7 @@ class Board(QWidget):
         return tuple(self._cards)
 
     def arrange(self, cards: list[CardWidget]) -> None:
-        """Cards that are new to the board are put on it; what is gone is the caller's to delete."""
+        """Show these cards; the caller deletes the ones that are gone."""
         if cards == self._cards:
             return
         before: QWidget | None = None

@@ -1,4 +1,4 @@
-"""Checks and profiles for several modules at once: each module by itself, none waits for another."""
+"""Checks and profiles for several modules at once; no module waits for another."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -35,7 +35,7 @@ class _Check:
 
 
 class GroupChecks(QObject):
-    """The pre-flight check of several modules: questions only."""
+    """Pre-flight checks of several modules; sends queries only."""
 
     changed = Signal()
     finished = Signal()
@@ -45,7 +45,7 @@ class GroupChecks(QObject):
         self._services, self._members = services, members
         self._running: dict[PortConnection, _Check] = {}
         self._heard: set[PortConnection] = set()
-        """Whose batches are listened to."""
+        """Connections whose batches are received."""
         self.profile: Profile | None = None
         self.results: dict[PortConnection, SetMember] = {}
         """Of the last set."""
@@ -57,7 +57,7 @@ class GroupChecks(QObject):
         return bool(self._running)
 
     def check(self, connections: Sequence[PortConnection]) -> None:
-        """Begin; what was found of the set before is gone."""
+        """Start; the results of the previous set are discarded."""
         if self.is_running:
             return
         self.results = {}
@@ -68,10 +68,7 @@ class GroupChecks(QObject):
                 self._begin(connection)
         for connection in connections:
             if connection not in reachable:
-                name = self._members.name_of(connection)
-                self._finish(
-                    connection, SetMember(port_text(connection.target), name, None, tr("The module does not answer."))
-                )
+                self._finish(connection, self._members.name_of(connection), None, tr("The module does not answer."))
         self.changed.emit()
 
     def cancel(self) -> None:
@@ -105,7 +102,7 @@ class GroupChecks(QObject):
         evidence.note_error(job.run.error)
         if evidence.began_at is None:
             why = tr("Cancelled.") if isinstance(job.run.error, Cancelled) else tr("The module does not answer.")
-            self._finish(connection, SetMember(port_text(connection.target), name, None, why))
+            self._finish(connection, name, None, why)
             return
         expectations = Expectations() if self.profile is None else expectations_of(self.profile)
         check.filing = BackgroundTask("dps-s check", self)
@@ -117,26 +114,25 @@ class GroupChecks(QObject):
     def _take(self, connection: PortConnection, name: str, filed: Filed) -> None:
         self._members.verdicts.keep(connection.whose, filed)
         trouble = "" if filed.trouble is None else filed.trouble.sentence
-        self._finish(connection, SetMember(port_text(connection.target), name, filed, trouble))
+        self._finish(connection, name, filed, trouble)
 
-    def _finish(self, connection: PortConnection, member: SetMember) -> None:
+    def _finish(self, connection: PortConnection, name: str, filed: Filed | None, trouble: str) -> None:
         self._running.pop(connection, None)
         self._members.is_checking.discard(connection)
-        self.results[connection] = member
+        self.results[connection] = SetMember(port_text(connection.target), name, filed, trouble)
         self.changed.emit()
         if not self._running:
             self.finished.emit()
 
     def _forget(self, connection: PortConnection) -> None:
-        """It was disconnected by hand: the others go on."""
+        """The port was disconnected; the other checks go on."""
         self._heard.discard(connection)
         if connection in self._running:
-            member = SetMember(port_text(connection.target), "", None, tr("Disconnected."))
-            self._finish(connection, member)
+            self._finish(connection, "", None, tr("Disconnected."))
 
 
 class GroupProfile(QObject):
-    """One profile written to several modules and verified on each; an active module is refused by the engine."""
+    """Writes one profile to several modules and verifies it on each; the engine refuses an active module."""
 
     changed = Signal()
 
@@ -158,7 +154,7 @@ class GroupProfile(QObject):
             self.changed.emit()
 
     def column(self, connection: PortConnection) -> Column:
-        """The module beside the profile, as it is known now."""
+        """The profile compared with what is known of the module."""
         profile = self.profile or Profile(name="", settings={})
         return column(
             profile, connection.device, self._services.connector.clock(), port=port_text(connection.target),
@@ -166,7 +162,7 @@ class GroupProfile(QObject):
         )  # fmt: skip
 
     def apply(self, connections: Sequence[PortConnection]) -> None:
-        """Write what differs on each; a failure in one stops none of the others."""
+        """Write what differs; a failure of one module does not stop the others."""
         if self.profile is None or self.is_running:
             return
         self.applied = {}

@@ -1,4 +1,4 @@
-"""The ports of the fleet board: each with its own connection, LOCK, name, recording and last check."""
+"""Ports of the fleet board, each with its own connection, LOCK, name, recording and last check."""
 
 from collections.abc import Iterable
 from dataclasses import replace
@@ -18,7 +18,7 @@ from ui.services.session_recording import SessionRecording
 
 
 class FleetMembers(QObject):
-    """Adds and removes ports, and makes their cards. `changed`: other ports, or another one is shown."""
+    """Adds and removes ports and makes their cards. `changed`: other ports, or another one is current."""
 
     changed = Signal()
 
@@ -28,10 +28,10 @@ class FleetMembers(QObject):
         self.verdicts = Verdicts()
         self._recordings: dict[PortConnection, SessionRecording] = {}
         self._seen: dict[str, object] = {}
-        """What was taken over from the Pre-flight page, by `whose`."""
+        """What was adopted from the Pre-flight page, by `whose`."""
         self.is_checking: set[PortConnection] = set()
         self._leaving: set[PortConnection] = set()
-        """Disconnected by hand while it was the current one."""
+        """To be removed once another one is current."""
         self._connector.chosen.connect(self._follow_chosen)
         self._connector.added.connect(self._watch)
         self._connector.removed.connect(self._forget)
@@ -40,12 +40,12 @@ class FleetMembers(QObject):
 
     @property
     def connections(self) -> tuple[PortConnection, ...]:
-        """Those that somebody wants, and no recordings."""
+        """All that a person connected, except played captures."""
         return tuple(one for one in self._connector.connections if one.is_wanted and not one.is_recording)
 
     @property
     def reachable(self) -> tuple[PortConnection, ...]:
-        """Whose module answers."""
+        """Those whose module answers."""
         return tuple(one for one in self.connections if one.is_open and one.device.values)
 
     def is_connected(self, port: PortInfo) -> bool:
@@ -53,7 +53,7 @@ class FleetMembers(QObject):
         return any(port.device == one.device or (port.identity and port.identity == one.identity) for one in targets)
 
     def connect_port(self, target: Target) -> PortConnection:
-        """Beside those that are open; the first one is the current one."""
+        """Connect one more port; the first one becomes the current one."""
         for one in self.connections:
             if one.target is not None and one.target.key == target.key:
                 return one
@@ -78,7 +78,7 @@ class FleetMembers(QObject):
                 self.connect_port(Target(port.device, DEFAULT_BAUD_RATE, port.identity, port.description))
 
     def disconnect_port(self, connection: PortConnection) -> None:
-        """The current one gives its place to another where there is one."""
+        """Disconnect a port; another one becomes current if this one was."""
         if connection is not self._connector.current:
             self._connector.remove(connection)
             return
@@ -87,7 +87,7 @@ class FleetMembers(QObject):
             connection.disconnect_port()
         else:
             self._leaving.add(connection)
-            self._connector.choose(other)  # at once, or when what the pages do has ended
+            self._connector.choose(other)  # `_follow_chosen` removes it
 
     def name_of(self, connection: PortConnection) -> str:
         return self._services.naming.of(connection).name

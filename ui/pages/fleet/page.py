@@ -18,7 +18,7 @@ from app.safety.last_known import Activation
 from app.settings.profile_file import ProfileRefused, read_profile
 from app.stations.station import station_to_sign
 from app.text.i18n import tr
-from app.text.sentences import listed
+from app.text.sentences import listed, reason_of
 from protocol.catalogue import DEFAULT_BAUD_RATE
 from ui.core.background_task import BackgroundTask
 from ui.core.port_connection import PortConnection
@@ -46,7 +46,7 @@ SIMULATED: Final = "sim://module-{number}?lifelike&noise=1"
 
 
 class FleetPage(Page):
-    """Cards keep their places while the pointer is over the board: nothing moves from under a click."""
+    """Cards keep their places while the pointer is over the board: nothing moves under a click."""
 
     def __init__(self, services: Services, parent: QWidget | None = None) -> None:
         super().__init__("fleet", parent)
@@ -64,11 +64,11 @@ class FleetPage(Page):
         self._timer = VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS, tick=self._tick)
         for changed in (self.members.changed, self.checks.changed, self._connector.ports.listed):
             changed.connect(self._timer.refresh_seen)
-        self.checks.finished.connect(self._end_checks)
+        self.checks.finished.connect(self._on_finished)
         self.profile.changed.connect(self._show_profile)
         self._turn = 0
 
-    # Making
+    # Construction
 
     def _make_controls(self) -> None:
         texts = self._services.texts
@@ -131,7 +131,7 @@ class FleetPage(Page):
         self.said.show_notice(self._notice(list(cards.values())))
 
     def _tick(self) -> None:
-        """Cards in sight; all of them, their order and what is said every fourth time."""
+        """Update the visible cards; every fourth time everything."""
         self._turn += 1
         if self._turn % ALL_EVERY == 0 or self.stack.currentWidget() is not self.view:
             self.refresh()
@@ -151,7 +151,7 @@ class FleetPage(Page):
         return widget
 
     def _order(self, cards: dict[PortConnection, Card]) -> None:
-        """Who needs a person first; not while somebody is about to click."""
+        """Sort the cards by urgency, but not while the pointer or the focus is on one."""
         shown = [one for one in self.board.cards if one in self._widgets.values()]
         is_same_set = set(shown) == set(self._widgets.values())
         is_pointed_at = self.board.underMouse() or any(card.hasFocus() for card in shown)
@@ -192,12 +192,12 @@ class FleetPage(Page):
             text = tr("Checking: {done} of {count}", count=self.checks.total, done=len(self.checks.results))
             return Notice(Meaning.INFORMATION, text, (Choice("cancel", tr("Cancel"), self.checks.cancel),))
         if self.profile.is_running:
-            return Notice(Meaning.INFORMATION, result_line({str(n): one for n, one in enumerate(
-                self.profile.applied.values())}), (Choice("cancel", tr("Cancel"), self.profile.cancel),))  # fmt: skip
+            cancel = Choice("cancel", tr("Cancel"), self.profile.cancel)
+            return Notice(Meaning.INFORMATION, result_line(self.profile.applied.values()), (cancel,))
         return self._said
 
     def _lock_notice(self, cards: list[Card]) -> Notice | None:
-        """Each answer, for as long as one is not in."""
+        """LOCK of all modules, until every one has reported."""
         going = [card for card in cards if card.lock.sent is not None]
         failed = [card for card in cards if card.lock.failed is not None]
         if not going and not failed:
@@ -213,20 +213,17 @@ class FleetPage(Page):
     # What a person does
 
     def _choose(self, connection: PortConnection) -> None:
-        """Show this module on the other pages; edits that would be lost are asked about first."""
+        """Show this module on the other pages; asks first if edits would be lost."""
         count = self._services.pending_edits.count()
         if connection is self._connector.current:
             return
         if count and self._connector.is_wanted:
             discard = partial(self._discard_and_choose, connection)
-            self._say(
-                Notice(
-                    Meaning.ATTENTION,
-                    tr("Settings not written: {count}.", count=count),
-                    (Choice("stay", tr("Cancel"), self._clear, is_main=True),
-                     Choice("discard", tr("Discard edits"), discard, is_step=True)),
-                )
-            )  # fmt: skip
+            choices = (
+                Choice("stay", tr("Cancel"), self._clear, is_main=True),
+                Choice("discard", tr("Discard edits"), discard, is_step=True),
+            )
+            self._show_notice(Notice(Meaning.ATTENTION, tr("Settings not written: {count}.", count=count), choices))
             return
         self._clear()
         self._connector.choose(connection)
@@ -245,10 +242,10 @@ class FleetPage(Page):
         self.checks.profile = self.profile.profile
         self.checks.check(self.members.connections)
 
-    def _end_checks(self) -> None:
+    def _on_finished(self) -> None:
         members = tuple(self.checks.results.values())
         is_fine = not any(one.why for one in members)
-        self._say(Notice(Meaning.INFORMATION if is_fine else Meaning.ATTENTION, summary(members), dismiss=self._clear))
+        self._say(Meaning.INFORMATION if is_fine else Meaning.ATTENTION, summary(members))
 
     def _connect_all(self) -> None:
         self.members.connect_all(self._connector.ports.ports)
@@ -275,8 +272,8 @@ class FleetPage(Page):
         self._connector.ports.refresh()
 
     def _choose_profile(self) -> None:
-        folder = Path(self._services.preferences.recent_profiles[0]).parent if (
-            self._services.preferences.recent_profiles) else Path.home()  # fmt: skip
+        recent = self._services.preferences.recent_profiles
+        folder = Path(recent[0]).parent if recent else Path.home()
         path = self.ask_profile(self, folder)
         if path is not None:
             self.open_profile_file(path)
@@ -285,18 +282,17 @@ class FleetPage(Page):
         try:
             profile = read_profile(path)
         except ProfileRefused as refusal:
-            self._say(Notice(Meaning.ATTENTION, " ".join(refusal.sentences), dismiss=self._clear))
+            self._say(Meaning.ATTENTION, " ".join(refusal.sentences))
             return
         self._clear()
         self.profile.open(profile)
 
     def _show_profile(self) -> None:
-        if self.profile.applied and not self.profile.is_running:
-            applied = {str(number): one for number, one in enumerate(self.profile.applied.values())}
-            is_fine = all(one.state.is_fine for one in applied.values())
-            has_failed = any(one.state is Applied.FAILED for one in applied.values())
-            meaning = Meaning.GOOD if is_fine else Meaning.DANGER if has_failed else Meaning.ATTENTION
-            self._said = Notice(meaning, result_line(applied), dismiss=self._clear)
+        states = [one.state for one in self.profile.applied.values()]
+        if states and not self.profile.is_running:
+            has_failed, is_fine = Applied.FAILED in states, all(state.is_fine for state in states)
+            meaning = Meaning.DANGER if has_failed else Meaning.GOOD if is_fine else Meaning.ATTENTION
+            self._say(meaning, result_line(self.profile.applied.values()))
         self._timer.refresh_seen()
 
     def _choose_report(self) -> None:
@@ -309,26 +305,30 @@ class FleetPage(Page):
         try:
             check_set_target(path)
         except ReportRefused as refusal:
-            self._say(Notice(Meaning.ATTENTION, str(refusal), dismiss=self._clear))
+            self._say(Meaning.ATTENTION, str(refusal))
             return
         station = station_to_sign(self._services.storage.folder)
         self._report.run(
             lambda _running: write_set_reports(path, members, print_report, station),
-            lambda written: self._say(
-                Notice(Meaning.INFORMATION, tr("Written: {names}.", names=listed(one.name for one in written)),
-                       dismiss=self._clear)
-            ),
-            lambda error: self._say(
-                Notice(Meaning.DANGER, tr("The report cannot be written: {why}.", why=error), dismiss=self._clear)
-            ),
-        )  # fmt: skip
+            self._show_written,
+            self._show_unwritten,
+        )
 
-    def _say(self, notice: Notice | None) -> None:
+    def _show_written(self, written: tuple[Path, ...]) -> None:
+        self._say(Meaning.INFORMATION, tr("Written: {names}.", names=listed(one.name for one in written)))
+
+    def _show_unwritten(self, error: Exception) -> None:
+        self._say(Meaning.DANGER, tr("The report cannot be written: {why}.", why=reason_of(error)))
+
+    def _say(self, meaning: Meaning, text: str) -> None:
+        self._show_notice(Notice(meaning, text, dismiss=self._clear))
+
+    def _show_notice(self, notice: Notice | None) -> None:
         self._said = notice
         self._timer.refresh_seen()
 
     def _clear(self) -> None:
-        self._say(None)
+        self._show_notice(None)
 
     def on_escape(self) -> bool:
         if self.profile.profile is not None and not self.profile.is_running:

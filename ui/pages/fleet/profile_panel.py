@@ -1,4 +1,4 @@
-"""One profile beside every module: what differs, and what came of writing it."""
+"""One profile beside every module: differences, and the results of writing it."""
 
 from typing import Final
 
@@ -24,7 +24,6 @@ from ui.widgets.step_button import StepButton
 
 _ROW_PX: Final = 34
 _RESULT_MEANINGS: Final = {
-    Applied.WAITING: Meaning.UNKNOWN,
     Applied.WRITING: Meaning.INFORMATION,
     Applied.NOTHING_TO_DO: Meaning.GOOD,
     Applied.VERIFIED: Meaning.GOOD,
@@ -69,7 +68,7 @@ class ProfilePanel(QWidget):
         in_column(head, self.hint, (self.table, 1), of=self, spacing=Space.S, margins=(Space.M, Space.XS))
 
     def refresh(self) -> None:
-        """Only cells whose text is another are touched."""
+        """Update the cells whose text changed."""
         profile = self._group.profile
         if profile is None:
             return
