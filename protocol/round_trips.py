@@ -61,13 +61,12 @@ class RoundTrips:
         return self.quantile_s(0.5)
 
     def quantile_s(self, share: float) -> float | None:
-        """The quantile `share` (0 … 1) of the samples; None without samples."""
+        """The quantile `share` (0 ≤ share < 1) of the samples; None without samples."""
         if not self._samples:
             return None
         if self._ordered is None:
             self._ordered = sorted(self._samples)
-        ordered = self._ordered
-        return ordered[min(len(ordered) - 1, int(share * len(ordered)))]
+        return self._ordered[int(share * len(self._ordered))]
 
     def waits_s(self, timing: Timing) -> tuple[float, ...]:
         """How long to wait for the answer at each attempt of a question.

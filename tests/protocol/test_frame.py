@@ -99,7 +99,13 @@ def test_a_request_with_a_wrong_sum_is_refused_with_the_reason() -> None:
 
 @pytest.mark.parametrize(
     ("data", "is_empty"),
-    [(bytes(11), True), (b"\xff" * 11, True), (bytes(10) + b"\1", False), (b"\0\xff" * 5 + b"\0", False)],
+    [
+        (bytes(11), True),
+        (b"\xff" * 11, True),
+        (bytes(10) + b"\1", False),
+        (b"\1" + bytes(10), False),
+        (b"\0\xff" * 5 + b"\0", False),
+    ],
 )
 def test_an_unused_slot_is_all_00_or_all_ff(data: bytes, is_empty: bool) -> None:
     raw = encode_long(RECORD_CODE, b"\1" + data)

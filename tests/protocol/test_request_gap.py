@@ -101,6 +101,16 @@ def answer(gap: Gap, now: float, pause_s: float) -> float:
     return now + 1.0
 
 
+def test_nothing_is_learnt_from_questions_that_are_never_answered() -> None:
+    gap = Gap()
+    for now in range(10):
+        gap.hear_reply(now)
+        gap.sent(is_repeated=False, now=now + 0.001)
+        gap.sent(is_repeated=False, now=now + 0.3)
+        gap.answered()
+    assert gap.question_s == 0.0
+
+
 def test_the_pause_grows_where_quick_questions_are_lost_and_is_tried_shorter_with_care() -> None:
     gap, now = Gap(), 0.0
     seen = []

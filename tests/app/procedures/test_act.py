@@ -7,7 +7,7 @@ import pytest
 
 from app.engine.procedure import Cancelled, PortLost
 from app.engine.session import Run
-from app.procedures.act import LOOKS, SENTENCES, Armed, Performed, perform, rehearse
+from app.procedures.act import LOOKS, REPORTS_EVERY_S, SENTENCES, WATCH_S, Armed, Performed, perform, rehearse
 from app.procedures.ask_status import ask_status
 from app.procedures.read import read_everything
 from app.procedures.stream import StreamSwitch, watch
@@ -61,7 +61,9 @@ def test_a_boot_count_that_only_lets_late_answers_pass_tells_of_a_restart_too() 
 
 def test_a_module_that_reports_its_activation_late_is_not_said_to_be_still_locked() -> None:
     rig = Rig({"active_late_ms": 500})
+    began = rig.clock()
     done = do(rig, Act.ACTIVATE)
+    assert rig.clock() - began < 0.7, "it is asked often"
     assert rig.bench.module.state.is_active
     assert done.outcome is Outcome.CONFIRMED
     assert len(acts_sent(rig)) == 1
@@ -102,6 +104,13 @@ def test_what_came_of_it_is_known_at_once_on_a_good_line(act: Act) -> None:
     took_s = rig.clock() - begun
     # Before zeroing it has to lie still for two seconds; a second report of firing, and a silence, take their time.
     assert took_s < {Act.ZERO: 2.4, Act.DEPLOY: 1.5, Act.SHUTDOWN: 4.0}.get(act, 0.5), took_s
+
+
+def test_before_zeroing_reports_are_asked_for_at_a_steady_pace() -> None:
+    rig = Rig(READY[Act.ZERO])
+    do(rig, Act.ZERO)
+    reports = rig.line.requests.count(STATUS.query())
+    assert 0.9 < reports / (WATCH_S / REPORTS_EVERY_S) < 1.2, reports
 
 
 @pytest.mark.parametrize("act", READY)

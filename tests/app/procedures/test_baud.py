@@ -97,7 +97,9 @@ def test_a_module_that_does_not_tell_its_boot_count_is_found() -> None:
 )
 def test_a_module_that_does_not_change(ways: dict[str, Any], end: BaudEnd) -> None:
     rig, journal = Rig(ways), FakeJournal()
+    began = rig.clock()
     assert change(rig, 9600, journal).end is end
+    assert rig.clock() - began < 3.0, "the old rate is tried second"
     assert rig.line.baud_rate == 115200
     assert journal.outcomes == {0: Outcome.REFUSED}
 
