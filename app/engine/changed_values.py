@@ -9,11 +9,11 @@ _CHANGED_BY_ACTS: Mapping[Command, str] = MappingProxyType(
     {ACTIVATION: "active", BY_NAME["deploy"]: "triggered", BY_NAME["zero_sensor"]: "tilt_deg"}
 )
 ACKNOWLEDGED_KEYS = frozenset(command.key for command in SETTINGS) - {"baud_rate"} | {"active"}
-"""Values that an acknowledgement tells."""
+"""Values that an acknowledgement provides."""
 
 
 def key_changed_by(request: Request) -> str | None:
-    """The key of the value that this request changes if it is carried out; None where it changes none."""
+    """The key of the value that this request changes, or None."""
     command = request.command
     if request.is_repeatable:
         return None

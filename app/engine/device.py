@@ -1,13 +1,13 @@
-"""Everything known about one module: each value with its source, its time and why it is stale.
+"""Everything known about one module: each value with its source, its time and the reason why it is stale.
 
-A value appears here only because the module said it. What was never said is absent, which is shown as "unknown";
-a default of the vendor's table never stands in for it.
+Only the module's own frames provide values. A value that was never received is absent and shown as "unknown"; the
+defaults of the vendor's table are never used instead.
 
-    read          the module answered a question with it
-    acknowledged  the module confirmed a set (E2: received, which is not yet "stands")
-    streamed      it came unasked, in the stream
-    stale         any of these, but a restart, a lost link, an unconfirmed write or its age casts doubt on it
-    unknown       never said, or (E8) unreadable and lost at a restart
+    read          the answer to a question
+    acknowledged  the module acknowledged a set (E2: "received", not yet verified)
+    streamed      part of a streamed report
+    stale         any of these, in doubt after a restart, a lost link, an unconfirmed write or because of its age
+    unknown       never received, or (E8) unreadable and lost at a restart
 """
 
 from collections import deque
@@ -56,16 +56,16 @@ class StaleReason(Enum):
 STATUS_KEYS = ("tilt_deg", "acceleration_g", "triggered", "active")
 SLOW_KEYS = ("cell_voltage_v", "charging", "light_v")
 FRESH_FOR_S: Mapping[str, float] = MappingProxyType(dict.fromkeys(STATUS_KEYS, 1.0) | dict.fromkeys(SLOW_KEYS, 5.0))
-"""Seconds after which a live value is stale. Settings and the boot count change only by an act or a restart."""
+"""Seconds after which a live value is stale. Settings and the boot count change only with an act or a restart."""
 
 LONGEST_LAG_S = 1.0
-"""Where the line holds everything back for longer, no status is current."""
+"""Where frames are delayed for longer no status is current."""
 STREAM_PROVES_S = 1.5
-"""How long a status that came unasked proves that the serial output is on."""
+"""How long a streamed status proves that the serial output is on."""
 STREAM_LATE_PERIODS = 1.5
-"""A streamed status is stale when the next one is late by half a period of that stream."""
+"""A streamed status is stale when the next one is late by half a period."""
 STREAM_WINDOW_S = 3.0
-"""Over which the rate of the stream is counted: slow ones, down to one report a second, are streams too."""
+"""The window in which the rate of the stream is measured; the slowest streams send one report a second."""
 
 BOOTS = 256
 """The boot count wraps to 0 after 255."""
@@ -73,7 +73,7 @@ BOOTS = 256
 KEPT_STRAY_RECORDS = 100 * RECORDS_KEPT
 
 UNREADABLE = frozenset(command.key for command in SETTINGS if not command.reads_back) - {"baud_rate"}
-"""E8: once in doubt they cannot be read again, so a restart makes them unknown."""
+"""E8: settings that cannot be read, so a restart makes them unknown."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +85,7 @@ class Known:
     at: float
     stale_reason: StaleReason | None = None
     said_after: float = -inf
-    """The module said it after this moment, as far as that is proven."""
+    """The earliest time at which the module can have sent it."""
 
     @property
     def is_stale(self) -> bool:
@@ -103,7 +103,7 @@ class StatusSample(NamedTuple):
 
 
 class Sleep(NamedTuple):
-    """The computer slept and heard nothing. `ended_at`: monotonic seconds."""
+    """The computer slept. `ended_at`: monotonic seconds."""
 
     ended_at: float
     lasted_s: float
@@ -111,7 +111,7 @@ class Sleep(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class DeviceView:
-    """What was known at one moment; never changes, so any thread may keep it."""
+    """What was known at one moment; immutable, so any thread may keep it."""
 
     values: Mapping[str, Known] = field(default_factory=lambda: MappingProxyType({}))
     presence: Presence = Presence.UNKNOWN
@@ -121,17 +121,17 @@ class DeviceView:
     restarts: int = 0
     last_sleep: Sleep | None = None
     is_restart_suspected: bool = False
-    """A heartbeat came that may be a restart's; the next boot count tells."""
+    """A heartbeat may have been a restart's; the next boot count decides."""
     undecided: frozenset[str] = frozenset()
-    """What was known until a heartbeat came that may be a restart's, and counts as unknown until that is decided."""
+    """Keys of the values that are unknown until that is decided."""
     motion: MotionExtremes | None = None
-    """Of the last two seconds."""
+    """Of the last seconds."""
     stray_records: tuple[TriggerRecord, ...] = ()
-    """Came outside an answer, mostly after their query had been given up; oldest first."""
+    """Trigger records received outside an answer, mostly after their query was given up; oldest first."""
     unconfirmed: frozenset[str] = frozenset()
-    """Settings that cannot be read, of which a set was not confirmed."""
+    """Unreadable settings of which a set was not confirmed."""
     lag_s: float | None = None
-    """How long what the module says takes to come, as far as it is known."""
+    """How long frames from the module take to arrive; None while unknown."""
 
     @property
     def is_late(self) -> bool:
@@ -139,12 +139,12 @@ class DeviceView:
 
     @property
     def reported(self) -> tuple[Value | None, ...]:
-        """Triggered and active, as the module last said; None while unknown."""
+        """Triggered and active, as last reported; None while unknown."""
         known = (self.values.get(key) for key in ("triggered", "active"))
         return tuple(None if one is None else one.value for one in known)
 
     def known(self, key: str, now: float) -> Known | None:
-        """The value with the doubt that its age casts on it at `now`; None while unknown."""
+        """The value, stale if it is too old at `now`; None while unknown."""
         known = self.values.get(key)
         if known is None or known.stale_reason is not None:
             return known
@@ -156,8 +156,8 @@ class DeviceView:
         return known
 
     def fresh_for_s(self, key: str, how: How) -> float | None:
-        """Seconds after which the value is stale; None where it does not age. A stream is measured by its own rate: at
-        one report a second each may come a little later than after a second."""
+        """Seconds after which the value is stale; None where it does not age. A streamed value may be as old as the
+        rate of the stream requires."""
         limit_s = FRESH_FOR_S.get(key)
         if how is not How.STREAMED:
             return limit_s
@@ -168,18 +168,18 @@ class DeviceView:
         return limit_s
 
     def proven(self, key: str, now: float) -> Known | None:
-        """The part of the status that the module is proven to have said within the last second, else None."""
+        """The status value if it is proven that the module sent it within the last second, else None."""
         known = self.values.get(key)
         return known if known and not known.is_stale and now - known.said_after <= FRESH_FOR_S[key] else None
 
     def fresh(self, key: str, now: float) -> Value | None:
-        """The value where it is known and nothing casts doubt on it, else None."""
+        """The value if it is known and not stale, else None."""
         known = self.known(key, now)
         return None if known is None or known.is_stale else known.value
 
 
 class Device:
-    """Learns from the link's events. One object for one module on one port."""
+    """Collects values from the link's events; one object for each module and port."""
 
     def __init__(self, baud_rate: int | None = None, lag: Lag | None = None) -> None:
         self._baud_rate = baud_rate
@@ -189,21 +189,21 @@ class Device:
         self._presence_since: float | None = None
         self._streamed_at: deque[float] = deque(maxlen=8192)
         self._latest: Received | None = None
-        """The last status frame while it is not yet among the values: at line rate each is soon followed by another."""
+        """The last status frame, not yet among the values: at line rate the next one follows soon."""
         self._restarts = 0
         self._restarts_not_read = 0
-        """Those since the boot count was last read: it grows by them, and that is no further restart."""
+        """Restarts since the boot count was last read: it grows by these without a further restart."""
         self._last_sleep: Sleep | None = None
         self._is_restart_suspected = False
         self._suspected: dict[str, Known] = {}
-        """What counts as unknown until that is decided."""
+        """Values that are unknown until that is decided."""
         self._unconfirmed: set[str] = set()
         self._samples: list[StatusSample] = []
         self._stray_records: deque[TriggerRecord] = deque(maxlen=KEPT_STRAY_RECORDS)
         self._motion = MotionWatch()
 
     def use_rate(self, baud_rate: int) -> None:
-        """The port now runs at this rate: what the next frame proves."""
+        """Set the port's rate; the next frame proves that it is the module's."""
         self._baud_rate = baud_rate
 
     def apply(self, event: Event) -> None:
@@ -230,7 +230,7 @@ class Device:
                 pass
 
     def mark_all_stale(self, stale_reason: StaleReason) -> None:
-        """Nothing that was known is certain any more (port lost, module offline)."""
+        """Mark all values as stale (port lost, module offline)."""
         self._settle()
         self._values = {
             key: known if known.is_stale else replace(known, stale_reason=stale_reason)
@@ -241,11 +241,11 @@ class Device:
         self._forget_suspicion()
 
     def note_sleep(self, slept_s: float, at: float) -> None:
-        """Remember it for the view; `apply` takes what follows from it."""
+        """Keep the sleep for the view; its consequences come as events."""
         self._last_sleep = Sleep(at, slept_s)
 
     def take_samples(self) -> list[StatusSample]:
-        """The status reports since the last call, oldest first; none is ever left out."""
+        """Return all status reports since the last call, oldest first."""
         samples, self._samples = self._samples, []
         return samples
 
@@ -274,7 +274,7 @@ class Device:
         )
 
     def is_streaming(self, now: float) -> bool:
-        """Status reports came unasked, the last within 1.5 s."""
+        """Whether status reports came unasked, the last one within 1.5 s."""
         return len(self._streamed_at) > 1 and now - self._streamed_at[-1] < STREAM_PROVES_S
 
     def value(self, key: str) -> Known | None:
@@ -288,9 +288,9 @@ class Device:
         message = event.message
         if isinstance(message, Heartbeat) and event.role in (Role.UNASKED, Role.LATE, Role.DOUBLED):
             self._suspect_restart()
-            self._is_restart_suspected |= event.role is not Role.UNASKED  # of that one the link itself decides soon
+            self._is_restart_suspected |= event.role is not Role.UNASKED  # the link decides about that one
         if isinstance(message, Reading) and event.role is Role.ANSWER and message.command.key == "boot_count":
-            self._take_reading(message, event.at)  # nobody else hears of one that only let late answers pass
+            self._take_reading(message, event.at)  # also the answer to a fence, of which there is no `Answered`
         if isinstance(message, TriggerRecord) and event.role in (Role.LATE, Role.UNASKED):
             self._stray_records.append(message)
         if not isinstance(message, Status) or event.role in (Role.LATE, Role.ECHO):
@@ -304,7 +304,7 @@ class Device:
         self._latest = event
 
     def _settle(self) -> None:
-        """Put the last status frame among the values."""
+        """Take over the last status frame into the values."""
         event, self._latest = self._latest, None
         if event is None or not isinstance(event.message, Status):
             return
@@ -341,7 +341,7 @@ class Device:
             return
         key = key_changed_by(acknowledgement.request)
         if key in STATUS_KEYS and key != "active":
-            self._doubt_write(acknowledgement.request)  # what was reported before is over; the next report tells
+            self._doubt_write(acknowledgement.request)  # the old value is over; the next report has the new one
             return
         if key is None or command.write is None:
             return
@@ -367,8 +367,8 @@ class Device:
             self._values[key] = replace(known, stale_reason=StaleReason.WRITE_UNCONFIRMED)
 
     def _suspect_restart(self) -> None:
-        """A heartbeat that was not waited for may be one of a restart's two; where the link cannot tell it from a late
-        or second answer, only the boot count can. Until then what a restart loses for good is unknown."""
+        """An unexpected heartbeat may be one of a restart's two, or a late or doubled answer; only the boot count can
+        tell. Until then the values that a restart would lose are unknown."""
         self._settle()
         for key in UNREADABLE:
             known = self._values.get(key)

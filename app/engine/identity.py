@@ -1,13 +1,13 @@
 """Checks whether the module on a port is the expected one. A module has no serial number.
 
-First the adapter tells (by USB, or the very same device file), then what was last read of the module: the boot count
-never falls, and the settings are the same. Until both agree, or a person decides, it may be another module: it is
-asked questions and nothing else.
+The adapter must be the same (by USB, or the same device file), and the readings must match the last ones of the
+module: the boot count never falls, and the settings are the same. Until both match, or a person decides, it may be
+another module, and only questions are sent.
 
-    PROVEN     it is that module, or nobody means a particular one
+    PROVEN     it is that module, or none in particular is expected
     OPEN       its boot count and settings are still being read
-    UNCERTAIN  they agree but the adapter may be another one, or they cannot be read: a person has to decide
-    ANOTHER    they do not agree: a person has to decide
+    UNCERTAIN  they match but the adapter may be another one, or they cannot be read: a person has to decide
+    ANOTHER    they do not match: a person has to decide
 """
 
 from collections.abc import Mapping
@@ -22,9 +22,9 @@ from protocol.link_states import Presence
 from protocol.messages import Reading
 
 READ_WITHIN_S = 3.0
-"""From the first answer: by then boot count and settings are read, or a person is asked."""
+"""From the first answer; a person is asked if boot count and settings were not read by then."""
 WENT_BACK = 128
-"""Of 256: a boot count that grew by more has more likely gone back."""
+"""Of 256: a boot count that grew by this much more likely fell."""
 
 
 class Trust(Enum):
@@ -36,7 +36,7 @@ class Trust(Enum):
 
 @dataclass(frozen=True, slots=True)
 class IdentityEvidence:
-    """What was read of a module. `settings`: by key, in the field's unit; what was not read is absent."""
+    """What was read from a module. `settings`: by key, in the field's unit, without unread ones."""
 
     boot_count: int | None = None
     settings: Mapping[str, Value] = field(default_factory=dict)
@@ -48,7 +48,7 @@ class IdentityEvidence:
 
 @dataclass(frozen=True, slots=True)
 class Expected:
-    """What is known of the module that is meant before its port is opened."""
+    """What is known about the expected module before its port is opened."""
 
     evidence: IdentityEvidence
     is_adapter_same: bool = True
@@ -56,7 +56,7 @@ class Expected:
 
 @dataclass(frozen=True, slots=True)
 class Identity:
-    """`before`: what was last read of the module that is meant, None where none is; `now`: of the one that answers."""
+    """`before`: what was last read from the expected module, None without one; `now`: from the one that answers."""
 
     trust: Trust = Trust.PROVEN
     before: IdentityEvidence | None = None
@@ -72,7 +72,7 @@ class Identity:
         return self.trust in (Trust.UNCERTAIN, Trust.ANOTHER)
 
     def is_as_seen(self, seen: "Identity") -> bool:
-        """Whether what a person decided about still stands: at most readings that agree have been added."""
+        """Whether a person's decision about `seen` still holds: only matching readings were added."""
         is_kept = seen.now.settings.items() <= self.now.settings.items()
         is_kept &= seen.now.boot_count in (None, self.now.boot_count)
         against, seen_against = ((one.is_boot_count_lower, one.changed) for one in (self, seen))
@@ -91,12 +91,12 @@ NOBODY_MEANT = Identity()
 
 
 def went_back(before: int | None, now: int | None) -> bool:
-    """Whether the boot count fell, which that of one module never does; 0 follows 255."""
+    """Whether the boot count fell, which proves another module; 0 follows 255."""
     return before is not None and now is not None and (now - before) % BOOTS >= WENT_BACK
 
 
 def evidence_of(values: Mapping[str, Known], *, is_fresh: bool) -> IdentityEvidence:
-    """Of what a device knows. `is_fresh`: only what is in no doubt; else also what was read before a loss."""
+    """The evidence in a device's values. `is_fresh`: only values that are not stale."""
 
     def value_of(key: str) -> Value | None:
         known = values.get(key)
@@ -112,7 +112,7 @@ def evidence_of(values: Mapping[str, Known], *, is_fresh: bool) -> IdentityEvide
 
 
 def as_logged(seen: IdentityEvidence) -> dict[str, object]:
-    """For the audit log, beside what was done: on which start of the module, and with which settings."""
+    """For the audit log: the module's boot count and settings."""
     return {"boot_count": seen.boot_count, "settings": dict(seen.settings)}
 
 
@@ -121,14 +121,14 @@ def is_another(before: IdentityEvidence, now: IdentityEvidence) -> bool:
 
 
 def is_same(before: IdentityEvidence, now: IdentityEvidence) -> bool:
-    """Boot count and all settings that were read before are read again, and none speaks against it."""
+    """Whether the boot count and all settings of `before` were read again, and match."""
     has_count = now.boot_count is not None and before.boot_count is not None
     has_settings = bool(before.settings) and before.settings.keys() <= now.settings.keys()
     return has_count and has_settings and not is_another(before, now)
 
 
 class IdentityCheck:
-    """The state of one open port; belongs to the session's thread."""
+    """The identity check of one open port, in the session's thread."""
 
     def __init__(self, expected: Expected | None = None) -> None:
         self._expected = expected
@@ -146,12 +146,12 @@ class IdentityCheck:
         return self._identity.is_proven
 
     def vouch(self, seen: Identity | None = None) -> None:
-        """A person says so, of the module of which this was `seen`; it counts only while that is so."""
+        """Accept the module because a person confirmed it, unless it differs from what the person had `seen`."""
         if seen is None or self._identity.is_as_seen(seen):
             self._expected, self._identity = None, Identity()
 
     def on_device(self, device: Device, now: float) -> None:
-        """Judge what is known now."""
+        """Judge the values known now."""
         expected = self._expected
         if expected is None:
             return
@@ -173,8 +173,8 @@ class IdentityCheck:
             self._identity = Identity(trust, before, found, is_adapter_same=expected.is_adapter_same)
 
     def on_event(self, event: Event, device: Device, now: float) -> None:
-        """Before the device takes it in: a boot count that went back on the open port is another module's."""
-        # By its frame, as the device takes it: of a boot count that only let late answers pass there is no `Answered`.
+        """Call before the device takes the event in: a boot count that fell on the open port is another module's."""
+        # The frame, not `Answered`, which does not exist for the answer to a fence.
         if self._expected is not None or not isinstance(event, Received) or event.role is not Role.ANSWER:
             return
         message = event.message

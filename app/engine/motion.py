@@ -7,7 +7,7 @@ from protocol.messages import Status
 
 WATCHED_FOR_S: Final = 2.5
 _SLOT_S: Final = 0.1
-"""Reports may come 1,440 times a second: the lowest and highest of each slot are kept."""
+"""Only the extremes of each slot are kept, as up to 1,440 reports a second may come."""
 
 
 class MotionExtremes(NamedTuple):
@@ -25,7 +25,7 @@ class MotionExtremes(NamedTuple):
         return self.tilt_high_deg - self.tilt_low_deg
 
     def joined(self, other: "MotionExtremes") -> "MotionExtremes":
-        """Both as one."""
+        """The extremes of both."""
         return MotionExtremes(
             min(self.since, other.since),
             max(self.until, other.until),
@@ -37,7 +37,7 @@ class MotionExtremes(NamedTuple):
 
 
 class MotionWatch:
-    """Fed with every status report."""
+    """Collects the extremes of the last status reports."""
 
     def __init__(self) -> None:
         self._slots: deque[MotionExtremes] = deque()
@@ -54,7 +54,7 @@ class MotionWatch:
             self._slots.append(report)
 
     def view(self, now: float) -> MotionExtremes | None:
-        """Over the last `WATCHED_FOR_S`, and the slot in which they began; None without a report in them."""
+        """The extremes of the last `WATCHED_FOR_S` seconds, from the start of a slot; None without a report."""
         slots = self._slots
         while slots and now - slots[0].until > WATCHED_FOR_S:
             slots.popleft()

@@ -1,7 +1,7 @@
-"""Guards ports that play a capture: they answer queries; nothing is written to them or judged from them.
+"""Guards ports that play a capture: they answer questions, but there is no module to change or to check.
 
-The session refuses every request that is no question. Procedures that change a module or judge it begin with
-`require_module`: they refuse before anything is asked, written down or judged.
+The session refuses every request that is not a question. Procedures that change or check a module begin with
+`require_module`.
 """
 
 from typing import Protocol
@@ -12,11 +12,11 @@ from protocol.catalogue import SERIAL_OUTPUT, Request
 from protocol.events import Unanswered
 
 SCHEME = "capture://"
-"""Of the URL of a port on which a capture is played; `app.captures.player` reads the rest of it."""
+"""The URL scheme of a port that plays a capture; `app.captures.player` reads the rest of the URL."""
 
 
 class OnlyPlayedBack(Exception):
-    """Something was asked of a module, and a capture is played in its place."""
+    """A capture is played, and the request needs a module."""
 
     def __init__(self) -> None:
         super().__init__("a capture is played; there is no module")
@@ -38,8 +38,8 @@ class _Run(Protocol):
 
 
 def refuse_change(run: _Run, request: Request, now: float, *, is_playback: bool = True) -> None:
-    """What the session does with a request that is no question, where a capture is played or it may be another module:
-    it is never sent. Whoever wants the stream goes on by polling."""
+    """Refuse a request that is not a question, during playback or with a module of unproven identity. A procedure that
+    wanted the stream continues by polling."""
     if request.command is SERIAL_OUTPUT or not is_playback:
         run.resume(Unanswered(request, 0, 0.0, now), now)
     else:
@@ -47,7 +47,7 @@ def refuse_change(run: _Run, request: Request, now: float, *, is_playback: bool 
 
 
 def require_module() -> Procedure[None]:
-    """Raises `OnlyPlayedBack` where a capture is played."""
+    """Raise `OnlyPlayedBack` during playback."""
     sight: EngineView = yield Inspect()
     if sight.is_playback:
         raise OnlyPlayedBack

@@ -1,8 +1,7 @@
 """Lists the serial ports.
 
-Listing can take ten seconds where Bluetooth ports are asked one by one, with every Python thread stopped meanwhile.
-So it never runs in the window's thread: on Linux, where it only reads files, in a thread; elsewhere in a process of
-its own. Either way it gets a deadline.
+Listing can take ten seconds where Bluetooth ports are queried one by one, and blocks every Python thread meanwhile. So
+it runs in a thread on Linux, where it only reads files, and in a separate process elsewhere; both have a deadline.
 """
 
 import json
@@ -20,7 +19,7 @@ from protocol.translatable import marked
 
 @dataclass(frozen=True, slots=True)
 class PortInfo:
-    """One serial port as the system describes it; "" and None where it does not say."""
+    """A serial port as the system describes it; "" or None where something is unknown."""
 
     device: str
     description: str = ""
@@ -35,9 +34,9 @@ class PortInfo:
 
     @property
     def identity(self) -> str:
-        """Names the adapter, not the port: equal when the same adapter comes back under another device name.
+        """Identifies the adapter, whatever its device name.
 
-        USB serial number where there is one, else vendor, product and socket; "" for what is not on USB.
+        The USB serial number if there is one, else vendor, product and socket; "" for ports that are not on USB.
         """
         if self.vid is None or self.pid is None:
             return ""
@@ -59,7 +58,7 @@ NOT_LISTED = marked("The system did not list its serial ports. Switch Bluetooth 
 
 
 def scan() -> list[PortInfo]:
-    """Ask the system now, in this thread. May take ten seconds; raises `PortsUnknown` whatever fails in it."""
+    """List the ports in this thread, which may take ten seconds; raise `PortsUnknown` for any failure."""
     try:
         # Its import fails where a library of the system is missing.
         from serial.tools import list_ports as pyserial_ports
@@ -82,17 +81,17 @@ def scan() -> list[PortInfo]:
 
 
 def _text(value: str | None) -> str:
-    """What an adapter says of itself may be anything."""
+    """An adapter may describe itself with any characters."""
     return "" if value is None or value == "n/a" else visible(value)
 
 
 def list_ports(deadline_s: float = 3.0) -> list[PortInfo]:
-    """The ports, USB first; raises `PortsUnknown` after `deadline_s`. Blocks: not for the window's thread."""
+    """List the ports, USB first; raise `PortsUnknown` after `deadline_s`. Blocks: not for the window's thread."""
     return _scan_in_thread(deadline_s) if sys.platform.startswith("linux") else _scan_in_process(deadline_s)
 
 
 _scanning = threading.Lock()
-"""Held by the thread that scans: beside a list that takes long no second one is begun, and a third."""
+"""Held by the thread that scans, so that only one runs."""
 
 
 def _scan_in_thread(deadline_s: float) -> list[PortInfo]:
@@ -120,14 +119,14 @@ def _scan_in_thread(deadline_s: float) -> list[PortInfo]:
 
 def _scan_in_process(deadline_s: float) -> list[PortInfo]:
     try:
-        # Our own program, fixed words: the listing runs where it cannot stop the window.
+        # Our own program with constant arguments.
         listing = subprocess.run(  # noqa: S603
             [*_own_program(), "ports", "--json", "--list-here"],
             capture_output=True,
             timeout=deadline_s,
             check=True,
             stdin=subprocess.DEVNULL,
-            creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),  # Windows alone has it, and would show a console
+            creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),  # on Windows: opens no console
         )
     except (subprocess.SubprocessError, OSError) as error:
         raise PortsUnknown from error
@@ -135,7 +134,7 @@ def _scan_in_process(deadline_s: float) -> list[PortInfo]:
 
 
 def _own_program() -> list[str]:
-    """What starts this program again, with an output. Of a bundle's two programs on Windows only `dps-s` has one."""
+    """The command of this program. Of a bundle's two programs on Windows only `dps-s` has a standard output."""
     if not getattr(sys, "frozen", False):
         return [sys.executable, "-m", "app"]
     program = Path(sys.executable)

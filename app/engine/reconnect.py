@@ -1,20 +1,20 @@
 """Reconnection policy after a lost port: when and where. No clock, thread or port.
 
-- Only a port that was open and went away is opened again, and only while somebody wants it.
-- Only the same adapter: by USB serial number, else by vendor, product and socket. Where several ports show the same
-  (two adapters of one clone maker, two ports of one adapter) the socket and the interface must be the same too; also
-  when only one of them is left, which may be the other.
-- Never the bare name: another adapter may have it by now. Without an identity only an address that cannot pass to
-  another adapter is tried again: a URL, or a link that somebody made, as long as no adapter has come behind it.
-- It looks twice a second at first, then once: an adapter that returns is open again within two seconds.
-- Nothing is sent again. What was under way has ended with the port's error; the new session reads everything again.
-- A port with a name alone is that of the same adapter only while the name leads to the very same device file; else the
-  module behind it counts as another one until a person decides (`app.engine.identity`).
-- Which adapter it is, is looked up while the port is open: then nobody else can have its name. Where it is another than
-  the one that was meant (the list was older than the name), it is closed at once, and what it said was nobody's.
+- Only a port that was open and was lost is opened again, until the user disconnects.
+- Only the same adapter: by USB serial number, else by vendor, product and socket. Where several ports have the same
+  identity (two adapters of a clone maker, two ports of one adapter) the socket and the interface must match too, even
+  when only one of them is left.
+- Never by name alone: another adapter may have the name by now. Without an identity only an address that cannot belong
+  to another adapter is opened again: a URL, or a symbolic link, unless it leads to an adapter with an identity.
+- The ports are listed twice a second at first, then once: a returning adapter is opened within two seconds.
+- Nothing is sent again: the procedures ended with the port's error, and the new session reads everything.
+- A port known by name alone is the same only while the name leads to the same device file; else the module counts as
+  another one until a person decides (`app.engine.identity`).
+- The adapter is identified while the port is open, as no other adapter can have its name then. If it is another than
+  expected (the list of ports was out of date), the port is closed at once and everything received is discarded.
 
-The owner calls `take` for each connection it hears of, lists the ports when `is_due`, hands them to `look` if nothing
-became of the connection meanwhile, and opens what that returns, or closes the port where it `is_mistaken`.
+The owner calls `feed` for each change of the connection, lists the ports when `is_due`, passes them to `poll` unless
+the connection changed meanwhile, and opens the address that `poll` returns, or closes the port if `is_mistaken`.
 """
 
 import os
@@ -28,18 +28,18 @@ from app.engine.worker import Connection, PortState
 from protocol.translatable import marked
 
 EAGER_S = 0.5
-"""Between two looks at first; the list itself takes some 10 ms on Linux."""
+"""The first interval between two lists of ports; listing takes about 10 ms on Linux."""
 EAGER_FOR_S = 30.0
 PATIENT_S = 1.0
 RETURN_LIMIT_S = 2.0
-"""From the adapter's return to the open port: one look, one list, one opening."""
+"""From the adapter's return to the open port: one interval, one list, one opening."""
 LOSSES = frozenset({PortTrouble.LOST, PortTrouble.STUCK})
 """Troubles of a port that was open."""
 
 
 @dataclass(frozen=True, slots=True)
 class Address:
-    """Where the module was. `identity` and `location` as in `PortInfo`, empty where there are none."""
+    """Where the module is connected. `identity` and `location` as in `PortInfo`, or empty."""
 
     device: str
     identity: str = ""
@@ -61,7 +61,7 @@ class Absence(Enum):
 
     @property
     def is_waiting(self) -> bool:
-        """It is opened by itself as soon as that is over."""
+        """Whether it is opened automatically once that is over."""
         return self is not Absence.NAME_ONLY
 
 
@@ -69,24 +69,24 @@ Node = tuple[int, int, int]
 
 
 def node_of(device: str) -> Node | None:
-    """Which device file it is, whatever its name: another terminal may have the name by now."""
+    """Identifies the device file, because another terminal may have its name later."""
     try:
         found = os.stat(device)  # noqa: PTH116  the one call
     except (OSError, ValueError):
         return None
-    return found.st_dev, found.st_ino, getattr(found, "st_rdev", 0)  # Windows has none
+    return found.st_dev, found.st_ino, getattr(found, "st_rdev", 0)  # not on Windows
 
 
 def _behind(device: str) -> str:
-    """The device that a link leads to."""
+    """The device to which a symbolic link leads."""
     try:
         return os.path.realpath(device)
-    except OSError:  # it was taken away at this very moment
+    except OSError:  # it was removed meanwhile
         return device
 
 
 def address_of(device: str, ports: Iterable[PortInfo]) -> Address:
-    """The address of `device` (a name, a link or a URL) with its identity, where it is among `ports`."""
+    """The address of `device` (a name, a link or a URL), with its identity if it is among `ports`."""
     if "://" in device:
         return Address(device)
     target = _behind(device)
@@ -97,7 +97,7 @@ def address_of(device: str, ports: Iterable[PortInfo]) -> Address:
 
 
 class Reconnection:
-    """See the module's docstring. One object for as long as the program runs; one thread calls it."""
+    """See the module's docstring. One object for the program's lifetime, used by one thread."""
 
     def __init__(
         self, *, is_link: Callable[[str], bool] = os.path.islink, node: Callable[[str], Node | None] = node_of
@@ -105,33 +105,33 @@ class Reconnection:
         self._is_link = is_link
         self._node_of = node
         self._node: Node | None = None
-        """Of the port that was open last."""
+        """The device file of the port that was open last."""
         self._address: Address | None = None
         self._lasts = False
         self._lost_at: float | None = None
         self._next_at = 0.0
         self._is_open = False
         self._is_recognised = False
-        """It was looked up which adapter is open."""
+        """The adapter of the open port was identified."""
         self._is_return = False
-        """What is open was lost before."""
+        """The open port was lost before."""
         self.is_mistaken = False
-        """The open port is not that of the adapter that was meant; true from the look that told so to its closing."""
+        """The open port belongs to another adapter than expected and has to be closed."""
         self._has_twin = False
-        """Another port has shown the same identity."""
+        """Another port had the same identity."""
         self._absence = Absence.AWAY
         self._taken: Connection | None = None
         self.returns = 0
-        """How often a lost port was opened again."""
+        """The number of lost ports that were opened again."""
 
     @property
     def is_waiting(self) -> bool:
-        """The port was lost and is opened again when it comes back."""
+        """Whether the port was lost and will be opened again."""
         return self._lost_at is not None
 
     @property
     def needs_ports(self) -> bool:
-        """`look` wants the list of ports; a URL needs none."""
+        """Whether `poll` needs the list of ports: not for a URL."""
         return self._address is not None and not self._address.is_url
 
     @property
@@ -140,24 +140,24 @@ class Reconnection:
 
     @property
     def absence(self) -> Absence | None:
-        """Why it is not open again yet; None while nothing is lost."""
+        """Why the lost port is not open again yet; None while none is lost."""
         return self._absence if self.is_waiting else None
 
     @property
     def address(self) -> Address | None:
-        """Where the module is wanted; None where nothing is."""
+        """The address to keep open, if any."""
         return self._address
 
     @property
     def is_adapter_same(self) -> bool:
-        """What would be opened now surely belongs to the adapter that was lost."""
+        """Whether the address certainly belongs to the adapter that was lost."""
         address = self._address
         if address is None or address.identity or address.is_url:
             return address is not None
         return self._node is not None and self._node_of(address.device) == self._node
 
     def want(self, address: Address) -> None:
-        """Somebody connects to it. Call it before the port is opened: a link must be looked at while it is there."""
+        """The user connects. To be called before the port is opened, while a symbolic link exists."""
         self._address = address
         self._lasts = address.is_url or (not address.identity and self._is_link(address.device))
         self._lost_at = None
@@ -165,13 +165,13 @@ class Reconnection:
         self._taken = None
 
     def give_up(self) -> None:
-        """Somebody disconnects."""
+        """The user disconnects."""
         self._address = None
         self._lost_at = None
         self._is_open = self.is_mistaken = False
 
     def feed(self, connection: Connection, now: float) -> None:
-        """What became of the port. The same again changes nothing."""
+        """Take in the state of the connection; the same state again changes nothing."""
         if self._address is None or connection == self._taken:
             return
         self._taken = connection
@@ -189,13 +189,13 @@ class Reconnection:
                 self._take_trouble(connection.trouble.trouble, now)
 
     def is_due(self, now: float) -> bool:
-        """Whether to list the ports now, and hand them to `look`."""
+        """Whether to list the ports now and pass them to `poll`."""
         if self._is_open:
             return not self._is_recognised
         return self.is_waiting and self._absence.is_waiting and now >= self._next_at
 
     def poll(self, ports: Iterable[PortInfo], now: float) -> Address | None:
-        """What to open now, None for nothing. `absence` says why not."""
+        """Return the address to open now, or None; `absence` says why."""
         address, lost_at = self._address, self._lost_at
         if self._is_open and address is not None:
             self._recognise(address, tuple(ports), now)
@@ -217,7 +217,7 @@ class Reconnection:
         return None
 
     def opening(self, address: Address) -> None:
-        """`address`, from `look`, is being opened: from now on it is where the module is."""
+        """`address`, from `poll`, is being opened."""
         self._address = address
 
     def _recognise(self, address: Address, listed: tuple[PortInfo, ...], now: float) -> None:

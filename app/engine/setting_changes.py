@@ -19,7 +19,7 @@ class ChangedSetting(NamedTuple):
 
 
 def changed_settings(before: Mapping[str, Value], after: Mapping[str, Value]) -> tuple[ChangedSetting, ...]:
-    """What differs, in the order of the catalogue; a key that is missing on one side is not compared."""
+    """The differences, in the order of the catalogue; a key missing on one side is not compared."""
     return tuple(
         ChangedSetting(command, before[command.key], after[command.key])
         for command in READABLE_SETTINGS

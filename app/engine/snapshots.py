@@ -13,7 +13,7 @@ AS_FOUND = marked("as found, before the first change")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Snapshot:
-    """`settings`: by key, in the field's unit; what was not known is absent. `reason` is English, translatable."""
+    """`settings`: by key, in the field's unit, without unknown ones. `reason`: English, translatable."""
 
     settings: Mapping[str, Value]
     boot_count: int | None = None
@@ -21,7 +21,7 @@ class Snapshot:
 
 
 def snapshot_of(device: DeviceView, now: float, *, reason: str = AS_FOUND) -> Snapshot:
-    """What is known about the settings at `now` and in no doubt; not the serial output, which the program itself
+    """The settings that are known and not stale at `now`, except the serial output, which the program itself
     switches."""
     settings = {
         command.key: value
@@ -33,7 +33,7 @@ def snapshot_of(device: DeviceView, now: float, *, reason: str = AS_FOUND) -> Sn
 
 
 def restorable(settings: Mapping[str, object]) -> dict[str, Value]:
-    """Those of `settings` (from a file) that are settings with a value that their byte can carry."""
+    """The valid ones of `settings` (from a file)."""
     found: dict[str, Value] = {}
     for command in SETTINGS:
         value = settings.get(command.key)

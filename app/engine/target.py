@@ -7,18 +7,18 @@ from app.engine.playback import is_playback
 
 @dataclass(frozen=True, slots=True)
 class Target:
-    """A port to connect to. `baud_rate` is where to begin; `finds_rate` goes through all rates if need be."""
+    """A port to connect to. `baud_rate` is tried first; with `finds_rate` all others if necessary."""
 
     device: str
     baud_rate: int
     identity: str = ""
-    """Tells the adapter from every other; empty where there is none to tell (a URL, a pseudo-terminal)."""
+    """Identifies the adapter; empty where there is none (a URL, a pseudo-terminal)."""
     title: str = ""
     finds_rate: bool = False
 
     @property
     def key(self) -> str:
-        """The adapter where it is known, else the port: the same for as long as it may be the same module."""
+        """The adapter where it is known, else the port."""
         return self.identity or self.device
 
     @property
@@ -27,5 +27,5 @@ class Target:
 
     @property
     def is_recording(self) -> bool:
-        """A capture that is played."""
+        """Whether it plays a capture."""
         return is_playback(self.device)

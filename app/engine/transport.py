@@ -1,17 +1,17 @@
 """The serial port: wraps pyserial and converts its exceptions to `PortError`.
 
-One thread opens, reads, writes and closes (pyserial fails in many ways otherwise). For one pulled cable pyserial
-raises SerialException, plain OSError, termios.error (no OSError) or TypeError, depending on where it is caught; all
-of them are `PortTrouble.LOST` here.
+One thread opens, reads, writes and closes (pyserial fails in many ways otherwise). For an unplugged adapter pyserial
+raises SerialException, OSError, termios.error (not an OSError) or TypeError, depending on the call; all of them are
+`PortTrouble.LOST` here.
 
     PortError
      ├─ MISSING      no such port: unplugged, or another name
-     ├─ BUSY         another program has it
+     ├─ BUSY         another program has it open
      ├─ NOT_ALLOWED  this user may not open it
-     ├─ UNUSABLE     the name is no port, or the driver refuses the settings
+     ├─ UNUSABLE     not a port, or the driver refuses the settings
      ├─ UNSUPPORTED  a kind of address, or an option in it, that this program does not open
-     ├─ LOST         it was open and went away
-     └─ STUCK        it takes no bytes
+     ├─ LOST         it was open and disappeared
+     └─ STUCK        it accepts no bytes
 """
 
 import errno
@@ -38,9 +38,9 @@ else:
     _DRIVER_ERRORS = (OSError, ValueError, TypeError, AttributeError, termios.error)
 
 READ_SLICE_S = 0.01
-"""Longest time that a read blocks where it cannot be told for how long: pyserial's time-out."""
+"""pyserial's time-out of a read, where the wait cannot be given for each read."""
 WRITE_LIMIT_S = 0.3
-"""Longest time that a write blocks: closing waits for it, and must take half a second at most."""
+"""pyserial's time-out of a write. Closing waits for it, and must take half a second at most."""
 READ_CHUNK = 65536
 _NOTHING_CAME = re.compile(r"GetOverlappedResult failed .*, (?:1460|109)\)")
 """pyserial's text for ERROR_TIMEOUT and ERROR_BROKEN_PIPE. Under Wine a read during which nothing came ends with
@@ -75,7 +75,7 @@ class Holder:
 
 
 class PortError(Exception):
-    """The port could not be had, or was lost. `detail` is the driver's own text, for the log."""
+    """The port could not be opened, or was lost. `detail` is the driver's text, for the log."""
 
     def __init__(self, trouble: PortTrouble, port: str, detail: str, holder: Holder | None = None) -> None:
         super().__init__(f"{port}: {trouble.value}: {detail}")
@@ -86,7 +86,7 @@ class PortError(Exception):
 
 
 class Line(Protocol):
-    """What a session needs of a port; a test's fake gives the same."""
+    """The part of a port that a session needs."""
 
     @property
     def baud_rate(self) -> int: ...
@@ -101,8 +101,8 @@ class Line(Protocol):
 
 
 def holder_of(port: str, proc: Path = Path("/proc")) -> Holder | None:
-    """Who else has this device, where that is certain: of the other programs that have this very device open, as far as
-    this user may see, the only one, or the one that has locked it. Only on Linux."""
+    """The other program that has this device open, if it is certain: the only one that this user can see, or the one
+    that has locked it. Linux only."""
     if not sys.platform.startswith("linux"):
         return None
     try:
@@ -112,13 +112,13 @@ def holder_of(port: str, proc: Path = Path("/proc")) -> Holder | None:
     holders: dict[int, Holder] = {}
     for link in proc.glob("[0-9]*/fd/*"):
         process = link.parents[1]
-        with suppress(OSError, ValueError):  # it has ended meanwhile, or is none of this user's business
-            # The name alone may be another device's, in another namespace.
+        with suppress(OSError, ValueError):  # it has ended meanwhile, or is another user's
+            # In another namespace the name may be another device's.
             if int(process.name) == os.getpid() or not os.path.samestat(link.stat(), device):
                 continue
             started = _started(process)
             name = (process / "comm").read_text(errors="replace", encoding="utf-8").strip()
-            # Unless it is the same process from the beginning to the end, the number has gone to another one.
+            # Otherwise the process ended meanwhile, and another one has its number.
             if os.path.samestat(link.stat(), device) and _started(process) == started:
                 holders[int(process.name)] = Holder(name, int(process.name))
     locking = _locking(device, proc) & holders.keys() if len(holders) > 1 else holders.keys()
@@ -126,7 +126,7 @@ def holder_of(port: str, proc: Path = Path("/proc")) -> Holder | None:
 
 
 def _locking(device: os.stat_result, proc: Path) -> set[int]:
-    """The processes that have locked this file, by the system's own list."""
+    """The processes that have locked this file, from /proc/locks."""
     try:
         rows = [row.split() for row in (proc / "locks").read_text(encoding="utf-8").splitlines()]
     except OSError:
@@ -136,16 +136,16 @@ def _locking(device: os.stat_result, proc: Path) -> set[int]:
 
 
 def _started(process: Path) -> str:
-    """When it started, in ticks since the computer did."""
+    """Its start time, in clock ticks since boot."""
     return (process / "stat").read_text(errors="replace", encoding="utf-8").rpartition(")")[2].split()[19]
 
 
 def refuse_unsupported(port: str) -> None:
-    """Raises `PortError` UNSUPPORTED for a URL of another kind, or with another option, than `URL_OPTIONS` has."""
+    """Raise `PortError` UNSUPPORTED for a URL whose scheme or options are not in `URL_OPTIONS`."""
     scheme, separator, rest = port.partition("://")
     if not separator:
         return
-    # pyserial opens CAPTURE:// too, which nothing here would take for a capture.
+    # pyserial would open CAPTURE:// too, which would not be recognised as a capture here.
     if scheme not in URL_OPTIONS:
         raise PortError(PortTrouble.UNSUPPORTED, port, "scheme")
     allowed = URL_OPTIONS[scheme]
@@ -164,7 +164,7 @@ def _trouble_at_opening(error: Exception) -> PortTrouble:
     if number in (errno.EBUSY, errno.EAGAIN) or "exclusively lock" in text:
         return PortTrouble.BUSY
     if sys.platform == "win32" and "PermissionError" in text:
-        return PortTrouble.BUSY  # Windows refuses a port that is open elsewhere with this very error
+        return PortTrouble.BUSY  # Windows' error for a port that is open elsewhere
     if number in (errno.EACCES, errno.EPERM):
         return PortTrouble.NOT_ALLOWED
     if "ConnectionRefused" in text or number == errno.ECONNREFUSED or "Connection refused" in text:
@@ -179,7 +179,7 @@ class SerialLine:
         self.port = port
         self._serial = opened
         self._interrupts: int | None = getattr(opened, "pipe_abort_read_r", None)
-        """Readable when `interrupt` was called; only POSIX has it."""
+        """Readable after `interrupt`; POSIX only."""
         self._woken = Event()
         self._closing = Lock()
         self._is_closed = False
@@ -190,10 +190,10 @@ class SerialLine:
         return int(self._serial.baudrate)
 
     def read(self, longest_s: float, gather_s: float) -> bytes:
-        """Bytes that came within `longest_s`, b"" if none did.
+        """Return the bytes that arrive within `longest_s`, b"" if none do.
 
-        With `gather_s` it lingers that long after the first byte, so that a stream costs a hundred wake-ups a second
-        and not a thousand. `interrupt` ends both. Raises `PortError` LOST.
+        `gather_s` is how long to wait after the first byte, so that a stream causes a hundred wake-ups a second and not
+        a thousand. `interrupt` ends both waits. Raises `PortError` LOST.
         """
         try:
             if self._interrupts is not None:
@@ -210,7 +210,7 @@ class SerialLine:
             raise PortError(PortTrouble.LOST, self.port, str(error)) from error
 
     def _read_in_time(self, longest_s: float, gather_s: float, interrupts: int) -> bytes:
-        """Waits once for the first byte and once for the rest; pyserial polls in slices, for each byte again."""
+        """Wait once for the first byte and once for the rest; pyserial would poll for each byte."""
         port = self._serial.fileno()
         ready, _, _ = select.select([port, interrupts], [], [], max(0.0, longest_s))
         if port not in ready:
@@ -222,24 +222,24 @@ class SerialLine:
         data = b""
         with suppress(BlockingIOError):
             data = os.read(port, READ_CHUNK)
-        # Of nothing, pyserial's slower read knows whether the port is gone or another program was quicker.
+        # Without data pyserial's slower read tells whether the port is gone or another program took the bytes.
         return data or bytes(self._serial.read(1))
 
     def _read_one(self) -> bytes:
-        """One byte, b"" if none came in time."""
+        """Read one byte, b"" if none arrives in time."""
         try:
             first: bytes = self._serial.read(1)
         except serial.SerialException as error:
             if not _NOTHING_CAME.search(str(error)):
                 raise
-            first = self._serial.read(1) if self._serial.in_waiting else b""  # asking fails where the port is gone
+            first = self._serial.read(1) if self._serial.in_waiting else b""  # raises if the port is gone
         return first
 
     def _read_waiting(self) -> bytes:
-        """What is there now, without waiting."""
+        """Read what is there, without waiting."""
         if self.port.startswith("socket://"):
-            # pyserial counts at most one byte of a socket, so a stream would come ever later; a read without a time-out
-            # takes all. (A real port would be configured again at every change of the time-out.)
+            # `in_waiting` of a socket is at most 1, so reading it would fall behind a stream; a read without a time-out
+            # takes all. (A real port would be reconfigured at every change of the time-out.)
             self._serial.timeout = 0
             try:
                 rest: bytes = self._serial.read(READ_CHUNK)
@@ -270,18 +270,18 @@ class SerialLine:
             raise PortError(PortTrouble.LOST, self.port, str(error)) from error
 
     def wake(self) -> None:
-        """End a lingering read now. From any thread."""
+        """End the second wait of a read. From any thread."""
         self._woken.set()
 
     def interrupt(self) -> None:
-        """End a read that waits, with nothing. From any thread; with nobody reading, the next read ends at once."""
-        with self._closing:  # a closed port's pipe may be another file by now
+        """End a waiting read with b"", or else the next one. From any thread."""
+        with self._closing:  # after closing the pipe's number may be another file's
             if not self._is_closed:
-                with suppress(*_DRIVER_ERRORS):  # a socket cannot: it is waited for
+                with suppress(*_DRIVER_ERRORS):  # a socket cannot be interrupted
                     self._serial.cancel_read()
 
     def abort(self) -> None:
-        """End a write that blocks as STUCK, and a read that waits; then it can only be closed. From any thread."""
+        """End a blocked write as STUCK, and a waiting read; afterwards it can only be closed. From any thread."""
         with self._closing:
             if not self._is_closed:
                 self._is_stuck = True
@@ -290,21 +290,21 @@ class SerialLine:
                         getattr(self._serial, cancel)()
 
     def close(self) -> None:
-        """Idempotent; never raises, whatever became of the port."""
+        """Close the port. Idempotent; never raises."""
         with self._closing:
             self._is_closed = True
         if self._is_stuck:
-            with suppress(*_DRIVER_ERRORS):  # else the system waits for half a minute for bytes that nobody takes
+            with suppress(*_DRIVER_ERRORS):  # else the system waits half a minute for the bytes to be sent
                 self._serial.reset_output_buffer()
-        with suppress(*_DRIVER_ERRORS):  # the port is gone, which is what was wanted
+        with suppress(*_DRIVER_ERRORS):
             self._serial.close()
 
 
 def open_line(port: str, baud_rate: int) -> SerialLine:
     """Open a device name, a pseudo-terminal or a pyserial URL (`socket://`, `sim://`), 8N1; raises `PortError`.
 
-    Asks for exclusive use, leaves DTR and RTS low (some adapters wire them to a reset), and drops what was received
-    before the opening.
+    Requests exclusive use, leaves DTR and RTS low (some adapters connect them to a reset), and discards what was
+    received before.
     """
     refuse_unsupported(port)
     if "app.port_urls" not in serial.protocol_handler_packages:
