@@ -1,12 +1,12 @@
 """Performs one act at most once, logged before and after.
 
     ask the status -> conditions (`app.safety.interlocks`) -> intent, durable -> conditions again -> the frame, once
-    -> what does the module report now? -> outcome, written down
+    -> the module's reports -> outcome, logged
 
-Locking is otherwise: see `app.procedures.lock`.
+For locking see `app.procedures.lock`.
 
-One permit puts at most one frame on the wire: it is spent before the frame leaves, and a permit that had to wait is too
-old. Nothing here is ever sent again. What counts is what the module reports afterwards.
+A permit allows at most one frame: it is spent before the frame is sent, and it expires while it waits. No act is
+repeated. The outcome is what the module reports afterwards.
 """
 
 from collections.abc import Mapping
@@ -65,19 +65,19 @@ _NOT_SENT = marked("Nothing was sent.")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Performed:
-    """What became of an act. `refusals`: the open conditions, where nothing was sent for them."""
+    """The result of an act. `refusals`: the conditions that are not met, so that nothing was sent."""
 
     act: Act
     outcome: Outcome
     refusals: tuple[Refusal, ...] = ()
     frame: bytes = b""
-    """What went onto the wire; for a rehearsal what would have gone."""
+    """The bytes that were sent, or would have been sent after a rehearsal."""
     is_rehearsal: bool = False
     is_acknowledged: bool = False
     status: Status | None = None
-    """What the module reports afterwards."""
+    """The last report afterwards."""
     trouble: str | None = None
-    """Why the audit log did not take the intent: a sentence."""
+    """Why the intent could not be logged: a sentence."""
 
     @property
     def sentence(self) -> str:
@@ -94,7 +94,7 @@ class Performed:
 
     @property
     def is_level(self) -> bool:
-        """What zeroing is for: the tilt that the module reports afterwards is near 0."""
+        """Whether the module reports a tilt near 0 afterwards, as it should after zeroing."""
         return self.status is not None and self.status.tilt_deg <= ZEROED_WITHIN_DEG
 
     @property
@@ -108,13 +108,13 @@ class Performed:
 
 @dataclass(slots=True)
 class Armed:
-    """What is armed at this moment: shared by the window, which sets it, and the procedures, which ask."""
+    """What is armed now; set by the window and read by the procedures."""
 
     act: Act | None = None
 
 
 def rehearse(act: Act, permit: Permit) -> Performed:
-    """The end of a rehearsal: the bytes that would have been sent. Raises ValueError for a permit in earnest."""
+    """Finish a rehearsal with the bytes that would have been sent. Raises ValueError for a real permit."""
     if not permit.is_rehearsal or permit.act is not act:
         raise ValueError("no rehearsal")
     permit.spend()
@@ -135,9 +135,9 @@ class _Aftermath:
 def perform(
     act: Act, journal: Journal, *, permit: Permit | None = None, armed: Armed | None = None
 ) -> Procedure[Performed]:
-    """One act of `REQUESTS`, but for locking, which is `app.procedures.lock`.
+    """Perform one act of `REQUESTS` except LOCK, for which see `app.procedures.lock`.
 
-    Ends with a result also where the port is lost or the act is cancelled after the frame may have left: unknown.
+    If the port is lost or the act is cancelled after the frame may have been sent, the outcome is unknown.
     """
     if act is Act.LOCK:
         raise ValueError("locking has a procedure of its own")
@@ -154,8 +154,7 @@ def perform(
     try:
         if (yield from durable(entry)):
             yield from _refresh(act)
-        # The permit, the status and the module's state are judged at the last moment, and the pause lets the session
-        # look at the clock and at what has arrived.
+        # The conditions are judged again at the last moment; the pause lets the session read the clock and the line.
         yield Pause(0.0)
         open_conditions = conditions_open(act, (yield Inspect()), journal, permit=permit, armed=armed)
     except JournalFailed as error:
@@ -188,8 +187,8 @@ def _performed(act: Act, after: _Aftermath) -> Performed:
 
 
 def _refresh(act: Act) -> Procedure[None]:
-    """What the conditions look at, fresh from the module. The question before the status lets every late answer pass
-    by first, so that the act itself needs no fence and leaves at once."""
+    """Read what the conditions need. The status waits behind another question, so that every late answer has passed
+    and the act itself needs no fence."""
     sight: EngineView = yield Inspect()
     if act is Act.ACTIVATE and sight.device.fresh("attitude_threshold_deg", sight.now) is None:
         yield Ask(BY_NAME["attitude_threshold"].query())
@@ -199,7 +198,7 @@ def _refresh(act: Act) -> Procedure[None]:
 
 
 def _watch_motion() -> Procedure[None]:
-    """Reports asked for during two seconds, from which it is judged whether the module lies still."""
+    """Ask for reports for two seconds, to judge whether the module lies still."""
     sight: EngineView = yield Inspect()
     ends_at = sight.now + WATCH_S
     while sight.now < ends_at and sight.device.presence is not Presence.OFFLINE:
@@ -211,7 +210,7 @@ def _watch_motion() -> Procedure[None]:
 def conditions_open(
     act: Act, sight: EngineView, journal: Journal, *, permit: Permit | None, armed: Armed | None
 ) -> tuple[Refusal, ...]:
-    """The conditions of `act` that are open at the moment of `sight`; none when it may be sent."""
+    """The conditions of `act` that are not met at the time of `sight`; none if it may be sent."""
     now_is = interlock_inputs(
         sight.device,
         sight.now,
@@ -227,13 +226,13 @@ def conditions_open(
 
 
 def _detail(sight: EngineView) -> dict[str, object]:
-    """What was known when it was decided."""
+    """What was known at the decision, for the log."""
     keys = ("tilt_deg", "acceleration_g", "active", "triggered", "boot_count", "attitude_threshold_deg")
     return {key: sight.device.fresh(key, sight.now) for key in keys}
 
 
 def _look_after(act: Act, outcome: Reply) -> Procedure[_Aftermath]:
-    """What the module says afterwards; `outcome` is that of the act's own frame."""
+    """Read the module's state after the act; `outcome` is the reply to the act."""
     if isinstance(outcome, Unanswered):
         return _Aftermath(is_acknowledged=False, raw=None, is_sent=False)
     message = outcome.messages[0] if isinstance(outcome, Answered) else None
@@ -243,7 +242,7 @@ def _look_after(act: Act, outcome: Reply) -> Procedure[_Aftermath]:
         is_alive = yield from _still_answers()
         return _Aftermath(is_acknowledged, raw, is_alive=is_alive)
     has_fired = (yield from _says_fired()) if act is Act.DEPLOY else None
-    # An answer to the act came: all that follows is newer. Else an old report could still be under way.
+    # After an answer to the act all reports are newer. Without one an old report could still come.
     reports = yield from _reports(is_fenced=message is None, apart_s=LOOKS_APART_S if act is Act.DEPLOY else 0.0)
     if act is Act.ACTIVATE and is_acknowledged:
         sight: EngineView = yield Inspect()
@@ -256,7 +255,7 @@ def _look_after(act: Act, outcome: Reply) -> Procedure[_Aftermath]:
 
 
 def _still_answers() -> Procedure[bool]:
-    """Asked twice, with a pause: the doubled reply to an earlier heartbeat is no sign of life."""
+    """Ask twice, with a pause: a doubled reply to an earlier heartbeat must not count."""
     for pause_s in (ALIVE_AGAIN_S, 0.0):
         alive = yield Ask(HEARTBEAT.query(), AFTER_WAITS_S)
         if not isinstance(alive, Answered):
@@ -266,14 +265,14 @@ def _still_answers() -> Procedure[bool]:
 
 
 def _says_fired() -> Procedure[bool | None]:
-    """A witness besides the status: a doubled status cannot stand for it. None: no answer."""
+    """Ask "triggered?", which a doubled status cannot answer. None: no answer."""
     outcome = yield Ask(BY_NAME["triggered"].query(), AFTER_WAITS_S)
     message = outcome.messages[0] if isinstance(outcome, Answered) else None
     return bool(message.value) if isinstance(message, Reading) else None
 
 
 def _reports(*, is_fenced: bool, apart_s: float = 0.0) -> Procedure[tuple[Status, ...]]:
-    """`apart_s`: lets a second copy of the first report pass by, which is no second report."""
+    """Ask for `LOOKS` reports. `apart_s`: the pause in which a doubled first report passes."""
     reports: list[Status] = []
     for number in range(LOOKS):
         if number and apart_s:
@@ -308,12 +307,12 @@ def _activation_outcome(after: _Aftermath) -> Outcome:
         return Outcome.UNKNOWN
     if states == {True}:
         return Outcome.CONFIRMED
-    # Without an answer to the act, these reports may be older than it is.
+    # Without an answer to the act the reports may be older than the act.
     return Outcome.UNKNOWN if after.raw is None else Outcome.REFUSED
 
 
 def _deploy_outcome(after: _Aftermath) -> Outcome:
-    """It had not fired before (a condition), so a trigger reported now is this one. "Not fired" needs every witness."""
+    """It had not fired before (a condition), so a reported trigger is this one. "Not fired" needs every answer."""
     if after.is_acknowledged or after.has_fired or any(report.triggered for report in after.reports):
         return Outcome.CONFIRMED
     if after.raw == 0x00 and after.has_fired is False and len(after.reports) == LOOKS:

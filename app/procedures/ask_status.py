@@ -1,10 +1,10 @@
-"""Queries the status so that no old report can pass for the reply.
+"""Queries the status so that an old report cannot be taken for the reply.
 
     another question, answered  ->  the status
 
-While the module streams, a status that was asked for cannot be told from a streamed one, and a line may hold streamed
-ones back for seconds. The module answers in the order in which it was asked: what comes after the answer to another
-question was said after that question went out. `DeviceView.proven` says whether that is short enough ago.
+While the module streams, the reply looks like a streamed status, which a line may delay by seconds. As the module
+answers in order, a status after the answer to another question was sent after that question. `DeviceView.proven` tells
+whether that is recent enough.
 """
 
 from app.engine.procedure import Ask, EngineView, Inspect, Procedure
@@ -12,12 +12,12 @@ from protocol.catalogue import HEARTBEAT, STATUS
 from protocol.events import Answered
 
 TRIES = 3
-"""The module may not know one of the questions; and of a slow one, the first answer may count as too old."""
+"""The module may not know one of the questions, and the first answer of a slow module may be too old."""
 HEARTBEAT_WAITS_S = (1.0,)
 
 
 def ask_status() -> Procedure[bool]:
-    """Whether the module has just said how it stands. What it said is in `EngineView.device`, as every status."""
+    """Query the status; return whether it is proven to be recent. The values are in `EngineView.device`."""
     for _ in range(TRIES):
         outcome = yield Ask(STATUS.query(), is_fenced=True)
         sight: EngineView = yield Inspect()

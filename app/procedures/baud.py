@@ -1,11 +1,10 @@
 """Changes the module's baud rate, and finds the module again whatever it did (E9).
 
-    conditions -> old and new rate written down, durably -> the set, once -> look for the module: new, old, all
-    -> the port stays where it answers
+    conditions -> log old and new rate, durably -> the set, once -> search for the module: new, old, all rates
+    -> the port stays at the rate that answers
 
-The table does not say at which rate the acknowledgement comes, nor when the change begins. So the acknowledgement
-proves nothing either way; a question answered at a rate does. Should the program end in the middle, the rates that
-were written down are looked at when it starts again: `look_for`.
+The table specifies neither the rate of the acknowledgement nor the time of the change, so only an answered question
+proves a rate. If the program ends meanwhile, it searches at the logged rates (`look_for`) when it starts again.
 """
 
 from collections.abc import Mapping
@@ -40,7 +39,7 @@ from protocol.catalogue import BAUD_RATE, BAUD_RATES
 from protocol.translatable import marked
 
 LIKELY_WAITS_S = (0.25, 0.5, 1.0)
-"""At the new and the old rate: enough for a line that loses every other frame."""
+"""At the new and the old rate; enough for a line that loses every other frame."""
 SWEEP_WAITS_S = (0.25, 1.0)
 ROUNDS = 2
 
@@ -48,10 +47,10 @@ ROUNDS = 2
 class BaudEnd(Enum):
     CHANGED = "changed"
     AT_RESTART = "at restart"
-    """Acknowledged, and still at the old rate: it changes at the next start, or not at all."""
+    """Acknowledged but still at the old rate: it changes at the next start, or not at all."""
     UNCHANGED = "unchanged"
     ELSEWHERE = "elsewhere"
-    """It answers at a rate that nobody asked for: the set was corrupted on the way."""
+    """It answers at another rate: the set was corrupted on the line."""
     LOST = "lost"
     NOT_SENT = "not sent"
 
@@ -83,10 +82,10 @@ class BaudChanged:
     end: BaudEnd
     heard: Heard = Heard.NOT_SENT
     found_rate: int | None = None
-    """Where it answers now, and where the port is; None: nowhere, and the port is at the old rate."""
+    """The rate at which it answers, and of the port; None if it does not answer (the port is at the old rate)."""
     refusals: tuple[Refusal, ...] = ()
     trouble: str | None = None
-    """Why the rates could not be written down: a sentence."""
+    """Why the rates could not be logged: a sentence."""
 
     @property
     def sentence(self) -> str:
@@ -100,9 +99,9 @@ class BaudChanged:
 def change_baud(
     new_rate: int, journal: Journal, *, permit: Permit | None = None, armed: Armed | None = None
 ) -> Procedure[BaudChanged]:
-    """Raises `ValueRefused` for a rate that has no code, before anything is sent.
+    """Raises `ValueRefused` for a rate without a code, before anything is sent.
 
-    Where it is broken off (cancelled, port lost) after the set went out it raises, and the rates stay written down.
+    If it is cancelled or the port is lost after the set, it raises, and the logged rates remain to be searched.
     """
     request = BAUD_RATE.set(new_rate)
     yield from require_module()
@@ -119,7 +118,7 @@ def change_baud(
         is_slow |= yield from durable(entry)
         if is_slow:
             yield from ask_status()
-        yield Pause(0.0)  # the log may have taken its time: the conditions are judged at the last moment
+        yield Pause(0.0)  # the conditions are judged again at the last moment
         refused = conditions_open(Act.CHANGE_BAUD, (yield Inspect()), journal, permit=permit, armed=armed)
     except JournalFailed as error:
         _settle_unsent(journal, entry, pending)
@@ -145,7 +144,7 @@ def change_baud(
         journal.settle(entry, Outcome.UNKNOWN, {"why": type(error).__name__})
         raise
     journal.settle(entry, _OUTCOMES[changed.end], {"end": changed.end.value, "found": changed.found_rate})
-    if changed.end is not BaudEnd.LOST:  # a lost one stays pending, to be looked for at the next start
+    if changed.end is not BaudEnd.LOST:  # else it is searched for at the next start
         journal.settle_baud(pending, changed.end.value)
     return changed
 
@@ -166,9 +165,8 @@ def _end(old_rate: int, new_rate: int, found: int | None, heard: Heard) -> BaudE
 
 
 def look_for(new_rate: int, old_rate: int) -> Procedure[int | None]:
-    """Where the module answers after a change of rate: new, old, then all. The port stays there, else at the old rate.
-
-    Sends nothing but questions.
+    """Search for the module at the new, the old and then all rates; return its rate, where the port stays, or None
+    with the port at the old rate. Only questions are sent.
     """
     questions = proofs()
     likely = list(dict.fromkeys((new_rate, old_rate)))

@@ -10,34 +10,34 @@ from protocol.events import Answered
 from protocol.translatable import marked
 
 WAITS_S = (0.25, 1.0)
-"""The vendor gives the module one second: "no" is not said before."""
+"""The last wait is the second that the vendor gives the module."""
 SETTLE_S = 0.03
-"""After a change of rate: let the last character of the old rate pass."""
+"""After a change of rate, for the last character at the old rate."""
 PROOF_WAITS_S = (0.25, 0.5, 1.0)
 """Enough for a line that loses every other frame."""
 _PROOFS = tuple(BY_NAME[name].query() for name in ("boot_count", "charging", "active", "triggered"))
 _PROOFS_TRIED = 2
-"""Should a module not know one of them."""
+"""In case the module does not know one of them."""
 
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """`baud_rate` is None where nothing answered; `tried` in the order of trying."""
+    """`baud_rate`: None if nothing answered; `tried`: all rates in order."""
 
     baud_rate: int | None
     tried: tuple[int, ...]
 
 
 def proofs() -> Iterator[Request]:
-    """Questions for `answers_here`, of one search for a rate."""
+    """The questions of one search, for `answers_here`."""
     return cycle(_PROOFS)
 
 
 def answers_here(waits_s: tuple[float, ...], questions: Iterator[Request]) -> Procedure[bool]:
-    """Whether a module answers at the port's rate: a heartbeat, and then one of `questions` too.
+    """Whether a module answers at the port's rate: a heartbeat and then one of `questions`.
 
-    The answer to a heartbeat that went out at another rate may still come, through a network even in whole bytes. To
-    what was not asked there no answer comes.
+    The answer to a heartbeat at another rate may still come (a serial server passes on whole bytes), but not the answer
+    to a question that was not asked there.
     """
     sign = yield Ask(HEARTBEAT.query(), waits_s)
     if not isinstance(sign, Answered):
@@ -50,9 +50,9 @@ def answers_here(waits_s: tuple[float, ...], questions: Iterator[Request]) -> Pr
 
 
 def find_rate(first: int | None = None) -> Procedure[Found]:
-    """Tries `first`, then all rates from the fastest down; ends at the first that answers, on that rate.
+    """Try `first`, then all rates from the fastest down; the port stays at the first that answers, else at the old one.
 
-    Sends nothing but questions. Where none answers the port goes back to the rate that it had.
+    Only questions are sent.
     """
     questions = proofs()
     sight: EngineView = yield Inspect()

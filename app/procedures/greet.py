@@ -1,4 +1,4 @@
-"""Detects whether a module answers, and describes what is seen if none does."""
+"""Detects whether a module answers, and what is received if none does."""
 
 from dataclasses import dataclass
 from enum import Enum
@@ -8,19 +8,19 @@ from protocol.catalogue import HEARTBEAT
 from protocol.events import Answered, Role
 
 GREETING_WAITS_S = (0.5, 1.0)
-"""Two heartbeats, the second with the vendor's full second: a silent port is known after 1.5 s."""
+"""Two heartbeats, the second with the vendor's full second."""
 
 
 class Silence(Enum):
-    """What came instead of an answer."""
+    """What was received instead of an answer."""
 
     NOTHING = "nothing"
     GARBAGE = "garbage"
-    """Bytes, but no frame: most likely another baud rate."""
+    """Bytes but no frames: most likely another baud rate."""
     ECHO = "echo"
-    """Only our own bytes."""
+    """Only our own frames."""
     OTHER_FRAMES = "other frames"
-    """The module sends, and does not answer: its receive line may be open."""
+    """The module sends but does not answer: its receive line may be open."""
 
 
 class NoAnswer(Exception):
@@ -35,7 +35,7 @@ class NoAnswer(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Greeting:
-    """`silence` is None when the module answered; `round_trip_s` where it answered the first heartbeat."""
+    """`silence` is None if the module answered; `round_trip_s`: if it answered the first heartbeat."""
 
     silence: Silence | None
     round_trip_s: float | None = None

@@ -1,11 +1,10 @@
 """Reads the trigger records in several passes, since their number and end are not specified (E6).
 
-    ask, until two clean passes in a row agree with all that was ever seen -> is the line good? -> `History`
+    query until two clean passes in a row agree with everything seen -> is the line good? -> `History`
 
-What came in any pass is never thrown away: a record that came in two passes is certain, one that came in a single pass,
-or after its query had been given up, is listed as seen once. A query that was never answered is unknown, not "none".
-Frames that are lost as a whole leave no trace in a pass, so heartbeats show at the end whether the line loses or
-doubles frames.
+No record of any pass is discarded: one in two passes is certain; one in a single pass, or after its query was given up,
+is listed as seen once. Without an answer the records are unknown, not "none". A lost frame leaves no trace in a pass,
+so heartbeats test at the end whether the line loses or doubles frames.
 """
 
 from collections import Counter
@@ -20,9 +19,9 @@ from protocol.messages import EmptySlot, TriggerRecord
 from protocol.translatable import marked
 
 LONGEST_SEARCH = 5
-"""Passes after which the union of all is handed on as incomplete."""
+"""Passes after which the union of all is returned as incomplete."""
 UNANSWERED_PASSES = 3
-"""After so many passes without any answer the module does not answer this query."""
+"""After this many passes without an answer the module does not know the query."""
 LINE_HEARTBEATS = 20
 HEARTBEAT_WAITS_S = (1.0,)
 
@@ -32,15 +31,15 @@ class History:
     """Records in the order in which the module sent them."""
 
     records: tuple[TriggerRecord, ...] = ()
-    """Certain: each came in at least two passes."""
+    """Certain: in at least two passes."""
     empty_slots: int = 0
     is_confirmed: bool = False
-    """Complete: two clean passes in a row brought the same, no other pass brought more, and the line loses nothing."""
+    """Complete: two clean passes in a row are equal, no other pass has more, and the line loses nothing."""
     is_line_dead: bool = False
     seen_once: tuple[TriggerRecord, ...] = ()
-    """Came in a single pass: lost in the others, or never there."""
+    """In a single pass: lost in the others, or damaged."""
     is_answered: bool = False
-    """The module answered the query at least once; without, nothing is known about its records."""
+    """The module answered the query at least once; else nothing is known about its records."""
 
     @property
     def all(self) -> tuple[TriggerRecord, ...]:
@@ -49,15 +48,15 @@ class History:
 
 
 class Pass(NamedTuple):
-    """What one query brought."""
+    """The replies to one query."""
 
     messages: tuple[TriggerRecord | EmptySlot, ...]
     is_clean: bool = False
-    """Nothing was rejected, late, doubled, timed out or out of turn meanwhile: any of it may have been a record."""
+    """Nothing was rejected, late, doubled, unasked or timed out meanwhile, any of which may have been a record."""
 
     @property
     def is_doubled(self) -> bool:
-        """Every record came an even number of times, as on a line that doubles what it carries."""
+        """Whether every record came an even number of times, as on a line that doubles frames."""
         counts = self.counts
         return bool(counts) and all(count % 2 == 0 for count in counts.values())
 
@@ -74,7 +73,7 @@ def read_history() -> Procedure[History]:
 
 
 def _with_strays(history: History, strays: Sequence[TriggerRecord]) -> History:
-    """What came outside an answer belongs to no pass: it is listed where no pass brought it."""
+    """Add the records received outside an answer that no pass has."""
     news = tuple(one for one in dict.fromkeys(strays) if one not in history.all and not _is_damaged_slot(one.raw))
     if not news:
         return history
@@ -113,8 +112,8 @@ def _read_once() -> Procedure[Pass]:
 
 
 def _is_damaged_slot(raw: bytes) -> bool:
-    """A slot never used of which one bit was flipped on the line, and one of the sum so that it fits: the settings and
-    voltages of a true record differ from such a slot in many bits."""
+    """Whether it is an unused slot with one flipped bit and a flipped bit in the sum: a real record differs from an
+    unused slot in many bits."""
     differing = [sum((byte ^ fill).bit_count() for byte in raw[4:-1]) for fill in (0x00, 0xFF)]
     return min(differing) == 1
 
@@ -127,7 +126,7 @@ def _is_clean(before: EngineView, after: EngineView) -> bool:
 
 
 def _agree(passes: Sequence[Pass]) -> bool:
-    """Whether the last two are clean and equal, and hold all that any pass brought."""
+    """Whether the last two are clean and equal, and contain the records of all passes."""
     last = passes[-1]
     if len(passes) < 2 or not last.messages or not (last.is_clean and passes[-2].is_clean) or passes[-2] != last:
         return False
@@ -135,7 +134,7 @@ def _agree(passes: Sequence[Pass]) -> bool:
 
 
 def _is_line_good() -> Procedure[bool]:
-    """Whether frames are neither lost nor doubled, as far as some heartbeats tell."""
+    """Test with heartbeats whether the line loses or doubles frames."""
     before: EngineView = yield Inspect()
     for _ in range(LINE_HEARTBEATS):
         yield Ask(HEARTBEAT.query(), HEARTBEAT_WAITS_S)
@@ -146,10 +145,10 @@ def _is_line_good() -> Procedure[bool]:
 
 
 def history_of(passes: Sequence[Pass], *, is_confirmed: bool = False, is_line_dead: bool = False) -> History:
-    """All records seen, those of the fullest pass first.
+    """Combine the passes, the records of the fullest pass first.
 
-    Equal records are counted: the module may hold two. A second copy is certain only in a confirmed history, because a
-    line may double frames.
+    The module may hold equal records. The second one is certain only in a confirmed history, as a line may double
+    frames.
     """
     seen: Counter[TriggerRecord] = Counter()
     for one in passes:
@@ -164,12 +163,12 @@ def history_of(passes: Sequence[Pass], *, is_confirmed: bool = False, is_line_de
     if is_confirmed:  # as the module sent them, equal ones too
         records = [message for message in passes[-1].messages if isinstance(message, TriggerRecord)]
     empty = max((sum(isinstance(message, EmptySlot) for message in one.messages) for one in passes), default=0)
-    empty = min(empty, max(0, RECORDS_KEPT - len(records) - len(seen_once)))  # a record may be missing in that pass
+    empty = min(empty, max(0, RECORDS_KEPT - len(records) - len(seen_once)))  # that pass may lack a record
     is_answered = any(one.messages for one in passes)
     return History(tuple(records), empty, is_confirmed, is_line_dead, tuple(seen_once), is_answered)
 
 
 def _in_order(passes: Sequence[Pass]) -> tuple[TriggerRecord, ...]:
-    """Each record once: as the fullest pass brought them, then what only others had."""
+    """Each record once, in the order of the fullest pass, then those of other passes."""
     ordered = sorted(passes, key=lambda one: len(one.messages), reverse=True)
     return tuple(dict.fromkeys(m for one in ordered for m in one.messages if isinstance(m, TriggerRecord)))

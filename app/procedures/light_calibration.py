@@ -1,8 +1,8 @@
 """Calibrates the light threshold by measuring with the bay closed and open (E11).
 
-The proposal is the step in the middle of the gap between the two bands of readings, so that both sides have the same
-margin. The vendor's own advice, "the reading with the bay fully open", is shown beside it: taken literally it leaves no
-margin on the open side.
+The proposal is the step in the middle between the two bands of readings, so that both sides have the same margin. The
+vendor's advice, "the reading with the bay fully open", is shown too; taken literally it leaves no margin on the open
+side.
 """
 
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ ENOUGH_SAMPLES = 10
 MOST_LOST = 10
 """Unanswered questions after which a measurement ends."""
 SMALLEST_MARGIN_STEPS = 1
-"""On each side: a threshold on a reading is none."""
+"""On each side."""
 WIDE_SPREAD_STEPS = 3
 """A band wider than this is not steady light: a hand, a shadow, a loose lid."""
 
@@ -34,7 +34,7 @@ _STEPS_PER_V = _LIGHT.reply.per_unit if isinstance(_LIGHT.reply, Quantity) else 
 
 @dataclass(frozen=True, slots=True)
 class Band:
-    """Readings of one position of the bay, as bytes in the order in which they came."""
+    """Readings at one position of the bay, as bytes in order."""
 
     raws: tuple[int, ...]
     lost: int = 0
@@ -62,7 +62,7 @@ class Band:
 
 
 def measure_light(*, samples: int = SAMPLES) -> Procedure[Band]:
-    """Read the light over and over, at the position that the bay has now."""
+    """Read the light several times at the present position of the bay."""
     yield from require_module()
     raws: list[int] = []
     lost = 0

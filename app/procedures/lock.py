@@ -1,10 +1,10 @@
 """Locks the module (standby): always safe, never refused, sent at once and repeated.
 
-    LOCK -> what does the module report? -> LOCK again, as long as it does not report that it is locked
+    LOCK -> the module's report -> LOCK again until it reports that it is locked
 
-The frame waits for nothing: no condition, no answer to something else, no disk (what is written down is handed to the
-journal, which has its own thread). It leaves at the last rate at which the module answered. An acknowledgement is no
-proof; two reports in a row are. Why this request alone is repeated: `protocol.link`.
+The frame waits for no condition, no answer to another request and no disk (the journal has its own thread). It is sent
+at the last rate at which the module answered. An acknowledgement proves nothing; two reports in a row do.
+`protocol.link` explains why only this request is repeated.
 """
 
 from collections.abc import Mapping
@@ -37,14 +37,14 @@ from protocol.translatable import marked
 
 LOCK = REQUESTS[Act.LOCK]
 ACKNOWLEDGED_S = 0.06
-"""So long the acknowledgement is waited for before the state is asked."""
+"""How long to wait for the acknowledgement before asking for the state."""
 AGREEING = 2
-"""Reports in a row that must say the same."""
+"""Reports in a row that must agree."""
 QUESTIONS = (BY_NAME["active"].query(), STATUS.query())
 BREATH_S = 0.03
-"""Before a question that follows an unanswered one: some modules need a gap between frames."""
+"""Before a question after an unanswered one, as some modules need a gap between frames."""
 SILENT_S = 1.5
-"""Nothing heard for so long while a baud rate is being searched: go on with the search, then lock where it is found."""
+"""After this silence during a search for the baud rate the search continues, and LOCK is sent at the rate found."""
 
 SENTENCES: Mapping[Outcome, str] = {
     Outcome.CONFIRMED: marked("The module reports LOCKED."),
@@ -56,7 +56,7 @@ SENTENCES: Mapping[Outcome, str] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Locked:
-    """What came of it. `sent`: how often LOCK left."""
+    """The result. `sent`: how often LOCK was sent."""
 
     outcome: Outcome
     sent: int
@@ -65,11 +65,11 @@ class Locked:
     """The module answered anything at all."""
     is_port_lost: bool = False
     is_replaced: bool = False
-    """Somebody pressed LOCK again, or did something else on purpose: it was not repeated any more."""
+    """LOCK was pressed again, or another act was confirmed, which ended the repetition."""
 
     @property
     def is_locked(self) -> bool | None:
-        """What the module says; None where it does not say."""
+        """What the module reports; None while unknown."""
         return {Outcome.CONFIRMED: True, Outcome.REFUSED: False}.get(self.outcome)
 
     @property
@@ -80,12 +80,12 @@ class Locked:
 
 
 def waiting_sentence(sent: int) -> str:
-    """While it goes on."""
+    """The text while LOCK is repeated."""
     return tr("LOCK sent {count}×, not yet reported", count=sent) if sent > 1 else tr("Locking…")
 
 
 class _Proof:
-    """What the module said since the first LOCK."""
+    """The module's answers since the first LOCK."""
 
     def __init__(self) -> None:
         self.is_acknowledged = False
@@ -93,7 +93,7 @@ class _Proof:
         self._reports: list[bool] = []
 
     def note(self, reply: Reply, now: float) -> bool:
-        """Whether it was an answer."""
+        """Note the outcome of a request; return whether it was answered."""
         message = reply.messages[0] if isinstance(reply, Answered) else None
         if message is None:
             return False
@@ -108,26 +108,26 @@ class _Proof:
 
     @property
     def is_locked(self) -> bool | None:
-        """None while the last reports are too few or contradict each other."""
+        """None while there are too few reports or they contradict each other."""
         last = self._reports[-AGREEING:]
         return not last[0] if len(last) == AGREEING and len(set(last)) == 1 else None
 
     @property
     def says_locked(self) -> bool:
-        """The last report did."""
+        """Whether the last report does."""
         return bool(self._reports) and not self._reports[-1]
 
     @property
     def outcome(self) -> Outcome:
         if self.is_locked:
             return Outcome.CONFIRMED
-        # Without an acknowledgement the reports may be older than LOCK's arrival.
+        # Without an acknowledgement the reports may be older than LOCK.
         return Outcome.REFUSED if self.is_locked is False and self.is_acknowledged else Outcome.UNKNOWN
 
 
 def lock(journal: Journal | None = None, repeat: LockRepeat | None = None) -> Procedure[Locked]:
-    """Ends when the module reports that it is locked, or with `LockRepeat`'s limits. Raises nothing: also a lost port
-    and a cancellation are results. `repeat`: one that goes on after the port was lost, or that somebody shows."""
+    """Send LOCK until the module reports that it is locked, or to the limits of `LockRepeat`. A lost port and a
+    cancellation are results, not exceptions. `repeat`: to continue after a lost port, or to show the progress."""
     journal, repeat, proof = journal or NoJournal(), repeat or LockRepeat(), _Proof()
     entries: list[Entry] = []
     before = repeat.sent
@@ -174,7 +174,7 @@ def _lock_until_reported(journal: Journal, repeat: LockRepeat, proof: _Proof, en
         if repeat.is_due(sight.now) and not proof.says_locked:
             sent = repeat.sent
             answer = yield Ask(LOCK, (ACKNOWLEDGED_S,), is_deliberate=True, repeat=repeat)
-            if repeat.sent == sent:  # the computer slept before it left
+            if repeat.sent == sent:  # not sent, because the computer slept
                 yield Pause(BREATH_S)
                 continue
             if not entries:
@@ -186,7 +186,7 @@ def _lock_until_reported(journal: Journal, repeat: LockRepeat, proof: _Proof, en
         answer = yield Ask(QUESTIONS[question], attempts=1, repeat=repeat)
         sight = yield Inspect()
         is_last_answered = proof.note(answer, sight.now)
-        # The same one again: a late answer counts then. After three it may be one that this module does not know.
+        # Unanswered, the same question is repeated (a late answer counts), three times in case the module lacks it.
         unanswered = 0 if is_last_answered else unanswered + 1
         if is_last_answered or unanswered % 3 == 0:
             question = 1 - question

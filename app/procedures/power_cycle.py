@@ -2,9 +2,8 @@
 
     boot count -> wait while a person switches it off and on -> boot count again, one more -> read everything back
 
-A restart is seen by its two heartbeats, and proven by the boot count, which is asked for all the while. Where the
-adapter goes away with the module's power the procedure ends with the port; start it again with the boot count that it
-had.
+A restart shows in two heartbeats and is proven by the boot count. If the adapter loses its power with the module, the
+procedure ends with the port; start it again with the previous boot count.
 """
 
 from collections.abc import Mapping
@@ -28,7 +27,7 @@ _BOOT_COUNT = BY_NAME["boot_count"]
 
 
 class Retention(Enum):
-    """What became of a setting. Where that is not known, the value says why, in translatable English."""
+    """What happened to a setting. If it is unknown the value says why, in translatable English."""
 
     KEPT = "kept"
     LOST = "lost"
@@ -40,16 +39,16 @@ class Ending(Enum):
     RESTARTED = "restarted"
     """Seen and proven: exactly one more boot."""
     SEVERAL = "several restarts"
-    """More than one; what is read is still what stands."""
+    """More than one; the readings are still valid."""
     UNPROVEN = "unproven"
-    """Its heartbeats were seen, but the boot count is not one more: it is not certain that the power was off."""
+    """Its heartbeats were received, but the boot count did not increase: the power may not have been off."""
     NOT_SEEN = "not seen"
-    """Nobody switched it off and on in time; nothing is claimed."""
+    """It was not switched off and on in time; nothing is known."""
 
 
 @dataclass(frozen=True, slots=True)
 class SettingRetention:
-    """`stands`: what was read after the restart."""
+    """`stands`: the reading after the restart."""
 
     wanted: Value
     fate: Retention
@@ -67,7 +66,7 @@ class PowerCycleResult:
 
     @property
     def is_fine(self) -> bool:
-        """Everything that can be read was kept."""
+        """Whether everything that can be read was kept."""
         is_seen = self.ending in (Ending.RESTARTED, Ending.SEVERAL)
         return is_seen and all(stamp.fate in (Retention.KEPT, Retention.UNREADABLE) for stamp in self.stamps.values())
 
@@ -75,7 +74,7 @@ class PowerCycleResult:
 def survives_power_cycle(
     wanted: Mapping[str, Value], *, boots_before: int | None = None, longest_wait_s: float = LONGEST_WAIT_S
 ) -> Procedure[PowerCycleResult]:
-    """`wanted`: by key, what was written. `boots_before`: from an earlier try that lost the port."""
+    """`wanted`: the written values by key. `boots_before`: from an earlier try that lost the port."""
     yield from require_module()
     before: EngineView = yield Inspect()
     if boots_before is None:
@@ -92,7 +91,7 @@ def survives_power_cycle(
         if boots is not None and (has_restarted or (boots_before is not None and boots != boots_before)):
             break
         yield Pause(LOOK_EVERY_S)
-    yield Pause(RESTART_SHOWS_S)  # the second heartbeat of this restart must not cast doubt on what is read now
+    yield Pause(RESTART_SHOWS_S)  # until the restart's second heartbeat has passed
     stamps: dict[str, SettingRetention] = {}
     for command in SETTINGS:
         if command.key in wanted and command.key != "baud_rate":
@@ -114,7 +113,7 @@ def _stamp(command: Command, wanted: Value, raw: int | None) -> SettingRetention
 
 
 def _boots() -> Procedure[int | None]:
-    """The boot count, said twice alike: one damaged frame must not pass for a restart."""
+    """The boot count, if two answers agree: one damaged frame must not count as a restart."""
     said: list[int] = []
     for _ in range(2):
         outcome = yield Ask(_BOOT_COUNT.query(), ASK_WAITS_S)

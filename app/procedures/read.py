@@ -10,7 +10,7 @@ from protocol.messages import Reading, Status
 from protocol.translatable import marked
 
 PROBE_WAITS_S = (1.0,)
-"""After an unanswered question: is anybody there at all?"""
+"""For the heartbeat after an unanswered question."""
 
 READABLE: tuple[Command, ...] = (
     STATUS,
@@ -21,19 +21,19 @@ READABLE: tuple[Command, ...] = (
         and command not in (STATUS, HEARTBEAT, TRIGGER_RECORDS, BY_NAME["active"], BY_NAME["triggered"])
     ),
 )
-"""Status first, it matters most. 30 and 31 say nothing that the status does not."""
+"""Status first, as it matters most. 30 and 31 add nothing to the status."""
 
 
 @dataclass(slots=True)
 class Everything:
-    """What came of reading everything. `errors`: what was not had, and why."""
+    """The values read. `errors`: the reason for each missing one."""
 
     status: Status | None = None
     values: dict[str, Value] = field(default_factory=dict)
     """By key ("light_threshold_v"), in the field's unit."""
     errors: dict[str, Unanswered] = field(default_factory=dict)
     is_line_dead: bool = False
-    """The module fell silent in the middle: the rest was not asked for."""
+    """The module stopped answering; the rest was not asked for."""
 
 
 def read_everything() -> Procedure[Everything]:

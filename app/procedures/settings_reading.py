@@ -2,7 +2,7 @@
 
     boot count -> every setting, until two answers in a row agree -> boot count
 
-Equal boot counts at both ends: all values belong to one start of the module.
+Equal boot counts prove that all values were read without a restart between.
 """
 
 from collections.abc import Mapping
@@ -18,7 +18,7 @@ from protocol.fields import Value
 from protocol.translatable import marked
 
 HEARTBEAT_WAITS_S = (0.5, 1.0)
-"""After an unanswered question: is the module still there?"""
+"""For the heartbeat after an unanswered question."""
 
 
 class ReadFault(Enum):
@@ -34,11 +34,11 @@ class SettingsReading:
 
     values: Mapping[str, Value]
     faults: Mapping[str, ReadFault]
-    """By key, also of the boot count."""
+    """By key, including the boot count."""
     boot_count: int | None = None
-    """None unless it was read at both ends and did not change."""
+    """None unless both readings agree."""
     is_restarted: bool = False
-    """The module restarted during the reading: the values may belong to different starts."""
+    """The module restarted during the reading."""
     is_silent: bool = False
     """The module stopped answering; the rest was not asked for."""
     began_at: float
@@ -46,12 +46,12 @@ class SettingsReading:
 
     @property
     def is_complete(self) -> bool:
-        """All settings and the boot count were read, on one start of the module."""
+        """Whether all settings and the boot count were read without a restart."""
         return not self.faults and not self.is_silent and self.boot_count is not None
 
 
 def read_settings() -> Procedure[SettingsReading]:
-    """Only questions are sent. Never raises for a silent module; see `SettingsReading.is_silent`."""
+    """Read all readable settings. Only questions are sent; see `SettingsReading.is_silent` for a silent module."""
     begin: EngineView = yield Inspect()
     values: dict[str, Value] = {}
     faults: dict[str, ReadFault] = {}

@@ -1,7 +1,7 @@
-"""Endless status reports: streamed where the module streams, else polled.
+"""Endless status reports: streamed if the module streams, else polled.
 
-The module is left as it was found. The state of its serial output cannot be read (E8), so what was found is what came
-unasked before anything was switched on; a module that was streaming already is left streaming.
+The serial output is left as it was found. Its state cannot be read (E8), so the procedure listens before it switches
+the output on; a module that streams already is left streaming.
 """
 
 from collections.abc import Iterator
@@ -19,29 +19,29 @@ from protocol.link_states import Presence
 from protocol.messages import Acknowledgement
 
 LISTEN_FIRST_S = 2.2
-"""A stream that was on before shows two reports within this time, down to one a second."""
+"""The slowest stream, one report a second, sends two reports within this time."""
 BRIEF_LISTEN_S = 0.2
-"""Where the stream is what was asked for. Whether it was on before is known then from the rate at which it streams."""
+"""For `listens_briefly`: whether it was on before is then derived from its rate."""
 BRIEF_UNPOLLED_S = 0.5
-"""Until then the status is not asked for: the stream is about to begin."""
+"""The status is not polled before, as the stream is about to begin."""
 LEAST_EXPECTED = 3.0
-"""Reports that a stream would have sent meanwhile. One that is slower may have been on unnoticed."""
+"""Reports that a stream would have sent while listening; a slower one may have been on unnoticed."""
 RESTART_NOTICED_S = 2.0
-"""A restart noticed so soon after "on" may have been before it: what streams then was switched on here."""
+"""A restart noticed this soon after "on" may have been before it, so the stream may still be ours."""
 STREAM_STARTS_S = 1.5
-"""No report this long after a confirmed "on": this module does not stream."""
+"""Without a report for this long after "on" the module does not stream."""
 POLL_EVERY_S = 0.1
 UNSEEN_POLL_EVERY_S = 0.5
-"""While nobody needs the stream: enough for the state in the top bar."""
+"""While nothing needs the stream; enough for the state in the top bar."""
 SLOW_EVERY_S = 1.0
 BOOT_EVERY_S = 10.0
 SETTINGS_EVERY_S = 10.0
-"""Settings are read again while connected: what was verified and changed since is found within this time."""
+"""A setting that changed after it was verified is noticed within this time."""
 TURN_S = 0.01
 REST_S = 0.1
-"""Longest pause between two looks while no question is due."""
+"""The longest pause while no question is due."""
 HEARTBEAT_WAITS_S = (1.0,)
-"""The vendor's second: unanswered within it, the module is offline."""
+"""The vendor's second; without an answer the module is offline."""
 OFF_ATTEMPTS = 3
 _BOOT_COUNT = BY_NAME["boot_count"].query()
 _SETTINGS = tuple((command.query(), SETTINGS_EVERY_S) for command in READABLE_SETTINGS)
@@ -50,16 +50,16 @@ _SLOW = tuple(BY_NAME[name].query() for name in ("cell_voltage", "charging", "li
 
 @dataclass(slots=True)
 class StreamSwitch:
-    """Who needs the stream. Set by any thread, read by the procedure."""
+    """Whether the stream is needed. Set by any thread, read by the procedure."""
 
     is_wanted: bool = True
-    """A page that shows it is in sight."""
+    """A visible page shows it."""
     is_recorded: bool = False
-    """The session is recorded: it must have every report, whatever page is in sight."""
+    """The session is being recorded."""
     began_at: float | None = None
-    """Set by the procedure: from here on it streams, or polls for good."""
+    """Set by the procedure: when the reports began, streamed or polled."""
     is_unknown_before: bool = False
-    """Set by the procedure: it streams so slowly that it may have done so before it was switched on."""
+    """Set by the procedure: the stream is so slow that it may have been on before."""
 
     @property
     def is_on(self) -> bool:
@@ -68,32 +68,32 @@ class StreamSwitch:
 
 @dataclass(slots=True)
 class _StreamProgress:
-    """Where the procedure stands between two turns."""
+    """The state of the procedure."""
 
     memory: StreamMemory
     listens_briefly: bool = False
     has_come: bool = False
     """A report came unasked."""
     listened_s: float = 0.0
-    """Before it was switched on."""
+    """The time before it was switched on."""
     hz: float = 0.0
-    """At which it streamed since."""
+    """Its rate since then."""
     intent: Future[None] | None = None
-    """That it is switched on is being written down."""
+    """Done when it is stored that the stream was switched on."""
     switched_on_at: float | None = None
     may_be_ours: bool = False
-    """It restarted about when it was switched on: a stream that shows is ours to switch off."""
+    """It restarted about when the stream was switched on: a stream that appears is ours to switch off."""
     is_hopeless: bool = False
-    """It was switched on and nothing came; polled until the next restart."""
+    """It was switched on and nothing came: polled until the next restart."""
     restarts: int = 0
     last_sleep: Sleep | None = None
     has_read: bool = False
     is_suspicious: bool = False
-    """Of a restart: the boot count is asked for at once."""
+    """A restart is suspected: the boot count is asked for at once."""
     due: dict[Request, float] = field(default_factory=dict)
-    """When each polled question is due next."""
+    """When each question is due next."""
     rests_until: float = 0.0
-    """Nothing is due before."""
+    """No question is due before."""
 
 
 def watch(
@@ -101,9 +101,9 @@ def watch(
 ) -> Procedure[None]:
     """Keep everything about the module fresh until cancelled.
 
-    `read_all`: first ask for everything, and again after a restart, a lost link or a sleep. The stream is switched on
-    only after listening for a while whether it was on already; until then the status is polled. `memory`: what an
-    earlier session left on is switched off. `listens_briefly`: switch it on as soon as a usual stream would have shown.
+    `read_all`: ask for everything first, and again after a restart, a lost link or a sleep. The status is polled until
+    it is known whether the stream was on already. `memory`: a stream that an earlier session left on is switched off.
+    `listens_briefly`: switch it on as soon as a usual stream would have shown.
     """
     course = _StreamProgress(memory or StreamMemory(), listens_briefly)
     try:
@@ -111,14 +111,14 @@ def watch(
             sight: EngineView = yield Inspect()
             yield from _turn(course, switch, sight, read_all=read_all)
             yield Pause(min(REST_S, max(TURN_S, course.rests_until - sight.now)))
-    except Cancelled:  # not where the port was lost: there is nobody left to tell
+    except Cancelled:  # not if the port was lost
         yield from _switch_off(course, switch)
         raise
 
 
 def _turn(course: _StreamProgress, switch: StreamSwitch, sight: EngineView, *, read_all: bool) -> Procedure[None]:
     if sight.device.presence is Presence.OFFLINE:
-        course.has_read = False  # the link's own heartbeats look for it; then everything is asked again
+        course.has_read = False  # everything is read again once the link's own heartbeats are answered
         return
     if sight.device.restarts != course.restarts:
         course.restarts = sight.device.restarts
@@ -140,20 +140,20 @@ def _turn(course: _StreamProgress, switch: StreamSwitch, sight: EngineView, *, r
     polled = [*_polled(switch, sight), *(_SETTINGS if read_all else ())]
     is_beginning = course.listens_briefly and switch.began_at is None and not course.has_come
     if is_beginning and sight.now - sight.opened_at < BRIEF_UNPOLLED_S:
-        # Nothing that a streamed report could be mistaken for the answer of.
+        # A streamed report could be mistaken for its answer.
         polled = [one for one in polled if one[0].command is not STATUS]
     due = [one for one in polled if sight.now >= course.due.get(one[0], 0.0)]
     if due:
-        # The longest overdue by its own period: on a slow line the status does not keep everything else waiting.
+        # The longest overdue in periods of its own: on a slow line the status must not starve the others.
         request, every_s = max(due, key=lambda one: (sight.now - course.due.get(one[0], 0.0)) / one[1])
         course.due[request] = sight.now + every_s
-        yield from _ask(request, attempts=1)  # it is asked again soon anyway
+        yield from _ask(request, attempts=1)  # it is repeated soon anyway
         yield from _confirm_change(course, request, sight)
     course.rests_until = 0.0 if is_beginning else min(course.due.get(request, 0.0) for request, _ in polled)
 
 
 def _confirm_change(course: _StreamProgress, request: Request, before: EngineView) -> Procedure[None]:
-    """A setting that reads differently than before is asked for once more at once: it may have been a damaged frame."""
+    """Ask again at once for a setting that changed: it may have been a damaged frame."""
     key, after = request.command.key, (yield Inspect())
     old, new = before.device.values.get(key), after.device.values.get(key)
     if request.command in READABLE_SETTINGS and old is not None and new is not None and old.value != new.value:
@@ -169,7 +169,7 @@ def _read_all(course: _StreamProgress) -> Procedure[None]:
 
 
 def _ask(question: Request, *, attempts: int | None = None) -> Procedure[bool]:
-    """Whether the module is still there: an unanswered question is followed by a heartbeat, which decides."""
+    """Ask; return whether the module answers the question or else a heartbeat."""
     outcome = yield Ask(question, attempts=attempts)
     if isinstance(outcome, Answered):
         return True
@@ -182,7 +182,7 @@ def _steer_stream(course: _StreamProgress, switch: StreamSwitch, sight: EngineVi
     boots = sight.device.fresh(_BOOT_COUNT.command.key, sight.now)
     if memory.was_left_on and course.switched_on_at is None and sight.is_proven:
         if memory.boot_count is not None and boots not in (None, memory.boot_count):
-            memory.forget()  # of another module, or from before a restart: what streams now was found so
+            memory.forget()  # another module's, or before a restart: the stream was not switched on here
         elif sight.device.is_streaming and memory.boot_count in (None, boots):
             course.switched_on_at, memory.is_taken_over, memory.was_left_on = sight.now, True, False
         elif not sight.device.is_streaming and listened_s >= LISTEN_FIRST_S:
@@ -206,7 +206,7 @@ def _steer_stream(course: _StreamProgress, switch: StreamSwitch, sight: EngineVi
         course.intent = memory.note_on(None if boots is None else int(boots))
     if not course.intent.done():
         return
-    # Unconfirmed counts as on, so that it is switched off again; also where this is cancelled before the answer came.
+    # Set before the answer, so that an unconfirmed or cancelled "on" is switched off again.
     course.switched_on_at, course.listened_s, course.hz = sight.now, listened_s, 0.0
     if switch.began_at is None:
         switch.began_at = sight.now
@@ -219,7 +219,7 @@ def _steer_stream(course: _StreamProgress, switch: StreamSwitch, sight: EngineVi
 
 
 def _is_listening(course: _StreamProgress, sight: EngineView) -> bool:
-    """Whether a stream was on already is not known yet."""
+    """Whether it is still unknown if a stream was on already."""
     course.has_come |= any(known.how is How.STREAMED for known in sight.device.values.values())
     limit_s = BRIEF_LISTEN_S if course.listens_briefly and not course.has_come else LISTEN_FIRST_S
     return sight.now - sight.opened_at < min(limit_s, LISTEN_FIRST_S)
@@ -230,7 +230,7 @@ def _is_accepted(outcome: Answered) -> bool:
 
 
 def _polled(switch: StreamSwitch, sight: EngineView) -> Iterator[tuple[Request, float]]:
-    """Questions with their period in seconds. The status is asked for where it does not come by itself."""
+    """Questions with their period in seconds; the status only if it is not streamed."""
     if not sight.device.is_streaming:
         yield STATUS.query(), POLL_EVERY_S if switch.is_on else UNSEEN_POLL_EVERY_S
     for request in _SLOW:
@@ -239,7 +239,7 @@ def _polled(switch: StreamSwitch, sight: EngineView) -> Iterator[tuple[Request, 
 
 
 def _switch_off(course: _StreamProgress, switch: StreamSwitch) -> Procedure[None]:
-    """Only what this procedure switched on. Asked again when unanswered: off twice is still off."""
+    """Switch the stream off if this procedure switched it on. Repeated if unanswered, as "off" twice is harmless."""
     if course.switched_on_at is None:
         return
     switch.is_unknown_before = 0 < course.hz * course.listened_s < LEAST_EXPECTED and course.listens_briefly

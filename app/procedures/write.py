@@ -2,10 +2,10 @@
 
     set, once  ->  acknowledgement (E2: "received")  ->  read back, until two answers in a row agree  ->  `Written`
 
-Only the read-back says what stands; `write_all` reads it once more at the end. Two answers, because the 8-bit sum lets
-about 6 % of two-bit errors pass: one bad frame must not turn a lost write into a verified one. An unanswered set is not
-sent again; the read-back tells what became of it. Whatever cannot be read back (E8) is never verified, only
-acknowledged.
+Only the read-back proves the value; `write_all` reads it once more at the end. Two answers have to agree, because the
+8-bit sum misses about 6 % of two-bit errors: one bad frame must not turn a lost write into a verified one. An
+unanswered set is not repeated; the read-back shows its result. A setting that cannot be read back (E8) is never
+verified, only acknowledged.
 """
 
 from dataclasses import dataclass
@@ -21,13 +21,13 @@ from protocol.translatable import marked
 
 READS_AT_MOST = 4
 RESTART_SHOWS_S = 0.4
-"""A restart's second heartbeat, or the decision that its twin was lost, comes within this time."""
+"""A restart is certain within this time: by its second heartbeat, or by the link's decision without it."""
 _ODD = (Role.UNASKED, Role.DOUBLED, Role.LATE)
-"""What a restart's first heartbeat may be taken for, where the link had just asked for one."""
+"""The roles that a restart's first heartbeat may have just after the link sent one."""
 
 
 class Heard(Enum):
-    """What the module answered to the set."""
+    """The module's answer to the set."""
 
     ECHO = "echo"
     """The value that was sent."""
@@ -37,13 +37,13 @@ class Heard(Enum):
     """Another value."""
     NOTHING = "nothing"
     NOT_SENT = "not sent"
-    """The module had stopped answering before; the set never went out."""
+    """The module had stopped answering; the set was not sent."""
     UNNEEDED = "unneeded"
-    """It holds the value already: nothing was sent."""
+    """It already has the value; nothing was sent."""
 
 
 class WriteFault(Enum):
-    """Why a write is not what was wanted; the value is its English, translatable text."""
+    """Why a write failed; the value is its English, translatable text."""
 
     REFUSED = marked("refused; the old value stands")
     CLAMPED = marked("the module holds another value")
@@ -66,21 +66,21 @@ class WriteFault(Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Written:
-    """What became of one write. Values are in the field's unit."""
+    """The result of a write. Values are in the field's unit."""
 
     command: Command
     wanted: Value
     heard: Heard
     acknowledged: Value | None = None
-    """The value in the acknowledgement where that is another than the one sent."""
+    """The value in the acknowledgement if it differs from the one sent."""
     stands: Value | None = None
-    """Read back; None where it was not, or cannot be."""
+    """The value read back, if it was."""
     verified: bool | None = None
-    """True only when the module said twice in a row that it holds what was wanted; None where it cannot be asked.
-    Final only in a `WriteReport`: there it was read once more after the module had time to change its mind."""
+    """True only if two answers in a row had the wanted value; None if it cannot be read. Final only in a `WriteReport`,
+    for which it was read once more."""
     fault: WriteFault | None = None
     waited_s: float | None = None
-    """How long an answer to the set was waited for in vain."""
+    """How long the unanswered set was waited for."""
 
     @property
     def is_acknowledged(self) -> bool:
@@ -88,7 +88,7 @@ class Written:
 
     @property
     def is_fine(self) -> bool:
-        """Verified, or where there is no read-back acknowledged, and nothing speaks against it."""
+        """Whether it is verified, or only acknowledged where it cannot be read back."""
         return self.fault is None
 
 
@@ -125,7 +125,7 @@ class Acknowledged(NamedTuple):
 def write_verified(command: Command, value: Value) -> Procedure[Written]:
     """Write one setting that changes nothing about the link; for the baud rate see `change_baud`.
 
-    Raises `ValueRefused` or `LookupError` before anything is sent. Whether writing is allowed is `write_all`'s to ask.
+    Raises `ValueRefused` or `LookupError` before anything is sent. `write_all` checks whether writing is allowed.
     """
     request = command.set(value)
     old = yield from _old_value(command)
@@ -152,7 +152,7 @@ def write_verified(command: Command, value: Value) -> Procedure[Written]:
 
 
 def _old_value(command: Command) -> Procedure[int | None]:
-    """The byte that stands before the write, which tells "refused" from "clamped"; None where nobody knows."""
+    """The byte before the write, which distinguishes "refused" from "clamped"; None if unknown."""
     if not command.reads_back or command.write is None:
         return None
     sight: EngineView = yield Inspect()
@@ -165,7 +165,7 @@ def _old_value(command: Command) -> Procedure[int | None]:
 
 
 def acknowledged(outcome: Outcome) -> Acknowledged:
-    """What the answer to a set says."""
+    """Interpret the outcome of a set."""
     if isinstance(outcome, Unanswered):
         return Acknowledged(Heard.NOT_SENT)
     message = outcome.messages[0] if isinstance(outcome, Answered) else None
@@ -177,7 +177,7 @@ def acknowledged(outcome: Outcome) -> Acknowledged:
 
 
 def restarted_since(before: EngineView) -> Procedure[bool]:
-    """Whether the module restarted since; a frame too many may be the first sign of it."""
+    """Whether the module restarted since; an unexpected frame may be its first sign."""
     after: EngineView = yield Inspect()
     old, new = before.link.counters.by_role, after.link.counters.by_role
     if any(new[role] != old[role] for role in _ODD):
@@ -205,5 +205,5 @@ def _fault(command: Command, wanted: int, said: Acknowledged, back: ReadBack, *,
 
 
 def _value(command: Command, raw: int) -> Value | None:
-    """In the field's unit; None for a byte that the field does not know."""
+    """The value in the field's unit; None for an invalid byte."""
     return command.write.decode(raw) if command.write is not None and raw in command.write.allowed else None

@@ -3,8 +3,8 @@
     read all settings -> write and read back, one by one -> wait `SETTLE_S` -> read all settings again -> `WriteReport`
 
 All values are checked before the first is sent. Each write checks again whether writing is allowed (not while the
-module is active). The baud rate comes last: it may take the line with it. The last reading decides: it finds what the
-module changed late, and what it changed without being told to.
+module is active). The baud rate comes last, as it may break the connection. The last reading decides: it shows what the
+module changed late or unasked.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -31,13 +31,13 @@ from protocol.fields import Value
 from protocol.translatable import marked
 
 SETTLE_S = 0.6
-"""From the last write to the last reading. Modules are known to clamp, to revert or to restart up to half a second
-after they acknowledged; whatever changes later is found by the background reading of a connected window."""
+"""From the last write to the last reading. Modules are known to clamp, revert or restart up to half a second after the
+acknowledgement; the background reading of a connected window finds later changes."""
 TRIGGERS = frozenset({"attitude_trigger", "freefall_trigger"})
 LAST_READINGS = 2
-"""The last reading is repeated where the line spoiled it."""
+"""The last reading is repeated if the line disturbed it."""
 DISK_LIMIT_S = 1.5
-"""So long a setting waits until it is written down what stood before, and what is intended."""
+"""How long a write waits until the old settings and the intent are stored."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,11 +57,11 @@ class WriteReport:
     """Why some were not sent."""
     baud: BaudChanged | None = None
     changed: tuple[ChangedSetting, ...] = ()
-    """Settings that were not written and read differently afterwards."""
+    """Settings that changed without being written."""
     unread: tuple[Command, ...] = ()
-    """Settings that were not written and could not be read again afterwards."""
+    """Settings that were not written and could not be read afterwards."""
     read_at: float | None = None
-    """When the last reading began, in monotonic seconds: from then on "verified" ages."""
+    """When the last reading began, in monotonic seconds."""
 
     @property
     def is_fine(self) -> bool:
@@ -70,19 +70,19 @@ class WriteReport:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Leave:
-    """What writing needs besides the values."""
+    """What `write_all` needs besides the values."""
 
     journal: Journal
     permit: Permit | None = None
     """For the baud rate."""
     armed: Armed | None = None
     is_unlocked: bool = False
-    """Somebody allowed this although the module is, or may be, active."""
+    """The user allowed it although the module is, or may be, active."""
     keep_snapshot: Callable[[Snapshot], Future[int] | None] | None = None
-    """Takes the settings as they were, in the session's thread: must not wait for a disk. Done when they are kept. None
-    where that was done before in this session."""
+    """Stores the old settings; called in the session's thread, so it must not wait for a disk. The future is done when
+    they are stored; None if they were stored before in this session."""
     on_written: Callable[[Written], None] | None = None
-    """Hears of every result as it comes, in the session's thread: also where the line breaks off in the middle."""
+    """Called with each result in the session's thread, even if the port is lost later."""
 
 
 def write_all(changes: Sequence[SettingChange], leave: Leave) -> Procedure[WriteReport]:
@@ -117,21 +117,21 @@ def write_all(changes: Sequence[SettingChange], leave: Leave) -> Procedure[Write
 
 @dataclass(slots=True)
 class _WriteProgress:
-    """How far the writes are."""
+    """The progress of `write_all`."""
 
     leave: Leave
     results: list[Written] = field(default_factory=list)
     restarts: list[int] = field(default_factory=list)
-    """The device's count after each."""
+    """The device's restarts after each write."""
     entries: dict[Command, Entry] = field(default_factory=dict)
-    """Of the journal, still without an outcome."""
+    """Journal entries without an outcome."""
     refused: tuple[Refusal, ...] = ()
     baud: BaudChanged | None = None
     fault: WriteFault | None = None
     """Why nothing more is sent."""
 
     def settle(self, results: Iterable[Written]) -> None:
-        """Write the outcomes down; a write of which nothing was heard is unknown."""
+        """Log the outcomes; a write without a result is unknown."""
         found = {written.command: written for written in results}
         for command, entry in self.entries.items():
             written = found.get(command)
@@ -156,11 +156,11 @@ def _write_one(course: _WriteProgress, change: SettingChange) -> Procedure[None]
         entry = leave.journal.begin(Act.WRITE, frame, {change.command.key: change.value, **seen})
         course.entries[change.command] = entry
         if not entry.done():
-            # A set is no act: it is done also where the disk takes too long. Whether it is allowed is judged again.
+            # Unlike an act a set is sent even if the disk takes too long, after checking again whether it is allowed.
             yield from _wait_for_disk(entry)
             course.refused = yield from _refusals(leave)
         if change.command.key in TRIGGERS and change.value is False and not _is_written(entry):
-            # A check may go by the log where it says that a trigger is enabled.
+            # A pre-flight check relies on the log for whether a trigger is enabled.
             course.refused = (*course.refused, Refusal(Interlock.INTENT_DURABLE, said(LOG_FAILED)))
         if course.refused:
             course.fault = WriteFault.NOT_ALLOWED
@@ -176,7 +176,7 @@ def _is_written(entry: Entry) -> bool:
 
 
 def _last_reading(course: _WriteProgress, before: SettingsReading) -> Procedure[WriteReport]:
-    """Everything once more, after the module had its time: only what still stands then is verified."""
+    """Read everything once more after a pause: only values that are still there are verified."""
     yield Pause(SETTLE_S)
     for _ in range(LAST_READINGS):
         last = yield from read_settings()
@@ -203,7 +203,7 @@ def _last_reading(course: _WriteProgress, before: SettingsReading) -> Procedure[
 
 
 def _read_again(written: Written, values: Mapping[str, Value]) -> Written:
-    """What the last reading says of one write."""
+    """The result of one write after the last reading."""
     if not written.command.reads_back or written.heard is Heard.NOT_SENT:
         return written
     stands = values.get(written.command.key)
@@ -217,7 +217,7 @@ def _read_again(written: Written, values: Mapping[str, Value]) -> Written:
 
 
 def unconfirmed(results: Iterable[Written]) -> list[Written]:
-    """The results where the last reading was not made: what was verified is so no longer."""
+    """The results without a last reading: nothing is verified."""
     return [_unconfirmed(written) if written.fault is None and written.verified else written for written in results]
 
 
@@ -234,13 +234,13 @@ def _keep_snapshot(keep: Callable[[Snapshot], Future[int] | None]) -> Procedure[
 
 
 def _wait_for_disk(future: Future[int]) -> Procedure[None]:
-    """The line served others meanwhile: how the module stands is asked again, after whatever is still in flight."""
+    """Wait, then ask for the status again, as other requests may have been sent meanwhile."""
     yield Await(future, DISK_LIMIT_S)
     yield from ask_status()
 
 
 def _refusals(leave: Leave) -> Procedure[tuple[Refusal, ...]]:
-    """The module is asked where it is not proven that it has just said that it is locked."""
+    """The conditions that are not met; asks for the status if it is not proven to be recent."""
     for has_been_asked in (False, True):
         sight: EngineView = yield Inspect()
         armed = leave.armed.act if leave.armed is not None else None
@@ -302,7 +302,7 @@ def _written(change: SettingChange, baud: BaudChanged) -> Written:
 
 
 def _doubted(results: Sequence[Written], restarts: Sequence[int], *, now: int) -> list[Written]:
-    """What was written before a restart is claimed no longer: nobody knows what survived it (E15)."""
+    """Mark writes before a restart as doubtful, as it is unknown what survives one (E15)."""
     return [
         replace(written, fault=WriteFault.RESTARTED, verified=False if written.verified else None)
         if written.heard is not Heard.NOT_SENT and _may_be_lost(written) and count != now
@@ -312,5 +312,5 @@ def _doubted(results: Sequence[Written], restarts: Sequence[int], *, now: int) -
 
 
 def _may_be_lost(written: Written) -> bool:
-    """Whether a restart is the better explanation: what was fine until then, and what was found changed after it."""
+    """Whether a restart may explain the result."""
     return written.fault in (None, WriteFault.REVERTED, WriteFault.NO_LAST_READING)

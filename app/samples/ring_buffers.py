@@ -1,13 +1,12 @@
 """Time series in bounded memory: exact for minutes, minimum and maximum for hours.
 
-- Times never run backwards; values are finite.  Anything else is our own mistake and raises ValueError.
-- What was measured is never averaged: an envelope holds the lowest and highest sample of each bucket.
-- Buckets lie on multiples of their width since time 0, so a picture that scrolls does not shimmer.  All
-  widths are sums of a few powers of two of a second, which floating point holds exactly.
-- A bucket without samples does not exist; a drawing sees the gap from ``end_s`` to the next ``start_s``.
+- Times never decrease and values are finite, else ValueError is raised.
+- Samples are never averaged: an envelope has the lowest and highest sample of each bucket.
+- Buckets start at multiples of their width since time 0, so that a scrolling plot does not flicker. All widths are sums
+  of a few powers of two of a second, which floating point represents exactly.
+- There are no empty buckets; a plot sees the gap from `end_s` to the next `start_s`.
 
-Memory at the default sizes is reserved once, about 16 MB for the exact part and 9 MB for the hours.
-One thread appends and reads.
+At the default sizes about 16 MB are reserved for the exact part and 9 MB for the hours. One thread appends and reads.
 """
 
 import math
@@ -32,7 +31,7 @@ _SLACK: Final = 0.25
 
 
 class Window(NamedTuple):
-    """Exact samples, oldest first: views into the series, good until the next ``append``."""
+    """Exact samples, oldest first: views of the series, valid until the next `append`."""
 
     time_s: Seconds
     value: Values
@@ -46,7 +45,7 @@ class SeriesSample(NamedTuple):
 
 
 class Extent(NamedTuple):
-    """What was measured around one instant; ``low`` equals ``high`` for a single exact sample."""
+    """The range of values around one time; `low` equals `high` for an exact sample."""
 
     time_s: float
     low: float
@@ -63,12 +62,11 @@ class Envelope(NamedTuple):
 
 
 class _Ring:
-    """Columns of one length that keep the newest ``capacity`` rows side by side in memory."""
+    """Columns with the newest `capacity` rows, each contiguous in memory."""
 
     def __init__(self, capacity: int, *kinds: type[np.floating]) -> None:
         self.capacity = capacity
         self._length = capacity + max(1, int(capacity * _SLACK))
-        # Empty pages are not taken from the system before they are written.
         self._columns = [np.empty(self._length, kind) for kind in kinds]
         self._start = 0
         self._stop = 0
@@ -76,7 +74,7 @@ class _Ring:
 
     @property
     def has_dropped(self) -> bool:
-        """Rows were more than it keeps."""
+        """Whether rows were dropped."""
         return self._appended > self.capacity
 
     def __len__(self) -> int:
@@ -106,29 +104,29 @@ class _Ring:
 
 
 class Readable(ABC):
-    """One measured value over time, to be looked at; where it is kept is the business of who derives from it."""
+    """One measured value over time; subclasses provide the samples."""
 
     @property
     @abstractmethod
     def _times(self) -> Seconds:
-        """Of the exact samples, ascending."""
+        """The times of the exact samples, ascending."""
 
     @property
     @abstractmethod
     def _values(self) -> Values:
-        """In step with the times."""
+        """The values of the exact samples."""
 
     @property
     @abstractmethod
     def _has_dropped(self) -> bool:
-        """The exact samples are not all; older ones are in the summary alone."""
+        """Whether older samples are only in the summary."""
 
     @abstractmethod
     def _summary_columns(self) -> Envelope:
-        """Buckets of ``SUMMARY_S``."""
+        """Buckets of `SUMMARY_S`."""
 
     def __len__(self) -> int:
-        """Exact samples kept."""
+        """The number of exact samples."""
         return len(self._times)
 
     @property
@@ -140,22 +138,22 @@ class Readable(ABC):
 
     @property
     def exact_since_s(self) -> float:
-        """Time of the oldest exact sample, infinity when there is none; older ones are summed up."""
+        """The time of the oldest exact sample, infinity without one."""
         return float(self._times[0]) if len(self._times) else math.inf
 
     def window(self, start_s: float, end_s: float) -> Window:
-        """The exact samples of a span, both ends included, without a copy."""
+        """The exact samples of a span, including both ends, without copying."""
         times = self._times
         first = int(np.searchsorted(times, start_s, "left"))
         stop = int(np.searchsorted(times, end_s, "right"))
         return Window(times[first:stop], self._values[first:stop])
 
     def decimated(self, start_s: float, end_s: float, buckets: int = 1000) -> Envelope:
-        """The span as an envelope of ``buckets`` buckets and two for the ends, or less.
+        """The span as an envelope of at most `buckets` buckets and two for the ends.
 
-        Few samples come back as they are, one per bucket, with the one before and the one after the span.
-        The buckets at the ends are whole: they may hold samples just outside the span.  Raises ValueError for
-        a span or a number that is not positive.
+        Few samples are returned unchanged, one in each bucket, with the one before and the one after the span. The
+        buckets at the ends may hold samples just outside the span. Raises ValueError for a span or a number that is
+        not positive.
         """
         if not end_s > start_s or buckets < 1:
             raise ValueError(f"no picture of {buckets} buckets from {start_s} to {end_s} s")
@@ -216,7 +214,7 @@ class Readable(ABC):
         )
 
     def around(self, time_s: float, *, within_s: float) -> Extent | None:
-        """What was measured nearest to an instant, None when nothing was within ``within_s`` of it."""
+        """The sample or bucket nearest to a time, None if there is none within `within_s`."""
         if len(self._times) and time_s >= self.exact_since_s:
             times = self._times
             after = int(np.searchsorted(times, time_s, "left"))
@@ -233,10 +231,7 @@ class Readable(ABC):
         return Extent(max(float(start[bucket]), time_s), float(low[bucket]), float(high[bucket]))
 
     def rows(self, start_s: float, end_s: float) -> Iterator[SeriesSample]:
-        """The exact samples of a span, as they are now, for a file.
-
-        What is older than ``exact_since_s`` is not in it: say so where that matters.
-        """
+        """A copy of the exact samples of a span, for a file: nothing older than `exact_since_s`."""
         times, values = self.window(start_s, end_s)
         # tolist() copies, so that samples appended while the file is written change nothing.
         yield from map(SeriesSample, times.tolist(), values.tolist())
@@ -245,8 +240,8 @@ class Readable(ABC):
 class Series(Readable):
     """One measured value over time.
 
-    ``capacity`` is the number of exact samples kept, ``summary_buckets`` that of the buckets of 1/8 s kept
-    for longer.  Times are monotonic seconds.
+    `capacity` is the number of exact samples kept, `summary_buckets` that of the buckets of 1/8 s. Times are monotonic
+    seconds.
     """
 
     def __init__(self, capacity: int = EXACT_SAMPLES, *, summary_buckets: int = SUMMARY_BUCKETS) -> None:
@@ -271,10 +266,9 @@ class Series(Readable):
         return Envelope(*(self._summary.column(number) for number in range(4)))  # type: ignore[arg-type]
 
     def append(self, time_s: ArrayLike, value: ArrayLike) -> None:
-        """Add a batch, or one sample, newest last.
+        """Add a batch or one sample, newest last.
 
-        Raises ValueError when the two differ in length, times run backwards or anything is not finite;
-        nothing is added then.
+        Raises ValueError and adds nothing if the lengths differ, times decrease or anything is not finite.
         """
         times = np.atleast_1d(np.asarray(time_s, np.float64))
         values = np.atleast_1d(np.asarray(value, np.float32))
@@ -292,7 +286,7 @@ class Series(Readable):
 
     def _summarise(self, times: Seconds, values: Values) -> None:
         first, last = math.floor(times[0] / SUMMARY_S), math.floor(times[-1] / SUMMARY_S)
-        if first == last:  # a few samples: the usual case, without arrays of one
+        if first == last:  # the usual case
             batch = Envelope(times[:1], times[-1:], values.min(keepdims=True), values.max(keepdims=True))
         else:
             numbers = np.floor(times / SUMMARY_S)
@@ -315,7 +309,7 @@ class Series(Readable):
 
 
 def bucket_width_s(at_least_s: float) -> float:
-    """The narrowest bucket of 1, 1.25, 1.5 or 1.75 times a power of two seconds that is wide enough."""
+    """The narrowest width of 1, 1.25, 1.5 or 1.75 times a power of two seconds that is at least this wide."""
     power = 2.0 ** math.floor(math.log2(at_least_s))
     return math.ceil(at_least_s / power * 4) / 4 * power
 
@@ -327,7 +321,7 @@ def _edges(start_s: float, end_s: float, width_s: float) -> Seconds:
 
 
 def _buckets(times: Seconds, values: Values, firsts: NDArray[np.intp]) -> Envelope:
-    """One bucket from each index of ``firsts`` up to the next; none of them empty."""
+    """One bucket from each index of `firsts` up to the next; none of them empty."""
     lasts = np.append(firsts[1:], len(times)) - 1
     return Envelope(
         times[firsts],

@@ -8,14 +8,14 @@ STEPS_KEPT: Final = 1000
 
 
 class StepPoint(NamedTuple):
-    """From this time on the value stood; None: nobody knows it."""
+    """The value from this time on; None: unknown."""
 
     time_s: float
     value: float | None
 
 
 class StepFunction:
-    """A setting over time: each value stands until the next one.  The newest ``kept`` changes are kept."""
+    """A setting over time: each value holds until the next one. The newest `kept` changes are kept."""
 
     def __init__(self, kept: int = STEPS_KEPT) -> None:
         self._changes: deque[StepPoint] = deque(maxlen=kept)
@@ -29,11 +29,11 @@ class StepFunction:
 
     @property
     def value(self) -> float | None:
-        """What stands now, None when it is not known."""
+        """The present value, None if unknown."""
         return self._changes[-1].value if self._changes else None
 
     def put(self, time_s: float, value: float | None) -> None:
-        """Note what stands from now on; None: it is no longer known.  Raises ValueError for an earlier time."""
+        """Set the value from now on; None: unknown. Raises ValueError for an earlier time."""
         if self._changes:
             newest = self._changes[-1]
             if time_s < newest.time_s:
@@ -43,7 +43,7 @@ class StepFunction:
         self._changes.append(StepPoint(time_s, value))
 
     def between(self, start_s: float, end_s: float) -> list[StepPoint]:
-        """What stood at ``start_s``, if anything was noted by then, and every change up to ``end_s``."""
+        """The value at `start_s`, if there is one, and every change up to `end_s`."""
         found: list[StepPoint] = []
         for change in reversed(self._changes):
             if change.time_s > end_s:

@@ -7,7 +7,7 @@ import pytest
 
 from app.engine.procedure import Cancelled, PortLost
 from app.engine.session import Run
-from app.procedures.act import LOOKS, REPORTS_EVERY_S, SENTENCES, WATCH_S, Armed, Performed, perform, rehearse
+from app.procedures.act import SENTENCES, Armed, Performed, perform, rehearse
 from app.procedures.ask_status import ask_status
 from app.procedures.read import read_everything
 from app.procedures.stream import StreamSwitch, watch
@@ -15,7 +15,7 @@ from app.safety.acts import REQUESTS, Act
 from app.safety.interlocks import Interlock
 from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
-from protocol.catalogue import STATUS, Hazard
+from protocol.catalogue import Hazard
 from protocol.events import Received
 from tests.support.journals import FakeJournal
 from tests.support.line.sim_line import Rig
@@ -104,13 +104,6 @@ def test_what_came_of_it_is_known_at_once_on_a_good_line(act: Act) -> None:
     took_s = rig.clock() - begun
     # Before zeroing it has to lie still for two seconds; a second report of firing, and a silence, take their time.
     assert took_s < {Act.ZERO: 2.4, Act.DEPLOY: 1.5, Act.SHUTDOWN: 4.0}.get(act, 0.5), took_s
-
-
-def test_before_zeroing_reports_are_asked_for_at_a_steady_pace() -> None:
-    rig = Rig(READY[Act.ZERO])
-    do(rig, Act.ZERO)
-    reports = rig.line.requests.count(STATUS.query())
-    assert 0.9 < reports / (WATCH_S / REPORTS_EVERY_S) < 1.2, reports
 
 
 @pytest.mark.parametrize("act", READY)
@@ -235,18 +228,6 @@ def test_a_deploy_whose_answer_was_lost_is_confirmed_by_the_report() -> None:
     rig.line.write = lossy  # type: ignore[method-assign]
     done = do(rig, Act.DEPLOY)
     assert (done.is_acknowledged, done.outcome) == (False, Outcome.CONFIRMED)
-
-
-@pytest.mark.parametrize(("options", "fences"), [({}, 0), ({"mute_codes": frozenset((0x10,))}, 1)])
-def test_only_the_first_report_after_an_unanswered_act_waits_behind_another_question(
-    options: dict[str, Any], fences: int
-) -> None:
-    rig = Rig(options)
-    do(rig, Act.ACTIVATE)
-    sent = rig.line.requests
-    afterwards = sent[sent.index(REQUESTS[Act.ACTIVATE]) + 1 :]
-    assert len([request for request in afterwards if request != STATUS.query()]) == fences
-    assert afterwards[fences:] == [STATUS.query()] * LOOKS
 
 
 def test_a_module_that_says_it_did_not_fire() -> None:
