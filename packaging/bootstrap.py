@@ -1,7 +1,7 @@
 """Set up a fresh checkout and run it:  python3 packaging/bootstrap.py demo | test | ...
 
-This file has to be understood by Pythons that are too old for the program, so that they can say so.  The
-work is done by commands.py, which is loaded only after the check.
+Old Pythons must be able to read this file, so that they can print that they are too old.  The work is done by
+commands.py, which is imported after the check.
 """
 
 import subprocess
@@ -11,7 +11,7 @@ OLDEST = (3, 11)
 
 
 def refusal(version):  # no annotations: old Pythons read this
-    """The sentence for a Python that is too old, with what to type instead; None where it will do."""
+    """A sentence for a Python that is too old, with what to type instead, or None."""
     if tuple(version[:2]) >= OLDEST:
         return None
     numbers = OLDEST + tuple(version[:2])
@@ -23,7 +23,7 @@ def refusal(version):  # no annotations: old Pythons read this
 
 
 def _newer_python():
-    """The name of a Python on the search path that is new enough and starts, or None."""
+    """The name of a Python in PATH that is new enough and starts, or None."""
     for minor in range(OLDEST[1], 20):
         name = "python3.{}".format(minor)
         try:

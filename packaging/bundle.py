@@ -1,4 +1,4 @@
-"""The bundle: a folder with the program, its own Python and Qt, which runs where neither is installed."""
+"""Builds the bundle: a folder with the program, Python and Qt."""
 
 import json
 import shutil
@@ -24,17 +24,17 @@ SPEC: Final = ROOT / "packaging" / "dps-s.spec"
 BILL: Final = "sbom.cdx.json"
 _LINUX_README: Final = ROOT / "packaging" / "linux" / "README.txt"
 _WITH_DEBUG_TABLES: Final = ("libpython3*.so*", "zstandard/*.so", "lz4/**/*.so", "python3*/lib-dynload/*.so")
-"""Of these a third to a half is for debuggers. Qt's and numpy's libraries stay as their makers ship them."""
+"""Stripping makes these smaller by a third to a half. Qt's and numpy's libraries stay as shipped."""
 
 
 def make_bundle(release: Release, wheel: Path, *, work: Path, dist: Path) -> Path:
-    """Build it from the wheel, so that it holds what the wheel holds; the folder (on macOS the .app) in `dist`.
+    """Build it from the wheel; returns the folder, on macOS the .app, in `dist`.
 
-    Raises SetupError where PyInstaller fails, or the licence of something collected is unknown.
+    Raises SetupError if PyInstaller fails or a licence is unknown.
     """
     site, icons, contents = work / "site", work / "icons", work / "contents.json"
     with zipfile.ZipFile(wheel) as archive:
-        archive.extractall(site)  # noqa: S202  our own, just built
+        archive.extractall(site)  # noqa: S202  built by us
     write_program_icons(icons)
     _run_pyinstaller(release, work, {"DPS_S_SITE": site, "DPS_S_ICONS": icons, "DPS_S_CONTENTS": contents})
     collected = [Entry(*one) for one in json.loads(contents.read_text(encoding="utf-8"))]
@@ -47,7 +47,7 @@ def make_bundle(release: Release, wheel: Path, *, work: Path, dist: Path) -> Pat
         papers, internal = folder / "Contents" / "Resources", folder / "Contents" / "Frameworks"
     if sys.platform.startswith("linux"):
         _strip(internal)
-        # Before Qt is loaded, app/system/screen.py looks for those of them that it knows.
+        # app/system/screen.py looks for the known ones of them before Qt is loaded.
         (internal / ASKED).write_text(
             "".join(f"{one}\n" for one in sorted(outside_libraries(folder))), encoding="utf-8"
         )
@@ -64,7 +64,7 @@ def make_bundle(release: Release, wheel: Path, *, work: Path, dist: Path) -> Pat
 
 
 def _run_pyinstaller(release: Release, work: Path, places: dict[str, Path]) -> None:
-    """In a folder of its own: in the checkout it would take the metadata of the development's installation along."""
+    """Run it outside of the checkout, whose metadata it would include."""
     command = [sys.executable, "-m", "PyInstaller", "--noconfirm", "--log-level", "ERROR"]
     command += ["--distpath", str(work / "frozen"), "--workpath", str(work / "pyinstaller"), str(SPEC)]
     variables = {
@@ -77,7 +77,7 @@ def _run_pyinstaller(release: Release, work: Path, places: dict[str, Path]) -> N
 
 
 def _add_papers(folder: Path, internal: Path, release: Release, found: Sequence[Part]) -> None:
-    """The list of parts as it stands in `internal`, and for each part a folder with its licence."""
+    """Write the list of parts, and a folder with the licence of each part."""
     bill = bill_of_materials(release, found, internal)
     (folder / BILL).write_text(f"{bill}\n", encoding="utf-8")
     own = folder / LICENCES / NAME
@@ -92,7 +92,7 @@ def _add_papers(folder: Path, internal: Path, release: Release, found: Sequence[
 
 
 def _strip(internal: Path) -> None:
-    """Take out what tells of the machine that it was built on, and what only debuggers read."""
+    """Remove paths of the build machine and debug information."""
     for library in internal.rglob("*.so*"):
         run_path = None if library.is_symlink() else foreign_run_path(library)
         if run_path is not None:
@@ -126,12 +126,11 @@ def pack(folder: Path, release: Release) -> Path:
         return Path(shutil.make_archive(str(target), "zip", root_dir=folder.parent, base_dir=folder.name))
     packed = target.with_name(f"{target.name}.tar.gz")
     write_tar(packed, folder, release.epoch)
-
     return packed
 
 
 def write_tar(target: Path, folder: Path, epoch: int) -> None:
-    """The same bytes for the same folder: sorted, of one time, and of nobody."""
+    """Pack a folder reproducibly: sorted, with one time and no owner."""
     import gzip
 
     def plain(info: tarfile.TarInfo) -> tarfile.TarInfo:

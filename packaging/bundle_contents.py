@@ -1,4 +1,4 @@
-"""What goes into the bundle and what stays out: read by dps-s.spec, tried on every file that PyInstaller found."""
+"""Which of the modules and files that PyInstaller finds go into the bundle; used by dps-s.spec."""
 
 import re
 from collections.abc import Iterable
@@ -7,11 +7,11 @@ from typing import Final, NamedTuple
 
 TOP_PACKAGES: Final = ("app", "protocol", "ui")
 LATE_MODULES: Final = (
-    "_cffi_backend",  # cryptography's compiled part imports it
+    "_cffi_backend",  # imported by cryptography's compiled part
     "PySide6.QtSvg",
     "mcap.reader",
     "mcap.writer",
-    # the kinds of port that are given by a URL
+    # port URLs
     "serial.urlhandler.protocol_alt",
     "serial.urlhandler.protocol_hwgrep",
     "serial.urlhandler.protocol_loop",
@@ -19,10 +19,10 @@ LATE_MODULES: Final = (
     "serial.urlhandler.protocol_socket",
     "serial.urlhandler.protocol_spy",
 )
-"""Wanted although no import statement that PyInstaller can see names them."""
+"""Needed, but not named by any import statement that PyInstaller can see."""
 
 LEFT_OUT_MODULES: Final = (
-    # what zstandard has for Pythons that are not CPython; of cffi only its compiled part is wanted
+    # for Pythons other than CPython; of cffi only the compiled part is needed
     "cffi",
     "zstandard._cffi",
     "zstandard.backend_cffi",
@@ -32,11 +32,11 @@ LEFT_OUT_MODULES: Final = (
     "PySide6.QtPrintSupport",
     "PySide6.QtTest",
     "PySide6.QtUiTools",
-    # of numpy, what compiles and tests
+    # compiling and testing with numpy
     "numpy.distutils",
     "numpy.f2py",
     "numpy.testing.tests",
-    # tools of the development that hooks would take along when they happen to be installed
+    # development tools that hooks would include if they are installed
     "IPython",
     "PIL",
     "construct",
@@ -46,7 +46,7 @@ LEFT_OUT_MODULES: Final = (
     "pkg_resources",
     "pyqtgraph",
     "pytest",
-    "readline",  # of an interactive Python; under the GPL
+    "readline",  # for an interactive Python; under the GPL
     "scipy",
     "setuptools",
     "tkinter",
@@ -85,7 +85,7 @@ _SOFTWARE_OPENGL: Final = "opengl32sw.dll"
 
 
 class Entry(NamedTuple):
-    """One file as PyInstaller lists it: where in the bundle, from where, and its kind (BINARY, DATA, PYMODULE ...)."""
+    """One file in PyInstaller's list: place in the bundle, source, and kind (BINARY, DATA, PYMODULE ...)."""
 
     place: str
     source: str
@@ -93,7 +93,7 @@ class Entry(NamedTuple):
 
 
 def is_wanted(place: str) -> bool:
-    """Does a file that is to lie at this place in the bundle belong there?"""
+    """Whether the file for this place goes into the bundle."""
     path = PurePosixPath(place.replace("\\", "/"))
     text = path.as_posix()
     _, is_plugin, plugin = text.partition("/plugins/")
@@ -104,7 +104,7 @@ def is_wanted(place: str) -> bool:
     if "PySide6/" in text and "/translations/" in text:
         return path.name in _TRANSLATIONS
     folder = path.parent.name
-    if ".egg-info" in text or ".dist-info" in text:  # of what is installed only the version is asked for
+    if ".egg-info" in text or ".dist-info" in text:  # only the version is needed
         return folder.endswith(".dist-info") and path.name == "METADATA"
     if "PySide6/Qt/qml/" in text or "PySide6/qml/" in text or path.name == _SOFTWARE_OPENGL:
         return False
@@ -112,10 +112,10 @@ def is_wanted(place: str) -> bool:
 
 
 def is_from_the_system(source: str) -> bool:
-    """Is this a library of a Linux distribution that only Qt asks for?
+    """Whether this is a library of the Linux distribution that only Qt needs.
 
-    Such libraries have to fit the desktop that they run on, so they stay the system's: the .deb depends on them, and
-    the program names those that are missing before Qt does.
+    Such libraries must match the desktop, so they are not bundled: the .deb depends on them, and the program names
+    missing ones.
     """
     path = Path(source)
     return path.parts[:2] in (("/", "lib"), ("/", "usr"), ("/", "lib64")) and not _PYTHONS.match(path.name)
@@ -125,17 +125,17 @@ _PYTHONS: Final = re.compile(
     r"lib(?:python3|ssl|crypto|ffi|sqlite3|bz2|lzma|expat|uuid|mpdec|readline|tinfo|ncursesw|panelw|gdbm|db-5|z)\b.*\.so"
     r"|.*\.cpython-.*\.so"
 )
-"""What Python's own modules ask for, which differs between releases, comes along."""
+"""Libraries of Python's own modules, which differ between distributions, are bundled."""
 
 
 def sifted(entries: Iterable[Entry], *, is_linux: bool) -> list[Entry]:
-    """The entries that belong into the bundle, in the order of their places."""
+    """The entries that go into the bundle, sorted by place."""
     kept = {
         entry.place: entry
         for entry in entries
         if is_wanted(entry.place) and not (is_linux and entry.kind == "BINARY" and is_from_the_system(entry.source))
     }
-    if is_linux:  # a link to a library that was left out would point nowhere
+    if is_linux:  # links to libraries that were left out
         targets = {PurePosixPath(place) for place in kept}
         kept = {
             place: entry
@@ -146,7 +146,7 @@ def sifted(entries: Iterable[Entry], *, is_linux: bool) -> list[Entry]:
 
 
 def module_names(site: Path) -> list[str]:
-    """All modules of the program below `site`: sub-commands and pages are imported by name at run time."""
+    """All modules of the program below `site`; sub-commands and pages are imported by name."""
     names = []
     for top in TOP_PACKAGES:
         for path in sorted((site / top).rglob("*.py")):
@@ -156,7 +156,7 @@ def module_names(site: Path) -> list[str]:
 
 
 def data_files(site: Path) -> list[tuple[str, str]]:
-    """What of the program is no module, with its folder in the bundle."""
+    """Files of the program that are no modules, with their folders in the bundle."""
     files = [path for top in TOP_PACKAGES for path in sorted((site / top).rglob("*")) if path.is_file()]
     return [
         (str(path), path.parent.relative_to(site).as_posix())

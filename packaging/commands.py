@@ -1,4 +1,4 @@
-"""The commands of bootstrap.py: each makes sure that all is installed, then runs one thing."""
+"""The commands of bootstrap.py: each installs what is missing, then runs one thing."""
 
 import argparse
 import io
@@ -19,16 +19,16 @@ EVIDENCE = ROOT / "build" / "demo"
 
 
 class Command(NamedTuple):
-    """What a command does, in words and in code; the code turns arguments into an exit code."""
+    """A command: its help, and a function from arguments to the exit code."""
 
     explanation: str
     run: Callable[[list[str]], int]
 
 
 def call(program: Sequence[str | Path], **variables: str) -> int:
-    """Run a program in the root of the checkout to its end; its exit code, 130 when it was interrupted.
+    """Run a program in the root of the checkout; returns its exit code, 130 if it was interrupted.
 
-    ``variables`` are environment variables that hold unless the user's own environment has them.
+    ``variables`` are defaults of environment variables.
     """
     sys.stdout.flush()
     words = [str(word) for word in program]
@@ -37,7 +37,7 @@ def call(program: Sequence[str | Path], **variables: str) -> int:
             try:
                 code = process.wait()
                 break
-            except KeyboardInterrupt:  # the program was told by the terminal too: let it end in its own way
+            except KeyboardInterrupt:  # the terminal has interrupted the program, too: wait for it
                 continue
     return code if code >= 0 else 128 - code
 
@@ -52,10 +52,10 @@ def _take_none(arguments: list[str]) -> None:
 
 
 def _test(arguments: list[str]) -> int:
-    """Several at a time: most of them wait for a line, not for the processor. `-n 0` runs one after the other.
+    """Run the tests in parallel, since most of them wait for a line; `-n 0` runs one after the other.
 
-    On a busy machine a window or a pseudo-terminal may be too late once: a failed test is tried once more, three in a
-    run at most, and what had failed is printed. It is a fault to look for.
+    On a busy machine a window or a pseudo-terminal may be too slow once: at most three failed tests are repeated once,
+    and their failures are printed.
     """
     at_a_time = min(8, 2 * (os.cpu_count() or 1))
     side_by_side = ("-n", str(at_a_time), "--dist", "worksteal")
@@ -127,7 +127,7 @@ LEFTOVERS = ("build", "dist", ".pytest_cache", ".mypy_cache", ".ruff_cache", ".h
 
 
 def clean() -> None:
-    """Delete what building and testing left behind; .venv stays."""
+    """Delete the files of builds and tests, but not .venv."""
     folders = [ROOT / name for name in LEFTOVERS]
     for top in ("app", "protocol", "ui", "tests", "packaging"):
         folders += (ROOT / top).rglob("__pycache__")
@@ -143,10 +143,10 @@ def _explanations() -> str:
 
 
 def main(arguments: list[str]) -> int:
-    """Do one command; its exit code (3: the machine lacks something that only its user can give it)."""
+    """Run one command; returns its exit code (3: the machine lacks something that its user has to install)."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="replace")  # what pip says may hold letters that a console has not
+            stream.reconfigure(errors="replace")  # pip may print characters that the console lacks
     parser = argparse.ArgumentParser(
         prog="bootstrap.py",
         description="Set up DPS-S Configurator in this checkout, then run one thing.",

@@ -1,4 +1,4 @@
-"""Whose work is inside the libraries of others, built into Qt, numpy and cryptography, or brought by psycopg."""
+"""Third-party works that are built into Qt, numpy and cryptography, or shipped with psycopg."""
 
 import json
 import re
@@ -18,11 +18,11 @@ _VERSIONS_IN_QT: Final = {
     "libpng.txt": re.compile(rb"libpng version (\d+\.\d+\.\d+)"),
     "pcre2.txt": re.compile(rb"\0(\d+\.\d+) \d{4}-\d\d-\d\d\0"),
 }
-"""What libraries of Qt say of themselves: such a part may be newer than in the documentation."""
+"""Version strings in Qt's libraries, where a part may be newer than in the documentation."""
 
 
 class _Library(NamedTuple):
-    """`version` finds the version in the library itself; not all say it."""
+    """`version` finds the version in the library, if it contains one."""
 
     name: str
     files: re.Pattern[str]
@@ -43,7 +43,7 @@ _OF_NUMPY: Final = (
         "libquadmath", re.compile(r"libquadmath|libscipy_openblas.*\.dll"), "LGPL-2.1-or-later", ("LGPL-2.1.txt",)
     ),
 )
-"""What numpy's wheels bring, as the list in numpy's own LICENSE.txt says, which is their text too."""
+"""Libraries in numpy's wheels. Their texts are in numpy's LICENSE.txt."""
 _OPENSSL: Final = re.compile(rb"OpenSSL (\d+\.\d+\.\d+)[\w-]* \d+ \w{3} \d{4}")
 _OF_PSYCOPG: Final = (
     _Library("libpq", re.compile(r"libpq"), "PostgreSQL", ("psycopg/postgresql.txt",)),
@@ -69,18 +69,18 @@ _OF_PSYCOPG: Final = (
         re.compile(rb"keyutils-(\d+\.\d+\.\d+)"),
     ),
 )  # fmt: skip
-"""The libraries that psycopg-binary brings. Most texts are those of Debian's packages of the same works."""
+"""Libraries in psycopg-binary. Most texts are those of Debian's packages of the same works."""
 RUST_TEXTS: Final = LICENCE_FOLDER / "rust"
 _LICENCES_OF_CRATES: Final = {"asn1": "BSD-3-Clause", "openssl-sys": "MIT", "pem": "MIT"}
-"""With a text of our own in `RUST_TEXTS`; the others leave the choice of the Apache licence."""
+"""Crates with a text in `RUST_TEXTS`; the others may be used under the Apache licence."""
 _RUST_LIBRARY: Final = "_rust."
 _CRATE: Final = re.compile(rb"[/\\]registry[/\\]src[/\\][^/\\\0]+[/\\]([A-Za-z0-9_-]+)-(\d+\.\d+\.\d+)[/\\]")
 
 
 def enclosed_parts(entries: Sequence[Entry], around: Iterable[Part]) -> Iterator[Part]:
-    """All that `entries`, the files of a bundle, hold in themselves. `around` are the parts that they belong to.
+    """Works inside `entries`, the files of a bundle. `around` are the parts that these belong to.
 
-    Raises SetupError where a text is missing.
+    Raises SetupError if a text is missing.
     """
     texts = {canonical(part.name): part.texts for part in around}
     yield from _of_qt(entries)
@@ -147,7 +147,7 @@ def _name(entry: Entry) -> str:
 
 
 def _of_cryptography(entries: Sequence[Entry], apache: tuple[Path, ...]) -> Iterator[Part]:
-    """OpenSSL and crates of Rust; the paths in the library name those that can report an error."""
+    """OpenSSL and Rust crates, which are found by the source paths that the library contains."""
     for entry in entries:
         if not _name(entry).startswith(_RUST_LIBRARY):
             continue

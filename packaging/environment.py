@@ -1,7 +1,7 @@
-"""The .venv of a checkout: made, kept current and repaired.
+"""The .venv of a checkout: created, updated and repaired.
 
-A stamp in it tells what it was made from.  The stamp is taken away before anything in .venv is changed and
-written after everything is done, so an interrupted installation has none, and is made again.
+A stamp in it records what it was made from.  The stamp is removed before anything in .venv is changed and written at
+the end, so an interrupted installation has none, and is repeated.
 """
 
 import contextlib
@@ -19,7 +19,7 @@ from types import MappingProxyType
 
 ROOT = Path(__file__).resolve().parent.parent
 if str(ROOT) not in sys.path:
-    sys.path.insert(1, str(ROOT))  # what the program and its set-up both need to know is the program's
+    sys.path.insert(1, str(ROOT))  # for modules of the program that the set-up uses
 LOCK = ROOT / "packaging" / "lock.txt"
 PYPROJECT = ROOT / "pyproject.toml"
 VENV = ROOT / ".venv"
@@ -29,13 +29,13 @@ STAMP = VENV / "bootstrap.json"
 QT_PROVEN = VENV / "qt-proven"
 PROGRAM, EVERYTHING = "program", "everything"
 _DEVELOPMENT = "# what building and testing it need"
-"""The line of the lock after which nothing stands that the program needs."""
+"""The line of the lock that separates what the program needs from the rest."""
 YES = "DPS_S_SETUP_YES"
-"""Environment variable: nobody is asked before something is installed. `--yes` sets it."""
+"""Environment variable: install without asking. `--yes` sets it."""
 
 
 class SetupError(Exception):
-    """The sentence for the user: what is missing and what to type."""
+    """A sentence for the user: what is missing and what to type."""
 
     def __init__(self, sentence: str, *, exit_code: int = 3) -> None:
         super().__init__(sentence)
@@ -43,7 +43,7 @@ class SetupError(Exception):
 
 
 def wanted_stamp(extent: str) -> dict[str, str]:
-    """What a .venv that is current was made from.  The place counts, because scripts in .venv contain it."""
+    """The stamp of a current .venv.  It has the path, which scripts in .venv contain."""
     return {
         "extent": extent,
         "root": str(ROOT),
@@ -54,7 +54,7 @@ def wanted_stamp(extent: str) -> dict[str, str]:
 
 
 def locked(extent: str) -> list[str]:
-    """The lines of the lock that `extent` asks for."""
+    """The lines of the lock for this extent."""
     text = LOCK.read_text(encoding="utf-8")
     if extent == PROGRAM:
         text = text.partition(_DEVELOPMENT)[0]
@@ -62,7 +62,7 @@ def locked(extent: str) -> list[str]:
 
 
 def found_stamp() -> dict[str, str]:
-    """What the .venv that is there was made from; empty when there is none, or only a part of one."""
+    """The stamp of the present .venv; empty if there is none or it is incomplete."""
     try:
         stamp = json.loads(STAMP.read_text(encoding="utf-8"))
     except (OSError, ValueError):
@@ -71,11 +71,11 @@ def found_stamp() -> dict[str, str]:
 
 
 def make_ready(extent: str = EVERYTHING) -> None:
-    """Make sure that .venv has everything, or what the program needs: `PROGRAM`.  Raises SetupError."""
+    """Make sure that .venv has everything, or with `PROGRAM` what the program needs.  Raises SetupError."""
     if _is_current(extent):
         return
     with _only_one():
-        if _is_current(extent):  # while this one waited, another made it
+        if _is_current(extent):  # another process made it meanwhile
             return
         try:
             _make(extent)
@@ -88,7 +88,7 @@ def _is_current(extent: str) -> bool:
 
 
 def _runs() -> bool:
-    """Does the Python of .venv start at all?  It does not after its own Python was removed or moved."""
+    """Whether the Python of .venv starts, which fails after its base Python was removed."""
     command = [str(VENV_PYTHON), "-I", "-S", "-c", ""]
     try:
         return subprocess.run(command, capture_output=True, timeout=60, check=False).returncode == 0
@@ -108,7 +108,7 @@ def _make(extent: str) -> None:
     packages = locked(extent)
     listed.write_text("\n".join(packages) + "\n", encoding="utf-8")
     say(f"Installing {len(packages)} packages from packaging/lock.txt into .venv...")
-    # The lock names everything, so nothing is left to resolve; pip takes its index from its own settings.
+    # The lock names all packages; pip takes its index from the user's settings.
     _pip("install", "--no-compile", "--no-deps", "--requirement", str(listed))
     _pip("install", "--no-deps", "--no-build-isolation", "--editable", str(ROOT))
     _pip("check")
@@ -133,12 +133,12 @@ def _rebuild() -> None:
 
 
 def has_venv_module() -> bool:
-    """Does this Python have ``venv`` and ``ensurepip``? Debian and Ubuntu ship them apart."""
+    """Whether this Python has ``venv`` and ``ensurepip``, which Debian and Ubuntu package separately."""
     return all(importlib.util.find_spec(name) for name in ("venv", "ensurepip"))
 
 
 def venv_package(manager: str | None) -> str:
-    """The package that has them; raises SetupError where none of the system's does."""
+    """The package that has them; raises SetupError if no package of the system has."""
     if sys.base_prefix != "/usr" or manager != "apt":
         raise SetupError(
             f"This Python ({sys.executable}) was built without ensurepip: use another Python 3.11 or later."
@@ -147,7 +147,7 @@ def venv_package(manager: str | None) -> str:
 
 
 def install_with_apt(packages: Sequence[str], *, reason: str) -> None:
-    """Install Debian packages where this user may and agrees, else raise SetupError with the command to type."""
+    """Install Debian packages if this user is root and agrees, else raise SetupError with the command to type."""
     names = " ".join(packages)
     if os.geteuid() != 0:
         raise SetupError(f"{reason}. Type: sudo apt-get install {names}")
@@ -155,14 +155,14 @@ def install_with_apt(packages: Sequence[str], *, reason: str) -> None:
     if not _agrees():
         raise SetupError(f"Nothing was installed. Type: apt-get install {names}")
     for command in (["update", "-q"], ["install", "-q", "-y", "--no-install-recommends", *packages]):
-        # An unreachable source among several is no reason to stop before the installation was tried.
+        # The update may fail for one of several sources: the installation is tried in any case.
         failure = f"apt-get install {names} failed" if command[0] == "install" else None
         run(["apt-get", *command], failure, exit_code=3, variables={"DEBIAN_FRONTEND": "noninteractive"})
     importlib.invalidate_caches()
 
 
 def _agrees() -> bool:
-    """Ask where somebody sits at a terminal; a script, a container and continuous integration are not asked."""
+    """Ask at a terminal; scripts, containers and continuous integration are not asked."""
     if os.environ.get("CI") or os.environ.get(YES) or sys.stdin is None or not sys.stdin.isatty():
         return True
     try:
@@ -200,7 +200,7 @@ def run(
 
 @contextlib.contextmanager
 def _only_one() -> Iterator[None]:
-    """Let one process at a time change .venv, where the platform has file locks; a killed one leaves none."""
+    """Let one process at a time change .venv, if the platform has file locks."""
     try:
         import fcntl
     except ImportError:
@@ -213,5 +213,5 @@ def _only_one() -> Iterator[None]:
 
 
 def say(sentence: str) -> None:
-    """Tell the user at once what is being done."""
+    """Print a line at once."""
     print(sentence, flush=True)

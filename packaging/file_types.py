@@ -1,20 +1,20 @@
-"""The files that the program opens, as an installer tells the system; `dps-s FILE` takes each of them.
+"""File types that installers register; `dps-s FILE` opens each of them.
 
-Most endings belong to everybody: there the program is offered beside others. Its own it opens by default.
+The program is the default for its own suffixes only.
 """
 
 from typing import Final, NamedTuple
 
 
 class FileType(NamedTuple):
-    """A kind of file. `mime_types`: by ending, with the dot."""
+    """A type of file. `mime_types`: by suffix, with the dot."""
 
     key: str
     english: str
     chinese: str
     mime_types: dict[str, str]
     is_own: bool = False
-    """No other program's files have this ending."""
+    """No other program uses this suffix."""
 
 
 FILE_TYPES: Final = (

@@ -1,7 +1,7 @@
-"""The manifests for Flatpak and winget, filled in:  .venv/bin/python packaging/fill_manifests.py FOLDER
+"""Fills in the manifests for Flatpak and winget:  .venv/bin/python packaging/fill_manifests.py FOLDER
 
-FOLDER has the packages, as dist/ has. Writes FOLDER/manifests with those whose package is there: it states its name,
-its sum and where it will be downloaded. What they are for was never run by us.
+FOLDER contains the packages, such as dist/. Writes the manifests of those that are there to FOLDER/manifests, with
+name, checksum and URL. The manifests were never tried with Flatpak and winget.
 """
 
 import hashlib
@@ -17,7 +17,7 @@ _PACKAGES: Final = {"flatpak.yml": "*-linux-x86_64.tar.gz", "winget.yaml": "*-wi
 
 
 def fill_manifests(folder: Path, release: Release) -> list[Path]:
-    """Those that were written."""
+    """Write the manifests; returns their paths."""
     written = []
     for name, pattern in _PACKAGES.items():
         for package in folder.glob(pattern):

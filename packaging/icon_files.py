@@ -1,7 +1,7 @@
-"""The program's icon as files:  .venv/bin/python packaging/icon_files.py
+"""Writes the program's icon to files:  .venv/bin/python packaging/icon_files.py
 
-Renews packaging/linux/dps-s-configurator.svg from `ui.style.icons`; a test holds the two together. The builds draw the
-other sizes and forms from the same picture.
+Updates packaging/linux/dps-s-configurator.svg from `ui.style.icons`; a test compares them. Builds draw the other sizes
+and formats from it.
 """
 
 import struct
@@ -27,7 +27,7 @@ _ICNS_SIDES: Final = {
     b"ic13": 256,
     b"ic14": 512,
 }
-"""The kinds of Apple's format that hold a PNG; 11 to 14 are for screens of two pixels a point."""
+"""Types of Apple's format that contain a PNG; 11 to 14 are for screens with two pixels per point."""
 SVG: Final = ROOT / "packaging" / "linux" / f"{NAME}.svg"
 
 
@@ -49,7 +49,7 @@ def png(side: int) -> bytes:
 
 
 def ico() -> bytes:
-    """Windows' form: a table of pictures, then the pictures as PNG, which it reads since Vista."""
+    """The icon in Windows' format: a table, then the pictures as PNG."""
     pictures = [png(side) for side in _ICO_SIDES]
     offset = 6 + 16 * len(pictures)
     table = struct.pack("<HHH", 0, 1, len(pictures))
@@ -60,7 +60,7 @@ def ico() -> bytes:
 
 
 def icns() -> bytes:
-    """Apple's form: kind and length before each PNG."""
+    """The icon in Apple's format: type and length before each PNG."""
     blocks = b""
     for kind, side in _ICNS_SIDES.items():
         picture = png(side)
@@ -69,14 +69,14 @@ def icns() -> bytes:
 
 
 def write_program_icons(folder: Path) -> None:
-    """What the executables of Windows and macOS carry."""
+    """Write the icons of the executables for Windows and macOS."""
     folder.mkdir(parents=True, exist_ok=True)
     (folder / f"{NAME}.ico").write_bytes(ico())
     (folder / f"{NAME}.icns").write_bytes(icns())
 
 
 def write_theme_icons(folder: Path) -> None:
-    """The icon in every size of the hicolor theme below `folder`, and as SVG."""
+    """Write the icon in every size of the hicolor theme and as SVG."""
     for side in LINUX_SIDES:
         place = folder / f"{side}x{side}" / "apps" / f"{NAME}.png"
         place.parent.mkdir(parents=True, exist_ok=True)

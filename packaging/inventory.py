@@ -1,4 +1,4 @@
-"""Whose work is in a bundle: the parts that PyInstaller collected, each with version, licence and licence text."""
+"""The third-party parts of a bundle that PyInstaller collected, each with version, licence and licence text."""
 
 import platform
 import re
@@ -28,9 +28,9 @@ _LICENCES: Final = {
     "shiboken6": "LGPL-3.0-only",
     "shtab": "MPL-2.0",
 }
-"""SPDX expressions of distributions that do not state one, or that leave a choice."""
+"""SPDX expressions of distributions that state none, or a choice."""
 _WHERE_UNSTATED: Final = {"numpy": "BSD-3-Clause AND 0BSD AND MIT AND Zlib AND CC0-1.0"}
-"""Of versions that state none: the one for Windows is older than the one for Linux."""
+"""For versions that state none: the one for Windows is older than the one for Linux."""
 _PYSIDE: Final = "pyside6-essentials"
 _TEXTS: Final = {
     "mcap": ("mcap.txt",),
@@ -40,12 +40,12 @@ _TEXTS: Final = {
     "pyside6-essentials": _QT_TEXTS,
     "shiboken6": _QT_TEXTS,
 }
-"""Our copies, for distributions that carry no text, or not all of it: the LGPL adds to the GPL."""
+"""Our copies, for distributions without a text, or without all of it: the LGPL refers to the GPL."""
 _ALWAYS: Final = {
     "pyinstaller": re.compile(r"PyInstaller/(bootloader/.*/runw?(\.exe)?|hooks/rthooks/.*\.py)$"),
     "pyinstaller-hooks-contrib": re.compile(r"_pyinstaller_hooks_contrib/rthooks/.*\.py$"),
 }
-"""In the executable itself: the loader, and what it runs before the program."""
+"""Files in the executable: the loader, and what it runs before the program."""
 _OF_THE_SYSTEM: Final = {
     "libbz2": "bzip2-1.0.6",
     "libexpat": "MIT",
@@ -59,12 +59,12 @@ _OF_THE_SYSTEM: Final = {
     "libuuid": "BSD-3-Clause",
     "zlib": "Zlib",
 }
-"""SPDX expressions of Debian's packages, whose names begin so."""
+"""SPDX expressions of Debian's packages, by the beginning of their names."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Part:
-    """One work of others: `licence` is an SPDX expression, `files` are what the bundle has of it."""
+    """A third-party work: `licence` is an SPDX expression, `files` are its files in the bundle."""
 
     name: str
     version: str | None
@@ -73,14 +73,14 @@ class Part:
     texts: tuple[Path, ...]
     files: tuple[Entry, ...]
     inside: str | None = None
-    """The work whose `files` it is built into."""
+    """The work that it is built into, whose files `files` are."""
     note: str | None = None
 
 
 def parts(collected: Iterable[Entry], own: Path) -> list[Part]:
-    """Everything in the bundle but the program itself, whose files lie below `own` or in this checkout.
+    """All parts of the bundle except the program, whose files lie below `own` or in this checkout.
 
-    Raises SetupError where the licence text of a part is nowhere: it may not be passed on without.
+    Raises SetupError if the licence text of a part is missing.
     """
     from enclosed_parts import enclosed_parts
 
@@ -100,7 +100,7 @@ def parts(collected: Iterable[Entry], own: Path) -> list[Part]:
 
 
 def _owners(entries: Iterable[Entry], own: Path) -> tuple[dict[str, list[Entry]], list[Entry], list[Entry]]:
-    """Files by the distribution that they belong to, Python's, and those that are neither these nor our own."""
+    """Files by distribution, those of Python, and those of neither of them nor the program."""
     site = Path(sysconfig.get_path("purelib"))
     owner: dict[str, str] = {}
     for distribution in metadata.distributions(path=[str(site)]):
@@ -124,20 +124,20 @@ def _owners(entries: Iterable[Entry], own: Path) -> tuple[dict[str, list[Entry]]
 def _is_python(path: Path, libraries: list[Path]) -> bool:
     # A system's own Python has /usr as its prefix, where everything else lies too.
     roots = libraries[1:] if libraries[0] == Path("/usr") else libraries
-    own = ("libpython3", "base_library.zip")  # the latter is the part of the standard library that is wanted first
+    own = ("libpython3", "base_library.zip")  # the latter is a part of the standard library
     return not path.is_absolute() or any(path.is_relative_to(one) for one in roots) or path.name.startswith(own)
 
 
 def canonical(name: str) -> str:
-    """As package indexes spell it."""
+    """The normalized name of a distribution."""
     return name.lower().replace("_", "-").replace(".", "-")
 
 
 def licence_folder(part: Part) -> str:
-    """Where its texts lie below `licences`: beside those of the work that it is built into."""
+    """Folder of its texts below `licences`; that of a built-in work lies in the folder of the outer one."""
     plain = re.sub(r"[^a-z0-9]+", "-", part.name.lower()).strip("-")
     if (part.purl or "").startswith("pkg:cargo/"):
-        plain = f"crate-{plain}"  # there is one of the name of OpenSSL
+        plain = f"crate-{plain}"  # a crate is called openssl
     return plain if part.inside is None else f"inside-{canonical(part.inside)}/{plain}"
 
 
@@ -202,13 +202,13 @@ def _qt(files: Iterable[Entry]) -> Part:
 
 
 def _is_of_qt(entry: Entry) -> bool:
-    """Qt itself, which lies in the folders of PySide6."""
+    """Whether it belongs to Qt, whose files lie in the folders of PySide6."""
     path = PurePosixPath(entry.place.replace("\\", "/"))
     return bool({"Qt", "plugins", "translations"} & {*path.parts}) or path.name.startswith(("Qt6", "QtLibs"))
 
 
 def _icu(entries: list[Entry]) -> Iterable[Part]:
-    """Unicode's tables and rules, which come with Qt for Linux; their files bear the version."""
+    """ICU, which comes with Qt for Linux; the names of its files contain the version."""
     for entry in entries:
         name, _, version = Path(entry.place).name.partition(".so.")
         if name == "libicudata":
@@ -219,14 +219,12 @@ def _icu(entries: list[Entry]) -> Iterable[Part]:
 
 
 def _system_parts(entries: Iterable[Entry]) -> list[Part]:
-    """The libraries of the system's that Python needs, by the Debian packages that they came from."""
+    """Libraries of the system that Python needs, by their Debian packages."""
     packages: dict[str, list[Entry]] = {}
     for entry in entries:
         name = _debian_package(Path(entry.source))
         if name is None:
-            raise SetupError(
-                f"{entry.source} goes into the bundle, and nothing here tells what it is and how it is licensed."
-            )
+            raise SetupError(f"{entry.source} is in the bundle, and belongs to no package whose licence is known.")
         packages.setdefault(name, []).append(entry)
     return [_system_part(name, files) for name, files in packages.items()]
 
@@ -249,7 +247,7 @@ def _system_part(package: str, files: Iterable[Entry]) -> Part:
 
 
 def _debian_package(path: Path) -> str | None:
-    """Which package a library came with; Debian lists some of them below /lib, which is a link to /usr/lib."""
+    """The package of a library; Debian lists some files below /lib, which is a link to /usr/lib."""
     real = path.resolve()
     for one in (path, real, Path("/", *real.parts[2:])):
         try:

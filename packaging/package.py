@@ -1,8 +1,7 @@
-"""All packages, by one command:  python3 packaging/bootstrap.py package
+"""Builds and tests all packages:  python3 packaging/bootstrap.py package
 
-Builds wheel, sdist and bundle, on Linux the .deb, on Windows the installer where NSIS is here, on macOS the disk
-image; writes SHA256SUMS; then runs the tests that install, start and use what was built (tests/packages). Everything is
-put into dist/, which is made again.
+Builds wheel, sdist and bundle, on Linux the .deb, on Windows the installer if NSIS is installed, on macOS the disk
+image, and SHA256SUMS, in a new dist/. Then runs tests/packages, which install, start and use them.
 """
 
 import argparse
@@ -25,7 +24,7 @@ SUMS = "SHA256SUMS"
 
 
 def build(dist: Path = DIST, work: Path = WORK) -> Path:
-    """Build everything for the system that this runs on; the folder of the bundle. Raises SetupError."""
+    """Build everything for this system; returns the folder of the bundle. Raises SetupError."""
     release = read_release()
     for folder in (dist, work):
         shutil.rmtree(folder, ignore_errors=True)
@@ -65,14 +64,14 @@ def build_wheel(release: Release, dist: Path) -> Path:
 
 
 def _settle_sdist(sdist: Path, release: Release) -> None:
-    """Pack it again, because setuptools writes the time of the day and the user's name into it."""
+    """Pack it again without the time and the user's name, which setuptools writes into it."""
     with tempfile.TemporaryDirectory() as folder:
         shutil.unpack_archive(sdist, folder, filter="data")
         write_tar(sdist, next(Path(folder).iterdir()), release.epoch)
 
 
 def _write_sums(dist: Path) -> None:
-    """In the form that `sha256sum --check` reads."""
+    """Write the sums for `sha256sum --check`."""
     lines = [
         f"{hashlib.sha256(path.read_bytes()).hexdigest()}  {path.name}\n"
         for path in sorted(dist.iterdir())

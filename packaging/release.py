@@ -1,4 +1,4 @@
-"""What every package of one build says alike: version, time and names. The version is stated in pyproject.toml only."""
+"""Version, time and names of a release. The version is stated in pyproject.toml."""
 
 import os
 import platform
@@ -24,14 +24,14 @@ _SYSTEMS: Final = {"win32": "windows", "darwin": "macos"}
 
 @dataclass(frozen=True, slots=True)
 class Release:
-    """One version at one time. `epoch`, in seconds since 1970, is the time that files in packages bear."""
+    """A version, and the time of all files in its packages: `epoch`, in seconds since 1970."""
 
     version: str
     epoch: int
 
     @property
     def system(self) -> str:
-        """The kind of computer that the bundle is for, as in ``linux-x86_64``."""
+        """System and machine of the bundle, such as ``linux-x86_64``."""
         machine = platform.machine().lower().replace("amd64", "x86_64")
         return f"{_SYSTEMS.get(sys.platform, 'linux')}-{machine}"
 
@@ -45,18 +45,18 @@ class Release:
 
 
 def read_release() -> Release:
-    """The version of the checkout, at the time of its last commit unless SOURCE_DATE_EPOCH says another."""
+    """The version of the checkout. Its time is SOURCE_DATE_EPOCH, or that of the last commit."""
     project = tomllib.loads(PYPROJECT.read_text(encoding="utf-8"))["project"]
     return Release(project["version"], _epoch())
 
 
 def project() -> dict[str, str]:
-    """Maintainer, addresses and pages, as packaging/project.toml states them."""
+    """Maintainer and addresses from packaging/project.toml."""
     return {key: value for key, value in _stated().items() if isinstance(value, str)}
 
 
 def refusals(python: Sequence[int] = sys.version_info[:3]) -> list[str]:
-    """Why nothing that is built here may be released, a sentence each."""
+    """Reasons why a build must not be released, one sentence each."""
     found = [
         f"packaging/project.toml: {key} is a placeholder." for key, value in project().items() if _PLACEHOLDER in value
     ]
@@ -81,18 +81,18 @@ def _epoch() -> int:
         command = ["git", "-c", "safe.directory=*", "log", "-1", "--format=%ct"]
         shown = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
         return int(shown)
-    except (OSError, subprocess.CalledProcessError, ValueError):  # no git, or a checkout without its history
+    except (OSError, subprocess.CalledProcessError, ValueError):  # no git, or no history
         return int(PYPROJECT.stat().st_mtime)
 
 
 def set_rights(folder: Path, programs: Collection[Path]) -> None:
-    """As packages want them, whatever the umask was: these programs may be run, everything may be read."""
+    """Set the modes of all files, independent of the umask; only `programs` are executable."""
     for path in (folder, *folder.rglob("*")):
         if not path.is_symlink():
             path.chmod(0o755 if path.is_dir() or path in programs else 0o644)
 
 
 def stamp_times(folder: Path, epoch: int) -> None:
-    """Give everything in `folder`, and itself, the time of the release."""
+    """Set the time of all files in `folder`, and of itself."""
     for path in (*folder.rglob("*"), folder):
         os.utime(path, (epoch, epoch), follow_symlinks=os.utime not in os.supports_follow_symlinks)

@@ -1,4 +1,4 @@
-"""What the program needs from a Linux system: looked for, named and installed all at once."""
+"""Finds and installs the packages that the program needs from a Linux system, all at once."""
 
 import os
 import shutil
@@ -33,21 +33,21 @@ _PROBE_LIMIT_S: Final = 60
 
 
 class Needed(NamedTuple):
-    """What the system lacks, by its packages; of `further` only that without which less is possible."""
+    """Missing packages of the system; `further` are optional."""
 
     packages: list[str]
     further: list[str]
     reasons: list[str]
     wishes: list[str]
-    """Why `further`."""
+    """Reasons for `further`."""
 
 
 def make_ready(*, is_screen_wanted: bool, is_packaging: bool = False, is_testing: bool = False) -> None:
     """Make sure that the system has everything, before anything is downloaded.
 
-    Installs it where this user may, all at once; else raises SetupError with one command that brings all.
-    What is only useful (a font with Chinese glyphs, Qt's libraries for a screen that is not there yet, PostgreSQL for
-    its tests) comes along and never stops anything; the first two are looked for only until Qt was proven to start.
+    Installs it if this user may, else raises SetupError with one command for all of it. Optional packages (a Chinese
+    font, Qt's libraries for a screen that is not there yet, PostgreSQL for its tests) are installed with the others,
+    and never stop anything; the first two are checked only until Qt was proven to start.
     """
     if sys.platform != "linux":
         return
@@ -112,7 +112,7 @@ def _install(manager: str | None, names: list[str], *, reason: str) -> None:
 
 
 def prove_qt(venv_python: Path) -> None:
-    """Start Qt itself, once for each .venv, because it takes longer; raises SetupError where it does not start."""
+    """Start Qt once for each .venv. Raises SetupError if it does not start."""
     if sys.platform != "linux" or QT_PROVEN.exists():
         return
     problem = _problem_with_qt(venv_python, platform="offscreen")
@@ -122,7 +122,7 @@ def prove_qt(venv_python: Path) -> None:
 
 
 def _problem_with_qt(venv_python: Path, platform: str | None = None) -> str | None:
-    """What Qt prints when it cannot open a window, else None; ``platform`` replaces the environment's."""
+    """What Qt prints if it cannot open a window, else None; ``platform`` replaces the environment's."""
     variables = dict(os.environ) if platform is None else {**os.environ, "QT_QPA_PLATFORM": platform}
     try:
         run = subprocess.run(
@@ -141,7 +141,7 @@ def _problem_with_qt(venv_python: Path, platform: str | None = None) -> str | No
 
 
 def why_no_screen(venv_python: Path) -> str | None:
-    """The sentence when no window can be seen from here, else None."""
+    """A sentence if no window can be shown here, else None."""
     if sys.platform != "linux":
         return None
     if os.environ.get("QT_QPA_PLATFORM", "") in ("offscreen", "minimal"):
@@ -156,7 +156,7 @@ def why_no_screen(venv_python: Path) -> str | None:
 
 
 def has_chinese_font() -> bool:
-    """Asks fontconfig, or looks at the names of font files where its programs are not installed."""
+    """Asks fontconfig; without it, checks the names of font files."""
     if shutil.which("fc-list"):
         listed = subprocess.run(["fc-list", ":lang=zh-cn", "file"], capture_output=True, check=False)
         return bool(listed.stdout.strip())

@@ -1,4 +1,4 @@
-"""The programs that building and judging the packages, and testing, need from the system."""
+"""Programs of the system that building and checking packages, and testing, need."""
 
 import shutil
 import sys
@@ -7,7 +7,7 @@ from typing import Final, NamedTuple
 
 
 class Tool(NamedTuple):
-    """A program and the package that has it, per package manager."""
+    """A program, and its package for each package manager."""
 
     program: str
     apt: str
@@ -26,9 +26,9 @@ FOR_LINUX: Final = (
 )
 
 FOR_TESTS: Final = Tool("initdb", "postgresql", "postgresql-server", "postgresql", "postgresql-server")
-"""PostgreSQL, whose server the tests of the archive start for themselves."""
+"""PostgreSQL, whose server the tests of the archive start."""
 _OF_DEBIAN: Final = Path("/usr/lib/postgresql")
-"""Where Debian keeps its programs, by version."""
+"""Folder of its programs on Debian, by version."""
 
 
 def has_server() -> bool:
@@ -36,7 +36,7 @@ def has_server() -> bool:
 
 
 def missing_tools() -> tuple[Tool, ...]:
-    """Those that are not on the search path; Windows and macOS bring what PyInstaller needs."""
+    """Those that are not in PATH. Windows and macOS have what PyInstaller needs."""
     if not sys.platform.startswith("linux"):
         return ()
     return tuple(tool for tool in FOR_LINUX if shutil.which(tool.program) is None)

@@ -1,1 +1,1 @@
-"""What Linux alone needs: the .deb, its files, and what bundles there link to."""
+"""For Linux: the .deb, its files, and the libraries that bundles link to."""

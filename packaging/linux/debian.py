@@ -1,4 +1,4 @@
-"""The .deb: the bundle below /usr/lib, and beside it what a desktop wants. Made with dpkg-deb alone."""
+"""Builds the .deb with dpkg-deb: the bundle below /usr/lib, and files for the desktop."""
 
 import gzip
 import hashlib
@@ -27,7 +27,7 @@ COMPLETIONS: Final = {
     "fish": f"usr/share/fish/vendor_completions.d/{COMMAND}.fish",
 }
 _COMPRESSION: Final = ("-Zzstd", "-z9")
-"""A sixth of the time that xz takes, and 7 % larger; Debian 12 and Ubuntu 22.04 read it."""
+"""Takes a sixth of the time of xz, and is 7 % larger; Debian 12 and Ubuntu 22.04 can read it."""
 _OF_LIBC: Final = frozenset(
     {"ld-linux-x86-64.so.2", "ld-linux-aarch64.so.1", "libc.so.6", "libdl.so.2", "libm.so.6", "libpthread.so.0"}
     | {"libresolv.so.2", "librt.so.1", "libutil.so.1"}
@@ -47,15 +47,15 @@ _FURTHER: Final = {
     "libxcb-util.so.1": "libxcb-util1",
     "libxcb-xfixes.so.0": "libxcb-xfixes0",
 }
-"""What the tables of system_libraries.py leave out, because other libraries there bring it."""
+"""Libraries that are not in the tables of qt_libraries.py, because others there depend on them."""
 _OPTIONAL: Final = {"libqgtk3.so": "libgtk-3-0"}
-"""A plugin that Qt passes over where it does not load, and the package that it wants: GTK's look and file dialogs."""
+"""A plugin that Qt skips if it does not load, and its package: GTK's look and file dialogs."""
 _RENAMED: Final = frozenset({"libglib2.0-0", "libgtk-3-0"})
 """Debian 13 and Ubuntu 24.04 call them …t64."""
 
 
 def make_deb(release: Release, bundle: Path, *, work: Path, dist: Path) -> Path:
-    """Build it from the bundle; raises SetupError where a library is asked for that no package is known to have."""
+    """Build it from the bundle. Raises SetupError if the package of a library is unknown."""
     root = work / "deb"
     _lay_out(root, release, bundle)
     control = root / "DEBIAN"
@@ -76,7 +76,7 @@ def make_deb(release: Release, bundle: Path, *, work: Path, dist: Path) -> Path:
 
 def _lay_out(root: Path, release: Release, bundle: Path) -> None:
     copytree(bundle, root / PLACE, symlinks=True)
-    (root / PLACE / "README.txt").unlink()  # it tells how to run the unpacked archive
+    (root / PLACE / "README.txt").unlink()  # for the unpacked archive
     program = root / "usr/bin" / COMMAND
     program.parent.mkdir(parents=True)
     program.symlink_to(f"../lib/{NAME}/{COMMAND}")
@@ -125,7 +125,7 @@ def _changelog(release: Release) -> str:
 
 
 def control_text(release: Release, root: Path, bundle: Path, architecture: str) -> str:
-    """The control file of what lies in `root`, where `bundle` was copied to."""
+    """The control file of the package in `root`, which `bundle` was copied to."""
     size = sum(path.lstat().st_size for path in root.rglob("*") if path.is_file() or path.is_symlink())
     fields = {
         "Package": NAME,
@@ -154,9 +154,10 @@ def control_text(release: Release, root: Path, bundle: Path, architecture: str) 
 
 
 def dependencies(bundle: Path) -> list[str]:
-    """The packages that have what the bundle asks the system for.
+    """The packages of the libraries that the bundle needs from the system.
 
-    Raises SetupError where no package is known for something.
+    Not by dpkg-shlibdeps: it needs all of Qt's libraries installed on the build machine, and names the packages of that
+    release only. Raises SetupError if a package is unknown.
     """
     known = {library.soname: library.apt for library in (*ALWAYS, *FOR_X, *FOR_WAYLAND)} | _FURTHER
     asked = {

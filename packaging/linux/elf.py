@@ -1,4 +1,4 @@
-"""What the programs and libraries of a folder ask from a Linux system, as `objdump` tells it."""
+"""Libraries that the programs in a folder need from a Linux system, found with `objdump`."""
 
 import os
 import re
@@ -24,7 +24,7 @@ class Glibc(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Wanted:
-    """What one file asks for; `glibc` is None where it asks for none."""
+    """What one file needs; `glibc` may be None."""
 
     path: Path
     libraries: frozenset[str]
@@ -32,7 +32,7 @@ class Wanted:
 
 
 def wanted_by(folder: Path) -> Iterator[Wanted]:
-    """What each program and library below `folder` asks the loader for."""
+    """What each program and library below `folder` needs."""
     for path in sorted(folder.rglob("*")):
         if path.is_symlink() or not path.is_file() or not _is_elf(path):
             continue
@@ -48,23 +48,23 @@ def _shown(path: Path) -> str:
 
 @cache
 def _dumped(path: Path, _size: int, _changed: int) -> str:
-    """Asked for several times of each file of a bundle; a file that is written to is asked for again."""
-    variables = {**os.environ, "LC_ALL": "C"}  # no locale changes the form
+    """Cached; size and time make sure that a changed file is read again."""
+    variables = {**os.environ, "LC_ALL": "C"}  # independent of the locale
     done = subprocess.run(["objdump", "-p", str(path)], capture_output=True, text=True, check=True, env=variables)
     return done.stdout
 
 
 def foreign_run_path(path: Path) -> str | None:
-    """The folder of the machine it was built on in which a library looks for others; None where it has none.
+    """The absolute run path of a library, or None.
 
-    A Python that was not built by a distribution writes its own folder into all that it compiles.
+    A Python that was not built by a distribution writes its folder into all that it compiles.
     """
     found = _RUN_PATH.search(_shown(path)) if _is_elf(path) else None
     return found[1] if found is not None and found[1].startswith("/") else None
 
 
 def make_run_path_relative(path: Path, run_path: str) -> None:
-    """Write ``$ORIGIN``, a library's own folder, over that run path. The file keeps its length and layout."""
+    """Overwrite that run path by ``$ORIGIN``, the library's folder. The file keeps its length and layout."""
     own = b"$ORIGIN"
     old = run_path.encode()
     if len(old) < len(own):
@@ -79,12 +79,12 @@ def _is_elf(path: Path) -> bool:
 
 
 def glibc_wanted(folder: Path) -> Glibc:
-    """The oldest C library on which everything in `folder` starts."""
+    """The oldest C library with which everything in `folder` starts."""
     return max(one.glibc for one in wanted_by(folder) if one.glibc is not None)
 
 
 def outside_libraries(folder: Path) -> dict[str, list[Path]]:
-    """The libraries that are asked for and not in `folder`, each with the files that ask."""
+    """Libraries that are needed and not in `folder`, each with the files that need it."""
     found = list(wanted_by(folder))
     inside = {path.name for path in folder.rglob("*") if path.is_file()}
     outside: dict[str, list[Path]] = {}

@@ -1,4 +1,4 @@
-"""The manual page dps-s(1), made from what `dps-s --help` and the sub-commands' help say."""
+"""Writes the manual page dps-s(1) from the help of `dps-s` and its sub-commands."""
 
 import json
 import os
@@ -52,7 +52,7 @@ def manual_page(release: Release) -> str:
 
 
 def what_the_program_says(*commands: Sequence[str]) -> list[str]:
-    """What the program of the checkout prints, in English and 78 columns; all in one process, which saves seconds."""
+    """What the program of the checkout prints, in English and 78 columns; all in one process, to save time."""
     variables = {"LC_ALL": "C.UTF-8", "LANGUAGE": "en", "COLUMNS": "78", "PYTHONPATH": str(ROOT)}
     done = subprocess.run(
         [sys.executable, "-c", _ASK],
@@ -68,7 +68,7 @@ def what_the_program_says(*commands: Sequence[str]) -> list[str]:
 
 
 def _as_it_stands(text: str) -> Sequence[str]:
-    """Lines that troff neither fills nor takes for orders."""
+    """Lines that troff prints unchanged."""
     return [".nf", *(_safe(line) for line in text.strip().splitlines()), ".fi"]
 
 

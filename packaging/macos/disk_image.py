@@ -9,16 +9,15 @@ from release import TITLE
 
 
 def sign_again(app: Path) -> None:
-    """Sign ad hoc, as PyInstaller did before the licences were put into the .app and broke its seal."""
+    """Sign ad hoc: PyInstaller's signature is invalid after the licences were added."""
     subprocess.run(["codesign", "--force", "--deep", "--sign", "-", str(app)], check=True)
 
 
 def make_disk_image(app: Path, target: Path) -> Path:
-    """A compressed image with the .app and a link to the Applications folder; raises SetupError where that fails.
+    """A compressed image with the .app and a link to the Applications folder. Raises SetupError if that fails.
 
-    The program is signed ad hoc. To have Gatekeeper open it without a question it has to be signed with
-    a Developer ID (`codesign --deep --options runtime --sign ID`) and notarised (`xcrun notarytool submit`), which
-    needs an account of Apple's.
+    The program is signed ad hoc. Without a warning Gatekeeper opens only programs that are signed with a Developer ID
+    (`codesign --deep --options runtime --sign ID`) and notarised (`xcrun notarytool submit`), which needs an account.
     """
     with tempfile.TemporaryDirectory() as folder:
         content = Path(folder)

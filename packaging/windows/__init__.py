@@ -1,1 +1,1 @@
-"""The installer for Windows; not run here."""
+"""For Windows: the installer, and building and testing under Wine."""

@@ -1,4 +1,4 @@
-"""Runs on the Python for Windows: makes the bundle of a wheel that was built elsewhere, in dist/ of its checkout."""
+"""Builds the bundle from a wheel, in dist/; run by the Python for Windows."""
 
 import shutil
 import sys

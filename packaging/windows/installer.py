@@ -1,4 +1,4 @@
-"""The installer for Windows, by NSIS from installer.nsi; NSIS runs on Windows and on Linux."""
+"""Builds the installer for Windows with NSIS, which runs on Windows and Linux, from installer.nsi."""
 
 import shutil
 from collections.abc import Iterator
@@ -13,7 +13,7 @@ FILE_TYPES_NAME = "file-types.nsh"
 
 
 def make_installer(release: Release, bundle: Path, dist: Path, icons: Path) -> Path | None:
-    """Build it; None, and a sentence, where NSIS is not installed. Raises SetupError where it fails."""
+    """Build it; None if NSIS is not installed. Raises SetupError if it fails."""
     compiler = shutil.which("makensis")
     if compiler is None:
         say("NSIS is not installed here, so there is no installer; the bundle and its .zip are complete.")
@@ -26,7 +26,7 @@ def make_installer(release: Release, bundle: Path, dist: Path, icons: Path) -> P
 
 
 def arguments(release: Release, bundle: Path, target: Path, icon: Path, file_types: Path) -> list[str]:
-    """What makensis is told."""
+    """Arguments of makensis."""
     numbers = [int("".join(filter(str.isdigit, part)) or 0) for part in release.version.split("+")[0].split(".")]
     size = sum(path.stat().st_size for path in bundle.rglob("*") if path.is_file())
     defined = {
@@ -42,7 +42,7 @@ def arguments(release: Release, bundle: Path, target: Path, icon: Path, file_typ
 
 
 def write_file_types(target: Path) -> None:
-    """The part of the script that registers the types of files for the user, and removes them."""
+    """Write the part of the script that registers and removes the file types."""
     text = "\n".join([
         *(line for one in FILE_TYPES for line in _names(one)),
         "!macro REGISTER_FILE_TYPES",
@@ -53,11 +53,11 @@ def write_file_types(target: Path) -> None:
         "!macroend",
         "",
     ])  # fmt: skip
-    target.write_text(text, encoding="utf-8-sig")  # without the mark NSIS on Windows takes it for the ANSI code page
+    target.write_text(text, encoding="utf-8-sig")  # without a BOM NSIS on Windows assumes the ANSI code page
 
 
 def _class_of(one: FileType) -> str:
-    """What Windows calls a ProgID."""
+    """Its ProgID."""
     return f"DPS-S.{one.key}"
 
 
@@ -78,7 +78,7 @@ def _registration(one: FileType) -> Iterator[str]:
 
 
 def _removal(one: FileType) -> Iterator[str]:
-    """What other programs have put there stays."""
+    """Keeps the entries of other programs."""
     yield f'DeleteRegKey HKCU "${{CLASSES}}\\{_class_of(one)}"'
     for ending in one.mime_types:
         key = f'HKCU "${{CLASSES}}\\{ending}'

@@ -1,7 +1,7 @@
-"""The tests of the program for Windows, under Wine:  python3 packaging/bootstrap.py windows [WHAT]
+"""Tests the program for Windows under Wine:  python3 packaging/bootstrap.py windows [WHAT]
 
-Without arguments everything is run that suites.py names. `package` builds bundle and installer and tries them. `quick`
-runs a short part where Wine is prepared, and says so where it is not. The results are in build/windows/results.md.
+Without arguments all suites of suites.py are run. `package` builds and tests bundle and installer. `quick` runs a short
+part if Wine is prepared. The results are in build/windows/results.md.
 """
 
 import argparse
@@ -26,7 +26,7 @@ _SCREEN: Final = ("xvfb-run", "-a", "-s", "-screen 0 1920x1080x24")
 
 
 class Result(NamedTuple):
-    """What became of a suite; `note` is empty unless it did not come to its end."""
+    """Result of a suite; `note` says why it did not end."""
 
     suite: Suite
     passed: int = 0
@@ -42,11 +42,11 @@ class Result(NamedTuple):
 
 
 def run_suite(suite: Suite, limit_s: float) -> Result:
-    """Run it to its end, or for `limit_s`."""
+    """Run it for `limit_s` at most."""
     report = wine.DRIVE / "report.xml"
     report.unlink(missing_ok=True)
     untold = [name for name in CANNOT_BE_TOLD if name.partition("::")[0].startswith(suite.tests)]
-    # What is started from Linux is one long test, else five minutes are enough for each.
+    # A test on Linux starts many Windows programs; else five minutes are enough for each test.
     hang_s = limit_s if suite.platform is None else min(limit_s, 300)
     words = [*suite.tests, *_OPTIONS, "-o", f"faulthandler_timeout={hang_s:.0f}"]
     words += [f"--deselect={name}" for name in untold]
@@ -118,7 +118,7 @@ def table(results: Sequence[Result], when: datetime) -> str:
 
 
 def run_suites(suites: Sequence[Suite]) -> int:
-    """Run them one after the other; 1 where something failed."""
+    """Run them one after the other; returns 1 if something failed."""
     wine.copy_source()
     results = []
     for suite in suites:

@@ -1,4 +1,4 @@
-"""Bundle and installer for Windows, made on Linux: one by the Python for Windows under Wine, the other by NSIS."""
+"""Builds bundle and installer for Windows on Linux: by the Python for Windows under Wine, and by NSIS."""
 
 import shutil
 from pathlib import Path
@@ -16,7 +16,7 @@ LIMIT_S = 1800
 
 
 def make_package() -> Path:
-    """The installer, in `PACKAGES` with the bundle's .zip and its list of parts. Raises SetupError."""
+    """Build everything in `PACKAGES`; returns the installer. Raises SetupError."""
     release = read_release()
     wine.copy_source()
     say("Building the wheel ...")

@@ -6,7 +6,7 @@ from environment import ROOT
 
 
 class Suite(NamedTuple):
-    """Tests that run together; `platform` is Qt's, None for those that run on Linux and start Windows programs."""
+    """Tests that run together; `platform` is Qt's, None for tests that run on Linux and start Windows programs."""
 
     title: str
     tests: tuple[str, ...]
@@ -69,7 +69,7 @@ _NAMED: Final = (
 
 
 def _unnamed() -> tuple[str, ...]:
-    """Files of tests that no suite names: those that have come since."""
+    """Test files that no suite names."""
     named = {ROOT / path for suite in _NAMED for path in suite.tests}
     files = (path for top in ("protocol", "app", "ui") for path in (ROOT / "tests" / top).rglob("test_*.py"))
     return tuple(sorted(path.relative_to(ROOT).as_posix() for path in files if not named & {path, *path.parents}))
@@ -106,4 +106,4 @@ CANNOT_BE_TOLD: Final[dict[str, str]] = {
         "Wine lets two programs open one pseudo-terminal"
     ),
 }
-"""Left out of the run, each with the reason."""
+"""Tests that are deselected, with the reason."""

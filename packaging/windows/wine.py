@@ -1,7 +1,7 @@
-"""Windows on a Linux computer: Debian 13 with Wine in a folder, and in it the Python of Windows with locked packages.
+"""Windows on Linux: Debian 13 with Wine in a folder, with the Python for Windows and the locked packages.
 
-Nothing outside of the folder is changed. What is there already is taken as it is, so an interrupted preparation goes on
-where it stopped. Needs root: Wine runs in a chroot with the checkout in it.
+Changes nothing outside of the folder. Existing parts are kept, so an interrupted preparation continues where it
+stopped. Needs root: Wine runs in a chroot with the checkout in it.
 """
 
 import hashlib
@@ -21,18 +21,18 @@ from release import NAME
 
 HERE: Final = Path(__file__).parent
 PLACE_VARIABLE: Final = "DPS_S_WINDOWS"
-"""Environment variable: the folder to prepare or to use instead of build/windows."""
+"""Environment variable: the folder to use instead of build/windows."""
 PLACE: Final = Path(os.environ.get(PLACE_VARIABLE) or ROOT / "build" / "windows")
 DEBIAN: Final = PLACE / "debian"
 DRIVE: Final = PLACE / "prefix" / "drive_c"
 PYTHON: Final = "C:\\python\\python.exe"
 SOURCE: Final = "C:\\source"
-"""A copy of the checkout, so that nothing is written into the checkout itself."""
+"""A copy of the checkout, which is not written to."""
 PREPARE_LIMIT_S: Final = 1800
-"""For each step; most of it is the downloading."""
+"""For each step, including downloads."""
 TIMED_OUT: Final = 124
 LINGER_S: Final = 5
-"""How long Windows' own services may hold the output open after the program has ended."""
+"""How long Windows' services may hold the output open after the program has ended."""
 _SUITE: Final = "trixie"  # Wine 8 of Debian 12 lacks what pyserial's list of ports calls
 _PACKAGES: Final = ("wine", "wine64", "xvfb", "xauth", "imagemagick", "fonts-wqy-microhei", "fonts-liberation", "nsis")
 _COMPILER: Final = "gcc-mingw-w64-x86-64-win32"
@@ -73,12 +73,12 @@ fi
 cd "$FOLDER"
 exec "$@"
 """
-"""Wine's server would start by itself, but as the leader of a session: the first pseudo-terminal that it opens as a COM
-port would become its terminal, and a byte 3 that comes in would interrupt it."""
+"""Wine would start its server as the leader of a session: the first pseudo-terminal that it opens as a COM port would
+become its controlling terminal, and a received byte 3 would interrupt it."""
 
 
 def is_prepared() -> bool:
-    """Everything is there, and was made from the lock as it is now."""
+    """Whether everything is there, and was made from the present lock."""
     try:
         return (PLACE / "ready").read_text(encoding="utf-8") == _stamp()
     except OSError:
@@ -86,7 +86,7 @@ def is_prepared() -> bool:
 
 
 def prepare() -> None:
-    """Make what is missing. Raises SetupError."""
+    """Create what is missing. Raises SetupError."""
     if is_prepared():
         return
     if not sys.platform.startswith("linux") or os.geteuid() != 0:
@@ -101,7 +101,7 @@ def prepare() -> None:
         shutil.rmtree(packages, ignore_errors=True)
         _made(packages, "the locked packages", _install_packages)
     _make_stub(DRIVE / "windows" / "system32" / "icuuc.dll")
-    _copy_fonts(packages / "PySide6" / "lib" / "fonts")  # Qt's offscreen platform takes them from there
+    _copy_fonts(packages / "PySide6" / "lib" / "fonts")  # for Qt's offscreen platform
     install_fonts()
     _add_metadata(packages)
     (PLACE / "ready").write_text(_stamp(), encoding="utf-8")
@@ -113,7 +113,7 @@ def _stamp() -> str:
 
 
 def _made(target: Path, what: str, make: Callable[[Path], None]) -> None:
-    """The folder appears whole, or not at all."""
+    """Create a folder atomically."""
     if target.exists():
         return
     say(f"Preparing {what} ...")
@@ -141,11 +141,11 @@ def _make_prefix(folder: Path) -> None:
 
 
 def new_prefix(folder: Path) -> None:
-    """A fresh Windows in `folder`, which lies below PLACE."""
+    """A new Windows in `folder`, which lies below PLACE."""
     done = inside(["sh", "-c", "wineboot --init; wineserver --wait"], prefix=folder, limit_s=300)
     if not (folder / "drive_c" / "windows" / "system32").is_dir():
         raise SetupError(f"{done.stdout}\nWine did not start.")
-    (folder / "dosdevices" / "z:").unlink(missing_ok=True)  # whoever walks through build/ would walk through all of /
+    (folder / "dosdevices" / "z:").unlink(missing_ok=True)  # a link to /
 
 
 def _make_python(folder: Path) -> None:
@@ -179,7 +179,7 @@ def _install_packages(folder: Path) -> None:
 
 
 def locked_for_windows(lock: str) -> list[str]:
-    """What the lock's text holds for Windows; pip would judge the markers by the system that it runs on."""
+    """The packages for Windows in the text of a lock; pip would evaluate the markers for the system it runs on."""
     from packaging.requirements import Requirement
 
     lines = (line.partition("#")[0].strip() for line in lock.splitlines())
@@ -188,7 +188,7 @@ def locked_for_windows(lock: str) -> list[str]:
 
 
 def _make_stub(target: Path) -> None:
-    """Qt wants a library that is Windows' own and that Wine has not."""
+    """Compile a library that Qt needs and Wine lacks."""
     compile_it = f"{_COMPILER.removeprefix('gcc-mingw-w64-').replace('x86-64-win32', 'x86_64-w64-mingw32')}-gcc"
     source = f"/checkout/{(HERE / 'icuuc_stub.c').relative_to(ROOT)}"
     done = inside([compile_it, "-shared", "-nostdlib", "-Wl,--entry=0", "-O2", "-o", _seen(target), source])
@@ -204,7 +204,7 @@ def _copy_fonts(target: Path) -> None:
 
 
 def install_fonts(prefix: Path | None = None) -> None:
-    """For English and Chinese; Windows knows fonts by its registry, and its own by names that Wine lacks."""
+    """Install fonts for English and Chinese in the registry, and as replacements of Windows' own."""
     drive = (prefix or PLACE / "prefix") / "drive_c"
     _copy_fonts(drive / "windows" / "Fonts")
     key = "HKEY_LOCAL_MACHINE\\Software\\Microsoft\\Windows NT\\CurrentVersion\\Fonts"
@@ -261,12 +261,12 @@ def inside(
     is_error_apart: bool = False,
     **variables: str,
 ) -> "subprocess.CompletedProcess[str]":
-    """Run a Linux command in the Debian that has Wine; what it said is in `stdout`.
+    """Run a Linux command in the Debian with Wine; its output is in `stdout`.
 
-    Wine keeps variables that begin with QT_ from Windows' programs; `with_variables` gives them.
+    Wine hides variables that begin with QT_ from Windows programs; `with_variables` passes them.
 
-    After `limit_s` it is ended, and its exit code is 124, as that of `timeout`. Its standard handles are pipes: a file,
-    or none, ends the Python of Windows under Wine.
+    After `limit_s` it is killed, and its exit code is 124, as with `timeout`. Its standard handles are pipes, because
+    the Python for Windows ends under Wine with a file, or without a handle.
     """
     process = subprocess.Popen(
         entered(command),
@@ -290,7 +290,7 @@ def inside(
             if is_late:
                 process.kill()
             if (is_late or over == LINGER_S) and "wineserver" not in command[-1]:
-                shut_down(prefix)  # Windows' own services hold the pipes open
+                shut_down(prefix)  # Windows' services hold the pipes open
         else:
             break
     code = TIMED_OUT if time.monotonic() > ends else process.returncode
@@ -298,30 +298,30 @@ def inside(
 
 
 def with_variables(command: Sequence[str], **variables: str) -> list[str]:
-    """The words that start a Windows program with variables that Wine would keep from it."""
+    """The command that starts a Windows program with variables that Wine would hide."""
     sets = "".join(f"set {name}={value}&& " for name, value in variables.items())
     return ["wine", "cmd", "/c", sets + subprocess.list2cmdline(command)]
 
 
 def entered(command: Sequence[str]) -> list[str]:
-    """The words that run `command` in the Debian, given the variables of `environment`."""
+    """The command that runs `command` in the Debian, with the variables of `environment`."""
     return ["unshare", "--mount", "--propagation=private", "sh", "-c", _ENTER, "sh", *command]
 
 
 def shut_down(prefix: Path | None = None) -> None:
-    """End all Windows programs that still run, and write the registry."""
+    """End all Windows programs, and write the registry."""
     inside(["sh", "-c", "wineserver --kill; wineserver --wait"], prefix=prefix, limit_s=60)
 
 
 def connect_com_port(number: int, device: Path, prefix: Path | None = None) -> None:
-    """Make a Linux device, such as a pseudo-terminal, a port of Windows, which its list of ports shows."""
+    """Make a Linux device, such as a pseudo-terminal, a COM port."""
     key = "HKLM\\Software\\Wine\\Ports"
     inside(["wine", "reg", "add", key, "/v", f"COM{number}", "/d", str(device), "/f"], prefix=prefix, limit_s=60)
-    shut_down(prefix)  # ports are looked for when Windows starts
+    shut_down(prefix)  # ports are read when Windows starts
 
 
 def environment(prefix: Path | None = None) -> dict[str, str]:
-    """The variables of everything that runs in the Debian."""
+    """The variables of programs in the Debian."""
     return {
         "PATH": "/usr/sbin:/usr/bin:/sbin:/bin",
         "HOME": "/root",
@@ -333,7 +333,7 @@ def environment(prefix: Path | None = None) -> dict[str, str]:
         "BEGIN": _BEGIN,
         "WINEPREFIX": _seen(prefix or PLACE / "prefix"),
         "WINEDEBUG": "-all",
-        "WINEDLLOVERRIDES": "mscoree,mshtml=",  # neither .NET nor a browser is wanted, nor a question about them
+        "WINEDLLOVERRIDES": "mscoree,mshtml=",  # without asking for .NET and a browser
         "XDG_RUNTIME_DIR": "/tmp",  # noqa: S108  the Debian's own
         "PYTHONPYCACHEPREFIX": "C:\\pycache",
         "PYTHONUNBUFFERED": "1",
@@ -341,7 +341,7 @@ def environment(prefix: Path | None = None) -> dict[str, str]:
 
 
 def _seen(path: Path) -> str:
-    """A path below PLACE as it is called in the Debian."""
+    """The path in the Debian of a path below PLACE."""
     return f"/place/{path.relative_to(PLACE)}"
 
 
