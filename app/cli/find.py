@@ -26,5 +26,5 @@ def run(args: argparse.Namespace) -> int:
         console.say(no_module_anywhere(args.port))
         return console.NO_LINK
     if not args.json:
-        console.write_lines([tr("A module answers on {port} at {rate} baud.", port=args.port, rate=found.baud_rate)])
+        console.write_lines([tr("{port}, {rate} baud", port=args.port, rate=found.baud_rate)])
     return console.DONE

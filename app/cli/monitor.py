@@ -55,7 +55,7 @@ def run(args: argparse.Namespace) -> int:
         console.say(trouble)
         return console.NO_LINK
     if not printer.count:
-        console.say(tr("The module on {port} reports no status.", port=args.port))
+        console.say(tr("{file}: {why}", file=tr("Status"), why=tr("no reply")))
         return console.PARTLY
     return console.DONE
 
@@ -172,14 +172,13 @@ class WordLines(Printer):
 
     def _write(self, sample: "StatusSample") -> None:
         self._printed_at = sample.at
-        words = tr(
-            "{seconds:8.1f} s   tilt {tilt:3}°   {acceleration:4.1f} g   {triggered}   {active}",
-            seconds=self._age_s(sample),
-            tilt=sample.tilt_deg,
-            acceleration=sample.acceleration_g,
-            triggered=tr("TRIGGERED") if sample.triggered else tr("not triggered"),
-            active=tr("active") if sample.active else tr("locked"),
-        )
+        words = "   ".join((
+            f"{self._age_s(sample):8.1f} s",
+            f"{tr('Tilt')} {sample.tilt_deg:3}°",
+            f"{sample.acceleration_g:4.1f} g",
+            tr("TRIGGERED") if sample.triggered else tr("not triggered"),
+            tr("active") if sample.active else tr("locked"),
+        ))  # fmt: skip
         if self.line is not None:
             words = self.line.beside(words)
         if not self._is_rewriting:

@@ -91,7 +91,7 @@ class RecordedSession:
 
     def on_turn(self, _conversation: "Conversation") -> None:
         self._note_folder()
-        console.say_in_passing(tr("Reports: {count}; Ctrl-C ends it", count=self._samples))
+        console.say_in_passing(tr("{file}: {why}", file=tr("Reports"), why=f"{self._samples} (Ctrl-C)"))
 
     def close(self) -> None:
         """Wait until everything is on disk; print what is missing. Idempotent."""

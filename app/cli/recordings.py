@@ -162,6 +162,4 @@ def _found(library: "RecordingLibrary", name: str) -> "RecordingEntry":
     exact = [one for one in found if one.folder.name == name]
     if len(exact or found) == 1:
         return (exact or found)[0]
-    if found:
-        raise console.Refused(tr("{count} recordings begin with “{name}”.", count=len(found), name=name))
-    raise console.Refused(tr("There is no recording “{name}”.", name=name))
+    raise console.Refused(tr("{count} recordings begin with “{name}”.", count=len(found), name=name))

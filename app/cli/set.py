@@ -52,7 +52,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _wishes(words: Sequence[str], profile: str | None) -> "list[SettingChange]":
     if bool(words) == (profile is not None):
-        raise console.Refused(tr("Give either NAME=VALUE … or --profile FILE."))
+        raise console.Refused(tr("expected {expected}", expected="NAME=VALUE … | --profile FILE"))
     if profile is None:
         return parse(words)
     from pathlib import Path

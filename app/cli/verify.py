@@ -37,7 +37,8 @@ def run(args: argparse.Namespace) -> int:
 
     others = (args.forget is not None, args.stations, args.log)
     if sum((args.file is not None, *others)) != 1 or (args.trust is not None and args.file is None):
-        raise console.Refused(tr("Give one of FILE, --stations, --forget or --log; --trust needs FILE."))
+        choices = "FILE [--trust FINGERPRINT] | --stations | --forget FINGERPRINT | --log"
+        raise console.Refused(tr("expected {expected}", expected=choices))
     stations = Stations(data_folder())
     if args.stations:
         return _list(stations)

@@ -126,10 +126,6 @@
         <translation>其他程序的文件已另存为 {path}。</translation>
     </message>
     <message>
-        <source>A module answers on {port} at {rate} baud.</source>
-        <translation>{port} 上有模块以波特率 {rate} 应答。</translation>
-    </message>
-    <message>
         <source>A person settled which module this is.</source>
         <translation>已由人员确认这是哪个模块。</translation>
     </message>
@@ -1418,14 +1414,6 @@
         <translation>杂乱字节</translation>
     </message>
     <message>
-        <source>Give either NAME=VALUE … or --profile FILE.</source>
-        <translation>请给出 NAME=VALUE … 或 --profile FILE 之一。</translation>
-    </message>
-    <message>
-        <source>Give one of FILE, --stations, --forget or --log; --trust needs FILE.</source>
-        <translation>请给出 FILE、--stations、--forget、--log 之一；--trust 需要 FILE。</translation>
-    </message>
-    <message>
         <source>Guided test</source>
         <translation>引导测试</translation>
     </message>
@@ -2542,10 +2530,6 @@
         <translation>无</translation>
     </message>
     <message>
-        <source>Nothing can be added to an MCAP file.</source>
-        <translation>无法向 MCAP 文件追加。</translation>
-    </message>
-    <message>
         <source>Nothing has the focus: press Tab.</source>
         <translation>没有控件获得焦点：请按 Tab 键。</translation>
     </message>
@@ -3156,10 +3140,6 @@
     <message>
         <source>Reports active late</source>
         <translation>激活状态延迟上报</translation>
-    </message>
-    <message>
-        <source>Reports: {count}; Ctrl-C ends it</source>
-        <translation>上报：{count} 条；按 Ctrl-C 结束</translation>
     </message>
     <message>
         <source>Requests</source>
@@ -3882,10 +3862,6 @@
         <translation>模块中没有触发记录。</translation>
     </message>
     <message>
-        <source>The module on {port} reports no status.</source>
-        <translation>{port} 上的模块不上报状态。</translation>
-    </message>
-    <message>
         <source>The module on {port} sends, but does not answer.</source>
         <translation>{port} 上的模块在发送，但不应答。</translation>
     </message>
@@ -4048,10 +4024,6 @@
     <message>
         <source>There is no port {port}.</source>
         <translation>没有串口 {port}。</translation>
-    </message>
-    <message>
-        <source>There is no recording “{name}”.</source>
-        <translation>没有数据记录“{name}”。</translation>
     </message>
     <message>
         <source>There is no screen here: neither DISPLAY nor WAYLAND_DISPLAY is set.</source>
@@ -4910,10 +4882,6 @@
         <translation>充电状态标志为 {value}，应为 00 或 01</translation>
     </message>
     <message>
-        <source>check due after N days [{days}]</source>
-        <translation>检查有效期，N 天 [{days}]</translation>
-    </message>
-    <message>
         <source>checking…</source>
         <translation>检查中…</translation>
     </message>
@@ -4996,6 +4964,10 @@
     <message>
         <source>doubled</source>
         <translation>重复</translation>
+    </message>
+    <message>
+        <source>due after N days [{days}]</source>
+        <translation>N 天后到期 [{days}]</translation>
     </message>
     <message>
         <source>duplicate checks: {checks}</source>
@@ -5134,10 +5106,6 @@
         <translation>从侧面看</translation>
     </message>
     <message>
-        <source>guided test due after N days [{days}]</source>
-        <translation>引导测试有效期，N 天 [{days}]</translation>
-    </message>
-    <message>
         <source>heartbeat carries {found}, expected A5 5A</source>
         <translation>心跳内容为 {found}，应为 A5 5A</translation>
     </message>
@@ -5196,10 +5164,6 @@
     <message>
         <source>invalid choice: %(value)r (choose from %(choices)s)</source>
         <translation>无效的选择：%(value)r（可选：%(choices)s）</translation>
-    </message>
-    <message>
-        <source>it is no symbolic link</source>
-        <translation>不是符号链接</translation>
     </message>
     <message>
         <source>it is not whole</source>
@@ -5620,10 +5584,6 @@
     <message>
         <source>one of the arguments %s is required</source>
         <translation>以下参数必须给出一个：%s</translation>
-    </message>
-    <message>
-        <source>only this module</source>
-        <translation>仅此模块</translation>
     </message>
     <message>
         <source>optional</source>
@@ -6452,10 +6412,6 @@
     <message>
         <source>{seconds:.2f} s of free fall is {height:.1f} m before it fires, at {speed:.0f} km/h.</source>
         <translation>失重 {seconds:.2f} 秒后开伞，此时已下落 {height:.1f} m，速度 {speed:.0f} km/h。</translation>
-    </message>
-    <message>
-        <source>{seconds:8.1f} s   tilt {tilt:3}°   {acceleration:4.1f} g   {triggered}   {active}</source>
-        <translation>{seconds:8.1f} s   倾角 {tilt:3}°   {acceleration:4.1f} g   {triggered}   {active}</translation>
     </message>
     <message>
         <source>{setting} on the module: {value}</source>

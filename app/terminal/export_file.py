@@ -34,7 +34,7 @@ def why_not_writable(path: Path, *, appends: bool, replaces: bool) -> str | None
     if not path.parent.is_dir():
         return tr("There is no folder {folder}.", folder=path.parent)
     if appends and path.suffix.lower() == MCAP:
-        return tr("Nothing can be added to an MCAP file.")
+        return tr("expected {expected}", expected=f"{CSV}|{CAPTURE}")
     if not path.exists() or replaces:
         return None
     if not appends:

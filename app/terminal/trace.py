@@ -59,7 +59,7 @@ def _words(event: Event) -> str | None:
         case WentOnline():
             return tr("the module answers")
         case WentOffline():
-            return tr("the module does not answer")
+            return tr("The module does not answer.")
         case _:
             return None
     return f"{tr(request.command.title)}  {words}".rstrip()

@@ -9,7 +9,6 @@ from app.terminal import console
 from app.text.csv_cells import csv_text
 from app.text.i18n import tr
 from app.text.sentences import together
-from protocol.translatable import marked
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -28,12 +27,11 @@ def add_report_parser(acts: "argparse._SubParsersAction[argparse.ArgumentParser]
     from app.archive.fleet_state import CHECK_DAYS, TEST_DAYS
 
     report = acts.add_parser("report", help=tr("print all modules, or one"))
-    report.add_argument("--module", metavar="NAME", help=tr("only this module"))
-    for name, days, text in (
-        ("--check-days", CHECK_DAYS, marked("check due after N days [{days}]")),
-        ("--test-days", TEST_DAYS, marked("guided test due after N days [{days}]")),
-    ):
-        report.add_argument(name, type=_days, default=days, metavar="N", help=tr(text, days=days))
+    report.add_argument("--module", metavar="NAME", help=tr("Module"))
+    for name, days in (("--check-days", CHECK_DAYS), ("--test-days", TEST_DAYS)):
+        report.add_argument(
+            name, type=_days, default=days, metavar="N", help=tr("due after N days [{days}]", days=days)
+        )
     form = report.add_mutually_exclusive_group()
     console.add_json_argument(form)
     form.add_argument("--csv", action="store_true", help="CSV")

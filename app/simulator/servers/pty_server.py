@@ -1,12 +1,11 @@
 """Serves the simulated module on a pseudo-terminal (Linux, macOS)."""
 
+import errno
 import os
 import struct
 import sys
 from contextlib import suppress
 from pathlib import Path
-
-from app.text.i18n import tr
 
 if sys.platform != "win32":
     import fcntl
@@ -18,10 +17,6 @@ _BOTHER = 0o10000
 """Linux: the rate is a number instead of a code, as set by Wine and for custom rates."""
 _TCGETS2 = 0x802C542A
 _TERMIOS2 = struct.Struct("4I20B2I")
-
-
-class LinkRefused(OSError):
-    """The path for the symbolic link exists and is no link."""
 
 
 class PtyEndpoint:
@@ -46,9 +41,9 @@ class PtyEndpoint:
         return self._port if self._master is not None else None
 
     def plug(self) -> None:
-        """Raises `LinkRefused`, or OSError if there is no pseudo-terminal."""
+        """Raises OSError if there is no pseudo-terminal, or the path for the link is taken by something else."""
         if self._link is not None and self._link.exists() and not self._link.is_symlink():
-            raise LinkRefused(tr("it is no symbolic link"))
+            raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST))
         # The slave stays open: reading the master fails while nobody has it open.
         self._master, self._slave = os.openpty()
         tty.setraw(self._slave)

@@ -180,10 +180,8 @@ def test_pty_link_follows_the_port_and_goes_with_it(tmp_path: Path) -> None:
 def test_pty_never_takes_the_place_of_a_file(tmp_path: Path) -> None:
     taken = tmp_path / "precious"
     taken.write_text("data", encoding="utf-8")
-    from app.simulator.servers.pty_server import LinkRefused
-
     endpoint = pty(taken)
-    with pytest.raises(LinkRefused):
+    with pytest.raises(FileExistsError):
         endpoint.plug()
     endpoint.unplug()
     assert taken.read_text(encoding="utf-8") == "data"

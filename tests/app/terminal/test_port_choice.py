@@ -40,7 +40,7 @@ def test_the_environment_names_it(
     monkeypatch.setenv(PORT, port)
     assert program.main(["find"]) == 0
     printed = Printed(capsys)
-    assert printed.out == f"A module answers on {port} at 115200 baud.\n"
+    assert printed.out == f"{port}, 115200 baud\n"
     assert printed.err == f"Port {port} (DPS_S_PORT)\n"
     assert program.main(["find", "--quiet"]) == 0
     assert Printed(capsys).err == ""
