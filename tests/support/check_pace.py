@@ -1,4 +1,4 @@
-"""A pre-flight check that takes a tenth of its time, on a machine that may be busy with other tests."""
+"""Shortens the pre-flight check for tests, and allows for a busy machine."""
 
 import pytest
 
@@ -8,12 +8,12 @@ from app.preflight import line_checks, run
 
 STILL_S = 0.5
 TRIAL_EVERY_S = 0.012
-ROUND_TRIP_MAX_MS = 450.0
+ROUND_TRIP_MAX_MS = 950.0  # below the timeout of a query, 1 s
 IDENTIFIED_WITHIN_S = 30.0
 
 
 def hurry_check(patch: pytest.MonkeyPatch, *, still_s: float = STILL_S, trials: int = 2) -> None:
-    """Less watching, few reports needed, and a round trip may take as long as a stalled test process makes it."""
+    """Observe for `still_s` only, require few reports, and accept round trips that other processes delay."""
     patch.setattr(run, "STILL_S", still_s)
     patch.setattr(run, "TRIAL_EVERY_S", TRIAL_EVERY_S)
     patch.setattr(line_checks, "STILL_S", still_s / 2)

@@ -53,7 +53,7 @@ SIDE_FROM_PX: Final = 872
 """Narrower than this, the pane lies below the table."""
 _SIDE_PX: Final = (154, 300)
 """The least and the most of the pane at the side."""
-_TABLE_PX: Final = 690
+_TABLE_PX: Final = 722
 _BELOW_PX: Final = 84
 _SERIAL: Final = "serial_output"
 _LIGHT: Final = BY_NAME["light_threshold"].key

@@ -22,7 +22,7 @@ from ui.style.icons import Icon
 from ui.style.theme import Meaning, Size, Space
 from ui.widgets.controls import control
 from ui.widgets.labels import ElidedLabel
-from ui.widgets.layouts import in_row
+from ui.widgets.layouts import in_column, in_row
 from ui.widgets.naming import named, set_role
 from ui.widgets.readout import StateChip
 from ui.widgets.sliders import WheelGuard
@@ -122,12 +122,12 @@ class SettingsRow(QFrame):
 
 
 def aligned_cells(name: QLabel, stands: QWidget, editor: QWidget, state: QWidget) -> tuple[QWidget, ...]:
-    """The first four columns, as wide in every row."""
+    """The first four columns, as wide in every row; only the last one grows with a word that needs more."""
     name.setFixedWidth(NAME_PX)
     stands.setFixedWidth(VALUE_PX)
     state_cell = QWidget()
-    in_row((state, Qt.AlignmentFlag.AlignLeft), of=state_cell, margins=0)
-    state_cell.setMinimumWidth(STATE_PX)
+    left = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
+    in_column((state, left), of=state_cell, spacing=0, margins=0).addStrut(STATE_PX)
     return name, stands, editor, state_cell
 
 

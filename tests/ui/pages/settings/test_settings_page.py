@@ -273,11 +273,11 @@ def test_the_baud_rate_needs_two_clicks_and_the_port_follows(
         assert not panel.confirm.ask.isEnabled()
         panel.editor.box.setCurrentIndex(panel.editor.box.findData(9600))
         panel.refresh()
-        one.click(panel.confirm.ask)
-        assert panel.confirm.cancel.hasFocus()
+        one.ask(panel.confirm)
+        one.until(panel.confirm.cancel.hasFocus)
         qtbot.keyClick(panel.confirm.cancel, Qt.Key.Key_Escape)
         assert not panel.confirm.is_asking
-        one.click(panel.confirm.ask)
+        one.ask(panel.confirm)
         one.click(panel.confirm.go)
         one.until(lambda: panel.said.notice is not None and says in panel.said.notice.text, 20_000)
         assert len(one.changes("baud_rate")) == 1
