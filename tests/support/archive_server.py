@@ -1,4 +1,4 @@
-"""A PostgreSQL server of the test run's own: in a private folder, on a Unix socket, and by TLS on its own port."""
+"""Runs a private PostgreSQL server for the tests: on a Unix socket, and with TLS on a free TCP port."""
 
 import os
 import shutil
@@ -18,19 +18,19 @@ OWNER = "postgres"
 PASSWORD = "secret/of@the?test"
 ROOT_CERTIFICATE = "root.crt"
 WITH_PASSWORD, WITHOUT_TLS = "guarded", "plain"
-"""Roles that need `PASSWORD` where they do not come by the socket; the second is let in without TLS only."""
+"""Roles that need `PASSWORD` over TCP; the second may only connect without TLS."""
 _PLACES = sorted(Path("/usr/lib/postgresql").glob("*/bin"), reverse=True)
 
 
 def server_programs() -> Path | None:
-    """The folder of PostgreSQL's own programs; None where no server is installed."""
+    """Return the folder of PostgreSQL's programs, or None if no server is installed."""
     found = shutil.which("initdb")
     places = [*([Path(found).resolve().parent] if found else []), *_PLACES]
     return next((one for one in places if (one / "initdb").exists() and (one / "postgres").exists()), None)
 
 
 def what_was_not_run() -> str | None:
-    """For the summary of a run; None where a server is installed."""
+    """Return the warning for the summary of a run, or None if a server is installed."""
     if server_programs() is not None:
         return None
     names = ", ".join(name for names in NEED_A_SERVER.values() for name in names)
@@ -39,19 +39,19 @@ def what_was_not_run() -> str | None:
 
 
 def left_out(folder: str) -> list[str]:
-    """What is not collected in a folder of tests."""
+    """Return the files to ignore in a folder of tests when no server is installed."""
     return [] if server_programs() is not None else list(NEED_A_SERVER[folder])
 
 
 @dataclass(frozen=True)
 class ArchiveServer:
-    """`folder`: where its socket is."""
+    """A running server; its socket is in `folder`."""
 
     folder: Path
     port: int
 
     def url(self, database: str = "archive", user: str = OWNER) -> str:
-        """By the socket, without a password."""
+        """Return the URL for the socket, which needs no password."""
         return f"postgresql://{user}@/{database}?host={self.folder}&port={self.port}"
 
     def tcp_url(self, user: str, password: str = "", database: str = "archive") -> str:
@@ -61,7 +61,7 @@ class ArchiveServer:
         return f"postgresql://{user}{secret}@127.0.0.1:{self.port}/{database}"
 
     def run(self, *statements: str, database: str = "archive") -> list[tuple[object, ...]]:
-        """As the server's owner; the rows of the last one."""
+        """Execute statements as the owner; return the rows of the last one."""
         import psycopg
 
         with psycopg.connect(self.url(database), autocommit=True) as connection:
@@ -72,7 +72,7 @@ class ArchiveServer:
 
 @contextmanager
 def archive_server() -> Iterator[ArchiveServer]:
-    """Started, with an empty database; stopped and removed at the end."""
+    """Start a server with an empty database; stop and remove it at the end."""
     from tests.support.certificates import write_certificate
 
     programs = server_programs()
@@ -121,7 +121,7 @@ def archive_server() -> Iterator[ArchiveServer]:
             found.run("CREATE DATABASE archive", *roles, database="postgres")
             yield found
         finally:
-            server.terminate()  # smart: sessions of tests are closed by then
+            server.terminate()  # a smart shutdown: the tests have closed their sessions
             try:
                 server.wait(10)
             except subprocess.TimeoutExpired:

@@ -1,4 +1,4 @@
-"""Certificates of the tests' own servers."""
+"""Makes certificates for test servers."""
 
 from datetime import UTC, datetime, timedelta
 from ipaddress import ip_address
@@ -14,7 +14,7 @@ DAY = timedelta(days=1)
 
 
 def write_certificate(target: Path, key_target: Path) -> Path:
-    """Of a server on 127.0.0.1, signed by itself: who trusts it gives this file as the root. Its key."""
+    """Write a self-signed certificate for 127.0.0.1, which is also its root; return the path of the key."""
     key = ec.generate_private_key(ec.SECP256R1())
     name = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, "hangar")])
     now = datetime.now(UTC)

@@ -1,4 +1,4 @@
-"""Fixtures for the tests of the command line; a test file asks for them by `pytest_plugins`."""
+"""Fixtures for tests of the command line; a test file enables them with `pytest_plugins`."""
 
 from functools import partial
 from itertools import count
@@ -21,7 +21,7 @@ def speaks_english(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def wire(monkeypatch: pytest.MonkeyPatch) -> list[bytes]:
-    """Every host frame that is written, in order."""
+    """Record every host frame that is written, in order."""
     frames: list[bytes] = []
     write = transport.SerialLine.write
 
@@ -35,13 +35,13 @@ def wire(monkeypatch: pytest.MonkeyPatch) -> list[bytes]:
 
 @pytest.fixture
 def port() -> str:
-    """A simulated module of its own."""
+    """Return the URL of a new simulated module."""
     return f"sim://cli{next(_numbers)}"
 
 
 @pytest.fixture
 def hasty(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Waits shorter than the vendor's, where only what comes after them is looked at."""
+    """Shorten the waits, for tests of what follows them."""
     monkeypatch.setattr("protocol.link.Timing", partial(Timing, answer_s=0.6, records_quiet_s=0.1))
     monkeypatch.setattr("app.procedures.greet.GREETING_WAITS_S", (0.2, 0.2))
     monkeypatch.setattr("app.procedures.stream.LISTEN_FIRST_S", 0.3)
@@ -49,5 +49,5 @@ def hasty(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def brief(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Half a second of watching instead of two."""
+    """Shorten the pre-flight check."""
     hurry_check(monkeypatch)

@@ -1,4 +1,4 @@
-"""For the tests of the command line: what was printed, the module behind a port, and accidents on request."""
+"""Helpers for tests of the command line: printed output, the module behind a port, and faults at a given frame."""
 
 import pytest
 
@@ -19,7 +19,7 @@ def is_one_sentence(text: str) -> bool:
 
 
 class falls_after:  # noqa: N801  reads as a statement
-    """Do something to the module with the `number`-th frame that the host sends."""
+    """Call `act` in place of delivering the `number`-th frame that the host sends."""
 
     def __init__(self, bench: benches.SimulatedBench, number: int, act: object) -> None:
         self._bench, self._number, self._act = bench, number, act

@@ -1,4 +1,4 @@
-"""What Python's collector would free although Qt still shows it."""
+"""Finds widgets that Python's garbage collector would free although Qt still shows them."""
 
 import gc
 
@@ -7,10 +7,10 @@ from PySide6.QtCore import QObject
 
 
 def living_garbage(root: QObject) -> list[str]:
-    """The objects around which `root` still is, as far as Qt knows, and which nothing in Python holds any more.
+    """Return the descendants of `root` (according to Qt) that are garbage according to Python.
 
-    Freeing them takes them out of the window. A wrong idea of who is whose parent does that: PySide notes one parent
-    for each object, and some calls (`nextInFocusChain`) put a wrong one there.
+    Freeing them removes them from the window. This happens when PySide has recorded a wrong parent for an object, as
+    some calls (`nextInFocusChain`) make it do.
     """
     debug = gc.get_debug()
     gc.set_debug(gc.DEBUG_SAVEALL)

@@ -1,4 +1,4 @@
-"""Hands of a person on the simulated module, for guided tests: they do what the procedure says, on the fake clock."""
+"""Simulates the person in a guided test: does to the simulated module what the procedure asks, on the fake clock."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -16,7 +16,7 @@ SLOWLY_DEG_S = 25.0
 
 @dataclass
 class Hands:
-    """Called with every report of the procedure, and with the time at every step of the session."""
+    """Gets every report of the procedure (`hear`), and the time at every step of the session (`move`)."""
 
     bench: SimulatedBench
     steps: PersonSteps
@@ -43,7 +43,7 @@ class Hands:
             self.bench.set_charger(is_plugged_in=text.startswith("Plug"))
 
     def move(self, now: float) -> None:
-        """Turn the module on its way; confirm the step that waits."""
+        """Tilt the module towards its target; confirm the step that waits."""
         passed_s = 0.0 if self._at is None else now - self._at
         self._at = now
         tilt, step = self.bench.world.tilt_deg, self.speed_deg_s * passed_s
@@ -55,7 +55,7 @@ class Hands:
 
 
 def drive(rig: Rig, procedure: Procedure[object], hands: Hands, each: Callable[[], None] = lambda: None) -> object:
-    """To its end, with the hands at work."""
+    """Run `procedure` to its end while `hands` act; `each` is called after every step."""
     run: Run[object] = Run(procedure, hands.hear)
     rig.session.run(run)
     ends_at = rig.clock.now_s + 900.0
@@ -78,7 +78,7 @@ def guided(
     speed_deg_s: float = SLOWLY_DEG_S,
     height_m: float = 0.5,
 ) -> GuidedResult | BrokenOff:
-    """A whole test. `act`: what happens between preparing and measuring, in place of the confirmed act."""
+    """Run a whole guided test; `act` replaces the confirmed act between preparing and measuring."""
     test, steps = GUIDED_BY_KIND[kind], PersonSteps()
     person = Hands(rig.bench, steps, speed_deg_s, height_m)
     setup = drive(rig, prepare(test), person, each)

@@ -1,4 +1,4 @@
-"""A journal in memory that remembers in which order things happened."""
+"""An in-memory journal that records the order of events."""
 
 from collections.abc import Mapping
 
@@ -7,8 +7,7 @@ from app.safety.journal import Entry, JournalFailed, Outcome
 
 
 class FakeJournal:
-    """`on_begin` runs while the intent is being written; `is_broken`: writing fails; `is_held`: it takes until
-    `flush`."""
+    """Calls `on_begin` while an intent is written. Writing fails if `is_broken`, and waits for `flush` if `is_held`."""
 
     def __init__(self) -> None:
         self.intents: list[tuple[Act, bytes, Mapping[str, object]]] = []
@@ -46,7 +45,7 @@ class FakeJournal:
             self.settled_rates[self._numbers[entry]] = outcome
 
     def flush(self) -> None:
-        """What was held is on disk now."""
+        """Complete the writes that were held."""
         for entry, number in self._numbers.items():
             if not entry.done():
                 entry.set_result(number)

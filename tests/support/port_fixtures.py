@@ -1,4 +1,4 @@
-"""Fixtures for the tests of what a port does; a test file asks for them by `pytest_plugins`."""
+"""Fixtures for tests of ports; a test file enables them with `pytest_plugins`."""
 
 from collections.abc import Iterator
 

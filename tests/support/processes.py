@@ -1,4 +1,4 @@
-"""The simulated module in a process of its own, on a pseudo-terminal."""
+"""Runs the simulated module in another process, on a pseudo-terminal."""
 
 import os
 import subprocess
@@ -15,13 +15,13 @@ ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONUNBUFFERED": "1"}
 
 @dataclass(frozen=True, slots=True)
 class RunningModule:
-    """`port` is what to open."""
+    """A running `dps-s simulate`; `port` is the pseudo-terminal to open."""
 
     process: "subprocess.Popen[str]"
     port: str
 
     def tell(self, line: str) -> None:
-        """A control line, such as "tilt 70"; returns when the module has answered."""
+        """Send a control line, such as "tilt 70", and wait for the answer."""
         assert self.process.stdin is not None
         assert self.process.stderr is not None
         self.process.stdin.write(line + "\n")
@@ -31,7 +31,7 @@ class RunningModule:
 
 @contextmanager
 def run_module(*options: str) -> Iterator[RunningModule]:
-    """`dps-s simulate` with these options, stopped at the end."""
+    """Run `dps-s simulate` with these options; terminate it at the end."""
     with subprocess.Popen(
         [*PROGRAM, "simulate", *options],
         cwd=ROOT, env=ENVIRONMENT, text=True,

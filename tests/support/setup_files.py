@@ -1,4 +1,4 @@
-"""The files of packaging/ for tests: it is no package, so they are imported as bootstrap.py does it."""
+"""Imports the modules of packaging/ for tests as bootstrap.py does, because packaging/ is not a package."""
 
 import sys
 from collections.abc import Iterator
@@ -15,7 +15,7 @@ PACKAGING = ROOT / "packaging"
 
 
 class SetupFiles(NamedTuple):
-    """The modules that set a checkout up."""
+    """The modules that set up a checkout."""
 
     bootstrap: ModuleType
     commands: ModuleType
@@ -26,7 +26,7 @@ class SetupFiles(NamedTuple):
 
 @contextmanager
 def loaded_setup_files() -> Iterator[SetupFiles]:
-    """Import them, and forget their plain names afterwards."""
+    """Import the modules; remove them from `sys.modules` afterwards."""
     with pytest.MonkeyPatch.context() as patch:
         patch.syspath_prepend(str(PACKAGING))
         yield SetupFiles(*(import_module(name) for name in SetupFiles._fields))

@@ -1,4 +1,4 @@
-"""A pseudo-terminal in a test's hands, and how long closing may take."""
+"""A pseudo-terminal for tests, and the time limit for closing a port."""
 
 import os
 import time
@@ -9,13 +9,13 @@ from protocol.messages import Status
 
 CLOSING_S = 0.5
 MACHINE_S = 0.25
-"""What a busy machine adds."""
+"""Allowance for a busy machine."""
 MOST_FILES = 128
 STATUS_FRAME = Status(5, 1.0, triggered=False, active=False).encode()
 
 
 class Terminal:
-    """A pseudo-terminal whose other end the test holds."""
+    """A pseudo-terminal; `name` is the port to open, `master` the other end."""
 
     def __init__(self) -> None:
         import tty  # POSIX
@@ -36,7 +36,7 @@ class Terminal:
             os.close(self._slave)
 
     def choke(self) -> None:
-        """Nobody reads, and the driver's buffer is full."""
+        """Fill the driver's buffer, so that the next write blocks."""
         os.set_blocking(self._slave, False)
         while True:
             try:
@@ -55,7 +55,7 @@ def in_time(limit_s: float = CLOSING_S) -> Iterator[None]:
 
 @contextmanager
 def taken(name: str) -> Iterator[None]:
-    """A pseudo-terminal has this name, so that it is not free for a module that is plugged in again."""
+    """Keep a pseudo-terminal of this name open, so that no new one gets the name."""
     files: list[int] = []
     try:
         while name not in [os.ttyname(file) for file in files[1::2]]:

@@ -1,1 +1,1 @@
-"""Flights and flight logs made for tests."""
+"""Makes flights and flight logs for tests."""

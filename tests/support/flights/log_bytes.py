@@ -13,7 +13,7 @@ Row = tuple[float, bytes]
 
 
 def columns(*values: ArrayLike) -> list[NDArray[np.float64]]:
-    """As long as the longest; a scalar stands for every row."""
+    """Broadcast the values to columns of equal length."""
     return [np.asarray(one, np.float64) for one in np.broadcast_arrays(*values)]
 
 
@@ -25,7 +25,7 @@ def ulog_record(kind: str, body: bytes) -> bytes:
 
 
 def ulog_topic(number: int, layout: str, rows: Iterable[tuple[float, Sequence[float | int]]]) -> list[Row]:
-    """Samples of the topic with this number; `layout` is the `struct` format of what follows the time."""
+    """Return samples of topic `number`; `layout` is the `struct` format of the fields after the time."""
     return [
         (at_s, ulog_record("D", struct.pack(f"<HQ{layout}", number, round(at_s * 1e6), *values)))
         for at_s, values in rows
@@ -48,7 +48,7 @@ ULOG_NUMBERS = {"vehicle_attitude": 0, "sensor_combined": 1, "vehicle_status": 2
 
 
 def ulog_bytes(rows: Iterable[Row]) -> bytes:
-    """A whole file: header, flags, formats, subscriptions, and the rows in order of time."""
+    """Return a complete file: header, flags, formats, subscriptions, and the rows sorted by time."""
     head = b"ULog\x01\x12\x35\x01" + struct.pack("<Q", 1_000_000)
     head += ulog_record("B", bytes(40))
     head += b"".join(ulog_record("F", f"{name}:{fields}".encode()) for name, fields in ULOG_TOPICS.items())
@@ -60,7 +60,7 @@ def ulog_bytes(rows: Iterable[Row]) -> bytes:
 
 
 def ulog_attitude(time_s: ArrayLike, tilt_deg: ArrayLike) -> list[Row]:
-    """Tilted to the side, and turned by a quarter: the heading must not count."""
+    """Tilted to the side, with a heading of 90°, which must not affect the tilt."""
     times, tilts = columns(time_s, tilt_deg)
     half, quarter = np.radians(tilts) / 2, np.pi / 4
     roll = np.column_stack([np.cos(half), np.sin(half), 0 * half, 0 * half])

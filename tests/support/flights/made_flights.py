@@ -1,4 +1,4 @@
-"""Flights made row by row, as readers make them of logs."""
+"""Makes flights from arrays, as the readers of logs do."""
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,7 +19,7 @@ def made_flight(
     is_on_ground: ArrayLike | None = None,
     resets_s: tuple[float, ...] = (),
 ) -> FlightLog:
-    """Rows at the report rate where no times are given; a scalar stands for every row."""
+    """Make a flight; without `time_s`, its rows come at the report rate. Scalars apply to every row."""
     count = max(np.size(one) for one in (tilt_deg, force_g))
     times = np.arange(count) / REPORT_HZ if time_s is None else np.asarray(time_s, np.float64)
     return FlightLog(
@@ -37,7 +37,7 @@ def made_flight(
 
 
 def random_flight(random: np.random.Generator, rows: int = 400) -> FlightLog:
-    """Swings and falls of all lengths, with pauses, unknown values, times that are not judged, and restarts."""
+    """Make a flight with swings, falls, gaps, unknown values, rows that are not judged, and restarts."""
     steps = np.full(rows, STEP_S)
     steps[random.random(rows) < 0.01] = random.choice([0.3, 0.5, 0.52, 3.0])
     tilt = np.abs(np.cumsum(random.normal(0, 6, rows))) % 180

@@ -1,4 +1,4 @@
-"""Sets of flights for the window: ordinary ones with turns and bumps, and crashes of several kinds."""
+"""Makes sets of flights: ordinary ones with turns and bumps, and crashes."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,7 +11,7 @@ from tests.support.flights.made_flights import made_flight
 
 
 def ordinary_flight(name: str, random: np.random.Generator, *, seconds: float = 120.0) -> FlightLog:
-    """Turns up to 50° and dips that are short."""
+    """Make a flight with turns of up to 50° and short dips of the force."""
     rows = round(seconds * REPORT_HZ)
     times = np.arange(rows) / REPORT_HZ
     tilt = np.abs(8 * np.sin(times / 3)) + random.normal(0, 1, rows)
@@ -24,7 +24,7 @@ def ordinary_flight(name: str, random: np.random.Generator, *, seconds: float = 
 
 
 def crash(name: str, random: np.random.Generator, *, seconds: float = 60.0) -> FlightLog:
-    """Level, then it tumbles and falls from some 60 m until it hits the ground."""
+    """Make a flight that ends in a tumbling fall from 60 m to the ground."""
     rows = round(seconds * REPORT_HZ)
     times = np.arange(rows) / REPORT_HZ
     lost_s = seconds - 4.0 - random.uniform(0, 1)
@@ -39,7 +39,7 @@ def crash(name: str, random: np.random.Generator, *, seconds: float = 60.0) -> F
 
 
 def summaries(must_not: int, must: int) -> Iterator[tuple[FlightSummary, bool]]:
-    """With whether it must fire."""
+    """Yield summaries, each with whether the module must fire."""
     random = np.random.default_rng(3)
     for number in range(must_not):
         yield summarise(ordinary_flight(f"/logs/survey-{number:03}.ulg", random)), False
@@ -48,7 +48,7 @@ def summaries(must_not: int, must: int) -> Iterator[tuple[FlightSummary, bool]]:
 
 
 def write_csv(path: Path, log: FlightLog, head: str = "time_s,tilt_deg,acceleration_g,altitude_m") -> Path:
-    """As a table that can be read again."""
+    """Write a flight as a table of comma-separated values."""
     height = np.zeros(len(log.time_s)) if log.altitude_m is None else log.altitude_m
     table = np.stack([log.time_s, log.tilt_deg, log.specific_force_g, height], axis=1)
     np.savetxt(path, table, fmt="%.3f", delimiter=",", header=head, comments="")
@@ -56,8 +56,10 @@ def write_csv(path: Path, log: FlightLog, head: str = "time_s,tilt_deg,accelerat
 
 
 def write_logs(folder: Path) -> list[Path]:
-    """A crash, an ordinary flight, and a table whose columns do not say what they are; few enough to be read without
-    other processes. No name passes for a word."""
+    """Write a crash, an ordinary flight, and a table with unknown columns.
+
+    So few files are read without worker processes; their names do not count as words of a language.
+    """
     folder.mkdir(parents=True)
     random = np.random.default_rng(7)
     return [

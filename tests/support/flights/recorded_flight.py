@@ -1,4 +1,4 @@
-"""A recording with chosen status reports."""
+"""Makes recordings of given status reports."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -10,7 +10,7 @@ STARTS_S = 1000.0
 
 
 def recorded_reports(folder: Path, rows: Iterable[tuple[float, float, float]]) -> Path:
-    """Of time, tilt and acceleration; the folder of the recording."""
+    """Record rows of time, tilt and acceleration; return the folder of the recording."""
     samples = [StatusSample(STARTS_S + at_s, int(tilt), force, False, True) for at_s, tilt, force in rows]
     with recorder_in(folder) as bench:
         bench.recorder.begin(HEADING)

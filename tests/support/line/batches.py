@@ -1,4 +1,4 @@
-"""What a worker said, kept for a test that waits for it: woken by the worker and not by the clock."""
+"""Collects a worker's batches, and lets a test wait for one."""
 
 import threading
 import time
@@ -8,7 +8,7 @@ from app.engine.worker import Batch
 
 
 class Batches:
-    """A worker's callback. `mark` begins a new chapter: `until` looks at what came since."""
+    """A worker's callback; `until` waits for a batch since `mark`."""
 
     def __init__(self) -> None:
         self.all: list[Batch] = []
@@ -35,7 +35,7 @@ class Batches:
         limit_s: float = 10.0,
         meanwhile: Callable[[Batch], None] = lambda _batch: None,
     ) -> Batch:
-        """The first batch since `mark` that is enough; `meanwhile` is called with the latest, 20 times a second."""
+        """Return the first batch since `mark` that is enough; call `meanwhile` with the latest 20 times a second."""
         end_s = time.monotonic() + limit_s
         seen = self._first
         while time.monotonic() < end_s:

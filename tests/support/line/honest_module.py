@@ -1,7 +1,7 @@
-"""A module on an honest line: it answers what it is asked, in that order, and the frames come whole and in order.
+"""A module whose line delivers whole frames in the order of the requests.
 
-It may be slow, stay silent, answer twice, stream, restart; between its frames there may be noise and echoes of what was
-written. Every frame is told to the referee with what caused it. Written without `protocol/`, like the referee.
+It may be slow or silent, answer twice, stream and restart; noise and echoes may lie between its frames. It reports
+every frame and its cause to the referee. Neither uses `protocol/`.
 """
 
 import heapq
@@ -14,15 +14,15 @@ from tests.support.line.reference_link import Cause, Referee
 
 HEARTBEAT_FRAME = b"\x41\x75\x01\xa5\x5a\x00"
 DOUBLED_GAPS_S = (0.0, 0.001, 0.015)
-"""A second copy follows at once."""
+"""Delays of a duplicate reply."""
 REPEATED_GAPS_S = (0.001, 0.05, 0.2)
-"""Between the two parts of a frame that comes in pieces: shorter than what ends a frame."""
+"""Gaps within a frame that arrives in two parts; a longer one would end the frame."""
 QUIET_NOISE = bytes(one for one in range(256) if one not in b"AB")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Habits:
-    """How this module and its line behave; shares are 0 … 1."""
+    """Behaviour of a module and its line; probabilities are 0 … 1."""
 
     delays_s: tuple[float, ...] = (0.003,)
     dropped: float = 0.0
@@ -35,7 +35,7 @@ class Habits:
     freefall_as_16: bool = False
     acknowledges_by_one: bool = False
     gap_s: float = 0.0
-    """It ignores a request that comes sooner than this after its last reply or the last request."""
+    """A request that follows a reply or another request sooner than this is ignored."""
 
 
 class _Coming(NamedTuple):
@@ -48,7 +48,7 @@ class _Coming(NamedTuple):
 
 @dataclass(slots=True)
 class _Cut:
-    """A frame of which the first part has come."""
+    """A frame whose first part has been read."""
 
     at_s: float
     rest: bytes
@@ -59,7 +59,7 @@ class _Cut:
 
 @dataclass(slots=True)
 class HonestModule:
-    """`write` what the host writes, `read` what has come; on the clock of the caller."""
+    """Takes what the host writes and returns what it can read, at the times that the caller passes."""
 
     source: random.Random
     habits: Habits
@@ -73,7 +73,7 @@ class HonestModule:
     _ready_s: float = 0.0
 
     def write(self, raw: bytes, number: int | None, now_s: float) -> None:
-        """Requests that went out; `number` of the one that is waited for, None for heartbeats of the link."""
+        """Receive requests; `number` identifies the one that the link waits for, None its own heartbeats."""
         for at in range(0, len(raw), 6):
             request = raw[at : at + 6]
             if self.habits.echo:
@@ -92,14 +92,14 @@ class HonestModule:
             self._ready_s = max(self._ready_s, self._last_s + self.habits.gap_s)
 
     def stream(self, first_s: float, until_s: float) -> None:
-        """Its serial output is on."""
+        """Send status frames from `first_s` to `until_s` if it streams."""
         every_s = self.habits.streams_every_s
         while every_s is not None and first_s < until_s:
             self._put(first_s, self._status(), Cause())
             first_s += every_s
 
     def restart(self, now_s: float) -> None:
-        """What it was about to answer is lost, but for the frame that has begun; two heartbeats."""
+        """Drop the pending replies, except a frame that has begun, and send two heartbeats."""
         if self._cut is not None:
             self._cut.at_s = now_s
         self._coming = [one for one in self._coming if one.cause is not None and one.cause.request is None]
@@ -109,13 +109,13 @@ class HonestModule:
         self._put(now_s + 0.05, HEARTBEAT_FRAME, Cause())
 
     def next_due_s(self) -> float:
-        """When something comes; infinite when nothing does."""
+        """Return the time of the next byte, or infinity."""
         if self._cut is not None:
             return self._cut.at_s
         return self._coming[0].at_s if self._coming else float("inf")
 
     def read(self, now_s: float, referee: Referee) -> bytes:
-        """All that has come by now; the referee is told of each whole frame."""
+        """Return the bytes up to now; report each whole frame to the referee."""
         read = bytearray()
         while self.next_due_s() <= now_s:
             if self._cut is None:
@@ -153,10 +153,10 @@ class HonestModule:
         self._order += 1
         heapq.heappush(self._coming, _Coming(at_s, self._order, raw, cause))
 
-    # What it says
+    # Replies
 
     def answers(self, request: bytes) -> list[bytes]:
-        """The frames with which it would answer now."""
+        """Return the replies to a request."""
         code, control, data = request[2:5]
         if request == reference_link.HEARTBEAT:
             return [HEARTBEAT_FRAME]
@@ -177,7 +177,7 @@ class HonestModule:
         return _summed(bytes((0x41, 0x75, 0x32, self._value, self.source.choice((10, 0x41, 0x75)), 0, 1)))
 
     def _record(self) -> bytes:
-        """Every second one begins like a voltage."""
+        """Return a trigger record; every second one begins like a reply with a voltage."""
         self._value = boot_count = (self._value + 1) % 256
         high = (0x36 + boot_count) % 256 if boot_count % 2 else 0
         body = (boot_count, high, self.source.randrange(256), 2, 60, 5, 160, 0, 1, 12, 200)

@@ -1,4 +1,4 @@
-"""A link with a clock that only the test moves, and the frames that its tests share."""
+"""A link on a fake clock, and the frames that its tests share."""
 
 from protocol.catalogue import BY_NAME, HEARTBEAT, Command, Request
 from protocol.events import Event, Received, Role
@@ -13,7 +13,7 @@ STREAMED = Status(7, 1.0, False, True).encode()
 
 
 class Bench:
-    """A link with a clock that only the test moves."""
+    """A link on a fake clock."""
 
     def __init__(self) -> None:
         self.now = 100.0
@@ -31,14 +31,14 @@ class Bench:
         return self.link.take_outgoing() or self._let_leave()
 
     def _let_leave(self) -> bytes:
-        """What is held back until the line has been quiet for long enough."""
+        """Wait until a request that is held back for a quiet line is sent; return it."""
         flight = self.link._flight
         if flight is None or flight.attempt or flight.held_until is None:
             return b""
         return self.wait(flight.deadline - self.now)
 
     def wait(self, seconds: float) -> bytes:
-        """Let time pass, ticking whenever the link asked for it."""
+        """Advance the clock, ticking the link at its deadlines; return what it sent."""
         end = self.now + seconds
         sent = b""
         while (due := self.link.next_deadline()) <= end:
@@ -52,7 +52,7 @@ class Bench:
         for _ in range(count):
             self.ask(HEARTBEAT.query())
             self.hear(PULSE)
-            self.wait(0.4)  # so that the next one is no copy of this one, nor the second one of a restart
+            self.wait(0.4)  # so that the next heartbeat is not taken for a duplicate or for a restart
         self.events.clear()
 
     def taken(self, kind: type[Event]) -> list[Event]:

@@ -1,7 +1,7 @@
-"""A second decoder, written from the vendor's table alone: slow, plain, sharing nothing with `protocol/`.
+"""An independent decoder, written from the vendor's table without `protocol/`, to compare the product's with.
 
-It says which bytes of a whole, finished capture are frames. It looks at every position in turn, tries what could stand
-there, and moves on by one byte where nothing does. No state but "what was asked last".
+It finds the frames of a finished capture: at each position it tries every kind of frame, else it skips one byte. Its
+only state is the last request.
 """
 
 from typing import NamedTuple
@@ -32,7 +32,7 @@ CELL_VOLTAGE, TRIGGER_RECORDS = 0x34, 0x35
 
 
 class Found(NamedTuple):
-    """A frame: where it begins, and its bytes."""
+    """A frame and its offset."""
 
     offset: int
     raw: bytes
@@ -90,7 +90,7 @@ def is_record(raw: bytes) -> bool:
 
 
 def frame_length(data: bytes, at: int, asked: int | None) -> int:
-    """Length of the frame that begins at `at`, 0 if none does."""
+    """Return the length of the frame at `at`, or 0."""
     six = data[at : at + 6]
     if is_request(six) or is_heartbeat(six) or is_reply(six):
         return 6
@@ -106,7 +106,7 @@ def frame_length(data: bytes, at: int, asked: int | None) -> int:
 
 
 def frames(data: bytes, *, asked: int | None = None, follows_host: bool = False) -> list[Found]:
-    """The frames of a finished capture. `asked` is the code that was asked before its first byte."""
+    """Return the frames of a finished capture; `asked` is the code of the last request before it."""
     found = []
     at = 0
     while at < len(data):

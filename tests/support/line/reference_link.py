@@ -1,16 +1,17 @@
-"""What may be believed on the line, stated a second time: plain, slow, sharing nothing with `protocol/`.
+"""An independent specification of the link, written without `protocol/`.
 
-A referee is told what happened, in order: what was asked, which bytes were written and heard, which frames an honest
-line carried and why, when the clock was looked at, and what the link then said. It notes what must not be:
+The `Referee` is told every event in order: requests, bytes written and read, frames of an honest line with their cause,
+ticks of the clock, and what the link reported. It collects violations of these rules:
 
-- On the wire: only the request that was asked, heartbeats, and harmless questions before it. A set or an act at most
-  once, a question again only when its time had run out, nothing else while something waits. LOCK at once, a question
-  too while nothing has been lost; a set or an act never directly after a reply or another request.
-- Believed: only a frame that a module can have sent as the answer, that began after the request went out and came
-  before its time ran out; the value that the frame carries; nothing from an echo.
-- Where the line is honest (whole frames, in the order of the requests): answered if and only if such a frame came, by
-  the first such frame, which was caused by this request or by the same question before; else unanswered, in time.
-- One end for each request: answered, unanswered, or unknown for what may have been carried out.
+- Sent: only the request itself, heartbeats, and harmless queries before it. A set or an act at most once; a query again
+  only after its timeout; nothing else while a request is pending. LOCK is sent at once, and so is a query while nothing
+  has been lost. A set or an act is never sent directly after a reply or another request.
+- Accepted as a reply: only a frame that a module can send as the reply, that began after the request was sent and
+  arrived before the timeout; with the value of that frame; never an echo.
+- On an honest line (whole frames, in the order of the requests): a request is answered if and only if such a frame
+  arrived, by the first such frame, which was caused by this request or by an earlier one of the same query. Otherwise
+  it ends unanswered, in time.
+- Each request has one end: answered, unanswered, or unknown for a set or an act that may have been carried out.
 """
 
 import math
@@ -21,7 +22,7 @@ from tests.support.line import reference_decoder
 
 HEARTBEAT = b"\x42\x61\x01\xa5\x5a\x00"
 FENCES = (HEARTBEAT, *(b"\x42\x61" + bytes((code, 1, 0, code + 1)) for code in (0x23, 0x33, 0x30, 0x31)))
-"""What may go out before the request that was asked, so that its reply is not mistaken."""
+"""Queries that may be sent before a request, so that its reply cannot be confused with an earlier one."""
 LOCK = b"\x42\x61\x10\x02\x00\x12"
 STATUS, VOLTAGE, RECORDS, ZERO, FREEFALL_FLAG = 0x32, 0x34, 0x35, 0x25, 0x17
 ACTIVATION = 0x10
@@ -33,14 +34,14 @@ SHORT_VALUES = {
     0x34: reference_decoder.ANY,
 }  # fmt: skip
 HELD_S = 0.2
-"""No request is held back for longer, so that the line is quiet before it."""
+"""The longest time for which a request is held back until the line is quiet."""
 QUIET_S = 0.01
-"""At least this quiet is the line before a set or an act."""
+"""The shortest quiet time before a set or an act."""
 LONGEST_FENCE_S = 3.0 + 4 * HELD_S
-"""Three questions of one second each, each held back: then the request behind them is given up unsent."""
+"""Three queries of 1 s, each held back; then the request behind them is given up unsent."""
 DRAIN_S = 0.03
 LONGEST_RECORDS_S = 11.5
-"""Of one query: the vendor's second, and ten of collecting."""
+"""The longest query for records: the vendor's 1 s, and 10 s of collecting."""
 
 
 class End(Enum):
@@ -50,12 +51,12 @@ class End(Enum):
 
 
 def is_question(request: bytes) -> bool:
-    """May be sent again."""
+    """Return whether a request may be repeated."""
     return request[3] != SET and request[2] != ZERO
 
 
 def answers(frame: bytes, request: bytes) -> bool:
-    """Whether a frame can be what a module answered to this request."""
+    """Return whether a module can send `frame` in reply to `request`."""
     code, asked = frame[2], request[2]
     if request == HEARTBEAT:
         return reference_decoder.is_heartbeat(frame)
@@ -73,7 +74,7 @@ def answers(frame: bytes, request: bytes) -> bool:
 
 
 def says(frame: bytes) -> tuple[int, ...]:
-    """The bytes of a frame that carry values."""
+    """Return the bytes of a frame that carry values."""
     if reference_decoder.is_heartbeat(frame):
         return ()
     return tuple(frame[3:7]) if len(frame) == 8 else tuple(frame[4:-1])
@@ -81,7 +82,7 @@ def says(frame: bytes) -> tuple[int, ...]:
 
 @dataclass(frozen=True, slots=True)
 class Told:
-    """What the link said of a request. `values`: of each message, as bytes on the wire."""
+    """The link's report on a request; `values` holds the value bytes of each message."""
 
     request: bytes
     end: End
@@ -92,7 +93,7 @@ class Told:
 
 @dataclass(slots=True)
 class Asked:
-    """The request that is waited for. `number` tells it from the same one asked before."""
+    """The pending request; `number` distinguishes it from earlier ones that are equal."""
 
     number: int
     request: bytes
@@ -100,11 +101,11 @@ class Asked:
     waits_s: tuple[float, ...]
     written_at_s: list[float] = field(default_factory=list)
     heard_before: int = 0
-    """Bytes that had been heard when it first went out."""
+    """Count of bytes that had arrived when it was first sent."""
     is_fenced: bool = False
-    """Another question went out before it."""
+    """Another query was sent before it."""
     due: list[bytes] = field(default_factory=list)
-    """Frames of an honest line that must be believed."""
+    """Replies from an honest line, which must be accepted."""
 
     @property
     def is_written(self) -> bool:
@@ -117,14 +118,14 @@ class Asked:
 
 @dataclass(frozen=True, slots=True)
 class Cause:
-    """Why a module of an honest line sent a frame: which request, asked as which number; None for a stream or boot."""
+    """The request that caused a frame, and its number; None for a streamed frame or a restart."""
 
     request: bytes | None = None
     number: int | None = None
 
 
 class Referee:
-    """See the module's docstring. `is_certain`: each frame of the line is told by `came`, so all is predictable."""
+    """See the module's docstring. With `is_certain` every frame is reported by `came`, so the outcome is certain."""
 
     def __init__(self, *, is_certain: bool) -> None:
         self.faults: list[str] = []
@@ -135,19 +136,19 @@ class Referee:
         self._number = 0
         self._codes_asked: set[int] = set()
         self._spoken_s = -math.inf
-        """When a request was last written, or a frame heard that was not streamed."""
+        """Time of the last request or of the last frame that was not streamed."""
         self._has_lost = False
 
-    # What happened
+    # Events
 
     def ask(self, request: bytes, now_s: float, waits_s: tuple[float, ...]) -> None:
-        """`waits_s`: how long each attempt waits, as the owner ordered it."""
+        """A request is made; `waits_s` holds the timeout of each attempt."""
         self._number += 1
         count = len(waits_s) if is_question(request) and request[2] != RECORDS else 1
         self.asked = Asked(self._number, request, now_s, waits_s[:count])
 
     def wrote(self, raw: bytes, now_s: float) -> None:
-        """All bytes that went out together."""
+        """These bytes were sent together."""
         for at in range(0, len(raw), 6):
             request = raw[at : at + 6]
             if not reference_decoder.is_request(request):
@@ -193,7 +194,7 @@ class Referee:
         self._heard += raw
 
     def came(self, frame: bytes, cause: Cause, *, began_at: int, now_s: float) -> None:
-        """An honest line: a frame whose last byte has just come, whose first was byte number `began_at`."""
+        """On an honest line, a frame is complete that began with byte number `began_at`."""
         asked = self.asked
         if not reference_decoder.is_status(frame):
             self._spoken_s = now_s
@@ -206,13 +207,13 @@ class Referee:
             self._fault(f"{frame.hex(' ')} was caused by something else and could not be told from an answer")
 
     def abandon(self) -> None:
-        """The owner gave up; what has to be told of it is told next."""
+        """The caller cancelled the request; the link's report follows."""
         asked = self.asked
         if asked is not None and (is_question(asked.request) or not asked.is_written):
             self.asked = None
 
     def settled(self, told: list[Told], now_s: float) -> None:
-        """All that the link said of what happened up to now."""
+        """Check the link's reports on everything up to now."""
         for one in told:
             self._judge(one, now_s)
         asked = self.asked
@@ -226,7 +227,7 @@ class Referee:
             self._fault(f"the answer {asked.due[0].hex(' ')} was not believed")
 
     def looked(self, now_s: float, *, late_s: float) -> None:
-        """The clock was looked at, at most `late_s` after it had to be; what came of it was told before."""
+        """The link was ticked, at most `late_s` after its deadline, and its reports were passed to `settled`."""
         asked = self.asked
         if asked is None:
             return
@@ -242,7 +243,7 @@ class Referee:
             if now_s >= asked.ends_s + (0.0 if is_last else DRAIN_S + HELD_S + 2 * late_s + 1e-6):
                 self._fault("its time has run out and nothing was said")
 
-    # What was said of it
+    # Reports of the link
 
     def _judge(self, told: Told, now_s: float) -> None:
         asked, self.asked = self.asked, None
@@ -284,18 +285,18 @@ class Referee:
 
 
 def _family(request: bytes) -> int:
-    """Requests of one family can be answered by frames of the same code."""
+    """Return the code that stands for all requests whose replies can have the same code."""
     return {FREEFALL_FLAG: 0x16, VOLTAGE: RECORDS}.get(request[2], request[2])
 
 
 def _may_be_believed(asked: Asked, frame: bytes, cause: Cause) -> bool:
-    """Caused by this request, by the same question before, or where it does not matter by whom."""
+    """Return whether the frame was caused by this request or the same query, or its cause does not matter."""
     if cause.number == asked.number or (asked.request[2] == STATUS and cause.request is None):
         return True
     if asked.request == HEARTBEAT:
-        return True  # one says no more than another: the module is there
+        return True  # all heartbeats are equal
     if asked.request == LOCK and frame[2] == ACTIVATION:
-        return True  # it waits for nothing; the state is read afterwards
+        return True  # LOCK does not wait; the state is read afterwards
     return is_question(asked.request) and asked.request[2] != RECORDS and cause.request == asked.request
 
 

@@ -1,4 +1,4 @@
-"""A session on the simulated module with a clock that only reading moves: hours pass in milliseconds."""
+"""A session on the simulated module with a fake clock that reading advances: hours pass in milliseconds."""
 
 from collections.abc import Mapping
 from typing import Any, TypeVar
@@ -18,7 +18,7 @@ FINEST_S = 1e-4
 
 
 class FakeClock:
-    """Monotonic seconds."""
+    """A monotonic clock that stands still unless `now_s` is set."""
 
     def __init__(self) -> None:
         self.now_s = 1000.0
@@ -32,7 +32,7 @@ def _setup(options: Mapping[str, Any]) -> Setup:
 
 
 class SimulatedLine:
-    """A `Line` on a simulated module; `sent` holds all that the host wrote, `arrived` all that it read."""
+    """A `Line` on a simulated module; `sent` holds all bytes written, `arrived` all bytes read."""
 
     def __init__(
         self,
@@ -42,7 +42,7 @@ class SimulatedLine:
         baud_rate: int = 115200,
         bench: SimulatedBench | None = None,
     ) -> None:
-        """`bench`: one that lives longer than this line."""
+        """`bench`: an existing module; by default a new one is made."""
         self.clock = clock
         self.bench = bench or SimulatedBench(_setup(options or {}), clock=clock)
         self.sent = bytearray()
@@ -57,7 +57,7 @@ class SimulatedLine:
 
     @property
     def requests(self) -> list[Request]:
-        """What the host sent, frame by frame."""
+        """The frames that the host sent."""
         return [decode_request(bytes(self.sent[at : at + 6])) for at in range(0, len(self.sent), 6)]
 
     def read(self, longest_s: float, gather_s: float) -> bytes:
@@ -98,11 +98,11 @@ class SimulatedLine:
 
 
 INSTANT_S = 1e-6
-"""Nobody confirms anything at the moment when the port is opened."""
+"""Time that passes after the port is opened."""
 
 
 class Rig:
-    """Session, line and clock together."""
+    """A session with its line and clock."""
 
     def __init__(
         self, options: Mapping[str, Any] | None = None, *, baud_rate: int = 115200, expected: Expected | None = None
@@ -117,7 +117,7 @@ class Rig:
         return self.line.bench
 
     def run(self, procedure: Procedure[Result], *, limit_s: float = 120.0) -> Result:
-        """Drive `procedure` to its end; raises what it raised, and fails after `limit_s` of the fake clock."""
+        """Run `procedure` to its end; raise what it raised, and fail after `limit_s` of the fake clock."""
         run = Run(procedure)
         self.session.run(run)
         self.step_until(lambda: run.is_done, limit_s=limit_s)
@@ -139,19 +139,19 @@ class Rig:
 
 
 def settled_rig(**options: object) -> Rig:
-    """On a module that has been running for a minute and lies still."""
+    """Return a rig on a module that has run for a minute and reports no noise."""
     return Rig({"uptime": 60, "noise": 0} | options)
 
 
 def watched(rig: Rig, switch: StreamSwitch | None = None) -> StreamSwitch:
-    """Let `watch` run in the background."""
+    """Run `watch` in the background."""
     switch = switch or StreamSwitch()
     rig.session.run_in_background(watch(switch))
     return switch
 
 
 def end_watch(rig: Rig) -> None:
-    """Cancel what `watched` began, and wait for its end."""
+    """Cancel the background procedure, and wait for its end."""
     background = rig.session.background
     assert background is not None
     background.cancel()

@@ -1,4 +1,4 @@
-"""A serial port whose driver does not come back from one of its calls."""
+"""A serial port with a call that does not return."""
 
 import threading
 from typing import Any
@@ -9,19 +9,19 @@ READ_S = 0.01
 
 
 class StubbornPort:
-    """In pyserial's place. The call named `sticks_in` blocks until `release`; it works else, and nobody answers."""
+    """Stands in for pyserial's port. The call `sticks_in` blocks until `release`; no data ever arrives."""
 
     def __init__(self, sticks_in: str) -> None:
         self._sticks_in = sticks_in
         self._may_go_on = threading.Event()
         self.is_stuck = threading.Event()
-        """The call is under way."""
+        """Set once the call blocks."""
         self.baudrate = 115200
         self.exclusive = self.dtr = self.rts = False
         self.timeout = READ_S
 
     def __call__(self, _port: str, **options: Any) -> "StubbornPort":
-        """As `serial_for_url`."""
+        """Stand in for `serial_for_url`."""
         self.baudrate = options["baudrate"]
         return self
 
@@ -58,10 +58,10 @@ class StubbornPort:
         self._call("reset_output_buffer")
 
     def cancel_read(self) -> None:
-        """A driver that hangs does not hear."""
+        """Has no effect, as on a driver that hangs."""
 
     def cancel_write(self) -> None:
-        """The same."""
+        """Has no effect, as on a driver that hangs."""
 
     def close(self) -> None:
         self._call("close")

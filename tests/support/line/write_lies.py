@@ -1,4 +1,4 @@
-"""Writing to modules that lie, in every dialect, compared with what the module holds a while afterwards."""
+"""Writes settings to faulty modules with all quirks, and compares the report with what the module then holds."""
 
 from dataclasses import dataclass
 from itertools import product
@@ -12,7 +12,7 @@ from tests.support.journals import FakeJournal
 from tests.support.line.sim_line import Rig
 
 SETTLED_S = 1.0
-"""After the report: whatever these modules change late has been changed by then."""
+"""Time after the report within which these modules make their late changes."""
 DIALECTS: tuple[dict[str, Any], ...] = tuple(
     {"ack": ack, "voltage_code": voltage, "freefall_ack": freefall, "remembers": remembers, "stream_at_boot": streams}
     for ack, voltage, freefall, remembers, streams in product(
@@ -62,7 +62,7 @@ WANTED: tuple[dict[str, Value], ...] = (
 
 @dataclass(frozen=True, slots=True)
 class Write:
-    """One run. `before` and `holds`: what the module held before it and a while after it, by key."""
+    """One write; `before` and `holds` are the module's values before it and `SETTLED_S` after it, by key."""
 
     report: WriteReport
     before: dict[str, Any]
@@ -82,7 +82,7 @@ class Write:
         named = {one.command.key for one in report.changed} | {command.key for command in report.unread}
         if report.is_fine:
             found += [
-                f"{key} moved from {self.before[key]} to {self.holds[key]} without a word"
+                f"{key} moved from {self.before[key]} to {self.holds[key]} unreported"
                 for key in self.before
                 if key not in written_keys | named and self.before[key] != self.holds[key]
             ]

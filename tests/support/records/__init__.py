@@ -1,1 +1,1 @@
-"""Records, recordings and captures made for tests."""
+"""Makes records, recordings and captures for tests."""

@@ -1,4 +1,4 @@
-"""Stations of an archive: each with its store, its key and its facts, in a folder of its own."""
+"""Makes stations of an archive, each with its store, key and facts in its own folder."""
 
 import json
 from collections.abc import Callable, Iterator
@@ -29,7 +29,7 @@ _SLOT = bytes.fromhex("41 75 35 01 00 6C 3C 05 10 00 0C 2F 00 00 00 00")
 
 
 def slot(number: int) -> bytes:
-    """A trigger record; another one for each number."""
+    """Return a trigger record that differs for each number."""
     return _SLOT[:4] + number.to_bytes(2, "big") + _SLOT[6:]
 
 
@@ -47,11 +47,11 @@ class ArchiveStation:
         return {row[0] for row in self.facts.database.read("SELECT id FROM facts")}
 
     def content(self) -> list[tuple[str, ...]]:
-        """All that it knows, in an order that is the same everywhere."""
+        """Return all facts, ordered by id."""
         query = "SELECT id, kind, station, made_at, payload, signature FROM facts ORDER BY id"
         return self.facts.database.read(query)
 
-    # What happens at a station
+    # Events at a station
 
     def meet(self, module: str, adapter: str = "usb 1") -> int:
         return self.store.meet_module(module, adapter).id
@@ -83,7 +83,7 @@ class ArchiveStation:
             self.store.settle(entry, Outcome.CONFIRMED, {"active": False})
 
     def check(self, module: str, verdict: str = "GO", cell_v: float = 4.0) -> Record:
-        """The record of a check, as it is kept; its content is that of a real one."""
+        """Store the record of a check, with the content of a real one."""
         base = json.loads(_base_record())
         at = self.store.database.now()
 

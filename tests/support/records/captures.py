@@ -1,4 +1,4 @@
-"""A short capture, and how it becomes a file: what the tests of captures share."""
+"""A short capture for tests, and functions to write and read it."""
 
 from collections.abc import Sequence
 from itertools import islice
@@ -29,7 +29,7 @@ def written(path: Path, entries: Sequence[CaptureEntry] = ENTRIES, header: Heade
 
 
 def script_of(capture: Capture) -> Script:
-    """Of a capture that is at hand, read to its end."""
+    """Return the script of a capture, read to its end."""
     entries = iter(capture.entries)
     script = Script(iter(lambda: tuple(islice(entries, 100)), ()), lambda: capture.duration_s)
     while not script.is_read:

@@ -1,4 +1,4 @@
-"""Excerpts made by hand, for tests of what is judged on them."""
+"""Makes excerpts of recordings from samples."""
 
 from collections.abc import Iterable, Sequence
 
@@ -17,7 +17,7 @@ def excerpt(
     markers: tuple[Marker, ...] = (),
     is_whole: bool = True,
 ) -> Excerpt:
-    """These samples, of an active module where nothing else is said."""
+    """Make an excerpt; by default the module is active throughout."""
     times: Seconds = np.array([one.at_s for one in samples], np.float64)
     none: Values = np.empty(0, np.float32)
     flags = np.ones(len(samples), np.bool_) if active is None else np.array(list(active), np.bool_)

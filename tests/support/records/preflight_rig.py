@@ -1,4 +1,4 @@
-"""A pre-flight check on the simulated module, on the fake clock, and the table of single faults."""
+"""Runs pre-flight checks on the simulated module with a fake clock, and lists the single faults."""
 
 from collections import Counter
 from collections.abc import Callable, Mapping
@@ -33,7 +33,7 @@ class Checked:
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """`named`: checks that must stand against GO because of it."""
+    """A fault; the checks in `named` must fail because of it."""
 
     named: frozenset[str]
     options: Mapping[str, str] = field(default_factory=dict)
@@ -44,13 +44,13 @@ class Fault:
 
     @property
     def is_of_module(self) -> bool:
-        """Not only of what is expected of it."""
+        """Whether the module itself has the fault, not only the expectations."""
         return bool(self.options) or self.arrange is not None or not self.is_enabling
 
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """What was read of a module, before anything is expected of it."""
+    """The evidence of one run, before it is judged."""
 
     rig: Rig
     evidence: Evidence
@@ -58,7 +58,7 @@ class Measured:
 
 
 def measured(*faults: Fault, options: Mapping[str, str] | None = None, is_enabling: bool = True) -> Measured:
-    """A module with these faults, gone through once."""
+    """Run the check once on a module with these faults."""
     merged: dict[str, str] = dict(options or {})
     for fault in faults:
         for name, value in fault.options.items():
@@ -74,7 +74,7 @@ def measured(*faults: Fault, options: Mapping[str, str] | None = None, is_enabli
 
 
 def judged(found: Measured, *faults: Fault) -> Checked:
-    """By what these faults expect."""
+    """Judge the evidence by the expectations of these faults."""
     expectations: dict[str, Any] = {"approved_fingerprint": APPROVED, "settings": {"light_threshold_v": 1.8}}
     past: dict[str, Any] = {"module": "M-07", "boot_count": 36, "has_check": True}
     for fault in faults:
@@ -90,12 +90,12 @@ def judged(found: Measured, *faults: Fault) -> Checked:
 
 
 def check(*faults: Fault, options: Mapping[str, str] | None = None, is_enabling: bool = True) -> Checked:
-    """A check of a module with these faults."""
+    """Run and judge a check of a module with these faults."""
     return judged(measured(*faults, options=options, is_enabling=is_enabling), *faults)
 
 
 def assert_only_questions(checked: Checked, *, is_enabling: bool = True) -> None:
-    """Every byte that the host wrote: questions, and each of the two flags at most once, to enabled."""
+    """Assert that the host sent only queries, and enabled each of the two triggers at most once."""
     sets = Counter(request for request in checked.rig.line.requests if request.hazard is not Hazard.NONE)
     for request, count in sets.items():
         assert is_enabling
@@ -106,7 +106,7 @@ def assert_only_questions(checked: Checked, *, is_enabling: bool = True) -> None
 
 
 def on_request(code: int, number: int, act: Callable[[Rig], None], *, is_lost: bool = False) -> Arrange:
-    """Do something with the `number`-th frame of this code, which is lost on request."""
+    """Call `act` at the `number`-th frame of this code; with `is_lost` the frame is dropped."""
 
     def arrange(rig: Rig) -> None:
         wire, count = rig.bench.wire, 0
@@ -140,7 +140,7 @@ def _fire(rig: Rig) -> None:
 
 
 def _wobble(rig: Rig) -> None:
-    """4° to and fro, from one status to the next."""
+    """Tilt by 4° to and fro, from one status to the next."""
     wire, way = rig.bench.wire, 4.0
     write = wire.write
 

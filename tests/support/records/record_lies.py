@@ -37,7 +37,7 @@ RECORD_DIALECTS: tuple[dict[str, Any], ...] = tuple(
 
 @dataclass(frozen=True, slots=True)
 class RecordsRead:
-    """One reading and what the module holds."""
+    """One reading of the history, and the records that the module holds."""
 
     history: History
     held: Counter[bytes]

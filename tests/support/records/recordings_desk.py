@@ -1,4 +1,4 @@
-"""The page of recordings and the Live page for tests: a list with a recording in it, and hands to work them."""
+"""The Recordings page and the Live page for tests, with one recording in the list."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -40,7 +40,7 @@ def record(
     cell_voltage_v: float = 3.9,
     light_v: float = 0.4,
 ) -> Path:
-    """A session of ten reports a second that tips over for a second in its middle, while it is active; its folder."""
+    """Record ten reports a second, tipped over for one second in the middle while active; return the folder."""
     with recorder_in(folder) as bench:
         bench.recorder.begin(HEADING)
         bench.recorder.name_module(module)
@@ -54,7 +54,7 @@ def record(
             values = {"cell_voltage_v": cell_voltage_v, "light_v": light_v}
             view = device(start_s, **values, attitude_threshold_deg=60, light_threshold_v=1.8)
             bench.recorder.on_batch(batch(start_s + 0.95, *samples, view=view))
-        bench.settle()  # it looks at the clock, which is moved at once
+        bench.settle()  # it reads the clock, which moves on next
         bench.clock.now_s += seconds
         bench.recorder.end()
         bench.settle()
@@ -63,7 +63,7 @@ def record(
 
 @dataclass
 class Desk:
-    """The page of recordings, the Live page, or both."""
+    """The Recordings page, the Live page, or both."""
 
     qtbot: QtBot
     storage: Storage
@@ -76,7 +76,7 @@ class Desk:
         return self.storage.sessions.library
 
     def list_again(self, count: int) -> None:
-        """Until so many are in the table."""
+        """Refresh the list, and wait until it has `count` rows."""
         self.page.work.refresh()
         self.wait(lambda: self.page.filter.rowCount() == count)
 
@@ -107,7 +107,7 @@ class Desk:
 
 @contextmanager
 def made(qtbot: QtBot, qapp: QApplication, folder: Path, template: Path, *kinds: type[QWidget]) -> Iterator[Desk]:
-    """Pages of these kinds, beside each other, without a window or a port."""
+    """Show pages of these kinds beside each other, without a main window or a port."""
     ports = PortWatcher(lambda _deadline_s: [])
     make: Any = SilentWorker
     connector = Connector(ports, make_worker=make)

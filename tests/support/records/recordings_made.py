@@ -1,4 +1,4 @@
-"""Recordings for tests and benchmarks: recorded from made-up batches, or written at once by numpy."""
+"""Makes recordings for tests and benchmarks: recorded from batches, or written directly with numpy."""
 
 import zlib
 from collections.abc import Iterator
@@ -34,11 +34,11 @@ LINE_HZ = 1440
 WAIT_S = 20.0
 HEADING = Heading(PORT, 115200, "Bench 7", "DPS-S Configurator 0.1.0")
 TENTHS = 26
-"""Values of acceleration that occur: 0.0 … 2.5 g."""
+"""Count of values of acceleration that occur: 0.0 … 2.5 g."""
 
 
 class Clock:
-    """Monotonic seconds and the calendar's, both moved by hand."""
+    """A fake monotonic clock, and the wall clock that goes with it."""
 
     def __init__(self, now_s: float = 1000.0) -> None:
         self.now_s = now_s
@@ -52,12 +52,12 @@ class Clock:
 
 
 def report(at: float, number: int = 0, *, triggered: bool = False, active: bool = False) -> StatusSample:
-    """One of many that differ."""
+    """Return a status report; its values depend on `number`."""
     return StatusSample(at, number % 181, number % TENTHS / 10, triggered, active)
 
 
 def received(sample: StatusSample) -> Received:
-    """The frame that said so."""
+    """Return the event of the frame that carries a sample."""
     status = Status(sample.tilt_deg, sample.acceleration_g, sample.triggered, sample.active)
     frame = Frame(Direction.MODULE_TO_HOST, status.encode())
     return Received(frame, status, Role.STREAMED, sample.at)
@@ -80,13 +80,13 @@ def batch(
     connection: Connection = OPEN,
     events: tuple[Event, ...] | None = None,
 ) -> Batch:
-    """`events`: by default the frames of the samples."""
+    """Make a batch; `events` are by default the frames of the samples."""
     frames = tuple(map(received, samples)) if events is None else events
     return Batch(at, connection, view or device(at), None, samples, frames)
 
 
 def stream(start_s: float, seconds: float, *, rate_hz: int = LINE_HZ) -> Iterator[Batch]:
-    """Batches of a sixtieth of a second from a module that streams, with cell voltage and light once a second."""
+    """Yield batches of 1/60 s of a stream, with cell voltage and light once a second."""
     count = round(seconds * rate_hz)
     times = start_s + np.arange(count) / rate_hz
     for numbers in np.array_split(np.arange(count), min(count, round(seconds * 60))):
@@ -100,7 +100,7 @@ def stream(start_s: float, seconds: float, *, rate_hz: int = LINE_HZ) -> Iterato
 
 @dataclass
 class Bench:
-    """A recorder on a clock that the test moves."""
+    """A recorder on a fake clock."""
 
     recorder: Recorder
     clock: Clock
@@ -146,7 +146,7 @@ def recorder_in(folder: Path, *, free_bytes: int = 1 << 40, **options: int) -> I
 
 
 def recorded(folder: Path, seconds: float = 2.0, *, rate_hz: int = LINE_HZ) -> Path:
-    """A session that was closed in an orderly way; its folder."""
+    """Record a session and close it; return its folder."""
     with recorder_in(folder) as bench:
         bench.recorder.begin(HEADING)
         bench.recorder.on_batch(batch(1000.0, events=(asked(1000.0),)))
@@ -157,7 +157,7 @@ def recorded(folder: Path, seconds: float = 2.0, *, rate_hz: int = LINE_HZ) -> P
 
 
 def written_at_once(library: Path, rows: int, *, rate_hz: float = LINE_HZ, start_s: float = 1000.0) -> Path:
-    """A recording of so many status reports, within seconds; what it measured is a sine and noise. Its folder."""
+    """Write a recording of `rows` status reports, a sine with noise; return its folder."""
     folder = library / f"{NOON:%Y%m%dT%H%M%SZ}-{rows:06x}"
     folder.mkdir(parents=True)
     for name in DATA_FILES:
@@ -185,12 +185,12 @@ def written_at_once(library: Path, rows: int, *, rate_hz: float = LINE_HZ, start
 
 
 def directions(raw: list[tuple[Way, bytes]]) -> dict[Way, bytes]:
-    """All bytes of each direction, one behind the other."""
+    """Join the bytes of each direction."""
     return {way: b"".join(data for one, data in raw if one is way) for way in Way}
 
 
 class Whole(NamedTuple):
-    """What was recorded, for comparison."""
+    """The content of a recording, for comparison."""
 
     folder: Path
     times: list[float]

@@ -1,4 +1,4 @@
-"""Stations that sign the records of tests."""
+"""Makes stations that sign records."""
 
 from functools import cache
 
@@ -10,11 +10,11 @@ from app.stations.station import Station
 
 @cache
 def station(name: str = "hangar") -> Station:
-    """The same key for the same name, in one run."""
+    """Return the station of this name; its key lasts for the test run."""
     private = Ed25519PrivateKey.generate()
     return Station(private.public_key().public_bytes_raw(), private)
 
 
 def find_station(public: bytes) -> KnownStation | None:
-    """Only "hangar" is known."""
+    """Find a station; only "hangar" is known."""
     return KnownStation(public, "hangar") if public == station().public else None
