@@ -61,17 +61,20 @@ class ThresholdProposal:
     @property
     def settings(self) -> dict[str, Value]:
         """Thresholds by the names of profiles and `dps-s set`; empty where there are none."""
-        if self.limits is None:
-            return {}
-        return {
-            "attitude_threshold_deg": round(self.limits.attitude_threshold_deg),
-            "freefall_acceleration_g": self.limits.freefall_acceleration_g,
-            "freefall_time_s": self.limits.freefall_time_s,
-        }
+        return {} if self.limits is None else settings_of(self.limits)
 
     def nearest(self, group: FlightGroup) -> FlightMargin | None:
         """The flight of a group with the smallest margin; None for an empty group."""
         return next((one for one in self.margins if one.group is group), None)
+
+
+def settings_of(limits: TriggerLimits) -> dict[str, Value]:
+    """Thresholds by the names of profiles and `dps-s set`, in the vendor's steps."""
+    return {
+        "attitude_threshold_deg": round(limits.attitude_threshold_deg),
+        "freefall_acceleration_g": round(limits.freefall_acceleration_g, 1),
+        "freefall_time_s": round(limits.freefall_time_s, 2),
+    }
 
 
 def propose(flights: FlightSet) -> ThresholdProposal:

@@ -27,7 +27,7 @@ _log = logging.getLogger(__name__)
 
 FLUSH_EVERY_S = 0.5
 SYNC_EVERY_S = 30.0
-LOOK_EVERY_S = 10.0
+DISK_CHECK_EVERY_S = 10.0
 """Interval of checking the free disk space."""
 RESERVE_BYTES = 256 * 1024**2
 """Disk space that is left free."""
@@ -67,12 +67,12 @@ class Recorder:
         self._thread: threading.Thread | None = None
         self._heading: Begin | None = None
         self._part = 1
-        self._follower = MarkerTracker()
+        self._tracker = MarkerTracker()
         self._pending: list[Marker] = []
         self._sleep: Sleep | None = None
         self._writer: SessionWriter | None = None
         self._entry: RecordingEntry | None = None
-        self._synced_at = self._looked_at = 0.0
+        self._synced_at = self._disk_checked_at = 0.0
 
     # Any thread
 
@@ -159,8 +159,8 @@ class Recorder:
                 is_stopping |= isinstance(order, End) and order.is_stop
                 if isinstance(order, Begin):
                     self._guarded(self._close)
-                self._guarded(self._obey, order)
-            self._guarded(self._look_after)
+                self._guarded(self._process, order)
+            self._guarded(self._maintain)
             for order in orders:
                 if isinstance(order, Settle):
                     order.done.set()
@@ -179,13 +179,13 @@ class Recorder:
                     self._is_wanted, self._error = False, error
             self._release()
 
-    def _obey(self, order: Order) -> None:
+    def _process(self, order: Order) -> None:
         match order:
             case Batch():
                 self._record(order)
             case Begin():
                 self._heading, self._part, self._sleep = order, 1, None
-                self._follower, self._pending = MarkerTracker(), []
+                self._tracker, self._pending = MarkerTracker(), []
             case Name(module):
                 self._name(module)
             case Lost(count):
@@ -205,7 +205,7 @@ class Recorder:
         if sleep is not None and sleep != self._sleep and self._writer is not None:
             self._end_part(sleep.ended_at)  # the clock may have stopped during the sleep
         self._sleep = sleep
-        markers = self._pending + self._follower.on_batch(batch)
+        markers = self._pending + self._tracker.on_batch(batch)
         self._pending = []
         if self._writer is None:
             firsts = [one.at for one in (*batch.samples[:1], *batch.events[:1])]
@@ -214,7 +214,7 @@ class Recorder:
                 return
             self._open(heading.heading, min(heading.at, *firsts, *(one.time_s for one in markers)))
         if self._writer is not None:
-            self._writer.put(batch, markers, self._follower.limits)
+            self._writer.put(batch, markers, self._tracker.limits)
 
     def _open(self, heading: Heading, start_s: float) -> None:
         """Begins a part."""
@@ -231,19 +231,19 @@ class Recorder:
         )
         self.library.folder.mkdir(parents=True, exist_ok=True, mode=0o700)
         self.library.prune(datetime.fromtimestamp(self._wall_clock(), UTC))
-        self._look_at_disk()
+        self._check_disk()
         self._writer = SessionWriter(new_folder(self.library.folder, opening.started_at), opening)
-        self._synced_at = self._looked_at = self._clock()
-        self._show()
+        self._synced_at = self._disk_checked_at = self._clock()
+        self._refresh_entry()
 
     def _name(self, module: str) -> None:
         if self._heading is not None:
             self._heading = replace(self._heading, heading=replace(self._heading.heading, module=module))
         if self._writer is not None:
             self._writer.name_module(module)
-            self._show()
+            self._refresh_entry()
 
-    def _look_after(self) -> None:
+    def _maintain(self) -> None:
         """Flushes, syncs, checks the disk, and begins a new part where one is due."""
         writer, now = self._writer, self._clock()
         if writer is None or self._heading is None:
@@ -252,13 +252,13 @@ class Recorder:
         if now - self._synced_at >= SYNC_EVERY_S:
             self._synced_at = now
             writer.sync()
-        if now - self._looked_at >= LOOK_EVERY_S:
-            self._looked_at = now
-            self._look_at_disk()
+        if now - self._disk_checked_at >= DISK_CHECK_EVERY_S:
+            self._disk_checked_at = now
+            self._check_disk()
         opening = writer.opening
-        is_astray = abs(self._wall_clock() - now - opening.wall_offset_s) > CLOCK_JUMP_S
+        is_clock_changed = abs(self._wall_clock() - now - opening.wall_offset_s) > CLOCK_JUMP_S
         is_long = now - opening.start_s > LONGEST_PART_S or writer.size_bytes > self.library.most_bytes / 4
-        if is_astray or is_long:
+        if is_clock_changed or is_long:
             self._end_part(now)
 
     def _end_part(self, at: float) -> None:
@@ -268,7 +268,7 @@ class Recorder:
         if self._heading is not None:
             self._heading = replace(self._heading, at=at)
 
-    def _look_at_disk(self) -> None:
+    def _check_disk(self) -> None:
         if self._find_free_bytes(self.library.folder) < RESERVE_BYTES:
             self.library.empty_trash()
         if self._find_free_bytes(self.library.folder) < RESERVE_BYTES:
@@ -277,7 +277,7 @@ class Recorder:
     def _flush(self, *, is_last: bool = False) -> None:
         if self._writer is not None:
             self._writer.flush(self._clock(), is_last=is_last)
-            self._show()
+            self._refresh_entry()
 
     def _close(self) -> None:
         try:
@@ -292,7 +292,7 @@ class Recorder:
             self._writer.close()
         self._writer = self._entry = None
 
-    def _show(self) -> None:
+    def _refresh_entry(self) -> None:
         writer = self._writer
         if writer is not None:
             self._entry = entry_of(

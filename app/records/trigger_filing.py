@@ -23,34 +23,20 @@ class Doubtful:
     boot_count: int | None
 
 
-@dataclass(frozen=True, slots=True)
-class Filing:
-    """Stores one reading. `is_same_module`: confirmed by a person."""
-
-    store: Store
-    reading: TriggersReading
-    name: str
-    adapter: str
-    port: str
-    is_same_module: bool
-
-    def run(self) -> Visit | Doubtful:
-        """Runs in the store's thread. Raises `StoreTrouble`."""
-        store, reading = self.store, self.reading
-        history, checks = reading.history, CheckStore(store.database)
-        slots = [one.raw for one in history.records]
-        with store.database.together():
-            known = store.module_named(self.name)
-            if known is not None and not self.is_same_module:
-                past = checks.past(known.id, self.name, slots, is_confirmed=history.is_confirmed)
-                is_lower = went_back(past.boot_count, reading.boot_count)
-                if is_lower or not past.is_same_module:
-                    return Doubtful(past.boot_count if is_lower else None)
-            module = store.meet_module(self.name, self.adapter)
-            return checks.visit(
-                module.id,
-                slots,
-                port=self.port,
-                boot_count=reading.boot_count,
-                is_confirmed=history.is_confirmed,
-            )
+def file_triggers(
+    store: Store, reading: TriggersReading, name: str, *, adapter: str, port: str, is_same_module: bool
+) -> Visit | Doubtful:
+    """`is_same_module`: confirmed by a person. To be called in the store's thread. Raises `StoreTrouble`."""
+    history, checks = reading.history, CheckStore(store.database)
+    slots = [one.raw for one in history.records]
+    with store.database.together():
+        known = store.module_named(name)
+        if known is not None and not is_same_module:
+            past = checks.past(known.id, name, slots, is_confirmed=history.is_confirmed)
+            is_lower = went_back(past.boot_count, reading.boot_count)
+            if is_lower or not past.is_same_module:
+                return Doubtful(past.boot_count if is_lower else None)
+        module = store.meet_module(name, adapter)
+        return checks.visit(
+            module.id, slots, port=port, boot_count=reading.boot_count, is_confirmed=history.is_confirmed
+        )

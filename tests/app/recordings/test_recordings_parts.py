@@ -11,7 +11,7 @@ import pytest
 from app.engine.device import Sleep
 from app.recordings import file_layout as layout
 from app.recordings.library import RecordingLibrary
-from app.recordings.recorder import LONGEST_PART_S, LOOK_EVERY_S, SYNC_EVERY_S, Recorder
+from app.recordings.recorder import DISK_CHECK_EVERY_S, LONGEST_PART_S, SYNC_EVERY_S, Recorder
 from app.recordings.recording import Traffic, open_recording
 from app.recordings.writer import SessionWriter
 from tests.support.records.recordings_made import HEADING, NOON, WAIT_S, batch, received, recorder_in, report, stream
@@ -51,11 +51,11 @@ def test_a_clock_that_is_set_begins_a_part_with_the_right_time(tmp_path: Path) -
     with recorder_in(tmp_path) as bench:
         bench.record(batch(1000.0, report(1000.0)))
         bench.clock.wall_offset_s += 3600.0
-        bench.feed(batch(1000.0 + LOOK_EVERY_S, report(1000.0 + LOOK_EVERY_S)))
+        bench.feed(batch(1000.0 + DISK_CHECK_EVERY_S, report(1000.0 + DISK_CHECK_EVERY_S)))
         bench.feed(batch(1020.0, report(1020.0)))
         newest, oldest = bench.library.entries()
         assert (newest.part, oldest.part, oldest.started_at) == (2, 1, NOON)
-        assert (newest.started_at - NOON).total_seconds() == 3600.0 + LOOK_EVERY_S
+        assert (newest.started_at - NOON).total_seconds() == 3600.0 + DISK_CHECK_EVERY_S
 
 
 def test_a_sleep_begins_a_new_part(tmp_path: Path) -> None:

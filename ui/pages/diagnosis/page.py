@@ -27,6 +27,7 @@ from ui.services.page import StreamPage
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import Shortcut, control
 from ui.widgets.layouts import in_column, in_row
+from ui.widgets.naming import named
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.recording_bar import recording_target
 
@@ -55,11 +56,9 @@ class DiagnosisPage(StreamPage):
         self.figures = LinkStatisticsView(services, self.live_figures)
         self.bundle = BundlePreview(services, self.live_figures, self.traffic_buffer, services.log)
         self.files = CaptureFiles(services, self.traffic_buffer)
-        self.strip = NoticeBar(services.texts)
-        self.strip.setObjectName("diagnosis_notice")
+        self.strip = named(NoticeBar(services.texts), "diagnosis_notice")
         self._said: Notice | None = None
-        self.stack = QStackedWidget()
-        self.stack.setObjectName("diagnosis_views")
+        self.stack = named(QStackedWidget(), "diagnosis_views")
         for view in (self.why, self.traffic, self.figures, self.bundle):
             self.stack.addWidget(view)
         self.tabs = self._make_tabs()

@@ -56,7 +56,7 @@ class TrafficPage(QWidget):
         self._texts: Texts = services.texts
         self._is_paused = False
         self._follows = True
-        self._is_lost = False
+        self._is_not_found = False
         self.model = TrafficModel(self)
         self.table = self._make_table()
         self.detail = self._make_detail()
@@ -64,7 +64,11 @@ class TrafficPage(QWidget):
         self._count.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)  # shrinks before the filter
         self.filter = self._make_filter()
         self.search = TrafficSearch(
-            self.model, services.texts, find_start=self._search_start, show_row=self._show_found, say=self._tell_found
+            self.model,
+            services.texts,
+            find_start=self._search_start,
+            show_row=self._show_found,
+            say=self._on_search_end,
         )
         texts = self._texts
         self.pause = control(QToolButton(), texts, "traffic_pause", "Pause", key="Ctrl+P", picture=Icon.PAUSE,
@@ -203,8 +207,8 @@ class TrafficPage(QWidget):
         self.table.selectRow(row)
         self.table.scrollTo(self.model.index(row, 0), QAbstractItemView.ScrollHint.EnsureVisible)
 
-    def _tell_found(self, is_found: bool) -> None:
-        self._is_lost = not is_found
+    def _on_search_end(self, is_found: bool) -> None:
+        self._is_not_found = not is_found
         self._show_count()
 
     def _go_to_search(self) -> None:
@@ -212,7 +216,7 @@ class TrafficPage(QWidget):
         self.search.field.selectAll()
 
     def _use_filter(self, number: int) -> None:
-        self._is_lost = False
+        self._is_not_found = False
         self.model.use_filter(_FILTERS[number][0])
         if self.model.is_recorded:
             self.table.scrollToTop()
@@ -235,7 +239,7 @@ class TrafficPage(QWidget):
         rows = self.model.rowCount()
         if self.search.is_searching:
             text = tr("{what}: {percent} %", what=tr("Search"), percent=round(self.search.share * 100))
-        elif self._is_lost:
+        elif self._is_not_found:
             text = tr("Not found")
         elif self._is_paused and not self.model.is_recorded:
             text = tr("{count} new", count=f"{self.model.unseen:,}")

@@ -188,9 +188,9 @@ class WhyPanel(QScrollArea):
     # Display
 
     def _show(self, meaning: Meaning, what: str, next_step: str, command: str | None) -> None:
-        _write(self.what, what)
-        _write(self.next_step, next_step)
-        _write(self.command, command or "")
+        self.what.setText(what)
+        self.next_step.setText(next_step)
+        self.command.setText(command or "")
         self.next_step.setVisible(bool(next_step))
         self.command.setVisible(command is not None)
         if meaning is not self._meaning:
@@ -223,7 +223,7 @@ class WhyPanel(QScrollArea):
         }
         self._noise.setVisible(bool(noise))
         for key, text in shown.items():
-            _write(self.seen[key], text)
+            self.seen[key].setText(text)
 
     def _set_fonts(self) -> None:
         fixed = QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont)
@@ -271,8 +271,3 @@ class WhyPanel(QScrollArea):
         tile = named(QWidget(), f"why_seen_{key}_tile")
         in_column(caption, value, of=tile, spacing=0, margins=0)
         return tile
-
-
-def _write(label: QLabel, text: str) -> None:
-    if label.text() != text:
-        label.setText(text)

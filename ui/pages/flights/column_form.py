@@ -163,9 +163,7 @@ class ColumnForm(QWidget):
         return box
 
     def _lay_out(self) -> None:
-        card = QFrame()
-        card.setObjectName("csv_card")
-        card.setProperty("role", "card")
+        card = named(QFrame(), "csv_card", "card")
         card.setMaximumWidth(_CARD_PX)
         self._rows = QFormLayout(card)
         self._rows.setContentsMargins(Space.M, Space.M, Space.M, Space.M)

@@ -10,7 +10,7 @@ from PySide6.QtCore import QObject, Signal
 from app.firing.judge import TriggerLimits
 from app.flight_analysis.curves import steps_of
 from app.flight_analysis.flight_set import FireMap, FlightGroup, FlightOutcome, FlightSet
-from app.flight_analysis.proposal import ThresholdProposal, propose
+from app.flight_analysis.proposal import ThresholdProposal, propose, settings_of
 from app.flight_logs.csv_columns import CsvColumns
 from app.flight_logs.module_view import RuleReading
 from app.text.messages import UserMessage
@@ -18,7 +18,6 @@ from protocol.catalogue import TENTH_G
 from protocol.fields import Value
 from ui.core.background_task import BackgroundTask
 from ui.pages.flights.loading import FlightLoading, LoadedLog, LoadEnded, LoadOrder
-from ui.pages.flights.verdicts import order_of
 
 GROUPS: Final = (FlightGroup.MUST_NOT, FlightGroup.MUST)
 
@@ -40,8 +39,6 @@ class FlightRow(NamedTuple):
     outcome: FlightOutcome | None
     longest_fall_s: float
     """Below the chosen acceleration; -1 where there is none."""
-    order: float = 0.0
-    """Sort key: see `order_of`."""
     unread: UnreadLog | None = None
 
 
@@ -94,13 +91,11 @@ class FlightsWork(QObject):
         """Rows by list, unreadable files first."""
         found: dict[FlightGroup, list[FlightRow]] = {group: [] for group in GROUPS}
         for unread in self._unread.values():
-            found[unread.group].append(
-                FlightRow(unread.name, unread.group, None, -1.0, order_of(unread.group, None), unread)
-            )
+            found[unread.group].append(FlightRow(unread.name, unread.group, None, -1.0, unread))
         step = steps_of(self.limits.freefall_acceleration_g, TENTH_G.per_unit)
         for one in outcomes:
             fall_s = float(one.flight.direct.longest_fall_s[step])
-            found[one.group].append(FlightRow(one.flight.name, one.group, one, fall_s, order_of(one.group, one)))
+            found[one.group].append(FlightRow(one.flight.name, one.group, one, fall_s))
         return found
 
     def maps(self) -> tuple[FireMap, FireMap]:
@@ -114,12 +109,7 @@ class FlightsWork(QObject):
 
     def settings(self) -> Mapping[str, Value]:
         """The chosen thresholds by key of the setting."""
-        limits = self.limits
-        return {
-            "attitude_threshold_deg": round(limits.attitude_threshold_deg),
-            "freefall_acceleration_g": round(limits.freefall_acceleration_g, 1),
-            "freefall_time_s": round(limits.freefall_time_s, 2),
-        }
+        return settings_of(self.limits)
 
     def open(self, paths: Iterable[Path], columns: CsvColumns | None = None) -> None:
         """Reads files and folders, without flights that are already there."""

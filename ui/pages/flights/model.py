@@ -12,7 +12,7 @@ from protocol.translatable import marked
 from ui.forms.table_kit import RowsModel, TableColumn
 from ui.pages.flights.controller import FlightRow
 from ui.pages.flights.texts import problem_count, short_name, told, verdict_text
-from ui.pages.flights.verdicts import look_of, verdict_of
+from ui.pages.flights.verdicts import look_of, order_of, verdict_of
 from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning
 
@@ -56,7 +56,7 @@ COLUMNS: Final = (
     TableColumn[FlightRow](
         marked("Fires"),
         lambda row: verdict_text(row.outcome),
-        lambda row: row.order,
+        lambda row: order_of(row.group, row.outcome),
         picture=_fires_icon,
         ink=_fires_ink,
     ),

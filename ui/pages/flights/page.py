@@ -64,8 +64,7 @@ class FlightsPage(Page):
         self.fired_only = control(QCheckBox(), texts, "flights_fired_only", "Only fired")
         self.open_files = control(QPushButton(), texts, "flights_open", "Open files…", key="Ctrl+O",
                                   picture=Icon.FOLDER, role="primary", slot=self.choose_files)  # fmt: skip
-        self.strip = NoticeBar(texts)
-        self.strip.setObjectName("flights_notice")
+        self.strip = named(NoticeBar(texts), "flights_notice")
         self.thresholds = ThresholdPanel(texts)
         self.map = FireMapView()
         self.lists = FlightLists(texts)

@@ -34,8 +34,7 @@ class ProposalBar(QFrame):
 
     def __init__(self, services: Services, work: FlightsWork) -> None:
         super().__init__()
-        self.setObjectName("flights_proposal")
-        self.setProperty("role", "card")
+        named(self, "flights_proposal", "card")
         self.ask_open: AskOpen = ask_profile
         self.ask_save: AskPath = ask_path
         self._work, self._exchange, self._remembered = work, services.exchange, services.preferences

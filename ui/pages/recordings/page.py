@@ -45,17 +45,15 @@ class RecordingsPage(Page):
         self.work = services.storage.recordings
         self.ask_path: AskPath = ask_path
         self._folder = Path.home()
-        self._doomed: tuple[RecordingEntry, ...] = ()
+        self._to_delete: tuple[RecordingEntry, ...] = ()
         """Recordings whose deletion needs confirmation."""
         self.model = recordings_model(self)
         self.filter = RowsFilter(self.model, self)
         self.outlines = Outlines(self)
         self.table = RecordingsTable(self.filter, self.outlines)
-        self.strip = NoticeBar(services.texts)
-        self.strip.setObjectName("recordings_notice")
-        self.count, self.bounds = named(QLabel(), "recordings_count"), named(QLabel(), "recordings_bounds")
-        self.count.setProperty("role", "strong")
-        self.bounds.setProperty("role", "small")
+        self.strip = named(NoticeBar(services.texts), "recordings_notice")
+        self.count = named(QLabel(), "recordings_count", "strong")
+        self.bounds = named(QLabel(), "recordings_bounds", "small")
         self.search = control(QLineEdit(), services.texts, "recordings_search", says="Search", key="Ctrl+F")
         self.search.setFixedWidth(_SEARCH_PX)
         self.search.setClearButtonEnabled(True)
@@ -71,8 +69,11 @@ class RecordingsPage(Page):
         self._stack.addWidget(self.empty)
         self._stack.addWidget(self.table)
         self._lay_out()
-        VisibilityTimer(self, self.work.refresh, every_ms=_LIST_EVERY_MS, retranslate=self._retranslate)
-        VisibilityTimer(self, self._refresh_notice, every_ms=_DRAW_EVERY_MS)
+        VisibilityTimer(self, self.work.refresh, every_ms=_LIST_EVERY_MS)
+        timer = VisibilityTimer(
+            self, self.refresh, every_ms=_DRAW_EVERY_MS, tick=self._refresh_notice, retranslate=self._retranslate
+        )
+        self.work.changed.connect(timer.refresh_seen)
         self._wire()
         self.refresh()
 
@@ -85,7 +86,7 @@ class RecordingsPage(Page):
         has_entries = bool(work.entries)
         self.outlines.read(work.entries)
         self.detail.setVisible(has_entries)
-        if has_entries and not self.table.chosen() and not self._doomed:
+        if has_entries and not self.table.chosen() and not self._to_delete:
             self.table.selectRow(0)
         self._stack.setCurrentWidget(self.table if has_entries else self.empty)
         self.count.setText(tr("Recordings: {count}", count=f"{len(work.entries):,}"))
@@ -116,24 +117,24 @@ class RecordingsPage(Page):
             if doing.share is not None:
                 text = tr("{what}: {percent} %", what=doing.text, percent=f"{doing.share * 100:.0f}")
             return Notice(Meaning.INFORMATION, text, (Choice("cancel_recordings", tr("Cancel"), self.work.cancel),))
-        if self._doomed:
+        if self._to_delete:
             return self._question()
         if said is not None:
             return Notice(said.meaning, said.text, dismiss=self.work.dismiss)
         return None
 
     def _question(self) -> Notice:
-        doomed = self._doomed
-        what = told(doomed[0])
-        if len(doomed) > 1:
-            size = size_text(sum(one.size_bytes for one in doomed))
-            what = listed((tr("Recordings: {count}", count=len(doomed)), size))
-        kept = sum(one.is_kept for one in doomed) if len(doomed) > 1 else 0
+        entries = self._to_delete
+        what = told(entries[0])
+        if len(entries) > 1:
+            size = size_text(sum(one.size_bytes for one in entries))
+            what = listed((tr("Recordings: {count}", count=len(entries)), size))
+        kept = sum(one.is_kept for one in entries) if len(entries) > 1 else 0
         pinned = [tr("{reason}: {what}", reason=begun(tr("pinned")), what=kept)] if kept else []
         text = together((tr("Delete for good? {what}", what=what), *pinned))
         choices = (
             Choice("delete_recordings", tr("Delete for good"), self._delete, is_step=True),
-            Choice("keep_recordings", tr("Cancel"), self._spare, is_main=True),
+            Choice("keep_recordings", tr("Cancel"), self._cancel_deletion, is_main=True),
         )
         return Notice(Meaning.ATTENTION, text, choices)
 
@@ -160,26 +161,26 @@ class RecordingsPage(Page):
 
     def _ask_to_delete(self) -> None:
         if self.buttons.delete.isEnabled():
-            self._doomed = self.table.chosen()
+            self._to_delete = self.table.chosen()
             self._refresh_notice()
             button = self.strip.button("keep_recordings")
             if button is not None:
                 button.setFocus()
 
     def _delete(self) -> None:
-        doomed, self._doomed = self._doomed, ()
-        self.work.delete(doomed)
+        entries, self._to_delete = self._to_delete, ()
+        self.work.delete(entries)
         self.table.setFocus()
 
-    def _spare(self) -> None:
-        self._doomed = ()
+    def _cancel_deletion(self) -> None:
+        self._to_delete = ()
         self._refresh_notice()
         self.table.setFocus()
 
-    def _choose_other(self) -> None:
+    def _on_selection_changed(self) -> None:
         """Cancels the question when other recordings are selected."""
-        if self._doomed and self.table.chosen() and self.table.chosen() != self._doomed:
-            self._doomed = ()
+        if self._to_delete and self.table.chosen() and self.table.chosen() != self._to_delete:
+            self._to_delete = ()
         self._refresh_notice()
         self._refresh_buttons()
 
@@ -189,7 +190,6 @@ class RecordingsPage(Page):
     # Making
 
     def _wire(self) -> None:
-        self.work.changed.connect(self.refresh)
         self.outlines.changed.connect(self._refresh_outlines)
         self.work.opened.connect(self._go_to_live)
         self.buttons.open.clicked.connect(self._open_chosen)
@@ -200,7 +200,7 @@ class RecordingsPage(Page):
         self.table.opened.connect(self._open_chosen)
         self.table.remove_wanted.connect(self._ask_to_delete)
         self.search.textChanged.connect(self.filter.use)
-        self.table.selectionModel().selectionChanged.connect(self._choose_other)
+        self.table.selectionModel().selectionChanged.connect(self._on_selection_changed)
         self._services.appearance.changed.connect(self.table.measure)
         Shortcut("recordings_csv_key", self, self.buttons.csv)
         Shortcut("recordings_mcap_key", self, self.buttons.mcap)
@@ -219,8 +219,8 @@ class RecordingsPage(Page):
         """Cancels a job or the question, or closes a message."""
         if self.work.doing is not None:
             self.work.cancel()
-        elif self._doomed:
-            self._spare()
+        elif self._to_delete:
+            self._cancel_deletion()
         elif self.work.said is not None:
             self.work.dismiss()
         else:

@@ -12,7 +12,7 @@ from app.engine.worker import Job
 from app.procedures.history import read_history
 from app.procedures.write import read_back
 from app.records.check_store import CheckStore, SeenRecord, Visit
-from app.records.trigger_filing import Doubtful, Filing, TriggersReading
+from app.records.trigger_filing import Doubtful, TriggersReading, file_triggers
 from app.store.database import StoreTrouble, utc_now
 from app.store.store import Store
 from app.text.i18n import tr
@@ -157,8 +157,9 @@ class TriggersController(QObject):
         if reading is not None and reading.history.is_answered and store is not None and name:
             self.job.dismiss()
             port = self._connector.connection.port
-            filing = Filing(store, reading, name, self._naming.adapter, port, is_same_module)
-            self._filing.run_in(store.queue, filing.run, partial(self._end_filing, reading), self._fail_filing)
+            work = partial(file_triggers, store, reading, name, adapter=self._naming.adapter, port=port,
+                           is_same_module=is_same_module)  # fmt: skip
+            self._filing.run_in(store.queue, work, partial(self._end_filing, reading), self._fail_filing)
         if reading is not None and not reading.history.is_confirmed:
             self.job.say_text(Meaning.ATTENTION, lambda: tr("The readings differ: records may be missing. Read again."))
         if reading is not None and not reading.history.is_answered:

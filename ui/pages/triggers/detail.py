@@ -35,8 +35,7 @@ class TriggersDetail(QFrame):
 
     def __init__(self, texts: Texts) -> None:
         super().__init__()
-        named(self, "triggers_detail")
-        self.setProperty("role", "card")
+        named(self, "triggers_detail", "card")
         self.row: TriggerRow | None = None
         self._note_of: int | None = None
         self._has_picture = True

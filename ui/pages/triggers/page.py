@@ -60,14 +60,11 @@ class TriggersPage(Page):
         self.filter = RowsFilter(self.model, self, searches_sentence=True)
         self.table = TriggersTable(self.filter)
         self.detail = TriggersDetail(services.texts)
-        self.strip = NoticeBar(services.texts)
-        self.strip.setObjectName("triggers_notice")
+        self.strip = named(NoticeBar(services.texts), "triggers_notice")
         guard = WheelGuard(self)
         self.module = ModuleField("triggers_module", services.naming, services.texts, guard)
         self.module.setMinimumContentsLength(14)
-        self.count, self.news = named(QLabel(), "triggers_count"), named(QLabel(), "triggers_news")
-        self.count.setProperty("role", "strong")
-        self.news.setProperty("role", "small")
+        self.count, self.news = named(QLabel(), "triggers_count", "strong"), named(QLabel(), "triggers_news", "small")
         self.show_box = control(QComboBox(), services.texts, "triggers_show", says="Filter", tip="Filter")
         self._make_show(guard)
         self.search = control(QLineEdit(), services.texts, "triggers_search", says="Search", key="Ctrl+F")
@@ -75,7 +72,6 @@ class TriggersPage(Page):
         self.search.setClearButtonEnabled(True)
         self._make_buttons()
         self.empty = EmptyState("triggers_empty", Icon.HISTORY)
-        self.empty_text = self.empty.text
         self._stack = QStackedWidget()
         self._stack.addWidget(self.empty)
         self._stack.addWidget(self.table)
@@ -97,7 +93,7 @@ class TriggersPage(Page):
         if has_rows and not self.table.selectionModel().hasSelection():
             self.table.selectRow(0)
         self.empty.title.setText(empty_title(work))
-        self.empty_text.setText(empty_text(work, is_open=self._connector.is_open))
+        self.empty.text.setText(empty_text(work, is_open=self._connector.is_open))
         self.count.setText(count_text(work))
         self.news.setText(news_text(work, self._naming.name))
         self.read.setEnabled(work.can_read)
@@ -173,7 +169,6 @@ class TriggersPage(Page):
 
     def _make_buttons(self) -> None:
         texts = self._services.texts
-        bind = texts.bind
         self.read = control(QPushButton(), texts, "triggers_read", "Read", key="F5", picture=Icon.HISTORY,
                             role="primary", slot=self.work.read)  # fmt: skip
         self.copy = control(QPushButton(), texts, "triggers_copy", "Copy", key="Ctrl+C", picture=Icon.TABLE,
@@ -182,8 +177,8 @@ class TriggersPage(Page):
                                  picture=Icon.SAVE, slot=partial(self._save, is_archive=False))  # fmt: skip
         self.save_archive = control(QPushButton(), texts, "triggers_save_archive", "Export all…", key="Ctrl+Shift+S",
                                     picture=Icon.SAVE, slot=partial(self._save, is_archive=True))  # fmt: skip
-        bind(self.search.setPlaceholderText, "Search")
-        bind(self.table.setAccessibleName, "Trigger records")
+        texts.bind(self.search.setPlaceholderText, "Search")
+        texts.bind(self.table.setAccessibleName, "Trigger records")
 
     def _wire(self) -> None:
         self.show_box.currentIndexChanged.connect(self._use_filter)

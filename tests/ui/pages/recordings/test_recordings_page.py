@@ -68,6 +68,17 @@ def test_the_list_is_searched_and_sorted(one: Desk) -> None:
     assert one.texts(Column.MODULE) == ["Left wing"]
 
 
+def test_it_refreshes_only_while_it_is_seen(one: Desk) -> None:
+    page = one.page
+    page.hide()
+    record(one.library.folder, seconds=2)
+    page.work.refresh()
+    one.wait(lambda: len(page.work.entries) == 2)
+    assert page.model.rowCount() == 1
+    page.show()
+    assert page.model.rowCount() == 2
+
+
 @pytest.mark.parametrize(
     ("size", "text"), [(0, "0 kB"), (90_000, "88 kB"), (5 << 20, "5.0 MB"), (300 << 20, "300 MB"), (3 << 30, "3.0 GB")]
 )

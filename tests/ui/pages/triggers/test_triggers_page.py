@@ -57,7 +57,7 @@ def fire(bench: OnBench, number: int = 1) -> None:
 def test_without_a_module_it_says_what_to_do(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with on_bench(qtbot, qapp, tmp_path, "none", is_connected=False) as bench:
         page = bench.triggers
-        assert "Connect or choose" in page.empty_text.text()
+        assert "Connect or choose" in page.empty.text.text()
         assert not page.read.isEnabled()
         assert not page.save_page.isEnabled()
         assert (page.count.text(), page.empty.title.text()) == ("Trigger records", "Not read yet")  # no number yet
@@ -77,9 +77,9 @@ def test_it_refreshes_only_while_it_is_seen(qtbot: QtBot, qapp: QApplication, tm
 def test_a_module_that_never_fired(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with on_bench(qtbot, qapp, tmp_path, "never") as bench:
         page = bench.triggers
-        assert "as soon as the module answers" in page.empty_text.text()
+        assert "as soon as the module answers" in page.empty.text.text()
         bench.read_triggers()
-        assert "has never fired" in page.empty_text.text()
+        assert "has never fired" in page.empty.text.text()
         assert page.empty.title.text() == "Trigger records: 0"
         assert page.count.text() == "Trigger records: 0"
         assert bench.acts == []
