@@ -76,8 +76,8 @@ class LinkWords:
 
     word: str
     what: str
-    next_step: str
-    step: NextStep | None
+    next_step: str = ""
+    step: NextStep | None = None
 
 
 def link_state(
@@ -127,58 +127,40 @@ def words(state: LinkState, now: float) -> LinkWords:
                 tr("Not connected"), tr("Not connected"), tr("Choose the module's port."), NextStep.CHOOSE_PORT
             )
         case Phase.OPENING:
-            return _under_way(tr("Opening…"))
+            return _progress(tr("Opening…"))
         case Phase.FINDING:
-            return _under_way(tr("Trying {rate} baud", rate=state.baud_rate))
+            return _progress(tr("Trying {rate} baud", rate=state.baud_rate))
         case Phase.ASKING:
-            return _under_way(tr("Asking the module…"))
+            return _progress(tr("Asking the module…"))
         case Phase.ONLINE:
-            return LinkWords(begun(tr("connected")), tr("The module answers."), "", None)
+            return LinkWords(begun(tr("connected")), tr("The module answers."))
         case Phase.LATE:
             late = duration(state.lag_s or 0.0)
             return LinkWords(
                 tr("{time} late", time=late),
                 tr("Answers arrive {time} late.", time=late),
                 tr("Only LOCK is possible. Use a cable or a closer radio link."),
-                None,
             )
         case Phase.OFFLINE:
-            return _offline_words(state, now)
+            since = state.since
+            word = begun(tr("offline")) if since is None else tr("Offline for {time}", time=duration(now - since))
+            next_step = tr("Check its power and cable; hold its switch for 2 s.")
+            return LinkWords(word, tr("The module does not answer."), next_step)
         case Phase.SILENT:
             return _silent_words(state)
         case Phase.LOST:
-            return LinkWords(
-                tr("Port lost"),
-                tr("Port lost") if state.trouble is None else explain(state.trouble).what,
-                tr((state.absence or Absence.AWAY).value),
-                NextStep.CHOOSE_PORT,
-            )
+            what = tr("Port lost") if state.trouble is None else explain(state.trouble).what
+            next_step = tr((state.absence or Absence.AWAY).value)
+            return LinkWords(tr("Port lost"), what, next_step, NextStep.CHOOSE_PORT)
         case Phase.SWITCHED_OFF:
             word = tr("Switched off at {time}", time=time.strftime("%H:%M", time.localtime(state.off_at)))
-            return LinkWords(
-                word,
-                word,
-                tr("Hold its switch for 2 s, or connect external power."),
-                None,
-            )
+            return LinkWords(word, word, tr("Hold its switch for 2 s, or connect external power."))
         case Phase.FAILED:
             return _failed_words(state.trouble, state.absence)
 
 
-def _under_way(word: str) -> LinkWords:
-    return LinkWords(word, word, "", None)
-
-
-def _offline_words(state: LinkState, now: float) -> LinkWords:
-    word = begun(tr("offline"))
-    if state.since is not None:
-        word = tr("Offline for {time}", time=duration(now - state.since))
-    return LinkWords(
-        word,
-        tr("The module does not answer."),
-        tr("Check its power and cable; hold its switch for 2 s."),
-        None,
-    )
+def _progress(word: str) -> LinkWords:
+    return LinkWords(word, word)
 
 
 def _silent_words(state: LinkState) -> LinkWords:
@@ -196,12 +178,8 @@ def _silent_words(state: LinkState) -> LinkWords:
 
 def _failed_words(trouble: PortError | None, absence: Absence | None) -> LinkWords:
     if trouble is None:
-        return LinkWords(
-            tr("Not connected"),
-            tr("A program error closed the port."),
-            tr("Connect again"),
-            NextStep.CONNECT_AGAIN,
-        )
+        what = tr("A program error closed the port.")
+        return LinkWords(tr("Not connected"), what, tr("Connect again"), NextStep.CONNECT_AGAIN)
     explanation = explain(trouble)
     word = tr("Not connected") if trouble.trouble not in LOSSES else tr("Port lost")
     next_step = explanation.next_step if absence is None else tr(absence.value)

@@ -7,7 +7,7 @@ length of each file. Data behind the last commit is ignored, so a recording that
 import errno
 import json
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from datetime import datetime
 from pathlib import Path
 from types import MappingProxyType
@@ -77,18 +77,7 @@ class Opening:
         return self.started_at.timestamp() - self.start_s
 
     def encoded(self) -> bytes:
-        fields = {
-            "format": FORMAT,
-            "version": VERSION,
-            "program": self.program,
-            "started_at": self.started_at.isoformat(),
-            "start_s": self.start_s,
-            "port": self.port,
-            "baud_rate": self.baud_rate,
-            "module": self.module,
-            "part": self.part,
-            "sequence": self.sequence,
-        }
+        fields = {"format": FORMAT, "version": VERSION, **asdict(self), "started_at": self.started_at.isoformat()}
         return json.dumps(fields, indent=1, ensure_ascii=False).encode("utf-8", "backslashreplace") + b"\n"
 
 

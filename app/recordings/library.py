@@ -54,19 +54,18 @@ class RecordingEntry:
     folder: Path
     started_at: datetime
     """Aware, UTC."""
-    port: str
-    baud_rate: int
-    module: str
-    """ "" without a name."""
-    duration_s: float
-    sample_count: int
+    port: str = ""
+    baud_rate: int = 0
+    module: str = ""
+    duration_s: float = 0.0
+    sample_count: int = 0
     """Status reports."""
-    size_bytes: int
-    is_kept: bool
+    size_bytes: int = 0
+    is_kept: bool = False
     """Never pruned."""
-    is_running: bool
+    is_running: bool = False
     """Being written, by this or another program."""
-    was_cut_off: bool
+    was_cut_off: bool = False
     """Not closed properly; valid up to there."""
     trouble: str | None = None
     """Why it cannot be read, in the language in use."""
@@ -246,15 +245,8 @@ def _unreadable(folder: Path, error: OSError | Unreadable) -> RecordingEntry:
     return RecordingEntry(
         folder=folder,
         started_at=datetime.fromtimestamp(at_s, UTC),
-        port="",
-        baud_rate=0,
-        module="",
-        duration_s=0.0,
-        sample_count=0,
         size_bytes=size_of(folder),
         is_kept=(folder / KEPT).exists(),
-        is_running=False,
-        was_cut_off=False,
         trouble=tr("{file} cannot be read: {why}.", file=folder.name, why=why),
     )
 

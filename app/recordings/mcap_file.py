@@ -23,6 +23,7 @@ from app.recordings.excerpt import Excerpt
 from app.recordings.file_layout import VERSION
 from app.recordings.recording import Recording
 from app.recordings.table import ROWS_AT_ONCE
+from app.samples.ring_buffers import Seconds
 
 _NUMBER: Final = {"type": "number"}
 _KNOWN_NUMBER: Final = {"type": ["number", "null"]}
@@ -60,7 +61,7 @@ def write_mcap(recording: Recording, file: IO[bytes], *, report: Callable[[float
     channels = {topic: _register(writer, topic, fields) for topic, fields in TOPICS.items()}
     writer.add_metadata("dps-s recording", _about(recording))
     excerpt = recording.excerpt(recording.start_s, recording.end_s)
-    clock = _Clock(recording.wall_offset_s)
+    wall_offset_s = recording.wall_offset_s
     rows = len(excerpt.time_s)
     row = count = 0
 
@@ -68,7 +69,7 @@ def write_mcap(recording: Recording, file: IO[bytes], *, report: Callable[[float
         nonlocal row, count
         for first in range(row, stop, ROWS_AT_ONCE):
             part = slice(first, min(stop, first + ROWS_AT_ONCE))
-            for at_ns, data in zip(clock.ns(excerpt.time_s[part]), _status(excerpt, part), strict=True):
+            for at_ns, data in zip(_wall_ns(excerpt.time_s[part], wall_offset_s), _status(excerpt, part), strict=True):
                 writer.add_message(channels["/status"], at_ns, data, at_ns)
             report(part.stop / rows)
         count += max(0, stop - row)
@@ -78,7 +79,7 @@ def write_mcap(recording: Recording, file: IO[bytes], *, report: Callable[[float
         if number % 500 == 0:
             report(row / rows if rows else 0.0)
         write_status(int(np.searchsorted(excerpt.time_s, message.time_s, "right")))
-        at_ns = clock.ns(np.array([message.time_s]))[0]
+        at_ns = _wall_ns(np.array([message.time_s]), wall_offset_s)[0]
         writer.add_message(channels[message.topic], at_ns, message.data, at_ns)
         count += 1
     write_status(rows)
@@ -98,15 +99,10 @@ def _register(writer: Writer, topic: str, fields: Mapping[str, object]) -> int:
     return writer.register_channel(topic, MessageEncoding.JSON, identity)
 
 
-class _Clock:
+def _wall_ns(times: Seconds, wall_offset_s: float) -> list[int]:
     """Nanoseconds since 1970, added as integers to avoid rounding."""
-
-    def __init__(self, wall_offset_s: float) -> None:
-        self._offset_ns = round(wall_offset_s * 1e9)
-
-    def ns(self, times: "np.typing.NDArray[np.float64]") -> list[int]:
-        found: list[int] = (np.rint(times * 1e9).astype(np.int64) + self._offset_ns).tolist()
-        return found
+    found: list[int] = (np.rint(times * 1e9).astype(np.int64) + round(wall_offset_s * 1e9)).tolist()
+    return found
 
 
 def _about(recording: Recording) -> dict[str, str]:

@@ -29,7 +29,6 @@ from app.recordings.file_layout import (
 )
 from app.recordings.library import RecordingEntry, entry_of, size_of
 from app.recordings.markers import KIND_OF_WORD, Marker, MarkerKind, ModuleLimits
-from app.samples.ring_buffers import Readable
 from app.samples.step_function import StepFunction
 from app.text.i18n import tr
 from app.text.sentences import reason_of, together
@@ -81,10 +80,6 @@ class Recording:
         self._status_time, self._tilt, self._acceleration, self._flags = status
         self._cell_time, self._cell = self._table("cell", extents.cell_rows)
         self._light_time, self._light = self._table("light", extents.light_rows)
-        self.tilt: Readable
-        self.acceleration: Readable
-        self.cell: Readable
-        self.light: Readable
         self._make_series()
         self.fires, self.rearms, self.falls, self.lights = (StepFunction(_LIMITS_KEPT) for _ in range(4))
         self.limits: tuple[LimitsAt, ...]
@@ -92,8 +87,8 @@ class Recording:
         self.missing_count = 0
         """Status reports and events that were lost because the disk was too slow."""
         self._read_journal()
-        firsts = [float(times[0]) for times in (self._status_time, self._cell_time, self._light_time) if len(times)]
-        lasts = [float(times[-1]) for times in (self._status_time, self._cell_time, self._light_time) if len(times)]
+        tables = [times for times in (self._status_time, self._cell_time, self._light_time) if len(times)]
+        firsts, lasts = [float(times[0]) for times in tables], [float(times[-1]) for times in tables]
         self.start_s = min((opening.start_s, *firsts, *(one.time_s for one in self.markers[:1])))
         self.end_s = max((extents.at_s, *lasts, *(one.time_s for one in self.markers[-1:])))
 

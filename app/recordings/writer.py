@@ -6,7 +6,7 @@ import os
 import secrets
 import zlib
 from collections.abc import Iterable
-from dataclasses import replace
+from dataclasses import asdict, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import IO
@@ -91,14 +91,7 @@ class SessionWriter:
             self.note(one.time_s, "happening", kind=one.kind.value, port=one.port)
         if limits != self._limits:
             self._limits = limits
-            self.note(
-                batch.at,
-                "limits",
-                fires_deg=limits.fires_deg,
-                rearms_deg=limits.rearms_deg,
-                free_fall_g=limits.free_fall_g,
-                light_v=limits.light_v,
-            )
+            self.note(batch.at, "limits", **asdict(limits))
 
     def note(self, at: float, what: str, **values: object) -> None:
         """Adds an object to the journal."""

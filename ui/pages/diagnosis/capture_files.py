@@ -90,10 +90,6 @@ class CaptureFiles(QWidget):
         in_row(self.open, self.save, of=self, spacing=Space.S, margins=0)
         VisibilityTimer(self, self._say_progress, every_ms=_LOOK_EVERY_MS)
 
-    @property
-    def is_busy(self) -> bool:
-        return self._saving.is_running or self._loading.is_running
-
     def refresh(self) -> None:
         self.save.setEnabled(len(self._buffer) > 0 and not self._saving.is_running)
 

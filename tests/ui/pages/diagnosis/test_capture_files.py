@@ -233,7 +233,7 @@ def test_opening_shows_progress_and_can_be_cancelled(
         qtbot.waitUntil(lambda: "43 %" in page.strip.accessibleName(), timeout=WAIT_MS)
         click(qtbot, strip_button(page, "capture_cancel"))
         assert page.strip.isHidden()
-        assert not page.files.is_busy
+        assert not page.files._loading.is_running
         may_go_on.set()
         qtbot.waitUntil(lambda: all(one.name != "dps-s open capture" for one in threading.enumerate()), timeout=WAIT_MS)
         qapp.processEvents()
