@@ -22,7 +22,6 @@ from tests.ui.pages.diagnosis.test_diagnosis_page import click, diagnosis
 from tests.ui.pages.diagnosis.test_traffic import cell
 from ui.main import PAGES
 from ui.pages.diagnosis.capture_files import SUFFIX
-from ui.pages.diagnosis.page import DiagnosisPage
 from ui.pages.diagnosis.traffic_model import Column
 from ui.pages.preflight.page import PreflightPage
 from ui.widgets.recording_bar import SPEEDS, recording_target
@@ -106,7 +105,6 @@ def test_it_is_played_through_every_page(qtbot: QtBot, qapp: QApplication, tmp_p
     path = write_capture(tmp_path / f"whole{SUFFIX}")
     with window(qapp, tmp_path, entries=PAGES) as assembly:
         shell = assembly.window
-        qtbot.waitUntil(lambda: shell.findChild(DiagnosisPage) is not None, timeout=WAIT_MS)
         shell.connect_to(recording_target(path, 5.0))
         wait_online(qtbot, assembly)
         for key in (entry.key for entry in PAGES):
