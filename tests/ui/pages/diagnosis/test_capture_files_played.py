@@ -105,6 +105,7 @@ def test_it_is_played_through_every_page(qtbot: QtBot, qapp: QApplication, tmp_p
     path = write_capture(tmp_path / f"whole{SUFFIX}")
     with window(qapp, tmp_path, entries=PAGES) as assembly:
         shell = assembly.window
+        qtbot.waitUntil(lambda: len(shell._pages) == len(PAGES), timeout=4 * WAIT_MS)
         shell.connect_to(recording_target(path, 5.0))
         wait_online(qtbot, assembly)
         for key in (entry.key for entry in PAGES):
