@@ -1,10 +1,10 @@
 """Catalogue of guided tests: texts, what must be made safe, steps, act and procedures.
 
-    prepare   refuses unless the module is locked and has not fired; reads what the test goes by
-    act       what a person confirms before it goes on: the same steps, conditions and log as on the Commands page
+    prepare   refuses unless the module is locked and has not fired; reads the values that the test needs
+    act       confirmed by the person first: the same steps, conditions and log as on the Commands page
     measure   the steps with the person
 
-A module that is locked is in standby and does not fire: whatever can be tested locked is tested locked.
+Whatever can be tested on a locked module is tested on a locked one.
 """
 
 from collections.abc import Callable
@@ -12,11 +12,11 @@ from dataclasses import dataclass
 
 from app.engine.procedure import Procedure
 from app.guided.bay import CLOSE, OPEN, measure_bay, prepare_bay
-from app.guided.charger import PLUG_IN, UNPLUG, measure_charger, prepare_charger
+from app.guided.charger import PLUG_IN, UNPLUG, measure_charger
 from app.guided.free_fall import DROP, HOLD, WAIT, measure_free_fall, prepare_free_fall
-from app.guided.link import REST, SHAKE, measure_link, prepare_link
+from app.guided.link import REST, SHAKE, measure_link
 from app.guided.results import BreakOff, BrokenOff, GuidedKind, GuidedResult
-from app.guided.status_watch import GuidedSetup, PersonSteps
+from app.guided.status_watch import GuidedSetup, PersonSteps, prepare_locked
 from app.guided.tilt import TILT_SLOWLY, TiltDirection, measure_tilt, prepare_tilt
 from app.guided.zero import LAY_LEVEL, MEASURE, measure_zero, prepare_zero
 from app.safety.acts import EFFECTS, Act
@@ -29,8 +29,8 @@ from protocol.translatable import marked
 
 @dataclass(frozen=True, slots=True)
 class GuidedTest:
-    """Texts are English, translatable. `statement`: what a person confirms before a test with an active module;
-    `confirms`: the words of the button for each step that a person confirms."""
+    """Texts are English, translatable. `statement`: what the person states before a test with an active module;
+    `confirms`: the text of the button for each step that the person confirms."""
 
     kind: GuidedKind
     safety: str
@@ -43,12 +43,12 @@ class GuidedTest:
 
     @property
     def is_active(self) -> bool:
-        """It needs an active module, which must be locked afterwards, whatever came of it."""
+        """It needs an active module, which must be locked afterwards in any case."""
         return self.act is Act.ACTIVATE
 
     @property
     def precautions(self) -> str:
-        """What must be made safe, in the language in use."""
+        """What must be made safe, translated."""
         common = "" if self.is_active else tr("Even locked, keep clear of its opening.")
         return together((common, tr(self.safety)))
 
@@ -79,7 +79,7 @@ GUIDED_TESTS: tuple[GuidedTest, ...] = (
         GuidedKind.CHARGER,
         marked("Take the rotors off."),
         (said(UNPLUG), said(PLUG_IN), said(UNPLUG)),
-        prepare_charger, measure_charger,
+        prepare_locked, measure_charger,
         confirms=(marked("Unplugged"), marked("Plugged in"), marked("Unplugged")),
     ),
     GuidedTest(
@@ -92,14 +92,14 @@ GUIDED_TESTS: tuple[GuidedTest, ...] = (
         GuidedKind.LINK,
         marked("Take the rotors off."),
         (said(REST), said(SHAKE)),
-        prepare_link, measure_link,
+        prepare_locked, measure_link,
     ),
 )  # fmt: skip
 GUIDED_BY_KIND = {test.kind: test for test in GUIDED_TESTS}
 
 
 def prepare(test: GuidedTest) -> Procedure[GuidedSetup | BrokenOff]:
-    """`test.prepare`, with what breaks it off as a result."""
+    """`test.prepare`, returning a `BreakOff` as a result."""
     try:
         return (yield from test.prepare())
     except BreakOff as why:
@@ -107,7 +107,7 @@ def prepare(test: GuidedTest) -> Procedure[GuidedSetup | BrokenOff]:
 
 
 def measure(test: GuidedTest, setup: GuidedSetup, steps: PersonSteps) -> Procedure[GuidedResult | BrokenOff]:
-    """`test.measure`, with what breaks it off as a result."""
+    """`test.measure`, returning a `BreakOff` as a result."""
     try:
         return (yield from test.measure(setup, steps))
     except BreakOff as why:

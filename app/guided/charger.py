@@ -10,12 +10,11 @@ from app.engine.procedure import Ask, EngineView, Inspect, Pause, Procedure, Rep
 from app.guided.results import BreakOff, GuidedKind, GuidedResult, MeasuredValue, passed_if
 from app.guided.status_watch import (
     AGREEING,
-    NOBODY,
     NOT_READ,
-    PERSON_LIMIT_S,
     SILENT_S,
     GuidedSetup,
     PersonSteps,
+    require_in_time,
     require_locked,
     require_start,
 )
@@ -30,11 +29,11 @@ LOWEST_CELL_V = 3.5
 """Below it a lithium cell is nearly empty."""
 ASK_EVERY_S = 0.2
 SETTLES_S = 1.0
-"""From the report until the voltage is read."""
+"""Between the report and the reading of the voltage."""
 REPORTED_WITHIN_S = 5.0
-"""After the person says that it is done."""
+"""After the person confirmed the step."""
 PLUGGED_IN = (False, True, False)
-"""Step by step."""
+"""In each step."""
 STEPS = len(PLUGGED_IN)
 UNPLUG, PLUG_IN = marked("Unplug the external power."), marked("Plug the external power in.")
 _CHARGING, _VOLTAGE = BY_NAME["charging"].query(), BY_NAME["cell_voltage"].query()
@@ -43,11 +42,6 @@ _CHARGING, _VOLTAGE = BY_NAME["charging"].query(), BY_NAME["cell_voltage"].query
 class _ChargeSeen(NamedTuple):
     is_charging: bool
     voltage_v: float
-
-
-def prepare_charger() -> Procedure[GuidedSetup]:
-    restarts = yield from require_locked()
-    return GuidedSetup(restarts=restarts)
 
 
 def measure_charger(setup: GuidedSetup, steps: PersonSteps) -> Procedure[GuidedResult]:
@@ -77,8 +71,7 @@ def _until(setup: GuidedSetup, steps: PersonSteps, *, is_charging: bool) -> Proc
                 break
         if now - heard_at > SILENT_S:
             raise BreakOff(NOT_READ, what=said(marked("Charging")))
-        if now - began > PERSON_LIMIT_S:
-            raise BreakOff(NOBODY, seconds=PERSON_LIMIT_S)
+        require_in_time(began, now)
         yield Pause(ASK_EVERY_S)
     steps.done()
     yield Pause(SETTLES_S)

@@ -1,38 +1,37 @@
-"""Free fall onto a cushion from a hand's height, on a locked module: how long it reports to be below the threshold.
+"""Fall of half a metre onto a cushion, on a locked module: how long it reports to be below the threshold.
 
-A fall of half a metre lasts 0.32 s, far less than any free-fall time that makes sense: what is proven is that the
-sensor and the line show a fall. The duration lies between the first and the last report below the threshold, and the
-reports around them.
+The fall lasts 0.32 s, far less than any sensible free-fall time: the test proves that the sensor and the line show a
+fall. Its duration is at least the time between the first and the last report below the threshold, and at most the
+time between the reports around them.
 """
 
 from dataclasses import dataclass, field
 
 from app.engine.procedure import EngineView, Inspect, Procedure, Report
-from app.guided.results import BreakOff, GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue, passed_if
+from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue, passed_if
 from app.guided.status_watch import (
-    NOBODY,
-    PERSON_LIMIT_S,
     GuidedSetup,
     PersonSteps,
     StatusReport,
     StatusWatch,
     read_setting,
+    require_in_time,
     require_locked,
 )
 from app.text.messages import said
 from protocol.translatable import marked
 
 SHORTEST_S, LONGEST_FALL_S = 0.20, 0.60
-"""Of a fall from a hand's height: 0.2 m to 1.8 m."""
+"""A fall of 0.2 m to 1.8 m."""
 JERK_S = 0.10
-"""Shorter, it is a jerk and no fall."""
+"""A shorter one is a jerk, not a fall."""
 COARSEST_S = 0.15
-"""More doubt about the duration than this, and it is none."""
+"""If the duration is less exact than this, the result is unclear."""
 ENOUGH_REPORTS = 5
 STILL_FROM_G, STILL_TO_G = 0.8, 1.2
 STILL_S = 1.0
 AFTERWARDS_S = 1.0
-"""How long it is watched after the fall whether a trigger is reported."""
+"""Time after the fall in which a trigger is waited for."""
 STEPS = 3
 HOLD, DROP, WAIT = marked("Hold it level, 50 cm above a cushion"), marked("Let it fall"), marked("Leave it there")
 
@@ -81,7 +80,7 @@ def measure_free_fall(setup: GuidedSetup, _steps: PersonSteps) -> Procedure[Guid
 
 
 def _until_still(watch: StatusWatch) -> Procedure[float]:
-    """When the last report of stillness arrived."""
+    """When the last report at rest arrived."""
     began: float = yield Report(0, STEPS, HOLD)
     since: float | None = None
     still_at: float | None = None
@@ -91,17 +90,17 @@ def _until_still(watch: StatusWatch) -> Procedure[float]:
             since = (since if since is not None else report.at) if is_still else None
             if since is not None and report.at - since >= STILL_S:
                 still_at = report.at
-            _require_person(began, report.at)
+            require_in_time(began, report.at)
     return still_at
 
 
 def _fall(watch: StatusWatch, threshold_g: float, before_at: float) -> Procedure[MeasuredFall]:
-    """`before_at`: the report before the step; the fall may begin before the step's first."""
+    """`before_at`: time of the report before this step; the fall may begin before the first one of the step."""
     began: float = yield Report(1, STEPS, DROP)
     fall: MeasuredFall | None = None
     while True:
         for report in (yield from watch.next_reports()):
-            _require_person(began, report.at)
+            require_in_time(began, report.at)
             if report.status.acceleration_g < threshold_g:
                 fall = fall or MeasuredFall(before_at)
                 fall.below.append(report)
@@ -112,11 +111,6 @@ def _fall(watch: StatusWatch, threshold_g: float, before_at: float) -> Procedure
                 if fall.longest_s >= SHORTEST_S or fall.shortest_s >= JERK_S:
                     return fall
                 fall = None
-
-
-def _require_person(began: float, now: float) -> None:
-    if now - began > PERSON_LIMIT_S:
-        raise BreakOff(NOBODY, seconds=PERSON_LIMIT_S)
 
 
 def _result(fall: MeasuredFall, setup: GuidedSetup, *, has_fired: bool) -> GuidedResult:

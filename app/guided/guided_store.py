@@ -1,4 +1,4 @@
-"""Results of guided tests in the store. They are only ever added. Every method raises `StoreTrouble`."""
+"""Results of guided tests in the store; they are only added, never changed. Every method raises `StoreTrouble`."""
 
 import json
 from collections.abc import Mapping
@@ -10,7 +10,7 @@ from app.text.messages import clean
 
 
 class GuidedStore:
-    """Over the same file as the store; its table is in `schema`."""
+    """Uses the file of the store; the table is in `schema`."""
 
     def __init__(self, database: Database) -> None:
         self._database = database
@@ -25,7 +25,7 @@ class GuidedStore:
         is_simulated: bool,
         program: str,
     ) -> int:
-        """Durable when it returns. Without a name of the module it is kept, and counts for none."""
+        """Durable on return. A result without a module is kept but counts for none."""
         measured = json.dumps([one.plain() for one in result.measured], ensure_ascii=False, sort_keys=True)
         return self._database.write(
             "INSERT INTO guided_tests (module_id, adapter, at, who, kind, verdict, is_simulated, program, measured) "
@@ -37,7 +37,7 @@ class GuidedStore:
         )  # fmt: skip
 
     def last(self, module_id: int | None, *, counts_simulated: bool) -> Mapping[GuidedKind, KeptTest]:
-        """The newest result of each test of a module. `counts_simulated`: those of a simulated module too."""
+        """The newest result of each test of a module. `counts_simulated`: include those of simulated modules."""
         if module_id is None:
             return {}
         rows = self._database.read(
@@ -50,7 +50,7 @@ class GuidedStore:
 
 
 def _kept(kind: str, verdict: str, at: str, who: str, is_simulated: int, measured: str) -> KeptTest | None:
-    """None for what a newer version wrote, or nobody."""
+    """None for a row that this version cannot read."""
     try:
         rows = json.loads(measured)
         return KeptTest(

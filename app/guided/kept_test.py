@@ -1,4 +1,4 @@
-"""The result of one guided test, as it is kept; without the store, which reading the settings does not load."""
+"""The stored result of a guided test. Apart from the store, so that reading settings does not load it."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ class KeptTest:
     measured: tuple[Mapping[str, object], ...] = ()
 
     def age_days(self, now: datetime) -> float | None:
-        """None for a time that cannot be read, or that lies ahead by more than a day: no age to go by."""
+        """None if the time is invalid, or more than a day in the future."""
         try:
             at = datetime.fromisoformat(self.at)
         except ValueError:

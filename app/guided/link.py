@@ -17,7 +17,7 @@ from protocol.translatable import marked
 REST_S, SHAKEN_S = 3.0, 15.0
 ASK_EVERY_S = 0.02
 WAITS_S = (0.3,)
-"""A heartbeat that takes longer is lost: the usual one takes some milliseconds."""
+"""A heartbeat that takes longer is lost; usually it takes some milliseconds."""
 STEPS = 2
 REST, SHAKE = marked("Leave the plug alone"), marked("Shake plug and cable gently")
 
@@ -29,11 +29,6 @@ class _Counts:
     rejected: int = 0
     restarts: int = 0
     is_port_lost: bool = False
-
-
-def prepare_link() -> Procedure[GuidedSetup]:
-    restarts = yield from require_locked()
-    return GuidedSetup(restarts=restarts)
 
 
 def measure_link(setup: GuidedSetup, _steps: PersonSteps) -> Procedure[GuidedResult]:

@@ -35,7 +35,7 @@ class GuidedVerdict(Enum):
     PASSED = "passed"
     FAILED = "failed"
     UNCLEAR = "unclear"
-    """Measured too coarsely, or not at all: as good as not tested."""
+    """Measured too coarsely or not at all: counts as not tested."""
 
 
 VERDICT_WORDS: Mapping[GuidedVerdict, str] = {
@@ -47,7 +47,7 @@ VERDICT_WORDS: Mapping[GuidedVerdict, str] = {
 
 @dataclass(frozen=True, slots=True)
 class MeasuredValue:
-    """One measured value. `value` is for programs, in the unit of `shown`; None where it is not known."""
+    """`value`: for programs, in the unit of `shown`; None if unknown."""
 
     name: UserMessage
     shown: UserMessage
@@ -68,7 +68,7 @@ class MeasuredValue:
 
 @dataclass(frozen=True, slots=True)
 class GuidedResult:
-    """A test that came to its end. `advice`: what to do about it."""
+    """A test that was completed. `advice`: what to do."""
 
     kind: GuidedKind
     measured: tuple[MeasuredValue, ...]
@@ -84,13 +84,13 @@ class GuidedResult:
 
 @dataclass(frozen=True, slots=True)
 class BrokenOff:
-    """A test that did not come to its end: nothing of it counts or is kept."""
+    """A test that was not completed: it does not count and is not kept."""
 
     reason: UserMessage
 
 
 class BreakOff(Exception):
-    """Raised within a guided test; `breaking_off` makes the result of it."""
+    """Raised within a guided test to abort it."""
 
     def __init__(self, text: str, **values: object) -> None:
         super().__init__(text)

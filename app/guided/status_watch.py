@@ -1,4 +1,4 @@
-"""Status reports for a guided test: streamed where the module streams, else asked for one after the other."""
+"""Status reports for a guided test, streamed or polled, and the waiting for the person."""
 
 from concurrent.futures import Future
 from dataclasses import dataclass, field
@@ -22,20 +22,19 @@ LISTEN_S = 0.05
 ASK_EVERY_S = 0.015
 ASK_WAITS_S = (0.25,)
 ANCHOR_EVERY_S = 0.5
-"""While it streams a question is asked so often: only answers prove that what comes is current."""
+"""While the module streams it is asked a question this often: only answers prove that the reports are current."""
 AGREEING = 2
-"""Reports in a row that must say the same before it counts."""
+"""Reports in a row that must agree before they count."""
 SILENT_S = 2.0
-"""Without a report for so long the test is broken off."""
+"""Without a report for this long the test is aborted."""
 PERSON_LIMIT_S = 120.0
-"""For one step; then nobody is there any more."""
+"""For one step of the person; then the test is aborted."""
 NOT_READ = marked("Could not be read: {what}.")
-NOBODY = marked("No step within {seconds:.0f} s.")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GuidedSetup:
-    """What a test goes by, read from the module before it."""
+    """Values read from the module before the test."""
 
     restarts: int = 0
     attitude_threshold_deg: float = 0.0
@@ -56,13 +55,13 @@ class StatusReport:
 
 @dataclass(slots=True)
 class PersonSteps:
-    """Where a procedure waits for the person: the procedure asks, the window confirms. For any thread."""
+    """Lets a procedure wait for a step of the person, which the window confirms. Thread-safe."""
 
     _asked: "Future[None] | None" = field(default=None)
 
     @property
     def is_waiting(self) -> bool:
-        """A step is to be confirmed by its button."""
+        """Whether a step is to be confirmed."""
         asked = self._asked
         return asked is not None and not asked.done()
 
@@ -72,26 +71,36 @@ class PersonSteps:
         return asked
 
     def confirm(self) -> None:
-        """The person has done the step; without one that waits it does nothing."""
+        """The person has done the step. Does nothing if none is waited for."""
         asked = self._asked
         if asked is not None and not asked.done():
             asked.set_result(None)
 
     def done(self) -> None:
-        """The step was seen done: nobody needs to confirm it."""
+        """The step is done and needs no confirmation."""
         self._asked = None
 
 
 def wait_for_person(steps: PersonSteps) -> Procedure[None]:
-    """Until the step is confirmed; the line serves others meanwhile."""
+    """Wait until the step is confirmed; other procedures use the line meanwhile."""
     is_done = yield Await(steps.ask(), PERSON_LIMIT_S)
     if not is_done:
-        raise BreakOff(NOBODY, seconds=PERSON_LIMIT_S)
+        raise _out_of_time()
+
+
+def require_in_time(began: float, now: float) -> None:
+    """Raise `BreakOff` if the person took too long for a step that began then."""
+    if now - began > PERSON_LIMIT_S:
+        raise _out_of_time()
+
+
+def _out_of_time() -> BreakOff:
+    return BreakOff(marked("No step within {seconds:.0f} s."), seconds=PERSON_LIMIT_S)
 
 
 @dataclass(slots=True)
 class StatusWatch:
-    """Hands on the reports; breaks the test off when the module is not as the test needs it.
+    """Reads the reports; aborts the test when the module is not in the state that the test needs.
 
     `is_active`: the state that it must report; `may_trigger`: a reported trigger is part of the test.
     """
@@ -102,17 +111,17 @@ class StatusWatch:
     _heard_at: float | None = None
     _anchored_at: float = -inf
     _against: int = 0
-    """Reports in a row that break the test off: one alone may be a damaged frame."""
+    """Reports in a row that contradict: a single one may be a damaged frame."""
 
     def next_reports(self) -> Procedure[tuple[StatusReport, ...]]:
-        """What came since the last call; none is no fault for a while."""
-        sight: EngineView = yield Inspect()
-        require_start(sight, self.restarts)
+        """Reports since the last call; may be empty."""
+        view: EngineView = yield Inspect()
+        require_start(view, self.restarts)
         reports: tuple[StatusReport, ...] = ()
-        if sight.now - self._anchored_at > ANCHOR_EVERY_S:
-            self._anchored_at = sight.now
+        if view.now - self._anchored_at > ANCHOR_EVERY_S:
+            self._anchored_at = view.now
             yield Ask(HEARTBEAT.query(), ASK_WAITS_S, attempts=1)
-        if sight.device.is_streaming:
+        if view.device.is_streaming:
             heard: tuple[Received, ...] = yield Listen(LISTEN_S)
             reports = tuple(
                 StatusReport(one.at, one.message)
@@ -125,8 +134,8 @@ class StatusWatch:
             outcome = yield Ask(STATUS.query(), ASK_WAITS_S, attempts=1)
             if isinstance(outcome, Answered):
                 reports = tuple(StatusReport(outcome.at, one) for one in outcome.messages if isinstance(one, Status))
-            sight = yield Inspect()
-        self._check(reports, sight.now)
+            view = yield Inspect()
+        self._check(reports, view.now)
         return reports
 
     def _check(self, reports: tuple[StatusReport, ...], now: float) -> None:
@@ -147,35 +156,40 @@ class StatusWatch:
             raise BreakOff(marked("The module became ACTIVE."))
 
 
-def require_start(sight: EngineView, restarts: int) -> None:
-    """The module is still on the start that the test began on, and there."""
-    if sight.device.restarts != restarts:
+def require_start(view: EngineView, restarts: int) -> None:
+    """Raise `BreakOff` if the module restarted, is silent or answers late."""
+    if view.device.restarts != restarts:
         raise BreakOff(marked("The module restarted."))
-    if sight.device.presence is Presence.OFFLINE:
+    if view.device.presence is Presence.OFFLINE:
         raise BreakOff(marked("The module does not answer."))
-    if sight.device.is_late:
+    if view.device.is_late:
         raise BreakOff(marked("Data arrives {seconds:.1f} s late."), seconds=LONGEST_LAG_S)
 
 
 def require_locked() -> Procedure[int]:
-    """Raises `BreakOff` unless the module reports now that it is locked and has not fired; its restarts so far."""
+    """Raise `BreakOff` unless the module now reports that it is locked and has not fired; returns its restarts."""
     yield from require_module()
     if not (yield from ask_status()):
         raise BreakOff(marked("No current status."))
-    sight: EngineView = yield Inspect()
-    active, triggered = (sight.device.proven(key, sight.now) for key in ("active", "triggered"))
+    view: EngineView = yield Inspect()
+    active, triggered = (view.device.proven(key, view.now) for key in ("active", "triggered"))
     if active is None or triggered is None:
         raise BreakOff(marked("No current status."))
     if active.value:
         raise BreakOff(marked("The module is ACTIVE: lock it first."))
     if triggered.value:
         raise BreakOff(marked("The module reports that it has fired."))
-    require_start(sight, sight.device.restarts)
-    return sight.device.restarts
+    require_start(view, view.device.restarts)
+    return view.device.restarts
+
+
+def prepare_locked() -> Procedure[GuidedSetup]:
+    """Preparation of a test that only needs a locked module."""
+    return GuidedSetup(restarts=(yield from require_locked()))
 
 
 def read_setting(name: str) -> Procedure[float]:
-    """A threshold as the module says it, twice alike. Raises `BreakOff` where it does not."""
+    """Read a threshold, twice the same. Raises `BreakOff`."""
     command = BY_NAME[name]
     back = yield from read_back(command)
     if back.raw is None or command.reply is None:

@@ -2,9 +2,8 @@
 
     level  ->  tilted until it reports that it has fired  ->  back until it reports that no longer
 
-The module reports an angle, not a direction: which side it was is what the person was told to do. An angle is known as
-well as the reports lie close together, so each is a span: above the last report before, up to the first one after.
-Moved so fast that the span is too wide, the direction is done again.
+The module reports an angle, not a direction: the direction is the one that the person was told. An angle is only known
+to lie between two reports. If the module moved so fast that they are too far apart, the direction is repeated.
 """
 
 from dataclasses import dataclass
@@ -14,13 +13,12 @@ from app.engine.procedure import EngineView, Inspect, Procedure, Report
 from app.guided.results import BreakOff, GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue, passed_if
 from app.guided.status_watch import (
     AGREEING,
-    NOBODY,
-    PERSON_LIMIT_S,
     GuidedSetup,
     PersonSteps,
     StatusReport,
     StatusWatch,
     read_setting,
+    require_in_time,
     require_locked,
 )
 from app.text.messages import UserMessage, said
@@ -29,18 +27,18 @@ from protocol.translatable import marked
 
 LEVEL_WITHIN_DEG = 10.0
 TOLERANCE_DEG = 3.0
-"""Ours: the vendor names none. The module reports whole degrees, and a hand moves between two reports."""
+"""Our choice: the module reports whole degrees, and a hand moves between two reports."""
 WIDEST_SPAN_DEG = 6.0
 MISSED_BY_DEG = 20.0
-"""Tilted so far beyond the threshold, or upside down, without firing: it does not fire."""
+"""Tilted this far beyond the threshold, or upside down, without firing: the trigger failed."""
 HIGHEST_DEG = 170.0
 REARMS_WITHIN_S = 3.0
-"""Level again for so long and still reported as triggered: it does not rearm by itself."""
+"""Level for this long and still reported as triggered: it does not rearm."""
 TRIES = 3
 STEPS = 6
 """Activating, the four directions, locking."""
 LONGEST_S = 300.0
-"""The module is active for no longer than this."""
+"""Longest time on an active module."""
 TILT_SLOWLY = marked("Tilt it slowly {direction} until it fires")
 
 
@@ -91,7 +89,7 @@ def prepare_tilt() -> Procedure[GuidedSetup]:
 
 
 def measure_tilt(setup: GuidedSetup, _steps: PersonSteps) -> Procedure[GuidedResult]:
-    """On an active module. Whoever runs it locks the module afterwards, whatever came of it."""
+    """Needs an active module. The caller locks it afterwards in any case."""
     watch = _TiltWatch(setup)
     view: EngineView = yield Inspect()
     watch.ends_at = view.now + LONGEST_S
@@ -100,12 +98,12 @@ def measure_tilt(setup: GuidedSetup, _steps: PersonSteps) -> Procedure[GuidedRes
         turn = yield from _turn(watch, number, direction)
         turns.append(turn)
         if turn.fired is not None and turn.rearmed is None:
-            break  # the others cannot be told from this one
+            break  # the other directions could not be told from this one
     return _result(turns, setup)
 
 
 def _turn(watch: "_TiltWatch", number: int, direction: TiltDirection) -> Procedure[Turn]:
-    """Done again while it was moved too fast; the last try counts."""
+    """Repeat a direction that was moved too fast; the last try counts."""
     turn = Turn(direction)
     for number_of_try in range(TRIES):
         level = marked("Hold it level.") if number_of_try == 0 else marked("Too fast. Hold it level.")
@@ -118,14 +116,14 @@ def _turn(watch: "_TiltWatch", number: int, direction: TiltDirection) -> Procedu
 
 
 class _TiltWatch:
-    """Follows the reports, one after the other."""
+    """Hands out the reports one by one, within the time limits."""
 
     def __init__(self, setup: GuidedSetup) -> None:
         self._setup = setup
         self._watch = StatusWatch(setup.restarts, is_active=True, may_trigger=True)
         self._waiting: list[StatusReport] = []
         self.ends_at = 0.0
-        self._step_ends_at = 0.0
+        self._step_began = 0.0
 
     def level(self, number: int, text: str, direction: TiltDirection) -> Procedure[None]:
         yield from self._begin(number, text, direction)
@@ -173,7 +171,7 @@ class _TiltWatch:
 
     def _begin(self, number: int, text: str, direction: TiltDirection) -> Procedure[None]:
         now: float = yield Report(number + 1, STEPS, text, (("direction", said(direction.value)),))
-        self._step_ends_at = now + PERSON_LIMIT_S
+        self._step_began = now
 
     def _next(self) -> Procedure[StatusReport]:
         while not self._waiting:
@@ -181,8 +179,7 @@ class _TiltWatch:
             view: EngineView = yield Inspect()
             if view.now > self.ends_at:
                 raise BreakOff(marked("Ended after {seconds:.0f} s."), seconds=LONGEST_S)
-            if view.now > self._step_ends_at:
-                raise BreakOff(NOBODY, seconds=PERSON_LIMIT_S)
+            require_in_time(self._step_began, view.now)
         return self._waiting.pop(0)
 
 
@@ -222,7 +219,7 @@ def _rearmed(side: UserMessage, turn: Turn | None, reset: float) -> MeasuredValu
 
 
 def _judged(name: UserMessage, span: Span, wanted: float, first_deg: float) -> MeasuredValue:
-    """`first_deg`: of the first report that said so."""
+    """`first_deg`: angle of the first report after the change."""
     verdict = passed_if(span.is_near(wanted))
     if verdict is GuidedVerdict.PASSED and not span.is_sharp:
         verdict = GuidedVerdict.UNCLEAR

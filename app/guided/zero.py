@@ -3,8 +3,8 @@
 from statistics import median
 
 from app.engine.procedure import EngineView, Inspect, Procedure, Report
-from app.guided.results import BreakOff, GuidedKind, GuidedResult, MeasuredValue, passed_if
-from app.guided.status_watch import NOBODY, PERSON_LIMIT_S, GuidedSetup, PersonSteps, StatusWatch, require_locked
+from app.guided.results import GuidedKind, GuidedResult, MeasuredValue, passed_if
+from app.guided.status_watch import GuidedSetup, PersonSteps, StatusWatch, require_in_time, require_locked
 from app.procedures.act import ZEROED_WITHIN_DEG
 from app.safety.interlocks import LEVEL_WITHIN_DEG
 from app.text.messages import said
@@ -22,8 +22,7 @@ def prepare_zero() -> Procedure[GuidedSetup]:
     while tilt > LEVEL_WITHIN_DEG:
         tilt = yield from _tilt(restarts)
         view: EngineView = yield Inspect()
-        if view.now - began > PERSON_LIMIT_S:
-            raise BreakOff(NOBODY, seconds=PERSON_LIMIT_S)
+        require_in_time(began, view.now)
     return GuidedSetup(restarts=restarts, tilt_deg=tilt)
 
 
@@ -43,7 +42,7 @@ def measure_zero(setup: GuidedSetup, _steps: PersonSteps) -> Procedure[GuidedRes
 
 
 def _tilt(restarts: int) -> Procedure[float]:
-    """The median of a second."""
+    """Median of one second."""
     watch = StatusWatch(restarts)
     view: EngineView = yield Inspect()
     ends_at, tilts = view.now + WATCHED_S, list[float]()

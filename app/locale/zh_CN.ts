@@ -1414,10 +1414,6 @@
         <translation>杂乱字节</translation>
     </message>
     <message>
-        <source>Guided test</source>
-        <translation>引导测试</translation>
-    </message>
-    <message>
         <source>Guided test not passed: {test}.</source>
         <translation>引导测试未通过：{test}。</translation>
     </message>

@@ -9,7 +9,7 @@ from protocol.translatable import marked
 
 
 class Act(Enum):
-    """The value is its name in the audit log and in evidence."""
+    """The value is the name in the audit log and in records."""
 
     LOCK = "lock"
     ACTIVATE = "activate"

@@ -1,4 +1,4 @@
-"""Interlocks: one literal table of conditions, checked by the engine before every frame that changes a module.
+"""Interlocks: one table of conditions, checked by the engine before every frame that changes a module.
 
 The window asks it too, to say what is still open, but it is the procedures (`perform`, `change_baud`, `write_all`)
 that refuse.
@@ -24,23 +24,23 @@ class Interlock(Enum):
     ONLINE = auto()
     """The module answers."""
     IS_THE_ONE_MEANT = auto()
-    """It is proven which module answers, or a person said so; see `app.engine.identity`."""
+    """It is proven which module answers, or a person confirmed it; see `app.engine.identity`."""
     FRESH_STATUS = auto()
-    """It reported its status within the last second, or within a period and a half of a slower stream."""
+    """The last status report is at most a second old, or one and a half periods of a slower stream."""
     IS_LOCKED = auto()
     IS_ACTIVE = auto()
     NOT_TRIGGERED = auto()
     BELOW_TILT = auto()
-    """It lies flatter than its attitude threshold: activated as it is, it does not fire at once."""
+    """The tilt is below the attitude threshold: activated, it does not fire at once."""
     IS_LEVEL = auto()
-    """It lies so flat that what is left can be a mounting error."""
+    """The tilt is small enough to be a mounting error."""
     IS_STILL = auto()
     """It did not move for two seconds."""
     NOTHING_ELSE_ARMED = auto()
     CONFIRMED = auto()
-    """A person said so, for this act and a moment ago, and it has not been used yet."""
+    """A person confirmed this act a moment ago, and the permit is unused."""
     RITUAL_DONE = auto()
-    """The same by the deploy ritual, and by nothing else."""
+    """The same, by the deploy ritual only."""
     INTENT_DURABLE = auto()
     """The audit log can be written."""
     MAY_WRITE = auto()
@@ -65,27 +65,27 @@ CONDITIONS: Mapping[Act, tuple[Interlock, ...]] = MappingProxyType({
 
 
 LEVEL_WITHIN_DEG = 10.0
-"""Ours: the vendor says "small mounting errors" without a number; the trigger resets 10° below its threshold."""
+"""Our choice: the vendor says "small mounting errors" without a number; the trigger resets 10° below its threshold."""
 STILL_WITHIN_DEG = 2.0
 STILL_FROM_G, STILL_TO_G = 0.9, 1.1
-"""Ours, as the pre-flight check's: the module reports whole degrees and tenths of a g."""
+"""Our choice, as in the pre-flight check: the module reports whole degrees and tenths of a g."""
 STILL_FOR_S = 1.8
-"""Between the first and the last report that are looked at: the engine asks for two seconds."""
+"""Between the first and the last report; the engine asks for two seconds."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class InterlockInputs:
-    """Everything that the conditions look at, at the moment `now` (monotonic seconds)."""
+    """Input of the conditions at `now` (monotonic seconds)."""
 
     now: float
     presence: Presence = Presence.UNKNOWN
     is_the_one_meant: bool = True
     status_at: float | None = None
-    """When the last status report came; where that must be proven, the moment after which the module said it."""
+    """When the last status report arrived; if it must be proven, the time after which the module sent it."""
     status_doubt: StaleReason | None = None
     status_fresh_for_s: float = FRESH_FOR_S["tilt_deg"]
     lag_s: float | None = None
-    """How late everything comes, where that is too late."""
+    """Lag of the line, if it is too long."""
     active: bool | None = None
     triggered: bool | None = None
     tilt_deg: float | None = None
@@ -93,16 +93,16 @@ class InterlockInputs:
     motion: MotionExtremes | None = None
     """Of the last two seconds."""
     armed: Act | None = None
-    """What is armed at this moment, in this window or another."""
+    """What is armed in any window."""
     permit: Permit | None = None
     overtaken_at: float | None = None
-    """When LOCK last went before everything else; a permit from before that is void."""
+    """When LOCK was last sent; an earlier permit is void."""
     opened_at: float | None = None
-    """When the port was opened; a permit from before that was given for what was connected then, and is void."""
+    """When the port was opened; an earlier permit is void."""
     slept_until: float | None = None
-    """When the computer last woke; a permit from before that is void."""
+    """When the computer last woke; an earlier permit is void."""
     is_unlocked: bool = False
-    """Somebody allowed this one write although the module is, or may be, active."""
+    """A person allowed this one write to a module that is or may be active."""
     is_audit_ready: bool = True
 
 
@@ -121,8 +121,8 @@ def interlock_inputs(
 ) -> InterlockInputs:
     """From what is known about the module at `now`.
 
-    `must_be_proven`: a status counts only where it cannot have been said more than a second ago, however it was held
-    back on the way; see `ask_status`. Whatever sends needs that. What is merely shown goes by when the status came.
+    `must_be_proven`: a status only counts if the module cannot have sent it more than a second ago, however long it was
+    held back on the way; see `ask_status`. Required for whatever sends; displays use the time of arrival.
     """
     tilt = device.values.get("tilt_deg") if must_be_proven else device.known("tilt_deg", now)
     see = device.proven if must_be_proven else device.known
@@ -153,7 +153,7 @@ def interlock_inputs(
 
 
 def _reported(known: Known | None) -> bool | None:
-    """What the module reports of itself; an acknowledgement is no report."""
+    """What the module reports; an acknowledgement is no report."""
     if known is None or known.is_stale or known.how is How.ACKNOWLEDGED:
         return None
     return bool(known.value)
@@ -168,12 +168,12 @@ class Refusal:
 
     @property
     def sentence(self) -> str:
-        """In the language in use now."""
+        """Translated."""
         return self.message.in_words()
 
 
 def refusals(act: Act, now_is: InterlockInputs) -> tuple[Refusal, ...]:
-    """The open conditions of `act`, in the order of the table; none: it may be done."""
+    """Open conditions of `act`, in the order of the table; empty: it may be done."""
     found = ((condition, _CHECKS[condition](act, now_is)) for condition in CONDITIONS[act])
     return tuple(Refusal(condition, message) for condition, message in found if message is not None)
 

@@ -1,4 +1,4 @@
-"""Audit journal interface: who did what to which module, written before and after.
+"""Audit journal interface: acts on a module, logged before and after they are sent.
 
 Nothing here waits for a disk: the journal has a thread of its own. An `Entry` is durable when it is done without an
 exception; only then does a dangerous frame leave. Should the program end in between, the entry without an outcome says:
@@ -15,25 +15,25 @@ from app.safety.acts import Act
 from app.text.i18n import tr
 
 DURABLE_LIMIT_S = 5.0
-"""As long as a confirmation counts: an intent that is not on disk by then is given up."""
+"""As long as a confirmation is valid: an intent that is not on disk by then is dropped."""
 SLOW_DISK_S = 0.1
-"""After a longer wait for the disk the module is asked again before the conditions are judged again."""
+"""After a longer wait for the disk the module is asked again before the conditions are checked."""
 
 
 class Outcome(Enum):
-    """What became of an act; the value is its name in the audit log."""
+    """Outcome of an act; the value is the name in the audit log."""
 
     CONFIRMED = "confirmed"
-    """The module reports that it is so."""
+    """The module reports the wanted state."""
     REFUSED = "refused"
-    """The module says no, or reports that it is not so."""
+    """The module refused, or reports another state."""
     UNKNOWN = "unknown"
-    """Sent, and not confirmed: it may have been carried out."""
+    """Sent but not confirmed: it may have been carried out."""
     NOT_SENT = "not sent"
 
 
 class JournalFailed(Exception):
-    """The intent could not be written down. `sentence` is for people."""
+    """The intent could not be logged. `sentence`: for people, translated."""
 
     def __init__(self, sentence: str) -> None:
         super().__init__(sentence)
@@ -41,36 +41,36 @@ class JournalFailed(Exception):
 
 
 Entry = Future[int]
-"""Its number in the log, once it is durable; raises `JournalFailed` where it could not be written."""
+"""Future of the entry's number, done once it is durable; raises `JournalFailed` if it could not be written."""
 
 
 class Journal(Protocol):
-    """One for one connection to one module. Every method returns at once; what was called first is written first."""
+    """Journal of one connection. Every method returns at once; entries are written in order."""
 
     @property
     def is_ready(self) -> bool:
-        """Whether there is any hope that `begin` succeeds."""
+        """False if `begin` cannot succeed."""
         ...
 
     def begin(self, act: Act, frame: bytes, detail: Mapping[str, object], /) -> Entry:
-        """Write the intent down."""
+        """Log the intent."""
         ...
 
     def settle(self, entry: Entry, outcome: Outcome, result: Mapping[str, object], /) -> None:
-        """Write the outcome down. An outcome that is missing reads as unknown."""
+        """Log the outcome; a missing one reads as unknown."""
         ...
 
     def begin_baud(self, old_rate: int, new_rate: int, /) -> Entry:
-        """Write down which rates to look at after a crash."""
+        """Log the rates to search after a crash."""
         ...
 
     def settle_baud(self, entry: Entry, outcome: str, /) -> None:
-        """The module was found, or given up."""
+        """Log that the module was found, or that the search ended."""
         ...
 
 
 class NoJournal:
-    """Where there is no store: nothing can be written down, so nothing dangerous is sent."""
+    """Without a store nothing can be logged, so nothing dangerous is sent."""
 
     def __init__(self, sentence: str = "") -> None:
         self._sentence = sentence
@@ -98,7 +98,7 @@ class NoJournal:
 
 
 def durable(entry: Entry, limit_s: float = DURABLE_LIMIT_S) -> Procedure[bool]:
-    """Wait until the intent is on disk, while the line serves others; whether it took long. Raises `JournalFailed`."""
+    """Wait until the intent is on disk; returns whether it took long. Raises `JournalFailed`."""
     began: EngineView = yield Inspect()
     is_written = yield Await(entry, limit_s)
     if not is_written or entry.cancelled():

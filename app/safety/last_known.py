@@ -7,19 +7,19 @@ from app.engine.device import DeviceView, How, Known, StaleReason
 
 
 class Activation(Enum):
-    """As it is shown. Both `ACTIVE` and `WAS_ACTIVE` are to be treated as ready to fire."""
+    """The state that is shown. A module that is `ACTIVE` or `WAS_ACTIVE` must be treated as ready to fire."""
 
     UNKNOWN = "unknown"
     LOCKED = "locked"
     WAS_LOCKED = "was locked"
-    """It reported so; by now it may have been activated."""
+    """It reported LOCKED last; it may have been activated since."""
     ACTIVE = "active"
     WAS_ACTIVE = "was active"
-    """It reported so, and has not reported otherwise since."""
+    """It reported ACTIVE last."""
 
 
 class SeenActivation(NamedTuple):
-    """`at`: monotonic seconds of the report, None while nothing is known."""
+    """`at`: monotonic seconds of the report; None if unknown."""
 
     state: Activation
     at: float | None = None
@@ -30,7 +30,7 @@ class SeenActivation(NamedTuple):
 
 
 class LastKnown:
-    """Of one module, named by `whose`; another one is a clean sheet."""
+    """The state of one module, named by `whose`; reset for another module."""
 
     def __init__(self) -> None:
         self._whose = ""
@@ -40,7 +40,7 @@ class LastKnown:
         self._wall_s = 0.0
 
     def feed(self, device: DeviceView, whose: str) -> None:
-        """Take in every view of the device."""
+        """To be called with every view of the device."""
         if whose != self._whose:
             self.forget()
             self._whose = whose
@@ -49,23 +49,23 @@ class LastKnown:
             self._active = known
         off_at = self._shut_down_at
         if off_at is not None and any(one.at > off_at for one in device.values.values()):
-            self._shut_down_at = None  # it answers again
+            self._shut_down_at = None  # the module answers again
 
     def forget(self) -> None:
-        """It is another module."""
+        """Reset: another module may be connected."""
         self._active = self._shut_down_at = None
 
     def note_shutdown(self, at: float, wall_s: float) -> None:
-        """The module acknowledged our own shut-down and is silent. `wall_s`: by the calendar, as `time.time()`."""
+        """The module acknowledged a shutdown by this program. `wall_s`: as `time.time()`."""
         self._shut_down_at, self._wall_s = at, wall_s
 
     @property
     def switched_off_at(self) -> float | None:
-        """By the calendar, as `time.time()`; None where nobody switched it off, or once it answers again."""
+        """As `time.time()`; None if it was not shut down, or once it answers again."""
         return None if self._shut_down_at is None else self._wall_s
 
     def activation(self, device: DeviceView, now: float) -> SeenActivation:
-        """What is to be shown at `now`."""
+        """The state to show at `now`."""
         known = device.known("active", now)
         if known is not None and not known.is_stale:
             return SeenActivation(Activation.ACTIVE if known.value is True else Activation.LOCKED, known.at)
@@ -77,7 +77,7 @@ class LastKnown:
             and known.stale_reason is not StaleReason.WRITE_UNCONFIRMED
         ):
             return SeenActivation(Activation.WAS_LOCKED, known.at)
-        # Nothing is known, or a LOCK was acknowledged and never reported, or an activation was never answered.
+        # Unknown, or a LOCK was acknowledged but not reported, or an activation was not answered.
         last = known if known is not None and known.value is True else self._active
         if last is not None and last.value is True:
             return SeenActivation(Activation.WAS_ACTIVE, last.at)

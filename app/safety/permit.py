@@ -7,13 +7,13 @@ from app.safety.acts import Act
 
 
 class Origin(Enum):
-    """How the person said so; the value is how long it counts, in seconds.
+    """How the person gave the permit; the value is how long it is valid, in seconds.
 
-    The thread that sends may be busy. A gesture that had to wait longer than this is refused, not carried out late.
+    If the sending thread is busy for longer than this, the act is refused rather than carried out late.
     """
 
     RITUAL = 1.0
-    """The deploy ritual: chosen, armed, held for two seconds."""
+    """Chosen, armed, held for two seconds."""
     CONFIRMATION = 5.0
     """A second click in the window."""
     COMMAND_LINE = 10.0
@@ -22,10 +22,9 @@ class Origin(Enum):
 
 @dataclass(slots=True, eq=False)
 class Permit:
-    """For one frame of one act. `granted_at`: monotonic seconds, on the session's clock.
+    """For one frame of one act. `granted_at`: monotonic seconds of the session's clock.
 
-    `is_rehearsal`: nothing is sent, whatever happens. Handed from the thread that grants to the one that sends; only
-    the latter calls `spend`.
+    `is_rehearsal`: nothing is ever sent. Only the sending thread calls `spend`.
     """
 
     act: Act
@@ -43,7 +42,7 @@ class Permit:
         return self.act is act and is_in_time and not self.is_spent and not self.is_rehearsal
 
     def spend(self) -> bool:
-        """Use it up; False when it was used before."""
+        """Use it up; False if it was used before."""
         if self.is_spent:
             return False
         self.is_spent = True

@@ -28,11 +28,11 @@ LONGEST_GAP_S = 0.25
 class Stage(Enum):
     IDLE = auto()
     CHOSEN = auto()
-    """The act is laid open, with its conditions; the default button is Cancel."""
+    """The act and its conditions are shown; the default button is Cancel."""
     ARMED = auto()
     HOLDING = auto()
     FIRED = auto()
-    """The permit was given. Stays until `FINISHED` or the next `CHOOSE`."""
+    """The permit was given. Lasts until `FINISHED` or the next `CHOOSE`."""
 
 
 class Input(Enum):
@@ -41,11 +41,11 @@ class Input(Enum):
     PRESS = auto()
     RELEASE = auto()
     HELD = auto()
-    """By the clock: two seconds are over."""
+    """By the clock: held for two seconds."""
     HOLD_BROKEN = auto()
-    """By the clock: it is not certain that it was held all along."""
+    """By the clock: it is uncertain whether it was held all the time."""
     RAN_OUT = auto()
-    """By the clock: ten seconds since arming are over."""
+    """By the clock: ten seconds have passed since arming."""
     FINISHED = auto()
     """The outcome has been shown."""
     # What disarms
@@ -55,11 +55,11 @@ class Input(Enum):
     LINK_LOST = auto()
     MODULE_RESTARTED = auto()
     OUT_OF_SIGHT = auto()
-    """What is armed cannot be seen as a whole: the window is too small for it, or something lies over it."""
+    """The armed controls are not entirely visible."""
     CONDITION_OPENED = auto()
-    """A condition that held when it was armed does not hold any more."""
+    """A condition that held when it was armed no longer holds."""
     SLEPT = auto()
-    """The computer: nobody knows who holds what since."""
+    """The computer slept."""
     FAILED = auto()
     """An exception anywhere in the window."""
 
@@ -88,7 +88,7 @@ TRANSITIONS: dict[tuple[Stage, Input], Stage] = {
     (Stage.HOLDING, Input.RAN_OUT): Stage.IDLE,
     (Stage.FIRED, Input.FINISHED): Stage.IDLE,
     (Stage.FIRED, Input.CHOOSE): Stage.CHOSEN,
-    # A condition that opens before it is armed only disables the button.
+    # Before arming, an open condition only disables the button.
     **{
         (stage, why): Stage.IDLE
         for stage in (Stage.CHOSEN, Stage.ARMED, Stage.HOLDING)
@@ -96,7 +96,7 @@ TRANSITIONS: dict[tuple[Stage, Input], Stage] = {
         if (stage, why) != (Stage.CHOSEN, Input.CONDITION_OPENED)
     },
 }
-"""An input without an entry changes nothing: hands and links do not know in which stage it is."""
+"""An input without an entry changes nothing."""
 
 
 class Ritual:
@@ -107,7 +107,7 @@ class Ritual:
         self.stage = Stage.IDLE
         self.is_rehearsal = False
         self.ended_by: Input | None = None
-        """What brought it back to IDLE last, for the sentence in the window."""
+        """The input that led back to IDLE last, for the notice in the window."""
         self._armed_at = 0.0
         self._pressed_at = 0.0
         self._ticked_at = 0.0
@@ -117,11 +117,11 @@ class Ritual:
         return self.stage in (Stage.ARMED, Stage.HOLDING)
 
     def armed_left_s(self, now: float) -> float:
-        """What is left of the ten seconds; 0 while it is not armed."""
+        """Remaining seconds of the ten; 0 while not armed."""
         return max(0.0, self._armed_at + ARMED_FOR_S - now) if self.is_armed else 0.0
 
     def held_s(self, now: float) -> float:
-        """How long it has been held, 0 … 2."""
+        """Seconds that it has been held, 0 … 2."""
         return min(HOLD_S, max(0.0, now - self._pressed_at)) if self.stage is Stage.HOLDING else 0.0
 
     def choose(self, *, is_rehearsal: bool = False) -> None:
@@ -135,7 +135,7 @@ class Ritual:
         self._take(Input.ARM)
 
     def press(self, now: float, *, is_auto_repeat: bool = False, is_double_click: bool = False) -> None:
-        """Mouse button or key went down on the button that deploys."""
+        """A mouse button or key was pressed on the deploy button."""
         if is_auto_repeat:
             return
         if is_double_click and self.stage is not Stage.HOLDING:
@@ -145,7 +145,7 @@ class Ritual:
         self._take(Input.PRESS)
 
     def release(self) -> None:
-        """It went up, or the pointer left the button."""
+        """It was released, or the pointer left the button."""
         self._take(Input.RELEASE)
 
     def disarm(self, why: Input) -> None:
@@ -155,7 +155,7 @@ class Ritual:
         self._take(why)
 
     def tick(self, now: float) -> Permit | None:
-        """To be called at least ten times a second. The permit, once, when the hold is complete."""
+        """To be called at least ten times a second. Returns the permit, once, when the hold is complete."""
         gap_s, self._ticked_at = now - self._ticked_at, now
         if self.is_armed and not 0.0 <= now - self._armed_at < ARMED_FOR_S:
             self._take(Input.RAN_OUT)

@@ -248,8 +248,7 @@ def test_a_module_that_is_locked_meanwhile_breaks_the_tilt_off() -> None:
 @pytest.mark.parametrize("kind", [GuidedKind.TILT, GuidedKind.FREE_FALL, GuidedKind.BAY, GuidedKind.CHARGER])
 def test_nobody_there_ends_it(kind: GuidedKind, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Hands, "hear", lambda _hands, _report: None)
-    for module in ("status_watch", "tilt", "free_fall", "charger"):
-        monkeypatch.setattr(f"app.guided.{module}.PERSON_LIMIT_S", 5.0)
+    monkeypatch.setattr("app.guided.status_watch.PERSON_LIMIT_S", 5.0)
     rig = settled_rig(charger=kind is GuidedKind.CHARGER)
     assert reason(guided(rig, kind)) == "No step within 5 s."
 

@@ -1,9 +1,9 @@
-"""Controller of the Tests page: runs a guided test, locks the module whatever came of it, keeps the result.
+"""Controller of the Tests page: runs a guided test, locks the module in any case, keeps the result.
 
     READY -> PREPARING -> (CONFIRMING the act) -> MEASURING -> DONE
 
-From the moment at which an activation is confirmed the module is owed a LOCK: it is pressed when the test ends, is
-cancelled, breaks off or loses the link, and when the page or the window is left.
+Once an activation is confirmed, LOCK is pressed when the test ends, is cancelled, is aborted or loses the link, and
+when the page or the window is left.
 """
 
 from collections.abc import Mapping
@@ -42,7 +42,7 @@ BECAME_ACTIVE = marked("ACTIVE during the test")
 
 
 class Stage(Enum):
-    """How far the test is."""
+    """Progress of a test."""
 
     READY = "ready"
     PREPARING = "preparing"
@@ -55,7 +55,7 @@ RUNNING = (Stage.PREPARING, Stage.CONFIRMING, Stage.MEASURING)
 
 
 class GuidedController(QObject):
-    """`changed`: the stage, the step or what is known of earlier tests is different."""
+    """`changed`: the stage, the step or the earlier results are different."""
 
     changed = Signal()
 
@@ -65,7 +65,7 @@ class GuidedController(QObject):
         self.kind = GuidedKind.TILT
         self.stage = Stage.READY
         self.is_made_safe = False
-        """The person says so, for the next test."""
+        """The person's statement, for the next test."""
         self.steps = PersonSteps()
         self.setup: GuidedSetup | None = None
         self.outcome: GuidedResult | BrokenOff | None = None
@@ -73,7 +73,7 @@ class GuidedController(QObject):
         """Why the last result was not kept."""
         self.owes_lock = False
         self.last: Mapping[GuidedKind, KeptTest] = {}
-        """What is known of earlier tests of this module."""
+        """The module's last results."""
         self._shown: Report | None = None
         self._job = RunningJob(services.connector, self)
         self._whose = services.connector.whose
@@ -98,12 +98,12 @@ class GuidedController(QObject):
 
     @property
     def report(self) -> Report | None:
-        """The progress of what runs."""
+        """Progress of the running procedure."""
         return self._job.progress if self.is_running else None
 
     @property
     def step(self) -> int:
-        """Index of the step that is being done; the number of steps when all are."""
+        """Index of the current step; the number of steps once all are done."""
         match self.stage:
             case Stage.DONE:
                 return len(self.test.steps) if isinstance(self.outcome, GuidedResult) else 0
@@ -123,7 +123,7 @@ class GuidedController(QObject):
 
     @property
     def confirm_words(self) -> str:
-        """Of the step that waits for the person; empty where none does."""
+        """Text of the button for the step that waits for the person; empty if none does."""
         confirms = self.test.confirms
         is_waiting = self.stage is Stage.MEASURING and self.steps.is_waiting and self.step < len(confirms)
         return confirms[self.step] if is_waiting else ""
@@ -154,14 +154,14 @@ class GuidedController(QObject):
         self.changed.emit()
 
     def cancel(self, why: str = CANCELLED) -> None:
-        """Break it off; the module is locked where it may be active through it."""
+        """Abort the test; locks the module if the test may have made it active."""
         if self.is_running:
             self._finish(_broken_off(why))
 
     # How it goes on
 
     def act_begun(self) -> None:
-        """The act was confirmed: from here on the module may be active."""
+        """The act was confirmed: the module may be active from now on."""
         if self.stage is Stage.CONFIRMING:
             self.owes_lock = self.test.is_active
 
@@ -202,7 +202,7 @@ class GuidedController(QObject):
             self._finish(found)
 
     def _taken(self, job: Job[Any]) -> object:
-        """What came of the job; None where the test has ended with it."""
+        """The result of the job; None if the test ended with it."""
         error = job.run.error
         if error is not None:
             self._finish(_broken_off(_why(error)))
@@ -217,7 +217,7 @@ class GuidedController(QObject):
         self._job.cancel()
         self._job.forget()
         if self.stage is not Stage.PREPARING and self._connector.device.fresh("active", self._connector.clock()):
-            self.owes_lock = True  # whoever activated it: there are hands on it
+            self.owes_lock = True  # whoever activated it: somebody is holding it
         self.stage, self.outcome, self.is_made_safe = Stage.DONE, outcome, False
         if self.owes_lock:
             self._lock.ensure_locked()
@@ -231,7 +231,7 @@ class GuidedController(QObject):
         if self._lock.confirmed is not None:
             self.owes_lock = False
         elif self._lock.failed is not None and not self.is_running:
-            self.owes_lock = False  # said, on every page, until the module reports that it is locked
+            self.owes_lock = False  # every page shows it until the module reports that it is locked
         self.changed.emit()
 
     # What happens
@@ -246,7 +246,7 @@ class GuidedController(QObject):
     def _watch(self) -> None:
         is_another, self._whose = self._whose != self._connector.whose, self._connector.whose
         if is_another:
-            self.owes_lock = False  # another module: LOCK is not for it
+            self.owes_lock = False  # LOCK is not for another module
             self.cancel(LOST)
         elif self.stage is Stage.CONFIRMING and not self._connector.is_open:
             self.cancel(LOST)
@@ -261,7 +261,7 @@ class GuidedController(QObject):
     # The store
 
     def load_last(self) -> None:
-        """What is known of earlier tests of this module, from the store."""
+        """Load the module's last results from the store."""
         store, name = self._services.storage.store, self._services.naming.name
         if not isinstance(store, Store) or not name:
             self._loading.cancel()

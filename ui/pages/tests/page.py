@@ -1,7 +1,7 @@
 """Tests page: the guided tests at the left, the chosen one at the right, step by step.
 
-Whatever leaves it while a test runs (another page, a closed or minimised window, an error of the program) ends the
-test, and locks the module where the test may have made it active.
+Leaving the page during a test (another page, a closed or minimised window, a program error) ends the test, and locks
+the module if the test may have made it active.
 """
 
 from typing import Final
@@ -91,7 +91,7 @@ class TestsPage(Page):
         self._wire()
         self.refresh()
 
-    # What is shown
+    # Display
 
     def refresh(self) -> None:
         self._show_list()
@@ -99,7 +99,7 @@ class TestsPage(Page):
         self.tick()
 
     def tick(self) -> None:
-        """What changes by itself."""
+        """Update what changes by itself."""
         work = self.work
         if work.is_running:
             self.live.show_reading(live_reading(work, self._connector))
@@ -210,7 +210,7 @@ class TestsPage(Page):
 
     def _go_on(self) -> None:
         if self.work.stage is Stage.DONE and self.work.test.statement:
-            self.work.choose(self.work.kind)  # what was made safe is asked again
+            self.work.choose(self.work.kind)  # the statement has to be made again
         elif self.work.confirm_words:
             self.work.confirm()
         else:
@@ -232,7 +232,7 @@ class TestsPage(Page):
         self.work.cancel()
         return True
 
-    # Leaving it
+    # Leaving the page
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
@@ -250,11 +250,11 @@ class TestsPage(Page):
         return False
 
     def _on_broken(self, why: Input) -> None:
-        """Another window in front is no reason: the hands are on the module, not on the keyboard."""
+        """Only a program error ends a test; another window in front does not, as the hands are on the module."""
         if why is Input.FAILED:
             self.work.cancel(FAILED)
 
-    # Making
+    # Construction
 
     def _wire(self) -> None:
         work = self.work
@@ -288,14 +288,14 @@ class TestsPage(Page):
         self._views = QStackedLayout(content)
         self._views.addWidget(self._doing)
         self._views.addWidget(self.result)
-        scroll = self._scroll = scroll_area(content, texts, "tests_scroll", "Guided test")
+        scroll = self._scroll = scroll_area(content, texts, "tests_scroll", "Guided tests")
         foot = in_row(1, self.cancel, self.primary, spacing=Space.S)
         pane = in_column(self.title, (scroll, 1), self.said, foot, spacing=Space.S)
         body = in_row(self.list, (pane, 1), spacing=Space.M)
         in_column(header, (body, 1), of=self, spacing=0, margins=(Space.M, 0, Space.M, Space.S))
 
     def _make_doing(self) -> None:
-        """What to do: picture and steps, the instruction, and below it what belongs to the stage."""
+        """Picture, steps and instruction, and below them the part for the stage."""
         self._safety_mark = IconLabel("tests_safety_mark", 20)
         self._ready = named(QFrame(), "tests_ready", "card")
         words = in_column(self.safety, self.made_safe)

@@ -1,4 +1,4 @@
-"""What came of a guided test: the verdict, what to do about it, and the measured values with their tolerances."""
+"""Result of a guided test: verdict, advice, measured values with tolerances."""
 
 from typing import Final
 

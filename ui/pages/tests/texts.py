@@ -1,4 +1,4 @@
-"""Texts of the Tests page: what to do now, what the module says now, what came of it."""
+"""Texts of the Tests page: instruction, live value, result."""
 
 from datetime import datetime
 
@@ -22,7 +22,7 @@ _UNKNOWN = "–"
 
 
 def instruction(work: GuidedController) -> str:
-    """The one thing to do now."""
+    """What to do now."""
     if work.stage in (Stage.PREPARING, Stage.MEASURING):
         report = work.report
         return _said(report.doing, report.values) if report is not None else tr("Asking the module…")
@@ -44,7 +44,7 @@ def outcome_text(outcome: GuidedResult | BrokenOff | None) -> tuple[Meaning, str
 
 
 def last_text(last: KeptTest | None) -> str:
-    """When a test was last done, by whom, and what came of it."""
+    """Result, date and person of the last test."""
     if last is None:
         return tr("never tested")
     try:
@@ -56,14 +56,14 @@ def last_text(last: KeptTest | None) -> str:
 
 
 def live_reading(work: GuidedController, connector: Connector) -> LiveReading:
-    """What the module says now, against the limits of the test."""
+    """The current value against the limits of the test."""
     match work.kind:
         case GuidedKind.TILT:
-            return _tilt(connector, _limit(connector, "attitude_threshold_deg"))
+            return _tilt(connector, _value(connector, "attitude_threshold_deg"))
         case GuidedKind.FREE_FALL:
-            return _acceleration(connector, _limit(connector, "freefall_acceleration_g"))
+            return _acceleration(connector, _value(connector, "freefall_acceleration_g"))
         case GuidedKind.BAY:
-            return _light(connector, _limit(connector, "light_threshold_v"))
+            return _light(connector, _value(connector, "light_threshold_v"))
         case GuidedKind.CHARGER:
             return _charge(connector)
         case GuidedKind.ZERO:
@@ -77,9 +77,6 @@ def live_reading(work: GuidedController, connector: Connector) -> LiveReading:
 def _value(connector: Connector, key: str) -> float | None:
     value = connector.device.fresh(key, connector.clock())
     return None if value is None else float(value)
-
-
-_limit = _value
 
 
 def _tilt(connector: Connector, threshold: float | None) -> LiveReading:
@@ -119,19 +116,14 @@ def _light(connector: Connector, threshold: float | None) -> LiveReading:
 def _charge(connector: Connector) -> LiveReading:
     voltage, charging = _value(connector, "cell_voltage_v"), connector.device.fresh("charging", connector.clock())
     shown = _UNKNOWN if voltage is None else f"{voltage:.2f} V"
-    caption = (
-        listed((tr("Charging"), tr("unknown")))
-        if charging is None
-        else tr("charging")
-        if charging
-        else tr("not charging")
-    )
-    return LiveReading(caption, shown, voltage)
+    if charging is None:
+        return LiveReading(listed((tr("Charging"), tr("unknown"))), shown, voltage)
+    return LiveReading(tr("charging") if charging else tr("not charging"), shown, voltage)
 
 
 def _losses(work: GuidedController) -> LiveReading:
     values = dict(work.report.values) if work.report is not None else {}
     asked, lost = values.get("asked"), values.get("lost")
-    if not isinstance(asked, int) or not isinstance(lost, int):
-        return LiveReading(tr("lost"), _UNKNOWN)
-    return LiveReading(tr("lost"), f"{lost} / {asked}", float(lost))
+    if isinstance(asked, int) and isinstance(lost, int):
+        return LiveReading(tr("lost"), f"{lost} / {asked}", float(lost))
+    return LiveReading(tr("lost"), _UNKNOWN)

@@ -1,4 +1,4 @@
-"""Widgets of the Tests page: the picture, the steps with their marks, the live value against its limits."""
+"""Widgets of the Tests page: picture, list of steps, live value."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -23,7 +23,7 @@ _MOST_STEPS: Final = 6
 
 
 class GuidedPicture(PaintedWidget):
-    """What to do in this step."""
+    """Picture of the current step."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -32,7 +32,7 @@ class GuidedPicture(PaintedWidget):
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
 
     def show_step(self, kind: GuidedKind, step: int, what: str) -> None:
-        """`what`: the step in words, for those who do not see it."""
+        """`what`: the step in words, for screen readers."""
         self._kind, self._step = kind, step
         self.announce(tr("Picture: {what}", what=what))
 
@@ -52,7 +52,7 @@ class GuidedPicture(PaintedWidget):
 
 
 class StepList(QWidget):
-    """Numbered, each with a mark: done, now, to come."""
+    """Numbered steps, marked as done, current or still to do."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -73,7 +73,7 @@ class StepList(QWidget):
         grid.setRowStretch(_MOST_STEPS, 1)
 
     def show_steps(self, steps: tuple[str, ...], step: int, *, is_running: bool) -> None:
-        """`steps` in the language in use; those before `step` are done."""
+        """`steps`: translated; those before `step` are done."""
         for number, (mark, label) in enumerate(self.rows):
             is_there = number < len(steps)
             mark.setVisible(is_there)
@@ -96,7 +96,7 @@ class StepList(QWidget):
 
 
 class Instruction(QLabel):
-    """The one thing to do now; a new one is told to screen readers."""
+    """What to do now; screen readers announce a new instruction."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -122,18 +122,18 @@ class LiveMark:
 
 @dataclass(frozen=True, slots=True)
 class LiveReading:
-    """What the module says now. `value` None: not known. `shown` in the language in use."""
+    """A current value. `value` None: unknown. `shown`: translated."""
 
     caption: str
     shown: str
     value: float | None = None
     highest: float = 0.0
-    """Of the bar; 0: there is none."""
+    """End of the bar; 0: no bar."""
     marks: tuple[LiveMark, ...] = ()
 
 
 class LiveValue(PaintedWidget):
-    """A number with its caption, over a bar with the limits."""
+    """A number with a caption, above a bar with the limits."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -144,7 +144,7 @@ class LiveValue(PaintedWidget):
     def show_reading(self, reading: LiveReading) -> None:
         if reading != self._reading or not self.accessibleName():
             self._reading = reading
-            # The caption and the limits only: numbers change all the time.
+            # Without the number, which changes all the time.
             limits = ", ".join(mark.text for mark in reading.marks)
             self.announce(f"{reading.caption}: {limits}" if limits else reading.caption)
 

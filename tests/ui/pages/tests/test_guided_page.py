@@ -209,7 +209,7 @@ def _done(bench: GestureBench) -> None:
 
 
 def test_the_module_is_locked_whatever_ends_the_tilt(bench: GestureBench, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("app.guided.tilt.PERSON_LIMIT_S", 5.0)
+    monkeypatch.setattr("app.guided.status_watch.PERSON_LIMIT_S", 5.0)
     for leave in (_cancel, _escape, _another_page, _minimise, _error_in_the_procedure, _nobody, _done, _close):
         bench.sent.clear()
         activated(bench)
