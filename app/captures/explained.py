@@ -1,6 +1,5 @@
-"""Explains a whole capture: every frame and every run of invalid bytes."""
+"""Explains a capture entry by entry: every frame and every run of invalid bytes."""
 
-from collections.abc import Iterable, Iterator
 from typing import Final, NamedTuple
 
 from app.captures.entries import CaptureEntry, Way
@@ -65,14 +64,6 @@ class Explainer:
     def end(self) -> list[Explained]:
         """The pieces that are left at the end of the capture."""
         return [*self._out.flush(self._asked), *self._in.flush(self._asked)]
-
-
-def explained(entries: Iterable[CaptureEntry]) -> Iterator[Explained]:
-    """Explain a whole capture."""
-    explainer = Explainer()
-    for entry in entries:
-        yield from explainer.feed(entry)
-    yield from explainer.end()
 
 
 def _row(at_s: float, way: Way, piece: Piece, asked: Asked) -> Explained:

@@ -15,15 +15,13 @@ times and directions, can be read, too. Lines that cannot be read are skipped an
 import os
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from io import TextIOWrapper
-from pathlib import Path
 from typing import BinaryIO
 
-from app.captures.entries import CaptureEntry, Entries, Way
+from app.captures.entries import CaptureEntry, Way
 from app.captures.survey import BITS_PER_BYTE, ENTRY_LINE, LONGEST_LINE, MAGIC_LINE, Survey
 from app.captures.writer import BYTES_A_LINE, LONGEST_FILE_BYTES, Header
-from app.system.gil_yield import GilYield
 from app.text.hex_text import HexText, NotHex
 from protocol.catalogue import DEFAULT_BAUD_RATE
 from protocol.frame import Direction, Frame
@@ -45,20 +43,6 @@ class LineFault:
 
     line: int
     text: str
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Capture:
-    """A capture as read. For plain hex text `is_timed` is False, and times assume bytes without pauses."""
-
-    header: Header = field(default_factory=Header)
-    entries: Sequence[CaptureEntry] = ()
-    faults: tuple[LineFault, ...] = ()
-    is_timed: bool = True
-
-    @property
-    def duration_s(self) -> float:
-        return self.entries[-1].at_s if self.entries else 0.0
 
 
 class CaptureRefused(ValueError):
@@ -113,32 +97,6 @@ class OpenCapture:
         return self._survey.duration_s
 
 
-def read_capture(path: Path) -> Capture:
-    """Raises OSError, or `CaptureRefused`."""
-    pace, entries = GilYield(), Entries()
-    with path.open("rb") as file:
-        opened = OpenCapture(file)
-        for some in opened.steps():
-            for entry in some:
-                entries.append(entry)
-            pace.checkpoint()
-        return opened.reader.capture(entries)
-
-
-def parse_capture(text: str) -> Capture:
-    """Parse a capture, or hex text if no line looks like a capture's. Raises `CaptureRefused` for a later version."""
-    lines = text.removeprefix("\ufeff").splitlines()
-    reader = CaptureReader(is_plain=not any(map(_is_of_a_capture, lines)))
-    entries = Entries(entry for line in lines for entry in reader.feed(line))
-    for entry in reader.end():
-        entries.append(entry)
-    return reader.capture(entries)
-
-
-def _is_of_a_capture(line: str) -> bool:
-    return MAGIC_LINE.fullmatch(line.strip()) is not None or ENTRY_LINE.fullmatch(line.strip()) is not None
-
-
 class CaptureReader:
     """Parses the lines of a capture one by one. Header and faults are those of the lines so far."""
 
@@ -156,10 +114,6 @@ class CaptureReader:
         self._last_s = 0.0
         self._has_entries = False
         self._part_begins_s = 0.0
-
-    def capture(self, entries: Sequence[CaptureEntry]) -> Capture:
-        """These entries with the header and the faults."""
-        return Capture(header=self.header, entries=entries, faults=tuple(self.faults), is_timed=not self.is_plain)
 
     def feed(self, line: str, *, goes_on: bool = False) -> Sequence[CaptureEntry]:
         """Entries of the next line. With `goes_on` it is the beginning or a piece of a long line.

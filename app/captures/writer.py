@@ -1,10 +1,7 @@
 """Writes captures in the format of `app.captures.reader`."""
 
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from pathlib import Path
-from typing import IO
 
 from app.captures.entries import CaptureEntry, Way
 from protocol.events import Event, Received, Rejected, Sent
@@ -87,61 +84,3 @@ def capture_parts(entries: Sequence[CaptureEntry], header: Header) -> Iterator[b
 
 def capture_part_count(entries: Sequence[CaptureEntry]) -> int:
     return 1 + -(-len(entries) // ENTRIES_A_PART)
-
-
-class CaptureWriter:
-    """Writes a capture line by line, up to a limit. Not thread-safe.
-
-    Raises OSError if the file cannot be written; what was written before stays readable.
-    """
-
-    def __init__(self, path: Path, header: Header, *, limit_bytes: int = LONGEST_FILE_BYTES) -> None:
-        self.path = path
-        self.is_full = False
-        """The limit is reached, and nothing more is written."""
-        self.entries = 0
-        self._limit_bytes = limit_bytes
-        self._file: IO[str] | None = path.open("w", encoding="utf-8", newline="\n")
-        self._bytes = 0
-        with self._closing_on_error() as file:
-            for line in header.lines():
-                self._write(file, line)
-            file.flush()
-
-    def write(self, entries: Iterable[CaptureEntry]) -> None:
-        """Write and flush these entries. Does nothing after an error or `close`."""
-        if self._file is None:
-            return
-        with self._closing_on_error() as file:
-            for entry in entries:
-                for line in lines_of(entry):
-                    self._write(file, line)
-                self.entries += not self.is_full
-            file.flush()
-
-    def close(self) -> None:
-        """Idempotent. Raises OSError if the last lines cannot be written."""
-        file, self._file = self._file, None
-        if file is not None:
-            file.close()
-
-    @contextmanager
-    def _closing_on_error(self) -> Iterator[IO[str]]:
-        file = self._file
-        if file is None:
-            raise ValueError("the capture is closed")
-        try:
-            yield file
-        except OSError:
-            with suppress(OSError):  # closing flushes again
-                self.close()
-            raise
-
-    def _write(self, file: IO[str], line: str) -> None:
-        if self.is_full:
-            return
-        if self._bytes + len(line) + 1 > self._limit_bytes:
-            self.is_full = True
-            line = FULL
-        file.write(line + "\n")
-        self._bytes += len(line) + 1

@@ -10,14 +10,22 @@ from hypothesis import strategies as st
 
 from app.captures.entries import CaptureEntry, Way
 from app.captures.explain import sentence
-from app.captures.explained import explained
-from app.captures.reader import Capture, CaptureRefused, parse_capture, read_capture
-from app.captures.writer import BYTES_A_LINE, CaptureWriter, Header, entries_of
+from app.captures.reader import CaptureRefused
+from app.captures.writer import BYTES_A_LINE, Header, entries_of
 from protocol.catalogue import STATUS
 from protocol.events import Event, Received, Rejected, Role, Sent
 from protocol.frame import Direction, Fault, Frame, Noise, Reason
 from tests.support.line.sim_line import Rig
-from tests.support.records.captures import ENTRIES, HEADER, STATUS_FRAME, written
+from tests.support.records.captures import (
+    ENTRIES,
+    HEADER,
+    STATUS_FRAME,
+    Capture,
+    explained,
+    parse_capture,
+    read_capture,
+    written,
+)
 
 DOCUMENT = Path(__file__).parents[3] / "docs" / "capture.md"
 
@@ -59,28 +67,6 @@ def test_a_file_behind_another_is_a_part_that_follows(tmp_path: Path) -> None:
     assert [entry.at_s for entry in capture.entries] == [1.0, 4.0, 4.5]
     assert capture.header == HEADER
     assert capture.faults == ()
-
-
-def test_it_stops_at_its_limit_and_says_so(tmp_path: Path) -> None:
-    path = tmp_path / "a"
-    writer = CaptureWriter(path, HEADER, limit_bytes=1000)
-    writer.write(CaptureEntry(float(number), Way.IN, STATUS_FRAME) for number in range(1000))
-    assert writer.is_full
-    writer.write(ENTRIES)
-    writer.close()
-    writer.close()
-    text = path.read_text(encoding="utf-8")
-    assert len(text) < 1100
-    assert text.endswith("# the file is full: what came afterwards is not in it\n")
-    capture = read_capture(path)
-    assert len(capture.entries) == writer.entries
-    assert capture.faults == ()
-
-
-@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
-def test_a_full_disk_is_an_error_and_no_surprise() -> None:
-    with pytest.raises(OSError, match="space"):
-        CaptureWriter(Path("/dev/full"), HEADER).write(ENTRIES)
 
 
 def test_events_become_what_went_over_the_wire() -> None:
@@ -170,7 +156,7 @@ def test_a_later_version_is_refused_and_so_is_a_file_without_end(tmp_path: Path)
 def test_plain_hex_text_is_read_without_times() -> None:
     text = f"# from a logic analyser\n{STATUS.query().encode().hex()}\n{STATUS_FRAME.hex(' ')}, 0xFF\nzz\n"
     capture = parse_capture(text)
-    assert not capture.is_timed
+    assert capture.is_plain
     assert [(entry.way, entry.raw) for entry in capture.entries] == [
         (Way.OUT, STATUS.query().encode()),
         (Way.IN, STATUS_FRAME),

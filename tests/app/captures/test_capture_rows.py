@@ -8,32 +8,21 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.captures.entries import CaptureEntry, Entries, Way
-from app.captures.explained import Explained, explained
+from app.captures.entries import CaptureEntry, Way
+from app.captures.explained import Explained
 from app.captures.rows import CaptureRows, ChosenRows
 from app.system import gil_yield as pace
 from protocol.catalogue import BY_NAME
 from protocol.frame import Frame, Noise
 from protocol.messages import Status
 from tests.support.line.vectors import VECTORS
+from tests.support.records.captures import explained
 
 RAWS = st.binary(min_size=1, max_size=20) | st.sampled_from([vector.raw for vector in VECTORS])
 ENTRIES = st.lists(st.tuples(st.integers(0, 10_000), st.sampled_from(Way), RAWS), max_size=30).map(
     lambda drawn: [CaptureEntry(at / 100, way, raw) for at, way, raw in sorted(drawn, key=lambda one: one[0])]
 )
 STREAMED = Status(7, 1.0, triggered=False, active=True).encode()
-
-
-@given(ENTRIES)
-def test_entries_are_what_was_put_in(drawn: list[CaptureEntry]) -> None:
-    entries = Entries(drawn)
-    assert list(entries) == drawn
-    assert entries == tuple(drawn)
-    assert entries[:2] == tuple(drawn[:2])
-    assert [entries[place] for place in range(-len(drawn), 0)] == drawn
-    assert entries != (*drawn, CaptureEntry(1e6, Way.IN, b"x"))
-    with pytest.raises(IndexError):
-        entries[len(drawn)]
 
 
 @given(ENTRIES)

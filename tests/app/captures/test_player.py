@@ -8,7 +8,6 @@ import pytest
 
 from app.captures.entries import CaptureEntry, Way
 from app.captures.player import Player, UrlRefused, parse_url, play, playing, stop_playing, url_of
-from app.captures.reader import Capture
 from app.captures.script import Script
 from app.captures.writer import entries_of
 from app.engine.session import Run, Session
@@ -20,7 +19,7 @@ from protocol.frame import encode_reply
 from protocol.link_states import Presence
 from tests.support.line.batches import Batches
 from tests.support.line.sim_line import FakeClock, Rig
-from tests.support.records.captures import EMPTY_SLOT, ENTRIES, STATUS_FRAME, script_of, written
+from tests.support.records.captures import EMPTY_SLOT, ENTRIES, STATUS_FRAME, Capture, script_of, written
 
 # Playing
 

@@ -9,7 +9,6 @@ import pytest
 
 from app.captures.entries import CaptureEntry, Way
 from app.captures.player import AHEAD_S, KNOWN_AHEAD_S, LEAST_AHEAD_S, READ_EARLIER_S, Player, playing, url_of
-from app.captures.reader import Capture
 from app.captures.script import Script
 from app.captures.writer import entries_of
 from app.engine.worker import PortState, Worker
@@ -22,7 +21,7 @@ from protocol.frame import encode_reply
 from tests.app.captures.test_player import recorded
 from tests.support.line.batches import Batches
 from tests.support.line.sim_line import Rig
-from tests.support.records.captures import EMPTY_SLOT, STATUS_FRAME, script_of, written
+from tests.support.records.captures import EMPTY_SLOT, STATUS_FRAME, Capture, script_of, written
 
 HEARTBEAT_REPLY = bytes.fromhex("41 75 01 A5 5A 00")
 LIGHT = BY_NAME["light"].query()

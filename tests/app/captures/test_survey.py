@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 
 from app.captures import survey as capture_survey
 from app.captures.entries import CaptureEntry, Way
-from app.captures.reader import OpenCapture, read_capture
+from app.captures.reader import OpenCapture
 from app.captures.survey import ENTRY_LINE, LONGEST_LINE, MAGIC_LINE, Survey
 from app.captures.writer import Header
-from tests.support.records.captures import ENTRIES, STATUS_FRAME, written
+from tests.support.records.captures import ENTRIES, STATUS_FRAME, read_capture, written
 
 LINES = st.sampled_from(
     [

@@ -17,9 +17,9 @@ import pytest
 import serial
 
 from app.captures.entries import Way
-from app.captures.reader import read_capture
 from app.recordings.library import RecordingLibrary
 from tests.support.processes import PROGRAM, ROOT, RunningModule, run_module
+from tests.support.records.captures import read_capture
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo-terminals on Windows")
 

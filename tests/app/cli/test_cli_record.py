@@ -9,9 +9,9 @@ import pytest
 
 import app.__main__ as program
 from app.captures.player import url_of
-from app.captures.reader import read_capture
 from app.recordings.library import RecordingLibrary
 from tests.support.cli_line import Printed, bench_of, falls_after
+from tests.support.records.captures import read_capture
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english", "hasty", "user_files")

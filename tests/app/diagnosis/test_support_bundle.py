@@ -7,13 +7,13 @@ from pathlib import Path
 import pytest
 
 from app.captures.entries import CaptureEntry, Way
-from app.captures.reader import parse_capture
 from app.captures.writer import Header
 from app.diagnosis.link_statistics import LinkStatistics
 from app.diagnosis.support_bundle import COMPUTER, USER, Contents, Names, SupportBundle, scrub
 from app.engine.device import DeviceView, How, Known
 from app.engine.transport import Holder, PortError, PortTrouble
 from app.engine.worker import Connection, PortState
+from tests.support.records.captures import parse_capture
 
 NAMES = Names("wolfgang", "field-laptop.example.org", "/home/wolfgang")
 ENTRIES = (CaptureEntry(0.0, Way.OUT, b"\x01"), CaptureEntry(1.0, Way.IN, b"\x02"))

@@ -13,7 +13,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.captures.entries import Way
-from app.captures.reader import read_capture
 from app.engine.device import How, Known
 from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Batch, PortState, Worker
@@ -27,6 +26,7 @@ from protocol.events import Received, Rejected, Sent
 from protocol.link_states import Presence
 from tests.benchmarks import recording as bench_recording
 from tests.support.line.batches import Batches
+from tests.support.records.captures import read_capture
 from tests.support.records.recordings_made import (
     CLOSED,
     HEADING,

@@ -1,13 +1,16 @@
 """A short capture for tests, and functions to write and read it."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
 from itertools import islice
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from app.captures.entries import CaptureEntry, Way
-from app.captures.reader import Capture
+from app.captures.explained import Explained, Explainer
+from app.captures.reader import LineFault, OpenCapture
 from app.captures.script import Script
-from app.captures.writer import CaptureWriter, Header
+from app.captures.writer import Header, capture_parts
 from protocol.catalogue import STATUS
 from protocol.messages import Status
 
@@ -22,10 +25,45 @@ ENTRIES = (
 )
 
 
+@dataclass(frozen=True)
+class Capture:
+    """A capture that was read whole."""
+
+    header: Header = field(default_factory=Header)
+    entries: Sequence[CaptureEntry] = ()
+    faults: Sequence[LineFault] = ()
+    is_plain: bool = False
+
+    @property
+    def duration_s(self) -> float:
+        return self.entries[-1].at_s if self.entries else 0.0
+
+
+def read_capture(path: Path) -> Capture:
+    """Raises OSError, or `CaptureRefused`."""
+    with path.open("rb") as file:
+        opened = OpenCapture(file)
+        entries = tuple(entry for some in opened.steps() for entry in some)
+    return Capture(opened.reader.header, entries, tuple(opened.reader.faults), opened.reader.is_plain)
+
+
+def parse_capture(text: str) -> Capture:
+    """The same for a text."""
+    with TemporaryDirectory() as folder:
+        path = Path(folder, "capture")
+        path.write_bytes(text.encode("utf-8", "replace"))
+        return read_capture(path)
+
+
+def explained(entries: Iterable[CaptureEntry]) -> Iterator[Explained]:
+    explainer = Explainer()
+    for entry in entries:
+        yield from explainer.feed(entry)
+    yield from explainer.end()
+
+
 def written(path: Path, entries: Sequence[CaptureEntry] = ENTRIES, header: Header = HEADER) -> None:
-    writer = CaptureWriter(path, header)
-    writer.write(entries)
-    writer.close()
+    path.write_bytes(b"".join(capture_parts(entries, header)))
 
 
 def script_of(capture: Capture) -> Script:

@@ -9,10 +9,9 @@ from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.captures.explained import explained
-from app.captures.reader import read_capture
 from app.engine.target import Target
 from app.recordings.export import ExportCancelled
+from tests.support.records.captures import explained, read_capture
 from tests.support.window.capture_window import opened, strip_button, write_capture
 from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online
 from tests.ui.pages.diagnosis.test_diagnosis_page import click, diagnosis

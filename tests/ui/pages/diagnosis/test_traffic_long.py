@@ -11,10 +11,11 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.captures.entries import CaptureEntry, Way
-from app.captures.explained import Explained, explained
+from app.captures.explained import Explained
 from app.captures.rows import CaptureRows
 from protocol.catalogue import BY_NAME
 from protocol.messages import Status
+from tests.support.records.captures import explained
 from tests.support.window.fakes_ui import WAIT_MS, window
 from ui.pages.diagnosis import traffic_search
 from ui.pages.diagnosis.traffic import TrafficPage
