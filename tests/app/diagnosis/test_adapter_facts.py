@@ -1,4 +1,4 @@
-"""What the system tells about an adapter, which ones come and go, and the rule for the system."""
+"""Facts of the system about an adapter, the history of adapters, and the udev rule."""
 
 import os
 import re
@@ -70,7 +70,7 @@ def test_the_group_of_a_device_file(tmp_path: Path) -> None:
     assert access_to(device) == Access()
     device.chmod(0o660)
     if device.stat().st_gid == 0:
-        assert access_to(device) == Access()  # only the administrator's own group
+        assert access_to(device) == Access()  # root's group
         try:
             os.chown(device, -1, 20)
         except OSError:

@@ -1,4 +1,4 @@
-"""The table evidence → cause, row by row; where the evidence comes from; and causes as they are met on the line."""
+"""The table of causes row by row, the collection of evidence, and causes on a simulated line."""
 
 import sys
 from collections import Counter
@@ -30,7 +30,7 @@ def trouble(kind: PortTrouble, holder: Holder | None = None) -> PortEvidence:
 
 
 def opened(**values: Any) -> PortEvidence:
-    """Open, asked three times, and nothing came."""
+    """An open port with three requests and no reply."""
     counters = values.pop("counters", {})
     return PortEvidence(port=PORT, is_open=True, counters=Counters(sent=3, time_outs=3, **counters), **values)
 
@@ -179,7 +179,7 @@ def test_the_program_that_holds_the_port_is_named() -> None:
 
 
 class Watched:
-    """A session whose batches a witness sees."""
+    """A session with an evidence collector."""
 
     def __init__(self, options: dict[str, str]) -> None:
         self.rig = Rig(options)

@@ -1,4 +1,4 @@
-"""What the table of faults has found, each as one small case."""
+"""Regressions found by the table of faults."""
 
 import os
 import subprocess
@@ -40,7 +40,7 @@ def test_an_act_that_waits_for_its_heartbeat_was_not_sent() -> None:
     link = Link(0.0)
     link.ask(THRESHOLD.set(75), 0.0)
     link.abandon(0.1)
-    link.ask(THRESHOLD.set(70), 0.2)  # behind a heartbeat, because the first may still be answered
+    link.ask(THRESHOLD.set(70), 0.2)  # after a heartbeat, because the first may still be answered
     assert link.abandon(0.3) == []
 
 

@@ -1,4 +1,4 @@
-"""The figures of the link over time: complete, bounded, and on over reconnections."""
+"""Link statistics are complete, bounded and continue over reconnections."""
 
 from collections import Counter
 
@@ -116,7 +116,7 @@ def test_statistics_equal_the_links_totals_on_a_bad_line() -> None:
 def test_reading_properties_does_not_change_the_statistics() -> None:
     watched, alone = LinkStatistics(), LinkStatistics()
     for number in range(1, 400):
-        at, opened = number * 0.033, number % 150  # every five seconds another opening, of which no batch tells
+        at, opened = number * 0.033, number % 150  # reopened every 5 s without a batch
         link = view(opened * 8, sent=opened, frames=opened, time_outs=opened // 40)
         events = (answered(0.004),) if number % 30 == 0 else ()
         connection = Connection(PortState.CLOSED) if number == 225 else OPEN

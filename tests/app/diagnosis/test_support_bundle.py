@@ -1,4 +1,4 @@
-"""The support bundle: the zip holds what the preview showed, and nobody's name."""
+"""The support bundle equals its preview and contains no names."""
 
 import json
 import zipfile

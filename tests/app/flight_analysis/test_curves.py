@@ -1,4 +1,4 @@
-"""The curves say when the judge would fire first, for any thresholds."""
+"""The curves agree with the judge for all thresholds."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The map over thresholds counts what every single flight comes to."""
+"""The map over thresholds counts the outcomes of the flights."""
 
 import math
 
@@ -137,7 +137,7 @@ def test_a_hard_landing_is_no_loss_of_control() -> None:
 
 
 def test_a_peak_in_the_air_is_not_an_impact() -> None:
-    """Half a second of it, then a calm flight, then it tips over until the log ends."""
+    """Peaks for 0.5 s, then a calm flight, then it tips over until the end."""
     force, tilt = np.ones(ROWS), np.zeros(ROWS)
     force[100:125] = 4.0
     tilt[300:] = 80.0

@@ -1,4 +1,4 @@
-"""Many logs at once, in processes of their own: all come back, a cancellation ends it, a lost process is no loss."""
+"""Logs in worker processes: all are returned, reading can be cancelled, a crash costs one log."""
 
 import os
 from pathlib import Path
@@ -60,7 +60,7 @@ def test_a_crashed_process_costs_only_its_log(logs: list[Path]) -> None:
 
 
 class EndsProcess:
-    """Where a reader looks for its columns, the process is gone."""
+    """Ends the process when a reader uses the columns."""
 
     @property
     def names(self) -> None:

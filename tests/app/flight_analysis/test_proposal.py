@@ -1,4 +1,4 @@
-"""Proposals for flights of which it is known whether any thresholds tell them apart."""
+"""Proposals for flights whose separability is known."""
 
 from typing import NamedTuple
 
@@ -19,7 +19,7 @@ CALM_S, IMPACT_S = 1.5, 0.1
 
 
 class Event(NamedTuple):
-    """What happens in a flight: it tilts for a second, then falls."""
+    """A flight that tilts for a second, then falls."""
 
     tilt_deg: float
     fall_g: float
@@ -46,7 +46,7 @@ def impact_of(log: FlightLog) -> float:
 
 
 def is_right(limits: TriggerLimits, must_not: list[FlightLog], must: list[FlightLog]) -> bool:
-    """By the judge, row by row, under both readings."""
+    """Judges row by row under both readings."""
     for reading in RuleReading:
         if any(judge_flight(log, limits, reading).firings for log in must_not):
             return False
@@ -72,7 +72,7 @@ def test_two_hundred_flights_with_known_outcome() -> None:
             Event(random.uniform(5, 50), random.uniform(0, acceleration - 0.06), time_s + 0.3),
         ]
         can_be_told_apart = bool(number % 2)
-        if not can_be_told_apart:  # an ordinary flight that is worse than a crash in every respect
+        if not can_be_told_apart:  # a normal flight that is worse than a crash in every value
             crash = fatal[int(random.integers(0, 2))]
             harmless.append(Event(crash.tilt_deg + 3, max(0.0, crash.fall_g - 0.05), crash.fall_s + 0.5))
         else:
@@ -109,7 +109,7 @@ def test_margins_are_in_the_vendors_steps() -> None:
 
 
 def test_an_acceleration_step_alone_can_separate() -> None:
-    """Both fall for two seconds; one of them less deep."""
+    """Both fall for two seconds, one of them less deep."""
     calm = [flown("calm", Event(5, 0.35, 2.2), hits_the_ground=False)]
     crash = [flown("crash", Event(5, 0.05, 2.2), hits_the_ground=True)]
     limits = proposed(calm, crash).limits

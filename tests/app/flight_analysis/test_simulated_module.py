@@ -1,4 +1,4 @@
-"""The simulated module fires by itself exactly where the analysis says that it would have fired."""
+"""The simulated module fires exactly where the analysis says."""
 
 import numpy as np
 
@@ -18,7 +18,7 @@ SAMPLES = 300
 
 
 class FlownWorld(Physics):
-    """Moves as the flight does, sample by sample."""
+    """Moves like the flight, sample by sample."""
 
     def fly(self, tilt_deg: list[float], force_g: list[float]) -> None:
         self.samples = iter(zip(tilt_deg, force_g, strict=True))
@@ -30,7 +30,7 @@ class FlownWorld(Physics):
 
 
 class WitnessedHardware(Hardware):
-    """Remembers at which sample it fired."""
+    """Records the sample at which it fired."""
 
     def __init__(self, world: Physics, memory: Memory) -> None:
         super().__init__(world, memory=memory)
@@ -42,7 +42,7 @@ class WitnessedHardware(Hardware):
 
 
 def random_flight(random: np.random.Generator) -> tuple[list[float], list[float]]:
-    """Swings and falls, in the module's resolution."""
+    """Swings and falls at the module's resolution."""
     tilt = np.abs(np.cumsum(random.normal(0, random.choice([2, 8]), SAMPLES))) % 180
     force = 1 + random.normal(0, 0.05, SAMPLES)
     for _ in range(random.integers(0, 4)):
@@ -52,7 +52,7 @@ def random_flight(random: np.random.Generator) -> tuple[list[float], list[float]
 
 
 def module_fires(memory: Memory, tilt: list[float], force: list[float]) -> tuple[list[tuple[float, Source]], FlightLog]:
-    """Where the simulated module fired, and the flight that it felt."""
+    """Firings of the simulated module, and the flight it measured."""
     world = FlownWorld()
     world.fly(tilt, force)
     hardware = WitnessedHardware(world, memory)

@@ -1,4 +1,4 @@
-"""No worker process outlives the program, however that ends."""
+"""No worker process outlives the program."""
 
 import subprocess
 import sys
@@ -20,7 +20,7 @@ if __name__ == "__main__":
 
 
 def test_workers_end_with_a_killed_program(tmp_path: Path) -> None:
-    """They hold its output open: it is at its end when the last of them is."""
+    """The output ends when the last worker ends, since each holds it open."""
     for number in range(40):
         (tmp_path / f"{number}.csv").write_text("time_s,tilt_deg\n0,1\n1,2\n", encoding="utf-8")
     program = tmp_path / "program.py"

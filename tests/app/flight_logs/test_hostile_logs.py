@@ -1,4 +1,4 @@
-"""Cut, damaged and malicious files: a flight or a sentence, never a traceback, never memory without bound."""
+"""Cut, damaged and malicious logs give a flight or a message, in bounded memory."""
 
 import json
 import os
@@ -70,7 +70,7 @@ def damaged(data: bytes, cut: float, changes: list[tuple[float, bytes]]) -> byte
 
 
 def check(path: Path) -> FlightSummary | None:
-    """What has to hold of whatever is read."""
+    """Checks what holds for every log."""
     found = summarise_log(path)
     if found.flight is None:
         assert found.why_not is not None
@@ -177,7 +177,7 @@ def test_an_invalid_report_is_left_out(tmp_path: Path, value: str) -> None:
 
 
 def test_formats_within_formats_within_formats(tmp_path: Path) -> None:
-    """Each level asks for the next one thousands of times."""
+    """Each level contains the next thousands of times."""
     records = b"".join(
         made.ulog_record("F", f"t{level}:{''.join(f't{level + 1} f{n};' for n in range(4000))}".encode())
         for level in range(20)
@@ -221,7 +221,7 @@ def test_a_pipe_is_not_waited_for(tmp_path: Path) -> None:
 def test_a_file_that_is_too_large_is_not_read(tmp_path: Path) -> None:
     path = tmp_path / "large.ulg"
     path.write_bytes(b"ULog\x01\x12\x35\x01")
-    os.truncate(path, (1 << 30) + 1)  # holes: it takes no space
+    os.truncate(path, (1 << 30) + 1)  # sparse: takes no space
     with pytest.raises(LogUnreadable, match="too large"):
         read_flight_log(path)
 
@@ -234,7 +234,7 @@ def test_a_newer_ulog_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_ulog_whose_data_go_on_at_its_end(tmp_path: Path) -> None:
-    """As PX4 appends after a crash of its logger: the record that was being written is cut."""
+    """As PX4 appends data after a crash: the last record is cut."""
     rows = made.ulog_attitude(TIMES, 5.0) + made.ulog_force(TIMES, 1.0)
     data = made.ulog_bytes(rows)
     cut = data[:-7]

@@ -66,7 +66,7 @@ def test_a_dataflash_log_is_judged(tmp_path: Path) -> None:
 
 
 def test_a_slow_log_is_judged_at_its_own_samples(tmp_path: Path) -> None:
-    """Attitude ten times a second, acceleration 25 times: a row carries the newest sample before it."""
+    """Attitude at 10 Hz, acceleration at 25 Hz: a row holds the newest sample of each."""
     slow = np.arange(100) / 10
     rows = made.dataflash_attitude(slow, np.where(slow >= 4.05, 75.0, 0.0))
     rows += made.dataflash_force(FAST[::4], FORCE[::4])

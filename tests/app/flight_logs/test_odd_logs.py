@@ -1,4 +1,4 @@
-"""What cannot be believed is said and not judged: sensors, clocks, pauses, numbers."""
+"""Implausible sensors, clocks, pauses and numbers are reported and not judged."""
 
 from pathlib import Path
 
@@ -77,7 +77,7 @@ def test_two_sensors_that_disagree_on_a_fall_are_not_judged() -> None:
 
 
 def test_no_sample_holds_over_a_pause() -> None:
-    """The log stops in the middle of a fall and goes on in another one."""
+    """The log pauses in one fall and continues in another."""
     is_logged = (TIMES < 51) | (TIMES >= 53)
     force = np.where((TIMES >= 50) & (TIMES < 54), 0.1, 1.0)
     log = assembled(
@@ -106,7 +106,7 @@ def test_two_samples_of_one_time_are_no_jump() -> None:
     tilt[1000::2] = 10.0
     log = assembled(raw_log(tilt=Channel(times, tilt)))
     assert problems(log) == []
-    assert first_fires(log)[0] == pytest.approx(20.0)  # the newer of the two counts
+    assert first_fires(log)[0] == pytest.approx(20.0)  # the newer one is used
 
 
 def test_kept_times_always_ascend() -> None:

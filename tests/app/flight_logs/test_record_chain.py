@@ -1,4 +1,4 @@
-"""Runs of records are found with numpy exactly as by single steps, whatever the file holds."""
+"""Runs of records found with numpy equal those found by single steps."""
 
 import struct
 from collections.abc import Iterator
@@ -48,7 +48,7 @@ def found_in_dataflash(data: bytes) -> Found:
 
 
 def ulog() -> bytes:
-    """A topic is subscribed to late, under a number that another one had; and the sync record is there."""
+    """A late subscription with a reused message id, and a sync record."""
     rows = made.ulog_attitude(TIMES, 300.0) + made.ulog_force(TIMES, 1.0) + made.ulog_altitude(TIMES, 5.0)
     rows += [(at_s, made.ulog_record("S", b"\x2f\x73\x13\x20\x25\x0c\xbb\x12")) for at_s in TIMES[::10].tolist()]
     rows += [(3.0, made.ulog_record("A", struct.pack("<BH", 1, 0) + b"vehicle_local_position"))]
@@ -56,7 +56,7 @@ def ulog() -> bytes:
 
 
 def dataflash() -> bytes:
-    """A kind is defined late."""
+    """A late definition of a type."""
     rows = made.dataflash_attitude(TIMES, 30.0) + made.dataflash_force(TIMES, 1.0)
     rows += [(at_s, b"\xa3\x95\xc8" + struct.pack("<Q", 7)) for at_s in TIMES[60:].tolist()]
     rows += [(2.0, made.dataflash_format(200, "EV2", "Q", "TimeUS"))]

@@ -1,4 +1,4 @@
-"""What was cut off at any byte is whole up to its last commit."""
+"""A recording cut off at any byte is valid up to its last commit."""
 
 import os
 import shutil
@@ -20,7 +20,7 @@ ROOT = Path(__file__).parents[3]
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory: pytest.TempPathFactory) -> Whole:
-    """A recording of twenty commits, the last of which says that it goes on."""
+    """A recording of twenty commits that was not closed."""
     library = tmp_path_factory.mktemp("shelf")
     with recorder_in(library) as bench:
         bench.recorder.begin(HEADING)
@@ -32,7 +32,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Whole:
 
 
 def assert_begins(found: Whole, whole: Whole) -> None:
-    """A part of it from the beginning, in all files alike."""
+    """Checks that all files contain the same beginning."""
     assert found.times == whole.times[: len(found.times)]
     assert found.tilts == whole.tilts[: len(found.tilts)]
     assert whole.raw.startswith(found.raw)
@@ -58,7 +58,7 @@ def test_cut_off_anywhere(whole: Whole, tmp_path_factory: pytest.TempPathFactory
 def test_ending_in_zeros_or_garbage(
     whole: Whole, tmp_path_factory: pytest.TempPathFactory, data: st.DataObject
 ) -> None:
-    """What a power failure leaves of blocks that were never written."""
+    """As after a power failure with blocks that were never written."""
     folder = copied(whole, tmp_path_factory.getbasetemp() / "garbage")
     name = data.draw(st.sampled_from((*DATA_FILES, COMMITS)))
     raw = bytearray((folder / name).read_bytes())
@@ -82,7 +82,7 @@ def test_a_torn_piece_behind_the_last_commit_does_not_count(
 
 
 def test_every_length_of_the_commits(whole: Whole, tmp_path: Path) -> None:
-    """Each commit more shows more, never less."""
+    """More commits never show less."""
     folder = copied(whole, tmp_path / "commits")
     raw = (folder / COMMITS).read_bytes()
     counts = []

@@ -1,4 +1,4 @@
-"""Recordings are listed, kept and deleted: the oldest first, never one that is kept or being written."""
+"""Recordings are listed, pinned, pruned (oldest first, never pinned or running ones) and deleted."""
 
 import json
 import os
@@ -40,7 +40,7 @@ def library_of(folder: Path, *days: float, most_days: int = 90) -> RecordingLibr
 
 
 def ages(library: RecordingLibrary) -> list[float]:
-    """In days."""
+    """Ages in days."""
     return [(NOON - one.started_at) / timedelta(days=1) for one in library.entries()]
 
 
@@ -77,7 +77,7 @@ def test_old_recordings_go_to_the_trash_counted_in_days_with_a_session(tmp_path:
 
 
 def test_a_session_with_a_clock_far_ahead_prunes_nothing(tmp_path: Path) -> None:
-    """In whatever order: neither it nor those before and after it go."""
+    """Neither it nor the others are pruned, in any order."""
     library = RecordingLibrary(tmp_path)
     numbered(library, 6, 5, 4, -100, 3, 2, 1)
     for days in (0, 100, 100_000, -100_000):
@@ -237,7 +237,7 @@ def test_a_recording_that_cannot_be_deleted_is_left_for_later(tmp_path: Path, mo
 
 @pytest.fixture
 def kept_at(user_files: Path) -> Path:
-    """Where the command looks."""
+    """The folder of the command line."""
     return recordings_folder()
 
 

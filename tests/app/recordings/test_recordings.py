@@ -1,4 +1,4 @@
-"""A session is recorded with every sample and every byte, and read back as it was."""
+"""A session is recorded and read back with every sample and byte."""
 
 import json
 import os
@@ -135,7 +135,7 @@ def test_limits_hold_until_they_change_or_are_stale(tmp_path: Path) -> None:
 
 
 def test_the_view_of_the_previous_module_is_not_recorded(tmp_path: Path) -> None:
-    """While a port opens, the worker still tells what the last module said."""
+    """While a port opens, batches still have the view of the previous module."""
     before = device(900.0, cell_voltage_v=3.3, light_v=0.2, attitude_threshold_deg=30)
     with recorder_in(tmp_path) as bench:
         bench.recorder.begin(HEADING)
@@ -236,7 +236,7 @@ def test_a_closed_recording_is_empty(tmp_path: Path) -> None:
     recording = open_recording(recorded(tmp_path, 0.2))
     recording.close()
     assert len(recording.tilt) == 0
-    assert recording.excerpt(0, 2000).row_count == 1  # that it was connected
+    assert recording.excerpt(0, 2000).row_count == 1  # the connected marker
 
 
 # What is no recording

@@ -1,4 +1,4 @@
-"""A disk that does not play along (full, forbidden, hanging) costs the recording, which says so, and nothing else."""
+"""A full, forbidden or hanging disk ends the recording with a message, and nothing else."""
 
 import errno
 import threading
@@ -24,7 +24,7 @@ from tests.support.records.recordings_made import (
 
 
 def failing_after(monkeypatch: pytest.MonkeyPatch, count: int, error: OSError) -> None:
-    """The disk takes so many bytes more, and then nothing."""
+    """The disk fails after this many bytes."""
     room = [count]
     write = SessionWriter._write
 
@@ -111,7 +111,7 @@ def test_a_failure_of_the_previous_session_does_not_end_this_one(
 
 
 class Jam:
-    """The disk hangs in the middle of a flush until it is let go."""
+    """The disk hangs in a flush until it is released."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.hangs, self.goes_on = threading.Event(), threading.Event()

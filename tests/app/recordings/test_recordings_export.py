@@ -1,4 +1,4 @@
-"""An exported recording holds every value that was recorded, and is there as a whole or not at all."""
+"""Exports contain every recorded value and are written atomically."""
 
 import base64
 import csv
@@ -36,7 +36,7 @@ from tests.support.records.recordings_made import (
 
 @pytest.fixture
 def recording(tmp_path: Path) -> Iterator[Recording]:
-    """Three seconds of stream, a trigger, limits that change, a lost port, and questions of ours."""
+    """Three seconds of stream with a trigger, changing limits, a lost port and requests."""
     light = BY_NAME["light"].query()
     with recorder_in(tmp_path / "shelf") as bench:
         bench.recorder.begin(HEADING)
@@ -54,7 +54,7 @@ def recording(tmp_path: Path) -> Iterator[Recording]:
 
 
 def messages(path: Path) -> dict[str, list[tuple[int, dict[str, Any]]]]:
-    """What the library of the format reads: by topic, nanoseconds and values."""
+    """Messages by topic, as read by the mcap library."""
     found: dict[str, list[tuple[int, dict[str, Any]]]] = {}
     with path.open("rb") as file:
         for schema, channel, message in make_reader(file, validate_crcs=True).iter_messages():

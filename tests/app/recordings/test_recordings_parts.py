@@ -1,4 +1,4 @@
-"""Where a recording begins, goes on in a further part, and ends."""
+"""Beginning, parts and end of a recording."""
 
 import errno
 import threading
@@ -62,7 +62,7 @@ def test_a_sleep_begins_a_new_part(tmp_path: Path) -> None:
     night_s = 8 * 3600.0
     with recorder_in(tmp_path) as bench:
         bench.record(batch(1000.0, report(1000.0)), batch(1000.01, report(1000.01)))
-        bench.clock.wall_offset_s += night_s  # the other clock stood still
+        bench.clock.wall_offset_s += night_s  # the monotonic clock stood still
         for at in (1000.03, 1000.05, 1000.07):
             woken = batch(at, report(at))
             bench.feed(replace(woken, device=replace(woken.device, last_sleep=Sleep(1000.02, night_s))))

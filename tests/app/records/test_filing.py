@@ -1,4 +1,4 @@
-"""Records and the audit log are chained: one number, one record, whoever files at the same time and however it ends."""
+"""Records and the audit log are chained, also with several processes and after a kill."""
 
 import subprocess
 import sys
@@ -48,7 +48,7 @@ def file_one(store: Store, module: str | None = None, *, adapter: str = "") -> F
 
 
 def _chain(store: Store) -> list[Record]:
-    """All kept records, the oldest first."""
+    """All stored records, oldest first."""
     rows = store.database.read("SELECT hash FROM preflight_checks ORDER BY id")
     records = [CheckStore(store.database).record(hash_) for (hash_,) in rows]
     return [record for record in records if record is not None]
@@ -71,7 +71,7 @@ def _start(process: "subprocess.Popen[str]") -> None:
 
 
 def test_two_programs_that_file_at_once_make_one_chain(tmp_path: Path) -> None:
-    """One of them is killed in the middle: what it had said to be kept is kept, and the chain goes on."""
+    """One is killed: records it reported as stored are stored, and the chain continues."""
     open_store(tmp_path).close()
     with _filer(tmp_path, 6) as one, _filer(tmp_path, 1000) as other:
         _start(one)
@@ -101,7 +101,7 @@ def test_modules_without_a_name_have_a_chain_for_each_adapter(tmp_path: Path) ->
         assert third["previous"] == first["hash"]
         assert second["previous"] is None
         assert [one["adapter"] for one in (first, second)] == ["0403:6001:A", "0403:6001:B"]
-        # Not on USB: the port stands in.
+        # Not on USB: the port is used instead.
         assert file_one(store).record["adapter"] == "sim"
 
 

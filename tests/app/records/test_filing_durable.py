@@ -1,4 +1,4 @@
-"""A check that was said to be kept is kept, though the program is killed at any moment."""
+"""A check that was reported as stored survives a kill at any moment."""
 
 import subprocess
 import sys
@@ -58,7 +58,7 @@ def test_kill_loses_nothing_that_was_acknowledged(tmp_path: Path, after: int) ->
         verification = verify(record, store)
         assert verification.state is RecordState.NOT_SIGNED
         assert verification.chain is (Chain.FIRST if number == "1" else Chain.LINKED)
-    # The visit that was under way may be half written; the next one puts it right.
+    # An interrupted visit may be half written; the next one repairs it.
     life = [one.raw for one in store.records(1)]
     assert len(life) >= len(acknowledged)
     store.visit(1, life[-9:], port="p", boot_count=len(life) % 256, is_confirmed=True)

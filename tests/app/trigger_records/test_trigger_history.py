@@ -1,4 +1,4 @@
-"""Every trigger is kept and told, whatever order, wrap or twin it comes with."""
+"""Every trigger is stored once, in any order, across wraps and with equal bytes."""
 
 import csv
 import io
@@ -82,7 +82,7 @@ def _slots(life: list[bytes], order: str) -> list[bytes]:
 @pytest.mark.parametrize("order", ["oldest first", "newest first", "ring"])
 @given(steps=st.lists(st.integers(0, 9), min_size=1, max_size=12), seed=st.integers(0, 999))
 def test_no_trigger_is_ever_lost_or_counted_twice(order: str, steps: list[int], seed: int) -> None:
-    """A module that fires 0 to 9 times between two visits; the boot count wraps on the way."""
+    """A module that fires 0 to 9 times between visits while the boot count wraps."""
     source = random.Random(seed)
     boot = source.randrange(256)
     life: list[bytes] = []
@@ -110,7 +110,7 @@ def test_equal_records_are_counted_separately() -> None:
 
 @pytest.mark.parametrize("order", ["oldest first", "newest first"])
 def test_a_record_equal_to_the_one_it_replaces_is_new(order: str) -> None:
-    """Read in the wrong order of time, eight records would seem new."""
+    """In the wrong order eight records would seem new."""
     life = [raw(boot, 5) for boot in range(1, 10)]
     last, slots = _slots(life, order), _slots([*life, life[0]], order)
     assert merge(life, last, slots).new == (life[0],)

@@ -135,7 +135,7 @@ def test_a_capture_is_decoded_without_a_module(qtbot: QtBot, qapp: QApplication,
         assert cell(model, 0, Column.MEANING) == "heartbeat"
         assert cell(model, model.rowCount() - 1, Column.KIND) == "invalid"
         assert "active" in cell(model, 20, Column.MEANING)
-        page.traffic.model.keep(streamed(5))  # what goes over the line meanwhile is kept, out of sight
+        page.traffic.model.keep(streamed(5))  # the live traffic is still stored
         page.traffic.draw()
         assert model.rowCount() == len(rows)
         click(qtbot, strip_button(page, "capture_leave"))

@@ -1,4 +1,4 @@
-"""Captures played through the window: labelled everywhere, and nothing but questions goes out."""
+"""Captures played in the window are labelled everywhere, and only queries are sent."""
 
 from pathlib import Path
 
@@ -91,7 +91,7 @@ def test_another_speed_restarts_the_playback_and_it_can_be_stopped(
         assert assembly.connector.target == recording_target(path, 20.0)
         qtbot.waitUntil(lambda: "ended" in bar.accessibleName(), timeout=WAIT_MS)
         qtbot.waitUntil(lambda: assembly.window.top_bar.port.word == "ended", timeout=WAIT_MS)
-        assert assembly.window.notice_bar.notice is None  # nobody is sent to check a cable
+        assert assembly.window.notice_bar.notice is None  # no advice about cables
         click(qtbot, bar.again)
         qtbot.waitUntil(lambda: "ended" not in bar.accessibleName(), timeout=WAIT_MS)
         click(qtbot, bar.stop)

@@ -1,4 +1,4 @@
-"""The Diagnosis page: one cause and one next step for each fault of the line, figures, the bundle, our own errors."""
+"""The Diagnosis page: causes and next steps, statistics, support bundle, errors of the program."""
 
 import logging
 import sys
@@ -119,7 +119,7 @@ def test_a_port_that_is_not_there(qtbot: QtBot, qapp: QApplication, tmp_path: Pa
         click(qtbot, page.why.act)
         assert panel.isVisible()
         page.why.choose_wanted.emit()
-        assert panel.isVisible()  # it is shown, never toggled away
+        assert panel.isVisible()  # shown, never toggled
 
 
 def test_nothing_connected_asks_for_a_port(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -167,7 +167,7 @@ def test_an_adapter_that_comes_and_goes(qtbot: QtBot, qapp: QApplication, tmp_pa
 
 
 def test_bytes_at_another_rate_do_not_count() -> None:
-    """Else a module whose rate was found would be blamed for the garbage before."""
+    """Otherwise the garbage at the wrong rate would count against the module."""
     evidence_collector = EvidenceCollector()
     evidence_collector.begin("sim://x")
     garbage = Counters(sent=3, time_outs=3)
@@ -189,7 +189,7 @@ def test_bytes_at_another_rate_do_not_count() -> None:
 
 
 def test_never_more_requests_time_out_than_were_sent() -> None:
-    """One was under way when the module last answered."""
+    """One request was pending when the module last answered."""
     collector = EvidenceCollector()
     collector.begin("sim://x")
     opened, online = Connection(PortState.OPEN, "sim://x", 115200), DeviceView(presence=Presence.ONLINE)

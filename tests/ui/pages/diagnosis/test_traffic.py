@@ -1,4 +1,4 @@
-"""The list of frames: what is in a row, filters, pause, following the end, copying, and what it costs."""
+"""The traffic list: rows, filters, pause, scrolling, copying and cost."""
 
 import time
 from pathlib import Path
@@ -60,7 +60,7 @@ def page(qtbot: QtBot, assembly: Assembly) -> TrafficPage:
     maker = shell.findChild(PageMaker)
     assert maker is not None
     qtbot.waitUntil(lambda: maker.is_done, timeout=WAIT_MS)
-    QApplication.processEvents()  # what shows it is done with it
+    QApplication.processEvents()
     return found
 
 
@@ -244,7 +244,7 @@ def test_filter_by_keyboard(qtbot: QtBot, qapp: QApplication, tmp_path: Path) ->
 
 
 def test_a_second_of_the_fastest_stream_costs_little(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    """Out of sight it is next to nothing; in sight the drawing has a pace of its own."""
+    """Hidden it costs almost nothing; visible it draws at its own rate."""
     with window(qapp, tmp_path) as assembly:
         traffic = page(qtbot, assembly)
         traffic.on_batch(batch(streamed(KEPT_ROWS)))

@@ -1,4 +1,4 @@
-"""A long capture in the traffic list: no turn of the event loop works longer for it than for a short one."""
+"""A long capture in the traffic list blocks the event loop no longer than a short one."""
 
 import time
 from collections.abc import Iterator, Sequence
@@ -26,7 +26,7 @@ TILTS = 20
 
 
 def capture(rows: int = ROWS) -> CaptureRows:
-    """A stream in which a few things are said over and over, a question in its middle."""
+    """A stream of few different frames with a request in the middle."""
     raws = [Status(tilt, 1.0, triggered=False, active=True).encode() for tilt in range(TILTS)]
     entries = [CaptureEntry(number / 100, Way.IN, raws[number % TILTS]) for number in range(rows)]
     entries[rows // 2] = CaptureEntry(rows / 200, Way.OUT, BY_NAME["light"].query().encode())
@@ -47,7 +47,7 @@ def page(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[TrafficPa
 
 def test_a_slice_of_the_search_ends_on_time(page: TrafficPage, monkeypatch: pytest.MonkeyPatch) -> None:
     looked_at: list[int] = []
-    monkeypatch.setattr(page.model, "said_at", looked_at.append)  # None: the row itself is looked at
+    monkeypatch.setattr(page.model, "said_at", looked_at.append)  # None: the row itself is compared
     clock = count(0.0, traffic_search._SLICE_S / 2)
     monkeypatch.setattr(time, "perf_counter", lambda: next(clock))
     page.search.field.setText("nowhere")
@@ -59,7 +59,7 @@ def test_a_slice_of_the_search_ends_on_time(page: TrafficPage, monkeypatch: pyte
 
 
 def test_repeated_texts_are_formatted_once(qtbot: QtBot, page: TrafficPage, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A search through a million rows takes seconds, not a minute."""
+    """A search in a million rows takes seconds, not a minute."""
     looked_at: list[object] = []
     matches = traffic_search.matches
 
@@ -92,7 +92,7 @@ def test_the_cache_of_the_search_is_bounded(qtbot: QtBot, page: TrafficPage, mon
 def test_selecting_all_asks_for_no_more_than_is_in_sight(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A table's header asks every row whether it is selected: ten seconds for a million of them."""
+    """A header asks for each row whether it is selected: 10 s for a million rows."""
     asked: list[int] = []
 
     def flags(model: TrafficModel, index: QModelIndex | QPersistentModelIndex) -> Qt.ItemFlag:

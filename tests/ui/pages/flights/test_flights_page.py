@@ -1,4 +1,4 @@
-"""The Flight logs page: reading, lists, map, proposal, what becomes of thresholds."""
+"""The Flight logs page: reading, lists, map, proposal, use of thresholds."""
 
 import ast
 import threading
@@ -42,7 +42,7 @@ class Desk:
     page: FlightsPage
 
     def add(self, *logs: FlightLog, group: FlightGroup = MUST_NOT) -> None:
-        """As if they had been read."""
+        """Adds flights as if they had been read."""
         self.page.work.flights.add([summarise(one) for one in logs], group)
         self.page.work.move([one.name for one in logs], group)
         self.wait_proposal()
@@ -146,7 +146,7 @@ def test_a_drop_opens_files_and_folders(desk: Desk, tmp_path: Path) -> None:
 def test_cancel_is_immediate_and_late_results_change_nothing(
     desk: Desk, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The reading stands still in the middle of a log, whatever is asked of it."""
+    """Reading blocks in the middle of a log and ignores a cancellation."""
     may_end, has_begun, has_ended = threading.Event(), threading.Event(), threading.Event()
     paths = [write_csv(tmp_path / f"{number}.csv", tilted("", 20)) for number in range(3)]
 
@@ -163,7 +163,7 @@ def test_cancel_is_immediate_and_late_results_change_nothing(
     desk.qtbot.waitUntil(lambda: desk.notice() == "Reading logs… (1 of 3)", timeout=WAIT_MS)
     button = desk.page.strip.button("cancel_flights")
     assert button is not None
-    button.click()  # nothing is waited for
+    button.click()  # without waiting
     assert desk.notice() == "Cancelled. 1 of 3 logs"
     assert desk.shown(MUST_NOT) == [str(paths[0])]
     may_end.set()
@@ -280,7 +280,7 @@ def test_it_says_when_nothing_separates(desk: Desk) -> None:
 
 
 def test_flights_that_depend_on_the_reading_are_shown(desk: Desk) -> None:
-    """70° for a tenth of a second: at once or not at all."""
+    """70° for 0.1 s: the readings of the rule differ."""
     desk.add(tilted("bump", 70, seconds=0.1))
     page = desk.page
     table = page.lists.of[MUST_NOT]
@@ -372,7 +372,7 @@ def test_thresholds_go_into_profiles(desk: Desk, tmp_path: Path) -> None:
 
 
 def test_nothing_on_the_page_can_reach_a_module() -> None:
-    """Neither the connection nor the engine is in its hands."""
+    """It has access to neither the connector nor the engine."""
     for path in ROOM.glob("*.py"):
         tree = ast.parse(path.read_text(encoding="utf-8"))
         names = {node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute)}

@@ -1,4 +1,4 @@
-"""A closed recording is checked when it is opened and exported: what is damaged is left out, and that is said."""
+"""A closed recording is verified when it is opened and exported; damage is left out and reported."""
 
 import json
 import struct
@@ -47,7 +47,7 @@ def overwrite(path: Path, place: int, raw: bytes) -> None:
 
 
 def seal_again(folder: Path) -> None:
-    """One commit over everything, with the right checksums: as somebody would who knows the format."""
+    """Replaces the commits by one with valid checksums, as a forger would."""
     last = bytearray((folder / "commits.bin").read_bytes()[-COMMIT.size :])
     crc = 0
     opening = read_opening(folder)
@@ -113,7 +113,7 @@ def test_a_damaged_commit_costs_only_its_piece(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("value", [1e300, -1e300, 1e18, 4e9, float("inf"), float("nan")])
 def test_damaged_times_raise_no_error(tmp_path: Path, value: float) -> None:
-    """Also where the checksums were made to fit."""
+    """Also with valid checksums."""
     folder = recorded(tmp_path, 2.0)
     rows = len(np.fromfile(folder / TIME))
     overwrite(folder / TIME, (rows - 1) * 8, struct.pack("<d", value))

@@ -1,4 +1,4 @@
-"""A recording on the Live page: everything of it has room, also where little is left."""
+"""A recording on the Live page fits on a small screen."""
 
 from pathlib import Path
 from shutil import copytree

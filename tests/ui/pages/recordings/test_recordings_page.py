@@ -1,4 +1,4 @@
-"""The page of recordings, and a recording looked at on the Live page: through clicks and keys."""
+"""The Recordings page, and a recording on the Live page."""
 
 import threading
 from collections.abc import Callable, Iterator
@@ -59,7 +59,7 @@ def opened(qtbot: QtBot, qapp: QApplication, tmp_path: Path, template: Path) -> 
 def test_the_list_is_searched_and_sorted(one: Desk) -> None:
     record(one.library.folder, module="Tail", seconds=20)
     one.list_again(2)
-    assert one.texts(Column.DURATION) in (["0:20", "2:00"], ["2:00", "0:20"])  # both began in the same moment
+    assert one.texts(Column.DURATION) in (["0:20", "2:00"], ["2:00", "0:20"])  # equal start times
     one.page.table.sortByColumn(Column.SAMPLES, Qt.SortOrder.AscendingOrder)
     assert one.texts(Column.MODULE) == ["Tail", "Left wing"]
     assert one.texts(Column.SAMPLES) == ["200", "1,200"]
@@ -176,7 +176,7 @@ def test_it_is_zoomed_and_panned_within_its_bounds(opened: Desk) -> None:
     assert plot.span.length_s == pytest.approx(whole.length_s)
     opened.click(_tool(plot, "time-plot-window-10"))
     assert plot.span.length_s == pytest.approx(10)
-    opened.qtbot.keyClick(canvas, Qt.Key.Key_Space)  # there is nothing to pause
+    opened.qtbot.keyClick(canvas, Qt.Key.Key_Space)  # nothing to pause
     opened.click(_tool(plot, "time-plot-whole"))
     assert plot.span == whole
 
@@ -265,7 +265,7 @@ def test_a_recording_is_pinned_and_unpinned(one: Desk) -> None:
     assert one.page.buttons.keep.text() == "Pin"
     one.click(one.page.buttons.keep)
     one.wait(lambda: one.texts(Column.KEPT) == ["pinned"])
-    assert one.page.buttons.keep.text() == "Unpin"  # what was chosen still is
+    assert one.page.buttons.keep.text() == "Unpin"  # still selected
     one.wait(one.page.buttons.keep.isEnabled)
     one.click(one.page.buttons.keep)
     one.wait(lambda: one.texts(Column.KEPT) == [""])

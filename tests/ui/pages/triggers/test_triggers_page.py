@@ -1,4 +1,4 @@
-"""The Triggers page by real clicks: none, one and nine records and the tenth; names, judgements, search, CSV."""
+"""The Triggers page: no, one, nine and ten records; names, judgements, search, CSV."""
 
 import csv
 import io
@@ -86,7 +86,7 @@ def test_a_module_that_never_fired(qtbot: QtBot, qapp: QApplication, tmp_path: P
 
 
 def test_the_records_are_read_as_soon_as_the_page_is_in_sight(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    """By questions only, once; without a click, and not again after a cancel."""
+    """Once, with queries only, without a click, and not again after a cancel."""
     with on_bench(qtbot, qapp, tmp_path, "unasked", reads_triggers=True) as bench:
         page = bench.triggers
         qtbot.waitUntil(lambda: page.work.reading is not None and not page.work.is_busy, timeout=CHECK_MS)
