@@ -56,15 +56,15 @@ from ui.widgets.notice_bar import Notice
 _log = logging.getLogger(__name__)
 
 COPY_EVERY_MS = 10 * 60 * 1000
-"""How often it is asked whether a copy of the store is due."""
+"""How often to check whether a copy of the store is due."""
 PAINT_LIMIT_MS = 1000
-"""A window that was begun out of sight (minimised) is filled after this time."""
+"""A window that is not painted (started minimised) gets its pages after this time."""
 
 
 @dataclass(frozen=True, slots=True)
 class WindowOptions:
-    """`offscreen_seconds`: run that long once the pages are made, leave `evidence`, end. Without `port` and `demo` a
-    person chooses."""
+    """With `offscreen_seconds` the window runs unattended for that time, writes `evidence`, and exits. Without `port`
+    and `demo` the user chooses a port."""
 
     port: str | None = None
     baud_rate: int = 115200
@@ -73,11 +73,11 @@ class WindowOptions:
     offscreen_seconds: float | None = None
     evidence: Path | None = None
     file: Path | None = None
-    """Opened in the page of its type."""
+    """To be opened in the page of its type."""
 
 
 def _page(key: str, title: str, picture: Icon, chapter: str = "", *, wants_stream: bool = False) -> PageEntry:
-    """The page of the room `ui/pages/<key>`. Its module is loaded when the page is made, or by `_load_pages`."""
+    """The entry of the page in `ui/pages/<key>`, whose module is imported by `_load_pages`, or to make the page."""
 
     def make(services: Services) -> Page:
         page: Page = getattr(_module(key), f"{key.capitalize()}Page")(services)
@@ -105,14 +105,14 @@ PAGES: tuple[PageEntry, ...] = (
 
 
 def _load_pages() -> None:
-    """What the pages' modules load, so that making a page takes no longer than a turn of the event loop should."""
+    """Imports the modules of all pages, so that making a page blocks the event loop only briefly."""
     for entry in PAGES:
         _module(entry.key)
 
 
 @dataclass(slots=True)
 class Assembly:
-    """The window and what it works with; made by `assemble`, taken apart by closing the window."""
+    """The window and its services, made by `assemble`; closing the window closes them."""
 
     window: MainWindow
     help: HelpActions
@@ -125,7 +125,7 @@ class Assembly:
     lock: LockControl
     armed: Armed = field(default_factory=Armed)
     load: Callable[[], object] | None = None
-    """Loads what the pages need; takes long."""
+    """Imports what the pages need; slow."""
     exit_code: int = 0
 
 
@@ -139,7 +139,7 @@ def assemble(
     log: Log | None = None,
     entries: tuple[PageEntry, ...] = PAGES,
 ) -> Assembly:
-    """The window, not yet shown, with nothing connected."""
+    """Makes the window, hidden and not connected."""
     install_accessible_roles()
     preferences = preferences or Preferences()
     texts = Texts()
@@ -166,7 +166,7 @@ def assemble(
     module = services.naming.of(connector.current)
     module.changed.connect(lambda: storage.sessions.name_module(module.name))
     window = MainWindow(services, ports, language_switch, preferences, entries=entries)
-    for owned in (connector, services.naming):  # else what is connected to their signals lives for ever, and they by it
+    for owned in (connector, services.naming):  # else their signal connections would keep them alive
         owned.setParent(window)
     window.closing.connect(tones.close)
     help_actions = HelpActions(window, services, entries)
@@ -178,7 +178,7 @@ def assemble(
 
 
 def start(assembly: Assembly, options: WindowOptions) -> None:
-    """Show the window; once it is painted, make the pages, look for ports, and connect where that was asked for."""
+    """Shows the window; after the first paint makes the pages, lists ports, and connects if requested."""
     window, load = assembly.window, assembly.load
     copies = QTimer(window)
     copies.setInterval(COPY_EVERY_MS)
@@ -190,7 +190,7 @@ def start(assembly: Assembly, options: WindowOptions) -> None:
     def fill() -> None:
         if load is None:
             make_pages()
-        else:  # plots take half a second to load, the store what the disk takes: the window would stand still
+        else:  # slow: importing the plots, opening the store
             loading.run(lambda _running: prepare(load), lambda _: make_pages(), lambda _error: make_pages())
         assembly.ports.refresh()
 
@@ -199,7 +199,7 @@ def start(assembly: Assembly, options: WindowOptions) -> None:
         load()
 
     def make_pages() -> None:
-        _tell_of_store(assembly)
+        _show_store_notices(assembly)
         window.make_pages()
         if target is not None:
             window.connect_to(target)
@@ -212,8 +212,8 @@ def start(assembly: Assembly, options: WindowOptions) -> None:
     window.show()
 
 
-def _tell_of_store(assembly: Assembly) -> None:
-    """Say what is the matter with the store, and what was broken off when the program last ended."""
+def _show_store_notices(assembly: Assembly) -> None:
+    """Shows trouble of the store, and what was interrupted when the program last ended."""
     attention, storage = assembly.window.attention, assembly.storage
     left_on = partial(_left_on_notice, attention.forget_told)
     assembly.connector.stream_left_on.connect(lambda: attention.tell(left_on))
@@ -237,7 +237,7 @@ def _left_on_notice(dismiss: Callable[[], None]) -> Notice:
 
 
 class _AfterPaint(QObject):
-    """Calls `act` when `window` has been painted for the first time. A timer alone would come before that paint."""
+    """Calls `act` after the first paint of `window`, before which a zero timer alone would fire."""
 
     def __init__(self, window: QWidget, act: Callable[[], None]) -> None:
         super().__init__(window)
@@ -251,7 +251,7 @@ class _AfterPaint(QObject):
     def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
         if event.type() == QEvent.Type.Paint:
             self._window.removeEventFilter(self)
-            self._limit.start(0)  # the children are painted within this same event
+            self._limit.start(0)  # its children are painted within this event
         return False
 
     def _go_on(self) -> None:
@@ -261,10 +261,10 @@ class _AfterPaint(QObject):
 
 
 def run(options: WindowOptions) -> int:
-    """Open the window and stay until it closes; the exit code."""
+    """Runs the window until it is closed; returns the exit code."""
     app = QApplication.instance() or QApplication(sys.argv[:1])
     if not isinstance(app, QApplication):
-        raise TypeError("a program without a screen's application object cannot open a window")
+        raise TypeError("a window needs a QApplication")
     app.setApplicationName("dps-s-configurator")
     app.setDesktopFileName("dps-s-configurator")
     app.setWindowIcon(app_icon())
@@ -282,7 +282,7 @@ def run(options: WindowOptions) -> int:
 
 @contextmanager
 def _memory(options: WindowOptions) -> Iterator[Path | None]:
-    """Where things are kept, None for the usual places; an unattended run begins with nothing and changes nothing."""
+    """The folder for all data, None for the usual ones; an unattended run uses a temporary folder."""
     if options.offscreen_seconds is None:
         yield None
         return
@@ -291,7 +291,7 @@ def _memory(options: WindowOptions) -> Iterator[Path | None]:
 
 
 def _stay(app: QApplication, assembly: Assembly, options: WindowOptions) -> None:
-    with _faults_said(assembly.window, assembly.armed), _signals_close(assembly.window), kept_tidy(assembly):
+    with _errors_shown(assembly.window, assembly.armed), _signals_close(assembly.window), kept_tidy(assembly):
         start(assembly, options)
         if options.offscreen_seconds is not None:
             _end_after(options.offscreen_seconds, assembly, options)
@@ -300,10 +300,9 @@ def _stay(app: QApplication, assembly: Assembly, options: WindowOptions) -> None
 
 @contextmanager
 def kept_tidy(assembly: Assembly) -> Iterator[None]:
-    """Garbage is freed in the window's own thread while this lasts; begin it before `start`."""
+    """Frees garbage only in the window's thread; enter it before `start`."""
     with garbage_freed_here():
-        # What is loaded, and what is there once the pages are made, stays: without it the collector's longest pause is
-        # twice as long, and one falls into the making of a page.
+        # Freezing modules and pages halves the longest pause of the collector.
         if assembly.load is not None:
             assembly.load = partial(_load_for_good, assembly.load)
         assembly.window.pages_made.connect(gc.freeze)
@@ -316,7 +315,7 @@ def _load_for_good(load: Callable[[], object]) -> None:
 
 
 def _end_after(seconds: float, assembly: Assembly, options: WindowOptions) -> None:
-    """End an unattended run. The time begins with the pages: on a busy machine they may take longer than it lasts."""
+    """Ends an unattended run `seconds` after the pages were made, which may take long on a busy machine."""
     end = QTimer(assembly.window)
     end.setSingleShot(True)
     end.setInterval(round(seconds * 1000))
@@ -342,7 +341,7 @@ def _target(options: WindowOptions) -> Target | None:
 
 
 def _language(options: WindowOptions, preferences: Preferences) -> str:
-    """What was asked for now, else what was chosen before, else the computer's."""
+    """The requested language, else the saved one, else the system's."""
     if options.language is not None:
         return options.language
     return preferences.language if preferences.language in LANGUAGES else system_language()
@@ -357,7 +356,7 @@ def _theme(preferences: Preferences) -> Choice:
 
 @contextmanager
 def _signals_close(window: MainWindow) -> Iterator[None]:
-    """Ctrl-C and SIGTERM close the window in good order. The window's own timer lets Python see them within 0.1 s."""
+    """SIGINT and SIGTERM close the window. Its timer lets Python handle them within 0.1 s."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -375,10 +374,10 @@ def _signals_close(window: MainWindow) -> Iterator[None]:
 
 
 @contextmanager
-def _faults_said(window: MainWindow, armed: Armed | None = None) -> Iterator[None]:
-    """An error of ours, in whatever thread, disarms, is logged and said; the window stays."""
-    mishaps = UncaughtErrors(window.attention, armed or Armed(), say=window.say, parent=window)
-    undo = catch_uncaught_errors(mishaps.tell)
+def _errors_shown(window: MainWindow, armed: Armed | None = None) -> Iterator[None]:
+    """Uncaught errors in any thread disarm, are logged and shown; the window stays open."""
+    errors = UncaughtErrors(window.attention, armed or Armed(), say=window.say, parent=window)
+    undo = catch_uncaught_errors(errors.tell)
     try:
         yield
     finally:
@@ -387,7 +386,7 @@ def _faults_said(window: MainWindow, armed: Armed | None = None) -> Iterator[Non
 
 @contextmanager
 def _logging(folder: Path | None) -> Iterator[Log]:
-    """The rotating log, for as long as the window runs."""
+    """Writes the rotating log while the window runs."""
     log = start_log(folder)
     _log.info("DPS-S Configurator %s on %s, Python %s", version(), platform.platform(), platform.python_version())
     try:

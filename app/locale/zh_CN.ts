@@ -178,10 +178,6 @@
         <translation>关于</translation>
     </message>
     <message>
-        <source>About this setting</source>
-        <translation>关于此参数</translation>
-    </message>
-    <message>
         <source>Acceleration</source>
         <translation>加速度</translation>
     </message>
@@ -306,10 +302,6 @@
         <translation>全部</translation>
     </message>
     <message>
-        <source>All (End)</source>
-        <translation>全部（End 键）</translation>
-    </message>
-    <message>
         <source>All flights</source>
         <translation>全部飞行日志</translation>
     </message>
@@ -368,10 +360,6 @@
     <message>
         <source>Any jolt may fire it.</source>
         <translation>任何颠簸都可能触发。</translation>
-    </message>
-    <message>
-        <source>Apply</source>
-        <translation>应用</translation>
     </message>
     <message>
         <source>Apply {count} ticked</source>
@@ -738,10 +726,6 @@
         <translation>选择串口</translation>
     </message>
     <message>
-        <source>Choose a port (Ctrl+K)</source>
-        <translation>选择串口（Ctrl+K）</translation>
-    </message>
-    <message>
         <source>Choose a port…</source>
         <translation>选择串口…</translation>
     </message>
@@ -770,20 +754,12 @@
         <translation>关闭</translation>
     </message>
     <message>
-        <source>Close (Esc)</source>
-        <translation>关闭（Esc）</translation>
-    </message>
-    <message>
         <source>Close it and connect again.</source>
         <translation>请关闭该程序后重新连接。</translation>
     </message>
     <message>
         <source>Close or cancel; never sends anything</source>
         <translation>关闭或取消；绝不发送任何内容</translation>
-    </message>
-    <message>
-        <source>Close profile</source>
-        <translation>关闭配置文件</translation>
     </message>
     <message>
         <source>Close the bay</source>
@@ -804,10 +780,6 @@
     <message>
         <source>Commands</source>
         <translation>命令</translation>
-    </message>
-    <message>
-        <source>Comparison</source>
-        <translation>比较</translation>
     </message>
     <message>
         <source>Configures, tests and watches a DPS-S parachute module over its serial port.</source>
@@ -906,10 +878,6 @@
         <translation>DPS-S 上位机</translation>
     </message>
     <message>
-        <source>DPS-S Configurator {version}</source>
-        <translation>DPS-S 上位机 {version}</translation>
-    </message>
-    <message>
         <source>Damaged and not sent: {count}.</source>
         <translation>已损坏、未发送：{count}。</translation>
     </message>
@@ -936,10 +904,6 @@
     <message>
         <source>Decrease</source>
         <translation>减小</translation>
-    </message>
-    <message>
-        <source>Decrease (Down)</source>
-        <translation>减小（下箭头）</translation>
     </message>
     <message>
         <source>Default {value}</source>
@@ -1262,10 +1226,6 @@
         <translation>参数校验码</translation>
     </message>
     <message>
-        <source>Fingerprint: {code}</source>
-        <translation>参数校验码：{code}</translation>
-    </message>
-    <message>
         <source>Fires</source>
         <translation>触发</translation>
     </message>
@@ -1494,16 +1454,8 @@
         <translation>待机。</translation>
     </message>
     <message>
-        <source>In the profile</source>
-        <translation>配置文件中</translation>
-    </message>
-    <message>
         <source>Increase</source>
         <translation>增大</translation>
-    </message>
-    <message>
-        <source>Increase (Up)</source>
-        <translation>增大（上箭头）</translation>
     </message>
     <message>
         <source>Interrupted: maybe at {rate} baud now. Use “Find my module”.</source>
@@ -1516,10 +1468,6 @@
     <message>
         <source>Invalid bytes</source>
         <translation>无效字节</translation>
-    </message>
-    <message>
-        <source>Invalid bytes. {reasons}</source>
-        <translation>无效字节。{reasons}</translation>
     </message>
     <message>
         <source>Invalid samples left out: {count}.</source>
@@ -1746,10 +1694,6 @@
         <translation>时间轴长度</translation>
     </message>
     <message>
-        <source>Length of the time line: {length}</source>
-        <translation>时间轴长度：{length}</translation>
-    </message>
-    <message>
         <source>Let it fall</source>
         <translation>松手落下</translation>
     </message>
@@ -1950,8 +1894,8 @@
         <translation>含义</translation>
     </message>
     <message>
-        <source>Measure both.</source>
-        <translation>请测量两种状态。</translation>
+        <source>Measure</source>
+        <translation>测量</translation>
     </message>
     <message>
         <source>Measure in the light of the flight day, with no hand over the sensor.</source>
@@ -1960,14 +1904,6 @@
     <message>
         <source>Measure the light threshold</source>
         <translation>测量光线阈值</translation>
-    </message>
-    <message>
-        <source>Measure, closed</source>
-        <translation>测量（关闭）</translation>
-    </message>
-    <message>
-        <source>Measure, open</source>
-        <translation>测量（打开）</translation>
     </message>
     <message>
         <source>Measured</source>
@@ -2174,10 +2110,6 @@
         <translation>目标值</translation>
     </message>
     <message>
-        <source>Newest samples (End)</source>
-        <translation>最新数据（End 键）</translation>
-    </message>
-    <message>
         <source>Next</source>
         <translation>下一步</translation>
     </message>
@@ -2340,10 +2272,6 @@
     <message>
         <source>No result: {why}.</source>
         <translation>无结果：{why}。</translation>
-    </message>
-    <message>
-        <source>No round trip measured yet</source>
-        <translation>尚未测得往返时间</translation>
     </message>
     <message>
         <source>No serial port found. Plug the adapter in, or try another cable.</source>
@@ -2530,10 +2458,6 @@
         <translation>没有控件获得焦点：请按 Tab 键。</translation>
     </message>
     <message>
-        <source>Nothing is sent</source>
-        <translation>不发送任何内容</translation>
-    </message>
-    <message>
         <source>Nothing is sent.</source>
         <translation>不发送任何内容。</translation>
     </message>
@@ -2632,10 +2556,6 @@
     <message>
         <source>Open</source>
         <translation>打开</translation>
-    </message>
-    <message>
-        <source>Open a profile</source>
-        <translation>打开配置文件</translation>
     </message>
     <message>
         <source>Open capture…</source>
@@ -2746,8 +2666,8 @@
         <translation>暂停</translation>
     </message>
     <message>
-        <source>Pause; recording continues (Space)</source>
-        <translation>暂停画面，记录继续（空格键）</translation>
+        <source>Pause; recording continues</source>
+        <translation>暂停显示；记录继续</translation>
     </message>
     <message>
         <source>Pauses: {count}, {total:.1f} s in all, at most {longest:.1f} s.</source>
@@ -2960,10 +2880,6 @@
     <message>
         <source>RECORDING: {name}</source>
         <translation>回放记录：{name}</translation>
-    </message>
-    <message>
-        <source>RECORDING: {name}, ended</source>
-        <translation>回放记录：{name}，已播完</translation>
     </message>
     <message>
         <source>REHEARSAL</source>
@@ -3334,6 +3250,10 @@
         <translation>只发送一次：不重复，也不留待以后。</translation>
     </message>
     <message>
+        <source>Sends only when asked.</source>
+        <translation>仅在查询时应答。</translation>
+    </message>
+    <message>
         <source>Sensor noise</source>
         <translation>传感器噪声</translation>
     </message>
@@ -3404,10 +3324,6 @@
     <message>
         <source>Set the driver's latency timer to 1 ms.</source>
         <translation>请在驱动设置中将延迟计时器设为 1 ms。</translation>
-    </message>
-    <message>
-        <source>Setting</source>
-        <translation>参数</translation>
     </message>
     <message>
         <source>Settings</source>
@@ -3524,10 +3440,6 @@
     <message>
         <source>Source</source>
         <translation>来源</translation>
-    </message>
-    <message>
-        <source>Speaks only when asked.</source>
-        <translation>只在被询问时应答。</translation>
     </message>
     <message>
         <source>Speed</source>
@@ -4052,10 +3964,6 @@
     <message>
         <source>Thresholds</source>
         <translation>阈值</translation>
-    </message>
-    <message>
-        <source>Ticked settings are written</source>
-        <translation>勾选的参数将写入</translation>
     </message>
     <message>
         <source>Tilt</source>
@@ -6330,10 +6238,6 @@
         <translation>已复制 {all} 行中的 {n} 行。</translation>
     </message>
     <message>
-        <source>{page} ({key})</source>
-        <translation>{page}（{key}）</translation>
-    </message>
-    <message>
         <source>{path} holds no settings.</source>
         <translation>{path} 中没有设置。</translation>
     </message>
@@ -6500,10 +6404,6 @@
     <message>
         <source>{tip} ({key})</source>
         <translation>{tip}（{key}）</translation>
-    </message>
-    <message>
-        <source>{title}: not measured yet</source>
-        <translation>{title}：尚未测量</translation>
     </message>
     <message>
         <source>{title}: {low} to {high}, last {last}; checks: {count}</source>

@@ -1,7 +1,7 @@
 """Describes what a setting means in flight, in plain words and numbers.
 
-Falls are reckoned without drag, from rest: h = g t² / 2, v = g t, with standard gravity. Real falls are slower, so both
-figures are the most that it can be.
+Falls are computed without drag, from rest: h = g t² / 2, v = g t, with standard gravity. Real falls are slower, so both
+figures are upper limits.
 """
 
 from collections.abc import Callable, Mapping
@@ -20,13 +20,13 @@ UPRIGHT_DEG = 90
 
 
 class Weight(Enum):
-    """How loud it is to be said."""
+    """How strongly a consequence is presented."""
 
     PLAIN = "plain"
     AGAINST_ADVICE = "against advice"
-    """A warning and a second click."""
+    """Shown as a warning; writing needs a second click."""
     GRAVE = "grave"
-    """It fires at once, or never. Also a warning and a second click, in stronger words."""
+    """It fires at once, or never: treated like `AGAINST_ADVICE`, in stronger words."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +56,7 @@ def fall_after(seconds: float) -> Fall:
 
 
 def consequences(command: Command, value: Value) -> tuple[Consequence, ...]:
-    """The consequence of the value, then the vendor's advice where the value is against it."""
+    """The consequence of `value`, followed by the vendor's advice where it is not followed."""
     explain = _EXPLAINED.get(command)
     found = () if explain is None else (explain(value),)
     advice = command.advice
@@ -67,7 +67,7 @@ def consequences(command: Command, value: Value) -> tuple[Consequence, ...]:
 
 
 def is_advised(command: Command, value: Value) -> bool:
-    """Whether the vendor's advice is followed; True where it cannot be judged from the value alone."""
+    """Whether `value` follows the vendor's advice; True where the value alone cannot tell."""
     if command is BAUD_RATE:
         return value == DEFAULT_BAUD_RATE
     return command.advice is None or command.advice.is_followed_by(float(value))
@@ -112,27 +112,13 @@ def _light(value: Value) -> Consequence:
     return Consequence(said(text, limit=float(value)))
 
 
-def _attitude_trigger(value: Value) -> Consequence:
-    if value:
-        return Consequence(said(marked("Fires by itself when it tips over.")))
-    return Consequence(said(marked("No protection when it tips over.")), weight=Weight.AGAINST_ADVICE)
-
-
-def _freefall_trigger(value: Value) -> Consequence:
-    if value:
-        return Consequence(said(marked("Fires by itself in free fall.")))
-    return Consequence(said(marked("No protection in free fall.")), weight=Weight.AGAINST_ADVICE)
-
-
-def _serial_output(value: Value) -> Consequence:
-    if value:
-        return Consequence(said(marked("Streams the status unasked.")))
-    return Consequence(said(marked("Speaks only when asked.")))
-
-
 def _baud_rate(value: Value) -> Consequence:
     text = marked("The flight controller must then use {rate} baud, too.")
     return Consequence(said(text, rate=value))
+
+
+def _flag(on: str, off: str, off_weight: Weight) -> Callable[[Value], Consequence]:
+    return lambda value: Consequence(said(on)) if value else Consequence(said(off), off_weight)
 
 
 _EXPLAINED: Mapping[Command, Callable[[Value], Consequence]] = {
@@ -140,8 +126,16 @@ _EXPLAINED: Mapping[Command, Callable[[Value], Consequence]] = {
     BY_NAME["freefall_acceleration"]: _acceleration,
     BY_NAME["freefall_time"]: _time,
     BY_NAME["light_threshold"]: _light,
-    BY_NAME["attitude_trigger"]: _attitude_trigger,
-    BY_NAME["freefall_trigger"]: _freefall_trigger,
-    BY_NAME["serial_output"]: _serial_output,
+    BY_NAME["attitude_trigger"]: _flag(
+        marked("Fires by itself when it tips over."),
+        marked("No protection when it tips over."),
+        Weight.AGAINST_ADVICE,
+    ),
+    BY_NAME["freefall_trigger"]: _flag(
+        marked("Fires by itself in free fall."), marked("No protection in free fall."), Weight.AGAINST_ADVICE
+    ),
+    BY_NAME["serial_output"]: _flag(
+        marked("Streams the status unasked."), marked("Sends only when asked."), Weight.PLAIN
+    ),
     BAUD_RATE: _baud_rate,
 }

@@ -1,10 +1,10 @@
-"""Edited, unsent values of the settings, with undo and redo."""
+"""Edited values of settings that were not sent yet, with undo and redo."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from app.settings.setting_texts import plain_text
-from app.settings.values import NotAValue, parse_value
+from app.settings.values import NotAValue, field_of, parse_value
 from app.text.messages import UserMessage
 from protocol.catalogue import Command
 from protocol.fields import Value
@@ -14,7 +14,7 @@ MOST_STEPS = 200
 
 @dataclass(frozen=True, slots=True)
 class Draft:
-    """What is wanted of one setting: the text as typed, and its value where it has one."""
+    """The edited value of one setting: the text as typed, and its value unless that is `invalid`."""
 
     text: str
     value: Value | None
@@ -22,11 +22,9 @@ class Draft:
 
 
 def draft_of(command: Command, text: str) -> Draft:
-    """What a typed text stands for. A comma counts as the point."""
-    if command.write is None:
-        raise LookupError(f"{command.name} cannot be set")
+    """The draft of a typed text. A comma counts as a decimal point."""
     try:
-        return Draft(text, parse_value(command.write, text if "." in text else text.replace(",", ".")))
+        return Draft(text, parse_value(field_of(command), text if "." in text else text.replace(",", ".")))
     except NotAValue as error:
         return Draft(text, None, error.why)
 
@@ -36,14 +34,14 @@ def draft_for(command: Command, value: Value) -> Draft:
 
 
 class Drafts:
-    """Drafts by the setting's key. `now` is never changed in place."""
+    """Drafts by the setting's key; `now` is replaced, never modified."""
 
     def __init__(self) -> None:
         self.now: Mapping[str, Draft] = {}
         self._past: list[Mapping[str, Draft]] = []
         self._future: list[Mapping[str, Draft]] = []
         self._typing: str | None = None
-        """The row that is being typed into: its letters are one step."""
+        """The setting that is being typed into: all its keystrokes are one step."""
 
     @property
     def can_undo(self) -> bool:
@@ -54,7 +52,7 @@ class Drafts:
         return bool(self._future)
 
     def change(self, drafts: Mapping[str, Draft], *, typing: str | None = None) -> None:
-        """A new step; one letter more in the row `typing` belongs to the step before."""
+        """Adds an undo step; further keystrokes in the setting `typing` belong to its last step."""
         if drafts == self.now:
             return
         if typing is None or typing != self._typing:
@@ -78,7 +76,7 @@ class Drafts:
         return {name: draft for name, draft in self.now.items() if name != key}
 
     def drop(self, keys: Iterable[str]) -> None:
-        """What stands now is no draft any more, and no step back or forth wants it again."""
+        """Removes these drafts, also from all steps of undo and redo."""
         gone = frozenset(keys)
         if not gone:
             return
@@ -92,6 +90,6 @@ class Drafts:
 
 
 def _distinct(steps: list[Mapping[str, Draft]]) -> list[Mapping[str, Draft]]:
-    """Without steps that change nothing."""
+    """`steps` without those that change nothing."""
     last = len(steps) - 1
     return [step for number, step in enumerate(steps) if number == last or step != steps[number + 1]]

@@ -1,16 +1,17 @@
 """Short checksum of a module's settings, to be read out over the radio.
 
-It covers the settings that can be read back, and nothing else: what can never be read (E8) would make the code of one
-and the same module depend on what was done in this session. What it does not cover is named.
+Covers only the settings that can be read back: with the others (E8) the code of a module would depend on what was
+written in this session.
 
-Eight characters without 0, O, 1 and I: seven of a hash, the last one a check that finds any one wrong character
-and nearly all neighbours that were swapped.
+Eight characters without 0, O, 1 and I: seven of a hash and a check character, which detects any single wrong character
+and nearly all swapped neighbours.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 from app.engine.device import DeviceView
+from app.settings.values import field_of
 from protocol.catalogue import SETTINGS, Command
 from protocol.fields import Value
 
@@ -21,7 +22,7 @@ COVERED: tuple[Command, ...] = tuple(command for command in SETTINGS if command.
 
 @dataclass(frozen=True, slots=True)
 class Fingerprint:
-    """`code` as spoken, "K7QF-3M2X"; None where nothing is known. `missing`: covered settings that are not known."""
+    """`code` such as "K7QF-3M2X", None if no setting is known; `missing`: covered settings that are not known."""
 
     code: str | None
     missing: tuple[Command, ...] = ()
@@ -32,14 +33,14 @@ class Fingerprint:
 
 
 def fingerprint(settings: Mapping[str, Value]) -> Fingerprint:
-    """Of settings by key. Those that are missing are left out, which gives another code than any complete one."""
-    import hashlib  # loads OpenSSL
+    """The fingerprint of settings by key. With some missing the code differs from any complete one."""
+    import hashlib  # slow: loads OpenSSL
 
     known = [command for command in COVERED if command.key in settings]
     missing = tuple(command for command in COVERED if command.key not in settings)
     if not known:
         return Fingerprint(None, missing)
-    parts = [f"{command.code:02X}={_raw(command, settings[command.key]):02X}" for command in known]
+    parts = [f"{command.code:02X}={field_of(command).encode(settings[command.key]):02X}" for command in known]
     number = int.from_bytes(hashlib.sha256(";".join(parts).encode()).digest()[:8])
     characters = []
     for _ in range(HASHED_CHARACTERS):
@@ -51,26 +52,20 @@ def fingerprint(settings: Mapping[str, Value]) -> Fingerprint:
 
 
 def fingerprint_of(device: DeviceView, now: float) -> Fingerprint:
-    """Of what is known about the module at `now` and in no doubt."""
+    """The fingerprint of the settings that are known at `now` and not stale."""
     known = {command.key: device.fresh(command.key, now) for command in COVERED}
     return fingerprint({key: value for key, value in known.items() if value is not None})
 
 
 def is_fingerprint(text: str) -> bool:
-    """Whether `text`, as heard or typed, is a whole code with the right check character."""
+    """Whether `text`, as heard or typed, is a complete code with the right check character."""
     plain = "".join(text.upper().split()).replace("-", "")
     if len(plain) != HASHED_CHARACTERS + 1 or any(one not in ALPHABET for one in plain):
         return False
     return _check(plain[:-1]) == plain[-1]
 
 
-def _raw(command: Command, value: Value) -> int:
-    if command.write is None:
-        raise LookupError(f"{command.name} cannot be set")
-    return command.write.encode(value)
-
-
 def _check(body: str) -> str:
-    """Weights 1, 3, 5 …: odd, so that every single error shows (32 has no odd divisor)."""
+    """Odd weights 1, 3, 5 … detect every single wrong character, since 32 has no odd divisor."""
     total = sum((2 * place + 1) * ALPHABET.index(one) for place, one in enumerate(body))
     return ALPHABET[total % len(ALPHABET)]

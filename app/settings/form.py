@@ -1,17 +1,17 @@
 """Form model of a module's settings: module value, edited value and row state.
 
-    unknown   the module never said it, or what it said can no longer be known
-    read      the module answered a question with it (or reports it by itself)
-    acknowledged  it was set and the module said "understood"; it cannot be read back (E8)
-    stale     it was known, and something casts doubt on it
-    edited    another value is wanted, and not sent
-    unfit     what was typed cannot be sent
+    unknown       never reported by the module, or lost for good
+    read          read from the module, or reported unasked
+    acknowledged  set and acknowledged; it cannot be read back (E8)
+    stale         known earlier, but something casts doubt on it
+    edited        another value was entered and not sent yet
+    invalid       the entered text cannot be sent
     writing
-    verified  written, and read back equal; read again while connected; ends as soon as anything casts doubt on it
-    changed   it reads differently than before, and was not written here
-    failed    written, and what stands is not what was wanted; stays so, with the reason, until it is
+    verified      written and read back equal, and nothing has cast doubt on it since
+    changed       reads differently than before, and was not written here
+    failed        the write failed; with the reason, until the value is as wanted
 
-The baud rate is no row of it: it may cut the line and has a procedure and a place of its own.
+The baud rate is not a row of the form: changing it may cut the link, so it has a procedure and a panel of its own.
 """
 
 from collections.abc import Iterable, Mapping
@@ -37,7 +37,7 @@ FORM_COMMANDS: tuple[Command, ...] = (
     *(command for command in SETTINGS if not command.reads_back and command not in (BAUD_RATE, SERIAL_OUTPUT)),
     SERIAL_OUTPUT,
 )
-"""In the order of the rows: the thresholds first."""
+"""In the order of the rows, thresholds first."""
 _BY_KEY = {command.key: command for command in FORM_COMMANDS}
 
 
@@ -49,7 +49,7 @@ class RowState(Enum):
     ACKNOWLEDGED = marked("acknowledged")
     STALE = marked("stale")
     EDITED = marked("edited")
-    UNFIT = marked("invalid")
+    INVALID = marked("invalid")
     WRITING = marked("writing")
     VERIFIED = marked("verified")
     CHANGED = marked("changed")
@@ -58,7 +58,7 @@ class RowState(Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FormRow:
-    """One setting at one moment. `wanted` is None where nobody wants anything else than what stands."""
+    """One setting at one moment: `stands` is the module's value, `wanted` the edited one, None without an edit."""
 
     command: Command
     stands: Known | None
@@ -67,24 +67,24 @@ class FormRow:
     reason: str = ""
     """Why it failed or cannot be sent, in the language in use."""
     is_pending: bool = False
-    """To be written by the next "write"."""
-    stamp: SettingRetention | None = None
-    """Whether it survived the last power cycle that was watched."""
+    """The next write will send it."""
+    retention: SettingRetention | None = None
+    """Whether it survived the last observed power cycle."""
 
     @property
     def warnings(self) -> tuple[Consequence, ...]:
-        """Why what is to be written needs a second click."""
+        """Why writing it needs a second click."""
         if not self.is_pending or self.wanted is None:
             return ()
         return tuple(one for one in consequences(self.command, self.wanted) if one.weight is not Weight.PLAIN)
 
     @property
     def consequences(self) -> tuple[Consequence, ...]:
-        """Of what is wanted, else of what stands."""
+        """Of the edited value, else of the module's."""
         value = self.wanted
         if value is None and self.stands is not None and not self.stands.is_stale:
             value = self.stands.value
-        return () if value is None or self.state is RowState.UNFIT else consequences(self.command, value)
+        return () if value is None or self.state is RowState.INVALID else consequences(self.command, value)
 
     @property
     def wanted(self) -> Value | None:
@@ -98,50 +98,49 @@ class _Failure:
     stands: Value | None = None
 
 
-_BROKEN_OFF = marked("interrupted while writing; the value is unknown")
+_INTERRUPTED = marked("interrupted while writing; the value is unknown")
 
 
 class SettingsForm:
-    """See the module's docstring. Belongs to one thread."""
+    """See the module docstring. Belongs to one thread."""
 
     def __init__(self) -> None:
         self._drafts = Drafts()
         self._writing: dict[str, Value] = {}
         self._verified: dict[str, Value] = {}
         self._seen: tuple[int, float | None] | None = None
-        """Restarts, and since when the module answers or not, when the rows were last looked at."""
+        """Restart count and `presence_since` at the last look."""
         self._failures: dict[str, _Failure] = {}
         self.watch = SettingsWatch()
-        """What changed without being written here."""
         self._written: dict[str, Value] = {}
-        self._stamps: dict[str, SettingRetention] = {}
+        self._retentions: dict[str, SettingRetention] = {}
 
-    # What a person wants
+    # Editing
 
     def type_text(self, key: str, text: str) -> None:
-        """Take what was typed so far; an empty text wants nothing."""
+        """Edits by the text typed so far; an empty text removes the edit."""
         plain = text.strip()
         others = self._drafts.without(key)
-        self._want({**others, key: draft_of(_BY_KEY[key], plain)} if plain else others, typing=key)
+        self._change({**others, key: draft_of(_BY_KEY[key], plain)} if plain else others, typing=key)
 
     def choose(self, key: str, value: Value) -> None:
-        self._want({**self._drafts.now, key: draft_for(_BY_KEY[key], value)})
+        self._change({**self._drafts.now, key: draft_for(_BY_KEY[key], value)})
 
     def fill(self, values: Mapping[str, Value]) -> None:
-        """Want all of these, as one step; keys that are no rows of the form are left out."""
+        """Edits all of these in one step; keys that are not rows of the form are ignored."""
         chosen = {key: draft_for(_BY_KEY[key], value) for key, value in values.items() if key in _BY_KEY}
-        self._want({**self._drafts.now, **chosen})
+        self._change({**self._drafts.now, **chosen})
 
-    def want_defaults(self) -> None:
-        """The vendor's defaults, where the table names one."""
+    def fill_defaults(self) -> None:
+        """Edits all settings with a vendor's default to that default."""
         self.fill(DEFAULTS)
 
     def revert(self, key: str | None = None) -> None:
-        """Want nothing else than what stands, in one row or in all."""
-        self._want({} if key is None else self._drafts.without(key))
+        """Removes the edit of one row, or all edits."""
+        self._change({} if key is None else self._drafts.without(key))
 
     def end_typing(self) -> None:
-        """The next letter begins a new step of undo."""
+        """The next keystroke begins a new undo step."""
         self._drafts.end_typing()
 
     @property
@@ -162,16 +161,16 @@ class SettingsForm:
             self._drafts.redo()
             self._forget_failures()
 
-    def _want(self, drafts: Mapping[str, Draft], *, typing: str | None = None) -> None:
+    def _change(self, drafts: Mapping[str, Draft], *, typing: str | None = None) -> None:
         if not self._writing:
             self._drafts.change(drafts, typing=typing)
             self._forget_failures()
 
     def _forget_failures(self) -> None:
-        """Where nothing is wanted any more, nothing has failed."""
+        """Removes failures of settings that are no longer edited."""
         self._failures = {key: failure for key, failure in self._failures.items() if key in self._drafts.now}
 
-    # What is to be seen
+    # Rows
 
     def rows(self, device: DeviceView, now: float) -> tuple[FormRow, ...]:
         self._observe(device, now)
@@ -183,7 +182,7 @@ class SettingsForm:
 
     @property
     def wanted(self) -> dict[str, Value]:
-        """What somebody wants, by key, where that is a value; also where the module holds it already."""
+        """The edited values by key, those that the module already has included."""
         return {key: draft.value for key, draft in self._drafts.now.items() if draft.value is not None}
 
     @property
@@ -191,22 +190,22 @@ class SettingsForm:
         return bool(self._drafts.now)
 
     def changes(self, device: DeviceView, now: float) -> tuple[SettingChange, ...]:
-        """What "write" would send: wanted, fit to be sent, and not known to stand."""
+        """What a write would send: edits that are valid and not known to be on the module."""
         rows = self.rows(device, now)
         return tuple(
             SettingChange(row.command, row.wanted) for row in rows if row.is_pending and row.wanted is not None
         )
 
     def count_unsent(self, device: DeviceView, now: float) -> int:
-        """Rows that would be lost by leaving, those that cannot be sent as they are included."""
-        return sum(row.is_pending or row.state is RowState.UNFIT for row in self.rows(device, now))
+        """Edits that leaving would lose, invalid ones included."""
+        return sum(row.is_pending or row.state is RowState.INVALID for row in self.rows(device, now))
 
     def _observe(self, device: DeviceView, now: float) -> None:
         if not self._writing:
             self.watch.observe(device, now)
         seen = (device.restarts, device.presence_since)
         if seen != self._seen:
-            # A restart or a loss since, even one that nobody looked at: what was verified before proves nothing now.
+            # A restart or a lost link in between: what was verified before proves nothing now.
             self._seen, self._verified = seen, {}
         for key, value in list(self._verified.items()):
             known = device.known(key, now)
@@ -218,7 +217,7 @@ class SettingsForm:
         ]  # fmt: skip
         wanted = {key: self._drafts.now[key].value for key in settled if key in self._drafts.now}
         if settled and not self._writing:
-            self.watch.accept(settled)  # written after all, only late
+            self.watch.accept(settled)  # written after all, but late
             self._drafts.drop(key for key in settled if wanted.get(key) == self._failures[key].wanted)
             self._failures = {key: one for key, one in self._failures.items() if key not in settled}
 
@@ -231,7 +230,7 @@ class SettingsForm:
         if key in self._writing:
             state = RowState.WRITING
         elif draft is not None and draft.invalid is not None:
-            state, reason = RowState.UNFIT, draft.invalid.in_words()
+            state, reason = RowState.INVALID, draft.invalid.in_words()
         elif failure is not None:
             state, reason = RowState.FAILED, _failure_text(command, failure)
         elif key in self.watch.changed and key not in self._verified:
@@ -244,21 +243,21 @@ class SettingsForm:
             state = _known_state(stands)
         return FormRow(
             command=command, stands=stands, draft=draft, state=state, reason=reason, is_pending=is_pending,
-            stamp=self._stamps.get(key),
+            retention=self._retentions.get(key),
         )  # fmt: skip
 
     # Writing
 
     def begin_write(self, changes: Iterable[SettingChange]) -> None:
-        """These are on their way: until `take_results` or `lose_write` nothing can be edited."""
+        """Blocks editing until `take_results` or `abort_write`."""
         self._writing = {change.command.key: change.value for change in changes}
         for key in self._writing:
             self._failures.pop(key, None)
             self._verified.pop(key, None)
-            self._stamps.pop(key, None)
+            self._retentions.pop(key, None)
 
     def take_results(self, results: Iterable[Written]) -> None:
-        """What became of each. What was refused before it was sent stays merely edited."""
+        """Takes the outcome of each change. What was refused before it was sent stays edited."""
         self.watch.accept(self._writing)
         self._writing = {}
         settled = []
@@ -275,32 +274,32 @@ class SettingsForm:
                 self._failures[key] = _Failure(written.wanted, written.fault.value, written.stands)
         self._drafts.drop(settled)
 
-    def lose_write(self) -> None:
-        """The connection went away, or it was cancelled, in the middle: what stands of the rest is not known."""
-        self._failures |= {key: _Failure(value, _BROKEN_OFF) for key, value in self._writing.items()}
+    def abort_write(self) -> None:
+        """Marks all settings being written as failed: the link was lost, or the write was cancelled."""
+        self._failures |= {key: _Failure(value, _INTERRUPTED) for key, value in self._writing.items()}
         self.watch.accept(self._writing)
         self._writing = {}
 
     @property
     def written(self) -> Mapping[str, Value]:
-        """What was written to this module and not found wanting: to be looked for after a power cycle."""
+        """Values written to this module, which a power cycle should not change."""
         return self._written
 
-    def stamp(self, stamps: Mapping[str, SettingRetention]) -> None:
-        self._stamps = dict(stamps)
-        self.watch.accept(stamps)  # what the power cycle changed is said by the stamps
+    def set_retentions(self, retentions: Mapping[str, SettingRetention]) -> None:
+        self._retentions = dict(retentions)
+        self.watch.accept(retentions)  # their rows show what the power cycle changed
 
-    def forget(self) -> None:
-        """Another module: nothing of this one counts any more."""
+    def reset(self) -> None:
+        """Discards everything, for another module."""
         self.watch.accept()
-        self._written, self._stamps = {}, {}
+        self._written, self._retentions = {}, {}
         self._drafts = Drafts()
         self._writing, self._verified, self._failures = {}, {}, {}
         self._seen = None
 
 
 def does_stand(command: Command, stands: Known | None, value: Value) -> bool:
-    """Whether the module said that it holds `value`. "Understood" is no proof where it can be asked (E2)."""
+    """Whether the module has reported `value`. An acknowledgement proves nothing where it can be read back (E2)."""
     if stands is None or stands.is_stale or stands.value != value:
         return False
     return stands.how is not How.ACKNOWLEDGED or not command.reads_back

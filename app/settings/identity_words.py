@@ -1,4 +1,4 @@
-"""Describes in words what differs from the expected module."""
+"""Describes how a module differs from the expected one."""
 
 from app.engine.identity import Identity
 from app.settings.setting_texts import value_text
@@ -6,7 +6,7 @@ from app.text.i18n import tr
 
 
 def differences(identity: Identity) -> list[str]:
-    """What speaks against it, each in some words."""
+    """Each difference in a few words, in the language in use."""
     before, found = identity.before, []
     if before is not None and identity.is_boot_count_lower:
         found.append(tr("boot count {now}, was {before}", now=identity.now.boot_count, before=before.boot_count))

@@ -1,4 +1,4 @@
-"""Reads and writes profile files; reports all errors at once, each with its line."""
+"""Reads and writes profile files. Reports all errors at once, each with its line."""
 
 import re
 import tomllib
@@ -35,7 +35,7 @@ from protocol.translatable import marked
 LARGEST_BYTES = 128 * 1024
 MOST_ERRORS = 20
 MOST_DOTS = 200
-"""`tomllib` takes half a minute for a key of some ten thousand parts."""
+"""Dots in a key: `tomllib` takes half a minute for a key of ten thousand parts."""
 _KEYS = frozenset(
     (
         "format",
@@ -54,12 +54,12 @@ _KEYS = frozenset(
 )
 _SYNTAX = re.compile(r"^(?P<why>.*) \(at (?:line (?P<line>\d+), column \d+|end of document)\)$", re.DOTALL)
 _TURNING = frozenset("\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")
-"""Characters that turn the direction of the text after them: a name could make a window read backwards."""
+"""Characters that reverse the direction of the text after them, which could make a name mislead."""
 
 
 @dataclass(frozen=True, slots=True)
 class ProfileFault:
-    """One error. `line` counts from 1; None where the file as a whole is meant."""
+    """One error. `line` counts from 1; None for the file as a whole."""
 
     line: int | None
     message: UserMessage
@@ -72,7 +72,7 @@ class ProfileFault:
 
 
 class ProfileRefused(ValueError):
-    """The file is no profile, for all these reasons, in the order of their lines."""
+    """The file is not a valid profile; `faults` are in the order of their lines."""
 
     def __init__(self, faults: tuple[ProfileFault, ...]) -> None:
         super().__init__("; ".join(fault.message.in_english() for fault in faults))
@@ -84,7 +84,7 @@ class ProfileRefused(ValueError):
 
 
 def read_profile(path: Path) -> Profile:
-    """Raises `ProfileRefused`, also where the file cannot be read. Without a name in it, it is named as the file."""
+    """Raises `ProfileRefused`, also where the file cannot be read. A profile without a name is named after the file."""
     try:
         with path.open("rb") as file:
             data = file.read(LARGEST_BYTES + 1)
@@ -97,7 +97,7 @@ def read_profile(path: Path) -> Profile:
 
 
 def save_profile(path: Path, profile: Profile) -> None:
-    """Raises OSError, and `ProfileRefused` for a profile that could not be read again."""
+    """Raises OSError, or `ProfileRefused` for a profile that could not be read again."""
     data = profile_text(profile).encode()
     parse_profile(data)
     write_whole(path, data)
@@ -126,7 +126,7 @@ def profile_text(profile: Profile) -> str:
 
 
 def parse_profile(data: bytes) -> Profile:
-    """Raises `ProfileRefused` with everything that is wrong."""
+    """Raises `ProfileRefused` with all faults."""
     if len(data) > LARGEST_BYTES:
         limit = said(marked("The file is larger than {kilobytes} KB."), kilobytes=LARGEST_BYTES // 1024)
         raise ProfileRefused((ProfileFault(None, limit),))
@@ -154,7 +154,7 @@ def parse_profile(data: bytes) -> Profile:
 
 
 def _tables(text: str, faults: list[ProfileFault]) -> dict[str, Any]:
-    """The file's tables; a line that is no TOML is a fault, and the rest is read without it."""
+    """Parses the TOML; a line with a syntax error becomes a fault and is left out."""
     lines = text.split("\n")
     for _ in range(MOST_ERRORS):
         try:
@@ -174,7 +174,7 @@ def _tables(text: str, faults: list[ProfileFault]) -> dict[str, Any]:
 
 
 class _Reader:
-    """Collects faults instead of stopping at the first."""
+    """Reads the parsed tables; collects faults instead of stopping at the first."""
 
     def __init__(self, lines: Mapping[tuple[str, ...], int], faults: list[ProfileFault]) -> None:
         self._lines = lines
@@ -183,7 +183,7 @@ class _Reader:
     def profile(self, tables: dict[str, Any]) -> Profile:
         for key in tables:
             if key not in _KEYS and key not in SETTINGS_BY_KEY:
-                self._refuse((key,), marked("“{name}” is unknown."), name=shortened(key))
+                self._refuse_unknown(key)
         if tables.get("format", FORMAT) != FORMAT or isinstance(tables.get("format"), bool):
             self._expect(("format",), "1")
         name = self._text(tables, "name", LONGEST_NAME)
@@ -215,7 +215,7 @@ class _Reader:
         for key, value in table.items():
             command = SETTINGS_BY_KEY.get(key)
             if command is None or command.write is None:
-                self._refuse((*under, key), marked("“{name}” is unknown."), name=shortened(key))
+                self._refuse_unknown(*under, key)
                 continue
             try:
                 yield key, fitting(command.write, value)
@@ -228,7 +228,7 @@ class _Reader:
             allowed = LIMITS.get(name)
             is_number = isinstance(value, int | float) and not isinstance(value, bool)
             if allowed is None:
-                self._refuse(("limits", name), marked("“{name}” is unknown."), name=shortened(name))
+                self._refuse_unknown("limits", name)
             elif not is_number or not allowed.low <= value <= allowed.high:
                 self._refuse(
                     ("limits", name), marked("{name}: {low} to {high}; {why}."),
@@ -240,19 +240,19 @@ class _Reader:
 
     def _activated_by(self, table: dict[str, Any]) -> ActivatedBy:
         for key in table.keys() - {"activated_by"}:
-            self._refuse(("expectations", key), marked("“{name}” is unknown."), name=shortened(key))
-        value = table.get("activated_by", ActivatedBy.PERSON.value)
-        found = next((one for one in ActivatedBy if one.value == value), None)
-        if found is None:
+            self._refuse_unknown("expectations", key)
+        try:
+            return ActivatedBy(table.get("activated_by", ActivatedBy.PERSON))
+        except ValueError:
             self._expect(("expectations", "activated_by"), '"person", "aircraft"')
-        return found or ActivatedBy.PERSON
+            return ActivatedBy.PERSON
 
     def _tests(self, table: dict[str, Any]) -> Iterator[tuple[GuidedKind, int]]:
         for name, value in table.items():
             kind = next((one for one in GuidedKind if one.value == name), None)
             is_number = isinstance(value, int) and not isinstance(value, bool)
             if kind is None:
-                self._refuse(("tests", name), marked("“{name}” is unknown."), name=shortened(name))
+                self._refuse_unknown("tests", name)
             elif not is_number or not 1 <= value <= MOST_TEST_DAYS:
                 self._expect(("tests", name), f"1 … {MOST_TEST_DAYS}")
             else:
@@ -268,11 +268,14 @@ class _Reader:
                 self._refuse(path, marked("each [[manual]] needs a text."))
                 continue
             for key in item.keys() - {"text", "required"}:
-                self._refuse((*path, key), marked("“{name}” is unknown."), name=shortened(key))
+                self._refuse_unknown(*path, key)
             text = self._text(item, "text", LONGEST_NAME, under=path)
             if isinstance(item.get("text", ""), str) and not text.strip():
                 self._refuse(path, marked("each [[manual]] needs a text."))
             yield ManualLine(text, self._flag(item, (*path, "required")))
+
+    def _refuse_unknown(self, *path: str) -> None:
+        self._refuse(path, marked("“{name}” is unknown."), name=shortened(path[-1]))
 
     def _expect(self, path: tuple[str, ...], expected: str) -> None:
         why = said(marked("expected {expected}"), expected=expected)
@@ -313,5 +316,5 @@ class _Reader:
 
 
 def _is_odd(character: str) -> bool:
-    """Control characters, line and paragraph separators, half surrogates, and what turns the text around."""
+    """Control characters, line and paragraph separators, unpaired surrogates, and direction marks."""
     return unicodedata.category(character) in ("Cc", "Cs", "Zl", "Zp") or character in _TURNING

@@ -10,10 +10,10 @@ _LONG_QUOTES = ('"""', "'''")
 
 
 def key_lines(text: str) -> Mapping[tuple[str, ...], int]:
-    """Line (from 1) of each key by its path, (table, key) or (key,), and of each table's first head. In the n-th table
-    of a list (from 0) also (table, n, key), and (table, n) for its head.
+    """The line (from 1) of each key by its path, (table, key) or (key,), and of each table's first header. In the n-th
+    table of a list (from 0) also (table, n, key), and (table, n) for its header.
 
-    Good enough to point at; for a key written in a way that this does not know there is the table's line, or none.
+    A key in a notation that is not supported here has only the line of its table, or none.
     """
     found: dict[tuple[str, ...], int] = {}
     table: tuple[str, ...] = ()
@@ -21,7 +21,7 @@ def key_lines(text: str) -> Mapping[tuple[str, ...], int]:
     entries: Counter[str] = Counter()
     open_quote: str | None = None
     for number, row in enumerate(text.split("\n"), start=1):
-        line = row.strip()  # else a pattern goes over the spaces of a long line again and again
+        line = row.strip()  # else the patterns are slow on a long line of spaces
         if open_quote is not None:
             if open_quote in line:
                 open_quote = None

@@ -23,9 +23,9 @@
     text = "Bridle free"
     required = true
 
-Settings may also stand at the top, without a table. All errors of a file are told at once, with their lines. Keys that
-nobody knows are refused, so that a misspelt threshold is not left out in silence; `expect_active` of older files is
-read and has no effect: GO needs an active module anyway. See `app.settings.profile_file`.
+Settings may also be at the top, outside a table. Unknown keys are refused, so that a misspelt threshold is not silently
+ignored; `expect_active` of older files has no effect, since GO needs an active module anyway. See
+`app.settings.profile_file`.
 """
 
 from collections.abc import Mapping
@@ -57,8 +57,8 @@ class ActivatedBy(Enum):
 
 
 class Bound(NamedTuple):
-    """What a limit of the pre-flight check may be, ends included; beyond it a check would prove nothing. `why`: in
-    English, translatable."""
+    """The allowed range of a limit of the pre-flight check, ends included; outside it the check would prove nothing.
+    `why` is English, translatable."""
 
     low: float
     high: float
@@ -79,7 +79,7 @@ LIMITS: Mapping[str, Bound] = MappingProxyType({
 
 @dataclass(frozen=True, slots=True)
 class ManualLine:
-    """Something a person looks at; `is_required`: skipped, it is a NO-GO."""
+    """A check done by a person; skipping one that `is_required` gives NO-GO."""
 
     text: str
     is_required: bool = False
@@ -96,16 +96,16 @@ class Profile:
     limits: Mapping[str, float] = field(default_factory=dict)
     manual: tuple[ManualLine, ...] = ()
     approved_fingerprint: str | None = None
-    """Of a module that was found right with this profile: see `app.settings.fingerprint`."""
+    """Of a module that was checked with this profile: see `app.settings.fingerprint`."""
     is_light_inverted: bool = False
-    """A calibration found that more light reads lower (E11)."""
+    """The calibration found that more light reads as a lower voltage (E11)."""
     activated_by: ActivatedBy = ActivatedBy.PERSON
     tests_within_days: Mapping[GuidedKind, int] = field(default_factory=dict)
-    """Guided tests that the pre-flight check demands, and how old the last one that passed may be."""
+    """Guided tests that the pre-flight check requires, with the maximum age of the last one passed."""
 
 
 class Match(Enum):
-    """How a row of the comparison stands; the value is its English, translatable word."""
+    """Result of comparing one setting; the value is its English, translatable word."""
 
     SAME = marked("same")
     DIFFERENT = marked("different")
@@ -114,7 +114,7 @@ class Match(Enum):
 
 
 class ProfileRow(NamedTuple):
-    """One setting, on the profile's side and on the module's. `stands` says how and when it is known."""
+    """One setting in the profile (`wanted`) and on the module (`stands`)."""
 
     command: Command
     wanted: Value | None
@@ -123,12 +123,12 @@ class ProfileRow(NamedTuple):
 
     @property
     def is_worth_applying(self) -> bool:
-        """Ticked at first: what differs, and what nobody knows."""
+        """Ticked by default: different or unknown."""
         return self.match in (Match.DIFFERENT, Match.UNKNOWN)
 
 
 def compare(profile: Profile, device: DeviceView, now: float) -> tuple[ProfileRow, ...]:
-    """All settings in the catalogue's order. What is stale on the module counts as unknown."""
+    """Compares all settings, in the order of the catalogue. A stale module value counts as unknown."""
     return tuple(_row(command, profile, device, now) for command in SETTINGS)
 
 
@@ -143,7 +143,7 @@ def _row(command: Command, profile: Profile, device: DeviceView, now: float) -> 
 
 
 def profile_of(device: DeviceView, now: float, *, name: str) -> Profile:
-    """The module's present settings as a profile: only what is known and in no doubt, and not the serial output, which
-    the program itself switches."""
+    """The module's current settings as a profile, without those that are unknown or stale, and without the serial
+    output, which the program itself switches."""
     known = {key: device.fresh(key, now) for key in SETTINGS_BY_KEY if key != SERIAL_OUTPUT.key}
     return Profile(name=name, settings={key: value for key, value in known.items() if value is not None})

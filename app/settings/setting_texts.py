@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import Final
 
+from app.settings.values import field_of
 from app.text.i18n import tr
 from protocol.catalogue import BY_NAME, SETTINGS, Command
 from protocol.fields import Choice, Flag, Quantity, Value
@@ -11,11 +12,11 @@ from protocol.translatable import marked
 _TRADE_OFFS: Final[Mapping[Command, str]] = {
     BY_NAME["freefall_time"]: marked("longer: fewer false triggers, more height lost"),
 }
-"""Where the vendor names no limit but says what a value costs."""
+"""Where the vendor gives no limit but describes a trade-off."""
 
 
 def plain_text(command: Command, value: Value) -> str:
-    """As one would type it into the field: without the unit."""
+    """`value` as typed into the field, without its unit."""
     field = command.write
     if isinstance(field, Quantity):
         return f"{value:.{field.decimals}f}"
@@ -23,14 +24,11 @@ def plain_text(command: Command, value: Value) -> str:
 
 
 def value_text(command: Command, value: Value) -> str:
-    """With its unit, in the language in use: "1.60 s", "Enabled"."""
+    """`value` with its unit, in the language in use: "1.60 s", "Enabled"."""
     if isinstance(command.write, Flag):
         return tr("Enabled") if value else tr("Disabled")
-    if command.write is None:
-        raise LookupError(f"{command.name} cannot be set")
-    if isinstance(command.write, Choice):
-        return f"{value} {tr(command.write.unit)}"
-    return command.write.text(command.write.encode(value))
+    field = field_of(command)
+    return f"{value} {tr(field.unit)}" if isinstance(field, Choice) else field.text(field.encode(value))
 
 
 def _default(command: Command) -> Value | None:
@@ -41,7 +39,7 @@ DEFAULTS: Mapping[str, Value] = {command.key: value for command in SETTINGS if (
 
 
 def advice_text(command: Command) -> str:
-    """The vendor's default and advice for the line beside the field; empty where the table gives neither."""
+    """The vendor's default and advice; empty where there is neither."""
     parts = []
     if command.key in DEFAULTS:
         parts.append(tr("Default {value}", value=value_text(command, DEFAULTS[command.key])))
@@ -53,7 +51,7 @@ def advice_text(command: Command) -> str:
 
 
 def what_is(command: Command) -> str:
-    """For "What's this?": the vendor's word and code, what it does, what can be set, the default and the advice."""
+    """The "What's this?" text: vendor's term and code, explanation, range, default and advice."""
     title, term = tr(command.title), command.vendor_term
     head = title if title == term else f"{title} {term}"
     lines = [tr("{setting}: command {code}", setting=head, code=f"{command.code:02X}"), tr(command.explanation)]

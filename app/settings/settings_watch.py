@@ -8,16 +8,16 @@ from protocol.fields import Value
 
 
 class SettingsWatch:
-    """Compares each reading with the one before. Belongs to one thread."""
+    """Compares each reading with the last one. Belongs to one thread."""
 
     def __init__(self) -> None:
         self._held: dict[str, Value] = {}
-        """What each setting should read, by key."""
+        """The expected value of each setting, by key."""
         self._changed: dict[str, ChangedSetting] = {}
 
     @property
     def changed(self) -> Mapping[str, ChangedSetting]:
-        """By key; ends when the setting is written, accepted, or reads as before again."""
+        """By key, until the setting is written, accepted, or reads as expected again."""
         return self._changed
 
     def observe(self, device: DeviceView, now: float) -> None:
@@ -33,7 +33,7 @@ class SettingsWatch:
                 self._changed[key] = ChangedSetting(command, held, known.value)
 
     def accept(self, keys: Iterable[str] | None = None) -> None:
-        """Whatever these settings read next is as it should be; None: all of them."""
+        """Makes the next reading of these settings (None: of all) the expected one."""
         for key in list(self._held) if keys is None else list(keys):
             self._held.pop(key, None)
             self._changed.pop(key, None)

@@ -8,8 +8,8 @@ _SHORT = {'"': '\\"', "\\": "\\\\", "\b": "\\b", "\t": "\\t", "\n": "\\n", "\f":
 
 
 def toml_text(tables: Mapping[str, Any]) -> str:
-    """Keys must be bare (letters, digits, - and _). Values: text, bool, int, finite float, a table of these, a list of
-    such tables. Raises TypeError or ValueError for anything else."""
+    """Formats str, bool, int, finite float, tables of these and lists of such tables. Keys must be bare (letters,
+    digits, - and _). Raises TypeError or ValueError for anything else."""
     plain = [key for key, value in tables.items() if not isinstance(value, Mapping | list)]
     lines = [f"{_key(key)} = {_value(tables[key])}" for key in plain]
     for key, value in tables.items():
@@ -27,7 +27,7 @@ def _table(head: str, values: Mapping[str, Any]) -> list[str]:
 
 def _key(key: str) -> str:
     if not key.isascii() or not key.replace("_", "a").replace("-", "a").isalnum():
-        raise ValueError(f"{key!r} is no bare key")
+        raise ValueError(f"{key!r} is not a bare key")
     return key
 
 
@@ -38,11 +38,11 @@ def _value(value: object) -> str:
         return str(value)
     if isinstance(value, float):
         if not math.isfinite(value):
-            raise ValueError(f"{value} is no value for a file")
+            raise ValueError(f"{value} cannot be written to a file")
         return repr(value)
     if isinstance(value, str):
         return '"' + "".join(_character(one) for one in value) + '"'
-    raise TypeError(f"{type(value).__name__} has no place in a profile")
+    raise TypeError(f"{type(value).__name__} cannot be written to a profile")
 
 
 def _character(one: str) -> str:

@@ -4,25 +4,33 @@ import math
 from decimal import Decimal, InvalidOperation
 
 from app.text.messages import UserMessage, said
+from protocol.catalogue import Command
 from protocol.fields import Choice, Field, Quantity, Value, ValueRefused
 from protocol.translatable import marked
 
 _WORDS = {"true": True, "on": True, "yes": True, "false": False, "off": False, "no": False}
 LONGEST_NUMBER = 32
 LARGEST_WHOLE = 10**15
-"""Python refuses to write down a whole number of more than 4,300 digits, and nobody reads one of 20."""
+"""Larger integers are shown by their order of magnitude; Python refuses to format more than 4,300 digits."""
 
 
 class NotAValue(ValueError):
-    """A text or value that the setting's byte cannot carry."""
+    """A text or value that the setting's byte cannot represent."""
 
     def __init__(self, why: UserMessage) -> None:
         super().__init__(why.in_english())
         self.why = why
 
 
+def field_of(command: Command) -> Field:
+    """The field that is written. Raises `LookupError` for a command that cannot be set."""
+    if command.write is None:
+        raise LookupError(f"{command.name} cannot be set")
+    return command.write
+
+
 def fitting(wanted: Field, value: object) -> Value:
-    """`value` exactly as it will be sent, in the field's unit. Raises `NotAValue`; never rounds."""
+    """`value` exactly as it will be sent, in the field's unit. Never rounds: raises `NotAValue`."""
     if not isinstance(value, bool | int | float):
         raise NotAValue(_kind_needed(wanted))
     if isinstance(value, int) and abs(value) >= LARGEST_WHOLE:
@@ -35,7 +43,7 @@ def fitting(wanted: Field, value: object) -> Value:
 
 
 def parse_value(wanted: Field, text: str) -> Value:
-    """The value that `text` stands for, as typed by a person. Raises `NotAValue`."""
+    """Parses a text typed by a person. Raises `NotAValue`."""
     if not isinstance(wanted, Quantity | Choice):
         if text.lower() not in _WORDS:
             raise NotAValue(_kind_needed(wanted))
@@ -76,13 +84,13 @@ def _why_refused(wanted: Field, value: object, error: ValueRefused | None) -> Us
 
 
 def number_text(value: float) -> str:
-    """`value`, or its order of magnitude where it is a whole number of too many digits."""
+    """`value`, or its order of magnitude where it is an integer with too many digits."""
     if not isinstance(value, int) or abs(value) < LARGEST_WHOLE:
         return str(value)
     return f"{'-' if value < 0 else ''}10^{int((abs(value).bit_length() - 1) * math.log10(2))}"
 
 
 def shortened(text: str, longest: int = 40) -> str:
-    """`text` on one line, cut, and with what is not printable shown as its escape."""
+    """`text` cut at `longest` characters, with unprintable ones escaped."""
     plain = "".join(one if one.isprintable() else f"\\u{ord(one):04x}" for one in text[: longest + 1])
     return plain if len(text) <= longest else plain[:longest] + "…"

@@ -5,9 +5,9 @@ import io
 from collections.abc import Iterable, Sequence
 
 BYTE_ORDER_MARK = b"\xef\xbb\xbf"
-"""By it spreadsheets know UTF-8."""
+"""Tells spreadsheets that the file is UTF-8."""
 _FORMULA_STARTS = ("=", "+", "-", "@", "|", "%", "＝", "＋", "－", "＠", "'")
-"""What makes a spreadsheet calculate instead of show, also in the wide forms that Chinese keyboards give."""
+"""Characters that start a formula, also in their full-width forms."""
 
 
 def csv_text(head: Sequence[str], rows: Iterable[Iterable[object]]) -> str:
@@ -20,7 +20,7 @@ def csv_text(head: Sequence[str], rows: Iterable[Iterable[object]]) -> str:
 
 
 def cell(value: object) -> str:
-    """A value as a cell; text that a spreadsheet would calculate is defused."""
+    """A value as a cell; text that would be a formula is defused."""
     match value:
         case None:
             return ""
@@ -35,5 +35,5 @@ def cell(value: object) -> str:
 
 
 def defused(text: str) -> str:
-    """With an apostrophe before it where a spreadsheet would take it for a formula, also behind spaces."""
+    """`text` with an apostrophe in front where a spreadsheet would treat it as a formula."""
     return f"'{text}" if text.lstrip().startswith(_FORMULA_STARTS) else text

@@ -12,10 +12,10 @@ _WORD = re.compile(r"[^\s,]{1,24}")
 
 
 class NotHex(ValueError):
-    """Text that is no pair of hex digits; `word` is the text, as far as it is worth showing."""
+    """Text that is not a pair of hex digits; `word` is its beginning."""
 
     def __init__(self, word: str) -> None:
-        super().__init__(f"{word!r} is no pair of hex digits")
+        super().__init__(f"{word!r} is not a pair of hex digits")
         self.word = word
 
 
@@ -26,7 +26,7 @@ class HexText:
         self._begun = ""
 
     def feed(self, text: str) -> bytes:
-        """The bytes that `text` completes. Raises `NotHex`, and is of no further use then."""
+        """The bytes that `text` completes. Raises `NotHex`, after which the reader cannot be used."""
         text = self._begun + text
         match = _BYTES.match(text)
         end = match.end() if match is not None else 0

@@ -1,11 +1,9 @@
 """Translates source texts at run time.
 
-The English text is the key.  Chinese comes from ``locale/zh_CN.ts`` (Qt Linguist's format), which is read
-when it is first wanted.  What is missing or unfinished there stays English, and a translation that cannot be
-filled in falls back to English too: a wrong translation never stops the program.
+The English text is the key. Chinese comes from `locale/zh_CN.ts` (Qt Linguist's format), which is read when it is
+first used. A missing or unfinished translation falls back to English, and so does one that cannot be formatted.
 
-``set_language`` belongs to one thread, ``tr`` may be called from any: it reads one reference to a table that
-is never changed after it was published.
+`set_language` belongs to one thread, `tr` may be called from any: it reads one reference to an immutable table.
 """
 
 import locale
@@ -43,7 +41,7 @@ class _Language:
 _in_english: Final = _Language(ENGLISH, MappingProxyType({}))
 _current: _Language = _in_english
 _spoken: ContextVar[_Language | None] = ContextVar("spoken", default=None)
-"""In place of the current one, inside of ``speaking``."""
+"""Overrides the current one within `speaking`."""
 
 
 def read_translations(path: Path) -> dict[str, str]:
@@ -65,9 +63,9 @@ def read_translations(path: Path) -> dict[str, str]:
 
 
 def set_language(name: str) -> None:
-    """Speak ``"en"``, ``"zh_CN"``, the pseudo-language ``"qps"`` or the language of a .ts file given by its path.
+    """Sets the language: "en", "zh_CN", the pseudo-language "qps", or the path of a .ts file.
 
-    Raises ValueError for any other name.  A .ts file that cannot be read is logged, and English stands in.
+    Raises ValueError for any other name. For a .ts file that cannot be read it logs a warning and uses English.
     """
     global _current  # noqa: PLW0603  one reference, replaced as a whole, is what makes tr() thread-safe
     _current = _in_english if name == ENGLISH else _read_language(name)
@@ -89,7 +87,7 @@ def _read_language(name: str) -> _Language:
 
 @contextmanager
 def speaking(name: str) -> Iterator[None]:
-    """Another language, in this thread and inside of this context only. Raises ValueError as ``set_language``."""
+    """Uses another language, in this thread and context only. Raises ValueError like `set_language`."""
     chosen = _current if name == _current.name else _in_english if name == ENGLISH else _read_language(name)
     token = _spoken.set(chosen)
     try:
@@ -99,15 +97,15 @@ def speaking(name: str) -> Iterator[None]:
 
 
 def language() -> str:
-    """The name last given to ``set_language``, or that of ``speaking``; English at the start."""
+    """The name of the language in use; "en" at the start."""
     return (_spoken.get() or _current).name
 
 
 def tr(text: str, /, **values: object) -> str:
-    """The text in the language in use, with ``{name}`` placeholders filled in by ``str.format``.
+    """The text in the language in use, with `{name}` placeholders filled in by `str.format`.
 
-    Placeholders are filled in only when values are given, so a text without values may hold braces.  Raises
-    KeyError or ValueError only when the English text itself does not fit its values.
+    Without values it is not formatted, so it may contain braces. Raises KeyError or ValueError only if the English text
+    does not fit its values.
     """
     translated = (_spoken.get() or _current).texts.get(text, text)
     if not values:
@@ -121,17 +119,17 @@ def tr(text: str, /, **values: object) -> str:
 
 
 def system_language(environ: Mapping[str, str] | None = None) -> str:
-    """``"zh_CN"`` when the computer speaks simplified Chinese, or Chinese of no stated kind, else ``"en"``.
+    """ "zh_CN" if the computer is set to Simplified or unspecified Chinese, else "en".
 
-    Reads the POSIX variables first (``LANGUAGE``, ``LC_ALL``, ``LC_MESSAGES``, ``LANG``) and, where none is
-    set, asks the platform.  With an ``environ`` given the platform is not asked.
+    Reads the POSIX variables first (`LANGUAGE`, `LC_ALL`, `LC_MESSAGES`, `LANG`) and asks the platform if none is set
+    and no `environ` is given.
     """
     variables = os.environ if environ is None else environ
     for variable in ("LC_ALL", "LC_MESSAGES", "LANG"):
         chosen = variables.get(variable, "")
         if chosen:
             break
-    # As gettext does: LANGUAGE refines a chosen language, but does not count in the C locale.
+    # As in gettext, LANGUAGE overrides the language, but not in the C locale.
     if chosen.split(".")[0] not in ("", "C", "POSIX"):
         chosen = variables.get("LANGUAGE", "").split(":")[0] or chosen
     if not chosen and environ is None:

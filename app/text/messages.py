@@ -1,7 +1,7 @@
 """Translatable message with its arguments, storable in a record and rendered in any language later.
 
-The text is English with places such as {limit}; what goes into them is text too, made with its unit and its digits
-before. Places are filled in by plain substitution: a text that comes out of a file can format nothing.
+The text is English with placeholders such as {limit}; their values are texts too, already formatted. Placeholders are
+substituted without `str.format`, so that a text from a file cannot run a format specification.
 """
 
 import re
@@ -13,35 +13,35 @@ from app.text.i18n import tr
 from app.text.visible_text import visible
 
 LONGEST_TEXT = 400
-"""Characters of a name or a note that a page shows."""
+"""Characters of a name or a note that are shown."""
 _PLACE = re.compile(r"\{(\w{1,40})(?::([\w.]{1,6}))?\}")
 _DEEPEST = 4
 
 
 @dataclass(frozen=True, slots=True)
 class UserMessage:
-    """`values`: what goes into the places of `text`, itself translatable where it is a `UserMessage`."""
+    """`values` fill the placeholders of `text`; a `UserMessage` among them is translated too."""
 
     text: str
     values: tuple[tuple[str, Union[str, "UserMessage"]], ...] = ()
 
     def in_english(self) -> str:
-        """For JSON."""
+        """The message in English, for JSON."""
         return _filled(self.text, {name: _english(value) for name, value in self.values})
 
     def in_words(self) -> str:
-        """For people, in the language in use now."""
+        """The message in the language in use."""
         return _filled(tr(self.text), {name: _words(value) for name, value in self.values})
 
     def plain(self) -> dict[str, object]:
-        """For a record; `said_from` is the way back."""
+        """As JSON for a record; `said_from` reverses it."""
         values = {name: value.plain() if isinstance(value, UserMessage) else value for name, value in self.values}
         return {"text": self.text, "values": values} if values else {"text": self.text}
 
 
 def said(text: str, /, **values: object) -> UserMessage:
-    """`text` is `marked` where it is for people. Values are formatted now ("{seconds:.1f} s old") and translated later
-    where they are messages themselves."""
+    """A message of `text`, which is `marked` if it is translatable. Values are formatted now ("{seconds:.1f} s old");
+    those that are messages are translated later."""
     specs = {place[1]: place[2] or "" for place in _PLACE.finditer(text)} if values else {}
     return UserMessage(
         text,
@@ -53,13 +53,13 @@ def said(text: str, /, **values: object) -> UserMessage:
 
 
 def listed(parts: Sequence[UserMessage], between: str = ", ") -> UserMessage:
-    """Side by side, as one."""
+    """Joins messages into one."""
     places = [f"p{number}" for number in range(len(parts))]
     return UserMessage(between.join(f"{{{place}}}" for place in places), tuple(zip(places, parts, strict=True)))
 
 
 def said_from(plain: object, *, depth: int = 0) -> UserMessage:
-    """What `UserMessage.plain` gave; of anything else, what can be shown of it."""
+    """The message from `UserMessage.plain`; from anything else the text in it, if any."""
     if not isinstance(plain, Mapping) or not isinstance(plain.get("text"), str):
         return UserMessage(plain if isinstance(plain, str) else "")
     values = plain.get("values")
@@ -89,8 +89,8 @@ def _filled(text: str, values: Mapping[str, str]) -> str:
 
 
 def clean(text: str, *, longest: int = LONGEST_TEXT) -> str:
-    """`text` as it can go into any file and onto any page: one line, no unpaired surrogates, and every character that
-    steers instead of showing (controls, direction marks) made visible as its number. Cut at `longest` characters."""
+    """`text` on one line, safe to display: control characters, direction marks and unpaired surrogates are shown as
+    their code points. Cut at `longest` characters."""
     cut = text[: longest + 1]
     shown = visible(cut)
     return shown[: longest - 1] + "…" if len(shown) > longest else shown

@@ -1,8 +1,8 @@
 """Pseudo-localisation: English with accents, in brackets and 40 % longer.
 
-It shows before anybody translates what a translation will meet: a text that does not go through ``tr`` has no
-brackets, one that is cut off has lost its closing bracket, and a font or an encoding that knows ASCII only fails.
-Placeholders, mnemonics, file patterns and line breaks stay as they are.
+It shows problems of a translation in advance: a text that does not go through `tr` has no brackets, one that is cut off
+has no closing bracket, and an ASCII-only font or encoding fails. Placeholders, mnemonics, file patterns and line breaks
+are kept.
 """
 
 import math
@@ -12,7 +12,7 @@ from functools import lru_cache
 from typing import Final
 
 LONGER: Final = 0.4
-"""German and Russian are about that much longer than English."""
+"""Typical of German and Russian."""
 OPENING: Final = "["
 CLOSING: Final = "]"
 _ACCENTED: Final = str.maketrans(
@@ -25,7 +25,7 @@ _PADDING: Final = "ôñé ţŵö ţĥřéé ƒöûř ƒîṽé šîx šéṽéñ
 
 @lru_cache(maxsize=4096)
 def pseudo(text: str) -> str:
-    """The text in the pseudo-language; one without a word of its own, such as ``{volts:.2f} V``, is left alone."""
+    """`text` in the pseudo-language; one without words, such as "{volts:.2f} V", is unchanged."""
     parts = _KEPT.split(text)
     spoken = parts[::2]
     if not any(_WORD.search(part) for part in spoken):
@@ -35,7 +35,7 @@ def pseudo(text: str) -> str:
     length = sum(len(part) for part in spoken)
     missing = max(0, math.ceil(length * LONGER) - len(OPENING + CLOSING))
     padding = (_PADDING * (missing // len(_PADDING) + 1))[:missing].rstrip()
-    # A single word grows as a compound does, in one piece; a sentence grows by words, so that it can wrap.
+    # A single word grows in one piece, like a compound; a sentence grows by words, so that it can wrap.
     gap = " " if " " in text.strip() else ""
     if not gap:
         padding = padding.replace(" ", "")
@@ -43,7 +43,7 @@ def pseudo(text: str) -> str:
 
 
 class PseudoTexts(Mapping[str, str]):
-    """Every text in the pseudo-language, made when it is asked for; so there is none to iterate over."""
+    """Translates any text on demand, so there is nothing to iterate over."""
 
     def __getitem__(self, text: str) -> str:
         return pseudo(text)

@@ -10,25 +10,25 @@ _WIDE_STOP_AND_SPACE: Final = re.compile("([。！？；：]) ")
 
 
 def begun(text: str) -> str:
-    """What is a part of a sentence elsewhere, with a capital at its beginning."""
+    """`text` with a capital first letter."""
     return text[:1].upper() + text[1:]
 
 
 def together(sentences: Iterable[str]) -> str:
-    """One after the other. Behind a Chinese full stop, which is as wide as a letter, stands no space."""
+    """Joins sentences; no space follows full-width Chinese punctuation."""
     return _WIDE_STOP_AND_SPACE.sub(r"\1", " ".join(one for one in sentences if one))
 
 
 def listed(names: Iterable[str]) -> str:
-    """Names one after the other; Chinese has a comma of its own for that."""
+    """Joins names with the comma of the language in use."""
     return ("、" if language() == CHINESE else ", ").join(names)
 
 
 def aside(text: str) -> str:
-    """In brackets, to be put behind a word."""
+    """`text` in the parentheses of the language in use, to be appended to a word."""
     return f"（{text}）" if language() == CHINESE else f" ({text})"
 
 
 def reason_of(error: Exception) -> str:
-    """What the system says of it, without its number and the path; else the error's own words."""
+    """The system's message without error number and path, else the text of the error."""
     return getattr(error, "strerror", None) or str(error)

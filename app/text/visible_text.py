@@ -1,6 +1,6 @@
 """Makes untrusted text (ports, files, profiles, bytes) safe to display.
 
-A terminal obeys escape characters, and direction marks turn what follows them around: both are shown as their number.
+Terminals execute escape characters, and direction marks reorder text: both are shown as code points.
 """
 
 import re
@@ -11,15 +11,15 @@ _IN_JSON = re.compile("[\x7f-\x9f\u061c\u200b\u200e\u200f\u2028-\u202e\u2066-\u2
 
 
 def visible(text: str, *, keep: str = "") -> str:
-    """`text` with every character that steers instead of showing (controls, direction marks, half a surrogate) made
-    visible as its number, and line breaks and tabs as a space, but for those in `keep`."""
+    """`text` with control characters, direction marks and unpaired surrogates as code points, and line breaks and tabs
+    as spaces, except those in `keep`."""
     if text.isprintable():
         return text
     return "".join(one if one in keep else _visible(one) for one in text)
 
 
 def visible_json(text: str) -> str:
-    """JSON `text` with such characters as their escapes: the same value. `json` has escaped those below a space."""
+    """JSON `text` with such characters escaped; `json` has already escaped those below U+0020."""
     return _IN_JSON.sub(lambda found: f"\\u{ord(found[0]):04x}", text)
 
 

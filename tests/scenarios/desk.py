@@ -51,7 +51,7 @@ class Desk(DeskPort):
 
     def replace_module(self, options: Mapping[str, Any]) -> None:
         super().replace_module(options)
-        self.form.forget()
+        self.form.reset()
         self.found = None
 
     def hang(self, seconds: float, *, is_let_go: bool) -> None:
@@ -114,7 +114,7 @@ class Desk(DeskPort):
 
     def _end_writing(self, run: Run[WriteReport]) -> None:
         if run.error is not None or run.result is None:
-            self.form.lose_write()
+            self.form.abort_write()
             return
         self.on_write(run.result)
         self.form.take_results(run.result.results)
@@ -127,7 +127,7 @@ class Desk(DeskPort):
     def _end_survival(self, run: Run[PowerCycleResult]) -> None:
         if run.result is not None:
             self.on_survive(run.result)
-            self.form.stamp(run.result.stamps)
+            self.form.set_retentions(run.result.stamps)
 
     def cancel(self) -> None:
         if self._settings_job is not None:

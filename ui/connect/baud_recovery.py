@@ -18,8 +18,7 @@ from ui.widgets.notice_bar import Choice, Notice
 
 
 class BaudRecovery:
-    """`close` takes the question away again, `leave` asks before what is connected is left, `say` is for what came of
-    it."""
+    """`close` dismisses the notice, `leave` asks before it leaves the connected module, `say` shows the result."""
 
     def __init__(
         self,
@@ -31,19 +30,19 @@ class BaudRecovery:
         leave: Callable[[Callable[[], object]], None],
         say: Callable[[str], None],
     ) -> None:
-        self._connector, self._ports, self._keeping = connector, ports, storage
+        self._connector, self._ports, self._storage = connector, ports, storage
         self._close, self._leave, self._say = close, leave, say
-        self._settling: BackgroundTask[None] = BackgroundTask("dps-s baud rate", connector)
+        self._writing: BackgroundTask[None] = BackgroundTask("dps-s baud rate", connector)
 
     def pending(self) -> tuple[PendingBaud, ...]:
-        store = self._keeping.store
+        store = self._storage.store
         try:
             return store.pending_bauds() if isinstance(store, Store) else ()
         except StoreTrouble:
             return ()
 
     def notice(self, pending: PendingBaud) -> Notice:
-        """In the language in use."""
+        """The notice in the language in use."""
         text = tr(
             "Changing {port} from {old} to {new} baud was interrupted: it may be at either.",
             old=pending.old_rate, new=pending.new_rate, port=pending.port,
@@ -75,7 +74,7 @@ class BaudRecovery:
         self._close()
 
     def _settle(self, pending: PendingBaud, end: str) -> None:
-        store = self._keeping.store
+        store = self._storage.store
         if isinstance(store, Store):
             settle = partial(store.settle_baud, pending.id, end)
-            self._settling.run_in(store.queue, settle, lambda _none: None, lambda trouble: self._say(trouble.sentence))
+            self._writing.run_in(store.queue, settle, lambda _none: None, lambda trouble: self._say(trouble.sentence))

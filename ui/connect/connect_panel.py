@@ -1,9 +1,9 @@
-"""Choosing a port and connecting, in the room of the page: the module's state stays visible above it."""
+"""Panel for choosing a port and connecting. It replaces the page, so that the module's state stays visible above it."""
 
 from functools import partial
 
-from PySide6.QtCore import QEvent, Qt, Signal
-from PySide6.QtGui import QHideEvent, QKeyEvent, QShowEvent
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import (
     QComboBox,
     QFrame,
@@ -28,21 +28,23 @@ from ui.core.connector import Connector
 from ui.core.port_watcher import PortWatcher, key_of
 from ui.core.preferences import LastPort
 from ui.core.texts import Texts
-from ui.style.icons import Icon, icon
+from ui.style.icons import Icon
 from ui.style.theme import Space, scaled
 from ui.widgets.controls import control
+from ui.widgets.labels import text_label
 from ui.widgets.layouts import in_column, in_row
 from ui.widgets.naming import named
 from ui.widgets.sliders import WheelGuard
+from ui.widgets.visibility_timer import VisibilityTimer
 
 SIMULATED_PORT = "sim://demo?lifelike&noise=1"
 CARD_PX = 520
 FIND_RATE = 0
-"""The entry of the rate box that stands for "find it"."""
+"""Data of the entry "Find the rate"."""
 
 
 class ConnectPanel(QScrollArea):
-    """A card in the middle. Refreshes itself while it is open; nothing in it waits for a port."""
+    """A card in the middle, which refreshes itself while it is open and never blocks on a port."""
 
     connect_wanted = Signal(object)
     """A `Target`."""
@@ -63,14 +65,15 @@ class ConnectPanel(QScrollArea):
         self.list = PortList()
         self.other = control(QLineEdit(), texts, "port_address", says="Other port")
         self.rate = control(QComboBox(), texts, "rate_box", says="Baud rate")
-        self.connect_button = control(QPushButton(), texts, "connect_button", "Connect", slot=self.connect_chosen)
+        self.connect_button = control(QPushButton(), texts, "connect_button", "Connect", role="primary",
+                                      slot=self.connect_chosen)  # fmt: skip
         self.disconnect_button = control(QPushButton(), texts, "disconnect_button", "Disconnect",
                                          key="Ctrl+D", slot=self.disconnect_wanted)  # fmt: skip
-        self.empty = named(QLabel(), "no_ports_hint")
-        self.said = named(QLabel(), "connect_state")
+        self.empty, self.said = text_label("no_ports_hint", "muted"), text_label("connect_state", "muted")
         self.options = control(QToolButton(), texts, "connect_options", "Other port or baud rate",
                                picture=Icon.CHEVRON_DOWN, role="quiet", is_checkable=True)  # fmt: skip
-        self._close = control(QToolButton(), texts, "connect_close", says="Close", key="Esc", slot=self.hide)
+        self._close = control(QToolButton(), texts, "connect_close", says="Close", key="Esc", picture=Icon.CROSS,
+                              role="quiet", slot=self.hide)  # fmt: skip
         WheelGuard(self).guard(self.rate)
         self._build()
         self._name()
@@ -81,9 +84,10 @@ class ConnectPanel(QScrollArea):
         ports.listed.connect(self.refresh)
         connector.changed.connect(self.refresh)
         self.hide()
+        VisibilityTimer(self, self._on_shown, retranslate=self.refresh, restyle=self._restyle, hidden=self._on_hidden)
 
     def prefer(self, last: LastPort | None) -> None:
-        """Choose this port beforehand, as soon as it is listed."""
+        """Preselects this port as soon as it is listed."""
         self._last = last
         if last is not None:
             self.rate.setCurrentIndex(max(0, self.rate.findData(last.baud_rate)))
@@ -93,7 +97,6 @@ class ConnectPanel(QScrollArea):
         self.refresh()
 
     def refresh(self) -> None:
-        """Show what is known now."""
         if self.isHidden():
             return
         target = self._connector.target if self._connector.is_wanted else None
@@ -120,7 +123,7 @@ class ConnectPanel(QScrollArea):
         )
         self.list.show_choices(choices)
         if self.list.chosen is None and not self.other.text():
-            self._choose_beforehand()
+            self._preselect()
         self.empty.setVisible(not self._ports.ports)
         if self._ports.has_looked and not self._ports.is_current:
             self.empty.setText(tr(NOT_LISTED))
@@ -131,28 +134,26 @@ class ConnectPanel(QScrollArea):
         self._show_state()
 
     def chosen_target(self) -> Target | None:
-        """What Connect would open, None while nothing is chosen."""
+        """The target that Connect would open, None while nothing is chosen."""
         rate = int(self.rate.currentData())
-        begins_at, finds = (rate or DEFAULT_BAUD_RATE), rate == FIND_RATE
+        first_rate, finds = (rate or DEFAULT_BAUD_RATE), rate == FIND_RATE
         typed = self.other.text().strip()
         if typed:
-            return Target(typed, begins_at, finds_rate=finds)
+            return Target(typed, first_rate, finds_rate=finds)
         choice = self.list.chosen
         if choice is None:
             return None
-        return Target(choice.device, begins_at, choice.identity, choice.title, finds)
+        return Target(choice.device, first_rate, choice.identity, choice.title, finds)
 
     def connect_chosen(self) -> None:
         target = self.chosen_target()
         if target is not None:
             self.connect_wanted.emit(target)
 
-    # Making
+    # Construction
 
     def _build(self) -> None:
         title = control(QLabel(), self._texts, "connect_title", "Choose a port", role="title")
-        self._close.setIcon(icon(Icon.CROSS))
-        self._close.setProperty("role", "quiet")
         self._form = named(QWidget(), "connect_form")
         self._form.setLayout(self._build_form())
         self._form.hide()
@@ -166,11 +167,7 @@ class ConnectPanel(QScrollArea):
         in_column(*parts, of=card, spacing=Space.M, margins=(Space.XL, Space.L, Space.XL, Space.XL))
         card.setMaximumWidth(scaled(CARD_PX))
         for label in (self.empty, self.said):
-            label.setWordWrap(True)
-            label.setTextFormat(Qt.TextFormat.PlainText)
             label.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Minimum)
-            label.setProperty("role", "muted")
-        self.connect_button.setProperty("role", "primary")
         self.connect_button.setMinimumWidth(120)
         ground = named(QWidget(), "connect_ground")
         middle = in_row(1, (card, 100), 1)
@@ -185,10 +182,8 @@ class ConnectPanel(QScrollArea):
         form.setHorizontalSpacing(Space.M)
         form.setVerticalSpacing(Space.S)
         for row, (field, english) in enumerate(((self.other, marked("Other port")), (self.rate, marked("Baud rate")))):
-            label = QLabel()
+            label = control(QLabel(), self._texts, f"{field.objectName()}_label", english, role="muted")
             label.setBuddy(field)
-            label.setProperty("role", "muted")
-            self._texts.bind(label.setText, english)
             form.addWidget(label, row, 0)
             form.addWidget(field, row, 1)
         form.setColumnStretch(1, 1)
@@ -206,9 +201,9 @@ class ConnectPanel(QScrollArea):
         bind(self.list.setAccessibleName, "Ports")
         bind(self.other.setPlaceholderText, "device or socket://host:port")
 
-    # Doing
+    # Choosing
 
-    def _choose_beforehand(self) -> None:
+    def _preselect(self) -> None:
         last = self._last
         if last is not None and self.list.choose(last.identity or last.device):
             return
@@ -234,18 +229,12 @@ class ConnectPanel(QScrollArea):
         state = self._connector.state
         said = words(state, self._connector.clock())
         is_closed = state.phase is Phase.CLOSED
-        self.said.setText(self._what_next() if is_closed else f"{said.what} {said.next_step}".strip())
+        has_chosen = self.chosen_target() is not None
+        next_step = tr("Connecting only reads the module.") if has_chosen else ""
+        self.said.setText(next_step if is_closed else f"{said.what} {said.next_step}".strip())
         self.said.setVisible(bool(self.said.text()))
-        self._show_buttons()
-
-    def _what_next(self) -> str:
-        """As long as nothing is connected."""
-        target = self.chosen_target()
-        return "" if target is None else tr("Connecting only reads the module.")
-
-    def _show_buttons(self) -> None:
         self.disconnect_button.setVisible(self._connector.is_wanted)
-        self.connect_button.setEnabled(self.chosen_target() is not None)
+        self.connect_button.setEnabled(has_chosen)
 
     # Qt
 
@@ -255,24 +244,18 @@ class ConnectPanel(QScrollArea):
         else:
             super().keyPressEvent(event)
 
-    def showEvent(self, event: QShowEvent) -> None:
-        super().showEvent(event)
+    def _on_shown(self) -> None:
         self.shown.emit()
         self._ports.watch(True)
         self.refresh()
         self.list.setFocus()
 
-    def hideEvent(self, event: QHideEvent) -> None:
-        super().hideEvent(event)
+    def _on_hidden(self) -> None:
         self._ports.watch(False)
-        if not event.spontaneous():
+        if self.isHidden():  # not only minimised
             self._ports.settle()
         self.shown.emit()
 
-    def changeEvent(self, event: QEvent) -> None:
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.LanguageChange:
-            self.refresh()
-        elif event.type() == QEvent.Type.PaletteChange and hasattr(self, "_card"):
-            self._card.setMaximumWidth(scaled(CARD_PX))
-            self.list.scheduleDelayedItemsLayout()
+    def _restyle(self) -> None:
+        self._card.setMaximumWidth(scaled(CARD_PX))
+        self.list.scheduleDelayedItemsLayout()

@@ -1,4 +1,4 @@
-"""Asks which module it is where it may not be the expected one."""
+"""Asks which module is connected where it may not be the expected one."""
 
 from app.engine.identity import Identity
 from app.settings.identity_words import differences
@@ -10,7 +10,7 @@ from ui.widgets.notice_bar import Choice, Notice
 
 
 def identity_notice(identity: Identity, naming: ModuleName) -> Notice | None:
-    """None while nothing has to be decided."""
+    """The question, None while nothing has to be decided."""
     if not identity.is_for_a_person:
         return None
     name = naming.meant

@@ -1,16 +1,17 @@
 """Editable combo box for the name of the module."""
 
-from PySide6.QtCore import QEvent, QSignalBlocker, Qt
+from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtWidgets import QComboBox, QLineEdit
 
 from ui.core.texts import Texts
 from ui.services.module_name import LONGEST_NAME, ModuleName
 from ui.widgets.naming import named
 from ui.widgets.sliders import WheelGuard
+from ui.widgets.visibility_timer import VisibilityTimer
 
 
 class ModuleField(QComboBox):
-    """A name to type or to choose; it counts when the field is left, at Enter, or when one is chosen."""
+    """A name to type or choose, applied by Enter, by leaving the field, or by choosing."""
 
     def __init__(self, name: str, naming: ModuleName, texts: Texts, guard: WheelGuard) -> None:
         super().__init__()
@@ -25,13 +26,14 @@ class ModuleField(QComboBox):
         self.setLineEdit(edit)
         edit.setObjectName(f"{name}_edit")
         edit.setMaxLength(LONGEST_NAME)
-        edit.editingFinished.connect(self._take)
-        self.activated.connect(self._take)
+        edit.editingFinished.connect(self._apply)
+        self.activated.connect(self._apply)
         texts.bind(self.setAccessibleName, "Module")
         texts.bind(edit.setAccessibleName, "Module")
         texts.bind(edit.setPlaceholderText, "not named")
         texts.bind(self.setToolTip, "Without a serial number its name identifies it")
         naming.changed.connect(self.show_name)
+        VisibilityTimer(self, self.show_name)
         self.show_name()
 
     def show_name(self) -> None:
@@ -41,11 +43,6 @@ class ModuleField(QComboBox):
             self.setCurrentIndex(self.findText(self._naming.name, Qt.MatchFlag.MatchExactly))
             self.setEditText(self._naming.name)
 
-    def _take(self) -> None:
+    def _apply(self) -> None:
         self._naming.choose(self.currentText())
         self.setEditText(self._naming.name)
-
-    def event(self, event: QEvent) -> bool:
-        if event.type() == QEvent.Type.Show:
-            self.show_name()
-        return super().event(event)

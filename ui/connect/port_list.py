@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from PySide6.QtCore import QModelIndex, QPersistentModelIndex, QRect, QSize, Qt, Signal
+from PySide6.QtCore import QModelIndex, QPersistentModelIndex, QRect, QSignalBlocker, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QFont, QFontMetrics, QPainter
 from PySide6.QtWidgets import QListWidget, QListWidgetItem, QStyle, QStyledItemDelegate, QStyleOptionViewItem, QWidget
 
@@ -13,14 +13,14 @@ from ui.style.theme import Meaning, Size, Space, current, font, scaled
 
 ROW_PX = 48
 MOST_ROWS = 6
-"""Then it scrolls."""
+"""With more rows the list scrolls."""
 _CHOICE = Qt.ItemDataRole.UserRole
 _Index = QModelIndex | QPersistentModelIndex
 
 
 @dataclass(frozen=True, slots=True)
 class PortChoice:
-    """One row. `badge` is one word, may be empty."""
+    """One row. `badge` is one word, or ""."""
 
     device: str
     identity: str
@@ -40,24 +40,18 @@ def choice_of(port: PortInfo, *, is_new: bool, is_connected: bool, is_last: bool
     """The row of a listed port."""
     name = port.device.removeprefix("/dev/")
     serial = tr("serial number {number}", number=port.serial_number) if port.serial_number else ""
-    # Drivers often repeat the maker in the name.
+    # Drivers often repeat the manufacturer in the product name.
     maker = "" if port.maker and port.maker.casefold() in port.description.casefold() else port.maker
     product = "" if port.description == name else port.description
     detail = " · ".join(part for part in (maker, serial) if part)
     if not detail:
         detail = tr("no serial number") if product else tr("built in")
-    badge = ""
-    if is_connected:
-        badge = tr("connected")
-    elif is_new:
-        badge = tr("new")
-    elif is_last:
-        badge = tr("used last")
+    badge = tr("connected") if is_connected else tr("new") if is_new else tr("used last") if is_last else ""
     return PortChoice(port.device, port.identity, name, product, detail, Icon.PLUG, badge, is_new and not is_connected)
 
 
 class PortList(QListWidget):
-    """Keeps its selection while the list changes under it."""
+    """Keeps its selection while the list changes."""
 
     activated_choice = Signal(object)
     """A `PortChoice`: Enter or a double click on it."""
@@ -74,19 +68,18 @@ class PortList(QListWidget):
         self.itemSelectionChanged.connect(self.chosen_changed)
 
     def show_choices(self, choices: list[PortChoice]) -> None:
-        """Replace the rows; the chosen one stays chosen as long as it is there."""
+        """Replaces the rows; the selected port stays selected while it is listed."""
         if choices == [self.choice_at(row) for row in range(self.count())]:
             return
         chosen = self.chosen
-        self.blockSignals(True)
-        self.clear()
-        for choice in choices:
-            item = QListWidgetItem(choice.title)
-            item.setData(_CHOICE, choice)
-            item.setData(Qt.ItemDataRole.AccessibleTextRole, _spoken(choice))
-            item.setToolTip(_spoken(choice))
-            self.addItem(item)
-        self.blockSignals(False)
+        with QSignalBlocker(self):
+            self.clear()
+            for choice in choices:
+                item = QListWidgetItem(choice.title)
+                item.setData(_CHOICE, choice)
+                item.setData(Qt.ItemDataRole.AccessibleTextRole, _spoken(choice))
+                item.setToolTip(_spoken(choice))
+                self.addItem(item)
         if chosen is not None:
             self.choose(chosen.key)
         self.updateGeometry()
@@ -102,7 +95,7 @@ class PortList(QListWidget):
         return self.choice_at(rows[0].row()) if rows else None
 
     def choose(self, key: str) -> bool:
-        """Select the row of this key; whether there is one."""
+        """Selects the row with this key; returns whether there is one."""
         for row in range(self.count()):
             if self.choice_at(row).key == key:
                 self.setCurrentRow(row)
@@ -125,7 +118,7 @@ def _spoken(choice: PortChoice) -> str:
 
 
 class _Delegate(QStyledItemDelegate):
-    """Two lines with an icon, and the badge on the right."""
+    """Draws a row: icon, two lines, and the badge on the right."""
 
     def sizeHint(self, _option: QStyleOptionViewItem, _index: _Index) -> QSize:
         return QSize(240, scaled(ROW_PX))
@@ -159,7 +152,7 @@ class _Delegate(QStyledItemDelegate):
         painter.restore()
 
     def _paint_badge(self, painter: QPainter, rect: QRect, choice: PortChoice) -> int:
-        """The left edge of the badge, or of nothing."""
+        """Draws the badge, if any; returns its left edge."""
         right = rect.right() - Space.M
         if not choice.badge:
             return right
@@ -177,7 +170,7 @@ class _Delegate(QStyledItemDelegate):
 
 
 def _write(painter: QPainter, room: QRect, text: str, one: QFont, colour: QColor, vertical: Qt.AlignmentFlag) -> int:
-    """Write one line, shortened to the room; the width that it took."""
+    """Draws one elided line; returns its width."""
     metrics = QFontMetrics(one)
     fitting = metrics.elidedText(text, Qt.TextElideMode.ElideRight, max(0, room.width()))
     painter.setFont(one)

@@ -10,18 +10,17 @@ from PySide6.QtWidgets import QFileDialog, QWidget
 from app.text.i18n import tr
 
 LONGEST_PORT: Final = 40
-"""Characters of a port in a file name: at four bytes each they fit into the 255 of a name."""
+"""Characters of a port in a file name; with up to four bytes each they fit into the 255 bytes of a name."""
 AskPath = Callable[[QWidget, str, Path, str], Path | None]
-"""Parent, title, suggested path, filter; None where nobody wants it after all."""
+"""Parent, title, suggested path, filter; None if cancelled."""
 AskOpen = Callable[[QWidget, Path], Path | None]
-"""Parent and folder; None where nobody chose."""
-
+"""Parent and folder; None if cancelled."""
 AskMany = Callable[[QWidget, Path], Sequence[Path]]
-"""Parent and folder; empty where nobody chose."""
+"""Parent and folder; empty if cancelled."""
 
 
 def ask_open(parent: QWidget, folder: Path, title: str, name_filter: str) -> Path | None:
-    """Let a person choose an existing file; None where nobody chose."""
+    """Lets the user choose an existing file; None if cancelled."""
     name, _filter = QFileDialog.getOpenFileName(parent, title.rstrip("…"), str(folder), name_filter)
     return Path(name) if name else None
 
@@ -40,11 +39,11 @@ def ask_folder(parent: QWidget, folder: Path) -> Sequence[Path]:
 
 
 def ask_profile(parent: QWidget, folder: Path) -> Path | None:
-    return ask_open(parent, folder, tr("Open a profile"), tr("Profile (*.toml)"))
+    return ask_open(parent, folder, tr("Open profile…"), tr("Profile (*.toml)"))
 
 
 def ask_path(parent: QWidget, title: str, suggested: Path, name_filter: str) -> Path | None:
-    """Let a person choose where to save; asks before it replaces a file."""
+    """Lets the user choose where to save, and confirms replacing a file; None if cancelled."""
     dialog = QFileDialog(parent, title.rstrip("…"), str(suggested.parent), name_filter)
     dialog.setObjectName("save_dialog")
     dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
@@ -58,7 +57,7 @@ def ask_path(parent: QWidget, title: str, suggested: Path, name_filter: str) -> 
 
 
 def default_name(port: str, suffix: str, when: datetime) -> str:
-    """ "dps-s ttyUSB0 2026-11-21 09-30-05.csv": what it is of, and when, in letters that every system takes."""
+    """A file name such as "dps-s ttyUSB0 2026-11-21 09-30-05.csv", in characters that every system accepts."""
     short = port.removeprefix("/dev/").partition("?")[0].replace("://", "-")
     safe = "".join(one if one.isalnum() or one in "-_." else "-" for one in short[:LONGEST_PORT])
     return " ".join(part for part in ("dps-s", safe, f"{when:%Y-%m-%d %H-%M-%S}") if part) + suffix

@@ -1,7 +1,6 @@
 """Opens files in the page of their type: dropped, chosen in the menu, or named on the command line."""
 
 from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -16,7 +15,7 @@ from ui.files.file_dialogs import ask_open
 
 
 class FilePage(NamedTuple):
-    """A page's key, the endings of its files, and what it does with one."""
+    """The key of a page, the suffixes of its files, and how it opens one."""
 
     key: str
     suffixes: tuple[str, ...]
@@ -24,7 +23,7 @@ class FilePage(NamedTuple):
 
 
 class FileOpener(QObject):
-    """`pages` gives those that open files; `go_to` brings one into sight; `say` shows a line."""
+    """`pages` returns the pages that open files; `go_to` shows a page; `say` shows a line."""
 
     def __init__(
         self,
@@ -39,12 +38,11 @@ class FileOpener(QObject):
         self._window, self._pages, self._go_to = window, pages, go_to
         self._preferences, self.say = preferences, say
         self.choose: Callable[[QWidget, Path, str, str], Path | None] = ask_open
-        """Asks a person for a file."""
         window.setAcceptDrops(True)
         window.installEventFilter(self)
 
     def open(self, path: Path) -> bool:
-        """Whether some page opens files of this type; else that is said."""
+        """Opens a file in the page of its type; returns whether there is one."""
         page = self._page_of(path)
         if page is None:
             self.say(tr("No page opens {file}.", file=visible(path.name)))
@@ -55,22 +53,22 @@ class FileOpener(QObject):
         return True
 
     def ask(self) -> None:
-        """Let a person choose a file."""
+        """Lets the user choose a file, and opens it."""
         endings = " ".join(f"*{suffix}" for page in self._pages() for suffix in page.suffixes)
         recent = self._preferences.recent_files
         folder = Path(recent[0]).parent if recent else Path.home()
-        path = self.choose(self._window, folder, tr("Open"), f"{tr('Files of this program')} ({endings})")
+        path = self.choose(self._window, folder, tr("Open…"), f"{tr('Files of this program')} ({endings})")
         if path is not None:
             self.open(path)
 
     def fill(self, menu: QMenu) -> None:
-        """With the files that were opened last."""
+        """Fills `menu` with the recent files."""
         menu.clear()
         for number, name in enumerate(self._preferences.recent_files):
             action = menu.addAction(visible(Path(name).name).replace("&", "&&"))
             action.setObjectName(f"act_recent_{number}")
             action.setToolTip(visible(name))
-            action.triggered.connect(partial(self._reopen, Path(name)))
+            action.triggered.connect(lambda _checked, path=Path(name): self.open(path))
         if not self._preferences.recent_files:
             menu.addAction(tr("No recent files")).setEnabled(False)
 
@@ -85,13 +83,10 @@ class FileOpener(QObject):
                 return self.open(path)
         return False
 
-    def _reopen(self, path: Path, _is_checked: bool = False) -> None:
-        self.open(path)
-
     def _page_of(self, path: Path) -> FilePage | None:
         return next((page for page in self._pages() if path.suffix.lower() in page.suffixes), None)
 
     def _found(self, data: QMimeData) -> Path | None:
-        """The first file that some page takes."""
+        """The first file that some page opens."""
         paths = (Path(url.toLocalFile()) for url in data.urls() if url.isLocalFile())
         return next((path for path in paths if self._page_of(path) is not None), None)

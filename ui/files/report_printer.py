@@ -26,7 +26,7 @@ _CHINESE = ("WenQuanYi Micro Hei", "Noto Sans CJK SC", "Microsoft YaHei", "PingF
 
 
 def print_report(body: str, attachment: bytes) -> bytes:
-    """The PDF of `body` with `attachment` in it. Raises `RuntimeError` where it cannot be printed."""
+    """The PDF of the HTML `body`, with `attachment`. Raises `RuntimeError`."""
     _application()
     data = QByteArray()
     buffer = QBuffer(data)
@@ -40,19 +40,19 @@ def print_report(body: str, attachment: bytes) -> bytes:
     writer.setCreator("DPS-S Configurator")
     writer.addFileAttachment(ATTACHED_AS, QByteArray(attachment), "application/json")
     page = QSizeF(writer.width(), writer.height())
-    document = _fitting(body, page, writer)  # before the painter, which must not outlive an error
+    document = _fitting(body, page, writer)  # before the painter: an error must not leave it active
     painter = QPainter()
     if not painter.begin(writer):
-        raise RuntimeError("the PDF cannot be begun")
+        raise RuntimeError("the PDF cannot be started")
     document.drawContents(painter)
     if not painter.end():
-        raise RuntimeError("the PDF cannot be ended")
+        raise RuntimeError("the PDF cannot be finished")
     buffer.close()
     return bytes(data.data())
 
 
 def _fitting(body: str, page: QSizeF, writer: QPdfWriter) -> QTextDocument:
-    """The document at the largest size that leaves it on one page."""
+    """The document at the largest font size that fits on one page."""
     size_pt = LARGEST_PT
     while True:
         document = _document(body, page, writer, size_pt)
@@ -77,7 +77,7 @@ def _document(body: str, page: QSizeF, writer: QPdfWriter, size_pt: float) -> QT
 
 
 def _font(size_pt: float) -> QFont:
-    """Latin letters of the usual sans-serif; Chinese ones of a font that has their simplified shapes."""
+    """A sans-serif font, followed by one with Simplified Chinese glyphs."""
     families = QFontDatabase.families(QFontDatabase.WritingSystem.SimplifiedChinese)
     chinese = [name for name in _CHINESE if name in families] or families[:1]
     font = QFont()
@@ -88,17 +88,14 @@ def _font(size_pt: float) -> QFont:
 
 
 def _application() -> QGuiApplication:
-    """Fonts need one. On the command line it is made here, and never opens a screen."""
+    """The application that fonts need; the command line makes one without a screen."""
     existing = QGuiApplication.instance()
     if isinstance(existing, QGuiApplication):
         return existing
     words = ["dps-s", "-platform", "offscreen"] if sys.platform == "linux" else ["dps-s"]
-    return _kept(QGuiApplication(words))
+    _applications.append(QGuiApplication(words))
+    return _applications[-1]
 
 
 _applications: list[QGuiApplication] = []
-
-
-def _kept(application: QGuiApplication) -> QGuiApplication:
-    _applications.append(application)
-    return application
+"""Keeps the application alive."""

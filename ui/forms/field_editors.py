@@ -1,4 +1,4 @@
-"""Creates the editor for a kind of field: number, flag or choice."""
+"""Editors for numbers, flags and choices."""
 
 from abc import abstractmethod
 from functools import partial
@@ -26,26 +26,26 @@ _NUMBER_PX: Final = 72
 _STEP_PX: Final = 28
 _FLAG_PX: Final = 92
 BIG_STEP: Final = 10
-"""Page up and down: so many steps."""
+"""Steps of Page Up and Page Down."""
 
 
 class FieldEditor(QWidget):
-    """Shows what is wanted; where nothing is, it shows nothing of its own. Tells only of what a person did."""
+    """Shows a draft; the signals are only about what the user did."""
 
     typed = Signal(str)
-    """The text so far."""
+    """The text typed so far."""
     chosen = Signal(object)
-    """A whole value."""
+    """A complete value."""
     left = Signal()
-    """The person is done here: what comes next is another step."""
+    """The user left the editor: further changes are another undo step."""
 
     @abstractmethod
     def show_draft(self, draft: Draft | None, stands: Value | None) -> None:
-        """Show the edited value, beside what stands on the module."""
+        """Shows the edited value; `stands` is the module's."""
 
 
 class NumberEditor(FieldEditor):
-    """A number with its unit. Arrows, page keys, the two buttons and, with the focus, the wheel go by steps."""
+    """A number with its unit. Arrow and page keys, two buttons and, with the focus, the wheel change it in steps."""
 
     def __init__(self, command: Command, field: Quantity, texts: Texts) -> None:
         super().__init__()
@@ -54,8 +54,8 @@ class NumberEditor(FieldEditor):
         self._stands: Value | None = None
         self.box = _NumberBox(command, field, self)
         self.line = self.box.lineEdit()
-        self.less = self._stepper(texts, "less", "−", marked("Decrease (Down)"), -1)
-        self.more = self._stepper(texts, "more", "+", marked("Increase (Up)"), 1)
+        self.less = self._stepper(texts, "less", "−", marked("Decrease"), "Down", -1)
+        self.more = self._stepper(texts, "more", "+", marked("Increase"), "Up", 1)
         texts.bind(partial(_name_after, self.less, command), "Decrease")
         texts.bind(partial(_name_after, self.more, command), "Increase")
         control(self.box, texts, self.box.objectName(), says=command.title, tip=command.explanation)
@@ -80,35 +80,33 @@ class NumberEditor(FieldEditor):
             self.box.setValue(0.0 if number is None else float(number))
 
     def step(self, steps: int) -> None:
-        """From what is wanted, else what stands, else the default; to the next step where it lies between two."""
+        """Steps from the edited value, else from the module's, else from the default."""
         start = self._stands if self._draft is None or self._draft.value is None else self._draft.value
         if start is None:
             start = DEFAULTS.get(self._command.key)
-        raw = 0 if start is None else self._field.encode(start)
-        if start is not None:
-            raw = min(255, max(0, raw + steps))
+        raw = 0 if start is None else min(255, max(0, self._field.encode(start) + steps))
         self.chosen.emit(self._field.decode(raw))
 
-    def _stepper(self, texts: Texts, name: str, text: str, tip: str, steps: int) -> QToolButton:
-        button = control(QToolButton(), texts, f"{self._command.name}_{name}", tip=tip, role="segment")
+    def _stepper(self, texts: Texts, name: str, text: str, tip: str, key: str, steps: int) -> QToolButton:
+        button = control(QToolButton(), texts, f"{self._command.name}_{name}", tip=tip, key=key, role="segment",
+                         slot=lambda: self.step(steps))  # fmt: skip
         button.setText(text)
         button.setFixedWidth(_STEP_PX)
         button.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         button.setAutoRepeat(True)
-        button.clicked.connect(lambda: self.step(steps))
         return button
 
 
 class _NumberBox(QDoubleSpinBox):
-    """Takes the keys and the wheel that go by steps. The text is whatever a person types, which may be no number; the
-    value is for screen readers: what is wanted, else what stands."""
+    """Handles the keys and the wheel. The text is whatever is typed, also if it is not a number; the value, for screen
+    readers, is the edited one, else the module's."""
 
     def __init__(self, command: Command, field: Quantity, editor: NumberEditor) -> None:
         super().__init__()
         self.setObjectName(f"{command.name}_number")
         self._editor = editor
         self.setButtonSymbols(QDoubleSpinBox.ButtonSymbols.NoButtons)
-        self.setStyleSheet("QDoubleSpinBox { padding-right: 4px; }")  # no room for buttons
+        self.setStyleSheet("QDoubleSpinBox { padding-right: 4px; }")  # instead of the buttons
         self.setKeyboardTracking(False)
         self.setDecimals(field.decimals)
         self.setRange(0.0, field.maximum)
@@ -143,14 +141,14 @@ class _NumberBox(QDoubleSpinBox):
 
     def wheelEvent(self, event: QWheelEvent) -> None:
         if not self.hasFocus():
-            event.ignore()  # so that it scrolls the page
+            event.ignore()  # scrolls the page
             return
         if event.angleDelta().y():
             self._editor.step(1 if event.angleDelta().y() > 0 else -1)
         event.accept()
 
     def event(self, event: QEvent) -> bool:
-        # Undo and redo are the form's: a field of its own memory would fight with it.
+        # Undo and redo belong to the form, not to the line edit.
         if event.type() == QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent):
             has_control = event.modifiers() & Qt.KeyboardModifier.ControlModifier
             if has_control and event.key() in (Qt.Key.Key_Z, Qt.Key.Key_Y):
@@ -158,13 +156,13 @@ class _NumberBox(QDoubleSpinBox):
                 return False
         was_handled = super().event(event)
         if event.type() in (QEvent.Type.Resize, QEvent.Type.Show, QEvent.Type.StyleChange, QEvent.Type.FontChange):
-            # With the window's style sheet and without buttons Qt leaves one pixel for the text.
+            # With a style sheet and without buttons Qt leaves only one pixel for the text.
             self.lineEdit().setGeometry(self.rect().adjusted(4, 2, -4, -2))
         return was_handled
 
 
 class FlagEditor(FieldEditor):
-    """Enabled or disabled, side by side; the one that is wanted is pressed. Pressed again it is wanted no more."""
+    """Two buttons, Enabled and Disabled; the edited value is checked, and clicking it again removes the edit."""
 
     cancelled = Signal()
 
@@ -202,7 +200,7 @@ class FlagEditor(FieldEditor):
 
 
 class ChoiceEditor(FieldEditor):
-    """One of a few values; nothing is chosen at first."""
+    """A combo box; nothing is chosen at first."""
 
     def __init__(self, command: Command, field: Choice, texts: Texts, guard: WheelGuard) -> None:
         super().__init__()
@@ -232,12 +230,12 @@ class ChoiceEditor(FieldEditor):
 
 
 def _name_after(button: QToolButton, command: Command, what: str) -> None:
-    """With the setting, because a screen reader does not see in which row the button stands."""
+    """Adds the setting to the name, since screen readers do not tell the row."""
     button.setAccessibleName(tr("{setting}: {what}", setting=tr(command.title), what=what))
 
 
 def make_editor(command: Command, texts: Texts, guard: WheelGuard) -> FieldEditor:
-    """Raises `LookupError` for a field that nobody can set."""
+    """The editor for a command. Raises `LookupError` for one that cannot be set."""
     match command.write:
         case Quantity() as field:
             return NumberEditor(command, field, texts)
@@ -246,4 +244,4 @@ def make_editor(command: Command, texts: Texts, guard: WheelGuard) -> FieldEdito
         case Choice() as field:
             return ChoiceEditor(command, field, texts, guard)
         case _:
-            raise LookupError(f"there is no editor for {command.name}")
+            raise LookupError(f"{command.name} cannot be set")

@@ -1,4 +1,4 @@
-"""A list whose rows are chosen whole, opened by double click or Enter and removed by Del."""
+"""A table of whole rows, which are opened by double click or Enter and removed by Del."""
 
 from collections.abc import Callable, Collection, Mapping
 from typing import Final, Generic
@@ -12,15 +12,15 @@ from ui.style.theme import Size, Space, font, scaled
 from ui.widgets.naming import named
 
 _PAD_PX: Final = 5
-"""At both sides of a cell, in the style sheet."""
+"""Padding at each side of a cell, in the style sheet."""
 _FRAME_PX: Final = 8
-"""What the style takes at both sides."""
+"""Frame of the style, both sides together."""
 _ICON_PX: Final = 24
 
 
 class RowsTable(QTableView, Generic[Row]):
-    """`stretched`: the column that takes what the others leave; `spare`: the one that is hidden where room is short,
-    and stands in the row's tooltip."""
+    """`stretched`: the column that takes the remaining width; `spare`: the column that is hidden where there is no room
+    for it."""
 
     opened = Signal()
     remove_wanted = Signal()
@@ -44,12 +44,12 @@ class RowsTable(QTableView, Generic[Row]):
         self.doubleClicked.connect(self._open)
 
     def chosen(self) -> tuple[Row, ...]:
-        """In the order in which they stand."""
+        """The selected rows in the order shown."""
         rows = sorted(index.row() for index in self.selectionModel().selectedRows())
         return tuple(self._filter.row_at(row) for row in rows)
 
     def choose(self, is_wanted: Callable[[Row], bool]) -> None:
-        """Select these where they are in the list."""
+        """Selects the rows for which `is_wanted` is true."""
         model = self.selectionModel()
         self.clearSelection()
         for row in range(self._filter.rowCount()):
@@ -59,7 +59,7 @@ class RowsTable(QTableView, Generic[Row]):
     def fit_columns(
         self, texts: Mapping[int, str], *, with_icon: Collection[int] = (), fixed_px: Mapping[int, int] | None = None
     ) -> None:
-        """Columns as wide as these texts, at least as their heads with the arrow of the order."""
+        """Makes columns as wide as these texts, and at least as their headers with the sort arrow."""
         self._widths = dict(fixed_px or {})
         body, heads = QFontMetrics(font(Size.BODY)), QFontMetrics(font(Size.SMALL, is_bold=True))
         for column, text in texts.items():

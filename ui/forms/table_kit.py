@@ -1,4 +1,4 @@
-"""Tables: columns said once, a model of rows that a page replaces whole, and one filter that also sorts."""
+"""Tables: column descriptions, a model whose rows are replaced as a whole, and a filter that also sorts."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ ROW_ROLE: Final = Qt.ItemDataRole.UserRole + 1
 
 @dataclass(frozen=True)
 class TableColumn(Generic[Row]):
-    """`title` and `tip` (of the head) are English, marked. Without `sort_key` rows are sorted by their text."""
+    """`title` and `tip` of the header are English, marked. Without `sort_key` rows are sorted by their text."""
 
     title: str
     text: Callable[[Row], str]
@@ -31,7 +31,7 @@ class TableColumn(Generic[Row]):
 
 
 class RowsModel(QAbstractTableModel, Generic[Row]):
-    """`identify`: what stays the same of a row while its figures change. `tell`: the row as a sentence."""
+    """`identify` returns what identifies a row while its figures change, `tell` the row as a sentence."""
 
     def __init__(
         self,
@@ -49,12 +49,12 @@ class RowsModel(QAbstractTableModel, Generic[Row]):
         self._identify = identify
 
     def show_rows(self, rows: tuple[Row, ...]) -> None:
-        """Only what is different is told: the same rows with other figures keep what is selected."""
+        """Replaces the rows; the same rows with other figures stay selected."""
         if rows == self.rows:
             return
         if [self._identify(row) for row in rows] == [self._identify(row) for row in self.rows]:
             self.rows = rows
-            self._tell_of_figures()
+            self._emit_data_changed()
             return
         self.beginResetModel()
         self.rows = rows
@@ -63,7 +63,7 @@ class RowsModel(QAbstractTableModel, Generic[Row]):
     def retranslate(self) -> None:
         self.headerDataChanged.emit(Qt.Orientation.Horizontal, 0, len(self.columns) - 1)
         if self.rows:
-            self._tell_of_figures()
+            self._emit_data_changed()
 
     def rowCount(self, parent: Index = QModelIndex()) -> int:  # noqa: B008  Qt's own signature
         return 0 if parent.isValid() else len(self.rows)
@@ -106,12 +106,12 @@ class RowsModel(QAbstractTableModel, Generic[Row]):
                 return row
         return None
 
-    def _tell_of_figures(self) -> None:
+    def _emit_data_changed(self) -> None:
         self.dataChanged.emit(self.index(0, 0), self.index(len(self.rows) - 1, len(self.columns) - 1))
 
 
 class RowsFilter(QSortFilterProxyModel, Generic[Row]):
-    """Shows the rows that are wanted and in which all searched words are found, sorted by a column."""
+    """Shows the rows that are wanted and contain all searched words, sorted by a column."""
 
     def __init__(
         self, model: RowsModel[Row], parent: QObject | None = None, *, searches_sentence: bool = False
@@ -142,25 +142,25 @@ class RowsFilter(QSortFilterProxyModel, Generic[Row]):
         return all(word in text for word in self._words)
 
     def row_at(self, place: int) -> Row:
-        """Raises `IndexError` where none is shown."""
+        """The row shown at `place`. Raises `IndexError`."""
         if not 0 <= place < self.rowCount():
             raise IndexError(place)
         row: Row = self.index(place, 0).data(ROW_ROLE)
         return row
 
     def shown(self) -> tuple[Row, ...]:
-        """In the order in which they stand on the page."""
+        """All rows shown, in their order."""
         return tuple(self.row_at(place) for place in range(self.rowCount()))
 
 
 def aligned(*, is_right: bool) -> int:
-    """For the role of that name."""
+    """The value for `TextAlignmentRole`."""
     side = Qt.AlignmentFlag.AlignRight if is_right else Qt.AlignmentFlag.AlignLeft
     return int(side | Qt.AlignmentFlag.AlignVCenter)
 
 
 def list_rows(table: QTableView, *, row_px: int) -> None:
-    """Rows of one height without numbers, chosen whole; Tab leaves the table, so that the keyboard is never caught."""
+    """Sets up `table` as a list: whole rows of one height without numbers; Tab leaves the table."""
     table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
     table.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
     table.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)

@@ -26,7 +26,7 @@ HOW_WORDS: Final[Mapping[How, str]] = {
     How.ACKNOWLEDGED: marked("acknowledged {time} ago"),
     How.STREAMED: marked("seen {time} ago"),
 }
-DOUBT_WORDS: Final[Mapping[StaleReason, str]] = {
+STALE_WORDS: Final[Mapping[StaleReason, str]] = {
     StaleReason.RESTARTED: marked("before the restart"),
     StaleReason.LINK_LOST: marked("before the link was lost"),
     StaleReason.WRITE_UNCONFIRMED: marked("before an unconfirmed write"),
@@ -36,13 +36,13 @@ DOUBT_WORDS: Final[Mapping[StaleReason, str]] = {
 
 
 def how_known(known: Known, now: float) -> str:
-    """In the language in use: "read 12 s ago"; with what casts doubt on it."""
+    """Source, age and doubt in the language in use: "read 12 s ago, too old"."""
     said = tr(HOW_WORDS[known.how], time=duration(max(0.0, now - known.at)))
-    return said if known.stale_reason is None else f"{said}, {tr(DOUBT_WORDS[known.stale_reason])}"
+    return said if known.stale_reason is None else f"{said}, {tr(STALE_WORDS[known.stale_reason])}"
 
 
 class ValueLabel(PaintedWidget):
-    """The value of one setting on the module."""
+    """Shows the module's value of one setting."""
 
     def __init__(self, command: Command) -> None:
         super().__init__()
@@ -99,7 +99,7 @@ class ValueLabel(PaintedWidget):
             painter.setPen(QColor(theme.muted if is_stale else theme.text))
             painter.drawText(QPointF(0, metrics.ascent()), self._text)
             if is_stale:
-                # Dimmed alone would be colour alone.
+                # Not by colour alone.
                 painter.setPen(pen(theme.muted, theme.border_px, is_dashed=True))
                 line = min(metrics.ascent() + 3, metrics.height())
                 painter.drawLine(QPointF(0, line), QPointF(metrics.horizontalAdvance(self._text), line))

@@ -18,34 +18,34 @@ _CLASSIFIER: Final = "License :: "
 
 
 def show_about(window: QWidget) -> QMessageBox:
-    """A box that holds nothing up: the window stays in use beside it."""
+    """Shows a modeless message box."""
     box = QMessageBox(window)
     box.setObjectName("about_box")
     box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
     box.setWindowModality(Qt.WindowModality.NonModal)
     box.setWindowTitle(tr("About"))
     box.setIconPixmap(app_icon().pixmap(QSize(64, 64)))
-    box.setText(tr("DPS-S Configurator {version}", version=version()))
+    box.setText(f"{tr('DPS-S Configurator')} {version()}")
     box.setInformativeText("\n".join((tr("MIT licence. Made with:"), *_made_with())))
     box.show()
     return box
 
 
 def _made_with() -> Iterator[str]:
-    """Name, version and licence of each part, as it says of itself."""
+    """Name, version and licence of each component, from its metadata."""
     yield f"Python {platform.python_version()} (PSF-2.0)"
     for name in _PARTS:
         try:
-            told = metadata(name)
-        except PackageNotFoundError:  # a bundle may leave out what only installers need
+            data = metadata(name)
+        except PackageNotFoundError:  # left out of some bundles
             continue
-        licence = _licence(told)
-        yield f"{told['Name']} {told['Version']}" + (f" ({licence})" if licence else "")
+        licence = _licence(data)
+        yield f"{data['Name']} {data['Version']}" + (f" ({licence})" if licence else "")
 
 
-def _licence(told: PackageMetadata) -> str:
-    """In the field that is for it, in the one that was before, or among the classifiers; empty where it says none."""
-    fields = told.json
+def _licence(data: PackageMetadata) -> str:
+    """From the current field, the older one, or the classifiers; "" where there is none."""
+    fields = data.json
     written = str(fields.get("license_expression") or fields.get("license") or "").strip()
     if written:
         return written.splitlines()[0]

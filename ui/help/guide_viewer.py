@@ -1,10 +1,9 @@
-"""The user guide that comes with the program, read without a network: `ui/help/guide/<language>.md` with its
-pictures."""
+"""Shows the user guide `ui/help/guide/<language>.md`, which is installed with the program."""
 
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import QEvent, QSize, Qt, QUrl
+from PySide6.QtCore import QSize, Qt, QUrl
 from PySide6.QtGui import QDesktopServices, QImage, QTextBlock, QTextCursor, QTextDocument
 from PySide6.QtWidgets import QWidget
 
@@ -13,24 +12,23 @@ from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.style.theme import current
 from ui.widgets.document_window import DocumentWindow
+from ui.widgets.visibility_timer import VisibilityTimer
 
 GUIDE: Final = Path(__file__).parent / "guide"
 _WIDEST_PX: Final = 660
 _CHAPTER_LEVEL: Final = 2
 _INK: Final = "#1a1c1e"
 _PAPER: Final = "#ffffff"
-"""In drawings."""
+"""Colours in the drawings, replaced by those of the theme."""
 
 
 def guide_page(folder: Path = GUIDE) -> Path | None:
-    """The guide in the language in use, else in English; None where neither is there."""
+    """The guide in the language in use, else in English; None if neither is installed."""
     pages = (folder / f"{language()}.md", folder / f"{ENGLISH}.md")
     return next((page for page in pages if page.is_file()), None)
 
 
 class GuideViewer(DocumentWindow):
-    """Follows the language in use."""
-
     def __init__(self, texts: Texts, parent: QWidget, folder: Path = GUIDE) -> None:
         super().__init__("guide_viewer", marked("User guide"), texts, parent)
         self._folder = folder
@@ -38,9 +36,10 @@ class GuideViewer(DocumentWindow):
         self.text.setOpenLinks(False)
         self.text.anchorClicked.connect(self.follow)
         self.refresh()
+        VisibilityTimer(self, self.refresh, restyle=self._colour_drawings)
 
     def refresh(self) -> None:
-        """The page of the language in use, from its beginning where it is another than before."""
+        """Loads the guide in the language in use, unless it is shown already."""
         page = guide_page(self._folder)
         if page is None or page == self._shown:
             return
@@ -51,21 +50,21 @@ class GuideViewer(DocumentWindow):
         self.text.moveCursor(QTextCursor.MoveOperation.Start)
 
     def follow(self, link: QUrl) -> None:
-        """A place in the guide, or an address for the system's browser."""
+        """Follows a link within the guide, or opens it in the system's browser."""
         if link.hasFragment() and not link.scheme().startswith("http"):
             self._go_to_heading(link.fragment())
         elif link.scheme() in ("http", "https"):
             QDesktopServices.openUrl(link)
 
     def go_to_chapter(self, english: str) -> None:
-        """The chapter of this title in the English guide, in the language in use; else the beginning."""
+        """Scrolls to the chapter with this title in the English guide, else to the start."""
         page = self._folder / f"{ENGLISH}.md"
         titles = [line[3:].strip() for line in page.read_text(encoding="utf-8").splitlines() if line.startswith("## ")]
         if english not in titles:
             self.text.moveCursor(QTextCursor.MoveOperation.Start)
             return
         number, block = titles.index(english), self.text.document().begin()
-        while block.isValid():  # the guides have the same chapters in the same order
+        while block.isValid():  # chapters have the same order in all languages
             if block.blockFormat().headingLevel() == _CHAPTER_LEVEL:
                 if number == 0:
                     self._show_block(block)
@@ -74,7 +73,7 @@ class GuideViewer(DocumentWindow):
             block = block.next()
 
     def _go_to_heading(self, fragment: str) -> None:
-        """Headings have no anchors in Qt's Markdown: the one whose words give this anchor is meant."""
+        """Finds the heading by its anchor, since headings have none in Qt's Markdown."""
         block = self.text.document().begin()
         while block.isValid():
             if block.blockFormat().headingLevel() and anchor_of(block.text()) == fragment.lower():
@@ -83,17 +82,17 @@ class GuideViewer(DocumentWindow):
             block = block.next()
 
     def _show_block(self, block: QTextBlock) -> None:
-        """At the upper edge."""
+        """Scrolls `block` to the top."""
         cursor = self.text.textCursor()
         cursor.setPosition(block.position())
         self.text.setTextCursor(cursor)
         layout = self.text.document().documentLayout()
-        layout.documentSize()  # lays out the rest, too: the scroll bar's range is the whole document's
+        layout.documentSize()  # completes the layout, and with it the range of the scroll bar
         top = layout.blockBoundingRect(block).top()
         self.text.verticalScrollBar().setValue(round(top))
 
     def _fit_pictures(self) -> None:
-        """Pictures as wide as the text at most; they are of windows of up to twice that."""
+        """Scales screenshots down to the width of the text."""
         document = self.text.document()
         for picture in sorted(self._folder.glob("images/*.png")):
             image = QImage(str(picture))
@@ -107,7 +106,7 @@ class GuideViewer(DocumentWindow):
         document.markContentsDirty(0, document.characterCount())
 
     def _colour_drawings(self) -> None:
-        """Drawings in the colours of the theme; their files have ink on paper."""
+        """Recolours the drawings for the theme."""
         document, theme = self.text.document(), current()
         for drawing in sorted(self._folder.glob("images/*.svg")):
             svg = drawing.read_text(encoding="utf-8").replace(_INK, theme.text).replace(_PAPER, theme.surface)
@@ -118,15 +117,8 @@ class GuideViewer(DocumentWindow):
     def sizeHint(self) -> QSize:
         return QSize(_WIDEST_PX + 80, 560)
 
-    def changeEvent(self, event: QEvent) -> None:
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.LanguageChange and hasattr(self, "_shown"):
-            self.refresh()
-        elif event.type() == QEvent.Type.PaletteChange and hasattr(self, "_shown"):
-            self._colour_drawings()
-
 
 def anchor_of(heading: str) -> str:
-    """As forges make them: small letters, hyphens for spaces, no punctuation."""
+    """The anchor of a heading as on GitHub: lower case, hyphens for spaces, no punctuation."""
     hyphened = heading.lower().replace(" ", "-")
     return "".join(letter for letter in hyphened if letter.isalnum() or letter in "-_")

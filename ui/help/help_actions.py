@@ -1,4 +1,4 @@
-"""Actions of the Help menu. None blocks the window: LOCK stays in reach beside every help window."""
+"""Actions of the Help menu. All help windows are modeless, so that LOCK stays within reach."""
 
 from typing import TYPE_CHECKING
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class HelpActions(QObject):
-    """Loads each part when it is first wanted, long after the first paint."""
+    """Imports each part of the help when it is first used."""
 
     def __init__(self, window: MainWindow, services: Services, entries: tuple[PageEntry, ...]) -> None:
         super().__init__(window)
@@ -33,10 +33,8 @@ class HelpActions(QObject):
         window.retranslated.connect(self.explain)
         window.port_opened.connect(self.say_what_is_next)
 
-    # Told once
-
     def say_what_is_next(self, is_first: bool) -> None:
-        """Once, when a module answers for the first time."""
+        """Called when a module answers; `is_first`: for the first time on this computer."""
         if is_first:
             self._window.say(tr("Next: Settings, then Pre-flight."))
 
@@ -47,11 +45,11 @@ class HelpActions(QObject):
         return self._explaining is not None and self._explaining.is_under_way
 
     def explain(self) -> None:
-        """Give every control its text, in the language in use, within the next turns of the event loop."""
+        """Sets the "What's this?" texts of all controls, in the language in use, from the event loop."""
         self._explainer().begin()
 
     def ask_what(self) -> None:
-        """The next click says what a control is, in place of using it."""
+        """Enters "What's this?" mode."""
         self._explainer().ask()
 
     def say_what_has_focus(self) -> None:
@@ -65,7 +63,7 @@ class HelpActions(QObject):
             self._explaining = WhatsThis(self._window)
         return self._explaining
 
-    # To read
+    # Documents
 
     def show_guide(self) -> None:
         from ui.help.guide_viewer import GuideViewer, guide_page

@@ -1,10 +1,10 @@
-"""Shortcut list, built from the real actions of the window."""
+"""List of all shortcuts, built from the actions of the window."""
 
 from collections.abc import Iterator
 from typing import Final, NamedTuple
 
-from PySide6.QtCore import QEvent, QObject
-from PySide6.QtGui import QAction, QKeySequence, QShowEvent
+from PySide6.QtCore import QObject
+from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QMainWindow
 
 from app.text.i18n import tr
@@ -14,6 +14,7 @@ from ui.services.context import PageEntry
 from ui.services.page import Page
 from ui.widgets.controls import Shortcut, name_of
 from ui.widgets.document_window import DocumentWindow
+from ui.widgets.visibility_timer import VisibilityTimer
 
 _NATIVE: Final = QKeySequence.SequenceFormat.NativeText
 _ALWAYS: Final = (
@@ -24,7 +25,7 @@ _ALWAYS: Final = (
 
 
 class Key(NamedTuple):
-    """In the language in use. `page`: the key of the page that it works on, empty everywhere."""
+    """A shortcut in the language in use. `page` is the key of its page, "" for one that works everywhere."""
 
     page: str
     keys: str
@@ -32,7 +33,7 @@ class Key(NamedTuple):
 
 
 def keys_of(window: QMainWindow) -> tuple[Key, ...]:
-    """All actions of a window that have a key, those that work everywhere first."""
+    """All actions with a shortcut, those that work everywhere first."""
     found = [key for action in window.findChildren(QAction) if (key := _key_of(action)) is not None]
     return tuple(dict.fromkeys(sorted(found, key=lambda one: one.page)))
 
@@ -44,7 +45,7 @@ def _key_of(action: QAction) -> Key | None:
 
 
 def _words(action: QAction) -> str:
-    """Of a menu its entry; of a page's key the control that does the same."""
+    """The text of a menu entry, or the name of the control that a page's shortcut clicks."""
     if isinstance(action, Shortcut):
         return name_of(action.control)
     return action.text().replace("&&", "\0").replace("&", "").replace("\0", "&").rstrip(" …")
@@ -58,37 +59,24 @@ def _page_of(action: QAction) -> str:
 
 
 class ShortcutsView(DocumentWindow):
-    """A table for everywhere, then one for each page."""
+    """One table for the window, then one for each page."""
 
     def __init__(self, window: QMainWindow, texts: Texts, entries: tuple[PageEntry, ...]) -> None:
         super().__init__("keys_view", marked("Keyboard shortcuts"), texts, window)
         self._window, self._entries = window, entries
+        VisibilityTimer(self, self.refresh)
 
     def refresh(self) -> None:
         self.show_markdown("\n".join(self._lines()))
 
     def _lines(self) -> Iterator[str]:
         found = keys_of(self._window)
-        yield from _table(tr("Everywhere"), [one for one in found if not one.page] + _always())
+        always = [Key("", keys, tr(does)) for keys, does in _ALWAYS]
+        yield from _table(tr("Everywhere"), [one for one in found if not one.page] + always)
         for entry in self._entries:
             of_page = [one for one in found if one.page == entry.key]
             if of_page:
                 yield from _table(tr(entry.title), of_page)
-
-    # Qt
-
-    def showEvent(self, event: QShowEvent) -> None:
-        super().showEvent(event)
-        self.refresh()
-
-    def changeEvent(self, event: QEvent) -> None:
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.LanguageChange and hasattr(self, "_entries"):
-            self.refresh()
-
-
-def _always() -> list[Key]:
-    return [Key("", keys, tr(does)) for keys, does in _ALWAYS]
 
 
 def _table(title: str, keys: list[Key]) -> Iterator[str]:

@@ -15,7 +15,7 @@ from protocol.catalogue import SETTINGS, Command
 from ui.help.whats_this_texts import ENTRIES
 
 WIDGETS_AT_ONCE: Final = 50
-"""Some 2 ms of work."""
+"""About 2 ms of work."""
 _BREATH_MS: Final = 1
 _QUESTIONS: Final = (QEvent.Type.QueryWhatsThis, QEvent.Type.WhatsThis)
 _SAYS_TOOLTIP: Final = "says_tooltip"
@@ -27,8 +27,8 @@ _OF_A_SETTING: Final[Mapping[str, Command]] = {
 
 
 class WhatsThis(QObject):
-    """Gives every widget in `root` its text: some in each turn of the event loop, and the one that is asked for at
-    once. What reads a window aloud looks for the texts too, so they do not wait until somebody asks."""
+    """Sets the texts of all widgets in `root`: a few in each turn of the event loop, since screen readers use them too,
+    and that of a queried widget at once."""
 
     def __init__(self, root: QWidget) -> None:
         super().__init__(root)
@@ -43,18 +43,18 @@ class WhatsThis(QObject):
         return self._timer.isActive()
 
     def begin(self) -> None:
-        """From the start, in the language in use."""
+        """Sets all texts again, in the language in use."""
         self._left = [self._root]
         self._timer.start()
 
     def ask(self) -> None:
-        """The next click says what a control is, in place of using it."""
+        """Enters "What's this?" mode, in which the next click explains a control."""
         if not QWhatsThis.inWhatsThisMode():
             _program().installEventFilter(self)
             QWhatsThis.enterWhatsThisMode()
 
     def say_what_has_focus(self) -> bool:
-        """Show the text of the control with the keyboard, or of the nearest thing around it; whether there is one."""
+        """Shows the text of the focused control or its nearest parent with one; returns whether there is any."""
         widget = cast("QWidget | None", self._root.focusWidget())
         around = widget
         while around is not None and widget is not None:
@@ -68,7 +68,7 @@ class WhatsThis(QObject):
     def _go_on(self) -> None:
         for _ in range(min(WIDGETS_AT_ONCE, len(self._left))):
             widget = self._left.pop()
-            if isValid(widget):  # it may be gone since the turn before
+            if isValid(widget):  # it may have been deleted since the last turn
                 explain(widget)
                 self._left += widget.findChildren(QWidget, options=Qt.FindChildOption.FindDirectChildrenOnly)
         if not self._left:
@@ -77,7 +77,7 @@ class WhatsThis(QObject):
     # Qt
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Of the whole program, from `ask` until the click."""
+        """Filters the events of the application from `ask` until the click."""
         if event.type() == QEvent.Type.LeaveWhatsThisMode:
             _program().removeEventFilter(self)
         elif event.type() in _QUESTIONS and isinstance(watched, QWidget):
@@ -86,12 +86,11 @@ class WhatsThis(QObject):
 
 
 def _program() -> QCoreApplication:
-    return cast("QCoreApplication", QCoreApplication.instance())  # a window is nowhere without it
+    return cast("QCoreApplication", QCoreApplication.instance())  # exists as long as a window does
 
 
 def explain(widget: QWidget) -> None:
-    """Give it the text that the table or the catalogue knows; where there is none, what its tooltip or its
-    accessible name says."""
+    """Sets the text from the table or the catalogue, else from the tooltip or the accessible name."""
     text = text_for(widget.objectName())
     if text:
         widget.setWhatsThis(text)
@@ -101,8 +100,7 @@ def explain(widget: QWidget) -> None:
 
 
 def text_for(name: str) -> str:
-    """Of a control by its object's name, in the language in use; empty where neither the table nor the catalogue
-    knows it."""
+    """The text for an object name, in the language in use; "" where neither the table nor the catalogue has one."""
     command = _OF_A_SETTING.get(name)
     if command is not None:
         return what_is(command)
@@ -116,5 +114,5 @@ def _english(name: str) -> str:
 
 
 def fits(pattern: str, name: str) -> bool:
-    """Whether one of the alternatives of a pattern stands for this name."""
+    """Whether one of the alternatives of `pattern` matches `name`."""
     return any(fnmatchcase(name, one) for one in pattern.split("|"))

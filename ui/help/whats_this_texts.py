@@ -1,8 +1,7 @@
 """ "What's this?" texts by object name.
 
-A pattern is a shell's (`*` stands for anything, `|` is between alternatives); the first one that fits counts. What is
-not here says what its tooltip or its accessible name says; settings, checks and the options of the simulated module
-have texts of their own.
+Patterns are shell patterns with `|` between alternatives; the first match counts. Other controls use their tooltip or
+accessible name; settings, checks and options of the simulated module have texts of their own.
 """
 
 from typing import Final, NamedTuple

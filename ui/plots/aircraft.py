@@ -7,11 +7,11 @@ from ui.style.shapes import pen
 from ui.style.theme import Theme
 
 ARM = 0.6
-"""Length of an arm, as a part of the radius."""
+"""Length of an arm as a part of the radius."""
 
 
 def draw_aircraft(painter: QPainter, theme: Theme, radius: float, ink: QColor) -> None:
-    """Level; turn the painter for a tilt."""
+    """Draws it level; rotate the painter for a tilt."""
     arm = radius * ARM
     stroke = pen(ink, stroke_px(theme, radius))
     stroke.setCapStyle(Qt.PenCapStyle.RoundCap)

@@ -7,7 +7,7 @@ from typing import Final, NamedTuple
 from app.text.i18n import tr
 from ui.plots.view import Span
 
-# Distances of ticks, in seconds.
+# Distances between ticks, in seconds.
 _STEPS_S: Final = (
     *(0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5),
     *(1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 60.0, 120.0, 300.0, 600.0, 1800.0, 3600.0, 7200.0),
@@ -16,21 +16,21 @@ _STEPS_S: Final = (
 
 
 class Tick(NamedTuple):
-    """A place on the time line and its label."""
+    """A time and its label."""
 
     time_s: float
     label: str
 
 
 def before_now(span: Span, *, most: int) -> list[Tick]:
-    """Ticks counted back from the end of the span, at the same places however it moves on."""
+    """Ticks counted back from the end of the span, so that they stay in place while it moves."""
     step_s = _step_s(span.length_s, most)
     count = math.floor(span.length_s / step_s + 1e-6)
     return [Tick(span.end_s - n * step_s, _ago(n * step_s, step_s)) for n in range(count + 1)]
 
 
 def clock_times(span: Span, *, most: int, wall_offset_s: float) -> list[Tick]:
-    """Ticks at round times of the day; ``wall_offset_s`` added to a time gives seconds since 1970."""
+    """Ticks at round times of day; `wall_offset_s` added to a time gives seconds since 1970."""
     step_s = _step_s(span.length_s, most)
     first = math.ceil((span.start_s + wall_offset_s) / step_s)
     last = math.floor((span.end_s + wall_offset_s) / step_s)
@@ -39,7 +39,7 @@ def clock_times(span: Span, *, most: int, wall_offset_s: float) -> list[Tick]:
 
 
 def clock_text(wall_s: float, decimals: int = 0) -> str:
-    """The local time of the day of a number of seconds since 1970, with ``decimals`` of a second."""
+    """The local time of day of a number of seconds since 1970, with `decimals` of a second."""
     whole = math.floor(round(wall_s, decimals))
     text = time.strftime("%H:%M:%S", time.localtime(whole))
     if not decimals:
@@ -49,7 +49,7 @@ def clock_text(wall_s: float, decimals: int = 0) -> str:
 
 
 def ago_text(seconds: float, decimals: int = 1) -> str:
-    """A time before now, with the sign of the past."""
+    """A time before now, such as "−5.0 s"."""
     return tr("−{seconds} s", seconds=f"{seconds:.{decimals}f}")
 
 

@@ -1,7 +1,6 @@
-"""Caches grid, scales, labels and steady limits of the plots as a picture.
+"""Caches grid, scales, labels and steady limits of the plots as a pixmap.
 
-While the plots follow the newest samples, nothing of it moves from draw to draw, and painting it by hand each time
-would cost as much as the curves.
+None of it moves while the plots are live, and painting it each time would cost as much as the curves.
 """
 
 from collections.abc import Hashable
@@ -14,7 +13,7 @@ from ui.plots.paint import Picture, paint_back
 
 
 def _looks_of(picture: Picture, ratio: float) -> Hashable:
-    """All that the ground depends on."""
+    """Everything that the background depends on."""
     boxes = tuple((box.x(), box.y(), box.width(), box.height()) for box in (lane.box for lane in picture.lanes))
     lanes = tuple((lane.scale, tr(lane.lane.title)) for lane in picture.lanes)
     ticks = tuple((round(picture.x(tick.time_s), 1), tick.label) for tick in picture.ticks)
@@ -22,7 +21,7 @@ def _looks_of(picture: Picture, ratio: float) -> Hashable:
 
 
 class PlotBackground:
-    """Paints the ground of a scene. `forget` what it knows when fonts or sizes have changed."""
+    """Paints the background; call `forget` when fonts or sizes change."""
 
     def __init__(self) -> None:
         self._looks: Hashable = None
@@ -32,7 +31,7 @@ class PlotBackground:
         self._looks = self._pixmap = None
 
     def paint(self, painter: QPainter, picture: Picture, size: QSize, ratio: float) -> None:
-        """By hand at the first time, from then on as a picture until something is different."""
+        """Paints directly at first, then from the pixmap until something changes."""
         looks = _looks_of(picture, ratio)
         if looks != self._looks:
             self._looks, self._pixmap = looks, None
@@ -47,7 +46,7 @@ class PlotBackground:
 def _painted(picture: Picture, size: QSize, ratio: float) -> QPixmap:
     pixmap = QPixmap(size * ratio)
     pixmap.setDevicePixelRatio(ratio)
-    pixmap.fill(picture.theme.surface)  # opaque: a plain copy is what the screen takes quickest
+    pixmap.fill(picture.theme.surface)  # opaque, so that drawing it is a plain copy
     painter = QPainter(pixmap)
     paint_back(painter, picture)
     painter.end()

@@ -30,22 +30,22 @@ from ui.style.theme import Size, Theme, current, font
 _STRIP_PX = 22.0
 _LEAST_LANES = 2
 _LEAST_LINES = 1.5
-"""Height of a lane, in lines of text: in a lower one, limits and their labels lie on each other. For the first two one
-line is enough."""
+"""Minimum height of a lane in lines of text, below which the labels of limits overlap; one line for the first two
+lanes."""
 
 
 class Canvas(QWidget):
-    """Draws what it is given and says what a person wants; it decides nothing."""
+    """Draws a `Picture`; the signals are what the user wants."""
 
     accessible_role: ClassVar = QAccessible.Role.Chart
     panned = Signal(float)
-    """Moved by this part of the view, negative to the past."""
+    """By this part of the view, negative to the past."""
     zoomed = Signal(float, float)
-    """Show so many times as much, around this part of the view (0 left, 1 right)."""
+    """Show so many times as much time, around this part of the view (0 left, 1 right)."""
     pause_wanted = Signal()
     live_wanted = Signal()
     cursor_moved = Signal()
-    """The cursor is elsewhere or gone; ``cursor`` says where."""
+    """`cursor_part` or the size changed."""
 
     def __init__(self, lanes: Sequence[Lane]) -> None:
         super().__init__()
@@ -55,22 +55,21 @@ class Canvas(QWidget):
         self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self.cursor_part: float | None = None
         self.keeps_cursor = False
-        """The read-off cursor stays where the pointer left it."""
+        """Keep the cursor where the pointer left the canvas."""
         self._dragged_from: float | None = None
         self._picture: Picture | None = None
         self._ground = PlotBackground()
         self.all_lanes = [LaneCurve(lane, number) for number, lane in enumerate(lanes)]
         self.lanes = self.all_lanes
-        """In sight: the first ones, where there is no room for all."""
+        """Those in sight: only the first ones where there is no room for all."""
         self.strip = QRectF()
 
     def apply_theme(self, theme: Theme) -> None:
-        """Take the colours of a theme."""
         for lane in self.all_lanes:
             lane.apply_theme(theme)
 
     def arrange(self) -> None:
-        """Give each lane its place; after a change of size, language or font."""
+        """Places the lanes, after a change of size, language or font."""
         self._ground.forget()
         whole = QRectF(self.rect())
         line = QFontMetricsF(font(Size.SMALL)).height()
@@ -93,7 +92,7 @@ class Canvas(QWidget):
         self.strip = QRectF(left, top, right - left, _STRIP_PX)
 
     def show_picture(self, picture: Picture) -> None:
-        """Draw; the curves have been given their points before."""
+        """Draws `picture`; call `draw_curves` before."""
         self._picture = picture
         self.update()
 
@@ -103,19 +102,19 @@ class Canvas(QWidget):
         return None if self._picture is None else self._picture.span
 
     def fit_scales(self) -> None:
-        """The vertical scales may shrink again with the next draw."""
+        """Lets the vertical scales shrink with the next draw."""
         for lane in self.lanes:
             lane.fit_scale()
 
     def draw_curves(self, span: Span) -> None:
-        """Give every curve the points of a span."""
+        """Computes all curves for a span."""
         for lane in self.lanes:
             lane.draw(span)
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         picture, ratio = self._picture, self.devicePixelRatioF()
         painter = QPainter(self)
-        # Not smoothed: straight lines lie on pixels, and smoothing dashes costs more than the curves do.
+        # No antialiasing: lines are on pixels, and antialiased dashes cost more than the curves.
         painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
         if picture is None:
             painter.fillRect(self.rect(), current().surface)
@@ -127,14 +126,14 @@ class Canvas(QWidget):
         painter.end()
 
     def _part(self, position: QPointF) -> float | None:
-        """Where in the view's width a point is, None outside of the lanes."""
+        """The position within the width of the view, 0 to 1; None outside the lanes."""
         box = self.lanes[0].box
         if not box.left() <= position.x() <= box.right():
             return None
         return float((position.x() - box.left()) / max(1.0, box.width()))
 
     def set_cursor(self, part: float | None) -> None:
-        """Put the read-off cursor at a part of the view's width; None takes it away."""
+        """Puts the cursor at a part of the view's width; None removes it."""
         if part != self.cursor_part:
             self.cursor_part = None if part is None else min(1.0, max(0.0, part))
             self.cursor_moved.emit()
@@ -155,7 +154,7 @@ class Canvas(QWidget):
             if abs(by) >= 3:
                 self.setCursor(Qt.CursorShape.ClosedHandCursor)
                 self._dragged_from = event.position().x()
-                # The cursor goes along first: one draw for both.
+                # First, so that one draw shows both.
                 self.cursor_part = self._part(event.position())
                 self.panned.emit(-by / max(1.0, self.lanes[0].box.width()))
         part = self._part(event.position())
@@ -178,9 +177,9 @@ class Canvas(QWidget):
             self.set_cursor(None)
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        is_meant = self.hasFocus() or event.modifiers() & Qt.KeyboardModifier.ControlModifier
+        zooms = self.hasFocus() or event.modifiers() & Qt.KeyboardModifier.ControlModifier
         part = self._part(event.position())
-        if not is_meant or part is None:
+        if not zooms or part is None:
             event.ignore()
             return
         if event.angleDelta().x():

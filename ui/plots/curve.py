@@ -1,7 +1,7 @@
-"""One curve in its lane.
+"""The curve of a lane.
 
-It is given new points at every draw, those of an envelope of at most a thousand buckets.  Pens are cosmetic and one
-pixel wide, without antialiasing: anything else costs several times as much.
+It gets new points at every draw, from an envelope of at most a thousand buckets. Pens are cosmetic, one pixel wide and
+without antialiasing: anything else costs several times as much.
 """
 
 from itertools import pairwise
@@ -18,12 +18,12 @@ from ui.plots.view import Lane, Scale, Span, fitting_scale
 from ui.style.theme import Theme
 
 MOST_BUCKETS: Final = 1000
-# One and a half logical pixels at 200 %; a fourth would make the draw longer than 10 ms.
+# One and a half logical pixels at 200 %; with a fourth copy a draw would take longer than 10 ms.
 _MOST_COPIES: Final = 3
 
 
 class Points(NamedTuple):
-    """What is drawn: times and values with NaN where the line is broken, and the gaps there."""
+    """Times and values with NaN where the curve is interrupted, and the gaps."""
 
     x: NDArray[np.float64]
     y: NDArray[np.float64]
@@ -31,7 +31,7 @@ class Points(NamedTuple):
 
 
 def points(envelope: Envelope, *, origin_s: float, gap_s: float) -> Points:
-    """From the lowest to the highest of each bucket and on to the next, broken where samples are missing."""
+    """Connects the lowest and the highest value of each bucket, interrupted where samples are missing."""
     count = len(envelope.low)
     x = np.empty((count, 2))
     y = np.empty((count, 2))
@@ -49,7 +49,7 @@ def points(envelope: Envelope, *, origin_s: float, gap_s: float) -> Points:
 
 
 def _line(x: NDArray[np.float64], y: NDArray[np.float64]) -> QPolygonF:
-    """Its points are written where Qt keeps them: one by one they would take a hundred times as long."""
+    """A polygon filled through its memory, which is a hundred times as fast as point by point."""
     line = QPolygonF()
     line.resize(len(x))
     if len(x):
@@ -60,7 +60,7 @@ def _line(x: NDArray[np.float64], y: NDArray[np.float64]) -> QPolygonF:
 
 
 class LaneCurve:
-    """The place and the curve of a lane, in scene coordinates."""
+    """Position and curve of a lane, in pixels of the canvas."""
 
     def __init__(self, lane: Lane, number: int) -> None:
         self.lane = lane
@@ -74,22 +74,20 @@ class LaneCurve:
         self._lines: list[QPolygonF] = []
 
     def apply_theme(self, theme: Theme) -> None:
-        """Take the colours of a theme."""
         self._pen = QPen(QColor(theme.curves[self.number % len(theme.curves)]), 1)
         self._pen.setCosmetic(True)
         self._pen.setCapStyle(Qt.PenCapStyle.SquareCap)
         self._line_px = theme.line_px
 
     def fit_scale(self) -> None:
-        """Choose the scale by what is in sight at the next draw; from then on it only grows."""
+        """Chooses the scale anew with the next draw; otherwise it only grows."""
         self._least_scale = 0
 
     def place(self, box: QRectF) -> None:
-        """Put the lane where it belongs."""
         self.box = box
 
     def draw(self, span: Span) -> None:
-        """Make the lines of a span of time."""
+        """Computes the lines of a time span."""
         lane = self.lane
         buckets = min(MOST_BUCKETS, max(50, int(self.box.width())))
         envelope = lane.series.decimated(span.start_s, span.end_s, buckets)
@@ -106,11 +104,11 @@ class LaneCurve:
         self._lines = [_line(x[before + 1 : at], y[before + 1 : at]) for before, at in pairwise(breaks)]
 
     def paint(self, painter: QPainter, *, ratio: float) -> None:
-        """Paint them on a screen of ``ratio`` device pixels for each logical one."""
+        """Paints the lines; `ratio`: device pixels per logical pixel."""
         painter.save()
         painter.setClipRect(self.box)
         painter.setPen(self._pen)
-        # A wider line is the same again, moved by one pixel of the screen each: a wider pen costs far more.
+        # Shifted copies of a line are far cheaper than a wider pen.
         for _ in range(min(_MOST_COPIES, max(1, round(self._line_px * ratio)))):
             for line in self._lines:
                 painter.drawPolyline(line)
@@ -118,7 +116,7 @@ class LaneCurve:
         painter.restore()
 
     def _extremes(self, envelope: Envelope, span: Span) -> tuple[float, float]:
-        """Of the samples and the limits in sight."""
+        """Lowest and highest of the samples and limits in sight."""
         seen = [
             change.value
             for limit in self.lane.limits
@@ -133,10 +131,10 @@ class LaneCurve:
         return (min(seen, default=lowest), max(seen, default=highest))
 
     def x(self, time_s: float, span: Span) -> float:
-        """The place of a time in the scene."""
+        """The x coordinate of a time."""
         return self.box.left() + (time_s - span.start_s) / span.length_s * self.box.width()
 
     def y(self, value: float) -> float:
-        """The place of a value in the scene; beyond the scale it is the edge."""
+        """The y coordinate of a value, clamped to the scale."""
         part = (value - self.scale.low) / (self.scale.high - self.scale.low)
         return self.box.bottom() - min(1.0, max(0.0, part)) * self.box.height()

@@ -1,7 +1,7 @@
 """Tilt gauge, 0 to 180°.
 
-Its right arm is the needle: it points to 0° at the right, 90° at the top, 180° at the left.  The arc beyond the
-attitude threshold is where the module fires, a mark before it where the trigger is ready again.
+The right arm of the aircraft is the needle: 0° is at the right, 90° at the top, 180° at the left. Beyond the attitude
+threshold the arc shows where the module fires; a mark before it shows where the trigger rearms.
 """
 
 import math
@@ -19,14 +19,13 @@ from ui.style.shapes import cleared_word, hatch, pen
 from ui.style.theme import Meaning, Size, Theme, current, font
 
 _LARGEST_DEG: Final = 180.0
-# Radii as parts of the arc's.
+# Radius of the disc as a part of the arc's.
 _DISC: Final = 0.74
 
 
 class TiltGauge(PaintedWidget):
-    """The gauge; it starts as unknown and without a threshold.  Degrees outside 0 to 180 are drawn at the end.
-
-    A compact one has no figures: they stand beside it."""
+    """Unknown and without a threshold at first. Degrees outside 0 to 180 are drawn at the end of the scale. A compact
+    gauge has no figures."""
 
     def __init__(self, *, is_compact: bool = False) -> None:
         super().__init__()
@@ -50,7 +49,7 @@ class TiltGauge(PaintedWidget):
         return self._freshness
 
     def set_threshold(self, fire_deg: float | None, *, reset_deg: float | None = None, is_stale: bool = False) -> None:
-        """From which tilt the module fires, and below which it is ready again; None: not known, nothing is drawn."""
+        """The tilt from which the module fires, and the one below which it rearms; None: not known, not drawn."""
         if (fire_deg, reset_deg, is_stale) != (self._fire_deg, self._reset_deg, self._is_limit_stale):
             self._fire_deg, self._reset_deg, self._is_limit_stale = fire_deg, reset_deg, is_stale
             self._changed()
@@ -60,7 +59,7 @@ class TiltGauge(PaintedWidget):
         self._show(Freshness.FRESH, tilt_deg, "")
 
     def show_stale(self, tilt_deg: float, age: str) -> None:
-        """The last tilt and how old it is, in words."""
+        """The last tilt and its age in words."""
         self._show(Freshness.STALE, tilt_deg, age)
 
     def show_unknown(self) -> None:
@@ -96,7 +95,7 @@ class TiltGauge(PaintedWidget):
         return round(radius * (1 + _DISC) + self._margin() + 6)
 
     def width_for(self, height: int) -> int:
-        """How wide it has to be to fill that height."""
+        """The width at which it fills `height`."""
         return round(2 * (height - self._margin() - 6) / (1 + _DISC) + 2 * self._side())
 
     def _margin(self) -> float:
@@ -131,7 +130,7 @@ class TiltGauge(PaintedWidget):
         painter.end()
 
     def _painted_face(self, theme: Theme, radius: float) -> QPixmap:
-        """All that does not move with the tilt, painted once."""
+        """Everything that does not move with the tilt, as a cached pixmap."""
         ratio = self.devicePixelRatioF()
         small = font(Size.SMALL).key()
         face_of = (
@@ -157,7 +156,7 @@ class TiltGauge(PaintedWidget):
         return self._face
 
     def _paint_ground(self, painter: QPainter, theme: Theme, radius: float) -> None:
-        """The disc: sky above the horizon, ground below, both quiet."""
+        """The disc with sky and ground."""
         inner = radius * _DISC
         disc = QPainterPath()
         disc.addEllipse(QPointF(0, 0), inner, inner)
@@ -214,7 +213,7 @@ class TiltGauge(PaintedWidget):
             _label(painter, degrees, radius, text)
 
     def _apart_deg(self) -> float:
-        """How far the labels of the two marks step aside, so that they do not touch."""
+        """How far the labels of the two marks move apart, so that they do not touch."""
         if self._fire_deg is None or self._reset_deg is None:
             return 0.0
         return max(0.0, (18 - (self._fire_deg - self._reset_deg)) / 2)
@@ -224,7 +223,7 @@ class TiltGauge(PaintedWidget):
         return any(abs(mark - degrees) < 12 for mark in marks)
 
     def _paint_aircraft(self, painter: QPainter, theme: Theme, radius: float, tilt_deg: float) -> None:
-        """A multicopter from behind, turned by the tilt, with a needle from its right arm to the scale."""
+        """A multicopter from behind, rotated by the tilt, with a needle from its right arm to the scale."""
         is_stale = self._freshness is Freshness.STALE
         fires = self._fire_deg is not None and not self._is_limit_stale and tilt_deg >= self._fire_deg
         ink = QColor(theme.muted) if is_stale else theme.ink(Meaning.DANGER if fires else None)
@@ -252,7 +251,7 @@ def _at(degrees: float, radius: float) -> QPointF:
 
 
 def _label(painter: QPainter, degrees: float, radius: float, text: str) -> None:
-    """A text outside the arc; its near edge stays off it at every angle."""
+    """A text outside the arc, at the same distance at every angle."""
     metrics = QFontMetricsF(painter.font())
     width, height = metrics.horizontalAdvance(text) + 2, metrics.height()
     angle = math.radians(degrees)

@@ -1,6 +1,6 @@
-"""Limits in the plots: a line for each as it was at each time, and a label at the right for what stands now.
+"""Limits in the plots: a line for the value at each time, and a label at the right for the current one.
 
-Lines across the whole plot and the labels do not move from draw to draw: they belong to the cached background.
+Lines across the whole plot and labels do not move from draw to draw, so they belong to the cached background.
 """
 
 from collections.abc import Hashable, Sequence
@@ -21,11 +21,11 @@ _LEFT: Final = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 _RIGHT: Final = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 _DRAFT_DASHES: Final = [9, 3, 2, 3]
 _STALE_DASHES: Final = [1, 4]
-"""Told from the module's own, also without colour."""
+"""Distinguishable from the module's own limits without colour."""
 
 
 class LimitLine(NamedTuple):
-    """A limit from ``left`` to ``right``; ``word`` stands on it at its right end."""
+    """A limit from `left` to `right`, with `word` on its right end."""
 
     left: float
     right: float
@@ -36,7 +36,7 @@ class LimitLine(NamedTuple):
 
 
 class LimitLabel(NamedTuple):
-    """The label of what stands now, in the gutter; ``y`` is its middle."""
+    """The label of a current limit in the gutter; `y` is its middle."""
 
     left: float
     y: float
@@ -45,7 +45,7 @@ class LimitLabel(NamedTuple):
 
 
 class LimitPicture(NamedTuple):
-    """The limits of one draw: what the background holds, and what moves with the time."""
+    """The limits of one draw: those in the background, and those that move with time."""
 
     steady: tuple[LimitLine, ...]
     moving: tuple[LimitLine, ...]
@@ -57,12 +57,12 @@ class LimitPicture(NamedTuple):
 
 
 def limit_text(value: float, decimals: int) -> str:
-    """A value with its sign in the typographer's minus."""
+    """A value with a typographic minus sign."""
     return f"{value:.{decimals}f}".replace("-", "−")
 
 
 def gutter_px(lanes: Sequence[LaneCurve]) -> float:
-    """Room at the right for the widest label of a limit."""
+    """Width of the widest label of a limit."""
     metrics = QFontMetricsF(font(Size.SMALL, is_bold=True))
     labels = [tr(limit.label, value="000") for lane in lanes for limit in lane.lane.limits]
     return max((metrics.horizontalAdvance(label) for label in labels), default=0.0) + 12
@@ -109,7 +109,7 @@ def _of_steps(
     *,
     ends_with_picture: bool,
 ) -> list[LimitLine]:
-    """`ends_with_picture`: what is unknown only from the right edge on, as in a recording, is labelled all the same."""
+    """`ends_with_picture`: also label a limit that becomes unknown at the right edge, as in a recording."""
     box = lane.box
     changes = steps.between(span.start_s, span.end_s)
     at_edge = len(changes) > 1 and changes[-1].value is None and lane.x(changes[-1].time_s, span) > box.right() - 1
@@ -126,22 +126,22 @@ def _of_steps(
         text, word = limit_text(change.value, limit.decimals), ""
         if is_last:
             labels.append(LimitLabel(box.right() + 6, y, tr(limit.label, value=text), ink))
-        elif change.value != _next_value(changes[n + 1 :]):  # the same again is named where it ends
+        elif change.value != _next_value(changes[n + 1 :]):  # an equal value that follows is labelled at its own end
             word = text
         lines.append(LimitLine(left, right, y, ink, word, dashes))
     return lines
 
 
 def _next_value(changes: Sequence[StepPoint]) -> float | None:
-    """What the limit is next known to be."""
+    """The next known value of the limit."""
     return next((one.value for one in changes if one.value is not None), None)
 
 
 def apart(places: Sequence[float], distance: float, top: float, bottom: float) -> list[float]:
-    """The places, pushed apart until labels of that height do not touch, between `top` and `bottom` where they fit."""
+    """`places` pushed apart to at least `distance`, between `top` and `bottom` if they fit."""
     order = sorted(range(len(places)), key=lambda n: places[n])
     moved = list(places)
-    for _ in range(4 * len(order)):  # pushing two apart may push one of them onto a third
+    for _ in range(4 * len(order)):  # pushing two apart may push one onto a third
         for upper, lower in pairwise(order):
             lacking = distance - (moved[lower] - moved[upper])
             if lacking > 0:
@@ -166,7 +166,7 @@ def paint_limit_lines(painter: QPainter, lines: Sequence[LimitLine], theme: Them
 
 
 def word_places(lines: Sequence[LimitLine], metrics: QFontMetricsF) -> list[tuple[LimitLine, QRectF]]:
-    """Above its line, or below where another word is; else it is left out: the label beside the plot has the value."""
+    """The room of each word: above its line, or below where that is taken; else it is omitted."""
     found: list[tuple[LimitLine, QRectF]] = []
     for line in lines:
         width = metrics.horizontalAdvance(line.word)
@@ -187,7 +187,7 @@ def paint_limit_labels(painter: QPainter, labels: Sequence[LimitLabel]) -> None:
     for one in labels:
         painter.setPen(QColor(one.ink))
         room = QRectF(one.left, one.y - height / 2, 300, height)
-        painter.drawText(room, _LEFT | Qt.TextFlag.TextDontClip, one.text)  # Chinese beside figures is higher
+        painter.drawText(room, _LEFT | Qt.TextFlag.TextDontClip, one.text)  # Chinese glyphs are taller
 
 
 def _limit_pen(line: LimitLine, theme: Theme) -> QPen:

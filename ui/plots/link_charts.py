@@ -1,4 +1,4 @@
-"""Charts of link statistics: histogram of round trips, rejected bytes by reason, all over time."""
+"""Charts of link statistics: round trips, invalid bytes by reason, and both over time."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -30,7 +30,7 @@ _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 _LINE_PX: Final = 18
 _TICK_MS: Final = frozenset((1, 4, 16, 64, 250, 1000))
-"""Bounds that are written below the histogram: every one would not fit."""
+"""Bounds labelled below the histogram; there is no room for all."""
 
 
 def percent_text(share: float) -> str:
@@ -40,7 +40,7 @@ def percent_text(share: float) -> str:
 
 
 class Histogram(PaintedWidget):
-    """How many round trips took how long; the heights are shares of all."""
+    """Histogram of round trips, with shares."""
 
     accessible_role: ClassVar = QAccessible.Role.Chart
 
@@ -74,7 +74,7 @@ class Histogram(PaintedWidget):
         total, most = sum(one.count for one in self._classes), max((one.count for one in self._classes), default=0)
         painter.setPen(QColor(theme.muted))
         if not total:
-            painter.drawText(ground, _CENTRE, tr("No round trip measured yet"))
+            painter.drawText(ground, _CENTRE, tr("not measured yet"))
             painter.end()
             return
         step = ground.width() / len(self._classes)
@@ -82,7 +82,7 @@ class Histogram(PaintedWidget):
         painter.end()
 
     def _paint_bars(self, painter: QPainter, ground: QRectF, step: float, most: int) -> None:
-        """Each with its share above it, where there is room beside the one before and between higher bars."""
+        """Each bar with its share above it, where that fits beside the previous one and between higher bars."""
         theme, metrics = current(), painter.fontMetrics()
         total = sum(one.count for one in self._classes)
         said = QRectF()
@@ -115,7 +115,7 @@ def _bound(one: TripClass) -> str:
 
 
 class ReasonBars(PaintedWidget):
-    """Rejected bytes by reason, most first; nothing else is as wide as its number."""
+    """Invalid bytes by reason, most frequent first."""
 
     accessible_role: ClassVar = QAccessible.Role.Chart
 
@@ -130,7 +130,7 @@ class ReasonBars(PaintedWidget):
         if shown != self._counts or not self.accessibleName():
             self._counts = shown
             said = "; ".join(f"{tr(REASON_WORDS[reason])}: {count}" for reason, count in shown)
-            text = tr("Invalid bytes. {reasons}", reasons=said) if shown else tr("No invalid bytes")
+            text = tr("{setting}: {what}", setting=tr("Invalid bytes"), what=said) if shown else tr("No invalid bytes")
             self.announce(text, name=tr("Invalid bytes"))
 
     def sizeHint(self) -> QSize:
@@ -166,7 +166,7 @@ class ReasonBars(PaintedWidget):
 
 @dataclass(frozen=True, slots=True)
 class Stretch:
-    """What the time line shows. `now_s`: its right end; `length_s`: how far it goes back."""
+    """The time line from `now_s - length_s` to `now_s`."""
 
     now_s: float
     length_s: float
@@ -179,12 +179,12 @@ class _Lane:
     meaning: Meaning | None
     values: tuple[float | None, ...]
     text: str
-    """Of the highest value."""
+    """Shown for the highest value."""
 
 
 class OverTime(PaintedWidget):
-    """Three lanes over one time line: the slowest answer, questions without one, rejected bytes; with marks for
-    restarts of the module and losses of the port."""
+    """Slowest answer, queries without reply and invalid bytes over time, with marks for restarts of the module and lost
+    ports."""
 
     accessible_role: ClassVar = QAccessible.Role.Chart
 
@@ -196,7 +196,7 @@ class OverTime(PaintedWidget):
 
     def show_stretch(self, stretch: Stretch) -> None:
         self._stretch = stretch
-        restarts, losses = (sum(one.restarts for one in stretch.slices), sum(one.losses for one in stretch.slices))
+        restarts, losses = sum(one.restarts for one in stretch.slices), sum(one.losses for one in stretch.slices)
         name = tr(
             "Over the last {time}: {lanes}; restarts: {restarts}; port lost: {losses}",
             time=duration(stretch.length_s),
@@ -280,9 +280,9 @@ class OverTime(PaintedWidget):
             painter.setPen(Qt.PenStyle.NoPen)
             painter.setBrush(ink)
             tip = ground.top() + 7
-            if one.losses:  # a square: the port was lost
+            if one.losses:  # a square for a lost port
                 painter.drawRect(QRectF(x - 3.5, ground.top(), 7, 7))
-            else:  # a triangle: the module restarted
+            else:  # a triangle for a restart
                 points = [QPointF(x - 4.5, ground.top()), QPointF(x + 4.5, ground.top()), QPointF(x, tip)]
                 painter.drawPolygon(QPolygonF(points))
             painter.setBrush(Qt.BrushStyle.NoBrush)

@@ -1,7 +1,6 @@
-"""Paints the plots around the curves: grid, scales, limits, markers, cursor.
+"""Paints everything around the curves: grid, scales, limits, markers, cursor.
 
-Painted by hand because it is little, has to be readable over anything, and costs a tenth of what general axes
-cost when they scroll.
+Painted here since it costs a tenth of what the axes of a general plotting library cost when they scroll.
 """
 
 from collections.abc import Iterator, Sequence
@@ -28,7 +27,7 @@ _MARK_PX: Final = 14
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """What one draw shows."""
+    """Everything that one draw shows."""
 
     theme: Theme
     lanes: Sequence[LaneCurve]
@@ -44,12 +43,12 @@ class Picture:
     limits: LimitPicture
 
     def x(self, time_s: float) -> float:
-        """The place of a time in the scene."""
+        """The x coordinate of a time."""
         return self.lanes[0].x(time_s, self.span)
 
 
 def paint_back(painter: QPainter, picture: Picture) -> None:
-    """Titles, grid, scales, the time line, and the limits that do not move."""
+    """Paints titles, grid, scales, the time line, and the limits that do not move."""
     theme = picture.theme
     small = font(Size.SMALL)
     metrics = QFontMetricsF(small)
@@ -72,7 +71,7 @@ def paint_back(painter: QPainter, picture: Picture) -> None:
             painter.drawLine(QPointF(box.left(), y), QPointF(box.right(), y))
             is_last = step in (0, steps) if box.height() >= metrics.height() else step == steps
             if not is_last and box.height() / steps < metrics.height():
-                continue  # no room for its figure
+                continue  # no room for the label
             painter.setPen(QColor(theme.muted))
             room = QRectF(0, y - metrics.height() / 2, box.left() - 6, metrics.height())
             painter.drawText(room, _RIGHT, limit_text(value, 0 if float(scale.step).is_integer() else 1))
@@ -86,7 +85,7 @@ def paint_back(painter: QPainter, picture: Picture) -> None:
 
 
 def _tick_labels(picture: Picture, metrics: QFontMetricsF) -> Iterator[tuple[QRectF, str]]:
-    """The times below the plots, with the room of each."""
+    """The labels below the plots and their rectangles."""
     for tick in picture.ticks:
         width = metrics.horizontalAdvance(tick.label) + 4
         left = picture.x(tick.time_s) - width / 2
@@ -109,7 +108,7 @@ def _title(painter: QPainter, theme: Theme, lane: LaneCurve) -> None:
 
 
 def paint_front(painter: QPainter, picture: Picture) -> None:
-    """Gaps, limits that begin or end in sight, marks and the cursor."""
+    """Paints gaps, limits that begin or end in sight, marks and the cursor."""
     for lane in picture.lanes:
         _paint_gaps(painter, picture, lane)
     paint_limit_lines(painter, picture.limits.moving, picture.theme)
@@ -124,7 +123,7 @@ def paint_front(painter: QPainter, picture: Picture) -> None:
 
 
 def _paint_gaps(painter: QPainter, picture: Picture, lane: LaneCurve) -> None:
-    """A word where samples are missing, if it has room."""
+    """Writes "no data" where samples are missing, if there is room."""
     if not lane.gaps:
         return
     small = font(Size.SMALL)
@@ -139,7 +138,7 @@ def _paint_gaps(painter: QPainter, picture: Picture, lane: LaneCurve) -> None:
 
 
 def _paint_marks(painter: QPainter, picture: Picture) -> None:
-    """All lines; then the icons and then the words, the most important and newest first, each where it hides none."""
+    """Paints all lines, then icons, then words; the most important and newest come first, and nothing overlaps."""
     theme, strip = picture.theme, picture.strip
     bold = font(Size.SMALL, is_bold=True)
     metrics = QFontMetricsF(bold)
@@ -167,7 +166,7 @@ def _paint_marks(painter: QPainter, picture: Picture) -> None:
 
 
 def placed_marks(places: Sequence[float]) -> list[tuple[int, float]]:
-    """Which of the marks get an icon, the most important first, and where: none lies on one that came before it."""
+    """Index and position of the marks that get an icon; one that would overlap an earlier one is left out."""
     shown: list[tuple[int, float]] = []
     for number, x in enumerate(places):
         if all(abs(x - other) >= _MARK_PX + 4 for _, other in shown):
@@ -176,7 +175,7 @@ def placed_marks(places: Sequence[float]) -> list[tuple[int, float]]:
 
 
 def _faint(ink: QColor, theme: Theme) -> QColor:
-    """Fainter than the cursor and the curve that it crosses, mixed here because a transparent pen is slow."""
+    """Fainter than cursor and curves; mixed here since transparent pens are slow."""
     if theme.line_px > 1:
         return ink
     ground = QColor(theme.surface)
@@ -209,13 +208,13 @@ def _paint_cursor(painter: QPainter, picture: Picture, cursor_s: float) -> None:
     text, middle = cursor_time(picture, cursor_s), QPointF(x, below.center().y())
     box = _pill_box(middle, text, below)
     for room, _ in _tick_labels(picture, QFontMetricsF(font(Size.SMALL))):
-        if room.intersects(box):  # a part of one that looks out would be read as another time
+        if room.intersects(box):  # a partly covered label would show another time
             painter.fillRect(room, QColor(theme.surface))
     _pill(painter, theme, middle, text, below)
 
 
 def reading(lane: LaneCurve, at_s: float, span: Span) -> str:
-    """The value at an instant with its unit, a range where only that was kept, or the word for none."""
+    """The value at a time with its unit, a range where only that was kept, or "no data"."""
     found = lane.lane.series.around(at_s, within_s=min(lane.lane.gap_s, max(0.002, span.length_s / 50)))
     if found is None:
         return tr("no data")
@@ -228,7 +227,7 @@ def reading(lane: LaneCurve, at_s: float, span: Span) -> str:
 
 
 def cursor_time(picture: Picture, cursor_s: float) -> str:
-    """How long ago and what time of the day that was, and what happened there."""
+    """The age and the time of day at the cursor, and the events there."""
     decimals = 1 if picture.span.length_s > 3 else 3
     text = clock_text(cursor_s + picture.wall_offset_s, decimals)
     if picture.is_live:
@@ -240,7 +239,7 @@ def cursor_time(picture: Picture, cursor_s: float) -> str:
 
 
 def _pill(painter: QPainter, theme: Theme, middle: QPointF, text: str, within: QRectF) -> None:
-    """A text on the theme's text colour, kept inside the lane."""
+    """A text on a filled box, within the lane."""
     bold = font(Size.SMALL, is_bold=True)
     box = _pill_box(middle, text, within)
     painter.setPen(Qt.PenStyle.NoPen)

@@ -1,7 +1,7 @@
-"""Plots several quantities on one time line, with limits, markers and a cursor.
+"""Plots several quantities over time, with limits, markers and a cursor.
 
-The page puts samples into the series, notes what happened as marks, and calls ``draw`` from its one timer.
-Importing this module loads numpy: do it after the window's first paint.
+The page fills the series, adds marks, and calls `draw`. Importing this module loads numpy, so import it after the
+window's first paint.
 """
 
 import math
@@ -25,22 +25,21 @@ from ui.plots.view import Lane, Mark, Span, TimeView
 from ui.style.theme import Space, current
 from ui.widgets.layouts import in_column
 
-# Marks that are kept; at ten hours one every 36 s.
+# In ten hours one every 36 s.
 _MARKS_KEPT: Final = 1000
-# Pixels that the label of a tick wants.
+# Room for the label of a tick.
 _TICK_PX: Final = 84
 
 
 class TimePlot(QWidget):
     """The stack of plots with its controls.
 
-    ``lanes`` from the top down.  ``wall_offset_s`` added to the samples' monotonic time gives seconds since
-    1970.  ``bounds`` are those of a recording, which has no newest samples to follow.  ``header`` is the row of
-    controls, to which the page may add its own at the right.
+    `lanes` from top to bottom. `wall_offset_s` added to the samples' monotonic time gives seconds since 1970.
+    `bounds` are those of a recording, which has no live end to follow. The page may add controls to `header`.
     """
 
     cursor_moved = Signal()
-    """The read-off cursor is at another time, or gone: ``cursor_s`` tells."""
+    """`cursor_s` changed."""
 
     def __init__(
         self,
@@ -60,7 +59,7 @@ class TimePlot(QWidget):
         self._reading = ""
         self._cursor_s: float | None = None
         self._drawn: Hashable = None
-        """What the picture of the last draw depended on, None when it has to be drawn again."""
+        """What the last picture depended on; None: it has to be drawn again."""
         self._canvas = Canvas(lanes)
         self._canvas.keeps_cursor = bounds is not None
         self._head = PlotHeader(texts, self._view)
@@ -71,7 +70,7 @@ class TimePlot(QWidget):
         self.apply_theme()
 
     def be_at(self, wall_offset_s: float) -> None:
-        """The time of day of what comes from now on; see the class."""
+        """Sets the offset of wall time for new samples; see the class."""
         self._wall_offset_s = wall_offset_s
         self._drawn = None
 
@@ -79,7 +78,7 @@ class TimePlot(QWidget):
         texts.bind(self._canvas.setAccessibleName, "Plots")
         texts.bind(self._canvas.setToolTip, "Arrow keys move, + and − zoom, Shift with arrow keys reads off")
         self._canvas.setToolTipDuration(4000)
-        texts.bind(self._language_changed, "Pause")
+        texts.bind(self._retranslate, "Pause")
         self._canvas.panned.connect(self._pan)
         self._canvas.zoomed.connect(self._zoom)
         self._canvas.pause_wanted.connect(self.toggle_pause)
@@ -90,72 +89,71 @@ class TimePlot(QWidget):
         self._head.clock_toggled.connect(self.show_clock_time)
         self._head.window_chosen.connect(self.choose_window)
 
-    def _language_changed(self, _text: str) -> None:
-        """Whatever depends on the language and on the state."""
+    def _retranslate(self, _text: str) -> None:
         self._canvas.arrange()
         self._redraw()
 
     @property
     def is_live(self) -> bool:
-        """It follows the newest samples."""
+        """Whether it follows the newest samples."""
         return self._view.is_live
 
     @property
     def span(self) -> Span:
-        """The time in sight, for an export of what is seen."""
+        """The time span in sight."""
         return self._view.span(self._now_s)
 
     @property
     def pixel_s(self) -> float:
-        """How long the picture takes to move on by one pixel of the screen."""
+        """Seconds per device pixel."""
         return self.span.length_s / max(1.0, self._canvas.strip.width() * self._canvas.devicePixelRatio())
 
     @property
     def is_recorded(self) -> bool:
-        """It shows a recording: nothing of it is how the module is now."""
+        """Whether it shows a recording."""
         return self._view.is_recorded
 
     @property
     def cursor_s(self) -> float | None:
-        """The time under the read-off cursor, None without one."""
+        """The time at the cursor, None without one."""
         return self._cursor_s
 
     @property
     def reading(self) -> str:
-        """What the read-off cursor says, empty without one."""
+        """The values at the cursor in words, "" without one."""
         return self._reading
 
     def add_mark(self, mark: Mark) -> None:
-        """Note what happened; drawn with the next ``draw``."""
+        """Adds a mark, drawn with the next `draw`."""
         self._marks.append(mark)
         self._drawn = None
 
     def add_marks(self, marks: Iterable[Mark]) -> None:
-        """Note all that happened in a recording; of more than are kept, the last ones."""
+        """Adds the marks of a recording."""
         self._marks.extend(marks)
         self._drawn = None
 
     def reset(self) -> None:
-        """What comes from now on is another module's: no mark of the old one stays, and the newest is followed."""
+        """Removes all marks and goes back to live, for another module."""
         self._marks.clear()
         self.back_to_live()
 
     def draw(self, now_s: float) -> None:
-        """Show the state of affairs at a monotonic time."""
+        """Draws everything as of a monotonic time."""
         self._now_s = max(self._now_s, now_s)
         self._redraw()
 
     def is_due(self, now_s: float) -> bool:
-        """Whether `draw` would show another picture: time has moved it by a pixel, or something else has changed."""
+        """Whether `draw` would change the picture: it moved by a pixel, or something else changed."""
         return self._looks(max(self._now_s, now_s)) != self._drawn
 
     def show_age(self, now_s: float) -> None:
-        """Say how far what is held still lies behind; the picture stays."""
+        """Updates how far a paused picture is behind, without drawing."""
         self._now_s = max(self._now_s, now_s)
         self._head.show_view(self._now_s)
 
     def toggle_pause(self) -> None:
-        """Hold the picture still, or go on with the newest samples; a recording stands still anyway."""
+        """Pauses, or goes back to live; no effect on a recording."""
         if self._view.is_recorded:
             return
         if self._view.is_live:
@@ -165,41 +163,41 @@ class TimePlot(QWidget):
             self.back_to_live()
 
     def back_to_live(self) -> None:
-        """Follow the newest samples, in the length that was chosen; show all of a recording."""
+        """Follows the newest samples in the chosen length, or shows all of a recording."""
         self._view.follow()
         self._canvas.fit_scales()
         self._redraw()
 
     def look_at(self, time_s: float) -> None:
-        """Bring an instant into the middle and put the read-off cursor there; the picture is held still."""
+        """Pauses with `time_s` and the cursor in the middle."""
         self._view.look_at(time_s, now_s=self._now_s)
         self.point_at(time_s)
         self._redraw()
 
     def point_at(self, time_s: float) -> None:
-        """Put the read-off cursor at an instant that is in sight."""
+        """Puts the cursor at a time in sight."""
         span = self.span
         self._canvas.set_cursor((time_s - span.start_s) / span.length_s)
 
     def choose_window(self, window_s: float) -> None:
-        """Choose the length of the time line, in seconds."""
+        """Sets the length of the time line."""
         self._view.choose(window_s, now_s=self._now_s)
         self._canvas.fit_scales()
         self._redraw()
 
     def show_clock_time(self, shows_clock: bool, /) -> None:
-        """Label the time line with the time of day, or with seconds before now."""
+        """Labels the time line with the time of day, or with seconds before now."""
         self._shows_clock = shows_clock
         self._head.clock.setChecked(shows_clock)
         self._redraw()
 
     def picture(self) -> QPixmap:
-        """The plots as they are, for a file."""
+        """The plots as a picture."""
         one: QPixmap = self._canvas.grab()
         return one
 
     def apply_theme(self) -> None:
-        """Take the colours of the theme in use."""
+        """Applies the theme in use."""
         self._canvas.apply_theme(current())
         self._canvas.arrange()
         self._redraw()
@@ -220,7 +218,7 @@ class TimePlot(QWidget):
         self._redraw()
 
     def _looks(self, now_s: float) -> Hashable:
-        """What the picture depends on that may change by itself."""
+        """What the picture depends on and may change by itself."""
         span = self._pixel_aligned(self._view.span(now_s))
         lanes = [lane.lane for lane in self._canvas.all_lanes]
         limits = tuple(
@@ -228,7 +226,7 @@ class TimePlot(QWidget):
             for lane in lanes
             for limit in lane.limits
         )
-        if self._view.is_live:  # a sample belongs to the pixel that is not over yet
+        if self._view.is_live:  # new samples are within the last pixel
             return span, limits
         newest = (lane.series.last for lane in lanes)
         return span, limits, tuple(None if one is None else min(one.time_s, span.end_s) for one in newest)
@@ -238,7 +236,7 @@ class TimePlot(QWidget):
         span = self._pixel_aligned(self.span)
         self._canvas.draw_curves(span)
         most = max(2, int(self._canvas.strip.width() / _TICK_PX))
-        # What is held still is labelled by the clock: "10 s before now" would be wrong a moment later.
+        # A paused picture is labelled by the clock: "10 s before now" would soon be wrong.
         if self._view.is_live and not self._shows_clock:
             ticks = before_now(span, most=most)
         else:
@@ -267,7 +265,7 @@ class TimePlot(QWidget):
             self.cursor_moved.emit()
 
     def _pixel_aligned(self, span: Span) -> Span:
-        """While it follows, move by whole pixels, so that no line trembles between two."""
+        """A live span moves by whole pixels, so that lines do not flicker."""
         if not self._view.is_live:
             return span
         pixel_s = self.pixel_s
@@ -278,7 +276,7 @@ class TimePlot(QWidget):
         if picture.cursor_s is None:
             self._reading = ""
             return
-        # Those that a low window has no room to draw as well.
+        # All lanes, also those that a low window does not show.
         lanes = self._canvas.all_lanes
         values = (f"{tr(lane.lane.title)} {reading(lane, picture.cursor_s, picture.span)}" for lane in lanes)
         self._reading = ", ".join((cursor_time(picture, picture.cursor_s), *values))

@@ -15,11 +15,11 @@ from ui.style.theme import Size, Space, current, font
 
 _DOT_PX: Final = 3.5
 _MOST_POINTS: Final = 200
-"""The last ones: more cannot be told apart."""
+"""Only the last ones: more could not be distinguished."""
 
 
 class Trend(PaintedWidget):
-    """Checks are equally far apart: between two lie days, and then minutes."""
+    """Equal distances between the checks, since days or minutes may lie between them."""
 
     accessible_role: ClassVar = QAccessible.Role.Chart
 
@@ -31,7 +31,7 @@ class Trend(PaintedWidget):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
     def show_points(self, title: str, unit: str, points: Sequence[Point], *, decimals: int) -> None:
-        """The oldest first."""
+        """`points` from the oldest to the newest."""
         self._title, self._unit, self._decimals = title, unit, decimals
         self.points = tuple(points[-_MOST_POINTS:])
         if self.points:
@@ -45,7 +45,7 @@ class Trend(PaintedWidget):
                 last=self._shown(values[-1]),
             )
         else:
-            text = tr("{title}: not measured yet", title=title)
+            text = tr("{setting}: {what}", setting=title, what=tr("not measured yet"))
         self.setToolTip(text)
         self.announce(text)
 
@@ -67,12 +67,12 @@ class Trend(PaintedWidget):
         metrics = QFontMetricsF(small)
         painter.setFont(small)
         painter.setPen(QColor(theme.muted))
-        left = int(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
-        right = int(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+        left = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
+        right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
         head = QRectF(0, 0, self.width(), metrics.height() + 2)
         painter.drawText(head, left, self._title)
         if not self.points:
-            painter.drawText(QRectF(self.rect()), int(Qt.AlignmentFlag.AlignCenter), tr("not measured yet"))
+            painter.drawText(QRectF(self.rect()), Qt.AlignmentFlag.AlignCenter, tr("not measured yet"))
             painter.end()
             return
         values = [one.value for one in self.points]

@@ -1,4 +1,4 @@
-"""What makes the module fire, drawn: past which tilt, below which acceleration for how long, or by command."""
+"""Pictures of what makes the module fire: tilt, free fall, or a command."""
 
 import math
 from collections.abc import Callable
@@ -19,12 +19,12 @@ from ui.style.shapes import pen
 from ui.style.theme import Meaning, Size, current, font
 
 _BEYOND_DEG: Final = 8.0
-"""How far past its threshold the aircraft is drawn: the record does not say how far it was."""
+"""How far past the threshold the aircraft is drawn; the record does not contain the tilt."""
 _CENTRE: Final = Qt.AlignmentFlag.AlignCenter
 
 
 def draw_attitude(painter: QPainter, box: QRectF, threshold_deg: float) -> None:
-    """The aircraft past the threshold; red is where it fires, blue where the trigger rearms."""
+    """The aircraft past the threshold, which is red; blue is where the trigger rearms."""
     theme = current()
     label = QFontMetricsF(font(Size.SMALL, is_bold=True))
     radius = max(24.0, min(box.height() - label.height() - 12, (box.width() - 80) / 2))
@@ -45,7 +45,7 @@ def draw_attitude(painter: QPainter, box: QRectF, threshold_deg: float) -> None:
         way = QPointF(math.cos(math.radians(degrees)), -math.sin(math.radians(degrees)))
         painter.setPen(pen(colour, 1.0 + theme.line_px))
         painter.drawLine(way * (radius - 6), way * (radius + 6))
-        # The upper label stands above the arc, the lower one beside it: they never meet.
+        # One label above the arc, one beside it, so that they never overlap.
         is_upper = degrees == threshold_deg
         place = way * (radius + 10)
         width = label.horizontalAdvance(text) + 2
@@ -58,7 +58,7 @@ def draw_attitude(painter: QPainter, box: QRectF, threshold_deg: float) -> None:
 
 
 def draw_free_fall(painter: QPainter, box: QRectF, below_g: float, for_s: float) -> None:
-    """The aircraft falling level; the words say below what and for how long."""
+    """The aircraft falling level, with acceleration and time as text."""
     theme = current()
     words = font(Size.SMALL, is_bold=True)
     metrics = QFontMetricsF(words)
@@ -100,7 +100,7 @@ def _draw_command(painter: QPainter, box: QRectF, picture: Icon) -> None:
 
 
 class TriggerPicture(PaintedWidget):
-    """Of the causes that a trigger record names, beside each other."""
+    """Draws the causes in a trigger record side by side."""
 
     def __init__(self, name: str) -> None:
         super().__init__()
@@ -110,7 +110,7 @@ class TriggerPicture(PaintedWidget):
         self.lie_on_surface()
 
     def show_record(self, record: TriggerRecord | None, words: str) -> None:
-        """`words`: its causes, for screen readers."""
+        """`words`: the causes, for screen readers."""
         self._record = record
         self.announce(words)
 

@@ -1,7 +1,4 @@
-"""View model of the plots: lanes, limits, markers and the visible time span.
-
-Plain data and arithmetic without a widget.  Times are monotonic seconds.
-"""
+"""View model of the plots: lanes, limits, markers and the visible time span. Times are monotonic seconds."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -13,16 +10,16 @@ from app.samples.step_function import StepFunction
 from ui.style.icons import Icon
 from ui.style.theme import Meaning
 
-# The windows to choose from, in seconds.
+# Selectable lengths of the time line.
 WINDOWS_S: Final = (10.0, 60.0, 600.0)
-# How far one can zoom in: some forty status frames at line rate.
+# Limit of zooming in: some forty status frames at line rate.
 SHORTEST_S: Final = 0.03
-# How far back one can look: what a series keeps.
+# Limit of panning back: what a series keeps.
 LONGEST_S: Final = 10 * 3600.0
 
 
 class Span(NamedTuple):
-    """A part of the time line."""
+    """A time span."""
 
     start_s: float
     end_s: float
@@ -42,10 +39,10 @@ class Scale(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Limit:
-    """A limit over time; ``label`` is English with ``{value}`` in it, ``meaning`` that of what it causes.
+    """A limit over time; `label` is English with `{value}`, `meaning` that of exceeding it.
 
-    A draft is no limit of the module's: somebody tries it on what was measured.  ``stale`` is the value that was last
-    known, while nothing confirms it."""
+    A draft is a value being tried, not one of the module. `stale` is the last known value while it is not confirmed.
+    """
 
     steps: StepFunction
     label: str
@@ -59,8 +56,8 @@ class Limit:
 class Lane:
     """One plot of the stack.
 
-    Of ``scales`` the first is taken that holds all that is in sight, else the last.  ``weight`` is the share of
-    the height.  Where no sample came for more than ``gap_s``, the line is broken.
+    The first of `scales` that covers all values in sight is used, else the last. `weight` is the share of the height.
+    The curve is interrupted where no sample came for more than `gap_s`.
     """
 
     title: str
@@ -72,12 +69,12 @@ class Lane:
     weight: float = 1.0
     gap_s: float = 1.0
     outside: Callable[[float, float], Outside | None] | None = None
-    """Of a value at a time: whether it is outside its limit."""
+    """Judges a value at a time."""
 
 
 @dataclass(frozen=True, slots=True)
 class Mark:
-    """Something that happened; ``word`` is English.  ``rank`` 0 is the most important: it is never hidden by others."""
+    """An event; `word` is English. `rank` 0 is the most important, which others never hide."""
 
     time_s: float
     word: str
@@ -87,10 +84,10 @@ class Mark:
 
 
 class TimeView:
-    """Which span is in sight: the last ``window_s`` while it follows, else what was held still.
+    """The span in sight: the last `window_s` while it is live, else the one that was held.
 
-    Pausing, zooming and panning hold it; only ``follow`` lets it go on.  ``bounds`` are those of a recording: then
-    nothing is followed, all of it is in sight at first, and nothing beyond it can be.
+    Pausing, zooming and panning hold the span until `follow`. With the `bounds` of a recording it is never live: at
+    first all of it is in sight, and nothing beyond.
     """
 
     def __init__(self, window_s: float = WINDOWS_S[1], *, bounds: Span | None = None) -> None:
@@ -100,36 +97,36 @@ class TimeView:
 
     @property
     def window_s(self) -> float:
-        """The length that was chosen for following."""
+        """The chosen length."""
         return self._window_s
 
     @property
     def is_live(self) -> bool:
-        """It follows the newest samples."""
+        """Whether it follows the newest samples."""
         return self._held is None and self._bounds is None
 
     @property
     def is_recorded(self) -> bool:
-        """Nothing newer than what it has will ever come."""
+        """Whether it shows a recording."""
         return self._bounds is not None
 
     @property
     def is_whole(self) -> bool:
-        """All of a recording is in sight."""
+        """Whether all of a recording is in sight."""
         if self._bounds is None or self._held is None:
             return self._bounds is not None
         return self._held.length_s >= self._bounds.length_s * (1 - 1e-9)
 
     def span(self, now_s: float) -> Span:
-        """What is in sight."""
+        """The span in sight."""
         return self._held or self._bounds or Span(now_s - self._window_s, now_s)
 
     def behind_s(self, now_s: float) -> float:
-        """How much newer the newest is than what is in sight, 0 while it follows."""
+        """How far the span is behind now; 0 while it is live."""
         return 0.0 if self._held is None or self.is_recorded else max(0.0, now_s - self._held.end_s)
 
     def choose(self, window_s: float, *, now_s: float) -> None:
-        """Choose the length; a view held still keeps its end, that of a recording its middle."""
+        """Sets the length; a held span keeps its end, that of a recording its middle."""
         self._window_s = window_s
         if self.is_recorded:
             start_s, end_s = self.span(now_s)
@@ -139,28 +136,28 @@ class TimeView:
             self._hold(Span(self._held.end_s - window_s, self._held.end_s), now_s)
 
     def hold(self, now_s: float) -> None:
-        """Keep what is in sight."""
+        """Pauses."""
         if self._held is None:
             self._held = self.span(now_s)
 
     def follow(self) -> None:
-        """Back to live, in the length that was chosen; to all of a recording."""
+        """Goes back to live in the chosen length, or to all of a recording."""
         self._held = None
 
     def pan(self, by_s: float, *, now_s: float) -> None:
-        """Move by seconds, negative to the past, not beyond now."""
+        """Moves by seconds, negative to the past, not beyond now."""
         start_s, end_s = self.span(now_s)
         self._hold(Span(start_s + by_s, end_s + by_s), now_s)
 
     def zoom(self, factor: float, *, at_s: float, now_s: float) -> None:
-        """Show ``factor`` times as much time, around an instant that keeps its place."""
+        """Shows `factor` times as much time; `at_s` keeps its place."""
         start_s, end_s = self.span(now_s)
         length_s = min(self._longest_s, max(SHORTEST_S, (end_s - start_s) * factor))
         part = (at_s - start_s) / (end_s - start_s)
         self._hold(Span(at_s - part * length_s, at_s + (1 - part) * length_s), now_s)
 
     def look_at(self, time_s: float, *, now_s: float) -> None:
-        """Hold an instant in the middle, as far as there is something on both sides; the length stays."""
+        """Holds the span with `time_s` in the middle, as far as the data go; the length stays."""
         length_s = self.span(now_s).length_s
         if self.is_whole:
             length_s = min(length_s, self._window_s)
@@ -178,11 +175,11 @@ class TimeView:
 
 
 def _at_least(span: Span, length_s: float) -> Span:
-    """The span, or a longer one around its middle."""
+    """`span`, extended around its middle to at least `length_s`."""
     middle_s = (span.start_s + span.end_s) / 2
     return span if span.length_s >= length_s else Span(middle_s - length_s / 2, middle_s + length_s / 2)
 
 
 def fitting_scale(scales: tuple[Scale, ...], low: float, high: float) -> Scale:
-    """The first scale that holds both values, else the last."""
+    """The first scale that covers both values, else the last."""
     return next((one for one in scales if one.low <= low and high <= one.high), scales[-1])

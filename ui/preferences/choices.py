@@ -1,4 +1,4 @@
-"""Applies and remembers what is chosen in the preferences."""
+"""Applies and saves preferences."""
 
 from collections.abc import Callable
 
@@ -9,7 +9,7 @@ from ui.style.theme import Choice
 
 
 class Choices:
-    """Each choice holds at once, and at the next start."""
+    """Each choice applies at once, and at the next start."""
 
     def __init__(self, appearance: Appearance, language_switch: LanguageSwitch, preferences: Preferences) -> None:
         self._appearance, self._language_switch = appearance, language_switch
@@ -18,7 +18,7 @@ class Choices:
         self.report_no_font: Callable[[], object] = lambda: None
 
     def use_language(self, name: str) -> None:
-        """Without a font of the system for it, the language stays and that is said."""
+        """Keeps the language, and reports it, if no font has the characters of the new one."""
         if not self.has_font_for(name):
             self.report_no_font()
             return

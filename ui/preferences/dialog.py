@@ -1,4 +1,4 @@
-"""Preferences in one dialog. What is chosen holds at once; LOCK stays in reach beside it."""
+"""Modeless dialog of preferences, which apply at once."""
 
 from functools import partial
 
@@ -32,13 +32,13 @@ THEMES = (
     (Choice.DARK, marked("Dark mode")),
     (Choice.SUNLIGHT, marked("Sunlight")),
 )
-# Each language in its own words, so that whoever is lost in the other one finds it.
+# Each language in its own words, for those who do not read the other one.
 LANGUAGES = ((ENGLISH, "English"), (CHINESE, "简体中文 (Chinese)"))
 ZOOMS = (100, 125, 150)
 
 
 class PreferencesDialog(QDialog):
-    """`wide` is the window's action for the sidebar: chosen there or here, it is one thing."""
+    """`wide` is the window's action for the sidebar."""
 
     def __init__(self, texts: Texts, choices: Choices, wide: QAction, parent: QWidget) -> None:
         super().__init__(parent)
@@ -60,7 +60,7 @@ class PreferencesDialog(QDialog):
         form = QFormLayout()
         form.setHorizontalSpacing(Space.L)
         form.setVerticalSpacing(Space.M)
-        # In both languages: whoever cannot read the other one looks for this row.
+        # In both languages, for those who read only one.
         form.addRow(named(QLabel("Language · 语言"), "preferences_language_label"), self.language)
         for name, box, english in (("theme", self.theme, marked("Theme")), ("zoom", self.zoom, marked("Text size"))):
             label = control(QLabel(), texts, f"preferences_{name}_label", english)
@@ -85,7 +85,6 @@ class PreferencesDialog(QDialog):
         self.sounds.toggled.connect(choices.use_sounds)
 
     def refresh(self) -> None:
-        """Show what is chosen now."""
         preferences = self._remembered
         self.language.setCurrentIndex(self.language.findData(language()))
         self.theme.setCurrentIndex(max(0, self.theme.findData(preferences.theme)))

@@ -1,4 +1,4 @@
-"""Stays in English, and says why, where no font of the system has Chinese characters."""
+"""Falls back to English, and says why, where no installed font has Chinese characters."""
 
 from collections.abc import Callable
 
@@ -16,7 +16,7 @@ def need_fonts(
     tell: Callable[[Callable[[], Notice]], None],
     dismiss: Callable[[], None],
 ) -> None:
-    """From now on, and for the language in use; `tell` shows a notice, `dismiss` takes it away."""
+    """Checks the language in use, and each one chosen later; `tell` shows a notice, `dismiss` removes it."""
 
     def notice() -> Notice:
         text = tr("No Chinese font is installed. Install one (fonts-noto-cjk), then restart.")

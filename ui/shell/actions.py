@@ -1,7 +1,6 @@
-"""Menu: all actions of the window with their shortcuts."""
+"""The menu: all actions of the window with their shortcuts."""
 
 from collections.abc import Callable
-from functools import partial
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QKeySequence
@@ -17,7 +16,7 @@ from ui.widgets.naming import named
 
 
 class Actions:
-    """Makes menus and actions; what they do is connected by the window."""
+    """Creates menus and actions, which the window connects."""
 
     def __init__(self, window: QMainWindow, texts: Texts, entries: tuple[PageEntry, ...]) -> None:
         self._window = window
@@ -27,8 +26,7 @@ class Actions:
         self.page = self._menu("menu_page", marked("&Page"))
         view, help_menu = self._menu("menu_view", marked("&View")), self._menu("menu_help", marked("&Help"))
         self.open = self._action(file, "act_open", marked("Open…"), "Ctrl+Alt+O")
-        self.recent = QMenu(file)
-        self._add_menu(file, self.recent, "menu_recent", marked("Recent files"))
+        self.recent = self._menu("menu_recent", marked("Recent files"), file)
         self.save = self._action(file, "act_save", marked("Save…"), None)
         self.export = self._action(file, "act_export", marked("Export…"), None)
         file.aboutToShow.connect(self._offer_saving)
@@ -65,21 +63,21 @@ class Actions:
         help_menu.addSeparator()
         self.about = self._action(help_menu, "act_about", marked("About"), None)
         self.find_page: Callable[[], QWidget | None] = lambda: None
-        """The page in sight."""
+        """Returns the current page."""
 
     def page_shortcuts(self) -> list[Shortcut]:
-        """What can be done with a key on the page in sight."""
+        """The shortcuts of the visible controls of the current page."""
         page = self.find_page()
         found = [] if page is None else page.findChildren(Shortcut)
         return [one for one in found if one.control.isVisible()]
 
     def _saving(self, key: str) -> Shortcut | None:
-        """What this key saves on the page in sight."""
+        """The shortcut of the current page with this key."""
         keys = QKeySequence(key)
         return next((one for one in self.page_shortcuts() if keys in one.shortcuts()), None)
 
     def _offer_saving(self) -> None:
-        """Save and Export are what the page in sight offers with Ctrl+S and Ctrl+Shift+S."""
+        """Save and Export are the current page's Ctrl+S and Ctrl+Shift+S."""
         for action, key in ((self.save, "Ctrl+S"), (self.export, "Ctrl+Shift+S")):
             offered = self._saving(key)
             action.setEnabled(offered is not None and offered.control.isEnabled())
@@ -109,18 +107,13 @@ class Actions:
 
     def when_chosen(self, group: dict[str, QAction], act: Callable[[str], None]) -> None:
         for key, action in group.items():
-            action.triggered.connect(partial(_call, act, key))
+            action.triggered.connect(lambda _checked, key=key: act(key))
 
-    def _menu(self, name: str, english: str) -> QMenu:
-        menu = named(QMenu(self.main), name)
-        self.main.addMenu(menu)
+    def _menu(self, name: str, english: str, parent: QMenu | None = None) -> QMenu:
+        menu = named(QMenu(parent or self.main), name)
+        (parent or self.main).addMenu(menu)
         self._texts.bind(menu.setTitle, english)
         return menu
-
-    def _add_menu(self, parent: QMenu, menu: QMenu, name: str, english: str) -> None:
-        menu.setObjectName(name)
-        parent.addMenu(menu)
-        self._texts.bind(menu.setTitle, english)
 
     def _action(self, menu: QMenu, name: str, english: str, key: str | None) -> QAction:
         action = named(QAction(self._window), name)
@@ -128,10 +121,6 @@ class Actions:
             action.setShortcut(QKeySequence(key))
         self._texts.bind(action.setText, english)
         menu.addAction(action)
-        # Also on the window: a shortcut of a menu that is hidden would be dead.
+        # Also on the window: shortcuts of a hidden menu do not work.
         self._window.addAction(action)
         return action
-
-
-def _call(act: Callable[[str], None], key: str, _is_checked: bool = False) -> None:
-    act(key)

@@ -1,7 +1,7 @@
 """Chooses the notice that needs attention: leaving an ACTIVE module, a failed lock, a link in trouble."""
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from PySide6.QtCore import QObject
 
@@ -15,11 +15,19 @@ from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 
 
-class Attention(QObject):
-    """Keeps the notice bar at what matters most: the question first, then LOCK, then the link.
+@dataclass(frozen=True, slots=True)
+class _Question:
+    """A question about leaving, shown as long as it `is_open`."""
 
-    `acts` is what the link's buttons do.
-    """
+    make: Callable[[], Notice]
+    is_open: Callable[[], bool]
+    is_about_closing: bool
+    is_about_edits: bool = False
+
+
+class Attention(QObject):
+    """Shows the most important notice: a question first, then LOCK, then the link. `acts` are those of the link's
+    buttons."""
 
     def __init__(
         self,
@@ -33,29 +41,27 @@ class Attention(QObject):
     ) -> None:
         super().__init__(parent)
         self.is_choosing = False
-        """The ports are in sight, so nobody needs to be sent there."""
+        """The list of ports is visible, so no notice needs to lead there."""
         self.find_identity: Callable[[], Notice | None] = lambda: None
-        """The question which module it is, where that has to be decided."""
+        """Returns the question which module is connected, where that has to be decided."""
         self._connector, self._bar, self._lock, self._acts = connector, bar, lock, acts
         self._unsent = pending_edits or PendingEdits()
         self.go_to: Callable[[str], None] = lambda _page: None
-        """Brings the page of this key into sight."""
+        """Shows the page with this key."""
         self._has_read_trigger = False
-        self._question: Callable[[], Notice] | None = None
-        self._is_still_asked: Callable[[], bool] = bool
-        self._is_about_closing = False
+        self._question: _Question | None = None
         self._restarts: int | None = None
-        """The device's count that has been seen by a person; None before anything was known."""
-        self._told: list[Callable[[], Notice]] = []
+        """The restart count that the user knows of; None before anything was known."""
+        self._queued: list[Callable[[], Notice]] = []
 
     @property
     def is_risky_to_leave(self) -> bool:
-        """The module is, or may be, ready to fire, and can still be told not to."""
+        """The module is or may be ready to fire, and can still be locked."""
         return self._connector.is_open and (self._connector.is_active or self._lock.is_unproven)
 
     @property
     def is_risky_to_close(self) -> bool:
-        """As `is_risky_to_leave`, of the modules on all ports."""
+        """Like `is_risky_to_leave`, for the modules on all ports."""
         return self.is_risky_to_leave or self._connector.is_any_active
 
     @property
@@ -64,15 +70,14 @@ class Attention(QObject):
         return self._unsent.count() > 0
 
     def may_close(self, close: Callable[[], object]) -> bool:
-        """Whether nothing stands against closing now; else it is asked, and `close` called where that is the answer.
+        """Whether the window may close now; else asks, and calls `close` where that is the answer.
 
-        A second attempt while the question stands is an answer too.
+        A second attempt to close while the question is shown is an answer too.
         """
-        is_asked = self._question is not None and self._is_about_closing
-        asks_of_edits = is_asked and self._is_still_asked == self._has_unsent_now
-        if is_asked and not (asks_of_edits and self.is_risky_to_close):
-            return True
-        if asks_of_edits:
+        question = self._question
+        if question is not None and question.is_about_closing:
+            if not question.is_about_edits or not self.is_risky_to_close:
+                return True
             self._leave_active(close, is_closing=True)
             return False
         if not self.is_risky_to_close and not self.has_unsent:
@@ -81,17 +86,17 @@ class Attention(QObject):
         return False
 
     def tell(self, make: Callable[[], Notice]) -> None:
-        """Say something that can wait until nothing more urgent is to be said, and stays until it is closed."""
-        self._told.append(make)
+        """Queues a notice, which is shown until it is closed, when nothing is more urgent."""
+        self._queued.append(make)
         self.refresh()
 
     def forget_told(self) -> None:
-        """The first thing that was told has been read."""
-        del self._told[:1]
+        """Removes the first queued notice."""
+        del self._queued[:1]
         self.refresh()
 
     def leave(self, leave: Callable[[], object], *, is_closing: bool = False) -> None:
-        """Do it; but where edits would be lost or an ACTIVE module left, ask before."""
+        """Calls `leave`; asks before where edits would be lost or an ACTIVE module left."""
         if not self.has_unsent:
             self._leave_active(leave, is_closing=is_closing)
             return
@@ -101,60 +106,51 @@ class Attention(QObject):
             self._leave_active(leave, is_closing=is_closing)
 
         self._ask(
-            lambda: unsent_notice(self._unsent.count(), go, self.stay),
-            self._has_unsent_now,
-            is_closing=is_closing,
-            main="stay",
+            _Question(
+                lambda: unsent_notice(self._unsent.count(), go, self.stay),
+                lambda: self.has_unsent,
+                is_about_closing=is_closing,
+                is_about_edits=True,
+            ),
+            focused="stay",
         )
 
     def _leave_active(self, leave: Callable[[], object], *, is_closing: bool) -> None:
-        if not (self.is_risky_to_close if is_closing else self.is_risky_to_leave):
-            self._question = None
-            leave()
-            return
+        def is_risky() -> bool:
+            return self.is_risky_to_close if is_closing else self.is_risky_to_leave
 
         def go() -> None:
             self._question = None
             leave()
 
+        if not is_risky():
+            go()
+            return
         self._ask(
-            lambda: self._leaving_notice(go, is_closing=is_closing),
-            self._is_risky_to_close_now if is_closing else self._is_risky_now,
-            is_closing=is_closing,
-            main="lock_and_leave",
+            _Question(lambda: self._leaving_notice(go, is_closing=is_closing), is_risky, is_about_closing=is_closing),
+            focused="lock_and_leave",
         )
 
-    def _ask(
-        self, question: Callable[[], Notice], is_still_asked: Callable[[], bool], *, is_closing: bool, main: str
-    ) -> None:
-        self._question, self._is_still_asked, self._is_about_closing = question, is_still_asked, is_closing
+    def _ask(self, question: "_Question", *, focused: str) -> None:
+        self._question = question
         self.refresh()
-        button = self._bar.button(main)
+        button = self._bar.button(focused)
         if button is not None:
             button.setFocus()
 
-    def _has_unsent_now(self) -> bool:
-        return self.has_unsent
-
-    def _is_risky_now(self) -> bool:
-        return self.is_risky_to_leave
-
-    def _is_risky_to_close_now(self) -> bool:
-        return self.is_risky_to_close
-
     def stay(self) -> None:
-        """Do not leave after all; nothing is sent."""
+        """Cancels leaving; nothing is sent."""
         self._question = None
         self.refresh()
 
     def refresh(self) -> None:
-        if self._question is not None and not self._is_still_asked():
+        if self._question is not None and not self._question.is_open():
             self._question = None
         self._bar.show_notice(self._notice())
 
     def _notice(self) -> Notice | None:
         if self._question is not None:
-            return self._question()
+            return self._question.make()
         asked, locking = self.find_identity(), self._lock.notice()
         if asked is not None:
             if locking is None:
@@ -162,20 +158,20 @@ class Attention(QObject):
             return replace(asked, meaning=locking.meaning, text=f"{locking.text} {asked.text}")
         connector = self._connector
         state = connector.state
-        if state.phase is Phase.CLOSED and self.is_choosing and not self._told:
+        if state.phase is Phase.CLOSED and self.is_choosing and not self._queued:
             return None
         said = link_notice(state, connector.clock(), self._acts, was_active=connector.is_active)
         if connector.is_recording and state.trouble is None:
-            said = None  # a recording that falls silent needs nobody; its own bar says that it has ended
+            said = None  # its own bar says that the recording has ended
         locking = self._lock.notice(said.choices if said is not None else ())
         if locking is not None:
             return locking if said is None else replace(locking, text=f"{locking.text} {said.text}")
-        if self._told and (said is None or state.phase is Phase.CLOSED):
-            return self._told[0]()
+        if self._queued and (said is None or state.phase is Phase.CLOSED):
+            return self._queued[0]()
         return said or self._trigger_notice() or self._module_notice()
 
     def _module_notice(self) -> Notice | None:
-        """What the module did by itself: said on every page."""
+        """A change or a restart of the module."""
         connector = self._connector
         device = connector.device
         if not connector.is_open:
@@ -185,7 +181,7 @@ class Attention(QObject):
             names = ", ".join(tr(one.command.title) for one in changed)
             return Notice(Meaning.DANGER, tr("Changed without being written: {names}. See Settings.", names=names))
         if self._restarts is None or device.restarts < self._restarts:
-            # Before anything was known of the module a restart ends nothing.
+            # A restart before anything was known changes nothing.
             is_known = device.fresh("boot_count", connector.clock()) is not None
             self._restarts = device.restarts if is_known else None
             return None

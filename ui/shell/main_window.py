@@ -1,4 +1,4 @@
-"""Main window: top bar, notices, sidebar with pages, status bar. Only wires them."""
+"""Main window: assembles and connects top bar, notices, sidebar, pages and status bar."""
 
 import logging
 from functools import partial
@@ -45,18 +45,18 @@ _log = logging.getLogger(__name__)
 SMALLEST = QSize(900, 520)
 FIRST_SIZE = QSize(1180, 720)
 WIDE_ENOUGH = 1280
-"""For the panel of the simulated module beside a page with the names in the sidebar."""
+"""Width from which the panel of the simulated module fits beside a sidebar with names."""
 REFRESH_EVERY_MS = 100
 _HEARERS = ("diagnosis", "live")
-"""Pages that must hear of everything from the first byte on; the first live value waits for no other one."""
+"""Pages that need every batch from the first byte on; connecting waits only for these."""
 
 
 class MainWindow(QMainWindow):
-    """See the module's docstring. `pages` are made after the first paint."""
+    """See the module docstring. The pages are made after the first paint."""
 
     pages_made = Signal()
     port_opened = Signal(bool)
-    """A module answered; True for the first time on this computer."""
+    """A module answered; True: for the first time on this computer."""
     retranslated = Signal()
     closing = Signal()
 
@@ -132,15 +132,14 @@ class MainWindow(QMainWindow):
         self._timer.start()
         self.refresh()
 
-    # Making
+    # Construction
 
     def _lay_out(self) -> None:
-        centre = self.centre = QWidget()
-        centre.setObjectName("centre")
+        centre = self.centre = named(QWidget(), "centre")
         pages = in_row((self.area, 1), (self.panel, 1), spacing=0)
         body = in_row(self.navigation, (in_column(self.notice_bar, (pages, 1), spacing=0), 1), spacing=0)
         in_column(self.recording_bar, (body, 1), of=centre, spacing=0, margins=0)
-        self.setMenuWidget(self.top_bar)  # like the foot, past the panels at the sides
+        self.setMenuWidget(self.top_bar)  # like the foot as wide as the window, docks included
         self.setCentralWidget(centre)
         foot = named(QToolBar(), "foot")
         foot.setMovable(False)
@@ -151,10 +150,10 @@ class MainWindow(QMainWindow):
 
     def _wire(self) -> None:
         menus, connector = self.menus, self._connector
-        connector.batch.connect(self._take)
+        connector.batch.connect(self._on_batch)
         connector.changed.connect(self.refresh)
         connector.came_online.connect(self._remember_port)
-        self.recording_sign.troubled.connect(self._tell_of_recording)
+        self.recording_sign.troubled.connect(self._show_recording_trouble)
         self.top_bar.panel_wanted.connect(self.toggle_panel)
         self.panel.connect_wanted.connect(self.connect_to)
         self.panel.disconnect_wanted.connect(self.disconnect_port)
@@ -197,7 +196,7 @@ class MainWindow(QMainWindow):
         self.navigation.setFocus()
 
     def make_pages(self) -> None:
-        """Make the pages, with turns of the event loop between, so that the window stays alive meanwhile."""
+        """Makes the pages one by one from the event loop, so that the window stays responsive."""
         self._is_loaded = True
         self._maker.begin()
         target, self._waiting_target = self._waiting_target, None
@@ -207,7 +206,7 @@ class MainWindow(QMainWindow):
     def _end_making(self) -> None:
         self.pages_made.emit()
         self._connector.current.release()
-        self._connector.changed.emit()  # for the pages that were made while it connected
+        self._connector.changed.emit()  # for pages made while it connected
 
     def _place(self, key: str, page: Page) -> None:
         self._services.appearance.dress(page)
@@ -225,15 +224,14 @@ class MainWindow(QMainWindow):
         pages = ((key, self._pages[key]) for key in self._entries if key in self._pages)
         return [FilePage(key, page.suffixes, page.open_file) for key, page in pages if page.suffixes]
 
-    # What a person does
+    # Actions
 
     def toggle_panel(self) -> None:
-        """Open or close the list of ports."""
+        """Opens or closes the list of ports."""
         self.panel.setVisible(not self.panel.isVisible())
         self._refresh_notice()
 
     def show_panel(self) -> None:
-        """Open the list of ports, in the room of the page."""
         self.panel.show()
         self._refresh_notice()
 
@@ -255,27 +253,27 @@ class MainWindow(QMainWindow):
         self.navigation.choose(key)
 
     def say(self, text: str) -> None:
-        """A calm line for a while."""
+        """Shows a message in the status bar for a while."""
         self.status_bar.say(text)
 
     def close_now(self) -> None:
-        """Close in good order without asking: the system wants it, nobody may be there to answer."""
+        """Closes without asking, as at a signal of the system."""
         self._is_leaving = True
         self.close()
 
-    # What happens
+    # Events
 
-    def _take(self, batch: Batch) -> None:
+    def _on_batch(self, batch: Batch) -> None:
         for page in self._pages.values():
             if isinstance(page, StreamPage):
                 page.on_batch(batch)
         self.status_bar.on_batch(batch)
         if self._connector.clock() - self._refreshed_at >= REFRESH_EVERY_MS / 1000 and not self._is_over:
-            self._timer.start()  # it wakes the window only where no batch does
+            self._timer.start()  # it is needed only while no batches come
             self.refresh()
 
     def refresh(self) -> None:
-        """Bring everything that shows the link or an age up to date."""
+        """Refreshes everything that shows the link or an age."""
         self._refreshed_at = self._connector.clock()
         self.top_bar.refresh()
         self.recording_bar.refresh()
@@ -287,14 +285,14 @@ class MainWindow(QMainWindow):
         self._refresh_notice()
 
     def _refresh_notice(self) -> None:
-        # Whoever looks at a recording needs no port either.
+        # Somebody who looks at a recording needs no port either.
         page = self.stack.currentWidget()
-        is_told = self.panel.isVisible() or not self._maker.is_done or (isinstance(page, Page) and page.shows_link)
-        self.attention.is_choosing = is_told or self._services.storage.recordings.is_shown
+        is_shown = self.panel.isVisible() or not self._maker.is_done or (isinstance(page, Page) and page.shows_link)
+        self.attention.is_choosing = is_shown or self._services.storage.recordings.is_shown
         self.attention.refresh()
 
-    def _tell_of_recording(self, sentence: str) -> None:
-        """Nothing is recorded any more; the link goes on."""
+    def _show_recording_trouble(self, sentence: str) -> None:
+        """The recording failed; the link is not affected."""
         look, forget = partial(self.go_to, "recordings"), self.attention.forget_told
         self.attention.tell(lambda: trouble_notice(self.recording_sign.trouble or sentence, look, forget))
 
@@ -340,18 +338,18 @@ class MainWindow(QMainWindow):
         self._give_room()
 
     def _give_room(self) -> None:
-        """The sidebar gives its names up before a page has to scroll sideways."""
+        """Hides the names in the sidebar before a page would have to scroll sideways."""
         beside = not self.simulator.isHidden() and not self.simulator.isFloating()
         self.navigation.give_room(beside and self.width() < WIDE_ENOUGH)
 
     def _share_room(self) -> None:
-        """The list of ports stands in the place of the page: nothing lies over anything."""
+        """Shows either the list of ports or the page."""
         self.area.setVisible(self.panel.isHidden())
 
     # Qt
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Esc that nobody else wanted: close the list of ports, the page's step back, or stay where one is."""
+        """Esc closes the list of ports, takes the page one step back, or cancels leaving."""
         page = self.stack.currentWidget()
         if event.key() != Qt.Key.Key_Escape:
             super().keyPressEvent(event)
@@ -390,7 +388,7 @@ class MainWindow(QMainWindow):
         self._timer.stop()
         self._maker.end()
         for work in self.findChildren(BackgroundTask):
-            work.close()  # else its thread would go on, and outlive the window
+            work.close()  # its thread must not outlive the window
         self.closing.emit()
         self.panel.hide()
         preferences = self._remembered

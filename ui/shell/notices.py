@@ -14,7 +14,7 @@ _ASKS_WHY = (Phase.SILENT, Phase.LATE, Phase.OFFLINE, Phase.LOST, Phase.FAILED)
 def link_notice(
     state: LinkState, now: float, acts: dict[NextStep, Callable[[], None]], *, was_active: bool
 ) -> Notice | None:
-    """What is the matter with the link, and the one thing to do about it; None while nothing is."""
+    """The trouble of the link and the step that helps; None while the link is fine."""
     if state.is_fine:
         return None
     said = words(state, now)
@@ -53,7 +53,7 @@ def leaving_notice(
     *,
     is_active: bool,
 ) -> Notice:
-    """Before the window closes, or the port does, while the module is ACTIVE, or LOCK is not reported."""
+    """Asked before leaving a module that is ACTIVE or does not report LOCKED."""
     return Notice(
         Meaning.ATTENTION,
         tr("The module is ACTIVE: it fires also without this program.")
@@ -68,7 +68,7 @@ def leaving_notice(
 
 
 def unsent_notice(count: int, leave: Callable[[], None], stay: Callable[[], None]) -> Notice:
-    """Before edits of settings are lost."""
+    """Asked before edits of settings are lost."""
     stays = Choice("stay", tr("Cancel"), stay, is_main=True)
     drops = Choice("drop_edits", tr("Discard edits"), leave, is_step=True)
     return Notice(Meaning.ATTENTION, tr("Settings not written: {count}.", count=count), (stays, drops))

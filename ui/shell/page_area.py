@@ -1,4 +1,4 @@
-"""The room of the pages: one is in sight, and it scrolls where the window is smaller than the page can be."""
+"""The area that shows one page, and scrolls where the window is smaller than the page's minimum size."""
 
 from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QResizeEvent
@@ -8,7 +8,7 @@ from ui.widgets.naming import named
 
 
 class _Holder(QWidget):
-    """Gives the stack its room. It has no layout: that of a stack would ask for the room of all pages at once."""
+    """Holds the stack without a layout, which would ask for the minimum size of all pages."""
 
     def __init__(self, stack: QStackedWidget) -> None:
         super().__init__()
@@ -45,5 +45,5 @@ class PageArea(QScrollArea):
 
     @property
     def holders(self) -> tuple[QWidget, ...]:
-        """What has nothing to show of its own; the last one holds the pages."""
+        """The widgets around the pages, from the outside in."""
         return (self, self.viewport(), self.holder, self.stack)

@@ -1,4 +1,4 @@
-"""Creates the pages one by one while the window stays responsive."""
+"""Makes the pages one by one while the window stays responsive."""
 
 from collections.abc import Callable, Iterable
 from typing import Final
@@ -9,14 +9,14 @@ from ui.services.context import PageEntry, Services
 from ui.services.page import Page
 
 BREATH_MS: Final = 1
-"""Between two turns: with none, Qt would make all pages before it serves anything else."""
+"""Between two turns; with 0 Qt would process no other events."""
 
 
 class PageMaker(QObject):
-    """In each turn of the event loop it makes one page, or has one placed."""
+    """Makes or places one page in each turn of the event loop."""
 
     done = Signal()
-    """All pages have been made and placed, but for those that failed."""
+    """All pages were made and placed, except those that failed."""
 
     def __init__(
         self,
@@ -27,7 +27,7 @@ class PageMaker(QObject):
     ) -> None:
         super().__init__(parent)
         self.pages: dict[str, Page] = {}
-        """Those that were made, by key."""
+        """The pages made so far, by key."""
         self._entries = {entry.key: entry for entry in entries}
         self._services, self._place = services, place
         self._unmade, self._unplaced = list(self._entries), list[str]()
@@ -38,17 +38,17 @@ class PageMaker(QObject):
         return not self._unmade and not self._unplaced
 
     def begin(self) -> None:
-        """Make them, from the next turn of the event loop on."""
+        """Starts with the next turn of the event loop."""
         QTimer.singleShot(BREATH_MS, self, self._take_turn)
 
     def want(self, key: str) -> None:
-        """Somebody waits for this page: it comes next."""
+        """Makes this page next."""
         if key in self._unmade:
             self._unmade.remove(key)
             self._unmade.insert(0, key)
 
     def end(self) -> None:
-        """Make no more."""
+        """Stops."""
         self._is_over = True
 
     def _take_turn(self) -> None:
@@ -57,7 +57,7 @@ class PageMaker(QObject):
         if self.is_done:
             self.done.emit()
             return
-        self.begin()  # also where one fails
+        self.begin()  # first, since making a page may raise
         if self._unplaced:
             key = self._unplaced.pop()
             self._place(key, self.pages[key])

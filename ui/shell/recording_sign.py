@@ -1,4 +1,4 @@
-"""Recording indicator in the status bar: since when, or why not."""
+"""Recording indicator in the status bar."""
 
 from collections.abc import Callable
 from typing import Final
@@ -14,15 +14,16 @@ from ui.widgets.labels import IconLabel
 from ui.widgets.layouts import in_row
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import Choice, Notice
+from ui.widgets.visibility_timer import VisibilityTimer
 
 _ICON_PX: Final = 12
 
 
 class RecordingSign(QWidget):
-    """`find_sign` is asked at each `refresh`."""
+    """Shows since when the session is recorded, or that it is not; `find_sign` is called at each `refresh`."""
 
     troubled = Signal(str)
-    """Why nothing is recorded any more; said once."""
+    """Why recording stopped; emitted once."""
 
     def __init__(self, find_sign: Callable[[], Sign], parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -34,11 +35,12 @@ class RecordingSign(QWidget):
         in_row(self._picture, self.label, of=self, spacing=Space.XS, margins=0)
         self._shown: Sign | None = None
         self._is_told = False
+        VisibilityTimer(self, self._retranslate)
         self.refresh()
 
     @property
     def trouble(self) -> str | None:
-        """Why nothing is recorded, in the language in use."""
+        """Why nothing is recorded, in the language in use; else None."""
         return self._find_sign().trouble
 
     def refresh(self) -> None:
@@ -49,6 +51,10 @@ class RecordingSign(QWidget):
         if sign.trouble is not None and not self._is_told:
             self.troubled.emit(sign.trouble)
         self._is_told = sign.trouble is not None
+
+    def _retranslate(self) -> None:
+        self._shown = None
+        self.refresh()
 
     def _write(self, sign: Sign) -> None:
         if sign.trouble is not None:
@@ -72,5 +78,5 @@ class RecordingSign(QWidget):
 
 
 def trouble_notice(sentence: str, look: Callable[[], None], dismiss: Callable[[], None]) -> Notice:
-    """Nothing is recorded any more; the link goes on. `look` leads to the recordings."""
+    """Recording stopped; `look` opens the recordings."""
     return Notice(Meaning.ATTENTION, sentence, (Choice("recordings", tr("Recordings"), look),), dismiss)

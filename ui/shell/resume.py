@@ -13,11 +13,12 @@ from ui.core.connector import Connector
 from ui.shell.status_bar import StatusBar
 
 SAID_FOR_S: Final = 60.0
-"""Whoever opens the lid may look here later."""
+"""Long, since whoever opens the lid may not look at once."""
 
 
 class ResumeWatcher(QObject):
-    """Follows the connector. What is known is doubted and read again by the session itself (`app.engine.session`)."""
+    """Withdraws confirmations and disarms. The session itself marks values as stale and reads them again
+    (`app.engine.session`)."""
 
     def __init__(self, connector: Connector, window: QWidget, armed: Armed, said: StatusBar) -> None:
         super().__init__(window)

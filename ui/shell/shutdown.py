@@ -1,6 +1,6 @@
-"""Shuts the window down within one time limit, whatever a driver or a disk does.
+"""Shuts the window down within a time limit, whatever a driver or a disk does.
 
-What may block is done in a thread that can be left behind: a daemon, which the end of the program does not wait for.
+What may block runs in daemon threads, for which the end of the process does not wait.
 """
 
 import logging
@@ -17,14 +17,14 @@ from ui.core.preferences import Preferences
 from ui.services.storage import Storage
 
 CLOSE_LIMIT_S: Final = 0.4
-"""Half a second is promised; the rest is Qt's and the machine's own."""
+"""Closing may take half a second; the rest is left for Qt."""
 STORE_SHARE_S: Final = 0.06
-"""The store is closed after the port, whose procedures write down how they ended."""
+"""Reserved for the store, which closes after the port: its procedures still write their outcomes."""
 _log = logging.getLogger(__name__)
 
 
 class Countdown:
-    """What is left of a limit, in seconds."""
+    """The time left of a limit."""
 
     def __init__(self, limit_s: float, clock: Callable[[], float] = time.monotonic) -> None:
         self._clock = clock
@@ -36,7 +36,7 @@ class Countdown:
 
 
 class Chore:
-    """Something that may take long, begun at once beside this thread. An error in it is logged."""
+    """Runs `act` in a daemon thread; logs its errors."""
 
     def __init__(self, name: str, act: Callable[[], object]) -> None:
         self.name = name
@@ -45,10 +45,10 @@ class Chore:
         self._thread.start()
 
     def wait(self, limit_s: float) -> bool:
-        """Whether it ended within the limit; else it is left behind."""
+        """Waits; returns whether it ended within the limit."""
         self._thread.join(limit_s)
         if self._thread.is_alive():
-            _log.warning("Left behind at closing: %s", self.name)
+            _log.warning("Still running at closing: %s", self.name)
             return False
         return True
 
@@ -60,21 +60,21 @@ class Chore:
 
 
 def close_down(connector: Connector, ports: PortWatcher, storage: Storage, preferences: Preferences) -> None:
-    """End everything that outlives a widget, within `CLOSE_LIMIT_S`; what does not end is left to the system."""
+    """Ends everything that is not a widget within `CLOSE_LIMIT_S`; the rest is left to the system."""
     countdown = Countdown(CLOSE_LIMIT_S)
-    remembering = Chore("remembering", preferences.save)
+    saving = Chore("preferences", preferences.save)
     ports.stop(0.0)
     if not connector.stop(countdown.left_s - STORE_SHARE_S):
         _log.warning("The port did not close in time; it is left to the system")
     Chore("store", storage.close).wait(countdown.left_s)
-    remembering.wait(countdown.left_s)
+    saving.wait(countdown.left_s)
 
 
 def end_process(code: int) -> None:
-    """Return, or end the program here: where a thread of ours stays behind, held by a driver, a disk or an import.
+    """Exits at once if one of our threads is still blocked by a driver, a disk or an import; else returns.
 
-    Python's own way out frees what such a thread still uses, which may crash. A file that is being written is waited
-    for: its thread is no daemon. Call it last, when everything is closed and on disk.
+    Python's own finalisation frees objects that such a thread uses, which may crash. Non-daemon threads, which write
+    files, are joined first. Call it last.
     """
     if threading.current_thread() is not threading.main_thread():
         return

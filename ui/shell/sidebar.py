@@ -1,8 +1,8 @@
-"""Sidebar with the pages: icons with their names below them, or beside them where that is wanted."""
+"""Sidebar with the pages: icons with their names below or beside them."""
 
 from typing import Final
 
-from PySide6.QtCore import QEvent, QModelIndex, QPersistentModelIndex, QRect, QSize, Qt, Signal
+from PySide6.QtCore import QModelIndex, QPersistentModelIndex, QRect, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QFontMetrics, QKeySequence, QPainter, QPen, QResizeEvent
 from PySide6.QtWidgets import (
     QListView,
@@ -19,6 +19,7 @@ from ui.core.texts import Texts
 from ui.services.context import PageEntry
 from ui.style.icons import Icon, draw, icon
 from ui.style.theme import Size, Space, current, font, scale_in_use, scaled
+from ui.widgets.visibility_timer import VisibilityTimer
 
 WIDE_PX: Final = 160
 NARROW_PX: Final = 84
@@ -27,14 +28,14 @@ WIDE_ROW_PX: Final = 40
 NARROW_ROW_PX: Final = 46
 _LEAST_NAMED_PX: Final = 39
 _LEAST_ROW_PX: Final = 34
-"""Of a row without its name, where the window is too low for all rows with theirs."""
+"""Height of a row without its name, in a window too low for the names."""
 _ICON_PX: Final = 20
 _ICON: Final = Qt.ItemDataRole.UserRole + 1
 _Index = QModelIndex | QPersistentModelIndex
 
 
 class Sidebar(QListWidget):
-    """One row a page; Ctrl+1 … Ctrl+9 and Ctrl+0 reach them from anywhere."""
+    """One row for each page."""
 
     page_wanted = Signal(str)
 
@@ -56,15 +57,16 @@ class Sidebar(QListWidget):
             self.addItem(item)
         self._name_rows()
         self._fit()
-        self.currentItemChanged.connect(self._tell)
+        self.currentItemChanged.connect(self._on_current_changed)
+        VisibilityTimer(self, self._fit, retranslate=self._name_rows, restyle=self._fit)
 
     def enter(self, _key: str) -> None:
-        """The keyboard goes on in the page that was just chosen by its key."""
+        """Moves the focus into the page that was chosen by its shortcut."""
         self.setFocus()
         self.focusNextChild()
 
     def choose(self, key: str) -> bool:
-        """Go to a page; whether there is one of that key."""
+        """Chooses the page with this key; returns whether there is one."""
         for row in range(self.count()):
             if self.item(row).data(Qt.ItemDataRole.UserRole) == key:
                 self.setCurrentRow(row)
@@ -72,12 +74,12 @@ class Sidebar(QListWidget):
         return False
 
     def show_wide(self, is_wide: bool) -> None:
-        """Names beside the icons, or below them."""
+        """Shows names beside the icons, or below them."""
         self.is_wide = is_wide
         self._fit()
 
     def give_room(self, has_little: bool) -> None:
-        """Only the icons, where a panel beside the page leaves it little room."""
+        """Shows only the icons where a dock beside the page leaves little room."""
         self._has_little_room = has_little
         self._fit()
 
@@ -87,17 +89,17 @@ class Sidebar(QListWidget):
 
     @property
     def shows_names(self) -> bool:
-        """Else there is no room for them; they are in the tooltips."""
+        """Else there is no room for names, and only the tooltips have them."""
         return not self._has_little_room and (self.is_wide or self._row_px() >= _LEAST_NAMED_PX)
 
     @property
     def scale(self) -> float:
-        """Of what is in a row: as the rest of the window, or less where all rows would not fit."""
+        """Scale of a row: that of the window, or less where not all rows would fit."""
         wanted = WIDE_ROW_PX if self.is_wide else NARROW_ROW_PX
         return min(scale_in_use(), max(1.0, self._row_px() / wanted))
 
     def _row_px(self) -> int:
-        """How high each row may be for all to be in sight."""
+        """The height at which all rows fit."""
         return max(1, self.height() - 2 * scaled(Space.XS) - 1) // max(1, self.count())
 
     def _fit(self) -> None:
@@ -111,7 +113,7 @@ class Sidebar(QListWidget):
                 self.item(number).setSizeHint(QSize(0, row))
         self.viewport().update()
 
-    def _tell(self, current: QListWidgetItem | None) -> None:
+    def _on_current_changed(self, current: QListWidgetItem | None) -> None:
         if current is not None:
             self.page_wanted.emit(current.data(Qt.ItemDataRole.UserRole))
 
@@ -120,8 +122,7 @@ class Sidebar(QListWidget):
             key = QKeySequence(f"Ctrl+{(row + 1) % 10}").toString(QKeySequence.SequenceFormat.NativeText)
             title = tr(entry.title)
             self.item(row).setText(title)
-            # There are nine digits.
-            self.item(row).setToolTip(tr("{page} ({key})", page=title, key=key) if row < 9 else title)
+            self.item(row).setToolTip(tr("{tip} ({key})", tip=title, key=key))
 
     # Qt
 
@@ -129,16 +130,9 @@ class Sidebar(QListWidget):
         super().resizeEvent(event)
         self._fit()
 
-    def changeEvent(self, event: QEvent) -> None:
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.LanguageChange:
-            self._name_rows()
-        elif event.type() == QEvent.Type.PaletteChange and hasattr(self, "_entries"):
-            self._fit()
-
 
 class _RowPainter(QStyledItemDelegate):
-    """Icon above name, or beside it; the chosen row on its own ground, with a ring while the list has the focus."""
+    """Draws icon and name, highlights the current row, and rings it while the list has the focus."""
 
     def __init__(self, sidebar: Sidebar) -> None:
         super().__init__(sidebar)
@@ -155,7 +149,7 @@ class _RowPainter(QStyledItemDelegate):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         if is_chosen or is_under_pointer:
             has_ring = is_chosen and sidebar.hasFocus()
-            ground = theme.sunken if theme.border_px == 1 else theme.selection  # a light grey is lost in the sun
+            ground = theme.sunken if theme.border_px == 1 else theme.selection  # a light grey is invisible in sunlight
             painter.setPen(QPen(QColor(theme.information.ink), 2) if has_ring else Qt.PenStyle.NoPen)
             painter.setBrush(QColor(ground if is_chosen else theme.sunken))
             painter.drawRoundedRect(rect.adjusted(1, 1, -1, -1), 6, 6)

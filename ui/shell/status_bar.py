@@ -1,6 +1,6 @@
 """Status bar: link statistics."""
 
-from PySide6.QtCore import QEvent, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QFontMetrics
 from PySide6.QtWidgets import QFrame, QLabel, QWidget
 
@@ -17,15 +17,15 @@ from ui.widgets.controls import control
 from ui.widgets.labels import ElidedLabel, IconLabel, TickingLabel
 from ui.widgets.layouts import in_row
 from ui.widgets.naming import named
+from ui.widgets.visibility_timer import VisibilityTimer
 
 RATE_OVER_S = 1.0
 WRITE_EVERY_S = 0.3
-"""Bytes that were no frame are marked for so long after the last of them."""
 _SIGN_PX = 14
 
 
 class StatusBar(QFrame):
-    """`take` remembers, `refresh` and `say` write."""
+    """Shows link statistics, passing messages, and the time since the last frame."""
 
     def __init__(
         self, connector: Connector, texts: Texts, parent: QWidget | None = None, *, in_use: LimitsInUse | None = None
@@ -52,7 +52,7 @@ class StatusBar(QFrame):
         self.fault = named(QLabel(), "line_fault", "attention")
         self.passing = named(ElidedLabel(), "passing_message")
         self.age = control(TickingLabel(), texts, "last_heard", says="Time since the last frame")
-        # Described, not named: a name would be read aloud in place of the text.
+        # A description, since a name would replace the text for screen readers.
         texts.bind(self.passing.setAccessibleDescription, "Message")
         marked = in_row(self.figures, self.sign, self.fault, spacing=Space.XS)
         self.passing.setAlignment(Qt.AlignmentFlag.AlignCenter)
@@ -62,19 +62,20 @@ class StatusBar(QFrame):
             label.setProperty("role", "small")
         self._show_fault(None)
         self._reserve()
+        VisibilityTimer(self, self._write, retranslate=self._retranslate, restyle=self._reserve)
 
     def _reserve(self) -> None:
-        """Room for the longest age, so that nothing beside it moves."""
+        """Reserves room for the longest age, so that nothing beside it moves."""
         longest = max((tr("{time} ago", time=duration(99)), tr("{time} ago", time=duration(1.9))), key=len)
         self.age.setMinimumWidth(QFontMetrics(font(Size.SMALL)).horizontalAdvance(longest) + Space.XS)
         self.age.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
 
     def add(self, widget: QWidget) -> None:
-        """Something quiet at the right, before the age."""
+        """Adds `widget` at the right, before the age."""
         self._row.insertWidget(self._row.indexOf(self.age), widget)
 
     def say(self, text: str, seconds: float = 6.0) -> None:
-        """Show a calm word for a while: something was done, or a fault that needs nobody now."""
+        """Shows a message for some seconds."""
         self._passing, self._passing_until = text, self._connector.clock() + seconds
         self._write()
 
@@ -100,24 +101,20 @@ class StatusBar(QFrame):
             self._counted_at, self._counted_frames = batch.at, frames
 
     def refresh(self) -> None:
-        """Write again, if that is due: figures that change faster than this cannot be read."""
+        """Writes the figures again, at most every `WRITE_EVERY_S` so that they can be read."""
         if self._connector.clock() - self._written_at >= WRITE_EVERY_S:
             self._write()
 
-    def changeEvent(self, event: QEvent) -> None:
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.LanguageChange:
-            self._reserve()
-            self._write()
-        elif event.type() == QEvent.Type.PaletteChange and hasattr(self, "age"):
-            self._reserve()
+    def _retranslate(self) -> None:
+        self._reserve()
+        self._write()
 
     def _write(self) -> None:
         last = self._connector.last
         link = None if last is None else last.link
         now = self._written_at = self._connector.clock()
         if link is None:
-            figures = ""  # the top bar says so
+            figures = ""
         else:
             rate = "–" if self._frames_per_s is None else f"{self._frames_per_s:.0f}"
             trip = link.round_trip_median_s

@@ -2,7 +2,7 @@
 
 from functools import partial
 
-from PySide6.QtCore import QEvent, QRect, QSize, Qt, Signal
+from PySide6.QtCore import QRect, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QFontMetrics, QPainter, QPaintEvent
 from PySide6.QtWidgets import QFrame, QPushButton, QSizePolicy, QToolButton, QWidget
 
@@ -21,16 +21,17 @@ from ui.style.theme import Meaning, Size, Space, current, font, scaled
 from ui.widgets.controls import TEXT_GAP_PX, control
 from ui.widgets.labels import ElidedLabel
 from ui.widgets.layouts import in_row
-from ui.widgets.naming import named
+from ui.widgets.naming import named, set_role
 from ui.widgets.readout import StateChip, parts_of
 from ui.widgets.recording_bar import recording_name, recording_word
 from ui.widgets.state_chips import age_of, show_activation, show_known_trigger
+from ui.widgets.visibility_timer import VisibilityTimer
 
 BAR_PX = 48
 _AROUND_PX = 6
 EMPTY_CELL_V = 3.3
 FULL_CELL_V = 4.2
-"""A lithium cell's usual range, for the picture of the battery only."""
+"""Usual range of a lithium cell, for the battery icon only."""
 _PHASE_ICONS = {
     Phase.CLOSED: Icon.UNPLUGGED,
     Phase.OPENING: Icon.CONNECTING,
@@ -47,7 +48,7 @@ _PHASE_ICONS = {
 
 
 def phase_meaning(phase: Phase) -> Meaning | None:
-    """The colour of the link's icon."""
+    """The meaning that colours the link's icon."""
     match phase:
         case Phase.ONLINE:
             return Meaning.GOOD
@@ -60,7 +61,7 @@ def phase_meaning(phase: Phase) -> Meaning | None:
 
 
 def port_title(state: LinkState, target: Target | None) -> str:
-    """ "ttyUSB0 CP2102 · 115200", or what stands for it while no port is chosen."""
+    """Port and rate such as "ttyUSB0 · 115200", or a title for the simulated module or a recording."""
     if state.phase is Phase.CLOSED or (not state.port and target is None):
         return tr("Not connected")
     device = target.device if target is not None else state.port
@@ -73,17 +74,15 @@ def port_title(state: LinkState, target: Target | None) -> str:
 
 
 class PortButton(QPushButton):
-    """Port and link state on two lines; opens the list of ports."""
+    """Shows port and link state on two lines; opens the list of ports."""
 
     def __init__(self, texts: Texts) -> None:
         super().__init__()
-        self.setObjectName("port_button")
         self._title = ""
         self._words: LinkWords | None = None
         self._phase = Phase.CLOSED
-        self.setProperty("role", "quiet")
+        control(self, texts, "port_button", tip="Choose a port", key="Ctrl+K", role="quiet")
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Expanding)
-        texts.bind(self.setToolTip, "Choose a port (Ctrl+K)")
 
     @property
     def word(self) -> str:
@@ -97,7 +96,7 @@ class PortButton(QPushButton):
         if (title, phase, said) == (self._title, self._phase, self._words):
             return
         self._title, self._phase, self._words = title, phase, said
-        # Since when it is offline would be told again each second.
+        # Without the duration, which would be announced every second.
         word = tr("Offline") if phase is Phase.OFFLINE else said.word
         self.setAccessibleName(tr("Port {port}: {state}", port=title, state=word))
         self.setAccessibleDescription(f"{said.what} {said.next_step}".strip())
@@ -110,7 +109,7 @@ class PortButton(QPushButton):
         return QSize(scaled(100), scaled(BAR_PX) - 2 * _AROUND_PX)
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        super().paintEvent(event)  # frame, hover and focus by the style; the text is empty
+        super().paintEvent(event)  # frame, hover and focus; the button has no text
         theme = current()
         painter = QPainter(self)
         square = scaled(20)
@@ -143,7 +142,7 @@ class PortButton(QPushButton):
 
 
 class TopBar(QFrame):
-    """Shows; decides nothing. `refresh` brings everything up to date, ages included."""
+    """Port and link, module, states and LOCK, on every page."""
 
     panel_wanted = Signal()
 
@@ -192,11 +191,11 @@ class TopBar(QFrame):
         for one in (self.menu, self.activation, self.trigger, self.cell, self.lock):
             one.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Expanding)
         self._fit()
-        self._reserve()
-        self.refresh()
+        self._retranslate()
+        VisibilityTimer(self, self.refresh, retranslate=self._retranslate, restyle=self._fit)
 
     def _fit(self) -> None:
-        """One height for everything in it, in the theme in use."""
+        """Sets the heights and widths that depend on theme and text size."""
         self.setFixedHeight(scaled(BAR_PX))
         self.menu.setFixedWidth(scaled(36))
         self.menu.setIconSize(QSize(scaled(20), scaled(20)))
@@ -204,18 +203,18 @@ class TopBar(QFrame):
         self.lock.setMinimumWidth(scaled(106))  # bold while the module is active
 
     def _fit_name(self) -> None:
-        """A usual name is whole where the port's can be shortened."""
+        """Shows a name of usual length in full, before the port's."""
         wanted = QFontMetrics(font(is_bold=True)).horizontalAdvance(self.name.text()) + Space.S
         self.name.setMinimumWidth(min(wanted, scaled(100)) if self.name.text() else 0)
 
     def open_menu(self) -> None:
-        """Below its button; does not wait until it is closed again."""
+        """Opens the menu below its button, without blocking."""
         menu = self.menu.menu()
         if menu is not None:
             menu.popup(self.menu.mapToGlobal(self.menu.rect().bottomLeft()))
 
     def _reserve(self) -> None:
-        """Room for the widest word, so that nothing jumps when a state changes."""
+        """Reserves room for the widest words, so that nothing moves when a state changes."""
         ages = tr("{time} ago", time=duration(99)), tr("{time} ago", time=duration(1.9)), tr("unknown")
         self.activation.reserve((tr("LOCKED"), tr("ACTIVE"), tr("was ACTIVE"), tr("Activation")), below=ages)
         self.trigger.reserve((tr("NOT TRIGGERED"), tr("TRIGGERED")), below=ages)
@@ -225,20 +224,16 @@ class TopBar(QFrame):
         self.trigger.name_unknown(tr("Trigger"))
         self.cell.name_unknown(tr("Cell"))
 
-    def changeEvent(self, event: QEvent) -> None:
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.LanguageChange:
-            self._reserve()
-            self.refresh()
-        elif event.type() == QEvent.Type.PaletteChange and hasattr(self, "lock"):
-            self._fit()
+    def _retranslate(self) -> None:
+        self._reserve()
+        self.refresh()
 
     def _make_lock(self, texts: Texts, lock: LockControl) -> QPushButton:
         button = control(QPushButton(), texts, "lock_button", "LOCK", tip="Standby, at once", key="Ctrl+L")
         button.setIconSize(QSize(16 + TEXT_GAP_PX, 16))
         lock.bind(button)
         _explain(texts, button, BY_NAME["activation"])
-        self._dress_lock(button, is_main=False)
+        self._style_lock(button, is_main=False)
         return button
 
     def refresh(self) -> None:
@@ -248,7 +243,7 @@ class TopBar(QFrame):
         recorded = recording_word(connector)
         if recorded:
             said = LinkWords(recorded, tr("A recording is played; nothing is sent."), "", None)
-        phase = Phase.ASKING if recorded else state.phase  # never the green of a module that answers
+        phase = Phase.ASKING if recorded else state.phase  # never green, which is for a module that answers
         self.port.show_link(port_title(state, connector.target), phase, said)
         if self.name.text() != self._module:
             self.name.setText(self._module)
@@ -258,20 +253,18 @@ class TopBar(QFrame):
         self._show_cell(device, now)
         is_main = connector.is_open and connector.is_active
         if is_main != (self.lock.property("role") == "primary"):
-            self._dress_lock(self.lock, is_main=is_main)
+            self._style_lock(self.lock, is_main=is_main)
 
     @property
     def _module(self) -> str:
-        """The name of the module that is connected, as a technician gave it."""
+        """The name given to the connected module, else ""."""
         is_module = self._connector.is_wanted and not self._connector.is_recording
         return self._naming.name if self._naming is not None and is_module else ""
 
-    def _dress_lock(self, button: QPushButton, *, is_main: bool) -> None:
-        """The module can fire: then this is the button to find."""
-        button.setProperty("role", "primary" if is_main else "")
+    def _style_lock(self, button: QPushButton, *, is_main: bool) -> None:
+        """Highlights LOCK while the module is ACTIVE."""
+        set_role(button, "primary" if is_main else "")
         button.setIcon(icon(Icon.LOCK, is_on_primary=is_main))
-        button.style().unpolish(button)
-        button.style().polish(button)
 
     def _show_cell(self, device: DeviceView, now: float) -> None:
         voltage, charging = device.known("cell_voltage_v", now), device.known("charging", now)
@@ -280,7 +273,7 @@ class TopBar(QFrame):
             return
         volts = float(voltage.value)
         if charging is not None and charging.value is True:
-            # What is measured then is the charger, so a level would be a guess.
+            # The voltage is then the charger's, so a level would be a guess.
             word, picture = tr("{volts:.2f} V, charging", volts=volts), Icon.BOLT.value
         elif charging is None:
             word, picture = tr("{volts:.2f} V, charge unknown", volts=volts), battery(None)
@@ -298,9 +291,9 @@ class TopBar(QFrame):
 
 
 def _explain(texts: Texts, widget: QWidget, command: Command) -> None:
-    """What's This: the vendor's term, and what the catalogue says of the command."""
-    texts.bind(partial(_say_what, widget, command.vendor_term), command.explanation)
+    """Binds the "What's this?" text: the vendor's term and the explanation of the command."""
+    texts.bind(partial(_set_whats_this, widget, command.vendor_term), command.explanation)
 
 
-def _say_what(widget: QWidget, term: str, explanation: str) -> None:
+def _set_whats_this(widget: QWidget, term: str, explanation: str) -> None:
     widget.setWhatsThis(f"{term}: {explanation}")

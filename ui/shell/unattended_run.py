@@ -13,13 +13,13 @@ VALUES = "values.json"
 
 
 def has_seen_status(connector: Connector) -> bool:
-    """A module's status is known and nothing casts doubt on it."""
+    """Whether the module's status is known and not stale."""
     device, now = connector.device, connector.clock()
     return all(device.fresh(key, now) is not None for key in STATUS_KEYS)
 
 
 def values_seen(connector: Connector) -> dict[str, object]:
-    """Everything that the device and the link held, for `VALUES`; unknown is absent."""
+    """All known values of device and link, for `VALUES`."""
     device, now, last = connector.device, connector.clock(), connector.last
     values = {
         key: {
@@ -53,7 +53,7 @@ def values_seen(connector: Connector) -> dict[str, object]:
 
 
 def leave_evidence(folder: Path, window: QWidget, connector: Connector) -> None:
-    """Write both files into `folder`, made where needed; raises OSError where that cannot be done."""
+    """Writes both files into `folder`, which is created if needed. Raises OSError."""
     folder.mkdir(parents=True, exist_ok=True)
     text = json.dumps(values_seen(connector), indent=2, ensure_ascii=False)
     (folder / VALUES).write_text(text + "\n", encoding="utf-8")

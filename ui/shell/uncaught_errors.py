@@ -1,4 +1,4 @@
-"""Handles uncaught errors: disarms, logs, and shows a notice with details to copy."""
+"""Handles uncaught errors: disarms, and shows a notice with details to copy."""
 
 from collections.abc import Callable
 
@@ -15,9 +15,9 @@ from ui.widgets.notice_bar import Choice, Notice
 
 
 class UncaughtErrors(QObject):
-    """`tell` may be called from any thread. The same error again is counted, not said again."""
+    """`tell` may be called from any thread. Repeated errors share one notice with a count."""
 
-    _has_come = Signal(object)
+    _told = Signal(object)
 
     def __init__(
         self, attention: Attention, armed: Armed, *, say: Callable[[str], None], parent: QObject | None = None
@@ -25,34 +25,34 @@ class UncaughtErrors(QObject):
         super().__init__(parent)
         self._attention, self._armed, self._say = attention, armed, say
         self._counts: dict[str, int] = {}
-        """By details; what is in here is in sight, or waits for its turn."""
-        # Queued also within the window's thread: the error may have come in the middle of a painting.
-        self._has_come.connect(self._show, Qt.ConnectionType.QueuedConnection)
+        """By details; those whose notice is shown or queued."""
+        # Queued also in the window's thread: the error may have happened while painting.
+        self._told.connect(self._show, Qt.ConnectionType.QueuedConnection)
 
-    def tell(self, mishap: UncaughtError) -> None:
-        """Disarm at once; say it when the window has its turn."""
+    def tell(self, error: UncaughtError) -> None:
+        """Disarms at once, and shows the error from the event loop."""
         self._armed.act = None
-        self._has_come.emit(mishap)
+        self._told.emit(error)
 
-    def _show(self, mishap: UncaughtError) -> None:
-        self._say(tr("Unexpected error: {error}. Nothing is armed.", error=mishap.summary))
-        count = self._counts.get(mishap.details, 0)
-        self._counts[mishap.details] = count + 1
+    def _show(self, error: UncaughtError) -> None:
+        self._say(tr("Unexpected error: {error}. Nothing is armed.", error=error.summary))
+        count = self._counts.get(error.details, 0)
+        self._counts[error.details] = count + 1
         if not count:
-            self._attention.tell(lambda: self._notice(mishap))
+            self._attention.tell(lambda: self._notice(error))
 
-    def _notice(self, mishap: UncaughtError) -> Notice:
-        count = self._counts.get(mishap.details, 1)
-        text = tr("Unexpected error: {error}. Nothing is armed.", error=mishap.summary)
+    def _notice(self, error: UncaughtError) -> Notice:
+        count = self._counts.get(error.details, 1)
+        text = tr("Unexpected error: {error}. Nothing is armed.", error=error.summary)
         if count > 1:
             text += f" (×{count})"
 
         def copy_details() -> None:
-            QGuiApplication.clipboard().setText(f"DPS-S Configurator {version()}\n{mishap.thread}\n{mishap.details}")
+            QGuiApplication.clipboard().setText(f"DPS-S Configurator {version()}\n{error.thread}\n{error.details}")
             self._say(tr("Copied."))
 
         def dismiss() -> None:
-            self._counts.pop(mishap.details, None)
+            self._counts.pop(error.details, None)
             self._attention.forget_told()
 
         choices = (Choice("copy_details", tr("Copy details"), copy_details),)

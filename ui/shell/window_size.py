@@ -1,4 +1,4 @@
-"""How large the window may be on its screen."""
+"""Keeps the window on its screen."""
 
 from typing import Final
 
@@ -6,11 +6,11 @@ from PySide6.QtCore import QPoint, QRect, QSize
 from PySide6.QtWidgets import QWidget
 
 FRAME: Final = QSize(4, 36)
-"""What a window's title bar and edges take, before the system says it."""
+"""Size of a window's title bar and edges, before the system reports it."""
 
 
 def fitting(wanted: QRect, free: QRect) -> QRect:
-    """The wanted place, moved and made smaller until it lies within the free part of a screen."""
+    """`wanted`, moved and shrunk until it lies within `free`."""
     size = wanted.size().boundedTo(free.size())
     left = min(max(wanted.left(), free.left()), free.left() + free.width() - size.width())
     top = min(max(wanted.top(), free.top()), free.top() + free.height() - size.height())
@@ -18,7 +18,7 @@ def fitting(wanted: QRect, free: QRect) -> QRect:
 
 
 def free_area(window: QWidget) -> QRect:
-    """Where the inside of the window may lie on its screen, in logical pixels."""
+    """The part of the screen where the inside of the window may be, in logical pixels."""
     frame = window.frameGeometry().size() - window.geometry().size() if window.isVisible() else QSize()
     frame = frame.expandedTo(FRAME)
     return (
@@ -29,7 +29,7 @@ def free_area(window: QWidget) -> QRect:
 
 
 def fit_screen(window: QWidget, smallest: QSize) -> None:
-    """Keep the window on its screen; `smallest` is given up where the screen is smaller."""
+    """Keeps the window on its screen, whose size also limits the minimum size `smallest`."""
     free = free_area(window)
     window.setMinimumSize(smallest.boundedTo(free.size()))
     if not window.isMaximized() and not window.isFullScreen():

@@ -1,4 +1,4 @@
-"""A strip across the window or a page, in the colours of what it says."""
+"""A strip across the window or a page, coloured by its meaning."""
 
 from PySide6.QtGui import QPaintEvent
 from PySide6.QtWidgets import QHBoxLayout, QWidget
@@ -10,7 +10,7 @@ from ui.widgets.labels import IconLabel
 
 
 class Banner(QWidget):
-    """An icon at the left of `row`; what follows, a subclass adds. Hidden at first."""
+    """An icon, followed in `row` by the widgets of the subclass. Hidden at first."""
 
     def __init__(self, name: str, icon_name: str, *, icon_px: int = 16, parent: QWidget | None = None) -> None:
         super().__init__(parent)

@@ -28,7 +28,7 @@ class DocumentWindow(QDialog):
         texts.bind(self.setWindowTitle, title)
         texts.bind(self.setAccessibleName, title)
         close = self.buttons.button(QDialogButtonBox.StandardButton.Close)
-        control(close, texts, f"{name}_close", "Close", tip="Close (Esc)")
+        control(close, texts, f"{name}_close", "Close", key="Esc")
         in_column((self.text, 1), self.buttons, of=self, spacing=Space.S, margins=Space.M)
 
     def show_markdown(self, text: str, base: QUrl | None = None) -> None:

@@ -16,7 +16,7 @@ _ICON_PX: Final = 48
 
 
 class EmptyState(QWidget):
-    """Who makes it fills `title` and `text`."""
+    """The owner fills `title` and `text`."""
 
     def __init__(self, name: str, picture: Icon) -> None:
         super().__init__()
@@ -29,5 +29,5 @@ class EmptyState(QWidget):
         for label in (self.title, self.text):
             label.setAlignment(Qt.AlignmentFlag.AlignHCenter)
             label.setWordWrap(True)
-            column.addWidget(label)  # not aligned itself: then it would not get the height of its lines
+            column.addWidget(label)  # without an alignment, which would break the height of wrapped text
         column.addStretch(3)

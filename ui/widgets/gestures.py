@@ -1,6 +1,6 @@
-"""Tells deliberate presses from accidental ones: pointer path and keys held down.
+"""Distinguishes deliberate presses from accidental ones, by the path of the pointer and the keys held down.
 
-A control counts a press only when the pointer moved onto it. One that came to lie under an unmoved pointer (shown,
+A control accepts a press only if the pointer moved onto it. One that appeared under an unmoved pointer (shown,
 scrolled, moved by a layout, uncovered) is blocked until the pointer leaves it. See `ui.widgets.step_button`.
 """
 
@@ -16,7 +16,7 @@ from PySide6.QtWidgets import QApplication, QWidget
 PRESS_KEYS: Final = (Qt.Key.Key_Space, Qt.Key.Key_Select, Qt.Key.Key_Return, Qt.Key.Key_Enter)
 """Keys that press a button."""
 REPEATS_WITHIN_MS: Final = 50
-"""X11 reports an auto-repeat as a release and a press of the same time. Qt marks the pair only if both have arrived."""
+"""X11 reports an auto-repeat as a release and a press with equal timestamps, which Qt detects only if both arrived."""
 _POINTER: Final = (
     QEvent.Type.MouseMove,
     QEvent.Type.MouseButtonPress,
@@ -26,7 +26,7 @@ _POINTER: Final = (
 
 
 class Step(Protocol):
-    """A `QWidget` that is pressed deliberately or not at all."""
+    """A `QWidget` that accepts only deliberate presses."""
 
     def isVisible(self) -> bool: ...
     def rect(self) -> QRect: ...
@@ -39,7 +39,7 @@ class Step(Protocol):
 
 
 class Gestures(QObject):
-    """One for the application: `gestures()`. Event filter of every window that has a step in sight."""
+    """The application's, from `gestures()`. Filters the events of every window with a visible step."""
 
     def __init__(self, application: QApplication) -> None:
         super().__init__(application)
@@ -47,16 +47,16 @@ class Gestures(QObject):
         """Monotonic seconds."""
         self.has_paired_repeats = QGuiApplication.platformName() == "xcb"
         self._steps: WeakSet[Step] = WeakSet()
-        """In sight."""
+        """The visible steps."""
         self._pointer: QPointF | None = None
         self._under: Step | None = None
         """The step under the pointer."""
         self._keys: set[int] = set()
-        """That are down."""
+        """Keys that are down."""
         self._ignored: set[int] = set()
-        """Still down after an act was completed by them."""
+        """Keys still down after they completed an act."""
         self._release: tuple[QWindow, QKeyEvent] | None = None
-        """Held back until it is certain that it is no auto-repeat."""
+        """A release held back until it is certain that it is not an auto-repeat."""
         self._is_sending = False
         self._release_timer = QTimer(self)
         self._release_timer.setSingleShot(True)
@@ -67,7 +67,7 @@ class Gestures(QObject):
     # For steps
 
     def add(self, step: Step) -> None:
-        """`step` came into sight."""
+        """`step` became visible."""
         self._steps.add(step)
         window = step.window()
         window.installEventFilter(self)
@@ -76,12 +76,12 @@ class Gestures(QObject):
             handle.installEventFilter(self)
 
     def remove(self, step: Step) -> None:
-        """`step` is no longer in sight."""
+        """`step` is no longer visible."""
         self._steps.discard(step)
         self.forget(step)
 
     def forget(self, step: Step) -> None:
-        """`step` appeared, or lies elsewhere: where it is under the pointer now, the pointer did not move onto it."""
+        """`step` appeared or moved: if it is under the pointer now, the pointer did not move onto it."""
         if self._under is step:
             self._under = None
 
@@ -91,15 +91,15 @@ class Gestures(QObject):
 
     @property
     def is_release_uncertain(self) -> bool:
-        """A key may have been released a moment ago, or it repeats."""
+        """A key was released a moment ago, or it repeats."""
         return self._release is not None
 
     def ignore_keys_down(self) -> None:
-        """A key that is down now counts for nothing, in any window, until it was released."""
+        """Ignores the keys that are down now, in all windows, until they are released."""
         self._ignored |= self._keys.intersection(PRESS_KEYS)
 
     def on_pointer(self, position: QPointF, *, is_move: bool = True) -> None:
-        """The pointer is at `position` (global). Not `is_move`: it did not get there by its own movement."""
+        """The pointer is at `position` (global); `is_move`: because it moved."""
         if self._pointer is not None:
             self._arrive(self._find(self._pointer), is_move=False)
         self._pointer = QPointF(position)
@@ -142,7 +142,7 @@ class Gestures(QObject):
         return False
 
     def _on_key_press(self, window: QWindow, event: QKeyEvent) -> bool:
-        """Whether it goes no further."""
+        """Returns True to stop the event."""
         if self._release is not None:
             released = self._release[1]
             if released.key() == event.key() and released.timestamp() == event.timestamp():
@@ -155,7 +155,7 @@ class Gestures(QObject):
         return event.key() in self._ignored
 
     def _on_key_release(self, window: QWindow, event: QKeyEvent) -> bool:
-        """Whether it goes no further."""
+        """Returns True to stop the event."""
         if event.isAutoRepeat():
             return event.key() in self._ignored
         if self.has_paired_repeats and event.key() in PRESS_KEYS:
@@ -191,7 +191,7 @@ class Gestures(QObject):
             self._is_sending = False
 
     def reset(self) -> None:
-        """As at the start of the program: no key is down, the pointer is nowhere."""
+        """Forgets all keys and the pointer."""
         self.clock = time.monotonic
         self._pointer = self._under = self._release = None
         self._release_timer.stop()
@@ -199,7 +199,7 @@ class Gestures(QObject):
         self._ignored.clear()
 
     def _on_focus_window(self, _window: QWindow | None) -> None:
-        """What is released from here on, another window is told; a key that is still down repeats."""
+        """Forgets all keys: releases now go to another window, and a key that is still down repeats."""
         self._send_release()
         self._keys.clear()
         self._ignored.clear()
@@ -216,11 +216,11 @@ _one: Gestures | None = None
 
 
 def gestures() -> Gestures:
-    """The application's; made with the first step."""
+    """The instance of the application, made for the first step."""
     global _one  # noqa: PLW0603  as Qt has one application
     if _one is None:
         application = QApplication.instance()
         if not isinstance(application, QApplication):
-            raise TypeError("steps belong to a window's application")
+            raise TypeError("steps need a QApplication")
         _one = Gestures(application)
     return _one

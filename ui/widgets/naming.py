@@ -1,4 +1,4 @@
-"""Sets object and accessible names of widgets and actions."""
+"""Sets object names and roles in the style sheet."""
 
 from typing import TypeVar
 
@@ -9,7 +9,7 @@ Named = TypeVar("Named", bound=QObject)
 
 
 def named(one: Named, name: str, role: str = "") -> Named:
-    """`one` with its object name set, and its role in the style sheet."""
+    """Sets the object name of `one`, and its role in the style sheet; returns it."""
     one.setObjectName(name)
     if role:
         one.setProperty("role", role)
@@ -17,7 +17,7 @@ def named(one: Named, name: str, role: str = "") -> Named:
 
 
 def set_role(widget: QWidget, role: str) -> None:
-    """Give `widget` another role in the style sheet, and draw it so."""
+    """Changes the role of `widget` in the style sheet."""
     if (widget.property("role") or "") != role:
         widget.setProperty("role", role)
         widget.style().unpolish(widget)

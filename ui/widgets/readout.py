@@ -1,7 +1,6 @@
 """Large value display and state chip (icon, word, colour).
 
-Both are painted, so that nothing moves when a digit is added, and both are plain data in: the page decides what
-is fresh, stale or unknown.
+Both are painted, so that nothing moves when a digit is added. The page decides what is fresh, stale or unknown.
 """
 
 import re
@@ -26,16 +25,15 @@ _RIGHT: Final = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 
 
 def parts_of(state: str) -> tuple[str, str]:
-    """A state, and what is said of it behind a comma."""
+    """Splits a state such as "4.00 V, charging" at its first comma."""
     word, *more = _COMMA.split(state, maxsplit=1)
     return word, "".join(more)
 
 
 class Readout(PaintedWidget):
-    """Caption, number with its smaller unit and limit, and a line below that says what is the matter or how old it is.
+    """Caption, number with unit and limit, and a note or an age below; unknown at first.
 
-    All begin at the left edge.  ``template`` is the widest number expected, such as "000.0"; its width stays reserved.
-    ``size`` is that of the number.  It starts as unknown.
+    `template` is the widest number expected, such as "000.0", whose width is reserved. `size` is that of the number.
     """
 
     def __init__(
@@ -54,41 +52,41 @@ class Readout(PaintedWidget):
 
     @property
     def freshness(self) -> Freshness:
-        """How the value shown is known."""
+        """How the shown value is known."""
         return self._freshness
 
     @property
     def meaning(self) -> Meaning | None:
-        """What colours it, None for a plain value."""
+        """The meaning that colours the value, None for a plain one."""
         return self._meaning
 
     def set_caption(self, caption: str) -> None:
-        """Name the value, in the language in use."""
+        """Sets the caption, in the language in use."""
         self._caption = caption
         self.updateGeometry()
         self._changed()
 
     def set_limit(self, limit: str) -> None:
-        """The limit with its unit, such as "1.8 V", shown after a slash; empty for none."""
+        """Sets the limit with its unit, such as "1.8 V", shown after a slash; "" for none."""
         if limit != self._limit:
             self._limit = limit
             self._changed()
 
     def reserve(self, notes: Iterable[str], *, limit: str = "") -> None:
-        """Keep room for the widest of these notes and for that limit, so that nothing beside it moves."""
+        """Reserves room for the widest of `notes` and for `limit`, so that nothing beside it moves."""
         self._notes, self._widest_limit = tuple(notes), limit
         self.updateGeometry()
 
     def show_value(self, text: str, *, meaning: Meaning | None = None, note: str = "") -> None:
-        """A fresh value; a meaning colours it and adds its icon, and the note says in words what is the matter."""
+        """Shows a fresh value; `meaning` colours it and adds an icon to the note."""
         self._show(Freshness.FRESH, text, note, meaning)
 
     def show_stale(self, text: str, age: str) -> None:
-        """The last value and how old it is, in words such as "12 s ago"."""
+        """Shows the last value and its age in words such as "12 s ago"."""
         self._show(Freshness.STALE, text, age, None)
 
     def show_unknown(self, reason: str = "") -> None:
-        """No value: hatched, with the word, and why in a word or two."""
+        """Shows a hatched "unknown", with a short reason."""
         self._show(Freshness.UNKNOWN, "", reason, None)
 
     def _show(self, freshness: Freshness, text: str, note: str, meaning: Meaning | None) -> None:
@@ -105,7 +103,7 @@ class Readout(PaintedWidget):
         self.announce(f"{name}, {self._note}" if self._note else name, name=self._caption)
 
     def _widths(self) -> tuple[float, float, float]:
-        """Of the number, the gap behind it and the unit."""
+        """Widths of the number, the gap and the unit."""
         number = QFontMetricsF(font(self._size, is_bold=True)).horizontalAdvance(self._template)
         unit = QFontMetricsF(font(self._unit_font_size())).horizontalAdvance(self._unit)
         return (number, 0.0 if self._unit == "°" else float(Space.XS), unit)
@@ -116,7 +114,7 @@ class Readout(PaintedWidget):
         return Size.BODY if self._size < Size.HERO else Size.TITLE
 
     def _number_px(self) -> float:
-        """Of number, unit and limit."""
+        """Width of number, unit and limit."""
         metrics = QFontMetricsF(font(Size.BODY))
         limits = [metrics.horizontalAdvance(f"/ {one}") + Space.S for one in (self._limit, self._widest_limit) if one]
         return sum(self._widths()) + max(limits, default=0.0)
@@ -181,11 +179,11 @@ class Readout(PaintedWidget):
         painter.drawText(QPointF(0, base), self._text)
         painter.setFont(font(self._unit_font_size()))
         painter.setPen(QColor(theme.muted))
-        # A degree sign is part of its number; every other unit stays where it is.
+        # A degree sign follows its number; other units stay in place.
         painter.drawText(QPointF(text_px if self._unit == "°" else number + gap, base), self._unit)
         right = number + gap + unit
         if is_stale:
-            # Dimmed alone would be colour alone: a stale number is struck under with dashes too.
+            # Underlined with dashes, so that stale is not shown by colour alone.
             painter.setPen(pen(theme.muted, theme.border_px, is_dashed=True))
             line = min(base + 4, self.height() - 1.0)
             painter.drawLine(QPointF(0, line), QPointF(text_px, line))
@@ -196,11 +194,11 @@ class Readout(PaintedWidget):
 
 
 class StateChip(PaintedWidget):
-    """One state as icon, word and colour.
+    """One state as icon, word and colour; unknown at first.
 
-    What is good or neutral stays quiet; attention and danger are filled; unknown is hatched and dashed; a stale
-    state is dashed and carries its age.  It starts as unknown.  ``is_measured``: its word holds a measured value.
-    ``is_stacked``: what stands behind a comma, and the age, are below the word in small: nothing beside it moves.
+    Good and neutral states are plain, attention and danger filled, unknown hatched and dashed; a stale state is dashed
+    and shows its age. `is_measured`: the word contains a measured value. `is_stacked`: the part after a comma and the
+    age are in small letters below the word.
     """
 
     def __init__(
@@ -224,28 +222,26 @@ class StateChip(PaintedWidget):
 
     @property
     def word(self) -> str:
-        """The word shown."""
         return self._word
 
     @property
     def meaning(self) -> Meaning | None:
-        """The meaning shown, None for a plain fact."""
+        """The meaning shown, None for a neutral state."""
         return self._meaning
 
     def set_caption(self, caption: str) -> None:
-        """What the state is of, for screen readers and the tooltip."""
+        """Sets what the state is of, for screen readers and the tooltip."""
         self._caption = caption
         self._changed()
 
     def name_unknown(self, text: str) -> None:
-        """What to say in place of "unknown" where no caption stands beside the chip: "Trigger unknown". What is stacked
-        says it above "unknown"."""
+        """Sets the text shown for unknown, such as "Trigger unknown"; a stacked chip shows it above "unknown"."""
         self._unknown = text
         self.updateGeometry()
         self.update()
 
     def reserve(self, words: Iterable[str], *, below: Iterable[str] = ()) -> None:
-        """Keep room for the widest of these words, so that nothing beside the chip moves; `below`, in small."""
+        """Reserves room for the widest of `words`, and of `below` in small letters."""
         self._reserved, self._reserved_below = tuple(words), tuple(below)
         self.updateGeometry()
 
@@ -259,10 +255,10 @@ class StateChip(PaintedWidget):
         keeps_colour: bool = False,
         detail: str = "",
     ) -> None:
-        """Show a state; ``icon`` may be a fragment such as ``icons.battery`` makes.
+        """Shows a state; `icon` may also be an SVG fragment as from `icons.battery`.
 
-        ``stale_age`` marks what may no longer be so, and says how old it is; with ``keeps_colour`` it stays as loud as
-        its meaning, hatched.  ``detail`` is said by the tooltip and to screen readers only.
+        `stale_age` marks a stale state; with `keeps_colour` it keeps the colour of its meaning, hatched. `detail` is
+        only for the tooltip and screen readers.
         """
         new = (word, icon, meaning, stale_age, keeps_colour and bool(stale_age), detail)
         if new != (self._word, self._icon, self._meaning, self._age, self._keeps_colour, self._detail):
@@ -271,14 +267,13 @@ class StateChip(PaintedWidget):
             self._changed()
 
     def set_age(self, age: str) -> None:
-        """How old a state is that still holds, behind the word."""
+        """Sets the age shown for a state that is not stale."""
         if age != self._certain_age:
             self._certain_age = age
             self.updateGeometry()
             self._changed()
 
     def show_unknown(self) -> None:
-        """Nobody knows."""
         self.show_state(tr("unknown"), Icon.UNKNOWN, Meaning.UNKNOWN)
 
     def _changed(self) -> None:
@@ -301,7 +296,7 @@ class StateChip(PaintedWidget):
 
     @property
     def _lines(self) -> tuple[str, str]:
-        """Above in the chip's size, below in small; one alone where there is nothing for the other."""
+        """The text in the size of the chip, and the one below it in small letters, or ""."""
         if not self._is_stacked:
             return self._text, ""
         if self._meaning is Meaning.UNKNOWN and self._unknown:
@@ -354,7 +349,7 @@ class StateChip(PaintedWidget):
         theme = current()
         side = self._icon_px()
         square = QRectF(Space.S, (self.height() - side) / 2, side, side)
-        # The word of a quiet state is plain text: its icon alone carries the colour.
+        # In a plain state only the icon is coloured.
         is_quiet = not self._is_filled and self._meaning is not Meaning.UNKNOWN
         is_dim = bool(self._age) and not self._keeps_colour
         text = QColor(theme.muted) if is_dim else (QColor(theme.text) if is_quiet else ink)
@@ -364,7 +359,7 @@ class StateChip(PaintedWidget):
         above, below = self._lines
         below = QFontMetricsF(small).elidedText(below, Qt.TextElideMode.ElideRight, room.width())
         if self._meaning is Meaning.UNKNOWN or self._keeps_colour:
-            # The hatching stops around the word.
+            # Without hatching behind the word.
             words = max(QFontMetricsF(one).horizontalAdvance(above), QFontMetricsF(small).horizontalAdvance(below))
             ground = QRectF(square.left() - 3, 3, square.width() + words + Space.XS + 10, self.height() - 6.0)
             painter.setPen(Qt.PenStyle.NoPen)

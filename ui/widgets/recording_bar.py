@@ -90,7 +90,7 @@ class RecordingBar(Banner):
         if player is not None:
             self.place.setValue(round(1000 * player.position_s(now) / max(0.001, player.duration_s)))
             if player.is_over(now):
-                text = tr("RECORDING: {name}, ended", name=name)
+                text = tr("RECORDING: {name}", name=name) + " · " + tr("ended")
         if text != self.label.text():
             self.label.setText(text)
             self.label.set_tip(parse_url(target.device).path)

@@ -10,11 +10,11 @@ from ui.widgets.layouts import in_row
 from ui.widgets.naming import named
 
 NUMBER_PX = 104
-"""Width of a number box with its unit: less than Qt would take, because the panel stands beside a page."""
+"""Width of a number box with its unit, smaller than Qt's size hint."""
 
 
 class WheelGuard(QObject):
-    """The wheel scrolls the panel, and turns a value only where the keyboard is."""
+    """Lets the wheel change a value only in a focused widget; else it scrolls."""
 
     def guard(self, widget: QWidget) -> None:
         widget.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
@@ -22,21 +22,21 @@ class WheelGuard(QObject):
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         if event.type() == QEvent.Type.Wheel and isinstance(watched, QWidget) and not watched.hasFocus():
-            event.ignore()  # so that it goes on to the scroll area
+            event.ignore()  # passes it on to the scroll area
             return True
         return False
 
 
 def label_for(texts: Texts, widget: QWidget, title: str) -> QLabel:
-    """The label of a form's row."""
+    """The label of a form row."""
     label = control(QLabel(), texts, f"{widget.objectName()}_label", title)
     label.setBuddy(widget)
-    label.setMinimumHeight(widget.sizeHint().height())  # level with the text of its field
+    label.setMinimumHeight(widget.sizeHint().height())  # aligns its text with that of the field
     return label
 
 
 class Dial(QWidget):
-    """A slider and a number box for one value; `turned` tells of what a person did, never of `show_value`."""
+    """A slider and a number box for one value; `turned` is emitted only for changes by the user."""
 
     turned = Signal(float)
 
@@ -82,12 +82,12 @@ class Dial(QWidget):
         return self.box.value()
 
     def show_value(self, value: float) -> None:
-        """Follow the module, unless a person is at it."""
+        """Shows the module's value, unless the user is changing it."""
         if not (self.slider.isSliderDown() or self.box.hasFocus()):
             self._show(value)
 
     def set_value(self, value: float) -> None:
-        """Show this, whoever is at it."""
+        """Shows `value` in any case."""
         self._show(value)
 
     def _show(self, value: float) -> None:

@@ -1,4 +1,4 @@
-"""State chips for activation and trigger, the same on every page."""
+"""Shows activation and trigger in state chips."""
 
 from app.diagnosis.link_state import duration
 from app.engine.device import Known
@@ -10,7 +10,7 @@ from ui.widgets.readout import StateChip
 
 
 def show_activation(chip: StateChip, seen: SeenActivation, now: float) -> None:
-    """A lost ACTIVE keeps its colour, hatched: nobody has seen it locked."""
+    """A stale ACTIVE keeps its colour, hatched, since nobody has seen the module locked."""
     age = "" if seen.at is None else tr("{time} ago", time=duration(now - seen.at))
     match seen.state:
         case Activation.UNKNOWN:
@@ -26,7 +26,7 @@ def show_activation(chip: StateChip, seen: SeenActivation, now: float) -> None:
 
 
 def show_trigger(chip: StateChip, *, is_triggered: bool | None, age: str = "") -> None:
-    """`is_triggered` as the module reported it, None while that is not known."""
+    """`is_triggered` as reported by the module, None if unknown."""
     if is_triggered is None:
         chip.show_unknown()
     elif is_triggered:
@@ -36,11 +36,11 @@ def show_trigger(chip: StateChip, *, is_triggered: bool | None, age: str = "") -
 
 
 def show_known_trigger(chip: StateChip, known: Known | None, now: float) -> None:
-    """The same of what is known of a module."""
+    """Like `show_trigger`, from a known value."""
     is_triggered = None if known is None else known.value is True
     show_trigger(chip, is_triggered=is_triggered, age="" if known is None else age_of(known, now))
 
 
 def age_of(known: Known, now: float) -> str:
-    """Empty while nothing casts doubt on the value."""
+    """The age of a stale value, else ""."""
     return tr("{time} ago", time=duration(now - known.at)) if known.is_stale else ""

@@ -1,9 +1,9 @@
-"""Button for one step of a multi-step act: counts only deliberate presses.
+"""Button for one step of a multi-step act, which accepts only deliberate presses.
 
-It is dead for half a second after it appeared; to the pointer until that moved onto it; to the keyboard until the key
-that was down is up. The second press of a double click never counts. A press ends without effect when the pointer
-leaves the button, or when a second key or mouse button is pressed on it; only the release of what pressed it completes
-it. While hidden it keeps its place in a layout, so that two steps of an act never lie over each other.
+It is dead for half a second after it appeared, to the pointer until the pointer moved onto it, and to the keyboard
+until all keys were released. The second press of a double click never counts. A press is cancelled when the pointer
+leaves the button, or when a second key or mouse button is pressed; only the release of the same key or button completes
+it. While hidden it keeps its place in the layout, so that two steps of an act never share a place.
 """
 
 from math import ceil
@@ -30,19 +30,19 @@ class StepButton(QPushButton):
     """`is_safe` (Cancel): keeps its place, but is never dead."""
 
     chosen = Signal()
-    """The press counted. `clicked` also comes from assistive technology, at any time."""
+    """A press that counted. `clicked` may also come from assistive technology, at any time."""
 
     def __init__(self, *, is_safe: bool = False) -> None:
         super().__init__()
         self._is_safe = is_safe
         self._gestures = gestures()
         self.appeared_at = 0.0
-        """By the clock of `gestures`: when it came into sight, became enabled or came to lie elsewhere."""
+        """When it became visible or enabled, or moved, by the clock of `gestures`."""
         self._place = QRect()
         self._is_pointer_blocked = False
         self._is_key_blocked = False
         self._is_pressed = False
-        """By a press that counts."""
+        """Pressed by a press that counts."""
         self._key = 0
         """The key that pressed it; 0: the mouse."""
         policy = self.sizePolicy()
@@ -57,22 +57,22 @@ class StepButton(QPushButton):
 
     @property
     def is_live(self) -> bool:
-        """Whether it has been there for long enough."""
+        """Whether it has been visible and enabled for long enough."""
         is_there = self.isVisible() and self.isEnabled()
         return is_there and (self._is_safe or self._gestures.clock() - self.appeared_at >= DEAD_FOR_S)
 
     @property
     def takes_pointer(self) -> bool:
-        """Whether a press of the mouse counts now."""
+        """Whether a mouse press counts now."""
         return self.is_live and (self._is_safe or not self._is_pointer_blocked)
 
     @property
     def takes_keys(self) -> bool:
-        """Whether a press of a key counts now."""
+        """Whether a key press counts now."""
         return self.is_live and (self._is_safe or not self._is_key_blocked)
 
     def appear(self) -> None:
-        """It came into sight, became enabled or lies elsewhere: what is under way does not count."""
+        """It became visible or enabled, or moved: a press in progress does not count."""
         self._place = self._place_now()
         self.appeared_at = self._gestures.clock()
         self._is_pointer_blocked = False
@@ -83,14 +83,14 @@ class StepButton(QPushButton):
             self._show_live()
 
     def _show_live(self) -> None:
-        """Look dead until it is live. A timer that ends a little early would leave it looking dead for good."""
+        """Repaints when it becomes live; a timer that ends early is started again."""
         left_s = self.appeared_at + DEAD_FOR_S - self._gestures.clock()
         if left_s > 0:
             self._live_timer.start(ceil(left_s * 1000))
         self.update()
 
     def cancel_press(self) -> None:
-        """What is pressed now does not count."""
+        """Cancels a press in progress."""
         self._is_pressed = False
         self.setDown(False)
 
@@ -99,7 +99,7 @@ class StepButton(QPushButton):
             self.appear()
 
     def block_pointer(self) -> None:
-        """It came to lie under the pointer."""
+        """It appeared under the pointer."""
         self._is_pointer_blocked = True
         self.cancel_press()
         self.update()
@@ -121,7 +121,7 @@ class StepButton(QPushButton):
         if is_pressed or self.is_live:
             self.chosen.emit()
 
-    # The focus goes to nothing: else Qt gives it to the next button, and that may be dangerous too.
+    # Clear the focus: Qt would give it to the next button, which may be dangerous too.
 
     def setEnabled(self, is_enabled: bool) -> None:
         if not is_enabled and self.hasFocus():
@@ -151,7 +151,7 @@ class StepButton(QPushButton):
             self.appear()
 
     def counts(self, event: QMouseEvent) -> bool:
-        """Whether this press of the mouse counts."""
+        """Whether this mouse press counts."""
         self.check_place()
         self._gestures.on_pointer(event.globalPosition())
         is_single_left = event.button() is Qt.MouseButton.LeftButton and event.type() != QEvent.Type.MouseButtonDblClick
@@ -159,7 +159,7 @@ class StepButton(QPushButton):
 
     @property
     def _is_held_down(self) -> bool:
-        """Another press on it cancels the one under way."""
+        """A press is in progress, which another one would cancel."""
         return self.isDown() and not self._is_safe
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
@@ -176,7 +176,7 @@ class StepButton(QPushButton):
             self.cancel_press()
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        # Qt would press it again when the pointer comes back.
+        # Without Qt, which would press it again when the pointer comes back.
         event.accept()
         if self._is_safe:
             super().mouseMoveEvent(event)
@@ -202,7 +202,7 @@ class StepButton(QPushButton):
             super().keyPressEvent(event)
 
     def keyReleaseEvent(self, event: QKeyEvent) -> None:
-        # Qt completes a click by the release of any of these keys.
+        # Qt completes a click with the release of any of these keys.
         if event.key() not in PRESS_KEYS or not self._is_held_down or event.key() == self._key:
             super().keyReleaseEvent(event)
 
@@ -212,7 +212,7 @@ class StepButton(QPushButton):
         painter.end()
 
     def _option(self) -> QStyleOptionButton:
-        """Dead, it looks disabled."""
+        """Draws a dead button as disabled."""
         option = QStyleOptionButton()
         self.initStyleOption(option)
         if not self.takes_pointer:
@@ -221,12 +221,12 @@ class StepButton(QPushButton):
 
 
 def is_in_sight(widget: QWidget) -> bool:
-    """Whether all of it can be seen: not scrolled away, cut off or covered."""
+    """Whether all of it is visible: not scrolled away, cut off or covered."""
     return widget.isVisible() and widget.visibleRegion().boundingRect().contains(widget.rect())
 
 
 def bring_into_sight(widget: QWidget) -> None:
-    """Scroll what it lies in."""
+    """Scrolls all scroll areas around it."""
     above = widget.parentWidget()
     while above is not None:
         if isinstance(above, QScrollArea):
@@ -235,7 +235,7 @@ def bring_into_sight(widget: QWidget) -> None:
 
 
 def leave_focus(widget: QWidget) -> None:
-    """If the focus is in `widget`, it goes to nothing."""
+    """Clears the focus if it is in `widget`."""
     focused = QApplication.focusWidget()
     if focused is not None and (focused is widget or widget.isAncestorOf(focused)):
         focused.clearFocus()

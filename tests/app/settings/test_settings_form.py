@@ -93,7 +93,7 @@ def test_an_edit_is_pending_until_it_is_what_stands() -> None:
 def test_what_no_byte_carries_is_refused_while_typing(key: str, text: str, why: str) -> None:
     form = SettingsForm()
     form.type_text(key, text)
-    assert (row(form, key).state, row(form, key).reason) == (RowState.UNFIT, why)
+    assert (row(form, key).state, row(form, key).reason) == (RowState.INVALID, why)
     assert not form.changes(device(), NOW)
     assert form.count_unsent(device(), NOW) == 1  # leaving would lose it all the same
 
@@ -131,7 +131,7 @@ def test_a_new_edit_ends_redo() -> None:
 
 def test_defaults_and_revert_are_steps_too() -> None:
     form = SettingsForm()
-    form.want_defaults()
+    form.fill_defaults()
     wanted = {one.command.key: one.wanted for one in form.rows(DeviceView(), NOW) if one.wanted is not None}
     assert wanted == {key: value for key, value in DEFAULTS.items() if key != BAUD_RATE.key}
     assert LIGHT not in wanted  # the table names no default for it
@@ -214,7 +214,7 @@ def test_a_write_that_is_broken_off_claims_nothing() -> None:
     form = SettingsForm()
     form.choose(TILT, 70)
     form.begin_write(form.changes(device(), NOW))
-    form.lose_write()
+    form.abort_write()
     assert row(form, TILT).state is RowState.FAILED
     assert not form.is_writing
     assert not form.written
@@ -255,18 +255,18 @@ def test_the_figures_follow_what_is_wanted_else_what_stands() -> None:
 
 def test_a_power_cycle_stamps_the_rows_until_they_are_written_again() -> None:
     form = SettingsForm()
-    form.stamp({TILT: SettingRetention(70, Retention.LOST, 60)})
-    assert row(form, TILT).stamp == SettingRetention(70, Retention.LOST, 60)
+    form.set_retentions({TILT: SettingRetention(70, Retention.LOST, 60)})
+    assert row(form, TILT).retention == SettingRetention(70, Retention.LOST, 60)
     form.choose(TILT, 70)
     form.begin_write(form.changes(device(), NOW))
-    assert row(form, TILT).stamp is None
+    assert row(form, TILT).retention is None
 
 
 def test_another_module_starts_from_nothing() -> None:
     form = SettingsForm()
     form.choose(TILT, 70)
     write(form, written(TILT, 70, stands=60, fault=WriteFault.NOT_KEPT))
-    form.forget()
+    form.reset()
     assert not form.has_drafts
     assert not form.can_undo
     assert row(form, TILT).state is RowState.READ
@@ -304,7 +304,7 @@ def test_undo_leads_back_to_the_beginning_and_redo_to_the_end(steps: list[tuple[
             case ("revert",):
                 form.revert()
             case ("defaults",):
-                form.want_defaults()
+                form.fill_defaults()
             case _:
                 form.end_typing()
         for one in form.rows(view, NOW):

@@ -127,7 +127,7 @@ def test_pause_holds_the_picture_while_recording_goes_on(bench: Bench, qtbot: Qt
     assert bench.state == "paused, 12 s behind"
     assert bench.plot.span.end_s == NOW_S
     assert bench.canvas.lanes[0].scale == Scale(0, 90, 30)
-    assert (pause.text(), pause.accessibleName()) == ("Live", "Back to live")
+    assert (pause.text(), pause.accessibleName()) == ("Live", "Live")
     qtbot.mouseClick(pause, Qt.MouseButton.LeftButton)
     assert (bench.state, pause.text()) == ("live", "Pause")
     assert bench.plot.span.end_s == NOW_S + 12

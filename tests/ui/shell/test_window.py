@@ -191,9 +191,9 @@ def test_a_spoilt_settings_file_is_no_reason_to_stop(qtbot: QtBot, qapp: QApplic
 
 
 def test_a_fault_in_a_slot_is_a_calm_line(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    from ui.main import _faults_said
+    from ui.main import _errors_shown
 
-    with window(qapp, tmp_path) as assembly, _faults_said(assembly.window):
+    with window(qapp, tmp_path) as assembly, _errors_shown(assembly.window):
         try:
             raise LookupError("a bug")
         except LookupError as error:

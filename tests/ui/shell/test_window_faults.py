@@ -30,7 +30,7 @@ from app.store.store import Store
 from app.system.logs import start_log
 from tests.support.processes import ENVIRONMENT, PROGRAM, ROOT, run_module
 from tests.support.window.fakes_ui import ADAPTER, WAIT_MS, Ports, simulated, wait_online, window
-from ui.main import Assembly, _faults_said
+from ui.main import Assembly, _errors_shown
 
 BEAT_MS = 10
 LONGEST_STALL_S = 1.0
@@ -153,7 +153,7 @@ def test_an_error_of_ours_beside_the_window_closes_the_port_and_is_said(
         monkeypatch.undo()
         raise KeyError("bug")
 
-    with simulated("struck"), window(qapp, tmp_path) as assembly, _faults_said(assembly.window, assembly.armed):
+    with simulated("struck"), window(qapp, tmp_path) as assembly, _errors_shown(assembly.window, assembly.armed):
         assembly.connector.connect_to(Target("sim://struck", 115200))
         wait_online(qtbot, assembly)
         assembly.armed.act = Act.ZERO

@@ -18,13 +18,13 @@ from ui.style.theme import Meaning
 from ui.widgets.readout import Readout
 from ui.widgets.state_chips import show_activation, show_trigger
 
-# As wide as a gap that the plots leave open: what is further away is no answer.
+# As wide as a gap in the plots; samples further away do not count.
 _NEAR_S: Final = 1.0
 
 
 @dataclass(frozen=True, slots=True)
 class CursorValues:
-    """What was measured around an instant; None where nothing was.  ``time_text`` is for a person."""
+    """Values measured around a time, None where there are none; `time_text` is that time in words."""
 
     time_text: str
     limits: PanelLimits
@@ -38,9 +38,9 @@ class CursorValues:
 
 
 def moment_of(recording: Recording, time_s: float) -> CursorValues:
-    """What the recording says of an instant, in its monotonic seconds."""
+    """The values of a recording at a time in its monotonic seconds."""
     tilt = recording.tilt.around(time_s, within_s=_NEAR_S)
-    # The flags came with the tilt, in one report.
+    # One report contains both the tilt and the flags.
     flags = None if tilt is None else recording.excerpt(tilt.time_s, tilt.time_s)
     has_flags = flags is not None and len(flags.time_s) > 0
     return CursorValues(
@@ -59,7 +59,7 @@ def moment_of(recording: Recording, time_s: float) -> CursorValues:
 
 
 def show_moment(panel: LivePanel, moment: CursorValues | None, in_use: LimitsInUse) -> None:
-    """Put it into the numbers; None: no instant is pointed at. The light threshold is the one that stood then."""
+    """Shows the values at the cursor in the panel; None: there is no cursor."""
     if moment is None:
         moment = CursorValues(tr("point at the plots"), PanelLimits(None, None, None))
     fires_deg, falls_g = moment.limits.fires_deg, moment.limits.falls_g
@@ -91,7 +91,7 @@ def show_moment(panel: LivePanel, moment: CursorValues | None, in_use: LimitsInU
 
 
 def _standing(steps: StepFunction, time_s: float) -> float | None:
-    """What stood at an instant."""
+    """The value at a time."""
     changes = steps.between(time_s, time_s)
     return changes[-1].value if changes else None
 

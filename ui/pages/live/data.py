@@ -1,8 +1,4 @@
-"""Data of the Live page: series, limits over time, markers.
-
-``take`` costs the same for one sample as for a hundred: numbers go into the series as arrays, and only changes
-are looked at one by one.  Times are monotonic seconds.
-"""
+"""Data of the Live page: series, limits over time, markers. Times are monotonic seconds."""
 
 from collections import deque
 from collections.abc import Collection
@@ -25,17 +21,17 @@ from ui.plots.view import Lane, Limit, Mark, Scale
 from ui.style.icons import Icon
 from ui.style.theme import Meaning
 
-# Polled once a second: ten hours.
+# Ten hours, polled once a second.
 _SLOW_SAMPLES: Final = 36_000
 _HAPPENINGS_KEPT: Final = 1000
 _RATE_OVER_S: Final = 2.0
-# Voltage and light count as fresh for 5 s, so their lines go on for as long.
+# Voltage and light count as fresh for 5 s.
 SLOW_GAP_S: Final = 5.0
 _TRIGGERED: Final = 2
 _ACTIVE: Final = 1
 
 
-# The most important first: where two are at one place, the first one is shown.
+# The most important first; where two are in one place, only the first is shown.
 _MARKS: Final[dict[MarkerKind, tuple[str, Icon, Meaning | None]]] = {
     MarkerKind.TRIGGERED: (marked("triggered"), Icon.PARACHUTE, Meaning.DANGER),
     MarkerKind.RESTARTED: (marked("restarted"), Icon.RESTART, Meaning.ATTENTION),
@@ -54,15 +50,15 @@ _MARKS: Final[dict[MarkerKind, tuple[str, Icon, Meaning | None]]] = {
 _RANKS: Final = {kind: rank for rank, kind in enumerate(_MARKS)}
 
 
-def mark_of(happening: Marker) -> Mark:
-    """How the plots show it."""
-    word, icon, meaning = _MARKS[happening.kind]
-    return Mark(happening.time_s, word, icon, meaning, _RANKS[happening.kind])
+def mark_of(marker: Marker) -> Mark:
+    """The mark that shows `marker` in the plots."""
+    word, icon, meaning = _MARKS[marker.kind]
+    return Mark(marker.time_s, word, icon, meaning, _RANKS[marker.kind])
 
 
 @dataclass(frozen=True, slots=True)
 class StaleLimits:
-    """What the limits were last known to be, while nothing confirms it."""
+    """The last known limits over time, while they are stale."""
 
     fires: StepFunction = field(default_factory=StepFunction)
     rearms: StepFunction = field(default_factory=StepFunction)
@@ -70,7 +66,7 @@ class StaleLimits:
     lights: StepFunction = field(default_factory=StepFunction)
 
     def put(self, at: float, fresh: ModuleLimits, known: ModuleLimits) -> None:
-        """`known`: also what is stale. None where the trigger was last said to be off."""
+        """`known` includes stale values; None in it: the trigger was last reported as disabled."""
         self.fires.put(at, known.fires_deg if fresh.fires_deg is None else None)
         self.rearms.put(at, known.rearms_deg if fresh.rearms_deg is None else None)
         self.falls.put(at, known.free_fall_g if fresh.free_fall_g is None else None)
@@ -82,7 +78,7 @@ class StaleLimits:
 
 
 class Measured(Protocol):
-    """What the plots are drawn from: a session under way, or one that was recorded."""
+    """Source of the plots: the current session, or a recording."""
 
     @property
     def tilt(self) -> Readable: ...
@@ -105,7 +101,7 @@ class Measured(Protocol):
 
 
 class LiveData:
-    """Takes batches in the window's thread."""
+    """The data of the current session. Samples are added as arrays: a hundred cost about as much as one."""
 
     def __init__(self) -> None:
         self.tilt = Series()
@@ -118,18 +114,18 @@ class LiveData:
         self.lights = StepFunction()
         self.stale = StaleLimits()
         self.markers: deque[Marker] = deque(maxlen=_HAPPENINGS_KEPT)
-        # In step with tilt and acceleration, sample by sample; its summary is not used.
+        # One entry for each sample of tilt and acceleration; its summary is not used.
         self._flags = Series(summary_buckets=2)
         self._first_s: float | None = None
         self._follower = MarkerTracker()
 
     @property
     def has_samples(self) -> bool:
-        """A module said at least once how it is."""
+        """The module has reported a status."""
         return self._first_s is not None
 
     def reset(self) -> None:
-        """What comes from now on is another module's, or may be: it has nothing to do with what came before."""
+        """Discards everything, for another module."""
         for series in (self.tilt, self.acceleration, self.cell, self.light, self._flags):
             series.clear()
         for steps in (self.fires, self.rearms, self.falls, self.lights):
@@ -140,11 +136,11 @@ class LiveData:
         self._follower = MarkerTracker()
 
     def reports_per_s(self, now_s: float) -> float:
-        """Status reports a second, streamed or polled, over the last two seconds."""
+        """Status reports per second, streamed or polled, over the last two seconds."""
         return len(self.tilt.window(now_s - _RATE_OVER_S, now_s).time_s) / _RATE_OVER_S
 
     def on_batch(self, batch: Batch) -> list[Mark]:
-        """Add a batch; what happened in it, as marks for the plots."""
+        """Adds a batch; returns its events as marks."""
         count = len(self.markers)
         new = self._follower.on_batch(batch)
         if batch.samples:
@@ -152,12 +148,12 @@ class LiveData:
         self._add_slow(batch.device)
         self._put_limits(self._follower.limits, batch)
         self.markers.extend(new)
-        # The very first connection is the beginning of the time line, and no news on it.
+        # The first connection is the start of the time line, not an event.
         shown = new[1:] if not count and new and new[0].kind is MarkerKind.CONNECTED else new
         return [mark_of(one) for one in shown]
 
     def excerpt(self, start_s: float, end_s: float) -> Excerpt:
-        """A copy of everything in a span, both ends included."""
+        """A copy of all data in a span, both ends included."""
         time_s, tilt_deg = self.tilt.window(start_s, end_s)
         flags = self._flags.window(start_s, end_s).value.astype(np.int8)
         cell, light = self.cell.window(start_s, end_s), self.light.window(start_s, end_s)
@@ -207,7 +203,7 @@ class LiveData:
 
 
 def lanes(data: Measured, in_use: LimitsInUse, stale: StaleLimits | None = None) -> tuple[Lane, ...]:
-    """The plots of the page, from the top down."""
+    """The plots of the page, from top to bottom."""
     stale = stale or StaleLimits()
 
     def cell_outside(volts: float, time_s: float) -> Outside | None:

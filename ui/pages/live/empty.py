@@ -3,7 +3,7 @@
 from typing import Final
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QWidget
+from PySide6.QtWidgets import QLabel, QPushButton, QWidget
 
 from app.diagnosis.link_state import Phase, words
 from app.engine.target import Target
@@ -16,7 +16,7 @@ from ui.style.icons import Icon
 from ui.style.theme import Space
 from ui.widgets.controls import control
 from ui.widgets.labels import IconLabel
-from ui.widgets.layouts import in_column, in_row, retain_size
+from ui.widgets.layouts import Gap, in_column, in_row, retain_size
 from ui.widgets.naming import named
 
 _TEXT_PX: Final = 500
@@ -25,7 +25,7 @@ _BUSY: Final = (Phase.OPENING, Phase.FINDING, Phase.ASKING, Phase.ONLINE, Phase.
 
 
 class EmptyPage(QWidget):
-    """Before there is anything to show: how the link stands, and the next thing to do."""
+    """Shown until there are values: state of the link, and the next step."""
 
     def __init__(self, services: Services, page: Page) -> None:
         super().__init__()
@@ -57,7 +57,6 @@ class EmptyPage(QWidget):
         self._lay_out()
 
     def refresh(self) -> None:
-        """How the link stands now."""
         state = self._connector.state
         said = words(state, self._connector.clock())
         is_idle = state.phase is Phase.CLOSED
@@ -79,14 +78,6 @@ class EmptyPage(QWidget):
 
     def _lay_out(self) -> None:
         buttons = in_row(1, self.choose, self.simulate, self.recordings, 1, spacing=Space.S)
-        column = in_column(2, self._picture, self._title, self.text, spacing=Space.S)
-        column.addSpacing(Space.S)
-        column.addWidget(self._way)
-        column.addSpacing(Space.S)
-        column.addLayout(buttons)
-        column.addStretch(3)
-        self._column = QHBoxLayout(self)
-        self._column.setContentsMargins(0, 0, 0, 0)
-        self._column.addStretch(1)
-        self._column.addLayout(column)
-        self._column.addStretch(1)
+        gap = Gap(Space.S)
+        column = in_column(2, self._picture, self._title, self.text, gap, self._way, gap, buttons, 3, spacing=Space.S)
+        self._column = in_row(1, column, 1, of=self, margins=0)

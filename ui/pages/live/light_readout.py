@@ -1,4 +1,4 @@
-"""Light with a bar: how far it is from the threshold at which the bay counts as open."""
+"""Light voltage with a bar that shows its distance from the threshold for an open bay."""
 
 from typing import Final
 
@@ -15,7 +15,7 @@ _BAR_HEIGHT_PX: Final = 10
 
 
 class LightReadout(Readout):
-    """A readout with the bar at its right; the threshold is in the middle of the bar."""
+    """A readout with a bar at its right, whose middle is the threshold."""
 
     def __init__(self) -> None:
         super().__init__("", unit="V", template="0.0")
@@ -24,7 +24,7 @@ class LightReadout(Readout):
         self._is_limit_stale = False
 
     def show_bar(self, light_v: float | None, threshold_v: float | None, *, is_limit_stale: bool) -> None:
-        """None: not known; without a threshold there is no bar."""
+        """Sets the bar; None: not known. Without a threshold there is no bar."""
         shown = light_v, threshold_v, is_limit_stale
         if shown != (self._light_v, self._threshold_v, self._is_limit_stale):
             self._light_v, self._threshold_v, self._is_limit_stale = shown

@@ -1,9 +1,8 @@
 """Live page: a row of values above the plots.
 
-Each batch draws while the page is in sight, or a timer where none comes: the plots only when they have moved by a
-pixel, the numbers some fifteen times a second and whenever the module's state changes.  Batches are taken all the time:
-acquisition never depends on what is looked at.  A recording is looked at here too: its plots lie over those of
-the module, which go on below.
+While the page is visible each batch draws, or a timer where no batch comes: the plots only when they moved by a pixel,
+the numbers some fifteen times a second and whenever the module's state changes. Batches are taken at all times, visible
+or not. A recording is shown here too, with its plots above those of the module, which continue.
 """
 
 from typing import Final, cast
@@ -35,21 +34,21 @@ from ui.widgets.naming import named
 from ui.widgets.visibility_timer import VisibilityTimer
 
 DRAW_EVERY_MS: Final = 100
-"""While no batch comes: ages go on, and the picture moves."""
+"""While no batches come: ages and the time line go on."""
 REFRESH_EVERY_S: Final = 0.06
-"""Numbers: with every other batch at most. Faster cannot be read."""
+"""Numbers: faster changes could not be read."""
 _WAITING_MOST: Final = 15
-"""Batches, half a second: out of sight that is often enough."""
+"""Batches, half a second: often enough while hidden."""
 
 _CLOSE_UP_S: Final = 60.0
-"""Length of the time line to look at one event, where it is longer."""
+"""Maximum length of the time line to show one event."""
 
 
 class LivePage(StreamPage):
-    """See the module's docstring."""
+    """See the module docstring."""
 
     source_changed = Signal()
-    """Another recording is looked at, or none, or the module's data start over: `recording` and `data` tell."""
+    """`recording` changed, or `data` was reset."""
 
     shows_link = True
 
@@ -61,7 +60,7 @@ class LivePage(StreamPage):
         self._recordings = services.storage.recordings
         self.wall = WallClock()
         self.data = LiveData()
-        self._sitting = SessionTracker()
+        self._session = SessionTracker()
         self.panel = LivePanel(texts)
         self.fired = WhatIfOnLive(services, self)
         drawn = self.fired.panel.lines.added_to(lanes(self.data, self._in_use, self.data.stale))
@@ -100,46 +99,45 @@ class LivePage(StreamPage):
 
     @property
     def recording(self) -> Recording | None:
-        """What is looked at in place of the module."""
+        """The recording shown in place of the module."""
         return self._recorded.recording
 
     @property
     def plot(self) -> TimePlot:
-        """The plots in sight: the recording's, or the module's."""
+        """The visible plots: the recording's, or the module's."""
         return self._live_plot if self._recorded.plot is None else self._recorded.plot
 
     @property
     def is_empty(self) -> bool:
-        """No module has said anything yet, so there is nothing to plot."""
+        """There is nothing to plot yet."""
         return self._stack.currentWidget() is self.empty
 
     def on_batch(self, batch: Batch) -> None:
-        """Remember a batch; nothing is drawn here, and what is alike is worked through together."""
+        """Queues a batch; similar ones are processed together."""
         has_jumped = self.wall.poll()
-        if has_jumped:  # the computer slept, or its clock was set: one time line cannot show both sides of it
+        if has_jumped:  # the computer slept, or its clock was set: a new time line
             self._live_plot.be_at(self.wall.offset_s)
-        if self._sitting.begins(batch.connection, self._connector.target) or has_jumped:
+        if self._session.begins(batch.connection, self._connector.target) or has_jumped:
             self._reset()
-        if self._last is not None and not _is_alike(self._last, batch):
-            self._digest()
-            self._refreshed_at = 0.0  # numbers and colours at once
+        if self._last is not None and not _is_same_state(self._last, batch):
+            self._process_waiting()
+            self._refreshed_at = 0.0  # refresh the numbers at once
         self._last = batch
         self._waiting.append(batch)
         if len(self._waiting) >= _WAITING_MOST:
-            self._digest()
+            self._process_waiting()
         if self.isVisible():
             self._timer.restart()
             self._tick()
 
     def draw(self) -> None:
-        """The plots as they are now."""
-        self._digest()
+        self._process_waiting()
         if not self.is_empty:
             self.plot.draw(self._connector.clock())
             self._connector.current.set_shown(is_shown=True, every_s=self.plot.pixel_s)
 
     def show_recording(self, recording: Recording) -> None:
-        """Look at this one in place of the module; whatever is connected goes on."""
+        """Shows `recording` in place of the module, which stays connected."""
         self.fired.panel.release()
         self._recorded.show(recording, self.fired.panel.lines.added_to(lanes(recording, self._in_use)))
         self._recordings.is_shown = True
@@ -149,10 +147,10 @@ class LivePage(StreamPage):
         self.draw()
 
     def back_to_live(self) -> None:
-        """Close the recording and show the module as it is."""
+        """Closes the recording and shows the module."""
         if self.recording is None:
             return
-        self.fired.panel.release()  # first what reads from it
+        self.fired.panel.release()  # it reads from the recording
         self._recorded.put_away()
         self._recordings.is_shown = False
         if not self.data.has_samples:
@@ -162,8 +160,7 @@ class LivePage(StreamPage):
         self.draw()
 
     def refresh(self) -> None:
-        """Numbers, ages and words as they are now."""
-        self._digest()
+        self._process_waiting()
         now_s, device, data = self._connector.clock(), self._connector.device, self.data
         self._refreshed_at = now_s
         self.save.refresh()
@@ -192,7 +189,7 @@ class LivePage(StreamPage):
         self.refresh()
 
     def _tick_alone(self) -> None:
-        """No batch came for a while."""
+        """Called while no batches come."""
         self._refreshed_at = 0.0
         self._tick()
 
@@ -209,8 +206,8 @@ class LivePage(StreamPage):
         elif is_turn:
             self.plot.show_age(now_s)
 
-    def _digest(self) -> None:
-        """Work through what waits."""
+    def _process_waiting(self) -> None:
+        """Processes the queued batches."""
         if self._waiting:
             batch = joined(self._waiting)
             self._waiting.clear()
@@ -218,8 +215,8 @@ class LivePage(StreamPage):
                 self._live_plot.add_mark(mark)
 
     def _reset(self) -> None:
-        """Another module, or the same after it was put away: nothing of what was belongs to what comes."""
-        self._digest()
+        """Discards all data, for another module or a new session."""
+        self._process_waiting()
         self.data.reset()
         self._live_plot.reset()
         if self.recording is None:
@@ -244,7 +241,7 @@ class LivePage(StreamPage):
 
     def _follow_link(self) -> None:
         if not self._connector.is_wanted and not self._connector.is_open:
-            self._sitting.end()
+            self._session.end()
         self._refresh_empty()
 
     def _refresh_empty(self) -> None:
@@ -252,7 +249,7 @@ class LivePage(StreamPage):
             self.empty.refresh()
 
     def _excerpt(self) -> Excerpt:
-        self._digest()
+        self._process_waiting()
         source = self.data if self.recording is None else self.recording
         return source.excerpt(*self.plot.span)
 
@@ -265,7 +262,7 @@ class LivePage(StreamPage):
     def _picture(self, foot: str) -> QImage:
         return picture_with_foot(self._seen, foot)
 
-    # What a person does by key
+    # Shortcuts
 
     def _save_csv(self) -> None:
         if not self.is_empty:
@@ -283,7 +280,7 @@ class LivePage(StreamPage):
         if not self.is_empty:
             self.fired.button.click()
 
-    # Making
+    # Construction
 
     def _lay_out(self) -> QWidget:
         card = self.plots_card = named(QFrame(), "live_plots", "card")
@@ -294,7 +291,7 @@ class LivePage(StreamPage):
         in_column(self.panel, (plots, 1), of=self._seen, spacing=Space.S, margins=(Space.M, 0, Space.M, Space.S))
         head = self.make_header(self._services.texts, marked("Live"), self.save, self.fired.button)
         head.row.setStretchFactor(head.title, 0)
-        head.row.setStretchFactor(self.save, 1)  # it says where something was saved to
+        head.row.setStretchFactor(self.save, 1)  # shows where something was saved
         head.row.setContentsMargins(Space.M, Space.XS, Space.M, Space.XS)
         content = named(QWidget(), "live_content")
         in_column(head, self.banner, (self._seen, 1), of=content, spacing=0, margins=0)
@@ -316,8 +313,8 @@ class LivePage(StreamPage):
         self.panel.fit_height(self.height())
 
 
-def _is_alike(one: Batch, other: Batch) -> bool:
-    """Nothing happened to the link or the module's state in between."""
+def _is_same_state(one: Batch, other: Batch) -> bool:
+    """Whether link and module state are the same in both."""
     return (
         one.connection == other.connection
         and one.device.presence is other.device.presence

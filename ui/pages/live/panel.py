@@ -1,7 +1,7 @@
 """Tiles of the Live page: tilt with its gauge, acceleration, light, cell, reports, boot count, in one row.
 
-Each number is fresh, stale with its age, or unknown.  For a recording they are those of the instant under the
-read-off cursor, and what belongs to the present gives its place to that time and to the module's state then.
+Each number is fresh, stale with its age, or unknown. For a recording they are the values at the cursor, and its time
+and the module's state then replace what belongs to the present.
 """
 
 from dataclasses import dataclass
@@ -27,9 +27,9 @@ from ui.widgets.naming import named
 from ui.widgets.readout import Readout, StateChip
 
 _COUNT_EVERY_S: Final = 0.5
-"""A rate of reports that trembles by one is nothing to follow."""
+"""Slow, since the rate of reports often varies by one."""
 _TALL_FROM_PX: Final = 600
-"""Height of the page from which on the gauge is larger."""
+"""Height of the page from which the gauge is larger."""
 _GAUGES_PX: Final = (76, 112)
 _MOST_APART_PX: Final = 56
 _RESIZING: Final = (
@@ -53,8 +53,7 @@ _NO_STREAM: Final = marked("no stream")
 
 @dataclass(frozen=True, slots=True)
 class PanelLimits:
-    """What the module fires at, as it said itself; None while that is not known or switched off. Those that are stale
-    are only shown: nothing is judged by them."""
+    """The module's limits; None while unknown or disabled. Stale ones are only shown, never used to judge a value."""
 
     fires_deg: float | None
     falls_g: float | None
@@ -64,27 +63,21 @@ class PanelLimits:
 
 
 class LivePanel(QFrame):
-    """Shows; decides nothing but what is stale."""
+    """The row of values."""
 
     def __init__(self, texts: Texts) -> None:
         super().__init__()
-        self.setObjectName("live_panel")
-        self.setProperty("role", "card")
-        self.gauge = TiltGauge(is_compact=True)
-        self.gauge.setObjectName("live_gauge")
-        self.tilt = _readout("live_tilt", "°", "00")
-        self.acceleration = _readout("live_acceleration", "g", "0.0")
-        self.light = LightReadout()
-        self.light.setObjectName("live_light")
-        self.cell = _readout("live_cell", "V", "0.00")
-        self.stream = _readout("live_stream", "/s", "00")
-        self.boot_count = _readout("live_boot_count", "", "000")
-        self.moment = StateChip("")
-        self.moment.setObjectName("live_moment")
-        self.activation = StateChip("", size=Size.SMALL)
-        self.activation.setObjectName("live_activation")
-        self.trigger = StateChip("", size=Size.SMALL)
-        self.trigger.setObjectName("live_trigger")
+        named(self, "live_panel", "card")
+        self.gauge = named(TiltGauge(is_compact=True), "live_gauge")
+        self.tilt = named(Readout("", unit="°", template="00"), "live_tilt")
+        self.acceleration = named(Readout("", unit="g", template="0.0"), "live_acceleration")
+        self.light = named(LightReadout(), "live_light")
+        self.cell = named(Readout("", unit="V", template="0.00"), "live_cell")
+        self.stream = named(Readout("", unit="/s", template="00"), "live_stream")
+        self.boot_count = named(Readout(""), "live_boot_count")
+        self.moment = named(StateChip(""), "live_moment")
+        self.activation = named(StateChip("", size=Size.SMALL), "live_activation")
+        self.trigger = named(StateChip("", size=Size.SMALL), "live_trigger")
         for widget in (self.gauge, *self._tiles):
             widget.lie_on_surface()
         self._stream_kind: tuple[bool, Presence, str] | None = None
@@ -99,14 +92,14 @@ class LivePanel(QFrame):
         self._show_kind()
 
     def be_recorded(self, *, is_recorded: bool) -> None:
-        """Show moments of a recording from now on, or the module as it is."""
+        """Shows values of a recording, or of the module."""
         if is_recorded != self._is_recorded:
             self._is_recorded = is_recorded
             self._show_kind()
             self._name(self._texts)
 
     def fit_height(self, page_px: int) -> None:
-        """A larger gauge where the page is high."""
+        """Uses a larger gauge on a high page."""
         height_px = _GAUGES_PX[page_px >= _TALL_FROM_PX]
         if height_px != self.gauge.height():
             self.gauge.setFixedSize(self.gauge.width_for(height_px), height_px)
@@ -117,7 +110,7 @@ class LivePanel(QFrame):
         self._spread()
 
     def _spread(self) -> None:
-        """Over the whole width. Reports, which the status bar counts too, and boot count only where they fit."""
+        """Spreads the tiles over the width; reports and boot count are shown only where they fit."""
         room = self.contentsRect().width() - 2 * Space.M
         here = [self.gauge, *self._tiles[:4], *([self._then] if self._is_recorded else [])]
         px = sum(one.minimumSizeHint().width() for one in here[1:]) + self.gauge.width()
@@ -133,7 +126,7 @@ class LivePanel(QFrame):
     def show_device(
         self, device: DeviceView, now_s: float, *, limits: PanelLimits, in_use: LimitsInUse, reports_per_s: float
     ) -> None:
-        """Everything as it is known at a monotonic time."""
+        """Shows all values as known at a monotonic time."""
         tilt = device.known("tilt_deg", now_s)
         self._show_tilt(tilt, now_s, limits)
         acceleration = device.known("acceleration_g", now_s)
@@ -156,13 +149,13 @@ class LivePanel(QFrame):
         self._show_stream(device, now_s, reports_per_s, tilt)
 
     def show_light_limit(self, light_v: float | None, limits: PanelLimits) -> None:
-        """The threshold beside the number and in the bar."""
+        """Shows the threshold beside the number and in the bar."""
         threshold_v = limits.stale_light_v if limits.light_v is None else limits.light_v
         self.light.set_limit("" if threshold_v is None else f"{threshold_v:.1f} V")
         self.light.show_bar(light_v, threshold_v, is_limit_stale=limits.light_v is None)
 
     def show_tilt_limit(self, limits: PanelLimits) -> None:
-        """The threshold beside the number and in the gauge."""
+        """Shows the threshold beside the number and in the gauge."""
         is_stale = limits.fires_deg is None and limits.stale_fires_deg is not None
         fires_deg = limits.stale_fires_deg if is_stale else limits.fires_deg
         reset_deg = None if fires_deg is None else fires_deg - RESET_BELOW_THRESHOLD_DEG
@@ -198,12 +191,12 @@ class LivePanel(QFrame):
             self.stream.show_value("0", note=tr(_NO_STREAM))
 
     def name_cell(self, caption: str) -> None:
-        """``CELL`` or ``CHARGER``: what the voltage is of."""
+        """Sets the caption of the voltage: `CELL` or `CHARGER`."""
         if caption != self._cell_caption:
             self._cell_caption = caption
             self._texts.bind(self.cell.set_caption, caption)
 
-    # Making
+    # Construction
 
     def _name(self, texts: Texts) -> None:
         texts.bind(self.setAccessibleName, "Measured values")
@@ -245,7 +238,7 @@ class LivePanel(QFrame):
         return (self.tilt, self.acceleration, self.light, self.cell, self.stream, self.boot_count)
 
     def _reserve(self) -> None:
-        """Keep room for anything that may be said, so that nothing moves."""
+        """Reserves room for all possible notes, so that nothing moves."""
         age = tr("{time} ago", time=tr("{value:.0f} min", value=10))
         sign = "    "
         self.tilt.reserve((tr(OVER, value=180) + sign, age), limit="180°")
@@ -275,7 +268,7 @@ class LivePanel(QFrame):
 
 
 def bay_note(outside: Outside | None, threshold_v: float | None) -> tuple[Meaning | None, str]:
-    """Whether the light says that the bay is open; nothing without a threshold."""
+    """Meaning and note of the light: bay open or closed; none without a threshold."""
     if outside is not None:
         return Meaning.ATTENTION, tr(outside.fault.value)
     return None, "" if threshold_v is None else tr(BAY_CLOSED)
@@ -285,12 +278,6 @@ def charge_note(is_charging: bool | None) -> str:
     if is_charging is None:
         return tr(_CHARGER_UNKNOWN)
     return tr(_CHARGING) if is_charging else tr(_NOT_CHARGING)
-
-
-def _readout(name: str, unit: str, template: str) -> Readout:
-    one = Readout("", unit=unit, template=template)
-    one.setObjectName(name)
-    return one
 
 
 def _show(

@@ -17,7 +17,7 @@ from ui.plots.view import Lane, Span
 
 
 class RecordedView:
-    """`plots` is the stack of which the module's are the lowest; `panel` shows the numbers of whichever is seen."""
+    """`plots` is the stack with the module's plots at the bottom; `panel` shows the numbers."""
 
     def __init__(self, texts: Texts, plots: QStackedWidget, panel: LivePanel, in_use: LimitsInUse) -> None:
         self._texts, self._plots, self._panel, self._in_use = texts, plots, panel, in_use
@@ -25,10 +25,10 @@ class RecordedView:
         self.recording: Recording | None = None
         self.plot: TimePlot | None = None
         self._read_s: float | None = None
-        """The instant that the numbers show."""
+        """The time that the numbers show."""
 
     def show(self, recording: Recording, lanes: Sequence[Lane]) -> None:
-        """All of it at first, with the cursor at its last report."""
+        """Shows all of `recording`, with the cursor at its last report."""
         self.put_away()
         self.recording = recording
         bounds = Span(recording.start_s, recording.end_s)
@@ -43,7 +43,7 @@ class RecordedView:
         self._panel.be_recorded(is_recorded=True)
 
     def put_away(self) -> None:
-        """First what reads from it."""
+        """Closes the recording, after the widgets that read from it."""
         plot, recording = self.plot, self.recording
         self.plot = self.recording = self._read_s = None
         if plot is not None:
@@ -55,7 +55,7 @@ class RecordedView:
             recording.close()
 
     def refresh(self) -> None:
-        """The numbers, where the cursor is elsewhere by now."""
+        """Shows the numbers at the cursor, if it moved."""
         if self.recording is None or self.plot is None:
             return
         at_s = self.plot.cursor_s
@@ -64,11 +64,11 @@ class RecordedView:
             show_moment(self._panel, None if at_s is None else moment_of(self.recording, at_s), self._in_use)
 
     def retranslate(self) -> None:
-        """Write the numbers again with the next `refresh`."""
+        """The next `refresh` writes the numbers again."""
         self._read_s = None
 
 
 def origin_of(recording: Recording) -> Origin:
-    """For a file of what is seen of it."""
+    """The origin of files saved from `recording`."""
     entry = recording.entry
     return Origin(entry.port, entry.baud_rate, recording.wall_offset_s, entry.started_at, entry.module)

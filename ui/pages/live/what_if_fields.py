@@ -13,16 +13,16 @@ from protocol.catalogue import Command
 from ui.core.texts import Texts
 from ui.forms.field_editors import FieldEditor, FlagEditor, make_editor
 from ui.style.theme import Space
+from ui.widgets.controls import control
 from ui.widgets.layouts import FlowRow, in_row
-from ui.widgets.naming import named
 from ui.widgets.sliders import WheelGuard
 
 _SWITCH_PX: Final = 108
-"""With the sign of the chosen one."""
+"""Includes the check mark."""
 
 
 class WhatIfFields(QWidget):
-    """Edits what is wanted; where nothing is, a field shows what the module has, in the colour of what is not typed."""
+    """Edits the tried values; a field without one shows the module's value as a placeholder."""
 
     changed = Signal()
 
@@ -35,9 +35,7 @@ class WhatIfFields(QWidget):
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(2)
         for command in TRIED:
-            label = named(QLabel(), f"fired_{command.name}_label")
-            label.setProperty("role", "caption")
-            texts.bind(label.setText, command.title)
+            label = control(QLabel(), texts, f"fired_{command.name}_label", command.title, role="caption")
             editor = self._editor(command, texts, guard)
             label.setBuddy(editor.focusProxy() or editor)
             column.addLayout(_row(label, editor))
@@ -46,7 +44,6 @@ class WhatIfFields(QWidget):
         self.show_wanted()
 
     def show_wanted(self) -> None:
-        """Everything as it is wanted and known now."""
         wanted = self._wanted
         shown = {key: (wanted.draft(key), wanted.standing.get(key)) for key in self.editors}
         for key, (draft, standing) in shown.items():
@@ -57,12 +54,12 @@ class WhatIfFields(QWidget):
     def _show(self, key: str, draft: Draft | None, standing: SettingSource | None) -> None:
         editor, stands = self.editors[key], None if standing is None else standing.value
         if isinstance(editor, FlagEditor) and draft is None and isinstance(stands, bool):
-            draft = Draft("", stands)  # a switch has no other way to show what the module has
+            draft = Draft("", stands)  # a switch has no placeholder
         editor.show_draft(draft, stands)
 
     def _editor(self, command: Command, texts: Texts, guard: WheelGuard) -> FieldEditor:
         editor = make_editor(command, texts, guard)
-        # The same names stand on the Settings page.
+        # The Settings page has the same names.
         editor.setObjectName(f"fired_{command.name}")
         for child in editor.findChildren(QWidget):
             child.setObjectName(f"fired_{child.objectName()}")
@@ -77,13 +74,13 @@ class WhatIfFields(QWidget):
 
     def _do(self, act: "partial[None]") -> None:
         act()
-        self._shown = {}  # a button that was pressed has changed its own looks already
+        self._shown = {}  # the clicked button has already changed itself
         self.show_wanted()
         self.changed.emit()
 
 
 def _row(label: QLabel, editor: FieldEditor) -> QLayout:
-    """The name of a number breaks; the words of a switch cannot, so that goes below where it has to."""
+    """The label of a number wraps; a switch wraps below its label."""
     if isinstance(editor, FlagEditor):
         flow = FlowRow()
         flow.add(label)

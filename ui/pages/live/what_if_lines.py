@@ -1,4 +1,4 @@
-"""Draft thresholds as lines in the plots beside the module's own."""
+"""Draft thresholds as lines in the plots."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -11,7 +11,7 @@ from ui.style.theme import Meaning
 
 
 class DraftLine(StepFunction):
-    """One value over all of the time; none while it is the module's own, or nobody tries anything."""
+    """A constant value over all time; None: no line."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -26,20 +26,20 @@ class DraftLine(StepFunction):
 
 
 class DraftLines:
-    """Shared by all plots; draw them again after a change."""
+    """The lines, shared by all plots, which have to be drawn again after a change."""
 
     def __init__(self) -> None:
         self.attitude: Final = DraftLine()
         self.freefall: Final = DraftLine()
 
     def show(self, attitude_deg: float | None, freefall_g: float | None) -> bool:
-        """Whether that is another picture."""
+        """Sets both lines; returns whether anything changed."""
         is_other = (attitude_deg, freefall_g) != (self.attitude.drafted, self.freefall.drafted)
         self.attitude.drafted, self.freefall.drafted = attitude_deg, freefall_g
         return is_other
 
     def added_to(self, lanes: Sequence[Lane]) -> tuple[Lane, ...]:
-        """The lanes of the Live page, tilt and acceleration first, with these lines in them."""
+        """`lanes`, of which the first are tilt and acceleration, with these lines added."""
         tilt, acceleration, *others = lanes
         fires = Limit(self.attitude, marked("{value}° draft"), Meaning.ATTENTION, is_draft=True)
         falls = Limit(self.freefall, marked("{value} g draft"), Meaning.ATTENTION, 1, is_draft=True)

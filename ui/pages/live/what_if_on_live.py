@@ -1,4 +1,4 @@
-"""Places "Would it have fired?" on the Live page: a button in its header, a panel beside the plots."""
+""" "Would it have fired?" on the Live page: a button in its header, and a panel beside the plots."""
 
 from collections.abc import Mapping
 from math import inf
@@ -17,7 +17,7 @@ from ui.widgets.controls import control
 
 
 class WhatIfOnLive(QObject):
-    """Belongs to the page; `panel` and `button` are put into its layout."""
+    """The page adds `panel` and `button` to its layout."""
 
     def __init__(self, services: Services, page: QWidget) -> None:
         super().__init__(page)
@@ -27,24 +27,23 @@ class WhatIfOnLive(QObject):
         self.panel.hide()
         self.panel.setFixedWidth(WIDTH_PX)
         self.button = control(QToolButton(), services.texts, "live_would_fire", "Would it have fired?", key="Ctrl+T",
-                              picture=Icon.PARACHUTE)  # fmt: skip
-        self.button.setCheckable(True)
+                              picture=Icon.PARACHUTE, is_checkable=True)  # fmt: skip
         self.button.toggled.connect(self._show)
         self.panel.closed.connect(lambda: self.button.setChecked(False))
         services.exchange.tried.connect(self._try)
 
     def follow_module(self, data: LiveData, *, wall_offset_s: float) -> None:
-        """Judge what the module measures."""
+        """Judges the values of the module."""
         self._recording = None
         self.panel.follow(data, wall_offset_s=wall_offset_s, is_recorded=False)
 
     def follow_recording(self, recording: Recording) -> None:
-        """Judge what was measured then."""
+        """Judges the values of `recording`."""
         self._recording = recording
         self.panel.follow(recording, wall_offset_s=recording.wall_offset_s, is_recorded=True)
 
     def refresh(self) -> None:
-        """A few times a second while the page is in sight."""
+        """Called a few times a second while the page is visible."""
         if self.button.isChecked():
             self.panel.refresh(self._standing())
 
@@ -59,7 +58,7 @@ class WhatIfOnLive(QObject):
                 self.panel.lines_changed.emit()
 
     def _try(self, values: object) -> None:
-        """Drafts from Settings."""
+        """Takes drafts from Settings."""
         if isinstance(values, Mapping):
             self.panel.open_with(values)
             self.button.setChecked(True)
@@ -73,7 +72,7 @@ class WhatIfOnLive(QObject):
 
 
 def _recorded(recording: Recording) -> Mapping[str, SettingSource]:
-    """What the module had last in a recording; what is not in it is not known."""
+    """The module's last thresholds in a recording."""
     last = {
         ATTITUDE_THRESHOLD.key: _last_value(recording.fires),
         FREEFALL_ACCELERATION.key: _last_value(recording.falls),

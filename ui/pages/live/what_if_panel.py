@@ -9,7 +9,6 @@ from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import (
     QCheckBox,
     QFrame,
-    QHBoxLayout,
     QListWidget,
     QListWidgetItem,
     QPushButton,
@@ -52,19 +51,18 @@ _ROW_ROLE: Final = Qt.ItemDataRole.UserRole
 
 
 class WhatIfPanel(QFrame):
-    """See the module's docstring. `refresh` a few times a second while it is in sight."""
+    """See the module docstring. Call `refresh` a few times a second while it is visible."""
 
     look_wanted = Signal(float)
-    """Show this monotonic time in the plots."""
+    """To show this monotonic time in the plots."""
     lines_changed = Signal()
-    """`lines` are others: draw the plots."""
+    """`lines` changed: draw the plots."""
     closed = Signal()
     settings_wanted = Signal()
 
     def __init__(self, services: Services) -> None:
         super().__init__()
-        self.setObjectName("fired_panel")
-        self.setProperty("role", "card")
+        named(self, "fired_panel", "card")
         self._exchange = services.exchange
         self.wanted = Wanted()
         self.lines = DraftLines()
@@ -75,19 +73,19 @@ class WhatIfPanel(QFrame):
         self._make(services)
         self._wire(services)
 
-    # What it is about
+    # Data
 
     def follow(self, measured: Measured, *, wall_offset_s: float, is_recorded: bool) -> None:
-        """Judge this from now on."""
+        """Judges `measured` from now on."""
         self.judgement.follow(measured, is_recorded=is_recorded)
         self._wall_offset_s = wall_offset_s
 
     def release(self) -> None:
-        """Nothing reads a recording any more."""
+        """Stops reading from a recording."""
         self.judgement.release()
 
     def refresh(self, standing: Mapping[str, SettingSource]) -> None:
-        """`standing`: what the module has, or had when it was recorded, by the setting's key."""
+        """`standing`: the module's settings by key, now or when it was recorded."""
         if self.isHidden():
             return
         self.wanted.standing = standing
@@ -108,11 +106,10 @@ class WhatIfPanel(QFrame):
         self.use.setEnabled(bool(self.wanted.values) and self._exchange.can_use())
 
     def open_with(self, values: Mapping[str, Value]) -> None:
-        """Try these."""
         self.wanted.fill(values)
         self.fields.show_wanted()
 
-    # What a person does
+    # Actions
 
     def _use(self) -> None:
         self._exchange.used.emit(self.wanted.values)
@@ -141,7 +138,7 @@ class WhatIfPanel(QFrame):
             self.lines_changed.emit()
 
     def _drafted(self, command: Command) -> float | None:
-        """What is tried, where that is not what the module has."""
+        """The tried value, if it differs from the module's."""
         standing, value = self.wanted.standing.get(command.key), self.wanted.values.get(command.key)
         return None if value is None or (standing is not None and standing.value == value) else float(value)
 
@@ -157,7 +154,7 @@ class WhatIfPanel(QFrame):
         self._icon.show_icon(*_LOOKS[said.kind])
 
     def _list(self, rows: tuple[WhatIfRow, ...]) -> None:
-        """Only what is new is added, so that a chosen row stays chosen while it goes on."""
+        """Keeps unchanged rows, so that a selected one stays selected."""
         if rows == self._rows:
             return
         common = 0
@@ -174,7 +171,7 @@ class WhatIfPanel(QFrame):
                 self.list.addItem(item)
         self.list.setVisible(bool(rows))
 
-    # Making
+    # Construction
 
     def _make(self, services: Services) -> None:
         texts = services.texts
@@ -194,12 +191,9 @@ class WhatIfPanel(QFrame):
         self.as_module = control(QPushButton(), texts, "fired_as_module", "As on the module")
         self.from_settings = control(QPushButton(), texts, "fired_from_settings", "From Settings",
                                      slot=self._take_from_settings)  # fmt: skip
-        self.use = control(QPushButton(), texts, "fired_use", "Use in Settings",
-                           tip="Nothing is sent",
-                           slot=self._use)  # fmt: skip
+        self.use = control(QPushButton(), texts, "fired_use", "Use in Settings", slot=self._use)
         self.about = control(QToolButton(), texts, "fired_about", "How this is judged", picture=Icon.INFORMATION,
-                             role="quiet")  # fmt: skip
-        self.about.setCheckable(True)
+                             role="quiet", is_checkable=True)  # fmt: skip
         self.rules = text_label("fired_rules", "small")
         self.rules.hide()
         self._lay_out(services)
@@ -209,7 +203,7 @@ class WhatIfPanel(QFrame):
         self.list.itemActivated.connect(self._look)
         self.as_module.clicked.connect(partial(self.open_with, {}))
         self.about.toggled.connect(self.rules.setVisible)
-        services.texts.bind(self._retell, "How this is judged")
+        services.texts.bind(self._retranslate, "How this is judged")
 
     def _lay_out(self, services: Services) -> None:
         texts = services.texts
@@ -220,26 +214,14 @@ class WhatIfPanel(QFrame):
         note = text_label("fired_note", "small")
         texts.bind(note.setText, "A calculation; nothing is sent.")
         head = in_row((title, 1), close)
-        said = QHBoxLayout()
-        said.setSpacing(Space.S)
-        said.addWidget(self._icon, 0, Qt.AlignmentFlag.AlignTop)
-        said.addWidget(self.head, 1)
+        said = in_row((self._icon, Qt.AlignmentFlag.AlignTop), (self.head, 1), spacing=Space.S)
         starts = FlowRow()
         starts.add(self.as_module, self.from_settings, self.use)
         content = named(QWidget(), "fired_content")
-        column = in_column(
-            self.fields,
-            self.details,
-            self.list,
-            self.locked,
-            starts,
-            of=content,
-            spacing=Space.S,
-            margins=(0, Space.XS, 2, 0),
-        )
-        column.addWidget(self.about, 0, Qt.AlignmentFlag.AlignLeft)
-        column.addWidget(self.rules)
-        column.addStretch(1)
+        in_column(
+            self.fields, self.details, self.list, self.locked, starts, (self.about, Qt.AlignmentFlag.AlignLeft),
+            self.rules, 1, of=content, spacing=Space.S, margins=(0, Space.XS, 2, 0),
+        )  # fmt: skip
         scroll = scroll_area(
             content, texts, "fired_scroll", "Would it have fired?", is_vertical=True, is_transparent=True
         )
@@ -247,10 +229,7 @@ class WhatIfPanel(QFrame):
             head, note, said, (scroll, 1), of=self, spacing=Space.XS, margins=(Space.M, Space.S, Space.XS, Space.S)
         )
 
-    # What changes while it runs
-
-    def _retell(self, _text: str) -> None:
-        """In the language in use."""
+    def _retranslate(self, _text: str) -> None:
         self.rules.setText("\n".join(f"• {tr(one)}" for one in fired_words.ABOUT))
         self._said = None
 

@@ -1,4 +1,4 @@
-"""Panel for changing the baud rate, framed: the change can cut the link it is sent over."""
+"""Panel for changing the baud rate, framed because the change can cut the link."""
 
 from collections.abc import Callable
 from functools import partial
@@ -30,8 +30,6 @@ from ui.widgets.sliders import WheelGuard
 
 
 class BaudPanel(QFrame):
-    """`refresh` brings everything up to date."""
-
     def __init__(self, services: Services, guard: WheelGuard) -> None:
         super().__init__()
         self.setObjectName("baud_panel")
@@ -44,12 +42,11 @@ class BaudPanel(QFrame):
         self._title.setWordWrap(True)
         self._warning = text_label("baud_warning", "small")
         self.conditions = text_label("baud_conditions", "attention")
-        # In one place, one instead of the other: what is said does not change the height.
-        self._place = QStackedLayout()
+        self._message = QStackedLayout()  # the height stays the same whatever it shows
         self.stands = ValueLabel(BAUD_RATE)
         editor = make_editor(BAUD_RATE, texts, guard)
         if not isinstance(editor, ChoiceEditor):
-            raise TypeError("the baud rate is one of a few")
+            raise TypeError("the baud rate has a choice editor")
         self.editor = editor
         self.confirm = Confirm("baud", texts, ask=marked("Change baud rate…"), go=marked("Change now"))
         self.said = NoticeBar(texts)
@@ -69,14 +66,14 @@ class BaudPanel(QFrame):
         self.stands.show_known(connector.device.known("baud_rate", now), now)
         found = open_conditions(self._services, Act.CHANGE_BAUD)
         self.conditions.setText(together(one.sentence for one in found))
-        in_the_way = [one for one in found if one.condition is not Interlock.FRESH_STATUS]
+        blocking = [one for one in found if one.condition is not Interlock.FRESH_STATUS]
         is_another = self.editor.value is not None and self.editor.value != connector.connection.baud_rate
         is_free = self._job.can_run
         self.editor.setEnabled(is_free)
-        self.confirm.set_possible(is_free and is_another and not in_the_way)
+        self.confirm.set_possible(is_free and is_another and not blocking)
         notice = self._job.notice(marked("Changing the baud rate…"), can_cancel=False)
         self.said.show_notice(notice)
-        self._place.setCurrentWidget(self.said if notice is not None else self.conditions if found else self._warning)
+        self._message.setCurrentWidget(self.said if notice is not None else self.conditions if found else self._warning)
 
     def _change(self) -> None:
         rate = self.editor.value
@@ -91,7 +88,7 @@ class BaudPanel(QFrame):
     def _end(self, rate: int, job: Job[BaudChanged]) -> None:
         self.editor.show_draft(None, None)
         if job.run.error is not None:
-            self._job.say(partial(_broken_off, rate, self._job.dismiss))
+            self._job.say(partial(_interrupted_notice, rate, self._job.dismiss))
         else:
             self._job.say(partial(self._ended, job.outcome()))
 
@@ -108,13 +105,13 @@ class BaudPanel(QFrame):
 
     def _lay_out(self) -> None:
         for one in (self._warning, self.conditions, self.said):
-            self._place.addWidget(one)
+            self._message.addWidget(one)
         cells = aligned_cells(self._title, self.stands, self.editor, QWidget())[:3]
         row = in_row(*cells, 1, spacing=CELL_GAP)
-        below = in_row((self._place, 1), self.confirm, spacing=CELL_GAP)
+        below = in_row((self._message, 1), self.confirm, spacing=CELL_GAP)
         in_column(row, below, of=self, spacing=0, margins=(Space.S + 2, Space.XS, Space.S, Space.XS))
 
 
-def _broken_off(rate: int, dismiss: Callable[[], None]) -> Notice:
+def _interrupted_notice(rate: int, dismiss: Callable[[], None]) -> Notice:
     text = tr("Interrupted: maybe at {rate} baud now. Use “Find my module”.", rate=rate)
     return Notice(Meaning.DANGER, text, dismiss=dismiss)

@@ -25,7 +25,7 @@ CLOSED, OPEN = "closed", "open"
 
 
 class CalibrationPanel(QWidget):
-    """`proposed` gives the threshold in volts that a person took; it is written like any other value."""
+    """`proposed` carries the accepted threshold in volts, which becomes an edit like any other."""
 
     proposed = Signal(float)
     closed = Signal()
@@ -37,14 +37,14 @@ class CalibrationPanel(QWidget):
         self._bands: dict[str, Band] = {}
         self._job = RunningJob(services.connector, self)
         self._measuring = ""
-        self._trouble = False
+        self._is_link_lost = False
         self._module = SameModule(services.connector)
         texts = services.texts
         self._title = text_label("calibration_title", "title")
         self._intro = text_label("calibration_intro", "muted")
         self.sides = {
-            CLOSED: _Side(CLOSED, texts, marked("1. Bay closed"), marked("Measure, closed"), Icon.BAY_CLOSED),
-            OPEN: _Side(OPEN, texts, marked("2. Bay open"), marked("Measure, open"), Icon.BAY_OPEN),
+            CLOSED: _Side(CLOSED, texts, marked("1. Bay closed"), Icon.BAY_CLOSED),
+            OPEN: _Side(OPEN, texts, marked("2. Bay open"), Icon.BAY_OPEN),
         }
         for name, side in self.sides.items():
             side.button.clicked.connect(partial(self._measure, name))
@@ -70,12 +70,12 @@ class CalibrationPanel(QWidget):
 
     def begin(self) -> None:
         self._bands.clear()
-        self._trouble = False
+        self._is_link_lost = False
         self.sides[CLOSED].button.setFocus()
 
     def refresh(self) -> None:
         if self._module.is_another():
-            self._bands.clear()  # one side of one module says nothing about the other side of another
+            self._bands.clear()
         for name, side in self.sides.items():
             side.button.setEnabled(self._job.can_run)
             side.text.setText(self._side_text(name))
@@ -84,8 +84,7 @@ class CalibrationPanel(QWidget):
         match found:
             case Proposal():
                 self.result.setText(found.sentence)
-                parts = [tr(found.direction.value)]
-                parts.append(tr("Vendor's advice: {volts:.1f} V.", volts=found.vendors_v))
+                parts = [tr(found.direction.value), tr("Vendor's advice: {volts:.1f} V.", volts=found.vendors_v)]
                 if not found.is_steady:
                     parts.append(tr("The readings scatter: measure again in steady light."))
                 self.detail.setText(together(parts))
@@ -93,8 +92,8 @@ class CalibrationPanel(QWidget):
                 self.result.setText(tr(found.value))
                 self.detail.setText("")
             case _:
-                self.result.setText(tr("Measure both."))
-                self.detail.setText(tr("The link was lost.") if self._trouble else "")
+                self.result.setText("")
+                self.detail.setText(tr("The link was lost.") if self._is_link_lost else "")
 
     def _side_text(self, name: str) -> str:
         if self._job.is_running and self._measuring == name:
@@ -107,7 +106,7 @@ class CalibrationPanel(QWidget):
 
     def _measure(self, name: str, _is_checked: bool = False) -> None:
         if not self._job.is_running:
-            self._measuring, self._trouble = name, False
+            self._measuring, self._is_link_lost = name, False
             self._bands.pop(name, None)
             self._job.run(measure_light(), partial(self._end, name))
 
@@ -117,7 +116,7 @@ class CalibrationPanel(QWidget):
             if name == CLOSED:
                 self.sides[OPEN].button.setFocus()
         else:
-            self._trouble = True
+            self._is_link_lost = True
 
     def _take(self) -> None:
         found = self.proposal
@@ -138,14 +137,18 @@ class CalibrationPanel(QWidget):
 class _Side(QFrame):
     """One position of the bay."""
 
-    def __init__(self, name: str, texts: Texts, title: str, measure: str, picture: Icon) -> None:
+    def __init__(self, name: str, texts: Texts, title: str, picture: Icon) -> None:
         super().__init__()
         named(self, f"calibration_{name}", "card")
         self.title = control(QLabel(), texts, f"calibration_{name}_title", title, role="strong")
         self.text = named(QLabel(), f"calibration_{name}_text")
         self.text.setWordWrap(True)
-        self.button = control(QPushButton(), texts, f"calibration_{name}_measure", measure, picture=picture)
+        self.button = control(QPushButton(), texts, f"calibration_{name}_measure", "Measure", picture=picture)
+        texts.bind(self._name_button, title)
         self.button.setIconSize(QSize(20 + TEXT_GAP_PX, 20))
         in_column(
             self.title, self.text, (self.button, Qt.AlignmentFlag.AlignLeft), of=self, spacing=Space.S, margins=Space.M
         )
+
+    def _name_button(self, title: str) -> None:
+        self.button.setAccessibleName(tr("{setting}: {what}", setting=title, what=tr("Measure")))

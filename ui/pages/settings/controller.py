@@ -1,4 +1,4 @@
-"""Controller of the Settings page: read, write and verify, power-cycle test; one job at a time."""
+"""Controller of the Settings page: reads, writes and verifies, tests a power cycle; one job at a time."""
 
 from collections.abc import Callable
 from concurrent.futures import Future
@@ -11,7 +11,7 @@ from app.engine.procedure import Cancelled
 from app.engine.setting_changes import ChangedSetting
 from app.engine.snapshots import Snapshot
 from app.engine.worker import Job
-from app.procedures.power_cycle import Ending, PowerCycleResult, survives_power_cycle
+from app.procedures.power_cycle import Ending, PowerCycleResult, Retention, survives_power_cycle
 from app.procedures.read import Everything, read_everything
 from app.procedures.write_all import Leave, WriteReport, write_all
 from app.safety.acts import Act
@@ -28,15 +28,15 @@ from ui.widgets.notice_bar import Choice, Notice
 
 
 class SettingsController(QObject):
-    """Owns the form. `changed`: something about it or about the work is different."""
+    """Owns the form. `changed` is emitted when the form or the job changes."""
 
     changed = Signal()
 
     def __init__(self, services: Services, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.form = SettingsForm()
-        self.found: Snapshot | None = None
-        """The settings as they were before the first write to this module."""
+        self.initial: Snapshot | None = None
+        """The settings before the first write to this module."""
         self._services = services
         self._connector = services.connector
         services.pending_edits.changed = self._changed_settings
@@ -49,24 +49,24 @@ class SettingsController(QObject):
 
     @property
     def can_edit(self) -> bool:
-        """There is, or was and is expected back, a module to write to."""
+        """There is a module to write to, or one is expected back."""
         return self._connector.is_wanted and not self.form.is_writing
 
     @property
     def can_write(self) -> bool:
-        """Else the engine would refuse it."""
+        """The engine would not refuse a write."""
         return self.job.can_run and self._connector.device.presence is Presence.ONLINE and not self.is_identifying
 
     @property
     def is_identifying(self) -> bool:
-        """It is being read which module answers; where that ends in doubt, writing is refused with the reason."""
+        """The module's identity is being read; if it stays uncertain, writing is refused with the reason."""
         return self._connector.is_open and self._connector.identity.trust is Trust.OPEN
 
     def count_unsent(self) -> int:
         return self.form.count_unsent(self._connector.device, self._connector.clock()) if self._whose else 0
 
     def _changed_settings(self) -> tuple[ChangedSetting, ...]:
-        """What reads differently than before and was not written here."""
+        """Settings that changed without being written here."""
         if self._whose:
             self.form.rows(self._connector.device, self._connector.clock())
         return tuple(self.form.watch.changed.values())
@@ -76,17 +76,17 @@ class SettingsController(QObject):
         self.changed.emit()
 
     def notice(self) -> Notice | None:
-        """What is being done, or was said last, in the language in use."""
+        """The progress of the job or its last message, in the language in use."""
         return self.job.notice(marked("Asking the module…"))
 
-    # What a person does
+    # Actions
 
     def read_all(self) -> None:
         if self.job.can_run:
             self.job.run(read_everything(), self._end_reading)
 
     def write(self, *, is_warned: bool = False, is_unlocked: bool = False) -> None:
-        """Write what is wanted and prove it. Warns first where that is needed, and says why where it is refused."""
+        """Writes and verifies all edits. Asks first where a value is dangerous; says why where it is refused."""
         connector = self._connector
         changes = self.form.changes(connector.device, connector.clock())
         if not changes or not self.can_write:
@@ -100,43 +100,43 @@ class SettingsController(QObject):
                 journal=self._services.storage.journal(connector.target),
                 armed=self._services.armed,
                 is_unlocked=is_unlocked,
-                keep_snapshot=self._keep_snapshot if self.found is None else None,
+                keep_snapshot=self._keep_snapshot if self.initial is None else None,
             )
             self.form.begin_write(changes)
             self.job.run(write_all(changes, leave), self._end_writing)
 
-    def want_as_found(self) -> None:
-        if self.found is not None:
-            self.edit(partial(self.form.fill, self.found.settings))
+    def restore_initial(self) -> None:
+        if self.initial is not None:
+            self.edit(partial(self.form.fill, self.initial.settings))
 
     def edit(self, act: Callable[[], object]) -> None:
-        """Do one thing to the form; what was said about its state before no longer holds."""
+        """Applies `act` to the form and dismisses the last message, which no longer holds."""
         if self.can_edit:
             act()
             self.job.dismiss()
 
-    def check_survival(self) -> None:
+    def test_power_cycle(self) -> None:
         if self.job.can_run and self.form.written:
-            self.job.run(survives_power_cycle(dict(self.form.written)), self._end_survival)
+            self.job.run(survives_power_cycle(dict(self.form.written)), self._end_power_cycle)
 
-    # How it ends
+    # Ends of jobs
 
     def _end_reading(self, job: Job[Everything]) -> None:
         if job.run.error is not None:
-            self.job.say(partial(_broken_off_notice, job.run.error))
+            self.job.say(partial(_interrupted_notice, job.run.error))
             return
-        self.form.watch.accept()  # a person asked for what stands now
+        self.form.watch.accept()  # the user asked for the current values
         missing = len(job.outcome().errors)
         if missing:
             self.job.say(partial(self._unread_notice, missing))
 
     def _end_writing(self, job: Job[WriteReport]) -> None:
         if job.run.error is not None:
-            self.form.lose_write()
-            broken_off = partial(_broken_off_notice, job.run.error)
-            self.job.say(broken_off)
-            if isinstance(job.run.error, Cancelled) and self.job.can_run:  # what stands now is soon known
-                self.job.run(read_everything(), lambda _job: self.job.say(broken_off))
+            self.form.abort_write()
+            interrupted = partial(_interrupted_notice, job.run.error)
+            self.job.say(interrupted)
+            if isinstance(job.run.error, Cancelled) and self.job.can_run:
+                self.job.run(read_everything(), lambda _job: self.job.say(interrupted))
             return
         report = job.outcome()
         self.form.take_results(report.results)
@@ -145,28 +145,28 @@ class SettingsController(QObject):
         else:
             self.job.say(partial(self._written_notice, report))
 
-    def _end_survival(self, job: Job[PowerCycleResult]) -> None:
+    def _end_power_cycle(self, job: Job[PowerCycleResult]) -> None:
         if job.run.error is not None:
-            self.job.say(partial(_broken_off_notice, job.run.error))
+            self.job.say(partial(_interrupted_notice, job.run.error))
             return
-        survival = job.outcome()
-        self.form.stamp(survival.stamps)
-        self.job.say(partial(_survival_notice, survival))
+        result = job.outcome()
+        self.form.set_retentions(result.stamps)
+        self.job.say(partial(_power_cycle_notice, result))
 
     def _keep_snapshot(self, snapshot: Snapshot) -> Future[int] | None:
-        """In the worker's thread."""
-        self.found = snapshot
+        """Called in the worker's thread."""
+        self.initial = snapshot
         return self._services.storage.keep_snapshot(snapshot, self._connector.connection.port)
 
     def _watch_module(self) -> None:
         whose = self._connector.whose if self._connector.is_wanted else None
         if whose != self._whose:
-            self._whose, self.found = whose, None
-            self.form.forget()
+            self._whose, self.initial = whose, None
+            self.form.reset()
             self.job.dismiss()
         self.changed.emit()
 
-    # What is said
+    # Notices
 
     def _warnings(self) -> list[tuple[str, str]]:
         connector = self._connector
@@ -181,7 +181,7 @@ class SettingsController(QObject):
         return Notice(Meaning.ATTENTION, text, self._choices(is_locked=True))
 
     def _choices(self, *, is_locked: bool) -> tuple[Choice, ...]:
-        """Both steps of a write that is asked about have places of their own, whichever is shown."""
+        """The two buttons that confirm a write never share a place, so each keeps its own while it is hidden."""
         anyway, unlocked = partial(self.write, is_warned=True), partial(self.write, is_warned=True, is_unlocked=True)
         once = tr("Unlock this one write")
         return (
@@ -202,7 +202,7 @@ class SettingsController(QObject):
             is_unlocked=is_unlocked,
         )
         found = refusals(Act.WRITE, now_is)
-        # Where it is merely not known whether the module is locked, the engine asks it: here only "ACTIVE" refuses.
+        # The engine asks for an unknown activation itself; here only a known ACTIVE refuses.
         return tuple(one for one in found if one.condition is not Interlock.MAY_WRITE or now_is.active)
 
     def _refused_notice(self, open_conditions: tuple[Refusal, ...]) -> Notice:
@@ -212,19 +212,19 @@ class SettingsController(QObject):
         return Notice(Meaning.ATTENTION, text, choices, None if can_unlock else self.job.dismiss)
 
     def _written_notice(self, report: WriteReport) -> Notice:
-        """What stands of it now: what was verified and changed since is no longer said to be verified."""
+        """Counts by the current states: a setting that changed since is no longer called verified."""
         rows = {row.command: row for row in self.form.rows(self._connector.device, self._connector.clock())}
         states = [rows[one.command].state for one in report.results if one.command in rows]
         verified = states.count(RowState.VERIFIED)
-        received = sum(one.is_fine and one.verified is None for one in report.results)
+        acknowledged = sum(one.is_fine and one.verified is None for one in report.results)
         bad = sum(row.state is RowState.FAILED for row in rows.values())
         moved = sum(row.state is RowState.CHANGED for row in rows.values())
-        since = len(report.results) - verified - received - bad - states.count(RowState.CHANGED)
+        since = len(report.results) - verified - acknowledged - bad - states.count(RowState.CHANGED)
         parts = []
         if verified:
             parts.append(tr("Verified: {count}.", count=verified))
-        if received:
-            parts.append(tr("Acknowledged, cannot be read: {count}.", count=received))
+        if acknowledged:
+            parts.append(tr("Acknowledged, cannot be read: {count}.", count=acknowledged))
         if bad:
             parts.append(tr("NOT as set: {count}; see the rows.", count=bad))
         if moved:
@@ -234,12 +234,10 @@ class SettingsController(QObject):
             parts.append(tr("Not read back: {names}.", names=titles))
         if since > 0:
             parts.append(tr("Not verified, but read as set since: {count}.", count=since))
-        survive: tuple[Choice, ...] = ()
-        if verified:
-            survive = (Choice("survives", tr("Survives a power cycle?"), self.check_survival),)
+        test = Choice("survives", tr("Survives a power cycle?"), self.test_power_cycle)
         is_bad = bad or moved or report.unread
         meaning = Meaning.DANGER if is_bad else (Meaning.GOOD if verified else Meaning.INFORMATION)
-        return Notice(meaning, together(parts), survive, self.job.dismiss)
+        return Notice(meaning, together(parts), (test,) if verified else (), self.job.dismiss)
 
     def _unread_notice(self, missing: int) -> Notice:
         text = tr("Could not be read: {count}; see the rows.", count=missing)
@@ -247,24 +245,19 @@ class SettingsController(QObject):
         return Notice(Meaning.ATTENTION, text, (again,), self.job.dismiss)
 
 
-def _broken_off_notice(error: BaseException) -> Notice:
+def _interrupted_notice(error: BaseException) -> Notice:
     if isinstance(error, Cancelled):
         return Notice(Meaning.INFORMATION, tr("Cancelled: the rest is unknown."))
     return Notice(Meaning.DANGER, tr("Link lost: the rest is unknown."))
 
 
-def _survival_notice(survival: PowerCycleResult) -> Notice:
-    kept = sum(stamp.fate.name == "KEPT" for stamp in survival.stamps.values())
-    match survival.ending:
-        case Ending.NOT_SEEN:
-            return Notice(Meaning.ATTENTION, tr("No restart was seen."))
-        case Ending.UNPROVEN:
-            text = tr("Restarted; the boot count does not prove a power cycle.")
-            return Notice(Meaning.ATTENTION, text)
-        case _:
-            pass
-    boots = tr("Boot count {before} → {after}.", before=survival.boots_before, after=survival.boots_after)
-    if survival.is_fine:
+def _power_cycle_notice(result: PowerCycleResult) -> Notice:
+    if result.ending is Ending.NOT_SEEN:
+        return Notice(Meaning.ATTENTION, tr("No restart was seen."))
+    if result.ending is Ending.UNPROVEN:
+        return Notice(Meaning.ATTENTION, tr("Restarted; the boot count does not prove a power cycle."))
+    boots = tr("Boot count {before} → {after}.", before=result.boots_before, after=result.boots_after)
+    if result.is_fine:
+        kept = sum(one.fate is Retention.KEPT for one in result.stamps.values())
         return Notice(Meaning.GOOD, tr("Kept over the power cycle: {count}. {boots}", count=kept, boots=boots))
-    text = tr("NOT all kept over the power cycle: see the rows. {boots}", boots=boots)
-    return Notice(Meaning.DANGER, text)
+    return Notice(Meaning.DANGER, tr("NOT all kept over the power cycle: see the rows. {boots}", boots=boots))

@@ -1,4 +1,4 @@
-"""Shows the checksum of the settings, to be read out over the radio."""
+"""Shows the fingerprint of the settings, to be read out over the radio."""
 
 from PySide6.QtWidgets import QLabel, QWidget
 
@@ -13,7 +13,7 @@ from ui.widgets.naming import named
 
 
 class FingerprintView(QWidget):
-    """A dash while anything that it covers is not known: half a code is none."""
+    """A dash while any covered setting is unknown."""
 
     def __init__(self, texts: Texts) -> None:
         super().__init__()
@@ -26,6 +26,6 @@ class FingerprintView(QWidget):
         found = fingerprint_of(device, now)
         is_known = found.code is not None and found.is_complete
         self.code.setText((found.code or "") if is_known else "—")
-        self.code.setAccessibleName(tr("Fingerprint: {code}", code=self.code.text()))
+        self.code.setAccessibleName(tr("{setting}: {what}", setting=tr("Fingerprint"), what=self.code.text()))
         missing = ", ".join(tr(command.title) for command in found.missing)
         self.setToolTip(tr("Not known: {names}", names=missing) if missing else tr("Same settings, same code"))

@@ -1,6 +1,6 @@
-"""Settings page: a table of parameters with what the module holds and the new value; write and verify.
+"""Settings page: a table of parameters with the module's value and the new one; write and verify.
 
-The rows scroll; the heads of the columns, the pane of the chosen row, what is said and the buttons stay in sight.
+Only the rows scroll: column headers, the pane of the chosen row, notices and buttons stay in sight.
 """
 
 from collections.abc import Mapping
@@ -21,7 +21,6 @@ from PySide6.QtWidgets import (
 )
 
 from app.settings.form import FORM_COMMANDS, RowState
-from app.settings.profiles import Profile
 from app.text.i18n import tr
 from app.text.sentences import together
 from protocol.catalogue import BY_NAME
@@ -52,17 +51,17 @@ REFRESH_EVERY_MS: Final = 250
 SIDE_FROM_PX: Final = 872
 """Narrower than this, the pane lies below the table."""
 _SIDE_PX: Final = (154, 300)
-"""The least and the most of the pane at the side."""
+"""Minimum and maximum width of the pane beside the table."""
 _TABLE_PX: Final = 722
 _BELOW_PX: Final = 84
 _SERIAL: Final = "serial_output"
 _LIGHT: Final = BY_NAME["light_threshold"].key
 _UNBOUNDED: Final = 16_777_215
-"""As wide or high as Qt lets a widget be."""
+"""QWIDGETSIZE_MAX."""
 
 
 class SettingsPage(Page):
-    """See the module's docstring."""
+    """See the module docstring."""
 
     suffixes = (SUFFIX,)
 
@@ -94,11 +93,9 @@ class SettingsPage(Page):
         self.refresh()
 
     def open_file(self, path: Path) -> None:
-        """A profile, dropped on the window or chosen elsewhere."""
         self.files.open_file(path)
 
     def refresh(self) -> None:
-        """Everything as it is now."""
         work, device, now = self.work, self._connector.device, self._connector.clock()
         form = work.form
         for row in form.rows(device, now):
@@ -106,14 +103,14 @@ class SettingsPage(Page):
             self.rows[key].show_row(row, now, is_editable=work.can_edit, is_chosen=key == self._chosen)
         self._show_pane()
         count = len(form.changes(device, now))
-        self.write.setText(_write_words(count))
+        self.write.setText(_write_text(count))
         self.write.setAccessibleName(self.write.text())
-        has_unfit = form.count_unsent(device, now) > count
-        self.write.setEnabled(work.can_write and count > 0 and not has_unfit)
+        has_invalid = form.count_unsent(device, now) > count
+        self.write.setEnabled(work.can_write and count > 0 and not has_invalid)
         self.read.setEnabled(work.job.can_run)
         self.revert.setEnabled(work.can_edit and form.has_drafts)
         self.defaults.setEnabled(work.can_edit)
-        self.as_found.setEnabled(work.can_edit and work.found is not None)
+        self.as_found.setEnabled(work.can_edit and work.initial is not None)
         self.undo.setEnabled(work.can_edit and form.can_undo)
         self.redo.setEnabled(work.can_edit and form.can_redo)
         self.strip.show_notice(work.notice() or self._idle_notice())
@@ -127,25 +124,25 @@ class SettingsPage(Page):
         if not self._connector.is_wanted:
             return None
         now = self._connector.clock()
-        invalid = [row for row in self.work.form.rows(self._connector.device, now) if row.state is RowState.UNFIT]
+        invalid = [row for row in self.work.form.rows(self._connector.device, now) if row.state is RowState.INVALID]
         said = [tr("{setting}: {why}.", setting=tr(row.command.title), why=row.reason) for row in invalid]
         if self._connector.is_open and not self.work.job.is_running and not self.work.can_write:
-            is_there = self._connector.device.presence is Presence.ONLINE
+            is_online = self._connector.device.presence is Presence.ONLINE
             said.append(
-                tr("Checking whether it is the same module…") if is_there else tr("The module does not answer.")
+                tr("Checking whether it is the same module…") if is_online else tr("The module does not answer.")
             )
         return Notice(Meaning.ATTENTION, together(said)) if said else None
 
     # The chosen row
 
     def choose(self, key: str) -> None:
-        """Show this setting in the pane."""
+        """Shows this setting in the pane."""
         if key != self._chosen:
             self._chosen = key
             self.refresh()
 
     def _on_focus(self, _old: QWidget | None, now: QWidget | None) -> None:
-        """The row that is edited is the chosen one."""
+        """Chooses the row with the focus."""
         for key, row in self.rows.items():
             if now is not None and row.isAncestorOf(now):
                 self.choose(key)
@@ -156,27 +153,18 @@ class SettingsPage(Page):
             self.pane.show_row(row)
 
     def _choose_wrong(self) -> None:
-        """After a write: the first setting that is not as it was set."""
+        """After a write: chooses the first setting that failed or changed."""
         wrong = [key for key, row in self.rows.items() if row.row is not None and row.row.state in WRONG]
         if wrong and self._chosen not in wrong:
             self.choose(wrong[0])
 
-    # What a person does
-
-    def _write(self) -> None:
-        self.work.write()
+    # Actions
 
     def show_form(self) -> None:
         self._stack.setCurrentWidget(self._form)
         self.refresh()
 
-    def _show_profile(self, profile: Profile, path: Path) -> None:
-        self.compare.show_profile(profile, path)
-        self._stack.setCurrentWidget(self.compare)
-        self.refresh()
-
-    def _show_faults(self, path: Path, sentences: tuple[str, ...]) -> None:
-        self.compare.show_faults(path, sentences)
+    def _show_compare(self) -> None:
         self._stack.setCurrentWidget(self.compare)
         self.refresh()
 
@@ -199,32 +187,32 @@ class SettingsPage(Page):
         self.page_wanted.emit("live")
 
     def _take_drafts(self, values: Mapping[str, Value]) -> None:
-        """What was tried on recorded data."""
+        """Takes the values tried on recorded data."""
         self.show_form()
         self.work.edit(partial(self.work.form.fill, values))
 
-    # Making
+    # Construction
 
     def _make_buttons(self) -> None:
-        texts = self._services.texts
+        texts, work, form = self._services.texts, self.work, self.work.form
         self.write = control(QPushButton(), texts, "settings_write", tip="Write and verify", key="Ctrl+Return",
-                             picture=Icon.DROP, role="primary", slot=self._write)  # fmt: skip
-        self.read = control(QPushButton(), texts, "settings_read", "Read all", tip="Read all", key="F5",
-                            picture=Icon.AGAIN)  # fmt: skip
-        self.undo = control(QPushButton(), texts, "settings_undo", says="Undo", tip="Undo", key="Ctrl+Z",
-                            picture=Icon.UNDO, role="quiet")  # fmt: skip
-        self.redo = control(QPushButton(), texts, "settings_redo", says="Redo", tip="Redo", key="Ctrl+Shift+Z",
-                            picture=Icon.REDO, role="quiet")  # fmt: skip
-        self.revert = control(QPushButton(), texts, "settings_revert", "Discard edits")
+                             picture=Icon.DROP, role="primary", slot=work.write)  # fmt: skip
+        self.read = control(QPushButton(), texts, "settings_read", "Read all", key="F5",
+                            picture=Icon.AGAIN, slot=self.work.read_all)  # fmt: skip
+        self.undo = control(QPushButton(), texts, "settings_undo", says="Undo", key="Ctrl+Z",
+                            picture=Icon.UNDO, role="quiet", slot=lambda: work.edit(form.undo))  # fmt: skip
+        self.redo = control(QPushButton(), texts, "settings_redo", says="Redo", key="Ctrl+Shift+Z",
+                            picture=Icon.REDO, role="quiet", slot=lambda: work.edit(form.redo))  # fmt: skip
+        self.revert = control(QPushButton(), texts, "settings_revert", "Discard edits",
+                              slot=lambda: work.edit(form.revert))  # fmt: skip
         self.measure = control(QPushButton(), texts, "light_threshold_measure", says="Measure the light threshold",
                                picture=Icon.LIGHT, role="quiet", slot=self._measure)  # fmt: skip
         self.header.add(self.fingerprint)
         self.header.add(self.read)
-        work = self.work
         self.defaults = self.header.add_rare(
-            "settings_defaults", marked("Load defaults"), lambda: work.edit(work.form.want_defaults)
+            "settings_defaults", marked("Load defaults"), lambda: work.edit(form.fill_defaults)
         )
-        self.as_found = self.header.add_rare("settings_as_found", marked("Restore initial"), work.want_as_found)
+        self.as_found = self.header.add_rare("settings_as_found", marked("Restore initial"), work.restore_initial)
         self.header.add_rare("settings_measure", marked("Measure the light threshold"), self._measure)
         self.try_out = self.header.add_rare("settings_try", marked("Try on recorded data"), self._try_out)
         self.find_rate = self.header.add_rare("settings_find_rate", marked("Find my module"), self._connector.find_rate)
@@ -237,10 +225,6 @@ class SettingsPage(Page):
             row.cancelled.connect(lambda key: work.edit(partial(form.revert, key)))
             row.left.connect(form.end_typing)
             row.pressed.connect(self.choose)
-        self.read.clicked.connect(work.read_all)
-        self.undo.clicked.connect(lambda: work.edit(form.undo))
-        self.redo.clicked.connect(lambda: work.edit(form.redo))
-        self.revert.clicked.connect(lambda: work.edit(form.revert))
         application = QApplication.instance()
         if isinstance(application, QApplication):
             application.focusChanged.connect(self._on_focus)
@@ -251,8 +235,9 @@ class SettingsPage(Page):
         Shortcut("settings_read_key", self, self.read)
         self.files.open.setShortcut("Ctrl+O")
         self.addAction(self.files.open)
-        self.files.opened.connect(self._show_profile)
-        self.files.refused.connect(self._show_faults)
+        self.files.opened.connect(self.compare.show_profile)
+        self.files.refused.connect(self.compare.show_faults)
+        self.compare.shown.connect(self._show_compare)
         self.files.said.connect(self._say)
         self.compare.applied.connect(self._apply_profile)
         self.compare.closed.connect(self.show_form)
@@ -321,14 +306,14 @@ class SettingsPage(Page):
     # Qt
 
     def minimumSizeHint(self) -> QSize:
-        """With the pane below the table."""
+        """That of the layout with the pane below the table."""
         hint = super().minimumSizeHint()
         if self._stack.currentWidget() is self._form and self.pane.maximumWidth() < _UNBOUNDED:
             hint.setWidth(hint.width() - self.pane.minimumWidth() - Space.S)
         return hint
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """The pane beside the table, or below it."""
+        """Puts the pane beside the table, or below it."""
         super().resizeEvent(event)
         is_beside = self.width() >= SIDE_FROM_PX
         self._body.setDirection(QBoxLayout.Direction.LeftToRight if is_beside else QBoxLayout.Direction.TopToBottom)
@@ -338,7 +323,7 @@ class SettingsPage(Page):
         self.pane.setMinimumSize(*((side_px, _BELOW_PX) if is_beside else (least, _BELOW_PX)))
 
     def on_escape(self) -> bool:
-        """Take a question back, or leave a profile."""
+        """Leaves the profile or the calibration, or dismisses the notice."""
         if self._stack.currentWidget() is not self._form:
             self.show_form()
         elif not self.work.job.is_running and self.work.notice() is not None:
@@ -348,7 +333,7 @@ class SettingsPage(Page):
         return True
 
 
-def _write_words(count: int) -> str:
+def _write_text(count: int) -> str:
     if not count:
         return tr("No changes")
     return tr("Write 1 change") if count == 1 else tr("Write {count} changes", count=count)

@@ -1,4 +1,4 @@
-"""Compares a profile with the module row by row; lists the errors of an invalid file."""
+"""Compares a profile with the module row by row, or lists the errors of an invalid file."""
 
 from collections.abc import Mapping, Sequence
 from functools import partial
@@ -41,9 +41,11 @@ _CHIPS: Final[Mapping[Match, tuple[Icon, Meaning | None]]] = {
 
 
 class ProfileCompare(QWidget):
-    """`applied` gives the ticked values by key; `closed` when a person is done with the profile."""
+    """`applied` carries the ticked values by key."""
 
     applied = Signal(object)
+    shown = Signal()
+    """Another profile, or the errors of a file."""
     closed = Signal()
 
     def __init__(self, texts: Texts) -> None:
@@ -61,19 +63,20 @@ class ProfileCompare(QWidget):
         self._rows = {command.key: _CompareRow(command, texts) for command in SETTINGS}
         for key, row in self._rows.items():
             row.tick.clicked.connect(partial(self._touch, key))
-        self.apply = control(QPushButton(), texts, "profile_apply", says="Apply", picture=Icon.CHECK,
-                             role="primary", slot=self._apply)  # fmt: skip
-        self.close_button = control(QPushButton(), texts, "profile_close", "Close profile", key="Esc",
+        self.apply = control(QPushButton(), texts, "profile_apply", picture=Icon.CHECK, role="primary",
+                             slot=self._apply)  # fmt: skip
+        self.close_button = control(QPushButton(), texts, "profile_close", "Back", key="Esc",
                                     slot=self.closed)  # fmt: skip
         self._lay_out(texts)
 
     def show_profile(self, profile: Profile, path: Path) -> None:
         self.profile, self._path, self._faults = profile, path, ()
         self._is_touched.clear()
+        self.shown.emit()
 
     def show_faults(self, path: Path, sentences: Sequence[str]) -> None:
-        """Why the file is no profile: everything at once."""
         self.profile, self._path, self._faults = None, path, tuple(sentences)
+        self.shown.emit()
 
     def refresh(self, device: DeviceView, now: float, *, can_apply: bool) -> None:
         profile = self.profile
@@ -97,7 +100,7 @@ class ProfileCompare(QWidget):
 
     @property
     def ticked(self) -> dict[str, Value]:
-        """Values of the profile by key."""
+        """The ticked values of the profile, by key."""
         wanted = {} if self.profile is None else self.profile.settings
         return {key: wanted[key] for key, row in self._rows.items() if key in wanted and row.tick.isChecked()}
 
@@ -109,14 +112,12 @@ class ProfileCompare(QWidget):
 
     def _lay_out(self, texts: Texts) -> None:
         texts.bind(self.note.setText, "The baud rate is never applied with a profile.")
-        self._table = QFrame()
-        self._table.setObjectName("profile_table")
-        self._table.setProperty("role", "card")
+        self._table = named(QFrame(), "profile_table", "card")
         grid = QGridLayout(self._table)
         grid.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
         grid.setHorizontalSpacing(Space.M)
         grid.setVerticalSpacing(Space.S)
-        heads = (marked("Setting"), marked("In the profile"), marked("On the module"), marked("Comparison"))
+        heads = (marked("Parameter"), marked("Profile"), marked("Module"), marked("State"))
         for column, english in enumerate(heads):
             head = text_label(f"profile_head_{column}", "caption")
             texts.bind(head.setText, english)
@@ -125,8 +126,7 @@ class ProfileCompare(QWidget):
             for column, widget in enumerate((row.tick, row.wanted, row.stands, row.chip)):
                 grid.addWidget(widget, number, column, alignment=Qt.AlignmentFlag.AlignVCenter)
         grid.setColumnStretch(0, 1)
-        content = QWidget()
-        content.setObjectName("profile_content")
+        content = named(QWidget(), "profile_content")
         in_column(
             self.title,
             self.about,
@@ -144,25 +144,21 @@ class ProfileCompare(QWidget):
 
 
 class _CompareRow:
-    """The widgets of one row, in a grid that is the table's."""
+    """The widgets of one row of the table's grid."""
 
     def __init__(self, command: Command, texts: Texts) -> None:
         self.command = command
-        self.tick = control(QCheckBox(), texts, f"profile_tick_{command.name}", command.title,
-                            tip="Ticked settings are written")  # fmt: skip
+        self.tick = control(QCheckBox(), texts, f"profile_tick_{command.name}", command.title)
         self.wanted = named(QLabel(), f"profile_wanted_{command.name}", "strong")
         self.stands = ValueLabel(command)
         self.stands.setObjectName(f"profile_stands_{command.name}")
         self.chip = named(StateChip("", size=Size.SMALL), f"profile_match_{command.name}")
 
     def show_row(self, row: ProfileRow, now: float, *, is_touched: bool) -> None:
-        is_baud = row.command is BAUD_RATE
-        can = row.wanted is not None and not is_baud
-        self.tick.setEnabled(can)
-        if not can:
-            self.tick.setChecked(False)
-        elif not is_touched:
-            self.tick.setChecked(row.is_worth_applying)
+        can_apply = row.wanted is not None and row.command is not BAUD_RATE
+        self.tick.setEnabled(can_apply)
+        if not can_apply or not is_touched:
+            self.tick.setChecked(can_apply and row.is_worth_applying)
         self.wanted.setText("—" if row.wanted is None else value_text(row.command, row.wanted))
         self.stands.show_known(row.stands, now)
         picture, meaning = _CHIPS[row.match]

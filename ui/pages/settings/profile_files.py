@@ -1,7 +1,6 @@
 """Opens profiles by dialog, recent list or drop; saves the current settings as one."""
 
 from collections.abc import Sequence
-from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
@@ -23,13 +22,12 @@ SUFFIX = ".toml"
 
 
 class ProfileFiles(QObject):
-    """Entries of the page's menu. `opened` gives a `Profile`, `refused` the sentences, one for each error, `said` a
-    `Notice`."""
+    """Entries of the page's menu. `said` carries a `Notice`."""
 
     opened = Signal(object, object)
-    """Profile and path."""
+    """`Profile` and path."""
     refused = Signal(object, object)
-    """Path and sentences."""
+    """Path and one sentence for each error."""
     said = Signal(object)
 
     def __init__(self, services: Services, page: QWidget, header: PageHeader) -> None:
@@ -54,7 +52,7 @@ class ProfileFiles(QObject):
             self.open_file(path)
 
     def open_file(self, path: Path) -> None:
-        """Whatever comes of it is told by a signal."""
+        """Emits `opened` or `refused`."""
         try:
             profile = read_profile(path)
         except ProfileRefused as refusal:
@@ -66,7 +64,7 @@ class ProfileFiles(QObject):
         self.opened.emit(profile, path)
 
     def choose_and_save(self) -> None:
-        """The present settings; nothing is written where nothing is known."""
+        """Saves the module's current settings where any are known."""
         now = self._connector.clock()
         profile = profile_of(self._connector.device, now, name=tr("Profile"))
         if not profile.settings:
@@ -107,10 +105,7 @@ class ProfileFiles(QObject):
             action = self.menu.addAction(Path(name).name.replace("&", "&&"))
             action.setObjectName(f"profile_recent_{number}")
             action.setToolTip(name)
-            action.triggered.connect(partial(self._open_recent, name))
-
-    def _open_recent(self, name: str, _is_checked: bool = False) -> None:
-        self.open_file(Path(name))
+            action.triggered.connect(lambda _checked, path=Path(name): self.open_file(path))
 
 
 def _saved_text(path: Path, missing: Sequence[str]) -> str:

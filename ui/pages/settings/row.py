@@ -1,4 +1,4 @@
-"""Row of one setting: parameter, module value, editor, state. As high as every other, whatever its state."""
+"""Row of one setting: parameter, module value, editor, state. Its height never changes."""
 
 from typing import Final, NamedTuple
 
@@ -31,7 +31,7 @@ ROW_PX: Final = 44
 NAME_PX: Final = 180
 STATE_PX: Final = 128
 BESIDE_PX: Final = 34
-"""Of a button beside an editor, which has only a picture."""
+"""Width of an icon button beside an editor."""
 CELL_GAP: Final = Space.S
 MARGINS: Final = (Space.S, 1, Space.S, 1)
 
@@ -47,7 +47,7 @@ LOOKS: Final = {
     RowState.ACKNOWLEDGED: _Look(Icon.INFORMATION, None),
     RowState.STALE: _Look(Icon.CLOCK, Meaning.UNKNOWN),
     RowState.EDITED: _Look(Icon.SETTINGS, Meaning.INFORMATION),
-    RowState.UNFIT: _Look(Icon.WARNING, Meaning.ATTENTION),
+    RowState.INVALID: _Look(Icon.WARNING, Meaning.ATTENTION),
     RowState.WRITING: _Look(Icon.CONNECTING, Meaning.INFORMATION),
     RowState.VERIFIED: _Look(Icon.CHECK, Meaning.GOOD),
     RowState.CHANGED: _Look(Icon.WARNING, Meaning.DANGER),
@@ -57,16 +57,16 @@ WRONG: Final = (RowState.FAILED, RowState.CHANGED)
 
 
 class SettingsRow(QFrame):
-    """`show_row` shows; the signals tell what a person did."""
+    """Shows a `FormRow`; the signals are about what the user did."""
 
     typed = Signal(str, str)
-    """Key and the text so far."""
+    """Key and the text typed so far."""
     chosen = Signal(str, object)
     """Key and value."""
     cancelled = Signal(str)
     left = Signal()
     pressed = Signal(str)
-    """Key: the row was clicked beside its editor."""
+    """Key; the row was clicked beside its editor."""
 
     def __init__(self, command: Command, texts: Texts, guard: WheelGuard) -> None:
         super().__init__()
@@ -82,7 +82,7 @@ class SettingsRow(QFrame):
         self.state = named(StateChip("", size=Size.SMALL), f"{command.name}_state")
         self.reason = named(ElidedLabel(), f"{command.name}_reason", "small")
         self._name.setBuddy(self.editor)
-        texts.bind(self._say_what, command.explanation)
+        texts.bind(self._set_whats_this, command.explanation)
         key = command.key
         self.editor.typed.connect(lambda text: self.typed.emit(key, text))
         self.editor.chosen.connect(lambda value: self.chosen.emit(key, value))
@@ -107,13 +107,13 @@ class SettingsRow(QFrame):
         set_role(self, "setting-failed" if is_wrong else "setting-chosen" if is_chosen else "setting")
 
     def add_beside_editor(self, button: QWidget) -> None:
-        """In the editor's cell, at its right: Tab goes from the value to it."""
+        """Adds `button` to the right of the editor, next in the tab order."""
         layout = self.editor.layout()
         if layout is not None:
             button.setFixedWidth(BESIDE_PX)
             layout.addWidget(button)
 
-    def _say_what(self, _explanation: str) -> None:
+    def _set_whats_this(self, _explanation: str) -> None:
         self.setWhatsThis(what_is(self.command))
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
@@ -122,7 +122,7 @@ class SettingsRow(QFrame):
 
 
 def aligned_cells(name: QLabel, stands: QWidget, editor: QWidget, state: QWidget) -> tuple[QWidget, ...]:
-    """The first four columns, as wide in every row; only the last one grows with a word that needs more."""
+    """The first four columns, with the same widths in every row; only the last grows where its text needs more."""
     name.setFixedWidth(NAME_PX)
     stands.setFixedWidth(VALUE_PX)
     state_cell = QWidget()
@@ -132,21 +132,22 @@ def aligned_cells(name: QLabel, stands: QWidget, editor: QWidget, state: QWidget
 
 
 def warning_text(row: FormRow) -> str:
-    """What is said of the value that nobody should overlook."""
+    """The consequences that nobody should overlook."""
     return together(one.sentence for one in row.consequences if one.weight is not Weight.PLAIN)
 
 
 def reason_text(row: FormRow) -> str:
-    """Why it is in this state; empty where the state says it all."""
+    """Why the row is in its state; empty where the state says it all."""
     if row.reason:
         return row.reason
-    if row.stamp is not None and not row.is_pending:
-        if row.stamp.fate is Retention.KEPT:
+    retention = row.retention
+    if retention is not None and not row.is_pending:
+        if retention.fate is Retention.KEPT:
             return tr("Kept over the power cycle.")
-        if row.stamp.fate is Retention.LOST and row.stamp.stands is not None:
-            stands = value_text(row.command, row.stamp.stands)
+        if retention.fate is Retention.LOST and retention.stands is not None:
+            stands = value_text(row.command, retention.stands)
             return tr("LOST at the power cycle: it holds {stands}.", stands=stands)
-        return tr("Power cycle: {fate}.", fate=tr(row.stamp.fate.value))
+        return tr("Power cycle: {fate}.", fate=tr(retention.fate.value))
     if row.state is RowState.ACKNOWLEDGED and row.stands is not None and row.stands.how is How.ACKNOWLEDGED:
         return tr("cannot be read")
     return ""

@@ -1,4 +1,4 @@
-"""Pane beside the table: what the chosen setting is, what its value means, and what the vendor advises."""
+"""Pane with the explanation, consequences and vendor's advice of the chosen setting."""
 
 from PySide6.QtWidgets import QFrame, QWidget
 
@@ -16,8 +16,6 @@ from ui.widgets.naming import named, set_role
 
 
 class SettingPane(QFrame):
-    """`show_row` shows another setting."""
-
     def __init__(self, texts: Texts) -> None:
         super().__init__()
         named(self, "setting_pane", "card")
@@ -32,7 +30,7 @@ class SettingPane(QFrame):
             in_column(self.title, self.term, spacing=0), self.reason, self.meaning, self.what, self.advice, 1,
             of=content, spacing=Space.S, margins=(Space.M, Space.S),
         )  # fmt: skip
-        scroll = scroll_area(content, texts, "setting_scroll", "About this setting", is_transparent=True)
+        scroll = scroll_area(content, texts, "setting_scroll", "Parameter", is_transparent=True)
         in_column(scroll, of=self, margins=1)
 
     def show_row(self, row: FormRow) -> None:

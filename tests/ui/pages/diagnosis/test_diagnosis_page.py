@@ -39,7 +39,7 @@ from tests.support.window.fakes_ui import ADAPTER, WAIT_MS, Ports, simulated, wa
 from tests.support.window.settings_bench import desk
 from tests.support.window.steps import settle
 from tests.ui.pages.commands.test_commands_page import arm, wait_disarmed
-from ui.main import Assembly, _faults_said
+from ui.main import Assembly, _errors_shown
 from ui.pages.diagnosis.page import DiagnosisPage
 from ui.services.context import PageEntry
 from ui.style.icons import Icon
@@ -324,7 +324,7 @@ def test_an_error_disarms_is_logged_and_said_with_its_details(
     with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
         bar = assembly.window.notice_bar
         armed = Armed(Act.DEPLOY)
-        with _faults_said(assembly.window, armed):
+        with _errors_shown(assembly.window, armed):
             raise_uncaught(LookupError("a bug"))
             assert armed.act is None
             qtbot.waitUntil(lambda: bar.notice is not None and "a bug" in bar.notice.text, timeout=WAIT_MS)
@@ -345,7 +345,7 @@ def test_an_error_in_another_thread_is_said_too(qtbot: QtBot, qapp: QApplication
     with diagnosis(qtbot, qapp, tmp_path) as (assembly, _page):
         bar = assembly.window.notice_bar
         armed = Armed(Act.ACTIVATE)
-        with _faults_said(assembly.window, armed):
+        with _errors_shown(assembly.window, armed):
             for _ in range(3):
                 thread = threading.Thread(target=int, args=("no number",))
                 thread.start()
@@ -373,7 +373,7 @@ def test_sent_frames_are_kept_for_a_capture(qtbot: QtBot, qapp: QApplication, tm
 
 def test_an_error_in_another_thread_ends_the_deploy_ritual(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with desk(qtbot, qapp, tmp_path, page="commands", active=True) as one:
-        with _faults_said(one.assembly.window, one.assembly.armed):
+        with _errors_shown(one.assembly.window, one.assembly.armed):
             ritual = arm(one)
             assert one.assembly.armed.act is Act.DEPLOY
             thread = threading.Thread(target=int, args=("no number",))
