@@ -34,7 +34,7 @@ def test_the_figures_of_a_fall() -> None:
         ("freefall_acceleration", 0, ["Never counts as falling: nothing is below 0 g."]),
         ("freefall_trigger", False, ["No protection in free fall."]),
         ("attitude_trigger", True, ["Fires by itself when it tips over."]),
-        ("serial_output", False, ["Speaks only when asked."]),
+        ("serial_output", False, ["Sends only when asked."]),
         ("baud_rate", 9600,
          ["The flight controller must then use 9600 baud, too.",
           "Against the vendor's advice: Do not change it."]),
