@@ -38,14 +38,14 @@ _RESIZING: Final = (
     QEvent.Type.PaletteChange,
     QEvent.Type.LanguageChange,
 )
-CELL: Final = marked("Cell voltage")
-CHARGER: Final = marked("Charging voltage")
+_CELL: Final = marked("Cell voltage")
+_CHARGER: Final = marked("Charging voltage")
 _CHARGING: Final = marked("charging")
 _NOT_CHARGING: Final = marked("not charging")
 _CHARGER_UNKNOWN: Final = marked("charger unknown")
-BAY_CLOSED: Final = marked("bay closed")
-OVER: Final = marked("over {value}°")
-FALLING: Final = marked("free fall")
+_BAY_CLOSED: Final = marked("bay closed")
+_OVER: Final = marked("over {value}°")
+_FALLING: Final = marked("free fall")
 _POLLED: Final = marked("polled")
 _STREAMED: Final = marked("streamed")
 _NO_STREAM: Final = marked("no stream")
@@ -83,7 +83,7 @@ class LivePanel(QFrame):
         self._stream_kind: tuple[bool, Presence, str] | None = None
         self._counted_at = 0.0
         self._is_recorded = False
-        self._cell_caption = CELL
+        self._cell_caption = _CELL
         self._texts = texts
         self._name(texts)
         self._lay_out()
@@ -133,28 +133,28 @@ class LivePanel(QFrame):
         is_falling = (
             acceleration is not None and limits.falls_g is not None and float(acceleration.value) < limits.falls_g
         )
-        falling = (Meaning.DANGER, tr(FALLING)) if is_falling else (None, "")
+        falling = (Meaning.DANGER, tr(_FALLING)) if is_falling else (None, "")
         _show(self.acceleration, acceleration, now_s, 1, *falling)
         light, cell = (value_outside(key, device, now_s, in_use) for key in ("light_v", "cell_voltage_v"))
         known_light = device.known("light_v", now_s)
-        self.show_light_limit(None if known_light is None else float(known_light.value), limits)
-        _show(self.light, known_light, now_s, 1, *bay_note(light, limits.light_v))
+        self._show_light_limit(None if known_light is None else float(known_light.value), limits)
+        _show(self.light, known_light, now_s, 1, *_bay_note(light, limits.light_v))
         charging = device.known("charging", now_s)
-        self.name_cell(CHARGER if charging is not None and charging.value is True else CELL)
+        self._name_cell(_CHARGER if charging is not None and charging.value is True else _CELL)
         self.cell.set_limit("" if cell is None else cell.limit)
-        charge = charge_note(None if charging is None or charging.is_stale else charging.value is True)
+        charge = _charge_note(None if charging is None or charging.is_stale else charging.value is True)
         note, meaning = (charge, None) if cell is None else (tr(cell.fault.value), Meaning.ATTENTION)
         _show(self.cell, device.known("cell_voltage_v", now_s), now_s, 2, meaning, note)
         _show(self.boot_count, device.known("boot_count", now_s), now_s, 0)
         self._show_stream(device, now_s, reports_per_s, tilt)
 
-    def show_light_limit(self, light_v: float | None, limits: PanelLimits) -> None:
+    def _show_light_limit(self, light_v: float | None, limits: PanelLimits) -> None:
         """Shows the threshold beside the number and in the bar."""
         threshold_v = limits.stale_light_v if limits.light_v is None else limits.light_v
         self.light.set_limit("" if threshold_v is None else f"{threshold_v:.1f} V")
         self.light.show_bar(light_v, threshold_v, is_limit_stale=limits.light_v is None)
 
-    def show_tilt_limit(self, limits: PanelLimits) -> None:
+    def _show_tilt_limit(self, limits: PanelLimits) -> None:
         """Shows the threshold beside the number and in the gauge."""
         is_stale = limits.fires_deg is None and limits.stale_fires_deg is not None
         fires_deg = limits.stale_fires_deg if is_stale else limits.fires_deg
@@ -163,7 +163,7 @@ class LivePanel(QFrame):
         self.tilt.set_limit("" if fires_deg is None else f"{fires_deg:g}°")
 
     def _show_tilt(self, known: Known | None, now_s: float, limits: PanelLimits) -> None:
-        self.show_tilt_limit(limits)
+        self._show_tilt_limit(limits)
         if known is None:
             self.gauge.show_unknown()
             self.tilt.show_unknown()
@@ -174,7 +174,7 @@ class LivePanel(QFrame):
         else:
             self.gauge.show_tilt(tilt_deg)
         is_over = fires_deg is not None and tilt_deg >= fires_deg
-        note = tr(OVER, value=f"{fires_deg:g}") if is_over else ""
+        note = tr(_OVER, value=f"{fires_deg:g}") if is_over else ""
         _show(self.tilt, known, now_s, 0, Meaning.DANGER if is_over else None, note)
 
     def _show_stream(self, device: DeviceView, now_s: float, reports_per_s: float, tilt: Known | None) -> None:
@@ -190,8 +190,8 @@ class LivePanel(QFrame):
         else:
             self.stream.show_value("0", note=tr(_NO_STREAM))
 
-    def name_cell(self, caption: str) -> None:
-        """Sets the caption of the voltage: `CELL` or `CHARGER`."""
+    def _name_cell(self, caption: str) -> None:
+        """Sets the caption of the voltage."""
         if caption != self._cell_caption:
             self._cell_caption = caption
             self._texts.bind(self.cell.set_caption, caption)
@@ -241,11 +241,11 @@ class LivePanel(QFrame):
         """Reserves room for all possible notes, so that nothing moves."""
         age = tr("{time} ago", time=tr("{value:.0f} min", value=10))
         sign = "    "
-        self.tilt.reserve((tr(OVER, value=180) + sign, age), limit="180°")
-        self.acceleration.reserve((tr(FALLING) + sign, age))
-        self.light.reserve((tr(OutOfLimit.BAY_OPEN.value) + sign, tr(BAY_CLOSED), age), limit="00.0 V")
+        self.tilt.reserve((tr(_OVER, value=180) + sign, age), limit="180°")
+        self.acceleration.reserve((tr(_FALLING) + sign, age))
+        self.light.reserve((tr(OutOfLimit.BAY_OPEN.value) + sign, tr(_BAY_CLOSED), age), limit="00.0 V")
         low = (tr(OutOfLimit.CELL_LOW.value), tr(OutOfLimit.CELL_HIGH.value))
-        words = (_CHARGING, _NOT_CHARGING, _CHARGER_UNKNOWN, CELL, CHARGER)
+        words = (_CHARGING, _NOT_CHARGING, _CHARGER_UNKNOWN, _CELL, _CHARGER)
         self.cell.reserve((*low, *(tr(one) for one in words), age), limit="0.00 V")
         self.stream.reserve((tr(_STREAMED), tr(_POLLED), tr(_NO_STREAM), age))
         self.boot_count.reserve((age,))
@@ -267,14 +267,14 @@ class LivePanel(QFrame):
                 self._name(self._texts)
 
 
-def bay_note(outside: Outside | None, threshold_v: float | None) -> tuple[Meaning | None, str]:
+def _bay_note(outside: Outside | None, threshold_v: float | None) -> tuple[Meaning | None, str]:
     """Meaning and note of the light: bay open or closed; none without a threshold."""
     if outside is not None:
         return Meaning.ATTENTION, tr(outside.fault.value)
-    return None, "" if threshold_v is None else tr(BAY_CLOSED)
+    return None, "" if threshold_v is None else tr(_BAY_CLOSED)
 
 
-def charge_note(is_charging: bool | None) -> str:
+def _charge_note(is_charging: bool | None) -> str:
     if is_charging is None:
         return tr(_CHARGER_UNKNOWN)
     return tr(_CHARGING) if is_charging else tr(_NOT_CHARGING)

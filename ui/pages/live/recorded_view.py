@@ -8,7 +8,7 @@ from app.limits.out_of_limits import LimitsInUse
 from app.recordings.recording import Recording
 from ui.core.texts import Texts
 from ui.files.save_bar import Origin
-from ui.pages.live.cursor_values import moment_of, show_moment
+from ui.pages.live.cursor_values import show_moment
 from ui.pages.live.data import mark_of
 from ui.pages.live.panel import LivePanel
 from ui.pages.live.recorded_banner import RecordedBanner
@@ -61,7 +61,7 @@ class RecordedView:
         at_s = self.plot.cursor_s
         if at_s is None or at_s != self._read_s:
             self._read_s = at_s
-            show_moment(self._panel, None if at_s is None else moment_of(self.recording, at_s), self._in_use)
+            show_moment(self._panel, self.recording, at_s, self._in_use)
 
     def retranslate(self) -> None:
         """The next `refresh` writes the numbers again."""
