@@ -39,16 +39,30 @@ def percent_text(share: float) -> str:
     return f"{percent:.0f} %" if percent >= 10 or not percent else f"{percent:.2g} %"
 
 
-class Histogram(PaintedWidget):
-    """Histogram of round trips, with shares."""
+class _Chart(PaintedWidget):
+    """A chart that takes all the room that it gets."""
 
     accessible_role: ClassVar = QAccessible.Role.Chart
 
-    def __init__(self) -> None:
+    def __init__(self, name: str, *, hint: QSize, least: QSize) -> None:
         super().__init__()
-        self.setObjectName("figures_trips")
-        self._classes: tuple[TripClass, ...] = ()
+        self.setObjectName(name)
+        self._hint, self._least = hint, least
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+
+    def sizeHint(self) -> QSize:
+        return self._hint
+
+    def minimumSizeHint(self) -> QSize:
+        return self._least
+
+
+class Histogram(_Chart):
+    """Histogram of round trips, with shares."""
+
+    def __init__(self) -> None:
+        super().__init__("figures_trips", hint=QSize(320, 130), least=QSize(220, 90))
+        self._classes: tuple[TripClass, ...] = ()
 
     def show_classes(self, classes: tuple[TripClass, ...]) -> None:
         if classes == self._classes:
@@ -57,12 +71,6 @@ class Histogram(PaintedWidget):
         total = sum(one.count for one in classes)
         said = "; ".join(f"{_bound(one)}: {one.count}" for one in classes if one.count)
         self.announce(tr("Round trips: {n}. {classes}", n=total, classes=said), name=tr("Round trips"))
-
-    def sizeHint(self) -> QSize:
-        return QSize(320, 130)
-
-    def minimumSizeHint(self) -> QSize:
-        return QSize(220, 90)
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         theme = current()
@@ -78,13 +86,12 @@ class Histogram(PaintedWidget):
             painter.end()
             return
         step = ground.width() / len(self._classes)
-        self._paint_bars(painter, ground, step, most)
+        self._paint_bars(painter, ground, step, most, total)
         painter.end()
 
-    def _paint_bars(self, painter: QPainter, ground: QRectF, step: float, most: int) -> None:
+    def _paint_bars(self, painter: QPainter, ground: QRectF, step: float, most: int, total: int) -> None:
         """Each bar with its share above it, where that fits beside the previous one and between higher bars."""
         theme, metrics = current(), painter.fontMetrics()
-        total = sum(one.count for one in self._classes)
         said = QRectF()
         heights = [max(2.0, ground.height() * one.count / most) if one.count else 0.0 for one in self._classes]
         bars = [
@@ -114,16 +121,12 @@ def _bound(one: TripClass) -> str:
     return tr("longer") if one.up_to_ms is None else tr("up to {ms} ms", ms=f"{one.up_to_ms:g}")
 
 
-class ReasonBars(PaintedWidget):
+class ReasonBars(_Chart):
     """Invalid bytes by reason, most frequent first."""
 
-    accessible_role: ClassVar = QAccessible.Role.Chart
-
     def __init__(self) -> None:
-        super().__init__()
-        self.setObjectName("figures_reasons")
+        super().__init__("figures_reasons", hint=QSize(320, 130), least=QSize(220, 90))
         self._counts: tuple[tuple[Reason, int], ...] = ()
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
 
     def show_counts(self, counts: Sequence[tuple[Reason, int]]) -> None:
         shown = tuple((reason, count) for reason, count in counts if count)
@@ -132,12 +135,6 @@ class ReasonBars(PaintedWidget):
             said = "; ".join(f"{tr(REASON_WORDS[reason])}: {count}" for reason, count in shown)
             text = tr("{setting}: {what}", setting=tr("Invalid bytes"), what=said) if shown else tr("No invalid bytes")
             self.announce(text, name=tr("Invalid bytes"))
-
-    def sizeHint(self) -> QSize:
-        return QSize(320, 130)
-
-    def minimumSizeHint(self) -> QSize:
-        return QSize(220, 90)
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         theme = current()
@@ -182,17 +179,13 @@ class _Lane:
     """Shown for the highest value."""
 
 
-class OverTime(PaintedWidget):
+class OverTime(_Chart):
     """Slowest answer, queries without reply and invalid bytes over time, with marks for restarts of the module and lost
     ports."""
 
-    accessible_role: ClassVar = QAccessible.Role.Chart
-
     def __init__(self) -> None:
-        super().__init__()
-        self.setObjectName("figures_over_time")
+        super().__init__("figures_over_time", hint=QSize(640, 200), least=QSize(260, 150))
         self._stretch = Stretch(0.0, 600.0, ())
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
 
     def show_stretch(self, stretch: Stretch) -> None:
         self._stretch = stretch
@@ -205,12 +198,6 @@ class OverTime(PaintedWidget):
             losses=losses,
         )
         self.announce(name)
-
-    def sizeHint(self) -> QSize:
-        return QSize(640, 200)
-
-    def minimumSizeHint(self) -> QSize:
-        return QSize(260, 150)
 
     def _lanes(self) -> tuple[_Lane, ...]:
         slices = self._stretch.slices

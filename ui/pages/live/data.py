@@ -2,7 +2,7 @@
 
 from collections import deque
 from collections.abc import Collection
-from dataclasses import dataclass, field
+from dataclasses import astuple
 from typing import Final, Protocol
 
 import numpy as np
@@ -23,7 +23,7 @@ from ui.style.theme import Meaning
 
 # Ten hours, polled once a second.
 _SLOW_SAMPLES: Final = 36_000
-_HAPPENINGS_KEPT: Final = 1000
+_MARKERS_KEPT: Final = 1000
 _RATE_OVER_S: Final = 2.0
 # Voltage and light count as fresh for 5 s.
 SLOW_GAP_S: Final = 5.0
@@ -56,21 +56,18 @@ def mark_of(marker: Marker) -> Mark:
     return Mark(marker.time_s, word, icon, meaning, _RANKS[marker.kind])
 
 
-@dataclass(frozen=True, slots=True)
-class StaleLimits:
-    """The last known limits over time, while they are stale."""
+class LimitSteps:
+    """The limits of a module over time."""
 
-    fires: StepFunction = field(default_factory=StepFunction)
-    rearms: StepFunction = field(default_factory=StepFunction)
-    falls: StepFunction = field(default_factory=StepFunction)
-    lights: StepFunction = field(default_factory=StepFunction)
+    def __init__(self) -> None:
+        self.fires, self.rearms, self.falls, self.lights = (StepFunction() for _ in range(4))
 
-    def put(self, at: float, fresh: ModuleLimits, known: ModuleLimits) -> None:
-        """`known` includes stale values; None in it: the trigger was last reported as disabled."""
-        self.fires.put(at, known.fires_deg if fresh.fires_deg is None else None)
-        self.rearms.put(at, known.rearms_deg if fresh.rearms_deg is None else None)
-        self.falls.put(at, known.free_fall_g if fresh.free_fall_g is None else None)
-        self.lights.put(at, known.light_v if fresh.light_v is None else None)
+    def put(self, at: float, limits: ModuleLimits) -> None:
+        """Sets the limits from `at` on."""
+        self.fires.put(at, limits.fires_deg)
+        self.rearms.put(at, limits.rearms_deg)
+        self.falls.put(at, limits.free_fall_g)
+        self.lights.put(at, limits.light_v)
 
     def clear(self) -> None:
         for steps in (self.fires, self.rearms, self.falls, self.lights):
@@ -100,24 +97,22 @@ class Measured(Protocol):
     def markers(self) -> Collection[Marker]: ...
 
 
-class LiveData:
+class LiveData(LimitSteps):
     """The data of the current session. Samples are added as arrays: a hundred cost about as much as one."""
 
     def __init__(self) -> None:
+        super().__init__()
         self.tilt = Series()
         self.acceleration = Series()
         self.cell = Series(_SLOW_SAMPLES, summary_buckets=_SLOW_SAMPLES)
         self.light = Series(_SLOW_SAMPLES, summary_buckets=_SLOW_SAMPLES)
-        self.fires = StepFunction()
-        self.rearms = StepFunction()
-        self.falls = StepFunction()
-        self.lights = StepFunction()
-        self.stale = StaleLimits()
-        self.markers: deque[Marker] = deque(maxlen=_HAPPENINGS_KEPT)
+        self.stale = LimitSteps()
+        """The last known limits, while they are stale."""
+        self.markers: deque[Marker] = deque(maxlen=_MARKERS_KEPT)
         # One entry for each sample of tilt and acceleration; its summary is not used.
         self._flags = Series(summary_buckets=2)
         self._first_s: float | None = None
-        self._follower = MarkerTracker()
+        self._tracker = MarkerTracker()
 
     @property
     def has_samples(self) -> bool:
@@ -128,12 +123,11 @@ class LiveData:
         """Discards everything, for another module."""
         for series in (self.tilt, self.acceleration, self.cell, self.light, self._flags):
             series.clear()
-        for steps in (self.fires, self.rearms, self.falls, self.lights):
-            steps.clear()
+        self.clear()
         self.stale.clear()
         self.markers.clear()
         self._first_s = None
-        self._follower = MarkerTracker()
+        self._tracker = MarkerTracker()
 
     def reports_per_s(self, now_s: float) -> float:
         """Status reports per second, streamed or polled, over the last two seconds."""
@@ -142,11 +136,13 @@ class LiveData:
     def on_batch(self, batch: Batch) -> list[Mark]:
         """Adds a batch; returns its events as marks."""
         count = len(self.markers)
-        new = self._follower.on_batch(batch)
+        new = self._tracker.on_batch(batch)
         if batch.samples:
             self._add_samples(batch.samples)
         self._add_slow(batch.device)
-        self._put_limits(self._follower.limits, batch)
+        fresh, known = self._tracker.limits, last_limits(batch.device)
+        self.put(batch.at, fresh)
+        self.stale.put(batch.at, _only_stale(known, fresh))
         self.markers.extend(new)
         # The first connection is the start of the time line, not an event.
         shown = new[1:] if not count and new and new[0].kind is MarkerKind.CONNECTED else new
@@ -193,18 +189,15 @@ class LiveData:
             if last is None or known.at > last.time_s:
                 series.append(known.at, float(known.value))
 
-    def _put_limits(self, limits: ModuleLimits, batch: Batch) -> None:
-        at = batch.at
-        self.fires.put(at, limits.fires_deg)
-        self.rearms.put(at, limits.rearms_deg)
-        self.falls.put(at, limits.free_fall_g)
-        self.lights.put(at, limits.light_v)
-        self.stale.put(at, limits, last_limits(batch.device))
+
+def _only_stale(known: ModuleLimits, fresh: ModuleLimits) -> ModuleLimits:
+    pairs = zip(astuple(known), astuple(fresh), strict=True)
+    return ModuleLimits(*(old if new is None else None for old, new in pairs))
 
 
-def lanes(data: Measured, in_use: LimitsInUse, stale: StaleLimits | None = None) -> tuple[Lane, ...]:
+def lanes(data: Measured, in_use: LimitsInUse, stale: LimitSteps | None = None) -> tuple[Lane, ...]:
     """The plots of the page, from top to bottom."""
-    stale = stale or StaleLimits()
+    stale = stale or LimitSteps()
 
     def cell_outside(volts: float, time_s: float) -> Outside | None:
         charging = charging_at(data.markers, time_s)
