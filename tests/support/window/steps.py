@@ -1,9 +1,11 @@
 """Presses as a careful person makes them, for tests that are about something else."""
 
-from PySide6.QtCore import QPointF
+from PySide6.QtCore import QPointF, Qt
 from PySide6.QtWidgets import QApplication, QWidget
+from pytestqt.qtbot import QtBot
 
 from ui.widgets.gestures import gestures
+from ui.widgets.notice_bar import NoticeBar
 from ui.widgets.step_button import DEAD_FOR_S, StepButton
 
 
@@ -21,3 +23,15 @@ def settle(widget: QWidget | None) -> None:
 def let_lay_out() -> None:
     """A question that was asked this moment: until its buttons lie where they are seen."""
     QApplication.processEvents()
+
+
+def press(qtbot: QtBot, widget: QWidget | None) -> None:
+    """Clicks `widget`, which has to exist, deliberately."""
+    assert widget is not None
+    settle(widget)
+    qtbot.mouseClick(widget, Qt.MouseButton.LeftButton)
+
+
+def notice_text(bar: NoticeBar) -> str:
+    """The text of the notice shown, "" without one."""
+    return "" if bar.notice is None else bar.notice.text

@@ -20,7 +20,7 @@ from app.engine.worker import Batch, Connection, PortState
 from app.procedures.greet import Greeting, Silence
 from protocol.link_states import Presence
 from tests.support.window.fakes_ui import ADAPTER, SECOND_ADAPTER, WAIT_MS, Ports, simulated, wait_online, window
-from tests.support.window.steps import settle
+from tests.support.window.steps import notice_text, press
 from ui.connect.connect_panel import FIND_RATE, SIMULATED_PORT
 from ui.core.bridge import Bridge, joined
 from ui.core.preferences import LastPort, Preferences
@@ -191,14 +191,9 @@ def test_a_port_in_use_says_so_and_opens_once_it_is_free(qtbot: QtBot, qapp: QAp
         assert bench.hold(somebody)
         assembly.connector.connect_to(Target("sim://busy", 115200))
         qtbot.waitUntil(lambda: assembly.window.notice_bar.button("connect_again") is not None, timeout=WAIT_MS)
-        notice = assembly.window.notice_bar.notice
-        assert notice is not None
-        assert "in use" in notice.text
+        assert "in use" in notice_text(assembly.window.notice_bar)
         bench.release(somebody)
-        button = assembly.window.notice_bar.button("connect_again")
-        assert button is not None
-        settle(button)
-        qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
+        press(qtbot, assembly.window.notice_bar.button("connect_again"))
         wait_online(qtbot, assembly)
 
 
@@ -213,10 +208,7 @@ def test_the_wrong_rate_is_found_with_one_click(qtbot: QtBot, qapp: QApplication
     with simulated("rate", baud=57600), window(qapp, tmp_path) as assembly:
         assembly.connector.connect_to(Target("sim://rate", 115200))
         qtbot.waitUntil(lambda: assembly.window.notice_bar.button("find_rate") is not None, timeout=WAIT_MS)
-        button = assembly.window.notice_bar.button("find_rate")
-        assert button is not None
-        settle(button)
-        qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
+        press(qtbot, assembly.window.notice_bar.button("find_rate"))
         assert phase(assembly) is Phase.FINDING
         wait_online(qtbot, assembly)
         assert assembly.connector.connection.baud_rate == 57600

@@ -12,7 +12,7 @@ from app.simulator import bench as benches
 from tests.support.check_pace import hurry_check
 from tests.support.window.fakes_ui import WAIT_MS, Ports, wait_online, window
 from tests.support.window.preflight_window import CHECK_MS, VERDICTS
-from tests.support.window.steps import settle
+from tests.support.window.steps import press
 from ui.main import PAGES, Assembly
 from ui.pages.preflight.controller import Standing
 from ui.pages.preflight.page import PreflightPage
@@ -26,8 +26,7 @@ def click(qtbot: QtBot, assembly: Assembly, name: str) -> None:
     assert widget is not None, name
     assert widget.isVisible(), name
     assert widget.isEnabled(), name
-    settle(widget)
-    qtbot.mouseClick(widget, Qt.MouseButton.LeftButton)
+    press(qtbot, widget)
 
 
 def test_from_the_icon_to_go(qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -65,8 +64,7 @@ def test_from_the_icon_to_go(qtbot: QtBot, qapp: QApplication, tmp_path: Path, m
                 break
             set_down = page.strip.button("set_down")
             button = set_down if set_down is not None and set_down.isVisible() else page.buttons.run
-            settle(button)
-            qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
+            press(qtbot, button)
             wait_verdict(qtbot, page)
         assert page.banner.announcement.word == "READY"
         assert benches.module("demo").state().tilt_deg == 0  # by the button that said so
@@ -94,6 +92,5 @@ def test_what_stands_at_first_says_what_to_do(qtbot: QtBot, qapp: QApplication, 
             button = main.notice_bar.button("choose_port")
             assert button is not None, entry.key
             assert button.isVisible(), entry.key
-        settle(button)
-        qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
+        press(qtbot, button)
         assert main.panel.isVisible()

@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
@@ -37,7 +36,7 @@ from tests.support.window.fakes_ui import (
     wait_online,
     window,
 )
-from tests.support.window.steps import settle
+from tests.support.window.steps import press
 from ui.acts.confirm import Confirm
 from ui.main import PAGES, Assembly
 from ui.shell.main_window import MainWindow
@@ -286,10 +285,7 @@ def test_the_notice_leads_to_why(qtbot: QtBot, qapp: QApplication, tmp_path: Pat
         page.go_to("traffic")
         assembly.connector.connect_to(Target(str(tmp_path / "ttyNONE"), 115200))
         qtbot.waitUntil(lambda: assembly.window.notice_bar.button("why") is not None, timeout=WAIT_MS)
-        button = assembly.window.notice_bar.button("why")
-        assert button is not None
-        settle(button)
-        qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
+        press(qtbot, assembly.window.notice_bar.button("why"))
         assert assembly.window.stack.currentWidget() is page
         why: Any = assembly.window.findChild(QWidget, "why_panel")
         qtbot.waitUntil(why.isVisible, timeout=WAIT_MS)

@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QApplication, QPushButton, QWidget
+from PySide6.QtWidgets import QApplication, QPushButton
 from pytestqt.qtbot import QtBot
 
 from app.diagnosis.link_state import Phase
@@ -13,18 +13,13 @@ from app.engine.target import Target
 from app.engine.worker import Batch
 from app.text.i18n import language
 from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
-from tests.support.window.steps import settle
+from tests.support.window.steps import notice_text, press
 from ui.core.preferences import LastPort, Preferences
 from ui.main import Assembly, WindowOptions
 from ui.services.context import PageEntry, Services
 from ui.services.page import Page, StreamPage
 from ui.style.icons import Icon
 from ui.style.theme import Choice, Meaning
-
-
-def click(qtbot: QtBot, widget: QWidget) -> None:
-    settle(widget)
-    qtbot.mouseClick(widget, Qt.MouseButton.LeftButton)
 
 
 def choose(assembly: Assembly, key: str) -> QPushButton:
@@ -69,10 +64,10 @@ def test_closing_an_active_module_asks_and_locks(qtbot: QtBot, qapp: QApplicatio
         wait_online(qtbot, assembly)
         assert not assembly.window.close()
         assert assembly.window.isVisible()
-        click(qtbot, choose(assembly, "stay"))
+        press(qtbot, choose(assembly, "stay"))
         assert assembly.window.notice_bar.notice is None
         assert not assembly.window.close()
-        click(qtbot, choose(assembly, "lock_and_leave"))
+        press(qtbot, choose(assembly, "lock_and_leave"))
         qtbot.waitUntil(lambda: not assembly.window.isVisible(), timeout=WAIT_MS)
         assert not bench.state().is_active
 
@@ -109,7 +104,7 @@ def test_disconnecting_an_active_module_asks(qtbot: QtBot, qapp: QApplication, t
         wait_online(qtbot, assembly)
         qtbot.keyClick(assembly.window, Qt.Key.Key_D, Qt.KeyboardModifier.ControlModifier)
         assert assembly.connector.is_open
-        click(qtbot, choose(assembly, "leave_active"))
+        press(qtbot, choose(assembly, "leave_active"))
         qtbot.waitUntil(lambda: assembly.connector.state.phase is Phase.CLOSED, timeout=WAIT_MS)
         assert bench.state().is_active
 
@@ -124,9 +119,7 @@ def test_a_lost_active_is_said_with_its_age(qtbot: QtBot, qapp: QApplication, tm
         qtbot.waitUntil(lambda: "ago" in activation.accessibleName(), timeout=WAIT_MS)
         assert (activation.word, activation.meaning) == ("was ACTIVE", Meaning.ATTENTION)
         qtbot.waitUntil(lambda: assembly.window.notice_bar.notice is not None, timeout=WAIT_MS)
-        notice = assembly.window.notice_bar.notice
-        assert notice is not None
-        assert "Last heard ACTIVE" in notice.text
+        assert "Last heard ACTIVE" in notice_text(assembly.window.notice_bar)
         assert not assembly.window.top_bar.lock.isEnabled()
 
 

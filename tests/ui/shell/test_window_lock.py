@@ -6,22 +6,17 @@ from pathlib import Path
 
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QApplication, QWidget
+from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.engine.target import Target
 from app.simulator.bench import SimulatedBench
 from protocol.catalogue import ACTIVATION
 from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
-from tests.support.window.steps import settle
+from tests.support.window.steps import notice_text, press
 from ui.main import Assembly
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Notice
-
-
-def click(qtbot: QtBot, widget: QWidget) -> None:
-    settle(widget)
-    qtbot.mouseClick(widget, Qt.MouseButton.LeftButton)
 
 
 @pytest.mark.parametrize("way", ["click", "key"])
@@ -32,7 +27,7 @@ def test_lock_is_one_gesture(qtbot: QtBot, qapp: QApplication, tmp_path: Path, w
         wait_online(qtbot, assembly)
         qtbot.waitUntil(assembly.window.top_bar.lock.isEnabled, timeout=WAIT_MS)
         if way == "click":
-            click(qtbot, assembly.window.top_bar.lock)
+            press(qtbot, assembly.window.top_bar.lock)
         else:
             qtbot.keyClick(assembly.window, Qt.Key.Key_L, Qt.KeyboardModifier.ControlModifier)
         qtbot.waitUntil(lambda: not bench.state().is_active, timeout=WAIT_MS)
@@ -70,8 +65,8 @@ def test_it_is_repeated_and_shown_until_the_module_reports_it(qtbot: QtBot, qapp
     with active_module(qtbot, qapp, tmp_path, "repeated") as (assembly, bench):
         times = lossy(bench, 5)
         bar = assembly.window.notice_bar
-        click(qtbot, assembly.window.top_bar.lock)
-        qtbot.waitUntil(lambda: bar.notice is not None and "LOCK sent 3×, not yet" in bar.notice.text, timeout=WAIT_MS)
+        press(qtbot, assembly.window.top_bar.lock)
+        qtbot.waitUntil(lambda: "LOCK sent 3×, not yet" in notice_text(bar), timeout=WAIT_MS)
         assert bar.notice is not None
         assert bar.notice.meaning is Meaning.ATTENTION
         qtbot.waitUntil(lambda: not bench.state().is_active, timeout=WAIT_MS)
@@ -86,9 +81,9 @@ def test_lock_pressed_again_leaves_at_once_again(qtbot: QtBot, qapp: QApplicatio
     with active_module(qtbot, qapp, tmp_path, "twice") as (assembly, bench):
         times = lossy(bench, 1)
         lock = assembly.window.top_bar.lock
-        click(qtbot, lock)
+        press(qtbot, lock)
         qtbot.waitUntil(lambda: len(times) == 1, timeout=WAIT_MS)
-        click(qtbot, lock)
+        press(qtbot, lock)
         qtbot.waitUntil(lambda: "LOCKED" in assembly.window.status_bar.passing.text(), timeout=WAIT_MS)
         assert not bench.state().is_active
         assert len(times) >= 2
@@ -97,7 +92,7 @@ def test_lock_pressed_again_leaves_at_once_again(qtbot: QtBot, qapp: QApplicatio
 def test_escape_does_not_end_it(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with active_module(qtbot, qapp, tmp_path, "escape") as (assembly, bench):
         times = lossy(bench, 4)
-        click(qtbot, assembly.window.top_bar.lock)
+        press(qtbot, assembly.window.top_bar.lock)
         qtbot.waitUntil(lambda: len(times) == 2, timeout=WAIT_MS)
         qtbot.keyClick(assembly.window, Qt.Key.Key_Escape)
         qtbot.waitUntil(lambda: not bench.state().is_active, timeout=WAIT_MS)
@@ -106,7 +101,7 @@ def test_escape_does_not_end_it(qtbot: QtBot, qapp: QApplication, tmp_path: Path
 def fail(qtbot: QtBot, assembly: Assembly, bench: SimulatedBench, monkeypatch: pytest.MonkeyPatch) -> Notice:
     monkeypatch.setattr("app.engine.procedure.LOCKS_FOR_S", 0.5)
     bench.change(mute=True)
-    click(qtbot, assembly.window.top_bar.lock)
+    press(qtbot, assembly.window.top_bar.lock)
     bar = assembly.window.notice_bar
     qtbot.waitUntil(lambda: bar.button("lock_again") is not None, timeout=WAIT_MS)
     assert bar.notice is not None
@@ -124,8 +119,7 @@ def test_a_lock_that_fails_is_said_on_every_page_until_the_module_reports_that_i
         bar = assembly.window.notice_bar
         assembly.window.attention.stay()
         qtbot.keyClick(assembly.window, Qt.Key.Key_Escape)
-        assert bar.notice is not None
-        assert "treat the module as ACTIVE" in bar.notice.text
+        assert "treat the module as ACTIVE" in notice_text(bar)
         bench.heal()
         bench.change(mute=False)
         bench.module.activate(is_active=False)  # somebody locks it in another way
@@ -158,14 +152,12 @@ def test_whoever_closes_while_it_is_not_reported_is_asked(
 def test_it_is_sent_again_when_the_port_comes_back_in_time(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with active_module(qtbot, qapp, tmp_path, "returns") as (assembly, bench):
         bench.change(mute=True)
-        click(qtbot, assembly.window.top_bar.lock)
+        press(qtbot, assembly.window.top_bar.lock)
         qtbot.waitUntil(lambda: assembly.lock.is_going_on, timeout=WAIT_MS)
         bench.unplug()
         qtbot.waitUntil(lambda: not assembly.connector.is_open, timeout=WAIT_MS)
         assert assembly.lock.is_going_on
-        notice = assembly.window.notice_bar.notice
-        assert notice is not None
-        assert "when the port is back" in notice.text
+        assert "when the port is back" in notice_text(assembly.window.notice_bar)
         bench.heal()
         bench.change(mute=False)
         bench.plug()
@@ -176,7 +168,7 @@ def test_it_is_sent_again_when_the_port_comes_back_in_time(qtbot: QtBot, qapp: Q
 def test_what_is_activated_on_purpose_is_not_locked_again(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with active_module(qtbot, qapp, tmp_path, "purpose") as (assembly, bench):
         times = lossy(bench, 100)
-        click(qtbot, assembly.window.top_bar.lock)
+        press(qtbot, assembly.window.top_bar.lock)
         qtbot.waitUntil(lambda: len(times) >= 2, timeout=WAIT_MS)
         assembly.lock.end()
         qtbot.waitUntil(lambda: not assembly.lock.is_going_on, timeout=WAIT_MS)

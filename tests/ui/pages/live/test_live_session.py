@@ -19,6 +19,7 @@ from app.procedures.stream import StreamSwitch
 from app.recordings.recording import open_recording
 from tests.support.records.recordings_made import CLOSED, OPEN, WAIT_S, batch, report
 from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
+from tests.support.window.steps import notice_text
 from ui.core.bridge import Bridge
 from ui.main import PAGES
 from ui.pages.live.page import LivePage
@@ -281,7 +282,7 @@ def test_a_disk_that_takes_nothing_is_said_and_the_link_goes_on(
         assembly.connector.connect_to(Target("sim://unkept", 115200))
         wait_online(qtbot, assembly)
         bar, sign = assembly.window.notice_bar, assembly.window.recording_sign
-        qtbot.waitUntil(lambda: bar.notice is not None and "Not recording" in bar.notice.text, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: "Not recording" in notice_text(bar), timeout=WAIT_MS)
         assert bar.button("recordings") is not None
         assert sign.label.text() == "Not recorded"
         assert assembly.connector.is_open

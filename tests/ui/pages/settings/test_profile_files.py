@@ -15,7 +15,7 @@ from app.simulator import bench as benches
 from tests.support.window import walk
 from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
 from tests.support.window.settings_bench import ENTRIES, Desk, desk
-from tests.support.window.steps import settle
+from tests.support.window.steps import notice_text, press
 from ui.services.storage import Storage
 from ui.widgets.notice_bar import NoticeBar
 
@@ -96,8 +96,7 @@ def test_a_profile_against_the_advice_is_warned_about(qtbot: QtBot, qapp: QAppli
     with desk(qtbot, qapp, tmp_path) as one:
         open_by_dialog(one, profile_file(tmp_path, PROFILE.replace("= 65", "= 40")))
         one.click("profile_apply")
-        assert one.settings.strip.notice is not None
-        assert "55° or more" in one.settings.strip.notice.text
+        assert "55° or more" in notice_text(one.settings.strip)
         assert one.changes() == []
 
 
@@ -184,10 +183,7 @@ def test_a_baud_change_that_was_broken_off_is_picked_up_at_the_next_start(
             return button if button is not None and button.isVisible() else None
 
         qtbot.waitUntil(lambda: shown() is not None, timeout=WAIT_MS)
-        button = shown()
-        assert button is not None
-        settle(button)
-        qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
+        press(qtbot, shown())
         wait_online(qtbot, assembly)
         qtbot.waitUntil(lambda: not assembly.storage.store.pending_bauds(), timeout=WAIT_MS)  # type: ignore[union-attr]
         assert assembly.connector.connection.baud_rate == benches.module("crashed").module.baud_rate == module_rate

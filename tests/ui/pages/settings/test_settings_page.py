@@ -18,7 +18,7 @@ from app.text.i18n import CHINESE
 from protocol.link_states import Presence
 from tests.support.records.kept_settings import kept_settings
 from tests.support.window.settings_bench import choose, desk, notice, reason, state, type_into, write
-from tests.support.window.steps import let_lay_out
+from tests.support.window.steps import let_lay_out, notice_text
 from ui.style.theme import Meaning
 from ui.widgets.step_button import is_in_sight
 
@@ -350,7 +350,7 @@ def test_what_the_module_does_by_itself_is_said_on_every_page(qtbot: QtBot, qapp
         one.go_to("commands")
         bar = one.assembly.window.notice_bar
         one.bench.restart()
-        one.until(lambda: bar.notice is not None and "The module restarted" in bar.notice.text)
+        one.until(lambda: "The module restarted" in notice_text(bar))
         notice_ = bar.notice
         assert notice_ is not None
         assert notice_.dismiss is not None

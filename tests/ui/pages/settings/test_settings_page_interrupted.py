@@ -9,6 +9,7 @@ from app.engine.identity import Trust
 from app.settings.form import RowState
 from protocol.link_states import Presence
 from tests.support.window.settings_bench import choose, desk, notice, reason, state, type_into, write
+from tests.support.window.steps import notice_text
 from ui.style.painted_widget import Freshness
 
 TILT, TIME = "attitude_threshold_deg", "freefall_time_s"
@@ -19,8 +20,7 @@ def test_unsent_edits_are_asked_about_before_they_are_lost(qtbot: QtBot, qapp: Q
         window, bar = one.assembly.window, one.assembly.window.notice_bar
         type_into(one, "freefall_time", "1.2")
         window.disconnect_port()
-        assert bar.notice is not None
-        assert "Settings not written: 1" in bar.notice.text
+        assert "Settings not written: 1" in notice_text(bar)
         choose(one, "stay", bar)
         assert one.assembly.connector.is_open
         assert one.find(QLineEdit, "freefall_time_wanted").text() == "1.2"
