@@ -7,7 +7,7 @@ from protocol.catalogue import BY_NAME, SETTINGS
 from protocol.fields import Value
 
 
-def test_the_figures_of_a_fall() -> None:
+def test_height_and_speed_of_a_fall() -> None:
     fall = fall_after(1.6)
     assert fall.height_m == pytest.approx(12.552512)
     assert fall.speed_m_s == pytest.approx(15.69064)
@@ -44,12 +44,12 @@ def test_sentences(name: str, value: Value, sentences: list[str]) -> None:
     assert [one.sentence for one in consequences(BY_NAME[name], value)] == sentences
 
 
-def test_standing_still_that_counts_as_falling_is_grave() -> None:
+def test_a_threshold_that_counts_rest_as_falling_is_grave() -> None:
     said = consequences(BY_NAME["freefall_acceleration"], 1.0)
     assert [one.weight for one in said] == [Weight.GRAVE, Weight.AGAINST_ADVICE]
 
 
-def test_every_value_that_a_byte_carries_is_explained() -> None:
+def test_every_value_of_a_byte_has_a_consequence() -> None:
     for command in SETTINGS:
         assert command.write is not None
         for raw in sorted(command.write.allowed):

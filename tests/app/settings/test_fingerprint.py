@@ -27,11 +27,11 @@ def code(**changed: Value) -> str:
     return found
 
 
-def test_the_code_is_the_same_today_and_tomorrow() -> None:
+def test_the_code_never_changes_between_versions() -> None:
     assert code() == "JFKY-2WSC"  # printed on stickers: never changes
 
 
-def test_the_same_settings_give_the_same_code_whatever_else_is_known() -> None:
+def test_only_the_covered_settings_decide_the_code() -> None:
     assert code() == code(freefall_time_s=1.60, attitude_threshold_deg=60.0)
     assert code() == code(attitude_trigger=True, serial_output=False, baud_rate=9600)
     assert {command.name for command in set(SETTINGS) - set(COVERED)} == {
@@ -48,7 +48,7 @@ def test_every_setting_changes_the_code() -> None:
     assert len(codes) == 1 + 4 * 255
 
 
-def test_what_is_unknown_is_said_and_gives_another_code() -> None:
+def test_missing_settings_are_reported_and_change_the_code() -> None:
     partly = {key: value for key, value in USUAL.items() if key != "freefall_time_s"}
     found = fingerprint(partly)
     assert [command.key for command in found.missing] == ["freefall_time_s"]

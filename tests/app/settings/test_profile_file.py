@@ -89,7 +89,7 @@ def test_all_errors_at_once_each_with_its_line() -> None:
     ]
 
 
-def test_what_is_no_toml_and_what_is_wrong_otherwise_are_told_together() -> None:
+def test_syntax_errors_and_invalid_values_are_reported_together() -> None:
     text = 'name = "x\nfreefall_time_s = = 2\nfreefall_acceleration_g = 0.55\nlight_threshold_v = 1.8 1.9\n'
     assert [line for line, _ in faults(text)] == [1, 2, 3, 4]
 
@@ -130,7 +130,7 @@ def test_one_error(text: str, line: int | None, part: str) -> None:
     assert sentence.isprintable()
 
 
-def test_a_newer_format_is_refused_politely_and_for_nothing_else() -> None:
+def test_a_newer_format_is_the_only_error_reported() -> None:
     ((line, sentence),) = faults('format = 2\nname = ["of", "tomorrow"]\n')
     assert line is None
     assert sentence == "Format 2 needs a newer version of this program."
@@ -151,7 +151,7 @@ def test_a_newer_format_is_refused_politely_and_for_nothing_else() -> None:
     ],
     ids=["10 MB", "UTF-16", "nested", "dotted", "zeros", "open", "brackets", "errors", "turned"],
 )  # fmt: skip
-def test_hostile_files_are_refused_in_good_order(data: bytes) -> None:
+def test_hostile_files_are_refused_with_short_printable_errors(data: bytes) -> None:
     with pytest.raises(ProfileRefused) as refused:
         parse_profile(data)
     assert 1 <= len(refused.value.sentences) <= profile_file.MOST_ERRORS
@@ -160,12 +160,12 @@ def test_hostile_files_are_refused_in_good_order(data: bytes) -> None:
         assert len(sentence) < 300
 
 
-def test_emoji_and_arabic_are_texts_like_others() -> None:
+def test_emoji_and_arabic_are_kept() -> None:
     profile = Profile(name="🪂 مظلة 降落伞 👩‍🚀", airframe="שלום")
     assert parse_profile(profile_text(profile).encode()) == profile
 
 
-def test_a_file_that_is_not_there_or_has_no_name(tmp_path: Path) -> None:
+def test_a_missing_file_and_a_profile_without_a_name(tmp_path: Path) -> None:
     with pytest.raises(ProfileRefused, match="cannot be read"):
         read_profile(tmp_path / "none.toml")
     with pytest.raises(ProfileRefused):
@@ -176,7 +176,7 @@ def test_a_file_that_is_not_there_or_has_no_name(tmp_path: Path) -> None:
     assert read_profile(tmp_path / "H6.toml").name == "H6"
 
 
-def test_saving_is_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_saving_is_atomic(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "p.toml"
     old = Profile(name="old", settings={"freefall_time_s": 1.2})
     save_profile(path, old)
@@ -254,7 +254,7 @@ def test_any_bytes_are_read_or_refused(data: bytes) -> None:
         parse_profile(data)
 
 
-def test_errors_in_a_later_manual_item_are_told_at_their_own_line() -> None:
+def test_errors_in_manual_items_have_their_own_lines() -> None:
     text = """[[manual]]
 text = "Bridle free"
 [[manual]]

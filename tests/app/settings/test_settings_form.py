@@ -48,7 +48,7 @@ def test_the_rows_are_all_settings_but_the_baud_rate() -> None:
     assert len(FORM_COMMANDS) == len(set(FORM_COMMANDS))
 
 
-def test_what_was_never_said_is_unknown_and_no_default_stands_in_for_it() -> None:
+def test_unknown_values_are_never_replaced_by_defaults() -> None:
     rows = SettingsForm().rows(DeviceView(), NOW)
     assert {one.state for one in rows} == {RowState.UNKNOWN}
     assert all(one.wanted is None and one.stands is None and not one.is_pending for one in rows)
@@ -68,7 +68,7 @@ def test_the_state_says_how_it_is_known(how: How, stale_reason: StaleReason | No
     assert row(SettingsForm(), TILT, device(how, stale_reason)).state is state
 
 
-def test_an_edit_is_pending_until_it_is_what_stands() -> None:
+def test_an_edit_is_pending_until_the_module_has_it() -> None:
     form = SettingsForm()
     form.type_text(TILT, "70")
     assert (row(form, TILT).state, row(form, TILT).is_pending) == (RowState.EDITED, True)
@@ -90,7 +90,7 @@ def test_an_edit_is_pending_until_it_is_what_stands() -> None:
         (TILT, "six", "a number is needed"),
     ],
 )
-def test_what_no_byte_carries_is_refused_while_typing(key: str, text: str, why: str) -> None:
+def test_invalid_values_are_refused_while_typing(key: str, text: str, why: str) -> None:
     form = SettingsForm()
     form.type_text(key, text)
     assert (row(form, key).state, row(form, key).reason) == (RowState.INVALID, why)
@@ -98,13 +98,13 @@ def test_what_no_byte_carries_is_refused_while_typing(key: str, text: str, why: 
     assert form.count_unsent(device(), NOW) == 1  # leaving would lose it all the same
 
 
-def test_a_comma_is_a_point() -> None:
+def test_a_comma_is_a_decimal_point() -> None:
     form = SettingsForm()
     form.type_text(TIME, "1,2")
     assert row(form, TIME).wanted == 1.2
 
 
-def test_typing_is_one_step_of_undo_and_leaving_the_field_begins_another() -> None:
+def test_typing_is_one_undo_step_until_the_field_is_left() -> None:
     form = SettingsForm()
     for text in ("7", "75"):
         form.type_text(TILT, text)
@@ -141,7 +141,7 @@ def test_defaults_and_revert_are_steps_too() -> None:
     assert row(form, TILT).wanted == 60
 
 
-def test_nothing_can_be_edited_while_it_is_written() -> None:
+def test_nothing_can_be_edited_while_writing() -> None:
     form = SettingsForm()
     form.choose(TILT, 70)
     form.begin_write(form.changes(device(), NOW))
@@ -151,7 +151,7 @@ def test_nothing_can_be_edited_while_it_is_written() -> None:
     assert not form.changes(device(), NOW)
 
 
-def test_verified_is_said_only_where_it_was_read_back_and_still_stands() -> None:
+def test_verified_needs_a_read_back_that_still_holds() -> None:
     form = SettingsForm()
     form.choose(TILT, 70)
     after = device(changes={TILT: 70})
@@ -164,7 +164,7 @@ def test_verified_is_said_only_where_it_was_read_back_and_still_stands() -> None
     assert row(form, TILT, after).state is RowState.READ
 
 
-def test_what_cannot_be_read_back_is_never_verified() -> None:
+def test_a_setting_that_cannot_be_read_back_is_never_verified() -> None:
     form = SettingsForm()
     form.choose(FLAG, False)
     write(form, written(FLAG, False))
@@ -172,7 +172,7 @@ def test_what_cannot_be_read_back_is_never_verified() -> None:
 
 
 @pytest.mark.parametrize("fault", [fault for fault in WriteFault if fault is not WriteFault.NOT_ALLOWED])
-def test_a_row_stays_red_until_what_stands_is_what_was_wanted(fault: WriteFault) -> None:
+def test_a_row_stays_failed_until_the_module_has_the_value(fault: WriteFault) -> None:
     form = SettingsForm()
     form.choose(TILT, 130)
     write(form, written(TILT, 130, stands=90, fault=fault, verified=False))
@@ -186,7 +186,7 @@ def test_a_row_stays_red_until_what_stands_is_what_was_wanted(fault: WriteFault)
     assert not form.has_drafts
 
 
-def test_an_acknowledgement_alone_is_no_proof_where_the_module_can_be_asked() -> None:
+def test_an_acknowledgement_proves_nothing_where_the_setting_can_be_read() -> None:
     form = SettingsForm()
     form.choose(TILT, 70)
     write(form, written(TILT, 70, fault=WriteFault.NO_READ_BACK, verified=False))
@@ -195,7 +195,7 @@ def test_an_acknowledgement_alone_is_no_proof_where_the_module_can_be_asked() ->
     assert row(form, TILT, device(changes={TILT: 70})).state is RowState.READ
 
 
-def test_reverting_wants_what_stands_so_it_is_red_no_more() -> None:
+def test_reverting_ends_a_failure() -> None:
     form = SettingsForm()
     form.choose(TILT, 130)
     write(form, written(TILT, 130, stands=60, fault=WriteFault.REFUSED, verified=False))
@@ -203,14 +203,14 @@ def test_reverting_wants_what_stands_so_it_is_red_no_more() -> None:
     assert row(form, TILT).state is RowState.READ
 
 
-def test_what_was_refused_before_it_was_sent_is_merely_edited() -> None:
+def test_a_change_refused_before_sending_stays_edited() -> None:
     form = SettingsForm()
     form.choose(TILT, 70)
     write(form, written(TILT, 70, fault=WriteFault.NOT_ALLOWED, verified=False))
     assert row(form, TILT).state is RowState.EDITED
 
 
-def test_a_write_that_is_broken_off_claims_nothing() -> None:
+def test_an_aborted_write_counts_as_failed() -> None:
     form = SettingsForm()
     form.choose(TILT, 70)
     form.begin_write(form.changes(device(), NOW))
@@ -220,7 +220,7 @@ def test_a_write_that_is_broken_off_claims_nothing() -> None:
     assert not form.written
 
 
-def test_undo_does_not_want_again_what_has_been_written() -> None:
+def test_undo_skips_values_that_were_written() -> None:
     form = SettingsForm()
     form.choose(TIME, 1.2)
     form.choose(TILT, 70)
@@ -243,7 +243,7 @@ def test_against_the_advice_needs_a_second_click(key: str, value: Value, is_warn
     assert row(form, key).consequences
 
 
-def test_the_figures_follow_what_is_wanted_else_what_stands() -> None:
+def test_consequences_are_of_the_edited_value_else_of_the_modules() -> None:
     form = SettingsForm()
     assert "12.6 m" in row(form, TIME).consequences[0].sentence
     form.type_text(TIME, "0.8")
@@ -253,7 +253,7 @@ def test_the_figures_follow_what_is_wanted_else_what_stands() -> None:
     assert not row(SettingsForm(), TIME, device(stale_reason=StaleReason.RESTARTED)).consequences
 
 
-def test_a_power_cycle_stamps_the_rows_until_they_are_written_again() -> None:
+def test_the_result_of_a_power_cycle_stays_until_the_next_write() -> None:
     form = SettingsForm()
     form.set_retentions({TILT: SettingRetention(70, Retention.LOST, 60)})
     assert row(form, TILT).retention == SettingRetention(70, Retention.LOST, 60)
@@ -272,7 +272,7 @@ def test_another_module_starts_from_nothing() -> None:
     assert row(form, TILT).state is RowState.READ
 
 
-def test_values_are_spoken_with_their_unit() -> None:
+def test_values_are_shown_with_their_unit() -> None:
     assert value_text(BY_KEY[TIME], 1.6) == "1.60 s"
     assert value_text(BY_KEY[FLAG], False) == "Disabled"
     assert plain_text(BY_NAME["freefall_acceleration"], 0.5) == "0.5"

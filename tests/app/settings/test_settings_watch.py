@@ -47,7 +47,7 @@ def test_a_later_change_takes_verified_away_and_says_so() -> None:
     assert row.reason == "Was 1.20 s, now 0.20 s; not written here."
 
 
-def test_a_setting_that_was_never_written_and_changes_is_named_and_accepted_by_reading() -> None:
+def test_an_unwritten_change_is_reported_until_it_is_accepted() -> None:
     rig, form = verified_rig()
     rig.bench.module.memory.attitude_threshold = 200
     rig.step_for(11.0)
@@ -57,7 +57,7 @@ def test_a_setting_that_was_never_written_and_changes_is_named_and_accepted_by_r
     assert states(form, rig)["attitude_threshold_deg"] is RowState.READ
 
 
-def test_what_a_write_changed_besides_is_named() -> None:
+def test_a_side_effect_of_a_write_is_reported() -> None:
     rig, form = settled_rig(**{"cross-talk": "22:20=C8"}), SettingsForm()
     watched(rig)
     rig.step_for(4.0)
@@ -70,7 +70,7 @@ def test_what_a_write_changed_besides_is_named() -> None:
     assert (found[KEY], found["attitude_threshold_deg"]) == (RowState.VERIFIED, RowState.CHANGED)
 
 
-def test_one_damaged_frame_is_asked_for_again_at_once() -> None:
+def test_a_single_differing_reading_is_repeated_at_once() -> None:
     rig, form = verified_rig()
     memory, line_write, answers = rig.bench.module.memory, rig.line.write, [77, 120]
 
@@ -86,7 +86,7 @@ def test_one_damaged_frame_is_asked_for_again_at_once() -> None:
     assert states(form, rig)[KEY] is RowState.VERIFIED
 
 
-def test_a_slow_line_keeps_nothing_waiting() -> None:
+def test_a_slow_line_delays_no_poll_too_long() -> None:
     rig = settled_rig(delay_ms=150, stream="silent")
     watched(rig)
     rig.step_for(60.0)

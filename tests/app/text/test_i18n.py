@@ -67,7 +67,7 @@ def test_a_translation_that_cannot_be_filled_in_gives_the_english(
     assert "cannot be filled in" in caplog.text
 
 
-def test_a_text_that_does_not_fit_its_values_is_our_own_fault() -> None:
+def test_an_english_text_that_does_not_fit_its_values_raises() -> None:
     with pytest.raises(KeyError):
         tr("{name}", other=1)
 
@@ -88,7 +88,7 @@ def test_an_unknown_language_is_refused_and_changes_nothing() -> None:
     assert i18n.language() == "en"
 
 
-def test_chinese_is_there() -> None:
+def test_chinese_can_be_set() -> None:
     set_language("zh_CN")
     assert i18n.language() == "zh_CN"
 

@@ -21,7 +21,7 @@ SENTENCES = (
 
 
 @pytest.mark.parametrize("text", SENTENCES)
-def test_a_pseudo_text_is_longer_and_keeps_what_is_no_language(text: str) -> None:
+def test_a_pseudo_text_is_longer_and_keeps_placeholders(text: str) -> None:
     made = pseudo(text)
     assert 1.3 <= len(made) / len(text) <= 1.8
     assert (made[0], made[-1]) == ("[", "]")
@@ -72,7 +72,7 @@ class Row(QWidget):
         self.show()
 
 
-def test_the_finder_finds_what_is_squeezed(qtbot: QtBot) -> None:
+def test_squeezed_texts_are_found(qtbot: QtBot) -> None:
     assert cut_off(Row(qtbot, width=500)) == []
     narrow = Row(qtbot, width=500)
     narrow.label.setFixedWidth(40)
@@ -86,7 +86,7 @@ def test_the_finder_finds_what_is_squeezed(qtbot: QtBot) -> None:
     assert cut_off(narrow) == []
 
 
-def test_the_finder_finds_what_lies_on_or_outside(qtbot: QtBot) -> None:
+def test_overlapping_and_outside_widgets_are_found(qtbot: QtBot) -> None:
     one = QWidget()
     qtbot.addWidget(one)
     one.resize(300, 100)
@@ -100,7 +100,7 @@ def test_the_finder_finds_what_lies_on_or_outside(qtbot: QtBot) -> None:
     assert "outside its parent" in found
 
 
-def test_the_finder_finds_a_wrapped_text_without_height(qtbot: QtBot) -> None:
+def test_wrapped_texts_without_height_are_found(qtbot: QtBot) -> None:
     one = QWidget()
     qtbot.addWidget(one)
     label = QLabel("words that need three lines or four", wordWrap=True)

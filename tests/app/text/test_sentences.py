@@ -14,17 +14,17 @@ def in_english_again() -> Iterator[None]:
     set_language(ENGLISH)
 
 
-def test_sentences_are_parted_as_their_language_does() -> None:
+def test_sentences_are_joined_as_in_their_language() -> None:
     assert together(["Fires at 20°.", "", "Rearms at 10°."]) == "Fires at 20°. Rearms at 10°."
     assert together(["在 20° 开伞。", "在 10° 复位。"]) == "在 20° 开伞。在 10° 复位。"
 
 
-def test_names_are_listed_as_the_language_in_use_does() -> None:
+def test_names_are_joined_with_the_comma_of_the_language() -> None:
     assert listed(["Tilt", "Light"]) == "Tilt, Light"
     set_language(CHINESE)
     assert listed(["倾角", "光线"]) == "倾角、光线"
 
 
-def test_a_part_of_a_sentence_begins_one() -> None:
+def test_the_first_letter_becomes_a_capital() -> None:
     assert begun("advised: 55° or more.") == "Advised: 55° or more."
     assert begun("") == ""

@@ -23,7 +23,7 @@ from PySide6.QtWidgets import (
 SPEAK_FOR_OTHERS = {"port_list", "bundle_text", "profile_title", "profile_about"}
 """Show what an adapter, a file or a profile says of itself; nobody translates that."""
 NAMES = re.compile(
-    r"DPS-S|USB|UART|Ctrl|Shift|Alt|Esc|Del|Return|Enter|\w+\.(?:json|txt|toml|csv)|\b[0-9A-Z]{4}-[0-9A-Z]{4}\b|tty\w+|\bGO\b|\brad\b|sim://\w+"
+    r"DPS-S|USB|UART|Ctrl|Shift|Alt|Esc|Del|Return|Enter|\((?:Space|End|Down|Up)\)|\w+\.(?:json|txt|toml|csv)|\b[0-9A-Z]{4}-[0-9A-Z]{4}\b|tty\w+|\bGO\b|\brad\b|sim://\w+"
     r"|(?:[A-Z]:)?[\\/][\w.\\/~-]+"
 )
 _ROOT: Final[QModelIndex | QPersistentModelIndex] = QModelIndex()

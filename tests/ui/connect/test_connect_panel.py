@@ -42,7 +42,7 @@ def phase(assembly: Assembly) -> Phase:
 # What is said
 
 
-def test_each_trouble_is_a_sentence_with_a_next_step() -> None:
+def test_each_port_error_has_a_sentence_and_a_next_step() -> None:
     for trouble in PortTrouble:
         error = PortError(trouble, "/dev/ttyUSB0", "driver's words")
         closed = Connection(PortState.CLOSED, "/dev/ttyUSB0", 115200, error)
@@ -88,7 +88,7 @@ def test_a_module_that_answers_late_is_not_called_connected() -> None:
 
 
 @pytest.mark.parametrize(("seconds", "text"), [(0.42, "0.4 s"), (9.0, "9 s"), (150, "2 min"), (10800, "3 h")])
-def test_durations_are_as_exact_as_wanted(seconds: float, text: str) -> None:
+def test_durations(seconds: float, text: str) -> None:
     assert duration(seconds) == text
 
 
@@ -170,7 +170,7 @@ def test_the_last_adapter_is_chosen_whatever_its_name_is_now(qtbot: QtBot, qapp:
 # Failures
 
 
-def test_a_port_that_is_not_there_is_a_sentence_in_place(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_a_missing_port_is_shown_in_a_notice(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     missing = str(tmp_path / "ttyNONE")
     with window(qapp, tmp_path) as assembly:
         assembly.connector.connect_to(Target(missing, 115200))

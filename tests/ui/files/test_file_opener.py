@@ -45,7 +45,7 @@ def test_the_window_begins_with_the_file(qtbot: QtBot, qapp: QApplication, tmp_p
         assert not assembly.window.panel.isVisible()
 
 
-def test_a_file_of_no_page_is_said(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_a_file_of_unknown_type_is_reported(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
         said: list[str] = []
         assembly.window.files.say = said.append
@@ -77,7 +77,7 @@ def test_dps_s_file_opens_the_window_on_it(
     assert [one.file for one in seen] == [Path(name)]
 
 
-def test_a_file_that_is_not_there_opens_no_window(
+def test_a_missing_file_opens_no_window(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -87,7 +87,7 @@ def test_a_file_that_is_not_there_opens_no_window(
     assert "invalid choice" in capsys.readouterr().err
 
 
-def test_a_command_is_no_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_commands_take_precedence_over_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     Path("read").touch()
     Path("flight").touch()

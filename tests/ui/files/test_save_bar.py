@@ -57,7 +57,7 @@ def test_the_values_in_sight_are_saved(live: Bench, tmp_path: Path) -> None:
     assert (note.text, note.meaning) == (f"Saved to {path}. Rows: {len(rows)}.", Meaning.GOOD)
 
 
-def test_what_is_saved_is_what_was_seen_when_it_was_asked_for(live: Bench, tmp_path: Path) -> None:
+def test_saved_values_are_those_at_the_time_of_the_click(live: Bench, tmp_path: Path) -> None:
     live.say()
     path = tmp_path / "values.csv"
 
@@ -80,7 +80,7 @@ def test_no_file_without_a_choice(live: Bench, tmp_path: Path) -> None:
     assert not live.page.save.is_saving
 
 
-def test_a_file_that_cannot_be_written_is_said(live: Bench, tmp_path: Path) -> None:
+def test_a_file_that_cannot_be_written_is_reported(live: Bench, tmp_path: Path) -> None:
     live.say()
     save(live, "live_save_csv", tmp_path / "missing" / "values.csv")
     note = live.page.save.note
@@ -89,7 +89,7 @@ def test_a_file_that_cannot_be_written_is_said(live: Bench, tmp_path: Path) -> N
     assert live.page.save.csv.isEnabled()
 
 
-def test_the_picture_has_a_line_that_tells_what_it_is(live: Bench, tmp_path: Path) -> None:
+def test_the_picture_has_a_caption(live: Bench, tmp_path: Path) -> None:
     live.say()
     path = tmp_path / "live.png"
     suggested = save(live, "live_save_png", path)

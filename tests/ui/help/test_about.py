@@ -8,7 +8,7 @@ from pytestqt.qtbot import QtBot
 from ui.help.about import show_about
 
 
-def test_every_part_is_named_with_its_version_and_its_licence(qtbot: QtBot) -> None:
+def test_every_component_is_listed_with_version_and_licence(qtbot: QtBot) -> None:
     window = QWidget()
     qtbot.addWidget(window)
     box = show_about(window)

@@ -78,7 +78,7 @@ def wait_verdict(qtbot: QtBot, page: PreflightPage) -> None:
     assert page.work.standing in VERDICTS
 
 
-def test_what_stands_at_first_says_what_to_do(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_each_page_leads_to_the_list_of_ports(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     """Every page, with nothing connected: one sentence on it, and a button in sight that leads on."""
     with window(qapp, tmp_path, ports=Ports(), entries=PAGES) as assembly:
         main = assembly.window

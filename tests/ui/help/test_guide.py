@@ -63,7 +63,7 @@ def test_each_language_has_a_guide() -> None:
     assert {one.stem for one in GUIDE.glob("*.md")} == set(LANGUAGES)
 
 
-def test_what_is_bold_stands_on_the_screen() -> None:
+def test_bold_words_are_texts_of_the_window() -> None:
     words = screen_words()
     assert len(bold(text_of(ENGLISH))) > 50
     assert sorted(bold(text_of(ENGLISH)) - words.keys()) == []
@@ -126,7 +126,7 @@ def test_each_page_has_a_chapter_that_the_guide_opens_at(language: str, qtbot: Q
 
 
 @BOTH
-def test_no_mark_is_left_over(language: str, qapp: QApplication) -> None:
+def test_no_markup_is_left_over(language: str, qapp: QApplication) -> None:
     """Two stars beside a full-width sign are no mark for bold."""
     assert "*" not in rendered(language)
     assert "](" not in rendered(language)

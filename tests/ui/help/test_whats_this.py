@@ -125,7 +125,7 @@ def test_texts_follow_the_language(qtbot: QtBot, qapp: QApplication, tmp_path: P
         assert row.whatsThis() != english[1]
 
 
-def test_what_a_tooltip_says_follows_the_language_too(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_texts_from_tooltips_follow_the_language(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     button = QPushButton("x")
     button.setToolTip("one")
     explain(button)
@@ -139,7 +139,9 @@ def test_what_a_tooltip_says_follows_the_language_too(qtbot: QtBot, qapp: QAppli
     assert button.whatsThis() == "of its own"
 
 
-def test_no_turn_explains_more_than_a_few(qtbot: QtBot, qapp: QApplication, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_each_turn_explains_only_a_few_widgets(
+    qtbot: QtBot, qapp: QApplication, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """The window stays quick while a thousand widgets get their texts."""
     root = QWidget()
     qtbot.addWidget(root)
@@ -175,7 +177,7 @@ def test_no_turn_explains_more_than_a_few(qtbot: QtBot, qapp: QApplication, monk
 
 
 @OFFSCREEN
-def test_what_is_clicked_is_explained_at_that_moment(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_a_clicked_control_is_explained_at_once(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with whole_window(qtbot, qapp, tmp_path) as assembly:
         main = assembly.window
         lock = main.top_bar.lock
@@ -211,7 +213,7 @@ def test_range_and_step_are_those_of_the_byte() -> None:
     assert "115200" in what_is(BY_NAME["baud_rate"])
 
 
-def test_advice_stands_beside_the_chosen_row(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_advice_is_shown_beside_the_chosen_row(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     """In sight at 1024 x 600, not only in a tooltip."""
     with whole_window(qtbot, qapp, tmp_path) as assembly:
         assembly.window.go_to("settings")
@@ -231,7 +233,7 @@ def test_advice_stands_beside_the_chosen_row(qtbot: QtBot, qapp: QApplication, t
 
 
 @OFFSCREEN
-def test_the_help_menu_answers_and_holds_nothing_up(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_help_windows_are_modeless(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with whole_window(qtbot, qapp, tmp_path) as assembly:
         main = assembly.window
         main.top_bar.port.setFocus()
@@ -299,7 +301,7 @@ def test_the_guide_is_read_in_the_language_in_use(qtbot: QtBot, tmp_path: Path) 
     view.close()
 
 
-def test_anchors_are_those_of_a_forge() -> None:
+def test_anchors_are_those_of_github() -> None:
     assert anchor_of("What to do!") == "what-to-do"
     assert anchor_of("GO / NO-GO") == "go--no-go"
     assert anchor_of("飞行前检查") == "飞行前检查"

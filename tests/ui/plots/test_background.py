@@ -35,7 +35,7 @@ def seen(bench: Bench) -> QImage:
     return bench.plot.picture().toImage()
 
 
-def test_the_kept_picture_looks_as_painted_by_hand(bench: Bench, paintings: list[Picture]) -> None:
+def test_the_cached_background_equals_the_painted_one(bench: Bench, paintings: list[Picture]) -> None:
     seen(bench)
     QApplication.processEvents()
     bench.canvas.arrange()

@@ -11,7 +11,7 @@ from ui.plots.curve import points
 from ui.plots.view import Scale, Span, TimeView, fitting_scale
 
 
-def test_a_view_follows_until_it_is_held() -> None:
+def test_a_view_is_live_until_it_is_paused() -> None:
     view = TimeView(60)
     assert view.span(100) == Span(40, 100)
     assert view.span(101) == Span(41, 101)
@@ -47,7 +47,7 @@ def test_panning_never_goes_beyond_now() -> None:
     assert view.span(100) == Span(40, 100)
 
 
-def test_a_recording_is_seen_whole_and_never_left() -> None:
+def test_a_recording_is_shown_whole_and_bounds_the_view() -> None:
     view = TimeView(60, bounds=Span(1000, 1300))
     assert view.span(0) == Span(1000, 1300)
     assert (view.is_live, view.is_recorded, view.is_whole, view.behind_s(9999)) == (False, True, True, 0)
@@ -68,7 +68,7 @@ def test_a_recording_is_seen_whole_and_never_left() -> None:
     assert view.span(0) == Span(1000, 1300)
 
 
-def test_a_recording_of_a_single_report_can_be_looked_at() -> None:
+def test_a_recording_of_a_single_report_has_a_view() -> None:
     view = TimeView(60, bounds=Span(5.0, 5.0))
     assert view.span(0).start_s < 5.0 < view.span(0).end_s
     view.zoom(0.01, at_s=5.0, now_s=0)

@@ -112,7 +112,7 @@ def bench(qapp: QApplication, qtbot: QtBot) -> Bench:
     return Bench(qtbot)
 
 
-def test_it_follows_and_says_so(bench: Bench) -> None:
+def test_a_live_plot_follows(bench: Bench) -> None:
     assert bench.plot.is_live
     assert bench.state == "live"
     bench.plot.draw(NOW_S + 5)
@@ -144,7 +144,7 @@ def test_the_length_of_the_time_line_is_chosen(bench: Bench, qtbot: QtBot, windo
     assert bench.plot.is_live
 
 
-def test_the_wheel_zooms_only_where_it_is_meant(bench: Bench, qtbot: QtBot) -> None:
+def test_the_wheel_zooms_only_with_focus_or_ctrl(bench: Bench, qtbot: QtBot) -> None:
     none, control = Qt.KeyboardModifier.NoModifier, Qt.KeyboardModifier.ControlModifier
     assert not bench.wheel(0.5, 1, none)
     assert bench.plot.is_live
@@ -188,7 +188,7 @@ def test_everything_by_keyboard(bench: Bench, qtbot: QtBot) -> None:
     assert bench.canvas.accessibleDescription() == bench.plot.reading
 
 
-def test_the_cursor_reads_off_while_it_runs(bench: Bench, qtbot: QtBot) -> None:
+def test_the_cursor_shows_values_while_live(bench: Bench, qtbot: QtBot) -> None:
     assert bench.plot.reading == ""
     qtbot.mouseMove(bench.canvas, bench.at(0.5))
     assert bench.plot.reading.startswith("−30.0 s · ")
@@ -267,7 +267,7 @@ def test_a_limit_of_the_past_is_named_only_where_another_came_after_it(bench: Be
     assert past() == ["60"]
 
 
-def test_no_part_of_a_time_looks_out_from_under_that_of_the_cursor(bench: Bench) -> None:
+def test_the_cursor_time_covers_no_tick_label_partly(bench: Bench) -> None:
     bench.plot.point_at(NOW_S - 31)
     bench.plot.draw(NOW_S)
     picture = bench.canvas.grab().toImage()
@@ -360,9 +360,7 @@ def test_one_draw_serves_a_drag_and_its_cursor(bench: Bench, qtbot: QtBot) -> No
     assert bench.plot.cursor_s == pytest.approx(bench.plot.span.start_s + 0.7 * 60, abs=0.3)
 
 
-def test_the_last_limits_of_a_recording_are_named_although_nobody_knows_them_after_it(
-    qapp: QApplication, qtbot: QtBot
-) -> None:
+def test_the_last_limits_of_a_recording_are_labelled(qapp: QApplication, qtbot: QtBot) -> None:
     appearance.apply(qapp, LIGHT)
     bench = Bench(qtbot)
     bench.fire.put(NOW_S, None)

@@ -23,7 +23,7 @@ def choose(box: QComboBox, data: object) -> None:
     box.activated.emit(box.currentIndex())
 
 
-def test_what_is_chosen_holds_at_once_and_is_remembered(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_preferences_apply_at_once_and_are_saved(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     assert not Preferences(tmp_path / "window.ini").has_sounds  # off unless somebody wants them
     with window(qapp, tmp_path, options=WindowOptions(language="en")) as assembly:
         main = assembly.window

@@ -169,7 +169,7 @@ def secret_keys(walk: Walk) -> list[str]:
     ]  # fmt: skip
 
 
-def test_a_painted_value_is_told_again_when_it_changes(qtbot: QtBot) -> None:
+def test_painted_values_update_their_accessible_names(qtbot: QtBot) -> None:
     gauge, readout, chip = TiltGauge(), Readout("Tilt", unit="°"), StateChip("Lock")
     for widget in (gauge, readout, chip):
         qtbot.addWidget(widget)

@@ -15,7 +15,7 @@ from ui.main import PAGES
 MOST_STOPS = 200
 
 
-def test_tab_goes_everywhere_and_is_caught_nowhere(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_tab_reaches_everything_and_is_never_trapped(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with walking(qtbot, qapp, tmp_path) as walk:
         window = walk.window
         window.panel.hide()
@@ -93,7 +93,7 @@ def _told(key: QKeySequence | QKeySequence.StandardKey) -> str:
     return QKeySequence(key).toString()
 
 
-def test_what_goes_back_is_found(qtbot: QtBot) -> None:
+def test_backward_tab_steps_are_found(qtbot: QtBot) -> None:
     window = QWidget()
     qtbot.addWidget(window)
     one, below, right = (QWidget(window) for _ in range(3))

@@ -32,13 +32,13 @@ ACTS = {step: lambda: None for step in NextStep}
         ),
     ],
 )
-def test_in_trouble_the_main_button_is_the_one_that_helps(state: LinkState, main: NextStep) -> None:
+def test_the_main_button_of_a_link_notice_is_the_one_that_helps(state: LinkState, main: NextStep) -> None:
     notice = link_notice(state, 0.0, ACTS, was_active=False)
     assert notice is not None
     assert [one.key for one in notice.choices if one.is_main] == [main.value]
 
 
-def test_the_cross_never_lies_where_a_button_was(qtbot: QtBot) -> None:
+def test_the_close_button_never_takes_the_place_of_another(qtbot: QtBot) -> None:
     bar = NoticeBar(Texts())
     qtbot.addWidget(bar)
     bar.setFixedWidth(800)
@@ -55,9 +55,7 @@ def test_the_cross_never_lies_where_a_button_was(qtbot: QtBot) -> None:
     assert moved(shown[2], shown[3]) == []
 
 
-def test_after_a_trigger_and_a_restart_it_says_what_comes_next(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
+def test_notices_after_a_trigger_and_a_restart(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     pages = tuple(entry for entry in PAGES if entry.key in ("triggers", "preflight"))
     with simulated("next") as bench, window(qapp, tmp_path, entries=pages) as assembly:
         main = assembly.window

@@ -150,7 +150,7 @@ def test_it_comes_back_under_another_name(
         assert {command.query() for command in READABLE} <= set(desk.sent)
 
 
-def test_another_adapter_in_its_place_is_left_alone_and_said(
+def test_another_adapter_under_the_same_name_is_not_opened(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, desk: Desk
 ) -> None:
     first_name = desk.name
@@ -166,7 +166,7 @@ def test_another_adapter_in_its_place_is_left_alone_and_said(
         wait_back(qtbot, assembly)
 
 
-def test_another_adapter_that_takes_the_name_after_the_list_is_closed_again_and_shown_as_nothing(
+def test_another_adapter_that_takes_the_name_late_is_closed_again(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, desk: Desk
 ) -> None:
     with connected(qtbot, qapp, tmp_path, desk, ADAPTER.identity) as assembly:
@@ -191,7 +191,7 @@ def test_another_adapter_that_takes_the_name_after_the_list_is_closed_again_and_
         qtbot.waitUntil(lambda: connector.current.returns == 1, timeout=WAIT_MS)
 
 
-def test_of_two_alike_the_socket_decides_or_nothing_is_opened(
+def test_of_two_identical_adapters_the_usb_socket_decides(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, desk: Desk
 ) -> None:
     desk.others = [replace(ADAPTER, device="/dev/ttyUSB8", location="1-7")]
@@ -208,7 +208,9 @@ def test_of_two_alike_the_socket_decides_or_nothing_is_opened(
         assert assembly.connector.connection.port == desk.name
 
 
-def test_what_has_only_a_name_is_not_opened_again(qtbot: QtBot, qapp: QApplication, tmp_path: Path, desk: Desk) -> None:
+def test_a_port_without_identity_is_not_opened_again(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, desk: Desk
+) -> None:
     desk.adapter = PortInfo("")
     with connected(qtbot, qapp, tmp_path, desk, "") as assembly:
         desk.module.tell("unplug")
@@ -222,7 +224,7 @@ def test_what_has_only_a_name_is_not_opened_again(qtbot: QtBot, qapp: QApplicati
         assert not assembly.connector.is_open
 
 
-def test_a_list_that_fails_opens_nothing(qtbot: QtBot, qapp: QApplication, tmp_path: Path, desk: Desk) -> None:
+def test_a_failed_list_of_ports_opens_nothing(qtbot: QtBot, qapp: QApplication, tmp_path: Path, desk: Desk) -> None:
     with connected(qtbot, qapp, tmp_path, desk, ADAPTER.identity) as assembly:
         desk.is_listable = False
         desk.module.tell("unplug")
@@ -277,7 +279,7 @@ def test_it_comes_back_at_the_rate_at_which_it_answered(qtbot: QtBot, qapp: QApp
         assert assembly.connector.connection.baud_rate == 57600
 
 
-def test_the_notice_leads_to_why(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_the_notice_opens_the_diagnosis(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with window(qapp, tmp_path, entries=(*TRAFFIC_ALONE, *DIAGNOSIS)) as assembly:
         with qtbot.waitSignal(assembly.window.pages_made, timeout=WAIT_MS):
             pass
@@ -292,14 +294,14 @@ def test_the_notice_leads_to_why(qtbot: QtBot, qapp: QApplication, tmp_path: Pat
         assert str(tmp_path / "ttyNONE") in why.what.text()
 
 
-def test_without_that_page_there_is_no_such_button(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_without_the_diagnosis_page_there_is_no_such_button(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with window(qapp, tmp_path) as assembly:
         assembly.connector.connect_to(Target(str(tmp_path / "ttyNONE"), 115200))
         qtbot.waitUntil(lambda: assembly.window.notice_bar.button("connect_again") is not None, timeout=WAIT_MS)
         assert assembly.window.notice_bar.button("why") is None
 
 
-def test_a_port_that_is_wanted_early_is_read_while_the_pages_are_made_and_none_misses_anything(
+def test_no_page_misses_data_of_a_port_opened_early(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     ends: list[int] = []
@@ -332,9 +334,7 @@ def test_a_port_that_is_wanted_early_is_read_while_the_pages_are_made_and_none_m
         assert [one.target for one in pages["fleet"].members.connections] == [connector.target]
 
 
-def test_nothing_of_the_module_before_is_shown_for_another_port(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
+def test_another_port_shows_nothing_of_the_last_module(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("before"), window(qapp, tmp_path) as assembly:
         connector = assembly.connector
         connector.connect_to(Target("sim://before?active=yes", 115200))
@@ -347,7 +347,7 @@ def test_nothing_of_the_module_before_is_shown_for_another_port(
         assert not connector.is_active
 
 
-def test_after_a_sleep_it_is_said_and_nothing_goes_on(
+def test_a_sleep_withdraws_confirmations_and_is_shown(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     leap = {"s": 0.0}

@@ -87,7 +87,7 @@ def test_a_driver_that_never_returns(
 
 
 @POSIX_ONLY
-def test_a_full_buffer_that_nobody_reads(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_a_full_buffer_of_a_pseudo_terminal(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     terminal = Terminal()
     try:
         with window(qapp, tmp_path) as assembly:
@@ -102,7 +102,7 @@ def test_a_full_buffer_that_nobody_reads(qtbot: QtBot, qapp: QApplication, tmp_p
 
 
 @POSIX_ONLY
-def test_a_blocked_write_is_broken_off(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_blocked_write_is_cancelled(monkeypatch: pytest.MonkeyPatch) -> None:
     """Also where the driver would hold it for far longer than a write may usually take."""
     monkeypatch.setattr(transport, "WRITE_LIMIT_S", 60.0)
     terminal, batches = Terminal(), Batches()
@@ -137,7 +137,7 @@ def read_for_ever() -> Procedure[None]:
     ],
     ids=["a stream at line rate", "a slow module", "finding the rate", "reading the records", "garbage"],
 )
-def test_everything_that_may_be_under_way(
+def test_any_procedure_in_progress(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, options: dict[str, object],
     procedure: Callable[[], Procedure[object]],
 ) -> None:  # fmt: skip
@@ -209,14 +209,14 @@ def test_no_process_stays_behind(tmp_path: Path, sticks_in: str) -> None:
 # The parts
 
 
-def test_a_countdown_ends_at_nothing() -> None:
+def test_a_countdown_ends_at_zero() -> None:
     clock = iter([10.0, 10.1, 11.0])
     countdown = Countdown(0.4, lambda: next(clock))
     assert countdown.left_s == pytest.approx(0.3)
     assert countdown.left_s == 0
 
 
-def test_a_chore_that_fails_is_logged_and_over(caplog: pytest.LogCaptureFixture) -> None:
+def test_a_failing_chore_is_logged(caplog: pytest.LogCaptureFixture) -> None:
     def fail() -> None:
         raise OSError("the disk is gone")
 

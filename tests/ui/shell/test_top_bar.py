@@ -20,7 +20,7 @@ from ui.style.theme import Choice, current
 from ui.widgets.readout import StateChip, parts_of
 
 
-def test_what_is_unknown_is_named(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_unknown_states_are_named(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with window(qapp, tmp_path) as assembly:
         with watching() as drawn:
             assembly.window.top_bar.grab()
@@ -28,9 +28,7 @@ def test_what_is_unknown_is_named(qtbot: QtBot, qapp: QApplication, tmp_path: Pa
         assert said == ["Activation", "unknown", "Trigger", "unknown", "Cell", "unknown"]
 
 
-def test_the_name_of_the_module_that_is_connected_stands_at_the_top(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
+def test_the_top_bar_shows_the_name_of_the_connected_module(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("named"), window(qapp, tmp_path) as assembly:
         naming = ModuleName()
         naming.choose("M-07")
@@ -48,9 +46,7 @@ def test_the_name_of_the_module_that_is_connected_stands_at_the_top(
         assert top.name.text() == ""
 
 
-def test_the_bars_are_parted_from_the_page_over_the_whole_width(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
+def test_the_bars_have_a_line_over_the_whole_width(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with window(qapp, tmp_path) as assembly:
         main = assembly.window
         main.panel.hide()

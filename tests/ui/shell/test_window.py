@@ -72,9 +72,7 @@ def test_closing_an_active_module_asks_and_locks(qtbot: QtBot, qapp: QApplicatio
         assert not bench.state().is_active
 
 
-def test_escape_answers_the_question_with_stay_and_sends_nothing(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
+def test_escape_cancels_leaving_and_sends_nothing(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("escape") as bench, window(qapp, tmp_path) as assembly:
         bench.module.activate(is_active=True)
         assembly.connector.connect_to(Target("sim://escape", 115200))
@@ -144,12 +142,12 @@ def test_chinese_while_running(qtbot: QtBot, qapp: QApplication, tmp_path: Path)
         assert shell.navigation.item(shell.navigation.count() - 1).text() == "Traffic"
 
 
-def test_the_title_is_wholly_in_the_language_in_use(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_the_window_title_is_translated(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with window(qapp, tmp_path, options=WindowOptions(language="zh_CN")) as assembly:
         assert assembly.window.windowTitle() == qapp.applicationDisplayName() == "DPS-S 上位机"
 
 
-def test_qt_speaks_chinese_too(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_qts_own_texts_are_translated(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with window(qapp, tmp_path) as assembly:
         assembly.window.choices.use_language("zh_CN")
         assert qapp.translate("QPlatformTheme", "Cancel") == "取消"
@@ -157,7 +155,7 @@ def test_qt_speaks_chinese_too(qtbot: QtBot, qapp: QApplication, tmp_path: Path)
         assert qapp.translate("QPlatformTheme", "Cancel") == "Cancel"
 
 
-def test_what_is_chosen_is_remembered(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_preferences_are_saved(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("kept"), window(qapp, tmp_path) as assembly:
         assembly.window.choices.use_theme("dark")
         assembly.window.choices.use_language("zh_CN")
@@ -176,14 +174,14 @@ def test_what_is_chosen_is_remembered(qtbot: QtBot, qapp: QApplication, tmp_path
         assembly.appearance.choose(Choice.LIGHT)
 
 
-def test_a_spoilt_settings_file_is_no_reason_to_stop(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_a_damaged_preferences_file_is_ignored(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     (tmp_path / "window.ini").write_bytes(b"[port]\nbaud_rate=many\ndevice=@Point(1 2)\n[window]\n=\x00\xff")
     with window(qapp, tmp_path) as assembly:
         qtbot.waitUntil(assembly.window.isVisible)
     assert Preferences(tmp_path / "window.ini").theme is None
 
 
-def test_a_fault_in_a_slot_is_a_calm_line(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_an_error_in_a_slot_is_shown_in_the_status_bar(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     from ui.main import _errors_shown
 
     with window(qapp, tmp_path) as assembly, _errors_shown(assembly.window):
@@ -207,7 +205,7 @@ class Recorder(StreamPage):
         self.batches.append(batch)
 
 
-def test_the_module_streams_only_for_a_page_that_wants_it(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_the_module_streams_only_for_pages_that_need_it(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     """Where the session is not recorded; what is recorded is always streamed."""
     made: list[Recorder] = []
 
@@ -235,13 +233,13 @@ def test_the_module_streams_only_for_a_page_that_wants_it(qtbot: QtBot, qapp: QA
     assert not bench.state().is_streaming  # left as it was found
 
 
-def test_the_window_is_there_before_plots_are_loaded() -> None:
+def test_the_window_does_not_import_numpy() -> None:
     code = "import sys, ui.main; sys.exit('numpy' in sys.modules)"
     ended = subprocess.run([sys.executable, "-c", code], timeout=60, check=False)
     assert ended.returncode == 0
 
 
-def test_an_unattended_run_leaves_a_picture_and_values(tmp_path: Path) -> None:
+def test_an_unattended_run_saves_a_picture_and_values(tmp_path: Path) -> None:
     import json
 
     code = (

@@ -44,7 +44,7 @@ def notice_of(assembly: Assembly) -> str:
     return "" if notice is None else notice.text
 
 
-def test_a_list_of_ports_that_does_not_end_stops_nothing(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_a_blocked_list_of_ports_blocks_nothing_else(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     ports, beats = Ports(ADAPTER), list[float]()
     ports.hold()
     timer = QTimer()
@@ -66,7 +66,7 @@ def test_a_list_of_ports_that_does_not_end_stops_nothing(qtbot: QtBot, qapp: QAp
 
 
 @POSIX_ONLY
-def test_the_second_copy_says_who_has_the_port(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_a_port_in_use_names_the_process(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with run_module("--uptime", "60") as module:
         command = [*PROGRAM, "monitor", "--port", module.port, "--seconds", "60", "--json"]
         with subprocess.Popen(command, cwd=ROOT, env=ENVIRONMENT, text=True, stdout=subprocess.PIPE) as first:
@@ -90,7 +90,7 @@ def test_the_second_copy_says_who_has_the_port(qtbot: QtBot, qapp: QApplication,
 
 
 @POSIX_ONLY
-def test_a_port_that_may_not_be_opened(
+def test_a_port_without_permission(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def refuse(_serial: serial.Serial) -> None:
@@ -114,9 +114,7 @@ def fill(store: Store) -> None:
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
-def test_on_a_full_disk_it_goes_on_and_sends_nothing_dangerous(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
+def test_a_full_disk_refuses_dangerous_acts_only(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     (tmp_path / "log").mkdir()
     (tmp_path / "log" / "dps-s.log").symlink_to("/dev/full")
     log = start_log(tmp_path / "log")
@@ -146,7 +144,7 @@ def test_on_a_full_disk_it_goes_on_and_sends_nothing_dangerous(
 
 
 @POSIX_ONLY
-def test_an_error_of_ours_beside_the_window_closes_the_port_and_is_said(
+def test_an_error_in_the_worker_closes_the_port_and_is_shown(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def fail(_session: Session, _longest_s: float) -> None:

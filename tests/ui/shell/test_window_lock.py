@@ -77,7 +77,7 @@ def test_it_is_repeated_and_shown_until_the_module_reports_it(qtbot: QtBot, qapp
         assert confirmed.sent == 6
 
 
-def test_lock_pressed_again_leaves_at_once_again(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_lock_pressed_again_is_sent_at_once(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with active_module(qtbot, qapp, tmp_path, "twice") as (assembly, bench):
         times = lossy(bench, 1)
         lock = assembly.window.top_bar.lock
@@ -137,7 +137,7 @@ def test_a_lock_that_fails_is_forgotten_with_its_module(
         qtbot.waitUntil(lambda: assembly.window.notice_bar.notice is None, timeout=WAIT_MS)
 
 
-def test_whoever_closes_while_it_is_not_reported_is_asked(
+def test_closing_with_an_unconfirmed_lock_is_confirmed(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with active_module(qtbot, qapp, tmp_path, "closing") as (assembly, bench):

@@ -23,7 +23,7 @@ FREE = QRect(0, 24, 960, 490)
         pytest.param(QRect(-500, -500, 800, 400), QRect(0, 24, 800, 400), id="beyond the corner"),
     ],
 )
-def test_a_place_is_brought_onto_the_screen(wanted: QRect, placed: QRect) -> None:
+def test_a_window_is_moved_onto_the_screen(wanted: QRect, placed: QRect) -> None:
     assert fitting(wanted, FREE) == placed
 
 

@@ -40,7 +40,7 @@ def test_with_room_it_is_one_line(qtbot: QtBot) -> None:
     assert Foot(qtbot).places(600) == [(0, 0), (step, 0), (2 * step, 0), (500, 0)]
 
 
-def test_without_it_goes_on_below_and_the_main_button_stays_last_at_the_right(qtbot: QtBot) -> None:
+def test_without_room_it_wraps_and_the_main_button_stays_last(qtbot: QtBot) -> None:
     step, below = WIDTH + Space.S, HEIGHT + Space.S
     foot = Foot(qtbot)
     assert foot.places(350) == [(0, 0), (step, 0), (2 * step, 0), (250, below)]
@@ -48,7 +48,7 @@ def test_without_it_goes_on_below_and_the_main_button_stays_last_at_the_right(qt
     assert foot.places(110) == [(0, 0), (0, below), (0, 2 * below), (10, 3 * below)]
 
 
-def test_what_is_hidden_takes_no_room(qtbot: QtBot) -> None:
+def test_hidden_widgets_take_no_room(qtbot: QtBot) -> None:
     foot = Foot(qtbot)
     foot.boxes[1].hide()
     assert foot.places(350)[3] == (250, 0)
@@ -71,7 +71,7 @@ def test_it_asks_for_the_height_that_it_takes(qtbot: QtBot) -> None:
     assert (row.count(), row.takeAt(7)) == (2, None)
 
 
-def test_a_line_that_is_shortened_is_whole_in_its_tooltip(qtbot: QtBot) -> None:
+def test_an_elided_text_is_whole_in_the_tooltip(qtbot: QtBot) -> None:
     window = QWidget()  # Windows makes none as narrow as the label
     qtbot.addWidget(window)
     label = ElidedLabel()
@@ -90,7 +90,7 @@ def test_a_line_that_is_shortened_is_whole_in_its_tooltip(qtbot: QtBot) -> None:
     assert label.grab().toImage() != wide
 
 
-def test_a_column_fills_its_widget_in_the_order_said(qtbot: QtBot) -> None:
+def test_a_column_keeps_order_margins_and_stretches(qtbot: QtBot) -> None:
     page, first, second, third = QWidget(), QWidget(), QWidget(), QWidget()
     qtbot.addWidget(page)
     inner = in_row(second, (third, Qt.AlignmentFlag.AlignRight), spacing=3)
@@ -109,7 +109,7 @@ def test_a_column_fills_its_widget_in_the_order_said(qtbot: QtBot) -> None:
     assert all(one.parentWidget() is page for one in (first, second, third))
 
 
-def test_margins_are_the_same_all_round_or_each_its_own(qtbot: QtBot) -> None:
+def test_margins_are_equal_or_separate(qtbot: QtBot) -> None:
     even, odd = in_row(1, margins=2).contentsMargins(), in_row(1, margins=(1, 2, 3, 4)).contentsMargins()
     assert (even.left(), even.bottom()) == (2, 2)
     assert (odd.left(), odd.top(), odd.right(), odd.bottom()) == (1, 2, 3, 4)

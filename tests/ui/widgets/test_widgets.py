@@ -60,7 +60,7 @@ def test_a_readout_names_caption_value_unit_limit_and_note(qtbot: QtBot) -> None
     assert one.accessibleName().startswith("光线: 0.3 V")
 
 
-def test_nothing_jumps_when_a_digit_is_added(qtbot: QtBot) -> None:
+def test_nothing_moves_when_a_digit_is_added(qtbot: QtBot) -> None:
     """The unit's pixels stay where they are, and so does the size."""
     one = Readout("Tilt", unit="V", template="000", size=Size.HERO)
     qtbot.addWidget(one)
@@ -132,7 +132,7 @@ def test_a_chip_starts_as_unknown(qtbot: QtBot) -> None:
 
 
 @pytest.mark.parametrize("one_theme", THEMES, ids=lambda one: one.name)
-def test_only_what_needs_a_person_is_filled(one_theme: theme.Theme, qapp: QApplication, qtbot: QtBot) -> None:
+def test_only_attention_and_danger_are_filled(one_theme: theme.Theme, qapp: QApplication, qtbot: QtBot) -> None:
     appearance.apply(qapp, one_theme)
     chip = StateChip("Lock")
     qtbot.addWidget(chip)
@@ -198,7 +198,7 @@ def test_the_gauge_says_tilt_age_and_threshold(qtbot: QtBot) -> None:
     assert gauge.accessibleName() == "Tilt: unknown, 60° fires"
 
 
-def test_the_gauge_draws_no_threshold_that_nobody_knows(qtbot: QtBot) -> None:
+def test_the_gauge_draws_no_unknown_threshold(qtbot: QtBot) -> None:
     gauge = TiltGauge()
     qtbot.addWidget(gauge)
     gauge.show_tilt(12)

@@ -37,7 +37,7 @@ def test_pages_are_made_after_the_first_paint(
     assert order.count("made") == 1
 
 
-def test_a_window_that_is_never_painted_is_filled_all_the_same(
+def test_a_window_that_is_never_painted_gets_its_pages(
     qapp: QApplication, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(MainWindow, "show", lambda self: None)

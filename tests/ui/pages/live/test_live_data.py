@@ -126,7 +126,7 @@ def test_a_limit_is_never_a_default() -> None:
     assert (data.fires.value, data.rearms.value, data.falls.value) == (None, None, None)
 
 
-def test_limits_follow_the_settings_and_end_with_a_doubt() -> None:
+def test_limits_follow_the_settings_until_they_are_stale() -> None:
     data = LiveData()
     sixty = device(attitude_threshold_deg=60, freefall_acceleration_g=0.5)
     take(data, batch(1.0, view=sixty), batch(2.0, view=device(attitude_threshold_deg=70)), batch(3.0, view=sixty))
@@ -295,7 +295,7 @@ def test_csv_names_the_port_and_quotes_what_needs_it() -> None:
     assert len(rows) == data.excerpt(0.0, 9.0).row_count
 
 
-def test_csv_of_many_rows_comes_in_as_many_parts_as_foretold() -> None:
+def test_csv_of_many_rows_has_the_announced_number_of_parts() -> None:
     data = LiveData()
     data.on_batch(batch(20.0, *(report(n / 1000) for n in range(12_000))))
     recording = data.excerpt(0.0, 20.0)
@@ -311,11 +311,11 @@ def test_csv_counts_from_its_first_row() -> None:
     assert [row["elapsed_s"] for row in rows][:2] == ["0.000", "0.500"]
 
 
-def test_a_stamp_carries_over_to_the_next_second() -> None:
+def test_time_stamps_round_up_to_the_next_second() -> None:
     assert TimeCells(NOON).at(0.9996)[:23] == "2026-03-01T12:00:01.000"
 
 
-def test_a_span_that_is_no_longer_kept_whole_says_so() -> None:
+def test_a_span_with_dropped_samples_is_marked() -> None:
     data = LiveData()
     data.on_batch(batch(0.0, report(0.0)))
     times = np.arange(1, 12 * 60 * 1440 + 10_000) / 1440
@@ -328,7 +328,7 @@ def test_a_span_that_is_no_longer_kept_whole_says_so() -> None:
 # Writing
 
 
-def test_a_file_is_replaced_only_by_a_whole_one(tmp_path: Path) -> None:
+def test_files_are_replaced_atomically(tmp_path: Path) -> None:
     path = tmp_path / "values.csv"
     path.write_bytes(b"before")
 
@@ -344,7 +344,7 @@ def test_a_file_is_replaced_only_by_a_whole_one(tmp_path: Path) -> None:
     assert (path.read_bytes(), names_in(tmp_path)) == (b"whole file", ["values.csv"])
 
 
-def test_saving_reports_what_went_wrong(tmp_path: Path) -> None:
+def test_saving_raises_errors_of_the_system(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError):
         write_parts(tmp_path / "missing" / "values.csv", [b"x"], 1)
 

@@ -41,7 +41,7 @@ def test_without_a_module_it_says_what_to_do(live: Bench) -> None:
     assert live.page.plot.isVisible()
 
 
-def test_the_way_out_of_the_empty_page(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_the_buttons_of_the_empty_page(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with window(qapp, tmp_path, entries=PAGES) as assembly:
         panel = assembly.window.panel
         page = live_page(qtbot, assembly)
@@ -85,7 +85,7 @@ def test_fresh_then_stale_with_its_age(live: Bench) -> None:
         ("boot_count", "live_boot_count", "Boot count: unknown"),
     ],
 )
-def test_what_was_never_said_is_unknown(live: Bench, key: str, name: str, words: str) -> None:
+def test_values_never_reported_are_unknown(live: Bench, key: str, name: str, words: str) -> None:
     live.say(leave_out=key)
     readout = live.find(Readout, name)
     assert (readout.accessibleName().rstrip(), readout.freshness) == (words, Freshness.UNKNOWN)
@@ -111,12 +111,12 @@ def test_a_threshold_that_is_not_known_is_not_drawn(live: Bench) -> None:
     assert panel.tilt.accessibleName() == "Tilt: 80°, limit 75°, over 75°"
 
 
-def test_free_fall_is_said(live: Bench) -> None:
+def test_free_fall_is_shown(live: Bench) -> None:
     live.say(acceleration_g=0.1)
     assert live.page.panel.acceleration.accessibleName() == "Acceleration: 0.1 g, free fall"
 
 
-def test_polled_and_silent_are_told_apart(live: Bench) -> None:
+def test_polled_and_silent_differ(live: Bench) -> None:
     times = [live.now_s - 2 + n / 10 for n in range(1, 21)]
     live.say(*(StatusSample(at, 3, 1.0, False, False) for at in times), is_streaming=False)
     assert live.page.panel.stream.accessibleName() == "Reports: 10 /s, polled"
@@ -177,7 +177,7 @@ def test_the_wheel_zooms_only_with_the_focus(live: Bench) -> None:
     assert live.page.plot.span.length_s < 60
 
 
-def test_what_happens_is_marked_on_the_line(live: Bench) -> None:
+def test_events_are_marked_on_the_time_line(live: Bench) -> None:
     live.say()
     live.now_s += 1
     live.say(active=True)
@@ -269,7 +269,7 @@ def live_page(qtbot: QtBot, assembly: Assembly) -> LivePage:
     return found[0]
 
 
-def test_out_of_sight_it_remembers_and_draws_nothing(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_a_hidden_page_records_but_does_not_draw(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("live") as bench, window(qapp, tmp_path, entries=PAGES) as assembly:
         page = live_page(qtbot, assembly)
         assembly.connector.connect_to(Target("sim://live", 115200))
@@ -290,7 +290,7 @@ def test_out_of_sight_it_remembers_and_draws_nothing(qtbot: QtBot, qapp: QApplic
         qtbot.waitUntil(lambda: page.plot.span.end_s > span.end_s, timeout=WAIT_MS)
 
 
-def test_beside_the_simulated_module_the_head_of_the_plots_takes_two_rows_at_most(
+def test_the_plot_header_takes_two_rows_at_most_beside_the_simulator(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:
     with simulated("beside"), window(qapp, tmp_path, entries=PAGES) as assembly:

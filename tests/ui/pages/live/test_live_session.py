@@ -49,13 +49,13 @@ SAME_ELSEWHERE = replace(ADAPTER, device="/dev/ttyUSB1")
         ([(replace(OPEN, baud_rate=9600), ADAPTER)], [False]),
     ],
 )
-def test_a_session_is_what_a_person_opened(then: list[tuple[Connection, Target]], begins: list[bool]) -> None:
+def test_where_sessions_begin(then: list[tuple[Connection, Target]], begins: list[bool]) -> None:
     session_tracker = SessionTracker()
     assert session_tracker.begins(OPEN, ADAPTER)
     assert [session_tracker.begins(connection, target) for connection, target in then] == begins
 
 
-def test_a_lost_port_is_waited_for_until_nobody_wants_it() -> None:
+def test_a_lost_port_keeps_its_session_until_disconnected() -> None:
     session_tracker = SessionTracker()
     session_tracker.begins(OPEN, ADAPTER)
     session_tracker.begins(LOST, ADAPTER)
@@ -127,7 +127,7 @@ def test_a_loss_does_not_end_it_and_another_adapter_begins_another(bench: Bench)
     assert [count for _, _, count in bench.listed()] == [12, 3]
 
 
-def test_a_lost_port_that_is_given_up_ends_it(bench: Bench) -> None:
+def test_disconnecting_a_lost_port_ends_the_session(bench: Bench) -> None:
     bench.say(some(1.0))
     bench.say(some(2.0, connection=LOST))
     bench.listed()
@@ -138,12 +138,12 @@ def test_a_lost_port_that_is_given_up_ends_it(bench: Bench) -> None:
     assert bench.sessions.sign.since is None
 
 
-def test_what_is_played_is_not_recorded_again(bench: Bench) -> None:
+def test_playbacks_are_not_recorded(bench: Bench) -> None:
     bench.say(some(1.0, connection=replace(OPEN, port="capture:///tmp/flight.dpscap")))
     assert bench.listed() == []
 
 
-def test_a_new_name_is_written_down_with_the_session_it_belongs_to(bench: Bench) -> None:
+def test_a_new_name_belongs_to_its_session(bench: Bench) -> None:
     bench.say(some(1.0))
     bench.sessions.name_module("Right wing")
     bench.link.target = Target("/dev/ttyACM0", 115200)  # chosen, while the first still closes
@@ -153,7 +153,7 @@ def test_a_new_name_is_written_down_with_the_session_it_belongs_to(bench: Bench)
     assert [module for _, module, _ in bench.listed()] == ["Right wing", "Tail"]
 
 
-def test_a_recorder_in_trouble_costs_the_link_nothing(bench: Bench, tmp_path: Path, qtbot: QtBot) -> None:
+def test_a_failing_recorder_does_not_affect_the_link(bench: Bench, tmp_path: Path, qtbot: QtBot) -> None:
     (tmp_path / "recordings").write_text("a file stands where the folder should be", encoding="utf-8")
     sign = RecordingSign(lambda: bench.sessions.sign)
     qtbot.addWidget(sign)
@@ -172,7 +172,7 @@ def test_a_recorder_in_trouble_costs_the_link_nothing(bench: Bench, tmp_path: Pa
     assert _is_a_warning(sign)
 
 
-def test_an_error_of_ours_in_the_recorder_does_not_reach_the_worker(
+def test_an_error_in_the_recorder_does_not_reach_the_worker(
     bench: Bench, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     def fail(_batch: Batch) -> None:
@@ -184,7 +184,7 @@ def test_an_error_of_ours_in_the_recorder_does_not_reach_the_worker(
     assert "could not be recorded" in caplog.text
 
 
-def test_the_sign_says_since_when(bench: Bench, qtbot: QtBot) -> None:
+def test_the_sign_shows_since_when(bench: Bench, qtbot: QtBot) -> None:
     sign = RecordingSign(lambda: bench.sessions.sign)
     qtbot.addWidget(sign)
     assert sign.isHidden()
@@ -210,7 +210,7 @@ def _is_a_warning(sign: RecordingSign) -> bool:
 # In the window
 
 
-def test_samples_of_a_port_that_was_left_are_not_those_of_the_next(qtbot: QtBot, qapp: QApplication) -> None:
+def test_samples_of_two_ports_are_not_joined(qtbot: QtBot, qapp: QApplication) -> None:
     bridge = Bridge()
     taken: list[Batch] = []
     bridge.batch.connect(taken.append)
@@ -221,7 +221,7 @@ def test_samples_of_a_port_that_was_left_are_not_those_of_the_next(qtbot: QtBot,
     bridge.close()
 
 
-def test_a_session_in_the_window_is_on_disk_sample_by_sample(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_every_sample_of_a_session_is_recorded(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("kept"), window(qapp, tmp_path, entries=PAGES[:1]) as assembly:
         sessions, sign = assembly.storage.sessions, assembly.window.recording_sign
         taken: list[StatusSample] = []
@@ -242,9 +242,7 @@ def test_a_session_in_the_window_is_on_disk_sample_by_sample(qtbot: QtBot, qapp:
             assert {b"\x42\x61", b"\x41\x75"} <= {one.raw[:2] for one in recording.traffic()}
 
 
-def test_what_is_recorded_is_streamed_whatever_page_is_in_sight(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
+def test_a_recorded_session_streams_on_every_page(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     entries = tuple(one for one in PAGES if one.key in ("live", "triggers"))
     with simulated("paged?uptime=60"), window(qapp, tmp_path, entries=entries) as assembly:
         assembly.window.go_to("triggers")
@@ -272,9 +270,7 @@ def test_closing_the_window_closes_the_recording(qtbot: QtBot, qapp: QApplicatio
         assert [one.was_cut_off for one in library.entries()] == [False]
 
 
-def test_a_disk_that_takes_nothing_is_said_and_the_link_goes_on(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
+def test_an_unwritable_disk_is_shown_and_the_link_continues(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("unkept"), window(qapp, tmp_path, entries=PAGES[:1]) as assembly:
         folder = assembly.storage.sessions.library.folder
         folder.parent.mkdir(parents=True, exist_ok=True)

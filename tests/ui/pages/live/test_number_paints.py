@@ -56,7 +56,7 @@ def paints(bench: Bench, qapp: QApplication) -> Iterator[Paints]:
     qapp.removeEventFilter(made)
 
 
-def test_reports_that_say_the_same_paint_no_number(bench: Bench, paints: Paints) -> None:
+def test_equal_reports_paint_no_number(bench: Bench, paints: Paints) -> None:
     for _ in range(10):
         assert not paints.of(bench) & (_NUMBERS | _BELOW_THEM)
 
@@ -76,9 +76,7 @@ def test_a_number_that_changes_is_painted_and_nothing_below_it(
     assert paints.of(bench, **values) & (_NUMBERS | _BELOW_THEM) == painted
 
 
-def test_a_rate_that_trembles_is_painted_twice_a_second_and_the_end_of_a_stream_at_once(
-    bench: Bench, paints: Paints
-) -> None:
+def test_the_rate_is_painted_twice_a_second_and_its_end_at_once(bench: Bench, paints: Paints) -> None:
     painted = []
     for number in range(20):  # two seconds
         bench.stream_hz = 1440.0 + number % 2 * 3

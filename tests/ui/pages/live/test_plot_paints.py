@@ -82,7 +82,7 @@ def test_numbers_follow_between_two_paints(watched: Watched, monkeypatch: pytest
     assert 10 <= len(shown) <= 30
 
 
-def test_what_is_not_time_is_painted_at_once(watched: Watched) -> None:
+def test_changes_other_than_time_are_painted_at_once(watched: Watched) -> None:
     watched.choose(600)
     bench = watched.bench
     plot = bench.page.plot
@@ -100,7 +100,7 @@ def test_what_is_not_time_is_painted_at_once(watched: Watched) -> None:
     assert watched.tick() == 0
 
 
-def test_held_still_it_is_not_painted_and_says_how_old_it_is(watched: Watched) -> None:
+def test_a_paused_plot_is_not_painted_and_shows_its_delay(watched: Watched) -> None:
     watched.choose(10)
     watched.bench.page.plot.toggle_pause()
     watched.run(0.2)
@@ -109,7 +109,7 @@ def test_held_still_it_is_not_painted_and_says_how_old_it_is(watched: Watched) -
     assert len(watched.values) >= 2
 
 
-def test_a_report_that_comes_late_is_painted_where_the_picture_is_held(watched: Watched) -> None:
+def test_a_late_report_is_painted_in_a_paused_plot(watched: Watched) -> None:
     watched.choose(10)
     bench = watched.bench
     bench.now_s += 1

@@ -80,7 +80,7 @@ def rows(bench: Bench) -> list[str]:
 # What it says
 
 
-def test_what_the_module_has_is_tried_first(live: Bench) -> None:
+def test_the_modules_values_are_tried_first(live: Bench) -> None:
     tell(live, 0, 20, 57, 20, 0)
     assert not live.page.fired.panel.isVisible()
     toggle(live)
@@ -105,7 +105,7 @@ def test_another_threshold_is_judged_as_it_is_typed(live: Bench) -> None:
     assert not live.find(QPushButton, "fired_as_module").isEnabled()
 
 
-def test_it_goes_on_with_what_comes(live: Bench) -> None:
+def test_new_reports_are_judged(live: Bench) -> None:
     tell(live, 0, 0, 0)
     toggle(live)
     live.pass_time(0.1)
@@ -128,7 +128,7 @@ def test_a_fall_that_was_too_short(live: Bench) -> None:
     assert rows(live) == ["would fire: free fall, 0.1 g"]
 
 
-def test_what_is_not_known_is_not_judged(live: Bench) -> None:
+def test_unknown_thresholds_are_not_judged(live: Bench) -> None:
     live.say(StatusSample(live.now_s, 80, 1.0, False, True), leave_out="attitude_threshold_deg")
     live.say(StatusSample(live.now_s + 0.1, 80, 1.0, False, True), leave_out="attitude_threshold_deg")
     toggle(live)
@@ -170,7 +170,7 @@ def test_while_it_was_locked(live: Bench) -> None:
     assert "Not judged: locked for 0.1 s." in details(live)
 
 
-def test_of_very_many_the_first_ones_are_listed(live: Bench) -> None:
+def test_only_the_first_results_are_listed(live: Bench) -> None:
     tell(live, *[0, 70] * (FIRINGS_KEPT + 1))
     toggle(live)
     assert head(live) == f"Would have fired {FIRINGS_KEPT + 1}×."
@@ -207,7 +207,7 @@ def test_a_click_on_a_row_shows_it_in_the_plots(live: Bench) -> None:
     assert plot.cursor_s == pytest.approx(at_s, abs=0.02)
 
 
-def test_the_draft_is_a_line_beside_the_modules_own(live: Bench) -> None:
+def test_drafts_are_lines_in_the_plots(live: Bench) -> None:
     tell(live, 0, 0, 0)
     toggle(live)
     lines = live.page.fired.panel.lines
@@ -276,7 +276,7 @@ def test_how_it_is_judged_is_said_in_the_language_in_use(live: Bench) -> None:
 # A recording
 
 
-def test_a_recording_is_judged_with_what_the_module_had_then(live: Bench, tmp_path: Path) -> None:
+def test_a_recording_is_judged_with_its_own_thresholds(live: Bench, tmp_path: Path) -> None:
     with recorder_in(tmp_path) as bench:
         bench.recorder.begin(HEADING)
         had = device(1000.0, attitude_threshold_deg=50, freefall_acceleration_g=0.4)
@@ -303,7 +303,7 @@ def test_a_recording_is_judged_with_what_the_module_had_then(live: Bench, tmp_pa
     assert live.find(QLineEdit, ATTITUDE).placeholderText() == "60"
 
 
-def test_it_lets_go_of_a_recording_before_that_is_closed(live: Bench, tmp_path: Path) -> None:
+def test_the_panel_releases_a_recording_before_it_is_closed(live: Bench, tmp_path: Path) -> None:
     folder = written_at_once(tmp_path, 1_000_000)
     tell(live, 0, 0, 0)
     toggle(live)
@@ -324,7 +324,9 @@ def page_of(assembly: Assembly, kind: type[LivePage] | type[SettingsPage]) -> Li
     return page
 
 
-def test_there_and_back_and_nothing_is_sent(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_drafts_move_between_settings_and_live_without_sending(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
     name = f"fired{tmp_path.name}"
     with simulated(name) as bench, window(qapp, tmp_path, entries=PAGES) as assembly:
         changes: list[bytes] = []

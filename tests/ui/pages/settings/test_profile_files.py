@@ -100,7 +100,7 @@ def test_a_profile_against_the_advice_is_warned_about(qtbot: QtBot, qapp: QAppli
         assert one.changes() == []
 
 
-def test_all_errors_of_a_file_are_told_at_once(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_all_errors_of_a_file_are_shown_at_once(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     bad = 'name = "x"\nwhat = 1\n[settings]\nattitude_threshold_deg = 300\nfreefall_acceleration_g = 0.55\n'
     with desk(qtbot, qapp, tmp_path) as one:
         open_by_dialog(one, profile_file(tmp_path, bad))
@@ -121,9 +121,7 @@ def test_a_file_that_is_dropped_on_any_page_is_compared(qtbot: QtBot, qapp: QApp
         assert one.changes() == []
 
 
-def test_recent_files_are_at_hand_and_forgotten_when_they_are_gone(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
+def test_recent_files_are_listed_until_they_are_missing(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with desk(qtbot, qapp, tmp_path) as one:
         files = one.settings.files
         assert not files.recent.isEnabled()
@@ -141,7 +139,7 @@ def test_recent_files_are_at_hand_and_forgotten_when_they_are_gone(
         assert not files.recent.isEnabled()
 
 
-def test_the_present_settings_are_saved_and_what_is_unknown_is_named(
+def test_current_settings_are_saved_and_unknown_ones_are_named(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:
     with desk(qtbot, qapp, tmp_path) as one:
@@ -168,7 +166,7 @@ def test_the_present_settings_are_saved_and_what_is_unknown_is_named(
 
 
 @pytest.mark.parametrize("module_rate", [9600, 115200])
-def test_a_baud_change_that_was_broken_off_is_picked_up_at_the_next_start(
+def test_an_interrupted_baud_change_is_resumed_at_the_next_start(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, module_rate: int
 ) -> None:
     storage = Storage()
@@ -189,9 +187,7 @@ def test_a_baud_change_that_was_broken_off_is_picked_up_at_the_next_start(
         assert assembly.connector.connection.baud_rate == benches.module("crashed").module.baud_rate == module_rate
 
 
-def test_an_active_module_is_not_left_for_it_without_a_question(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
+def test_leaving_an_active_module_for_it_is_confirmed(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     storage = Storage()
     storage.store.begin_baud(115200, 9600, port="sim://crashed", adapter="")  # type: ignore[union-attr]
     storage.close()

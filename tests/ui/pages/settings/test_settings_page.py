@@ -55,7 +55,7 @@ def test_edit_write_and_verify(qtbot: QtBot, qapp: QApplication, tmp_path: Path,
         ({"refuses": True}, "attitude_threshold", TILT, "70", 60, "refused"),
     ],
 )
-def test_a_row_stays_red_with_the_reason_until_it_stands(
+def test_a_row_stays_failed_with_the_reason(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, ways: Any, name: str, key: str, text: str, stands: Any, why: str
 ) -> None:
     with desk(qtbot, qapp, tmp_path) as one:
@@ -125,7 +125,7 @@ def test_a_restart_in_the_middle_claims_nothing(qtbot: QtBot, qapp: QApplication
         assert len(one.changes("freefall_time")) == 1
 
 
-def test_what_no_byte_carries_cannot_be_written(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_invalid_values_cannot_be_written(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with desk(qtbot, qapp, tmp_path) as one:
         type_into(one, "freefall_acceleration", "0.55")
         one.settings.refresh()
@@ -138,9 +138,7 @@ def test_what_no_byte_carries_cannot_be_written(qtbot: QtBot, qapp: QApplication
         assert not one.settings.work.job.is_running
 
 
-def test_the_line_beside_a_field_begins_with_a_capital_whichever_part_is_first(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
+def test_the_advice_begins_with_a_capital(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with desk(qtbot, qapp, tmp_path) as one:
         said = {}
         for key in one.settings.rows:
@@ -205,7 +203,7 @@ def test_undo_redo_revert_and_defaults(qtbot: QtBot, qapp: QApplication, tmp_pat
         assert not one.changes()
 
 
-def test_as_it_was_found_is_one_click_away(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_initial_values_can_be_restored(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with desk(qtbot, qapp, tmp_path) as one:
         assert not one.settings.as_found.isEnabled()
         for text in ("1.2", "1.3"):
@@ -237,7 +235,7 @@ def test_survives_a_power_cycle(qtbot: QtBot, qapp: QApplication, tmp_path: Path
         assert ("37 → 38" in notice(one)) is True
 
 
-def test_the_wheel_edits_only_where_the_keyboard_is(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_the_wheel_edits_only_with_the_focus(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     def wheel(box: QWidget) -> None:
         here = QPointF(box.rect().center())
         qapp.sendEvent(
@@ -308,7 +306,7 @@ def test_the_light_threshold_by_measurement(
         assert one.held("light_threshold") == row.wanted
 
 
-def test_the_vendors_term_is_told_in_chinese(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_the_vendors_term_is_in_the_chinese_help(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with desk(qtbot, qapp, tmp_path) as one:
         one.assembly.language_switch.use(CHINESE)
         assert one.settings.rows[TILT].command.vendor_term in one.settings.rows[TILT].whatsThis()
@@ -345,7 +343,7 @@ def test_the_table_is_dense_and_its_rows_never_move(
         assert places() == before
 
 
-def test_what_the_module_does_by_itself_is_said_on_every_page(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_a_restart_of_the_module_is_shown_on_every_page(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with desk(qtbot, qapp, tmp_path) as one:
         one.go_to("commands")
         bar = one.assembly.window.notice_bar

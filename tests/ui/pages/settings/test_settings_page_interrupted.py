@@ -15,7 +15,7 @@ from ui.style.painted_widget import Freshness
 TILT, TIME = "attitude_threshold_deg", "freefall_time_s"
 
 
-def test_unsent_edits_are_asked_about_before_they_are_lost(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_losing_edits_is_confirmed(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with desk(qtbot, qapp, tmp_path) as one:
         window, bar = one.assembly.window, one.assembly.window.notice_bar
         type_into(one, "freefall_time", "1.2")
@@ -52,9 +52,7 @@ def test_edits_and_an_active_module_are_two_questions(qtbot: QtBot, qapp: QAppli
         assert one.changes() == []
 
 
-def test_a_line_that_is_lost_keeps_the_edits_and_makes_everything_stale(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
+def test_a_lost_link_keeps_edits_and_makes_values_stale(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with desk(qtbot, qapp, tmp_path) as one:
         type_into(one, "freefall_time", "1.2")
         one.bench.unplug()
@@ -71,9 +69,7 @@ def test_a_line_that_is_lost_keeps_the_edits_and_makes_everything_stale(
         assert len(one.changes()) == 1
 
 
-def test_nothing_can_be_written_until_it_is_known_which_module_came_back(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
+def test_writing_waits_for_the_identity_of_a_returned_module(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with desk(qtbot, qapp, tmp_path) as one:
         connector = one.assembly.connector
         type_into(one, "freefall_time", "1.2")
