@@ -143,6 +143,8 @@ class LivePanel(QFrame):
         self._name_cell(_CHARGER if charging is not None and charging.value is True else _CELL)
         self.cell.set_limit("" if cell is None else cell.limit)
         charge = _charge_note(None if charging is None or charging.is_stale else charging.value is True)
+        if charging is None and self._is_recorded:
+            charge = ""  # many recordings never contain it
         note, meaning = (charge, None) if cell is None else (tr(cell.fault.value), Meaning.ATTENTION)
         _show(self.cell, device.known("cell_voltage_v", now_s), now_s, 2, meaning, note)
         _show(self.boot_count, device.known("boot_count", now_s), now_s, 0)
