@@ -23,7 +23,7 @@ class LanguageSwitch:
     def __init__(self, app: QApplication, texts: Texts) -> None:
         self._app = app
         self._texts = texts
-        self._translator: QTranslator | None = None
+        self._qt_texts = QTranslator()
 
     @property
     def language(self) -> str:
@@ -32,23 +32,19 @@ class LanguageSwitch:
     def use(self, name: str) -> None:
         """Speak this language from now on; see `app.text.i18n.set_language` for the names."""
         set_language(name)
-        if self._translator is not None:
-            self._app.removeTranslator(self._translator)
-            self._translator = None
-        if name == CHINESE:
-            self._translator = self._load(name)
+        self._app.removeTranslator(self._qt_texts)
+        if name == CHINESE and self._has_qt_texts(name):
+            self._app.installTranslator(self._qt_texts)
         QLocale.setDefault(QLocale(name if name == CHINESE else "en"))
         self._app.setApplicationDisplayName(tr("DPS-S Configurator"))  # some systems add it to each window's title
         self._texts.retranslate()
         for window in self._app.topLevelWidgets():
             self._app.sendEvent(window, QEvent(QEvent.Type.LanguageChange))
 
-    def _load(self, name: str) -> QTranslator | None:
-        """Qt's own texts (OK, Cancel, the menus of text fields); they come with its wheel."""
-        translator = QTranslator(self._app)
+    def _has_qt_texts(self, name: str) -> bool:
+        """Qt's own texts (OK, Cancel, the menus of text fields), loaded once; they come with its wheel."""
         folder = QLibraryInfo.path(QLibraryInfo.LibraryPath.TranslationsPath)
-        if not translator.load(f"qtbase_{name}", folder):
+        if self._qt_texts.isEmpty() and not self._qt_texts.load(f"qtbase_{name}", folder):
             _log.warning("Qt's own texts for %s are not in %s", name, folder)
-            return None
-        self._app.installTranslator(translator)
-        return translator
+            return False
+        return True
