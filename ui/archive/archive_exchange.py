@@ -114,11 +114,8 @@ class ArchiveExchange(QObject):
         self.run(sync)
 
     def _exchange_if_due(self) -> None:
-        server = self.server
-        if server is not None and not self._task.is_running:
-            self.run(
-                lambda archive, on_page: archive.sync(server, on_page=on_page) if _is_due(archive, server) else None
-            )
+        if self.server is not None and not self._task.is_running:
+            self._sync(self.server, is_due=_is_due)
 
     def _take(self, seen: Seen) -> None:
         self.seen, self.trouble = seen, seen.trouble

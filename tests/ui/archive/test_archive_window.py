@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.archive.archive import Archive
+from app.archive.exchange import Exchanged
 from app.archive.server_setting import keep_server
 from app.store.store import data_folder
 from tests.support.processes import ENVIRONMENT, ROOT
@@ -116,6 +117,18 @@ def test_a_server_that_is_away_is_a_quiet_line_and_its_password_is_kept_nowhere(
         assert not line.isVisible()
     files = [path for path in (*data_folder().rglob("*"), *tmp_path.rglob("*")) if path.is_file()]
     assert all(b"secret" not in path.read_bytes() for path in files)
+
+
+def test_an_exchange_that_runs_by_itself_shows_what_was_altered_on_the_server(
+    here: ArchiveStation, qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    here.act()
+    monkeypatch.setattr(Archive, "sync", lambda *_args, **_more: Exchanged(refused_count=2))
+    keep_server(data_folder(), NOWHERE)
+    with window(qapp, tmp_path) as assembly:
+        line = assembly.archive.line
+        qtbot.waitUntil(line.isVisible, timeout=WAIT_MS)
+        assert line.text() == "Altered on the server: 2"
 
 
 def test_no_start_loads_what_only_a_server_needs() -> None:
