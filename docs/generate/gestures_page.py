@@ -40,7 +40,7 @@ CAMPAIGN = """\
 `tests/gestures/clumsy.py`: pointer, keys, scrolling, resizing and turning of pages at random, on the pages Commands,
 Settings and Pre-flight (and Tests, which came after the last campaign: 900 sequences since, none without its gesture),
 on a module that becomes active and locked meanwhile. Beside it
-`tests/support/clumsy_observer.py` judges every dangerous frame as it leaves: one without a whole gesture of its own
+`tests/gestures/observer.py` judges every dangerous frame as it leaves: one without a whole gesture of its own
 is a fault. Some gestures are made whole, so that frames do leave. Parts in which the observer itself was wrong (it
 did not know how long a check may wait, nor that Settings writes triggers, too) do not count; they were run again
 after it had been corrected.

@@ -1,1 +1,1 @@
-"""Every fault of the line in every phase of every procedure."""
+"""Tests every fault of the line in every phase of every procedure."""

@@ -1,4 +1,4 @@
-"""What goes wrong on lines: each fault of docs/faults.md, as something done to a `FakePort`."""
+"""The faults of docs/faults.md, each as a change to a `FakePort`."""
 
 import errno
 import itertools
@@ -26,13 +26,13 @@ PROBER = b"AT\r" * 3 + b"ATE0\r" + b"\x7e\x00\x78\xf0\x7e"
 HALF_A_FRAME = Status(65, 11.7, triggered=True, active=True).encode()[:5]
 LINE_BYTES_PER_S = 11520
 STREAM_HZ = 400.0
-"""A full line (1,440) takes the same way and four times as long; tests/app/engine/test_worker.py has one."""
+"""A full line (1,440) runs the same code and takes four times as long; tests/app/engine/test_worker.py has one."""
 GARBAGE_EVERY_S = 0.01
 CHARGING = BY_NAME["charging"]
 
 
 class End:
-    """Who ends the session, besides the procedure itself."""
+    """What ends the session."""
 
     PROCEDURE = "procedure"
     CLOSED = "closed"
@@ -41,16 +41,16 @@ class End:
 
 @dataclass(frozen=True, slots=True)
 class FaultKind:
-    """`name` is its row in docs/faults.md; `begin` makes it happen."""
+    """A fault; `name` is its row in docs/faults.md, `begin` starts it."""
 
     name: str
     behaviour: str
-    """What the program does about it."""
+    """How the program reacts."""
     begin: Callable[["Cell", FakePort], None]
     is_of_port: bool = False
-    """The port is gone or unusable from then on: the session ends with a `PortError`."""
+    """The port is gone or unusable: the session ends with a `PortError`."""
     hides: frozenset[str] = frozenset()
-    """What it changes in the module without a sign of it before the next heartbeat."""
+    """Keys that change in the module without a sign before the next heartbeat."""
 
 
 def _all_fail(make: Callable[[], Exception]) -> Callable[["Cell", FakePort], None]:
@@ -61,7 +61,7 @@ def _all_fail(make: Callable[[], Exception]) -> Callable[["Cell", FakePort], Non
 
 
 def _waiting_fails(make: Callable[[], Exception]) -> Callable[["Cell", FakePort], None]:
-    """The read of one byte still works; asking how many more there are does not."""
+    """Reading one byte works; asking for the count of waiting bytes fails."""
 
     def begin(_cell: "Cell", port: FakePort) -> None:
         port.waiting_fails = port.reset_fails = make
@@ -134,7 +134,7 @@ def _pieces(_cell: "Cell", port: FakePort) -> None:
 
 
 def _bursts(_cell: "Cell", port: FakePort) -> None:
-    """Bytes are handed over five times a second, all at once."""
+    """Bytes arrive five times a second, in blocks."""
     port.shape = lambda data, now_s: [Arrival((int(now_s / 0.2) + 1) * 0.2, data)]
 
 
@@ -184,7 +184,7 @@ def _endless_stream(_cell: "Cell", port: FakePort) -> None:
 
 
 def _endless_garbage(_cell: "Cell", port: FakePort) -> None:
-    """The line is full of it, from now on; what the module says comes in between."""
+    """Garbage fills the line from now on, between the module's frames."""
     began_s = port.clock.now_s
     state = {"until_s": began_s}
 
@@ -211,13 +211,13 @@ def _second_reader(_cell: "Cell", port: FakePort) -> None:
 
 
 def _second_writer(_cell: "Cell", port: FakePort) -> None:
-    """Another program asks too, and its answers come here."""
+    """Another program sends requests, too, and the replies arrive here."""
     for command in (STATUS, BY_NAME["cell_voltage"], BY_NAME["attitude_threshold"]):
         port.bench.wire.write(command.query().encode(), port.clock.now_s)
 
 
 def _foreign_frames(_cell: "Cell", port: FakePort) -> None:
-    """Valid, and no answer to what is being asked: where they are one, nobody could tell."""
+    """Valid frames that are not replies to the pending request."""
     for number in range(3):
         port.inject(encode_reply(CHARGING.code, 0x01), after_s=0.4 * number)
 

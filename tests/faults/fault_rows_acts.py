@@ -21,12 +21,12 @@ from tests.support.line.sim_line import INSTANT_S, FakeClock
 
 WANTED_RATE = 57600
 BOOTS = 37
-"""Boot count of the simulated module that was not restarted."""
+"""Boot count of the simulated module before a restart."""
 ACTIVE = MappingProxyType({"active": "yes"})
 
 
 def _permit(act: Act) -> Permit:
-    """Granted when the cell's clock begins."""
+    """A permit granted when the clock of the cell starts."""
     return Permit(act, Origin.RITUAL if act is Act.DEPLOY else Origin.COMMAND_LINE, FakeClock().now_s + INSTANT_S)
 
 
@@ -35,7 +35,7 @@ def _says_performed(done: Performed) -> str:
 
 
 def _holds(act: Act, cell: Cell) -> bool:
-    """Whether the module is as the act wanted it."""
+    """Return whether the module is in the state that the act requests."""
     module = cell.bench.module
     match act:
         case Act.LOCK:

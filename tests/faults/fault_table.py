@@ -1,4 +1,4 @@
-"""Fault × procedure × phase: runs one cell, and says what came of it and whether the promises held."""
+"""Runs one cell of the table fault × procedure × phase, and checks the promises."""
 
 import importlib
 import inspect
@@ -26,31 +26,31 @@ from tests.support.line.sim_line import INSTANT_S, FakeClock
 LONGEST_S = 90.0
 MOST_STEPS = 60_000
 AFTER_S = 0.4
-"""How long the session goes on after the procedure, to see what comes late."""
+"""Time for which the session goes on after the procedure, to receive what is late."""
 
 TYPED = (PortError, PortLost, Cancelled)
 
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One procedure of `app.procedures` and how to judge it."""
+    """A procedure of `app.procedures`, and how to judge it."""
 
     name: str
     make: Callable[[], Procedure[Any]]
     says: Callable[[Any], str]
-    """One or two words about a result."""
+    """Describes a result in one or two words."""
     lies: Callable[[Any, "Cell"], list[str]]
-    """What a result claims that the module does not hold."""
+    """Returns what a result claims and the module does not hold."""
     may_repeat: frozenset[Request] = frozenset()
-    """Acts that are sent again on purpose, because twice is as good as once and leaves the module as it was found."""
+    """Acts that may be repeated, because a second one has no further effect."""
     options: Mapping[str, str] = field(default_factory=dict)
-    """Of the simulated module."""
+    """Options of the simulated module."""
     strikes_at: int | None = None
-    """Number of the request that is struck; by default the first act, else the second question."""
+    """Index of the request to disturb; by default the first act, else the second query."""
     runs_for_s: float | None = None
-    """Cancelled after that time, where it has no end of its own."""
+    """Time after which a procedure without an end is cancelled."""
     variant: str = ""
-    """Tells the rows of one procedure apart."""
+    """Distinguishes the rows of one procedure."""
     says_cancelled: Callable[["Cell"], str] = lambda _cell: "cancelled"
 
     @property
@@ -60,7 +60,7 @@ class Row:
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """`says` goes into docs/faults.md; `faults` must be empty."""
+    """The outcome: `says` goes into docs/faults.md; `faults` must be empty."""
 
     says: str
     faults: tuple[str, ...]
@@ -69,7 +69,7 @@ class Result:
 
 
 def procedures() -> Iterator[tuple[str, Callable[..., Any]]]:
-    """Every public function of `app.procedures` that makes a procedure, with its dotted name."""
+    """Return every public function of `app.procedures` that makes a procedure, with its dotted name."""
     for info in pkgutil.iter_modules(app.procedures.__path__):
         module = importlib.import_module(f"app.procedures.{info.name}")
         for name, one in inspect.getmembers(module, inspect.isfunction):
@@ -80,7 +80,7 @@ def procedures() -> Iterator[tuple[str, Callable[..., Any]]]:
 
 
 class Cell:
-    """One run. `wanted_end` is set by faults that end it from outside."""
+    """One run; `wanted_end` is set by faults that end it from outside."""
 
     def __init__(self, row: Row) -> None:
         self.row = row
@@ -95,12 +95,12 @@ class Cell:
         self.clock.now_s += INSTANT_S
         self.run: Run[Any] = Run(row.make())
         self.hidden: frozenset[str] = frozenset()
-        """What the fault changes in the module behind everybody's back."""
+        """Keys that the fault changes in the module without a sign."""
         self.was_over = False
-        """The procedure had ended when the fault struck: its result speaks of a time before."""
+        """The procedure had ended before the fault: its result describes the time before."""
 
     def go(self) -> None:
-        """Until the procedure has ended, and a moment longer."""
+        """Run until the procedure has ended, and `AFTER_S` longer."""
         self.port.strike_if_idle()
         started_s = self.clock.now_s
         self.session.run(self.run)
@@ -120,7 +120,7 @@ class Cell:
             self.session.step()
 
     def _leave(self) -> None:
-        """As the worker does it: a moment to put right what was changed."""
+        """Cancel as the worker does, with time to undo changes."""
         self.run.cancel()
         end_s = self.clock.now_s + CLOSING_LIMIT_S
         while not self.run.is_done and self.clock.now_s < end_s:
@@ -136,7 +136,7 @@ class Cell:
 
 
 def target_index(row: Row) -> int:
-    """The request to strike: the first act, else the second question, else the first."""
+    """Return the index of the request to disturb: the first act, else the second query, else the first."""
     if row.strikes_at is not None:
         return row.strikes_at
     requests = clean_requests(row)
@@ -147,7 +147,7 @@ def target_index(row: Row) -> int:
 
 
 def clean_requests(row: Row) -> list[Request]:
-    """What the procedure sends when nothing goes wrong."""
+    """Return the requests that the procedure sends without a fault."""
     cell = Cell(row)
     cell.go()
     assert cell.run.error is None or row.runs_for_s is not None, cell.run.error
@@ -221,7 +221,7 @@ def _says(row: Row, cell: Cell, error: BaseException | None) -> str:
 
 
 def truth(bench: SimulatedBench, now_s: float) -> dict[str, Value]:
-    """What the module holds, by the device's keys."""
+    """Return what the module holds, by the keys of the device."""
     module, memory, state = bench.module, bench.module.memory, bench.module.state
     return {
         "attitude_threshold_deg": DEGREE.decode(memory.attitude_threshold),
@@ -244,7 +244,7 @@ def truth(bench: SimulatedBench, now_s: float) -> dict[str, Value]:
 
 
 def device_lies(cell: Cell, hidden: frozenset[str]) -> list[str]:
-    """Values shown as certain that the module does not hold."""
+    """Return the values shown as certain that differ from the module's."""
     now_s = cell.clock.now_s
     holds = truth(cell.bench, now_s)
     view = cell.session.device.view(now_s)

@@ -20,7 +20,7 @@ READ_SLICE_S = 0.01
 
 
 class Phase(Enum):
-    """Where a fault strikes; the value is its heading in docs/faults.md."""
+    """When a fault happens; the value is its heading in docs/faults.md."""
 
     BEFORE = "before the request"
     IN_REQUEST = "in the middle of it"
@@ -42,7 +42,7 @@ def as_it_comes(data: bytes, now_s: float) -> list[Arrival]:
 
 
 class FakePort:
-    """What `SerialLine` uses of `serial.Serial`. `strike` is called once, at `phase` of the request number `index`."""
+    """The part of `serial.Serial` that `SerialLine` uses; calls `strike` once, at `phase` of request `index`."""
 
     def __init__(self, bench: SimulatedBench, clock: FakeClock, *, baud_rate: int = 115200) -> None:
         self.bench = bench
@@ -142,16 +142,16 @@ class FakePort:
     # What faults call
 
     def inject(self, data: bytes, *, after_s: float = 0.0) -> None:
-        """Let bytes come that the module did not send."""
+        """Deliver bytes that the module did not send."""
         self._arrivals.append(Arrival(self.clock.now_s + after_s, data))
 
     def drop_pending(self) -> None:
-        """What is on its way to the host never comes."""
+        """Discard all bytes on their way to the host."""
         self._arrivals.clear()
         self._ready.clear()
 
     def mangle_pending(self, change: Callable[[bytes], bytes]) -> bool:
-        """Change what is already on its way; False where nothing is."""
+        """Change the bytes on their way; return False if there are none."""
         if not self._arrivals or not self._arrivals[0].data:
             return False
         first = self._arrivals.popleft()
@@ -159,7 +159,7 @@ class FakePort:
         return True
 
     def strike_if_idle(self) -> None:
-        """Between two steps: the reply has been dealt with, or nothing was sent yet."""
+        """Called between two steps, when no reply is pending."""
         if self.has_struck:
             return
         is_start = self.phase is Phase.BEFORE and self.index == 0 and not self.requests
@@ -241,12 +241,12 @@ class FakePort:
 
 
 def spread(data: bytes, now_s: float, pause_s: float) -> list[Arrival]:
-    """Byte by byte, with a pause between two."""
+    """Deliver bytes one by one, with a pause between them."""
     return [Arrival(now_s + number * pause_s, bytes((byte,))) for number, byte in enumerate(data)]
 
 
 def one_shot(port: FakePort, change: Callable[[bytes], bytes]) -> None:
-    """`change` the next bytes that come, once."""
+    """Change the next bytes once."""
     if port.mangle_pending(change):
         return
     before = port.shape
@@ -259,5 +259,5 @@ def one_shot(port: FakePort, change: Callable[[bytes], bytes]) -> None:
 
 
 def every_other(data: bytes, counter: "itertools.count[int]") -> bytes:
-    """What is left when another reader takes every second byte."""
+    """Return the bytes that remain when another reader takes every second one."""
     return bytes(byte for byte in data if next(counter) % 2 == 0)

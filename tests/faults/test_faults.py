@@ -26,7 +26,7 @@ FEWEST_FAULTS = 20
 
 @pytest.fixture(scope="module")
 def faults_page() -> Iterator[ModuleType]:
-    """docs/ is no package: the tool is loaded from its file."""
+    """docs/ is not a package, so the module is loaded from its file."""
     spec = spec_from_file_location("dps_s_faults_page", ROOT / "docs" / "generate" / "faults_page.py")
     assert spec is not None
     assert spec.loader is not None

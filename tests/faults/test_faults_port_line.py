@@ -1,4 +1,4 @@
-"""What the system and pyserial raise of a port, each with our own name; and the list of ports, given up in time."""
+"""Errors of the system and of pyserial are translated to our own; listing ports ends in time."""
 
 import errno
 import os
@@ -23,7 +23,7 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminal
 pytest_plugins = ["tests.support.port_fixtures"]
 
 NOBODY = 65534
-"""A user that every system has and that may do nothing."""
+"""An unprivileged user that exists on every system."""
 
 
 @pytest.mark.parametrize(
@@ -51,7 +51,7 @@ def test_what_the_system_refuses_has_a_name(
 
 
 def test_a_port_without_permission(terminal: Terminal) -> None:
-    """To the administrator nothing is forbidden, so then the child becomes somebody else first."""
+    """Root may open everything, so the child process changes its user first."""
     Path(terminal.name).chmod(0)
     code = (
         "import os, sys\nfrom app.engine.transport import PortError, open_line\n"
@@ -137,7 +137,7 @@ def test_whatever_a_read_by_the_system_raises_is_a_lost_port(
 def test_whatever_a_read_by_pyserial_raises_is_a_lost_port(
     where: str, error: Exception, terminal: Terminal, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """As on Windows, and of a URL's port."""
+    """The way used on Windows, and for ports given by a URL."""
     line = open_line(terminal.name, 115200)
 
     def fail(*_: object) -> bytes:

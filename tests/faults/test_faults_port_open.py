@@ -1,4 +1,4 @@
-"""Faults of a port that is open, on real pseudo-terminals: closed in time, said in our own words, nothing invented."""
+"""Faults of an open port, on pseudo-terminals: it is closed in time with one of our messages and no invented value."""
 
 import sys
 

@@ -1,4 +1,4 @@
-"""Programs that hold a port: a second copy, one that is killed, one that is told to end."""
+"""Programs that hold a port: a second instance, one that is killed, one that is terminated."""
 
 import signal
 import subprocess

@@ -1,1 +1,1 @@
-"""What hands do at the window, whole and clumsy."""
+"""Tests complete and careless gestures at the window."""

@@ -1,6 +1,6 @@
 """A clumsy person at the real window: pointer and keys at random, on a simulated module that counts what it is told.
 
-Beside it stands a second account of what the hands did (`tests.support.clumsy_observer`): a dangerous frame without a
+Beside it stands a second account of what the hands did (`tests.gestures.observer`): a dangerous frame without a
 whole gesture of its own is a fault.
 
 python -m tests.gestures.clumsy --sequences 20000 --seed 1
@@ -25,16 +25,16 @@ from app.guided.results import GuidedKind
 from protocol.catalogue import Hazard, Request
 from protocol.link_states import Presence
 from tests.gestures.gesture_bench import TICK_S, GestureBench, gesture_bench
-from tests.support.clumsy_observer import DEAD_S, HOLD, WATCHED, Observer
+from tests.gestures.observer import DEAD_S, HOLD, WATCHED, Observer
 from ui.widgets.gestures import gestures
 
 SIZES: Final = ((900, 520), (1024, 600), (1180, 720), (1366, 768))
 LANGUAGES: Final = ("en", "zh_CN")
 KEYS: Final = (Qt.Key.Key_Space, Qt.Key.Key_Return, Qt.Key.Key_Tab, Qt.Key.Key_Backtab, Qt.Key.Key_Escape)
 CHECK_S: Final = 13.0
-"""A pre-flight check lasts less."""
+"""Longer than a pre-flight check takes."""
 WINDOW_LASTS: Final = 400
-"""Sequences; then another window begins, in another language and size."""
+"""Sequences per window; the next one has another language and size."""
 
 
 @dataclass
@@ -46,7 +46,7 @@ class Report:
 
 
 class Clumsy:
-    """Hands in one window."""
+    """Random actions in one window."""
 
     def __init__(self, bench: GestureBench, dice: random.Random, report: Report) -> None:
         self.bench, self.dice, self.report = bench, dice, report
@@ -57,7 +57,7 @@ class Clumsy:
         bench.on_leaving = self._judge
 
     def sequence(self) -> None:
-        """Some careless actions, and what must hold after each."""
+        """Perform some random actions, and check the promises after each."""
         self.trail = []
         for _ in range(self.dice.randint(3, 9)):
             self._act()
@@ -105,7 +105,7 @@ class Clumsy:
         self.observer.moved(old)
 
     def _is_safe_place(self) -> bool:
-        """Menus would take the mouse away, and the bar above ends the connection: not what this is about."""
+        """Return the buttons to use; menus would grab the mouse, and the top bar would end the connection."""
         under: QWidget | None = self.bench.window.childAt(self.bench.pointer)
         while under is not None:
             if under.objectName() in ("top_bar", "navigation", "status_line") or under.metaObject().className() in (
@@ -204,7 +204,7 @@ class Clumsy:
         self.bench.bench.module.activate(is_active=self.dice.random() < 0.6)
 
     def _whole_gesture(self) -> None:
-        """Now and then somebody does it right: what leaves then shows that the rest is about something."""
+        """Complete a gesture properly now and then, which proves that the rest tests something."""
         buttons = [one for one in self.bench.buttons() if one.isEnabled() and one.objectName() in WATCHED]
         if not buttons or self._is_down or self._key is not None:
             return
@@ -225,7 +225,7 @@ class Clumsy:
         self._up()
 
     def _check(self) -> None:
-        """A whole pre-flight check of a locked module: where it comes out READY, the page leads to the activation."""
+        """Run a whole pre-flight check of a locked module, which leads to the activation if it ends READY."""
         if self._is_down or self._key is not None:
             return
         self.bench.bench.module.activate(is_active=False)
@@ -238,7 +238,7 @@ class Clumsy:
         self.wait(CHECK_S)
 
     def _guided_test(self) -> None:
-        """Up to where it asks for the activation or the zeroing: that takes a whole gesture, too."""
+        """Run a guided test up to the activation or zeroing, which takes a whole gesture, too."""
         if self._is_down or self._key is not None or not self.bench.assembly.connector.is_open:
             return
         if not self.bench.bench.module.is_on or self.bench.bench.module.is_triggered:
@@ -253,7 +253,7 @@ class Clumsy:
         self.wait(3.0)
 
     def _judge(self, request: Request) -> None:
-        """As it leaves: what the module was told is compared with what the hands did before."""
+        """Compare a frame, as it is sent, with the gestures before it."""
         if request.hazard is Hazard.NONE:
             self.observer.asked(request)
             return
@@ -264,7 +264,7 @@ class Clumsy:
             self.report.faults.append(f"{request.encode().hex(' ')} after {', '.join(self.trail)}")
 
     def recover(self) -> bool:
-        """The module as it was, where that is possible without another window."""
+        """Restore the module where that is possible without another window."""
         device = self.bench.device
         is_there = device.presence is Presence.ONLINE and self.bench.bench.module.is_on
         if is_there and self.bench.bench.module.is_triggered:
@@ -273,7 +273,7 @@ class Clumsy:
 
 
 def run(application: QApplication, sequences: int, seed: int, *, is_told: bool = False) -> Report:
-    """So many sequences, in one window after the other."""
+    """Run this many sequences, in one window after the other."""
     report, number = Report(), 0
     while report.sequences < sequences:
         dice = random.Random(f"{seed} {number}")

@@ -42,14 +42,14 @@ from ui.widgets.gestures import REPEATS_WITHIN_MS, gestures
 
 LEFT, NO_BUTTON = Qt.MouseButton.LeftButton, Qt.MouseButton.NoButton
 ENTRIES = tuple(entry for entry in PAGES if entry.key in ("settings", "preflight", "tests", "commands"))
-"""The pages that change the module."""
+"""The pages that can change the module."""
 TICK_S = 0.1
 READS_FOR_S = 0.04
-"""Fewer turns of the session, for thousands of sequences: what comes is read at once anyway."""
+"""Larger steps of the session, for thousands of sequences; input is read at once anyway."""
 
 
 class InlineLine(SimulatedLine):
-    """Forgets what it need not keep: thousands of sequences run on it."""
+    """A line that discards its history, for thousands of sequences."""
 
     def read(self, longest_s: float, gather_s: float) -> bytes:
         return self._read(max(longest_s, READS_FOR_S))
@@ -60,7 +60,7 @@ class InlineLine(SimulatedLine):
 
 
 class InlineWorker(Worker):
-    """Works when it is told to, in the window's thread."""
+    """A worker that runs when it is told to, in the window's thread."""
 
     def __init__(self, callback: object, clock: FakeClock) -> None:
         super().__init__(callback, clock=clock, with_sleep=None)  # type: ignore[arg-type]
@@ -77,7 +77,7 @@ class InlineWorker(Worker):
         return super().submit(job, is_urgent=is_urgent)
 
     def refuse_orders(self) -> None:
-        """What was submitted ends before it has begun."""
+        """Cancel what was submitted before it begins."""
         while not self._orders.empty():
             order = self._orders.get_nowait()
             assert isinstance(order, _Start)
@@ -86,7 +86,7 @@ class InlineWorker(Worker):
         self.work(0.0)
 
     def work(self, seconds: float) -> None:
-        """So much of the fake clock's time."""
+        """Run for this long on the fake clock."""
         clock = self._clock
         assert isinstance(clock, FakeClock)
         end_s = clock.now_s + seconds
@@ -110,17 +110,17 @@ class InlineWorker(Worker):
 
 
 class GestureBench:
-    """The window, its hands, and what left for the module."""
+    """The window, the pointer and keys, and what was sent to the module."""
 
     def __init__(self, assembly: Assembly, worker: InlineWorker, clock: FakeClock, line: InlineLine) -> None:
         self.assembly, self.worker, self.clock, self.line = assembly, worker, clock, line
         self.window = assembly.window
         self.sent: list[Request] = []
-        """Whatever was no question, apart from the stream."""
+        """Requests that were not queries, except for the stream."""
         self.on_leaving: Callable[[Request], None] = lambda _request: None
-        """Told of every frame, also of questions, as it leaves."""
+        """Called with every frame as it is sent, queries included."""
         self.hand_s = 5000.0
-        """The clock of the hands."""
+        """The clock of the gestures."""
         self.pointer = QPoint(1, 1)
         self._is_down = False
         self._event_ms = 0
@@ -172,7 +172,7 @@ class GestureBench:
                 self.sent.append(request)
 
     def buttons(self) -> list[QPushButton]:
-        """Of everything that changes the module."""
+        """Return the buttons of everything that changes the module."""
         page, settings, preflight = self.commands, self.settings, self.preflight
         asked = [one for confirm in self.confirms() for one in (confirm.ask, confirm.go, confirm.cancel)]
         ritual = [page.ritual.choose, page.ritual.rehearse, page.ritual.arm, page.ritual.hold, page.ritual.cancel]
@@ -183,20 +183,20 @@ class GestureBench:
         return [one for one in found if one.isVisible()]
 
     def confirms(self) -> list[Confirm]:
-        """Every question that leads to an act."""
+        """Return every question that leads to an act."""
         rows = [*self.commands.acts.values(), *self.guided.acts.values(), self.preflight.activation]
         return [*(row.confirm for row in rows), self.settings.baud.confirm]
 
     # Time
 
     def turn(self) -> None:
-        """The window's event loop, once around, and what a screen shows before the hands go on."""
+        """Process the events of the window once, and update what is on the screen."""
         QCoreApplication.sendPostedEvents()
         QApplication.processEvents()
         QCoreApplication.sendEvent(self.window, QEvent(QEvent.Type.UpdateRequest))
 
     def wait(self, seconds: float, *, tick_s: float = TICK_S) -> None:
-        """Both clocks; the line works and the window looks at what it has to."""
+        """Advance both clocks while the line and the window's timers run."""
         left_s = seconds
         while left_s > 1e-9:
             step_s = min(tick_s, left_s)
@@ -207,7 +207,7 @@ class GestureBench:
             self.poll()
 
     def poll(self) -> None:
-        """What timers of the window do, which go by the real time."""
+        """Do what timers of the window do in real time."""
         page = self.commands
         for confirm in self.confirms():
             confirm.check()
@@ -248,7 +248,7 @@ class GestureBench:
         self.turn()
 
     def go_and_click(self, widget: QWidget) -> None:
-        """As a careful person does it."""
+        """Click as a careful person does."""
         self.move(QPoint(1, 1))
         self.turn()
         self.hand_s += 1.0
@@ -256,7 +256,7 @@ class GestureBench:
         self.click()
 
     def key(self, key: Qt.Key, *, is_press: bool, is_repeat: bool = False, is_marked: bool = True) -> None:
-        """A repeat comes as a release and a press of the same time; Qt does not mark every one on X11."""
+        """Press or release a key; repeats have one timestamp and are not always marked as repeats on X11."""
         kind = QEvent.Type.KeyPress if is_press else QEvent.Type.KeyRelease
         text = " " if key == Qt.Key.Key_Space else ""
         event = QKeyEvent(kind, key, Qt.KeyboardModifier.NoModifier, text, is_repeat and is_marked)
@@ -271,7 +271,7 @@ class GestureBench:
         self._send(event)
 
     def _send(self, event: QInputEvent, *, is_same_time: bool = False) -> None:
-        """No two events of a hand have the same time."""
+        """Send an event, with a new timestamp unless `is_same_time`."""
         if not is_same_time:
             self._event_ms = max(self._event_ms + 1, round(self.hand_s * 1000))
         event.setTimestamp(self._event_ms)
@@ -287,7 +287,7 @@ class GestureBench:
             self.refresh()
 
     def prepare_test(self, kind: GuidedKind) -> None:
-        """On the Tests page, up to where it waits for what a person confirms."""
+        """Advance a guided test to the step that a person confirms."""
         page = self.guided
         self.window.go_to("tests")
         page.work.cancel()
@@ -305,7 +305,7 @@ class GestureBench:
         self.until(lambda: self.device.fresh("active", self.clock()) is is_active)
 
     def reset(self) -> None:
-        """Nothing chosen, nothing asked, no hand on anything."""
+        """Cancel every choice and question, and release all keys and buttons."""
         if self._is_down:
             self.release()
         while (popup := QApplication.activePopupWidget()) is not None:  # a list that a try has opened
@@ -328,7 +328,7 @@ class GestureBench:
 def gesture_bench(
     qapp: QApplication, folder: Path, *, language: str = "en", size: tuple[int, int] = (1024, 600)
 ) -> Iterator[GestureBench]:
-    """Connected, and everything read."""
+    """Open a window that is connected and has read everything."""
     clock = FakeClock()
     line = InlineLine(clock, {"uptime": 60, "noise": 0})
     workers: list[InlineWorker] = []

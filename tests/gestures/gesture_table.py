@@ -39,7 +39,7 @@ HOLD_S: Final = 2.6
 
 @dataclass(frozen=True)
 class DangerousAct:
-    """`first` is the button at which everything is tried; `prepare` leads up to it; `last` completes the act."""
+    """An act; `prepare` leads to the button `first`, and `last` completes it."""
 
     name: str
     page: str
@@ -61,7 +61,7 @@ def _row(act: Act) -> DangerousAct:
 
 
 def _guided(kind: GuidedKind, act: Act) -> DangerousAct:
-    """The act that a guided test asks for; the test goes on waiting for it from one try to the next."""
+    """Return the act that a guided test requests; the test keeps waiting between the tries."""
 
     def prepare(bench: GestureBench) -> None:
         work = bench.guided.work
@@ -85,7 +85,7 @@ def _choice(bench: GestureBench, key: str) -> QWidget:
 
 
 def _edit(bench: GestureBench) -> None:
-    """A threshold below the vendor's advice: it is warned of."""
+    """Enter a threshold below the vendor's advice, which causes a warning."""
     form = bench.settings.work.form
     bench.settings.work.edit(lambda: form.type_text("attitude_threshold_deg", "30"))
     bench.refresh()
@@ -161,7 +161,7 @@ GESTURES: Final = ("click", "double click", "click, click", "click, click, hold"
 
 @dataclass
 class Tally:
-    """What came of the tries at one act, in one window."""
+    """The outcome of the tries at one act in one window."""
 
     act: str
     size: str
@@ -169,11 +169,11 @@ class Tally:
     scale: int
     tries: dict[str, int] = field(default_factory=dict)
     left: list[str] = field(default_factory=list)
-    """Tries after which something left or was begun: none."""
+    """Tries after which a frame was sent or an act begun; must be empty."""
 
 
 def points(widget: QWidget) -> Iterator[QPoint]:
-    """Of a grid over the button, in the window; only where a press would reach it."""
+    """Yield points of a grid over the button where a press reaches it."""
     window = widget.window()
     place = QRect(widget.mapTo(window, QPoint(0, 0)), widget.size())
     for x, y in product(
@@ -190,7 +190,7 @@ def go_to(bench: GestureBench, act: DangerousAct) -> None:
 
 
 def first_button(bench: GestureBench, act: DangerousAct) -> QWidget:
-    """Everything as it is before the first press."""
+    """Restore the state before the first press; return the first button."""
     bench.reset()
     act.prepare(bench)
     bring_into_sight(act.first(bench).parentWidget() or act.first(bench))
@@ -205,7 +205,7 @@ def first_button(bench: GestureBench, act: DangerousAct) -> QWidget:
 
 
 def attempt(bench: GestureBench, act: DangerousAct, point: QPoint, gesture: str, gap_s: float) -> bool:
-    """Whether nothing came of it."""
+    """Return whether a try had no effect."""
     bench.move(QPoint(1, 1))
     bench.move(point)
     bench.click()
@@ -229,7 +229,7 @@ def attempt(bench: GestureBench, act: DangerousAct, point: QPoint, gesture: str,
 
 
 def try_act(bench: GestureBench, act: DangerousAct, tally: Tally, *, every: int = 1, first_try: int = 0) -> None:
-    """Each `every`-th try at this act, from the `first_try`-th on."""
+    """Make every `every`-th try at this act, starting at `first_try`."""
     go_to(bench, act)
     grid = list(points(first_button(bench, act)))
     tries = [(point, "click", 0.0) for point in grid]
@@ -248,7 +248,7 @@ def try_act(bench: GestureBench, act: DangerousAct, tally: Tally, *, every: int 
 
 
 def is_possible(bench: GestureBench, act: DangerousAct) -> bool:
-    """The whole gesture, by the same hands, does get there: else the table would prove nothing."""
+    """Return whether the complete gesture succeeds, without which the table would prove nothing."""
     go_to(bench, act)
     bench.go_and_click(first_button(bench, act))
     bench.hand_s += 1.0
@@ -278,7 +278,7 @@ def run_window(
     first_try: int = 0,
     acts: Sequence[DangerousAct] = ACTS,
 ) -> list[Tally]:
-    """These acts in one window."""
+    """Run these acts in one window."""
     tallies = []
     with (
         tempfile.TemporaryDirectory() as folder,
@@ -292,7 +292,7 @@ def run_window(
 
 
 def run_scale(scale: int, every: int, first_try: int) -> list[Tally]:
-    """All windows at one scale, in a process of its own: Qt reads the scale once."""
+    """Run all windows at one scale, in a new process because Qt reads the scale once."""
     command = [sys.executable, "-m", "tests.gestures.gesture_table", "--scale", str(scale)]
     command += ["--every", str(every), "--first", str(first_try)]
     environment = {**os.environ, "QT_SCALE_FACTOR": str(scale)}

@@ -1,4 +1,4 @@
-"""No careless gesture completes an act: a part of the table here, the whole of it in the soak."""
+"""No careless gesture completes an act: a sample of the table; the soak test runs all of it."""
 
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
@@ -10,12 +10,12 @@ from tests.gestures.gesture_bench import gesture_bench
 from tests.gestures.gesture_table import ACTS, LANGUAGES, SIZES, is_possible, run_window
 
 EVERY = 499
-"""Of some six thousand tries at each button."""
+"""Of some 6,000 tries at each button."""
 
 
 @pytest.mark.parametrize(("number", "language"), list(enumerate(LANGUAGES)))
 def test_no_careless_gesture_completes_an_act(qapp: QApplication, number: int, language: str) -> None:
-    """Each act in one of the languages."""
+    """Each act is tried in one of the languages."""
     acts = ACTS[number :: len(LANGUAGES)]
     tallies = run_window(qapp, SIZES[number % len(SIZES)], language, 1, every=EVERY, first_try=7 * number, acts=acts)
     assert all(sum(tally.tries.values()) >= 5 for tally in tallies)
@@ -23,7 +23,7 @@ def test_no_careless_gesture_completes_an_act(qapp: QApplication, number: int, l
 
 
 def test_the_page_has_every_row() -> None:
-    """`docs/generate/gestures_page.py` writes it."""
+    """`docs/generate/gestures_page.py` writes the page."""
     place = Path(__file__).parents[2] / "docs" / "generate" / "gestures_page.py"
     spec = spec_from_file_location("gestures_page", place)
     assert spec is not None
@@ -37,6 +37,6 @@ def test_the_page_has_every_row() -> None:
 
 
 def test_the_whole_gesture_completes_each(qapp: QApplication, tmp_path: Path) -> None:
-    """The hands of the table can do it: else it would prove nothing."""
+    """The complete gesture succeeds, without which the table would prove nothing."""
     with gesture_bench(qapp, tmp_path) as bench:
         assert [act.name for act in ACTS if not is_possible(bench, act)] == []

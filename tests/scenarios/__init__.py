@@ -1,1 +1,1 @@
-"""Whole conversations: stateful, random, hostile."""
+"""Stateful, random and hostile scenarios."""

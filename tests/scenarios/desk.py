@@ -29,7 +29,7 @@ ASKS_FOR_S: Final = 10.0
 
 
 class Desk(DeskPort):
-    """See the module's docstring. The `on_…` hear what is claimed, when it is."""
+    """See the module's docstring; the `on_…` callbacks are called when a claim is made."""
 
     def __init__(self, options: Mapping[str, Any], *, is_watching: bool) -> None:
         self.hands = Hands()
@@ -55,7 +55,7 @@ class Desk(DeskPort):
         self.found = None
 
     def hang(self, seconds: float, *, is_let_go: bool) -> None:
-        """The window stands still; the thread of the port does not. Letting go is heard only afterwards."""
+        """Block the window, but not the thread of the port; a release is handled only afterwards."""
         end_s = self.clock() + seconds
         while self.clock() < end_s:
             self.step()
@@ -80,7 +80,7 @@ class Desk(DeskPort):
 
     @property
     def is_busy(self) -> bool:
-        """With one thing on the Settings page, and it only does one at a time."""
+        """Return whether the Settings page is busy; it does one thing at a time."""
         return self._settings_job is not None and not self._settings_job.is_done
 
     def edit(self, act: Callable[[], object]) -> None:
@@ -92,7 +92,7 @@ class Desk(DeskPort):
             self._settings_job = self.run(read_everything(), lambda _run: None)
 
     def write(self, *, is_unlocked: bool = False) -> None:
-        """The click on "Write", warned already."""
+        """Click Write, after any warning."""
         changes = self.form.changes(self.view, self.clock())
         if not changes or not self.is_open or self.is_busy:
             return
@@ -136,7 +136,7 @@ class Desk(DeskPort):
     # Guided tests
 
     def guide(self, procedure: Procedure[Any]) -> None:
-        """A part of a guided test; `guided` is what came of it."""
+        """Run a part of a guided test; the result is in `guided`."""
         self.guided = None
         if self.is_open and not self.is_busy:
             self._settings_job = self.run(procedure, self._end_guided)
@@ -150,7 +150,7 @@ class Desk(DeskPort):
         self._asked_at[act] = self.clock()
 
     def go(self, act: Act, *, baud_rate: int = 115200) -> None:
-        """The second click. One that nobody was asked for, or too late, is none."""
+        """Confirm; a click without a question, or too late, has no effect."""
         now = self.clock()
         if now - self._asked_at.pop(act, now - ASKS_FOR_S) >= ASKS_FOR_S:
             return
@@ -163,7 +163,7 @@ class Desk(DeskPort):
         return permit
 
     def hand_in(self, permit: Permit | None, *, act: Act | None = None, baud_rate: int = 115200) -> None:
-        """Order the act of this permit; also what a window with a bug would order."""
+        """Order the act of this permit, even as a faulty window would."""
         act = act or (permit.act if permit is not None else Act.DEPLOY)
         if act is Act.CHANGE_BAUD:
             self._seeking += 1
@@ -224,7 +224,7 @@ class Desk(DeskPort):
         self._follow()
 
     def poll(self) -> None:
-        """What disarms by itself."""
+        """Disarm what ends by itself."""
         if not self.is_under_way:
             return
         view = self.view

@@ -1,4 +1,4 @@
-"""What the machine of `tests.scenarios.desk_machine` draws from."""
+"""Values that the state machine of `tests.scenarios.desk_machine` draws from."""
 
 from hypothesis import strategies as st
 
@@ -6,7 +6,7 @@ from app.safety.acts import Act
 from tests.scenarios.desk_judge import KEYS
 
 FORGETFUL = {"light_threshold": 0x12, "attitude_threshold": 60, "freefall_acceleration": 5, "freefall_time": 160}
-"""What a module holds that loses its settings with its power."""
+"""What a module holds after a power cycle if it does not keep its settings."""
 
 DIALECTS = st.fixed_dictionaries(
     {
@@ -35,6 +35,6 @@ FAULTS = st.fixed_dictionaries(
 ACTS = (Act.ACTIVATE, Act.ZERO, Act.SHUTDOWN, Act.FORBID_DEPLOY)
 RAWS = st.dictionaries(st.sampled_from(sorted(KEYS)), st.sampled_from([0, 1, 5, 54, 60, 130, 255]), min_size=1)
 CLICKS = st.sampled_from([1, 1, 2, 5])
-"""Once, by a double click, or by a key that repeats."""
+"""Clicks: once, a double click, or a repeating key."""
 THEN = st.sampled_from(["", "again", "lock", "unplug", "restart", "silence"])
 SHORT_S = st.sampled_from([0.02, 0.1, 0.3])

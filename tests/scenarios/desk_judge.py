@@ -1,4 +1,4 @@
-"""Compares what the window says with what the module holds."""
+"""Compares what the window shows with what the module holds."""
 
 from collections.abc import Iterable
 from typing import Final
@@ -25,24 +25,24 @@ FLAGS: Final = {
     "freefall_trigger": "freefall_is_enabled",
     "serial_output": "serial_output_is_on",
 }
-"""E8: set and never read; by name, what the simulated module calls them."""
+"""E8: written and never read; maps the name to the simulated module's."""
 KEYS: Final = {BY_NAME[name].key: BY_NAME[name] for name in (*READABLE, *FLAGS)}
 _FORGETTABLE: Final = (*KEYS, "active")
 _SURE: Final = (RowState.READ, RowState.ACKNOWLEDGED, RowState.VERIFIED)
 ANSWER_S: Final = 1.05
-"""The vendor's second, and the step of time in which it ends."""
+"""The vendor's 1 s, and the time step in which it ends."""
 _MEANWHILE_S: Final = 10.0
-"""Longer than an act and its looking afterwards take."""
+"""Longer than an act and the reading after it take."""
 
 
 def value_of(command: Command, raw: int) -> Value:
-    """In the field's unit; flags take the lowest bit."""
+    """Return a value in the field's unit; flags use the lowest bit."""
     assert command.write is not None
     return command.write.decode(raw if command.name in READABLE else raw & 1)
 
 
 class Judge:
-    """Asserts. Listens to what the desk claims about writes and acts, at the moment when it does."""
+    """Checks the window's claims about writes and acts as they are made."""
 
     def __init__(self, desk: Desk) -> None:
         self.truth = Truth()
@@ -53,7 +53,7 @@ class Judge:
     # What happened to the module
 
     def restarted(self) -> None:
-        """It was switched off and on; whatever it forgot, it has forgotten by now."""
+        """Note a power cycle, after which the module has forgotten what it does not keep."""
         self.truth.change(_FORGETTABLE, self._desk.clock(), is_audible=self._desk.is_listening)
 
     def somebody_activated(self) -> None:
@@ -93,7 +93,7 @@ class Judge:
             self._judge_proof(row.command, stands.value)
 
     def _judge_proof(self, command: Command, value: Value) -> None:
-        """On this opening of the port it was set once, to this, and then asked for at least twice."""
+        """Return whether it was set once, to this, since the port was opened, and then read at least twice."""
         last = self._desk.ledger.last_set(command.code)
         assert last is not None
         at, request = last
@@ -119,7 +119,7 @@ class Judge:
             assert holds == value, f"{said}, and it is {holds}"
 
     def _is_set_under_way(self, command: Command, at: float, now: float) -> bool:
-        """It has just been sent, and its answer is waited for: what was known before it is the last that was said."""
+        """Return whether a set of it is pending, so that the last known value still counts."""
         last = self._desk.ledger.last_set(command.code)
         return last is not None and at <= last[0] and now - last[0] <= ANSWER_S
 
@@ -163,7 +163,7 @@ class Judge:
             assert self._desk.bench.module.state.is_active is is_expected
 
     def _has_changed_since(self, at: float) -> bool:
-        """Somebody restarted, activated or locked it."""
+        """Return whether the module was restarted, activated or locked since `at`."""
         ledger = self._desk.ledger
         others: Iterable[Act] = (Act.LOCK, Act.ACTIVATE, Act.DEPLOY)
         return self.truth.changed_at("active") >= at or any(ledger.sent_since(REQUESTS[act], at) for act in others)

@@ -15,10 +15,10 @@ from protocol.catalogue import BAUD_RATE, SERIAL_OUTPUT, Hazard, Request
 
 CONFIRMED_FOR_S: Final = 5.0
 HELD_FOR_S: Final = 1.0
-"""How long a gesture counts that had to wait: the promise of `app.safety.permit`, written down a second time."""
+"""How long a gesture stays valid while it waits; repeats the promise of `app.safety.permit`."""
 _LOCKS_MOST: Final = 50
 _LOCKS_FOR_S: Final = 10.0
-"""How often and how long one LOCK is repeated."""
+"""The most repetitions of one LOCK, and their time."""
 _HOLD_S: Final = 2.0
 _ARMED_FOR_S: Final = 10.0
 _SLACK_S: Final = 1e-3
@@ -28,7 +28,7 @@ _LOCK: Final = REQUESTS[Act.LOCK]
 
 @dataclass
 class Hands:
-    """How far the hands are with the ritual: chosen, armed, then held by one fresh press for two whole seconds."""
+    """Progress of the ritual: chosen, armed, then held by one new press for two seconds."""
 
     is_chosen: bool = False
     is_rehearsal: bool = False
@@ -56,11 +56,11 @@ class Hands:
             self.leave()
 
     def leave(self) -> None:
-        """Whatever ends it: begin again by choosing."""
+        """Cancel the ritual; it starts again with choosing."""
         self.is_chosen, self.is_rehearsal, self.armed_at, self.held_since = False, False, None, None
 
     def take_full(self, now: float) -> bool:
-        """Whether it is complete now and in earnest; once for each time through."""
+        """Return whether it has just been completed, and is not a rehearsal."""
         if self.armed_at is None:
             return False
         if now - self.armed_at >= _ARMED_FOR_S:
@@ -75,7 +75,7 @@ class Hands:
 
 @dataclass(frozen=True)
 class Gesture:
-    """One complete gesture for one frame of `act`, until `ends_at`."""
+    """One complete gesture for one frame of `act`, valid until `ends_at`."""
 
     act: Act
     at: float
@@ -84,13 +84,13 @@ class Gesture:
 
 @dataclass
 class Ledger:
-    """`complaints`: what must never happen, in words."""
+    """Records gestures and frames; `complaints` describes each violation."""
 
     complaints: list[str] = field(default_factory=list)
     wire: list[tuple[float, Request]] = field(default_factory=list)
-    """All that the host sent, with the time."""
+    """All frames of the host, with their times."""
     is_background_on: bool = False
-    """A procedure that switches the serial output on and off by itself."""
+    """A procedure that switches the serial output by itself is running."""
     _gestures: list[Gesture] = field(default_factory=list)
     _intents: Counter[Act] = field(default_factory=Counter)
     _leaves: dict[int, Counter[Request]] = field(default_factory=dict)
@@ -101,7 +101,7 @@ class Ledger:
         self._gestures.append(Gesture(act, now, now + (HELD_FOR_S if act is Act.DEPLOY else CONFIRMED_FOR_S)))
 
     def lock(self, now: float) -> None:
-        """LOCK goes before everything else: it also ends what was asked for before. It is repeated, within limits."""
+        """Note a LOCK: it cancels earlier requests, and may be repeated within limits."""
         self._locks, self._locked_at = _LOCKS_MOST, now
         self._gestures.clear()
 
@@ -109,20 +109,20 @@ class Ledger:
         self._intents[act] += 1
 
     def allow(self, job: int, requests: Iterable[Request]) -> None:
-        """A click that writes: each of these sets once, until `job` has ended."""
+        """Note a click on Write: each of these is set once until `job` ends."""
         self._leaves[job] = Counter(requests)
 
     def end(self, job: int) -> None:
         self._leaves.pop(job, None)
 
     def lose(self) -> None:
-        """The port is gone: whatever was asked for before is not sent on another one."""
+        """Note that the port is gone: earlier requests must not be sent on another port."""
         self._gestures.clear()
         self._leaves.clear()
         self._locks = 0
 
     def feed(self, request: Request, now: float) -> None:
-        """The host put it onto the wire."""
+        """Note a frame that the host sent."""
         self.wire.append((now, request))
         if request.hazard is Hazard.NONE:
             return
@@ -157,7 +157,7 @@ class Ledger:
         return request.command is SERIAL_OUTPUT and self.is_background_on
 
     def take_error(self, error: BaseException) -> None:
-        """What ended a procedure: only these two are not mistakes of the program."""
+        """Complain about the error that ended a procedure, unless it was cancelled or lost the port."""
         if not isinstance(error, Cancelled | PortLost):
             self.complaints.append(f"a procedure ended with {error!r}")
 
@@ -165,11 +165,11 @@ class Ledger:
         self.complaints.append(f"at {now:.3f}: {request.command.name} {request.encode().hex(' ')}: {why}")
 
     def sent_since(self, request: Request, at: float) -> int:
-        """How often it went out at `at` or later."""
+        """Return how often a frame was sent at `at` or later."""
         return sum(when >= at and one == request for when, one in self.wire)
 
     def last_set(self, code: int) -> tuple[float, Request] | None:
-        """The last set of this command."""
+        """Return the last set of this command."""
         found = (entry for entry in reversed(self.wire) if entry[1].command.code == code and entry[1].is_set)
         return next(found, None)
 
@@ -186,21 +186,21 @@ class Truth:
     LONGEST_DELAY_S = 4.0
 
     calm_since: float = -inf
-    """Since when no fault is on the line; infinite while there is one."""
+    """Since when the line has had no fault; infinite while it has one."""
     changed: dict[str, tuple[float, float]] = field(default_factory=dict)
-    """By key: when it changed, and which readings (by their time) may still be older than that."""
+    """By key: when it changed, and up to which time readings may be older than that."""
 
     def change(self, keys: Iterable[str], now: float, *, is_audible: bool) -> None:
         is_told = is_audible and self.is_calm(now)
         self.changed |= dict.fromkeys(keys, (now, -inf if is_told else now + self.LONGEST_DELAY_S))
 
     def disturb(self, now: float) -> None:
-        """A fault begins."""
+        """Note that a fault begins."""
         self.calm_since = inf
         self.miss(now)
 
     def miss(self, now: float) -> None:
-        """The program may no longer hear of what has just happened."""
+        """Note that the program may miss the current change."""
         for key, (at, _) in self.changed.items():
             if now - at <= self.SEEN_WITHIN_S:
                 self.changed[key] = (at, at + self.LONGEST_DELAY_S)
@@ -209,13 +209,13 @@ class Truth:
         self.calm_since = min(self.calm_since, now)
 
     def is_calm(self, now: float) -> bool:
-        """No fault for so long that nothing late is under way either."""
+        """Return whether the line has been free of faults for so long that nothing late can arrive."""
         return now - self.calm_since > self.LONGEST_DELAY_S
 
     def changed_at(self, key: str) -> float:
         return self.changed.get(key, (-inf, -inf))[0]
 
     def is_excused(self, key: str, known_at: float, now: float) -> bool:
-        """Whether what was said of `key` at `known_at` may be wrong now without anybody's fault."""
+        """Return whether the value of `key` read at `known_at` may be outdated through no fault of the program."""
         at, until = self.changed.get(key, (-inf, -inf))
         return now - at <= self.SEEN_WITHIN_S or known_at <= until

@@ -24,10 +24,10 @@ from tests.scenarios.desk_judge import KEYS, Judge, value_of
 
 
 class DeskMachine(RuleBasedStateMachine):
-    """Nothing here corrupts bytes: what an 8-bit sum lets pass is another test's."""
+    """The steps of a session; none corrupts bytes, because an 8-bit sum misses some of them."""
 
     steps: ClassVar[int] = 0
-    """Of all machines together."""
+    """Count of the steps of all machines."""
 
     @initialize(quirks=DIALECTS, is_watching=st.booleans(), wait_s=st.sampled_from([0.0, 3.0]))
     def sit_down(self, quirks: dict[str, Any], is_watching: bool, wait_s: float) -> None:
@@ -107,7 +107,7 @@ class DeskMachine(RuleBasedStateMachine):
 
     @rule(act=st.sampled_from(ACTS), is_busy=st.booleans(), wait_s=st.sampled_from([0.0, 0.02, 0.1]), then=THEN)
     def confirm_in_order(self, act: Act, is_busy: bool, wait_s: float, then: str) -> None:
-        """Perhaps behind a long reading on a slow line, so that the order grows old."""
+        """Give an order, perhaps behind a long read on a slow line, so that it expires."""
         self._bring_in_order(is_active=False)
         if is_busy:
             self.fault({"delay_ms": 900.0})
@@ -126,7 +126,7 @@ class DeskMachine(RuleBasedStateMachine):
 
     @rule(data=st.data(), act=st.sampled_from([*ACTS, Act.DEPLOY]))
     def order_again(self, data: st.DataObject, act: Act) -> None:
-        """What only a window with a bug would do: a permit twice, an old one, or none."""
+        """Use a permit twice, late, or not at all, as only a faulty window would."""
         permit = data.draw(st.sampled_from([None, *self.desk.permits[-3:]]))
         self.desk.hand_in(permit, act=None if permit is not None and permit.act is not Act.DEPLOY else act)
         self.desk.wait(0.1)
@@ -149,7 +149,7 @@ class DeskMachine(RuleBasedStateMachine):
     def guide(
         self, test: GuidedTest, is_confirmed: bool, presses: int, tilt_deg: float, wait_s: float, then: str
     ) -> None:
-        """What it needs of acts a person confirms; whoever activated the module for it locks it."""
+        """Run a guided test; its acts are confirmed, and the module is locked afterwards by whoever activated it."""
         self._bring_in_order(is_active=False)
         desk, steps = self.desk, PersonSteps()
         desk.guide(prepare(test))
@@ -252,7 +252,7 @@ class DeskMachine(RuleBasedStateMachine):
 
     @rule(is_pulled=st.sampled_from([False, False, True]), wait_s=st.sampled_from([0.05, 3.0]))
     def open_port(self, is_pulled: bool, wait_s: float) -> None:
-        """Plug it in, if need be, connect and read; what was asked for before is not sent now."""
+        """Plug it in, connect and read; earlier requests must not be sent."""
         if is_pulled:
             self.desk.bench.unplug()
             self.desk.turn()
@@ -272,7 +272,7 @@ class DeskMachine(RuleBasedStateMachine):
         self.desk.connect()
 
     def _bring_in_order(self, *, is_active: bool) -> None:
-        """What random gestures hardly ever bring together: everything healed, connected, idle and known."""
+        """Reach a state that is rare at random: no fault, connected, idle, and all values known."""
         desk, bench = self.desk, self.desk.bench
         if not bench.module.is_on:
             bench.press_switch()
@@ -293,7 +293,7 @@ class DeskMachine(RuleBasedStateMachine):
             desk.turn()
 
     def _follow(self, then: str) -> None:
-        """What comes hard upon an order."""
+        """Make an order be followed at once by another event."""
         match then:
             case "again":
                 self.desk.hand_in(self.desk.permits[-1])

@@ -1,4 +1,4 @@
-"""One end of a desk: the simulated module, the port to it, and what runs on it, in one thread on one clock."""
+"""One end of a desk: the simulated module, the port, and the session on it, in one thread with one clock."""
 
 from collections.abc import Callable, Mapping
 from typing import Any, Final
@@ -23,7 +23,7 @@ TURN_S: Final = 0.02
 
 
 class WatchedLine(SimulatedLine):
-    """On a bench that lives longer than it; dead for good once the plug was pulled."""
+    """A line on a bench that outlives it; it fails for good once unplugged."""
 
     def __init__(self, clock: FakeClock, bench: SimulatedBench, ledger: Ledger, baud_rate: int) -> None:
         super().__init__(clock, baud_rate=baud_rate, bench=bench)
@@ -66,16 +66,16 @@ class DeskPort:
         self.replace_module(options)
 
     def poll(self) -> None:
-        """What the window does whenever something may have changed."""
+        """Called whenever something may have changed, as in the window."""
 
     def turn(self) -> None:
-        """A small step of time, and everything that is due."""
+        """Advance the clock by a small step, and do what is due."""
         self.step()
         self.collect()
         self.poll()
 
     def replace_module(self, options: Mapping[str, Any]) -> None:
-        """Another module, with nothing open yet."""
+        """Replace the module; no port is open."""
         self.disconnect()
         texts = {name: as_text(value) for name, value in options.items()}
         self.bench = SimulatedBench(setup_from(parse_options(texts)), clock=self.clock)
@@ -87,7 +87,7 @@ class DeskPort:
 
     @property
     def is_listening(self) -> bool:
-        """The port is at the module's rate, and stays there."""
+        """Return whether the port has the module's rate and keeps it."""
         return self.session is not None and not self._seeking and self._rate_now == self.bench.module.baud_rate
 
     @property
@@ -113,18 +113,18 @@ class DeskPort:
         self.run(greet(), lambda _run: None)
 
     def make_line(self, baud_rate: int) -> "WatchedLine":
-        """Raises `PortError` where nothing is plugged in."""
+        """Raises `PortError` if nothing is plugged in."""
         return WatchedLine(self.clock, self.bench, self.ledger, baud_rate)
 
     def find(self) -> None:
-        """Open the port at the rate that the module has."""
+        """Open the port at the module's rate."""
         if self._rate_now != self.bench.module.baud_rate:
             self.disconnect()
             self._rate = self.bench.module.baud_rate
         self.connect()
 
     def disconnect(self) -> None:
-        """In good order, as the worker leaves."""
+        """Close the port as the worker does."""
         if self.session is None:
             return
         for run, _ in self._jobs:

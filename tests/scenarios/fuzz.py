@@ -29,7 +29,7 @@ _FRAGMENTS = (b"A", b"B", b"Au", b"Ba", b"Au5\x01", b"Au5\x01\xca\x00", b"Au2", 
 
 @dataclass(slots=True)
 class Figures:
-    """What a run has seen."""
+    """Counts of a run."""
 
     inputs: int = 0
     bytes: int = 0
@@ -38,12 +38,12 @@ class Figures:
 
 
 def summed(head: bytes) -> bytes:
-    """`head` (header, code, data) with its right checksum."""
+    """Return `head` (header, code, data) with its checksum."""
     return head + bytes((sum(head[2:]) & 0xFF,))
 
 
 def nasty_bytes(source: random.Random) -> bytes:
-    """Frames whole, mutated, cut, nested and with random contents, among garbage and pieces of headers."""
+    """Return frames that are whole, mutated, cut, nested or random, among garbage and pieces of headers."""
     return b"".join(_nasty_piece(source) for _ in range(source.randint(1, 6)))
 
 
@@ -79,7 +79,7 @@ def _mutated(frame: bytes, source: random.Random) -> bytes:
 
 
 def _nasty_record(source: random.Random) -> bytes:
-    """A record that may begin like a voltage, hold headers or a whole frame, be unused, or have a bad flag."""
+    """Return a record that begins like a voltage, contains headers or a frame, is unused, or has a bad flag."""
     body = bytearray(_RECORD[4:15])
     kind = source.randrange(6)
     if kind in (0, 1):
@@ -98,7 +98,7 @@ def _nasty_record(source: random.Random) -> bytes:
 
 
 def parsed(data: bytes, parser: StreamParser, source: random.Random) -> list[Piece]:
-    """`data` through the parser in random cuts. Raises `AssertionError` where more waits than may."""
+    """Parse `data` in random cuts; raise `AssertionError` if the parser holds back too much."""
     pieces: list[Piece] = []
     at = 0
     while at < len(data):
@@ -111,7 +111,7 @@ def parsed(data: bytes, parser: StreamParser, source: random.Random) -> list[Pie
 
 
 def agrees(data: bytes, asked: int | None, *, follows_host: bool, source: random.Random) -> int | None:
-    """How many frames both decoders found in `data`, None where they disagree or bytes are lost."""
+    """Return the count of frames that both decoders found, or None if they disagree or lose bytes."""
     command = next((one for one in COMMANDS if one.code == asked), None)
     parser = StreamParser(asked=None if command is None else command.query(), follows_host=follows_host)
     pieces = parsed(data, parser, source)
@@ -122,7 +122,7 @@ def agrees(data: bytes, asked: int | None, *, follows_host: bool, source: random
 
 
 def fuzz(count: int, seed: int) -> Figures:
-    """Compare the decoders on `count` inputs; disagreements are printed to standard error."""
+    """Compare the decoders on `count` inputs; print disagreements to standard error."""
     source = random.Random(seed)
     figures = Figures()
     for _ in range(count):
@@ -152,7 +152,7 @@ def _fuzz_link(count: int, seed: int) -> int:
 
 
 def main() -> int:
-    """Run from the command line; 1 where the decoders disagree, or the referee of the link finds a fault."""
+    """Run from the command line; return 1 if the decoders disagree or the referee finds a fault."""
     parser = argparse.ArgumentParser(description="Compare the stream parser with the reference decoder.")
     parser.add_argument("--inputs", type=int, default=100_000)
     parser.add_argument("--seed", type=int, default=1)

@@ -27,7 +27,7 @@ IMPATIENT_S: Final = ((0.1,), (0.1, 0.1), (0.1, 0.1, 0.1))
 PAUSES_S: Final = (0.0, 0.0, 0.0, 0.001, 0.01, 0.1, 0.4, 3.5, 11.0)
 AT_ONCE_S: Final = (0.0, 0.0, 0.001, 0.03)
 SLOW_S: Final = (0.003, 0.05, 0.2, 0.45, 1.2, 2.4)
-"""Not beyond what a late reply is waited for."""
+"""Not longer than a late reply is waited for."""
 LONGEST_STEPS: Final = 2000
 RECORDS_CODE: Final = 0x35
 
@@ -49,13 +49,13 @@ LOCK: Final = ACTIVATION.set(False)
 
 
 class Kind(Enum):
-    """What is at the other end."""
+    """Kinds of the other end."""
 
     DISTINCT = "honest, nothing asked twice"
-    """Codes differ, so that no reply can be mistaken: the whole conversation is predicted, without any fence."""
+    """Codes differ, so no reply is ambiguous: the whole conversation is predictable without extra queries."""
     HONEST = "honest"
     SHORT_35 = "honest, voltages with code 35"
-    """E3, at its word: answers in time or never, since a late one is decided only by what follows it."""
+    """E3, with replies in time or not at all, because a late one is decided only by what follows."""
     ADVERSE = "adverse"
 
 
@@ -71,7 +71,7 @@ class Party(Protocol):
 
 
 class Adversary:
-    """No module: what comes is right, wrong, early, cut and repeated as chance has it."""
+    """Not a module: its frames are right, wrong, early, cut and repeated at random."""
 
     def __init__(self, source: random.Random) -> None:
         self._source = source
@@ -110,7 +110,7 @@ class Adversary:
 
 @dataclass(slots=True)
 class Conversation:
-    """One input. After `run` the referee knows what went wrong."""
+    """One conversation; after `run` the referee holds the faults."""
 
     source: random.Random
     kind: Kind
@@ -173,7 +173,7 @@ class Conversation:
         return module
 
     def run(self) -> None:
-        """Until everything that was to be asked has ended."""
+        """Run until every request has ended."""
         ask_at_s = BEGAN_S
         while self._to_ask or self.referee.asked is not None:
             is_free = self.referee.asked is None and self._link.is_idle
@@ -194,7 +194,7 @@ class Conversation:
                 return
 
     def _act(self, ask_at_s: float) -> None:
-        """What the owner does, and what befalls the module."""
+        """Do a random action of the caller, or a random event of the module."""
         chance = self.source.random
         if self._restarts and chance() < self._restarts and isinstance(self._party, HonestModule):
             self._party.restart(self._now_s)
@@ -254,7 +254,7 @@ def _told(event: Event) -> Told | None:
 
 
 def _values(message: Message) -> tuple[int, ...]:
-    """As on the wire."""
+    """Return a request's bytes."""
     match message:
         case Reading(raw=raw) | Acknowledgement(raw=raw):
             return (raw,)
@@ -268,7 +268,7 @@ def _values(message: Message) -> tuple[int, ...]:
 
 @dataclass(slots=True)
 class LinkStatistics:
-    """What a run has seen."""
+    """Counts of a run."""
 
     inputs: int = 0
     steps: int = 0
@@ -277,19 +277,19 @@ class LinkStatistics:
 
 
 def kind_of(seed: int) -> Kind:
-    """Half of all conversations are with honest modules, where most can go wrong."""
+    """Return the kind of the n-th conversation; half of them are with honest modules."""
     return TURNS[seed % len(TURNS)]
 
 
 def converse(seed: int, kind: Kind) -> Conversation:
-    """One conversation, run to its end."""
+    """Run one conversation to its end."""
     conversation = Conversation(random.Random(seed), kind)
     conversation.run()
     return conversation
 
 
 def fuzz_link(count: int, seed: int) -> LinkStatistics:
-    """`count` conversations, the kinds in `TURNS`; faults are printed to standard error with what repeats them."""
+    """Run `count` conversations of the kinds in `TURNS`; print faults and how to repeat them to standard error."""
     figures = LinkStatistics()
     for number in range(count):
         one = converse(seed + number, kind_of(seed + number))

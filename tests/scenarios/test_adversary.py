@@ -1,4 +1,4 @@
-"""The campaign: a part of it, and its judge, who finds out a program that lies."""
+"""A part of the adversary campaign, and proofs that its judge notices a faulty program."""
 
 import itertools
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""Addresses, names and files made to do harm: refused or shown as they are, in bounded time, never obeyed."""
+"""Malicious addresses, names and files are refused or shown as they are, in bounded time, and never obeyed."""
 
 import argparse
 import json
@@ -228,7 +228,7 @@ def test_every_message_of_argparse_goes_through_the_same(capsys: pytest.CaptureF
 
 
 def test_a_link_stays_and_what_it_leads_to_is_replaced(tmp_path: Path) -> None:
-    """As QSaveFile and git do."""
+    """Replaces the file, as QSaveFile and git do."""
     target, link = tmp_path / "real.toml", tmp_path / "link.toml"
     target.write_text("old", encoding="utf-8")
     link.symlink_to(target)
@@ -302,7 +302,7 @@ def test_a_profile_is_judged_in_bounded_time(text: str) -> None:
 
 @pytest.mark.parametrize("header", [b"Au", b"Ba"])
 def test_headers_one_behind_the_other_are_one_run_however_many(header: bytes) -> None:
-    """Six megabytes of them took a minute, a line for each."""
+    """Six megabytes of such lines once took a minute."""
     data = header * 100_000
     whole, cut = StreamParser(), StreamParser()
     pieces = [*whole.feed(data), *whole.flush()]

@@ -1,4 +1,4 @@
-"""A store that is held by another program, or whose commits take seconds: LOCK and the line go on, acts wait."""
+"""A store that is locked by another program or slow to commit: LOCK and the line go on, acts wait."""
 
 import sqlite3
 import threading
@@ -34,7 +34,7 @@ def store(tmp_path: Path) -> Iterator[Store]:
 
 @contextmanager
 def held(store: Store) -> Iterator[threading.Event]:
-    """The thread that writes does not come further than this until the event is set."""
+    """Block the writing thread until the event is set."""
     release = threading.Event()
     store.queue.submit(lambda: release.wait(LIMIT_S))
     try:

@@ -1,4 +1,4 @@
-"""A stream that this program left on, because it was killed, is switched off by the next session."""
+"""A stream left on by a killed program is switched off by the next session."""
 
 import json
 import os

@@ -1,7 +1,4 @@
-"""The literal frames of the vendor's table of 2019-04-30, with what they mean; one noted "computed" is not in it.
-
-`means` is what `dps-s decode --json` prints besides place and direction.
-"""
+"""The frames printed in the vendor's table of 2019-04-30, with their meaning; one with the note "computed" is added."""
 
 from typing import NamedTuple
 
@@ -9,7 +6,11 @@ Plain = bool | int | float | str | list[str]
 
 
 class Vector(NamedTuple):
-    """One frame. `means` is None for one that must be rejected; `while_asked` is what decides its meaning."""
+    """One frame.
+
+    `means` is what `dps-s decode --json` prints except offset and direction, or None if the frame must be rejected;
+    `while_asked` is the pending request that decides the meaning.
+    """
 
     id: str
     hex: str
@@ -24,6 +25,31 @@ class Vector(NamedTuple):
     @property
     def is_from_host(self) -> bool:
         return self.raw.startswith(b"Ba")
+
+
+_RECORD: dict[str, Plain] = {
+    "command": "trigger_records",
+    "uptime_s": 108,
+    "sources": ["attitude"],
+    "attitude_threshold_deg": 60,
+    "freefall_acceleration_g": 0.5,
+    "freefall_time_s": 1.6,
+    "serial_connected": True,
+    "charging": False,
+    "light_v": 1.2,
+}
+
+
+def _voltage(frame: str, volts: float) -> Vector:
+    code = frame.split()[2]
+    note = {"34": "E3: the code one would expect", "35": "E3: the table answers with code 35"}[code]
+    means: dict[str, Plain] = {"command": "cell_voltage", "cell_voltage_v": volts}
+    return Vector(f"cell-voltage-reply-{code}-{volts}V", frame, means, "cell_voltage", note)
+
+
+def _flag(name: str, frame: str, note: str = "") -> Vector:
+    command = f"{name.partition('-')[0]}_trigger"
+    return Vector(name, frame, {"command": command, "enabled": "enable" in name.split("-")}, command, note)
 
 
 VECTORS: tuple[Vector, ...] = (
@@ -83,131 +109,37 @@ VECTORS: tuple[Vector, ...] = (
     Vector("charging-no", "41 75 33 01 00 34", {"command": "charging", "charging": False}),
     Vector("charging-yes", "41 75 33 01 01 35", {"command": "charging", "charging": True}),
     Vector("cell-voltage-query", "42 61 34 01 00 35", {"command": "cell_voltage"}),
-    Vector(
-        "cell-voltage-reply-34-3.8V",
-        "41 75 34 01 BE F3",
-        {"command": "cell_voltage", "cell_voltage_v": 3.8},
-        while_asked="cell_voltage",
-        note="E3: the code one would expect",
-    ),
-    Vector(
-        "cell-voltage-reply-34-4.0V",
-        "41 75 34 01 C8 FD",
-        {"command": "cell_voltage", "cell_voltage_v": 4.0},
-        while_asked="cell_voltage",
-        note="E3: the code one would expect",
-    ),
-    Vector(
-        "cell-voltage-reply-34-4.2V",
-        "41 75 34 01 D2 07",
-        {"command": "cell_voltage", "cell_voltage_v": 4.2},
-        while_asked="cell_voltage",
-        note="E3: the code one would expect",
-    ),
-    Vector(
-        "cell-voltage-reply-35-3.8V",
-        "41 75 35 01 BE F4",
-        {"command": "cell_voltage", "cell_voltage_v": 3.8},
-        while_asked="cell_voltage",
-        note="E3: the table answers with code 35",
-    ),
-    Vector(
-        "cell-voltage-reply-35-4.0V",
-        "41 75 35 01 C8 FE",
-        {"command": "cell_voltage", "cell_voltage_v": 4.0},
-        while_asked="cell_voltage",
-        note="E3: the table answers with code 35",
-    ),
-    Vector(
-        "cell-voltage-reply-35-4.2V",
-        "41 75 35 01 D2 08",
-        {"command": "cell_voltage", "cell_voltage_v": 4.2},
-        while_asked="cell_voltage",
-        note="E3: the table answers with code 35",
-    ),
+    _voltage("41 75 34 01 BE F3", 3.8),
+    _voltage("41 75 34 01 C8 FD", 4.0),
+    _voltage("41 75 34 01 D2 07", 4.2),
+    _voltage("41 75 35 01 BE F4", 3.8),
+    _voltage("41 75 35 01 C8 FE", 4.0),
+    _voltage("41 75 35 01 D2 08", 4.2),
     Vector("trigger-records-query", "42 61 35 01 00 36", {"command": "trigger_records"}),
     Vector(
         "trigger-record-example",
         "41 75 35 01 01 00 6C 02 3C 05 A0 00 01 0C EB 7E",
-        {
-            "command": "trigger_records",
-            "boot_count": 1,
-            "uptime_s": 108,
-            "sources": ["attitude"],
-            "attitude_threshold_deg": 60,
-            "freefall_acceleration_g": 0.5,
-            "freefall_time_s": 1.6,
-            "serial_connected": True,
-            "charging": False,
-            "light_v": 1.2,
-            "cell_voltage_v": 4.7,
-        },
+        _RECORD | {"boot_count": 1, "cell_voltage_v": 4.7},
         while_asked="trigger_records",
         note="E12: 4.70 V is implausible without external power",
     ),
     Vector(
         "trigger-record-that-begins-like-a-voltage",
         "41 75 35 01 CA 00 6C 02 3C 05 A0 00 01 0C C8 24",
-        {
-            "command": "trigger_records",
-            "boot_count": 202,
-            "uptime_s": 108,
-            "sources": ["attitude"],
-            "attitude_threshold_deg": 60,
-            "freefall_acceleration_g": 0.5,
-            "freefall_time_s": 1.6,
-            "serial_connected": True,
-            "charging": False,
-            "light_v": 1.2,
-            "cell_voltage_v": 4.0,
-        },
+        _RECORD | {"boot_count": 202, "cell_voltage_v": 4.0},
         while_asked="trigger_records",
         note="E3: computed, not from the table; its first six bytes are a valid six-byte frame",
     ),
     Vector("attitude-trigger-disable", "42 61 16 02 01 19", {"command": "attitude_trigger", "set_enabled": False}),
-    Vector(
-        "attitude-trigger-disable-ack",
-        "41 75 16 01 01 18",
-        {"command": "attitude_trigger", "enabled": False},
-        while_asked="attitude_trigger",
-    ),
+    _flag("attitude-trigger-disable-ack", "41 75 16 01 01 18"),
     Vector("freefall-trigger-disable", "42 61 17 02 01 1A", {"command": "freefall_trigger", "set_enabled": False}),
-    Vector(
-        "freefall-trigger-disable-ack-16",
-        "41 75 16 01 01 18",
-        {"command": "freefall_trigger", "enabled": False},
-        while_asked="freefall_trigger",
-        note="E4: the table answers with code 16",
-    ),
-    Vector(
-        "freefall-trigger-disable-ack-17",
-        "41 75 17 01 01 19",
-        {"command": "freefall_trigger", "enabled": False},
-        while_asked="freefall_trigger",
-        note="E4: the code one would expect",
-    ),
+    _flag("freefall-trigger-disable-ack-16", "41 75 16 01 01 18", "E4: the table answers with code 16"),
+    _flag("freefall-trigger-disable-ack-17", "41 75 17 01 01 19", "E4: the code one would expect"),
     Vector("attitude-trigger-enable", "42 61 16 02 00 18", {"command": "attitude_trigger", "set_enabled": True}),
-    Vector(
-        "attitude-trigger-enable-ack",
-        "41 75 16 01 00 17",
-        {"command": "attitude_trigger", "enabled": True},
-        while_asked="attitude_trigger",
-    ),
+    _flag("attitude-trigger-enable-ack", "41 75 16 01 00 17"),
     Vector("freefall-trigger-enable", "42 61 17 02 00 19", {"command": "freefall_trigger", "set_enabled": True}),
-    Vector(
-        "freefall-trigger-enable-ack-16",
-        "41 75 16 01 00 17",
-        {"command": "freefall_trigger", "enabled": True},
-        while_asked="freefall_trigger",
-        note="E4: the table answers with code 16",
-    ),
-    Vector(
-        "freefall-trigger-enable-ack-17",
-        "41 75 17 01 00 18",
-        {"command": "freefall_trigger", "enabled": True},
-        while_asked="freefall_trigger",
-        note="E4: the code one would expect",
-    ),
+    _flag("freefall-trigger-enable-ack-16", "41 75 16 01 00 17", "E4: the table answers with code 16"),
+    _flag("freefall-trigger-enable-ack-17", "41 75 17 01 00 18", "E4: the code one would expect"),
     Vector("zero-sensor", "42 61 25 01 00 26", {"command": "zero_sensor"}),
     Vector("zero-sensor-ack", "41 75 25 01 01 27", {"command": "zero_sensor"}),
 )

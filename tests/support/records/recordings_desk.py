@@ -13,8 +13,8 @@ from pytestqt.qtbot import QtBot
 
 from app.recordings.library import RecordingLibrary
 from tests.support.records.recordings_made import HEADING, batch, device, recorder_in, report
+from tests.support.window.fake_ports import FakeWorker
 from tests.support.window.fakes_ui import WAIT_MS
-from tests.support.window.live_bench import SilentWorker
 from tests.support.window.steps import settle
 from ui.core.connector import Connector
 from ui.core.port_watcher import PortWatcher
@@ -76,13 +76,13 @@ class Desk:
         return self.storage.sessions.library
 
     def list_again(self, count: int) -> None:
-        """Refresh the list, and wait until it has `count` rows."""
+        """Refresh the list; wait until it has `count` rows and nothing reads it any more."""
         self.page.work.refresh()
-        self.wait(lambda: self.page.filter.rowCount() == count)
+        self.wait(lambda: self.page.filter.rowCount() == count and not self.page.work._listing.is_running)
 
     def click(self, button: QWidget | None) -> None:
         assert button is not None
-        assert button.isEnabled(), button.objectName()
+        self.wait(button.isEnabled)
         settle(button)
         self.qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
 
@@ -109,7 +109,7 @@ class Desk:
 def made(qtbot: QtBot, qapp: QApplication, folder: Path, template: Path, *kinds: type[QWidget]) -> Iterator[Desk]:
     """Show pages of these kinds beside each other, without a main window or a port."""
     ports = PortWatcher(lambda _deadline_s: [])
-    make: Any = SilentWorker
+    make: Any = FakeWorker
     connector = Connector(ports, make_worker=make)
     texts, storage = Texts(), Storage(folder)
     services = Services(

@@ -1,4 +1,4 @@
-"""A capture file, opened in a window and played: what the tests of both share."""
+"""Writes a capture file, opens it in a window and plays it."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -23,7 +23,7 @@ ACTIVE = Status(7, 1.0, triggered=False, active=True).encode()
 
 
 def write_capture(path: Path, *, seconds: float = 30.0) -> Path:
-    """A module that streams, ACTIVE, and answers what the window asks at first."""
+    """Write a capture of an ACTIVE module that answers the first queries and then streams."""
     entries = []
     for number, name in enumerate(("heartbeat", "status", "active", "triggered", "cell_voltage", "boot_count")):
         request = BY_NAME[name].query()

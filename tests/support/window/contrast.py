@@ -1,61 +1,51 @@
-"""Contrast of colours, what text of a theme may stand on, and the texts of a window that stand out too little.
-
-Measured on the picture, not on the plan.
-"""
+"""Finds texts of a window whose contrast is too low, measured on a picture of it."""
 
 from collections.abc import Iterator
 
+import numpy as np
 from PySide6.QtCore import QPoint, QRect
 from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QAbstractButton, QComboBox, QLabel, QLineEdit, QWidget
 
-from tests.support.window.painted_text import Drawn, Pixels, colours_in
+from tests.support.window.painted_text import Drawn, Pixels, colours_in, luminance
 from ui.style.theme import SUNLIGHT, Theme, current
 from ui.widgets.step_button import StepButton
 
 DISABLED = 3.0
-"""WCAG asks nothing of what cannot be used now; it should still be read."""
+"""Least contrast of disabled controls, for which WCAG requires none."""
 _FRAME_PX = 4
 _ROUNDING = 0.01
 
 
 def wanted(theme: Theme) -> float:
+    """Return the least contrast of text in a theme."""
     return 7.0 if theme is SUNLIGHT else 4.5
 
 
 def surfaces_of(theme: Theme) -> tuple[str, str, str, str]:
-    """Everything that text may stand on."""
+    """Return the colours behind text."""
     return (theme.window, theme.surface, theme.sunken, theme.raised)
 
 
 def contrast(one: str, other: str) -> float:
-    """The contrast of two colours, 1 to 21, as WCAG 2.1 defines it (success criterion 1.4.3)."""
-    brighter, darker = sorted((_luminance(one), _luminance(other)), reverse=True)
-    return (brighter + 0.05) / (darker + 0.05)
-
-
-def _luminance(colour: str) -> float:
-    one = QColor(colour)
-    red, green, blue = (
-        part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4
-        for part in (one.redF(), one.greenF(), one.blueF())
-    )
-    return 0.2126 * red + 0.7152 * green + 0.0722 * blue
+    """Return the contrast of two colours, 1 to 21, as WCAG 2.1 defines it (success criterion 1.4.3)."""
+    darker, brighter = sorted(luminance(np.array([QColor(one).rgb(), QColor(other).rgb()], np.uint32)).tolist())
+    return float((brighter + 0.05) / (darker + 0.05))
 
 
 def unusable_in(root: QWidget) -> set[QWidget]:
-    """When the picture is taken: half a second later a dead step is live."""
+    """Return the widgets that cannot be used now; call it when the picture is taken."""
     return {one for one in root.findChildren(QWidget) if not _is_usable(one)}
 
 
 def weak_in_style(root: QWidget, picture: Pixels, unusable: set[QWidget]) -> Iterator[str]:
-    """Labels, buttons and fields: what Qt's style draws from the style sheet."""
+    """Yield labels, buttons and fields, drawn by Qt's style, whose contrast is too low."""
     for widget in root.findChildren(QWidget):
         if not widget.isVisible() or not _text_of(widget):
             continue
         place = _in_sight(widget, root)
         if place.width() < 12 or place.height() < 10 or place.height() < widget.height() / 2:
-            continue  # scrolled out of sight, all but a strip without letters
+            continue  # nearly scrolled out of sight
         colour, ratio = colours_in(picture, place).strongest_ink()
         least = DISABLED if widget in unusable else wanted(current())
         if ratio < least - _ROUNDING:
@@ -63,7 +53,7 @@ def weak_in_style(root: QWidget, picture: Pixels, unusable: set[QWidget]) -> Ite
 
 
 def weak_in_paint(root: QWidget, picture: Pixels, drawn: list[Drawn]) -> Iterator[str]:
-    """Numbers, chips, gauges, plots and table cells."""
+    """Yield texts painted by the window's own widgets whose contrast is too low."""
     for number, one in enumerate(drawn):
         if not root.isAncestorOf(one.widget) or any(_covers(later, one) for later in drawn[number + 1 :]):
             continue
@@ -83,12 +73,12 @@ def weak_in_paint(root: QWidget, picture: Pixels, drawn: list[Drawn]) -> Iterato
 
 
 def _covers(later: Drawn, one: Drawn) -> bool:
-    """As the time at the cursor covers one of the axis."""
+    """Return whether a later text lies over it, as the time at the cursor does over the axis."""
     return later.widget is one.widget and later.place.contains(one.place.center())
 
 
 def _is_usable(widget: QWidget) -> bool:
-    """A step of an act is dead for half a second after it appeared."""
+    """Return whether it is enabled; a step of an act stays disabled for 0.5 s after it appears."""
     return widget.isEnabled() and (not isinstance(widget, StepButton) or widget.is_live)
 
 
@@ -106,7 +96,7 @@ def _text_of(widget: QWidget) -> str:
 
 
 def _in_sight(widget: QWidget, root: QWidget, *, frame_px: int = _FRAME_PX) -> QRect:
-    """Where the widget's text may stand, in `root`; without the frame, which would pass for text."""
+    """Return the visible area of a widget in `root`, without its frame, which would be taken for text."""
     frame = 0 if isinstance(widget, QLabel) else frame_px
     region = widget.visibleRegion().boundingRect().adjusted(frame, frame, -frame, -frame)
     return region.translated(widget.mapTo(root, QPoint(0, 0)))

@@ -1,4 +1,4 @@
-"""The controls of a window as keyboard and screen reader meet them."""
+"""Finds the controls of a window, and its tab order."""
 
 from PySide6.QtCore import QPoint, QRect, Qt
 from PySide6.QtWidgets import (
@@ -23,7 +23,7 @@ CONTROLS = (
 
 
 def controls_in(root: QWidget) -> list[QWidget]:
-    """What a person can work with now, in sight; parts that Qt makes within one are the one."""
+    """Return the visible controls, without the parts that Qt makes within them."""
     return [
         one
         for one in root.findChildren(QWidget)
@@ -41,11 +41,11 @@ def takes_tab(widget: QWidget) -> bool:
 
 
 def tab_chain(window: QWidget) -> list[QWidget]:
-    """What Tab goes through in a window, in its order.
+    """Return the controls in tab order.
 
-    For PySide the one whose `nextInFocusChain` was asked is the parent of the next from then on, whatever Qt knows: a
-    ring of these, which nothing else seems to hold, is garbage, and the collector would free what is in sight. So the
-    walk ends before it comes round to the window, and looking the window's children up gives them back to it.
+    PySide makes the widget whose `nextInFocusChain` is called the parent of the result. A closed ring of such parents
+    would be garbage, and the collector would free visible widgets. So the loop ends before it returns to the window,
+    and `findChildren` then restores the parents.
     """
     to_come = {one for one in window.findChildren(QWidget) if one.window() is window}
     chain = [window]
@@ -64,7 +64,7 @@ def tab_chain(window: QWidget) -> list[QWidget]:
 
 
 def place_of(widget: QWidget, root: QWidget) -> QRect:
-    """Where it is in `root`; what is scrolled away lies at the edge behind which it is."""
+    """Return its place in `root`; a widget that is scrolled out of sight is placed at the edge of its scroll area."""
     place = QRect(widget.mapTo(root, QPoint(0, 0)), widget.size())
     parent = widget.parentWidget()
     while parent is not None and parent is not root:
@@ -77,7 +77,7 @@ def place_of(widget: QWidget, root: QWidget) -> QRect:
 
 
 def goes_back(one: QWidget, other: QWidget, root: QWidget) -> bool:
-    """Tab from one to the other goes against the reading order: up without going to the right, or left in a row."""
+    """Return whether Tab goes against the reading order: up without going right, or left within a row."""
     if one.isAncestorOf(other) or other.isAncestorOf(one):
         return False
     around = one.parentWidget()

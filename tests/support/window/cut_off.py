@@ -1,7 +1,6 @@
-"""Finds texts that do not fit: cut off, squeezed out of their parent, lying on each other, or behind a scroll bar.
+"""Finds texts that do not fit: cut off, outside their parent, overlapping, or behind a scroll bar.
 
-Every finding is one line that names the widget. A text that is shortened on purpose passes where its tooltip or its
-accessible name holds the whole of it.
+Every finding is one line that names the widget. An elided text passes if its tooltip or accessible name has all of it.
 """
 
 from collections.abc import Iterator
@@ -34,11 +33,11 @@ from ui.style.theme import Size, font
 
 _SLACK_PX = 1
 _OVER_THE_PAGE = ("connect_panel",)
-"""Lie over what is below on purpose."""
+"""Widgets that may lie over others."""
 
 
 def cut_off(root: QWidget) -> list[str]:
-    """Everything in sight below `root` that does not fit."""
+    """Return a line for every visible widget below `root` that does not fit."""
     found: list[str] = []
     for widget in [root, *root.findChildren(QWidget)]:
         is_in_sight = not widget.visibleRegion().isEmpty() or _scrolls(widget)
@@ -49,7 +48,7 @@ def cut_off(root: QWidget) -> list[str]:
 
 
 def cut_off_in_paint(drawn: list[Drawn]) -> list[str]:
-    """Painted texts that are wider than the room they were given, or shortened without being told elsewhere."""
+    """Return a line for every painted text that is wider than its room, or elided and nowhere given in full."""
     found = []
     for one in drawn:
         is_cell = isinstance(one.widget.parentWidget(), QAbstractItemView)  # its tooltip is the model's: see _in_cells
@@ -57,7 +56,7 @@ def cut_off_in_paint(drawn: list[Drawn]) -> list[str]:
         if one.room_px is not None and one.needs_px > one.room_px + _SLACK_PX:
             found.append(f"{_named(one.widget)}: {one.text!r} needs {one.needs_px:.0f} px, has {one.room_px:.0f}")
         elif one.text.endswith("…") and not is_cell and not _is_told(one.widget, whole):
-            found.append(f"{_named(one.widget)}: {one.text!r} is shortened, and told nowhere")
+            found.append(f"{_named(one.widget)}: {one.text!r} is elided, and given nowhere in full")
     return found
 
 
@@ -180,7 +179,7 @@ def _in_rows(view: QListView) -> Iterator[str]:
 
 
 def _in_cells(view: QTableView) -> Iterator[str]:
-    """Cells may be shortened: a table has more to show than room, but then the whole has to be in the tooltip."""
+    """Cells may be elided if the tooltip has the whole text."""
     model = view.model()
     for row in range(min(20, model.rowCount() if _has_model(view) else 0)):
         for column in range(model.columnCount()):
@@ -205,7 +204,7 @@ def _beyond_parent(widget: QWidget) -> Iterator[str]:
 
 
 def _overlaps(parent: QWidget) -> Iterator[str]:
-    """Only what has something to show: a container may lie under what floats above it."""
+    """Yield the pairs of children that overlap."""
     if isinstance(parent, QAbstractScrollArea | QAbstractSpinBox | QComboBox | QHeaderView | QLineEdit):
         return
     children = [
@@ -228,24 +227,24 @@ def _metrics(view: QAbstractItemView, index: QModelIndex | None = None) -> QFont
     own = None if index is None else index.data(Qt.ItemDataRole.FontRole)
     if isinstance(own, QFont):
         return QFontMetrics(own)
-    is_ours = type(view.itemDelegate()) is not QStyledItemDelegate  # ours write small
+    is_ours = type(view.itemDelegate()) is not QStyledItemDelegate  # ours use the small font
     return QFontMetrics(font(Size.SMALL) if is_ours and isinstance(view, QTableView) else view.font())
 
 
 def _has_model(view: QAbstractItemView) -> bool:
-    """A view that was not given one yet; the annotations of Qt do not know of that."""
+    """Return whether a view has a model; Qt's annotations say that it always has one."""
     model: object = view.model()
     return model is not None
 
 
 def _is_told(widget: QWidget, text: str) -> bool:
-    """The whole text can be reached by pointer and by screen reader."""
+    """Return whether the tooltip or the accessible name has the whole text."""
     whole = f"{widget.toolTip()}\n{widget.accessibleName()}\n{widget.accessibleDescription()}"
     return bool(text) and text.replace("&", "") in whole
 
 
 def _scrolls(widget: QWidget) -> bool:
-    """It may be out of sight only because a scroll area around it shows something else now."""
+    """Return whether it is in a scroll area, so that it can be scrolled into sight."""
     parent: QWidget | None = widget
     while parent is not None:
         if isinstance(parent, QAbstractScrollArea):

@@ -1,4 +1,4 @@
-"""Ports without threads: each remembers what it was told, and says what the test wants, at the time the test wants."""
+"""Ports without threads: each records what it is asked, and publishes what the test says."""
 
 from collections.abc import Callable
 from types import MappingProxyType
@@ -10,7 +10,6 @@ from app.engine.procedure import PortLost
 from app.engine.target import Target
 from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Batch, Connection, Job, PortState
-from protocol.catalogue import SERIAL_OUTPUT, Request
 from protocol.fields import Value
 from protocol.link_states import Presence
 from ui.core.connector import Connector
@@ -30,10 +29,10 @@ VALUES: dict[str, Value] = {
 
 
 class FakeWorker:
-    """Stands in for `Worker`. `jobs`: all that were submitted, with whether they were urgent."""
+    """Stands in for `Worker`; `jobs` holds all submitted jobs, each with whether it was urgent."""
 
-    def __init__(self, callback: Callable[[Batch], None], clock: Callable[[], float]) -> None:
-        self._callback, self._clock = callback, clock
+    def __init__(self, callback: Callable[[Batch], None], clock: Callable[[], float] = lambda: 0.0) -> None:
+        self.callback, self._clock = callback, clock
         self.jobs: list[tuple[Job[Any], bool]] = []
         self.opened: list[str] = []
         self.connection = Connection()
@@ -43,7 +42,7 @@ class FakeWorker:
         self.restarts = 0
         self.is_stopped = False
 
-    # What the window calls
+    # Called by the window
 
     def start(self) -> None: ...
 
@@ -64,10 +63,10 @@ class FakeWorker:
         self.is_stopped = True
         return True
 
-    # What the test calls
+    # Called by the test
 
     def say(self, **values: Value) -> None:
-        """It is open and online, and this is known now."""
+        """Publish these values of a module that is online."""
         self.connection = Connection(PortState.OPEN, self.connection.port, self.connection.baud_rate)
         self.presence = Presence.ONLINE
         now = self._clock()
@@ -83,7 +82,7 @@ class FakeWorker:
         self.end_jobs()
 
     def end_jobs(self, error: Exception | None = None) -> None:
-        """All that were submitted end with this."""
+        """End all submitted jobs with an error."""
         ended = tuple(job for job, _ in self.jobs if not job.is_done)
         for job in ended:
             job.run.throw(error or PortLost(), self._clock())
@@ -94,19 +93,14 @@ class FakeWorker:
 
     def hand_over(self, *, finished: tuple[Job[Any], ...] = (), identity: Identity = NOBODY_MEANT) -> None:
         view = DeviceView(MappingProxyType(dict(self.values)), self.presence, self._clock(), restarts=self.restarts)
-        self._callback(Batch(self._clock(), self.connection, view, None, finished=finished, identity=identity))
+        self.callback(Batch(self._clock(), self.connection, view, None, finished=finished, identity=identity))
 
     def wanted(self, *, is_urgent: bool) -> list[Job[Any]]:
         return [job for job, urgent in self.jobs if urgent is is_urgent]
 
 
-def is_change(request: Request) -> bool:
-    """It changes more of the module than what it says by itself."""
-    return not request.is_repeatable and request.command is not SERIAL_OUTPUT
-
-
 class FakePorts:
-    """A `Connector` whose ports are all fakes, on a clock that the test moves."""
+    """A `Connector` with fake ports and a fake clock."""
 
     def __init__(self) -> None:
         self.now_s = 1000.0
@@ -119,7 +113,7 @@ class FakePorts:
         return self.workers[-1]
 
     def plug_in(self, device: str, **values: Value) -> tuple[PortConnection, FakeWorker]:
-        """A module on another port (the first time on the first one), open and known."""
+        """Connect a module to the first port that is free, and publish its values."""
         first = self.connector.connections[0]
         connection = first if not first.is_wanted else self.connector.add(self.make)
         worker = self.workers[self.connector.connections.index(connection)]

@@ -1,4 +1,4 @@
-"""What tests of the window share: ports that are not there, and a window that forgets everything."""
+"""Opens windows for tests, with fake lists of ports and without saved preferences."""
 
 import threading
 from collections.abc import Iterator
@@ -28,7 +28,7 @@ SECOND_ADAPTER = PortInfo("/dev/ttyACM0", "USB Single Serial", "QinHeng", "5523"
 
 
 class TrafficAlone(StreamPage):
-    """The traffic list as a page of its own."""
+    """The traffic list as a page."""
 
     def __init__(self, services: Services) -> None:
         super().__init__("alone")
@@ -42,11 +42,11 @@ class TrafficAlone(StreamPage):
 
 
 TRAFFIC_ALONE = (PageEntry("traffic", "Traffic", Icon.DIAGNOSIS, TrafficAlone),)
-"""The page that needs no plots: these tests are about what is around the pages."""
+"""A quick page, for tests of the window around the pages."""
 
 
 class Ports:
-    """The ports as the system would list them. `hold` makes a look take as long as the test wants."""
+    """A list of ports in place of the system's; after `hold`, `poll` blocks until `release`."""
 
     def __init__(self, *ports: PortInfo) -> None:
         self.now: list[PortInfo] = list(ports)
@@ -75,7 +75,7 @@ def window(
     options: WindowOptions | None = None,
     entries: tuple[PageEntry, ...] = TRAFFIC_ALONE,
 ) -> Iterator[Assembly]:
-    """A shown window with its pages made; closed in good order afterwards, with no thread left."""
+    """Show a window; close it and stop its threads afterwards."""
     options = options or WindowOptions(language="en")
     assembly = assemble(
         qapp,
@@ -94,14 +94,14 @@ def window(
         assembly.connector.stop(2.0)
         assembly.ports.stop(2.0)
         assembly.storage.close()
-        assembly.language_switch.use(ENGLISH)  # takes Qt's own translation off the application again
+        assembly.language_switch.use(ENGLISH)  # removes Qt's own translation from the application
         assembly.window.deleteLater()
         QApplication.processEvents()
 
 
 @contextmanager
 def simulated(name: str, **options: object) -> Iterator[SimulatedBench]:
-    """The simulated module of this name, begun with these options; forgotten afterwards."""
+    """Make the simulated module of this name with these options; discard it afterwards."""
     try:
         yield bench.module(name, options)
     finally:
@@ -109,7 +109,7 @@ def simulated(name: str, **options: object) -> Iterator[SimulatedBench]:
 
 
 def wait_online(qtbot: QtBot, assembly: Assembly) -> None:
-    """Until the module answers and its status is known."""
+    """Wait until the module answers and its status is known."""
 
     def is_known() -> bool:
         device = assembly.connector.device

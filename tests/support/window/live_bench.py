@@ -1,4 +1,4 @@
-"""A Live page that a test feeds batch by batch, with a clock that the test moves."""
+"""A Live page that a test feeds batch by batch, on a fake clock."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -11,10 +11,11 @@ from PySide6.QtWidgets import QApplication, QPushButton, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.engine.device import DeviceView, How, Known, StatusSample
-from app.engine.worker import Batch, Connection, Job, PortState
+from app.engine.worker import Batch, Connection, PortState
 from app.safety.journal import NoJournal
 from protocol.fields import Value
 from protocol.link_states import Presence
+from tests.support.window.fake_ports import VALUES, FakeWorker
 from ui.core.connector import Connector
 from ui.core.port_watcher import PortWatcher
 from ui.core.texts import Texts
@@ -25,55 +26,30 @@ from ui.style.appearance import Appearance
 from ui.style.theme import Choice
 
 OPEN = Connection(PortState.OPEN, "/dev/ttyUSB0", 115200)
-KNOWN: dict[str, Value] = {
+KNOWN: dict[str, Value] = VALUES | {
     "tilt_deg": 12,
-    "acceleration_g": 1.0,
-    "triggered": False,
-    "active": False,
     "cell_voltage_v": 3.94,
-    "charging": False,
-    "light_v": 0.3,
-    "boot_count": 37,
     "attitude_threshold_deg": 60,
     "freefall_acceleration_g": 0.5,
     "light_threshold_v": 1.8,
 }
 
 
-class SilentWorker:
-    """A worker without a port; the test hands out the batches."""
-
-    def __init__(self, callback: Callable[[Batch], None]) -> None:
-        self.callback = callback
-
-    def start(self) -> None: ...
-
-    def open(self, *_: object) -> None: ...
-
-    def close(self) -> None: ...
-
-    def submit(self, job: Job[Any]) -> Job[Any]:
-        return job
-
-    def stop(self, _deadline_s: float = 2.0) -> bool:
-        return True
-
-
 @dataclass
 class Bench:
-    """A page with a clock that stands still until it is moved."""
+    """A Live page on a fake clock."""
 
     qtbot: QtBot
     page: LivePage
     connector: Connector
     texts: Texts
     appearance: Appearance
-    worker: SilentWorker
+    worker: FakeWorker
     now_s: float = 1000.0
     stream_hz: float = 50.0
 
     def say(self, *samples: StatusSample, is_streaming: bool = True, leave_out: str = "", **values: Value) -> None:
-        """A batch in which all of this is known now, with a sample of it where none is given."""
+        """Hand over a batch with these values, and wait until the page shows it; see `hand_over`."""
         taken = len(self.page.data.tilt)
         self.hand_over(*samples, is_streaming=is_streaming, leave_out=leave_out, **values)
         self.qtbot.waitUntil(lambda: len(self.page.data.tilt) > taken)
@@ -83,7 +59,7 @@ class Bench:
     def hand_over(
         self, *samples: StatusSample, is_streaming: bool = True, leave_out: str = "", **values: Value
     ) -> None:
-        """The same, left to the window's own turns."""
+        """Hand over a batch with these values, and with a sample of them unless samples are given."""
         known = {key: value for key, value in (KNOWN | values).items() if key != leave_out}
         device = DeviceView(
             MappingProxyType({key: Known(value, How.READ, self.now_s) for key, value in known.items()}),
@@ -112,11 +88,11 @@ class Bench:
 
 @contextmanager
 def live_bench(qtbot: QtBot, qapp: QApplication) -> Iterator[Bench]:
-    """A shown Live page without a worker, put away afterwards."""
-    workers: list[SilentWorker] = []
+    """Show a Live page with a fake worker."""
+    workers: list[FakeWorker] = []
 
     def make(callback: Callable[[Batch], None]) -> Any:
-        workers.append(SilentWorker(callback))
+        workers.append(FakeWorker(callback))
         return workers[-1]
 
     moment: list[Bench] = []
@@ -134,6 +110,6 @@ def live_bench(qtbot: QtBot, qapp: QApplication) -> Iterator[Bench]:
     qtbot.waitUntil(lambda: not page.save.is_saving)
     page.hide()
     appearance.choose(Choice.LIGHT)
-    appearance.deleteLater()  # what is connected to it keeps the page
+    appearance.deleteLater()  # its connections would keep the page alive
     connector.stop(1.0)
     ports.stop(1.0)

@@ -1,4 +1,4 @@
-"""Finds controls that move because a neighbour changes: the next click would miss them."""
+"""Finds controls that move when another widget changes, so that the next click would miss them."""
 
 from PySide6.QtCore import QPoint, QRect
 from PySide6.QtWidgets import QAbstractButton, QComboBox, QLineEdit, QWidget
@@ -11,14 +11,14 @@ _PRESSED = (QAbstractButton, QComboBox, QLineEdit)
 
 
 def places(root: QWidget) -> dict[str, QRect]:
-    """Where each control, and each chip of the bar, is in `root`, by its name."""
+    """Return the place in `root` of each control and each chip, by object name."""
     found: list[QWidget] = [one for one in controls_in(root) if isinstance(one, _PRESSED)]
     found += [one for one in root.findChildren(StateChip) if one.isVisible() and one.objectName()]
     return {one.objectName(): QRect(one.mapTo(root, QPoint()), one.size()) for one in found}
 
 
 def moved(before: dict[str, QRect], after: dict[str, QRect]) -> list[str]:
-    """What was there before and lies elsewhere now. What came or went is no fault, as long as it moved nothing."""
+    """Return a line for each control that moved; ones that appeared or disappeared do not count."""
     return [
         f"{name} moved from {was.x()}, {was.y()} to {after[name].x()}, {after[name].y()}"
         for name, was in before.items()
@@ -27,7 +27,7 @@ def moved(before: dict[str, QRect], after: dict[str, QRect]) -> list[str]:
 
 
 def covered(before: dict[str, QRect], after: dict[str, QRect]) -> list[str]:
-    """What is new and lies where another control was a moment before, which is gone: a click would hit it instead."""
+    """Return a line for each new control in the place of one that disappeared: a click would hit it instead."""
     gone = {name: place for name, place in before.items() if name not in after}
     return [
         f"{name} came to lie where {other} was"

@@ -1,7 +1,7 @@
-"""Every text that the window's own painting draws: with its colour, its place, and what lies under it.
+"""Records the texts that the window's own widgets paint, with their colours and places.
 
-Painted widgets, delegates and plots draw through `QPainter.drawText`; a spy in its place sees exactly what they draw.
-What Qt's style draws (labels, buttons) is read off the picture instead.
+Painted widgets, delegates and plots call `QPainter.drawText`, which `watching` replaces by a spy. What Qt's style draws
+(labels, buttons) is measured on a picture instead.
 """
 
 from collections.abc import Iterator
@@ -16,12 +16,12 @@ from PySide6.QtGui import QColor, QFontMetricsF, QImage, QPainter
 from PySide6.QtWidgets import QWidget
 
 RATIO = 2
-"""Pictures are taken in twice the size: there even thin strokes have pixels of the pure colour."""
+"""Scale of pictures, at which even thin strokes have pixels of the pure colour."""
 Pixels = NDArray[np.uint32]
 
 
 class Drawn(NamedTuple):
-    """One call: the widget, the text, its colour, where it lies in the widget and the width it was given, if any."""
+    """One call of `drawText`; `place` is in the coordinates of the widget, `room_px` the width given, if any."""
 
     widget: QWidget
     text: str
@@ -33,7 +33,7 @@ class Drawn(NamedTuple):
 
 @contextmanager
 def watching() -> Iterator[list[Drawn]]:
-    """What is drawn from now on; in the order in which it is drawn."""
+    """Record the texts drawn from now on, in order."""
     drawn: list[Drawn] = []
     draw = QPainter.drawText
 
@@ -49,7 +49,7 @@ def watching() -> Iterator[list[Drawn]]:
 
 
 def _noted(painter: QPainter, args: tuple[Any, ...]) -> Drawn | None:
-    """Of the three ways to call it that are in use: at a point, at x and y, in a rectangle with flags."""
+    """Return the record of a call: at a point, at x and y, or in a rectangle with flags."""
     device, text = painter.device(), args[-1]
     if not isinstance(device, QWidget) or not isinstance(text, str) or not text.strip():
         return None
@@ -74,7 +74,7 @@ def _noted(painter: QPainter, args: tuple[Any, ...]) -> Drawn | None:
 
 
 def picture_of(root: QWidget) -> Pixels:
-    """The widget as it looks now, as rows of 0xAARRGGBB."""
+    """Render a widget; return rows of 0xAARRGGBB."""
     image = QImage(root.size() * RATIO, QImage.Format.Format_ARGB32)
     image.setDevicePixelRatio(RATIO)
     image.fill(Qt.GlobalColor.white)
@@ -83,19 +83,19 @@ def picture_of(root: QWidget) -> Pixels:
 
 
 class Colours(NamedTuple):
-    """The colours of a place as 0xRRGGBB, and how many pixels have each."""
+    """The colours of an area as 0xRRGGBB, and the count of pixels of each."""
 
     values: Pixels
     counts: NDArray[np.int64]
 
     @property
     def ground(self) -> str:
-        """The colour that most of it has."""
+        """The most frequent colour."""
         return _name(self.values[self.counts.argmax()])
 
     def strongest_ink(self, *, least_px: int = 4) -> tuple[str, float]:
-        """The colour that stands out most from the ground, and by how much; what few pixels have is an edge."""
-        light = _luminance(self.values)
+        """Return the colour with the most contrast to the ground, and that contrast; rare colours are edges."""
+        light = luminance(self.values)
         ground = light[self.counts.argmax()]
         ratios = (np.maximum(light, ground) + 0.05) / (np.minimum(light, ground) + 0.05)
         ratios[self.counts < least_px] = 0
@@ -115,8 +115,8 @@ def _name(value: np.uint32) -> str:
     return f"#{int(value):06x}"
 
 
-def _luminance(values: Pixels) -> NDArray[np.float64]:
-    """As `ui.style.theme.contrast` computes it for one colour; tests/ui/style/test_contrast.py compares the two."""
+def luminance(values: Pixels) -> NDArray[np.float64]:
+    """Return the relative luminance of colours, as WCAG 2.1 defines it."""
     parts = np.stack([(values >> shift) & 0xFF for shift in (16, 8, 0)]) / 255
     linear = np.where(parts <= 0.04045, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4)
     return np.asarray(np.array([0.2126, 0.7152, 0.0722]) @ linear)

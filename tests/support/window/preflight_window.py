@@ -1,4 +1,4 @@
-"""The window with the Triggers and Pre-flight pages on a simulated module, and what every test of them does."""
+"""A window with the Triggers and Pre-flight pages on a simulated module."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -36,7 +36,7 @@ Found = TypeVar("Found", bound=QWidget)
 
 @dataclass(slots=True)
 class OnBench:
-    """A window, what is plugged into it, and every request that the window sent."""
+    """The window, the module, and every request that the window sent."""
 
     qtbot: QtBot
     assembly: Assembly
@@ -54,7 +54,7 @@ class OnBench:
 
     @property
     def acts(self) -> list[Request]:
-        """What was sent and is no question; the stream that a recorded session needs aside."""
+        """The requests that were not queries, except `serial_output`."""
         acts = [request for request in self.sent if request.hazard is not Hazard.NONE]
         return [request for request in acts if request.command is not SERIAL_OUTPUT]
 
@@ -82,7 +82,7 @@ class OnBench:
         return found
 
     def check(self, *, is_enabling: bool = True) -> Standing:
-        """By a click; how it stands when it has ended."""
+        """Run a check by a click; return the verdict."""
         page = self.preflight
         self.click(page.buttons.enable if is_enabling else page.buttons.run)
         assert page.work.standing is Standing.CHECKING
@@ -94,7 +94,7 @@ class OnBench:
         self.qtbot.waitUntil(lambda: page.banner.announcement.standing in wanted, timeout=CHECK_MS)
 
     def restart(self) -> None:
-        """Until the window has heard the whole of it: both heartbeats, and answers again."""
+        """Restart the module; wait for both heartbeats and for answers."""
         connector = self.assembly.connector
         before = connector.device.restarts
         self.bench.restart()
@@ -161,5 +161,5 @@ def name_module(bench: OnBench, name: str) -> None:
 
 
 def find_in(bench: OnBench) -> FindStation:
-    """The stations that this window knows."""
+    """Return the lookup of the stations that this window knows."""
     return Stations(bench.assembly.storage.folder).find

@@ -1,4 +1,4 @@
-"""A window as a screen reader meets it: roles, names and values, and the changes that it is told of."""
+"""Inspects a window as a screen reader does: roles, names, values, and changes of names."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -7,11 +7,11 @@ from PySide6.QtGui import QAccessible, QAccessibleInterface
 from PySide6.QtWidgets import QAbstractButton, QLabel, QWidget
 
 _SKIPPED = frozenset({QAccessible.Role.Client, QAccessible.Role.Border, QAccessible.Role.NoRole})
-"""Roles that screen readers pass over, name and all."""
+"""Roles that screen readers ignore."""
 
 
 def interfaces(root: QWidget) -> Iterator[QAccessibleInterface]:
-    """All in sight below `root`, outermost first."""
+    """Yield all visible interfaces below `root`, outermost first."""
     yield from _below(QAccessible.queryAccessibleInterface(root))
 
 
@@ -24,7 +24,7 @@ def _below(one: QAccessibleInterface) -> Iterator[QAccessibleInterface]:
 
 
 def name_of(widget: QWidget) -> str:
-    """What it says when it is asked."""
+    """Return the name of a widget."""
     return _name(QAccessible.queryAccessibleInterface(widget))
 
 
@@ -33,7 +33,7 @@ def _name(one: QAccessibleInterface) -> str:
 
 
 def unheard(root: QWidget) -> list[str]:
-    """What a screen reader passes over, or tells no value of."""
+    """Return a line for every widget that a screen reader ignores, or that has no name or range."""
     found = []
     for one in interfaces(root):
         widget: Any = one.object()  # None for an item of a list
@@ -53,7 +53,7 @@ def unheard(root: QWidget) -> list[str]:
 
 
 def misnamed(root: QWidget) -> list[str]:
-    """Whose name lacks the words that stand on it: who speaks to the computer says these."""
+    """Return a line for every button whose name lacks its text, which users of voice control say."""
     found = []
     for button in root.findChildren(QAbstractButton):
         words, name = button.text().replace("&", "").strip(" …"), button.accessibleName()
@@ -63,7 +63,7 @@ def misnamed(root: QWidget) -> list[str]:
 
 
 class NameChanges:
-    """Counts what screen readers are told of: Qt's own names and descriptions, and texts that stand for a name."""
+    """Records changes of names and descriptions, of which screen readers are notified."""
 
     def __init__(self, root: QWidget) -> None:
         self._root = root

@@ -1,4 +1,4 @@
-"""A window with the pages that change the module, on a simulated one whose line counts every frame."""
+"""A window with the Settings and Commands pages on a simulated module that records every frame."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -31,7 +31,7 @@ Widget = TypeVar("Widget", bound=QWidget)
 
 @dataclass
 class Desk:
-    """What a test has before it: the window, the module, and every frame that reached the module."""
+    """The window, the module, and every frame that reached the module."""
 
     qtbot: QtBot
     assembly: Assembly
@@ -65,7 +65,7 @@ class Desk:
         self.qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
 
     def ask(self, confirm: Confirm) -> None:
-        """The first click of an act. Where something above has grown meanwhile, a click only scrolls."""
+        """Make the first click of an act; if the layout changed, the first click only scrolls."""
         self.until(confirm.ask.isEnabled)
         self.click(confirm.ask)
         if not confirm.is_asking:
@@ -75,14 +75,14 @@ class Desk:
         self.qtbot.waitUntil(is_so, timeout=timeout_ms)
 
     def choose_rare(self, name: str) -> None:
-        """An entry of the menu behind "⋯"."""
+        """Choose an entry of the menu "⋯"."""
         action = self.assembly.window.findChild(QAction, name)
         assert action is not None, name
         assert action.isEnabled(), name
         action.trigger()
 
     def changes(self, *names: str) -> list[bytes]:
-        """Frames that were no questions; of these commands only, where some are named. Streaming is not counted."""
+        """Return the frames that were not queries; of the commands `names`, or of all but `serial_output`."""
         return [
             one.encode()
             for one in self.requests
@@ -91,7 +91,7 @@ class Desk:
         ]
 
     def held(self, name: str) -> Value:
-        """What the module holds, in the field's unit."""
+        """Return the value that the module holds, in the field's unit."""
         command = BY_NAME[name]
         assert command.write is not None
         match name:
@@ -119,7 +119,7 @@ class Desk:
 def desk(
     qtbot: QtBot, qapp: QApplication, folder: Path, *, page: str = "settings", query: str = "", **options: object
 ) -> Iterator[Desk]:
-    """Connected, with `page` in sight and the keyboard in the window."""
+    """Open a window, connect, and show `page`."""
     name = f"desk{folder.name}"
     with simulated(name, **options) as bench, window(qapp, folder, entries=ENTRIES) as assembly:
         made = Desk(qtbot, assembly, bench, f"sim://{name}{query}")
@@ -141,7 +141,7 @@ def desk(
             assembly.connector.disconnect_port()
 
 
-# What a person does and sees on the Settings page
+# The Settings page
 
 
 def type_into(one: Desk, name: str, text: str) -> None:
@@ -163,19 +163,19 @@ def reason(one: Desk, key: str) -> str:
 
 
 def write(one: Desk) -> None:
-    """Once what was begun before has ended: a write ends with all settings read again."""
+    """Click Write once the job before it has ended, which reads all settings again."""
     one.until(lambda: not one.settings.work.job.is_running, 30_000)
 
     def may_write() -> bool:
         one.settings.refresh()
         return one.settings.write.isEnabled()
 
-    one.until(may_write)  # after a bad line what the module holds is read again first
+    one.until(may_write)  # on a bad line the settings are read again first
     one.click("settings_write")
 
 
 def choose(one: Desk, key: str, bar: NoticeBar | None = None) -> None:
-    """Click the button of a notice; Qt shows a new one with its next event."""
+    """Click the button of a notice once it is shown."""
     bar = bar or one.settings.strip
 
     def shown() -> QPushButton | None:

@@ -1,4 +1,4 @@
-"""What a window says, text by text: what is written on it, its tooltips, and what a screen reader is told."""
+"""Collects the texts of a window: labels, tooltips, and names and descriptions for screen readers."""
 
 import re
 from collections.abc import Iterator
@@ -21,7 +21,7 @@ from PySide6.QtWidgets import (
 )
 
 SPEAK_FOR_OTHERS = {"port_list", "bundle_text", "profile_title", "profile_about"}
-"""Show what an adapter, a file or a profile says of itself; nobody translates that."""
+"""Widgets that show text of an adapter, a file or a profile, which is not translated."""
 NAMES = re.compile(
     r"DPS-S|USB|UART|Ctrl|Shift|Alt|Esc|Del|Return|Enter|\((?:Space|End|Down|Up)\)|\w+\.(?:json|txt|toml|csv)|\b[0-9A-Z]{4}-[0-9A-Z]{4}\b|tty\w+|\bGO\b|\brad\b|sim://\w+"
     r"|(?:[A-Z]:)?[\\/][\w.\\/~-]+"
@@ -30,7 +30,7 @@ _ROOT: Final[QModelIndex | QPersistentModelIndex] = QModelIndex()
 
 
 class Said(NamedTuple):
-    """One text: whose it is, in what role, and the text."""
+    """One text, with its widget and its role."""
 
     where: str
     role: str
@@ -38,11 +38,11 @@ class Said(NamedTuple):
 
 
 def said_by(root: QWidget) -> Iterator[Said]:
-    """Everything below `root`, in sight or not; what a person typed or a module sent is left out."""
+    """Yield all texts below `root`, visible or not, except typed text and data of the module."""
     for widget in [root, *root.findChildren(QWidget)]:
         parent = widget.parent()
         if widget.objectName().startswith("qt_") or isinstance(parent and (parent.parent() or parent), QComboBox):
-            continue  # the list that opens below a box says what the box does
+            continue  # the list of a combo box has the texts of the box
         where = widget.objectName() or type(widget).__name__
         for role, text in _texts_of(widget):
             if text:
@@ -91,7 +91,7 @@ def _in_view(view: QAbstractItemView) -> Iterator[tuple[str, str]]:
 
 
 def outside_brackets(text: str) -> str:
-    """What the pseudo-language did not touch, tags of rich text left out."""
+    """Return what the pseudo-language did not put in brackets, without tags of rich text."""
     text = re.sub(r"<[^<>]*>", " ", text)
     depth, kept = 0, []
     for letter in text:

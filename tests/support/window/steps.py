@@ -1,4 +1,4 @@
-"""Presses as a careful person makes them, for tests that are about something else."""
+"""Prepares clicks on the steps of an act, which count only after 0.5 s."""
 
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtWidgets import QApplication, QWidget
@@ -10,7 +10,7 @@ from ui.widgets.step_button import DEAD_FOR_S, StepButton
 
 
 def settle(widget: QWidget | None) -> None:
-    """If `widget` is a step of an act: half a second after it appeared where it stays, move the pointer onto it."""
+    """If `widget` is a step of an act, advance its clock and move the pointer onto it."""
     if isinstance(widget, StepButton):
         widget.check_place()
         gestures().on_pointer(QPointF(-1, -1))
@@ -21,7 +21,7 @@ def settle(widget: QWidget | None) -> None:
 
 
 def let_lay_out() -> None:
-    """A question that was asked this moment: until its buttons lie where they are seen."""
+    """Process events, so that new buttons are laid out."""
     QApplication.processEvents()
 
 

@@ -1,7 +1,6 @@
-"""A walk through the whole window, for tests that look at everything a person can see.
+"""A walk through the whole window, for tests of everything that is visible.
 
-Each stop is a state of the real window on a simulated module, brought about by what the pages themselves offer. The
-walk goes through all pages of `ui.main.PAGES`; one that is new there is visited without a word here.
+Each stop is a state of the real window on a simulated module. The walk visits all pages of `ui.main.PAGES`.
 """
 
 from collections.abc import Callable, Iterator
@@ -53,14 +52,14 @@ Found = TypeVar("Found", bound=QWidget)
 
 @dataclass(frozen=True, slots=True)
 class Stop:
-    """Where the walk stands: a name for messages and what is in sight."""
+    """A state of the window: its name in messages, and the widget to inspect."""
 
     name: str
     root: QWidget
 
 
 class Walk:
-    """The stops, in order. `look` is called at each one with everything laid out and painted."""
+    """The stops, in order; at each one everything is laid out and painted."""
 
     def __init__(self, qtbot: QtBot, assembly: Assembly, bench: SimulatedBench, folder: Path, name: str) -> None:
         self.qtbot, self.assembly, self.bench, self.folder = qtbot, assembly, bench, folder
@@ -68,7 +67,7 @@ class Walk:
         self._url = f"sim://{name}"
 
     def stops(self) -> Iterator[Stop]:
-        """Everything, from the first sight of the window to the question at its end."""
+        """Yield all stops, from the start of the window to an unplugged module."""
         yield from self.before_connecting()
         self.connect()
         for entry in PAGES:
@@ -80,7 +79,7 @@ class Walk:
         yield from self._around()
 
     def before_connecting(self) -> Iterator[Stop]:
-        """What stands on the pages while nothing is known."""
+        """Yield the pages before a module is connected."""
         self.qtbot.waitUntil(self.window.panel.isVisible, timeout=WAIT_MS)
         self.qtbot.waitUntil(lambda: self.assembly.ports.has_looked, timeout=WAIT_MS)
         yield self._stop("connect panel")
@@ -90,7 +89,7 @@ class Walk:
             yield self._stop(f"{entry.key}, not connected")
 
     def connect(self) -> None:
-        """The module answers, and what can be read of it has been read."""
+        """Connect, and wait until the values have been read."""
         connector = self.assembly.connector
         connector.connect_to(Target(self._url, 115200))
         wait_online(self.qtbot, self.assembly)
@@ -115,7 +114,7 @@ class Walk:
         return found
 
     def press(self, name: str) -> None:
-        """A button by its name, as the keyboard would."""
+        """Press a button, given by its name."""
         button = self.find(QWidget, name)
         assert isinstance(button, QPushButton | QToolButton), name
         assert button.isEnabled(), name
@@ -125,7 +124,7 @@ class Walk:
     # The pages
 
     def _on_live(self) -> Iterator[Stop]:
-        """Would it have fired: with a firing and a figure that no byte carries."""
+        """Yield the what-if panel with a firing and an invalid value."""
         page = self.find(LivePage)
         self.bench.set_tilt(70)
         self.qtbot.waitUntil(lambda: self._value("tilt_deg") == 70, timeout=WAIT_MS)
@@ -224,7 +223,7 @@ class Walk:
             yield self._stop(f"diagnosis, {key}")
 
     def _around(self) -> Iterator[Stop]:
-        """What is around the pages: the panel of the simulated module, notices, the box that says what this is."""
+        """Yield the simulator panel, the About box, notices, and the pages after unplugging."""
         self.window.go_to("live")
         self.window.menus.simulator.setChecked(True)
         yield self._stop("simulator panel")
@@ -249,7 +248,7 @@ class Walk:
             yield self._stop(f"{entry.key}, unplugged")
 
     def shake(self) -> list[str]:
-        """What moves on the page in sight while the module tilts and is charged."""
+        """Return what moves on the current page while the module tilts and is charged."""
         bench, cell = self.bench, self.window.top_bar.cell
         self.settle()
         before = places(self.window)
@@ -271,13 +270,13 @@ class Walk:
         return Stop(name, self.window if root is None else root)
 
     def settle(self) -> None:
-        """Lay out and paint now what would be laid out in the next turns of the event loop."""
+        """Complete the pending layouts and paints."""
         self.window.refresh()
         live = self.find(LivePage)
         live.refresh()
         live.draw()
         QApplication.processEvents()
-        # The last turn may have written something, which is not laid out yet; from child to parent.
+        # The events may have changed a text, which is laid out from child to parent.
         for _ in range(4):
             QApplication.sendPostedEvents(None, QEvent.Type.LayoutRequest.value)
 
@@ -292,7 +291,7 @@ def walking(
     theme: Choice = Choice.LIGHT,
     size: QSize = SMALL_SCREEN,
 ) -> Iterator[Walk]:
-    """The whole window, shown in this size, with two adapters listed and a simulated module to connect to."""
+    """Show the whole window with two adapters listed and a simulated module."""
     name = f"walk{folder.name}"
     options = WindowOptions(language=language)
     with (

@@ -19,12 +19,12 @@ from ui.widgets.gestures import gestures
 DEAD_S: Final = 0.5
 HOLD_S: Final = 2.0
 ASKED_S: Final = 10.0
-"""A question that nobody answered is withdrawn."""
+"""Time after which an unanswered question is cancelled."""
 COUNTS_FOR_S: Final = 5.0
-"""What was granted must leave within this time; what left later had no gesture."""
+"""Time within which a granted frame must be sent."""
 DEPLOYS_WITHIN_S: Final = 1.0
 TOLD_S: Final = 1.1
-"""A module that was asked within this time, and was locked then, may have turned ACTIVE unseen."""
+"""A module that was locked when it was queried within this time may have become ACTIVE since."""
 
 # By the name of the button whose press completes the act; what leaves then.
 GO: Final = {
@@ -40,9 +40,9 @@ GO: Final = {
 DEPLOY: Final = "11 02 01"
 ENABLE: Final = frozenset({"preflight_enable", "check_attitude_trigger_act", "check_freefall_trigger_act"})
 ENABLED: Final = ("16 02", "17 02")
-"""Each of these buttons begins a check that enables both triggers, once."""
+"""Each of these buttons starts a check that enables both triggers, once."""
 CHECK_LASTS_S: Final = 60.0
-"""At most, until it has come to the triggers: it waits for the line, and can be cancelled meanwhile."""
+"""The longest time until a check enables the triggers."""
 UNLOCK: Final = "notice_unlock_once"
 UNLOCKED: Final = "unlocked write"
 HOLD: Final = "ritual_hold"
@@ -63,7 +63,7 @@ WATCHED: Final = frozenset({*_BEFORE, *_BEFORE.values(), *ENABLE, UNLOCK, "ritua
 
 @dataclass
 class Sight:
-    """Since when a button has been as it is, and whether the pointer has moved onto it since."""
+    """State of a button since it appeared or moved, and whether the pointer has entered it since."""
 
     place: QRect
     since_s: float
@@ -74,7 +74,7 @@ class Sight:
 
 @dataclass
 class Press:
-    """Of a button, that counts so far."""
+    """A press of a button that counts so far."""
 
     name: str
     at_s: float
@@ -83,24 +83,24 @@ class Press:
 
 @dataclass
 class Observer:
-    """Only looks at the window and remembers what the hands did."""
+    """Observes the window, and records the gestures."""
 
     bench: GestureBench
     sights: dict[str, Sight] = field(default_factory=dict)
     chosen: dict[str, float] = field(default_factory=dict)
-    """When the press of a button counted last; forgotten when the next step is no longer in sight."""
+    """When the last counted press of a button was; dropped when the next step disappears."""
     press: Press | None = None
     keys_down: set[Qt.Key] = field(default_factory=set)
 
     def __post_init__(self) -> None:
         self._grants: defaultdict[str, list[float]] = defaultdict(list)
-        """By the frame: until when."""
+        """By frame: the times until which it is granted."""
         self._told_at, self._told_active = self.bench.clock(), True
 
     # What is on the screen
 
     def poll(self) -> None:
-        """After every event."""
+        """Update the state; called after every event."""
         window, now = self.bench.window, self.bench.hand_s
         seen: dict[str, Sight] = {}
         visible = {one.objectName(): one for one in self.bench.buttons() if one.objectName() in WATCHED}
@@ -124,7 +124,7 @@ class Observer:
         return name if name in self.sights else ""
 
     def _now(self, name: str) -> float:
-        """The deploy panel goes by the clock of the line, questions by that of the hands."""
+        """Return the time: the deployment panel uses the clock of the line, questions that of the gestures."""
         return self.bench.clock() if name.startswith("ritual_") else self.bench.hand_s
 
     # What the hands do
@@ -174,7 +174,7 @@ class Observer:
                 sight.has_key = False
 
     def _begin(self, name: str, *, is_good: bool, key: Qt.Key | None) -> None:
-        """A second press on the same button ends the first, and is none itself."""
+        """Begin a press; a second one of the same button ends the first and does not count."""
         if self.press is not None and self.press.name == name:
             self.press = None
         elif is_good:
@@ -184,7 +184,7 @@ class Observer:
         return self.bench.hand_s - sight.since_s >= DEAD_S - 1e-6
 
     def passed(self) -> None:
-        """Time went on: a hold may be complete."""
+        """Complete a hold if it has lasted long enough."""
         press = self.press
         if press and press.name == HOLD and self.bench.clock() - press.at_s >= HOLD_S - 1e-6:
             if "ritual_arm" in self.chosen:
@@ -217,7 +217,7 @@ class Observer:
         self._grants[kind].append(self.bench.clock() + for_s)
 
     def _kind(self, request: Request) -> str:
-        """As the grants are named; empty for what is not dangerous."""
+        """Return the key of a frame in the grants; empty if it is not dangerous."""
         frame = request.encode().hex(" ")
         for kind in (*GO.values(), DEPLOY):
             if frame[6:].startswith(kind):
@@ -232,12 +232,12 @@ class Observer:
         return frame[6:11] if frame[6:11] in ENABLED and is_checking else ""
 
     def asked(self, request: Request) -> None:
-        """A question leaves: how the module stands now is what it says."""
+        """Note the state of the module when its status is queried."""
         if request.encode() == STATUS.query().encode():
             self._told_at, self._told_active = self.bench.clock(), self.bench.bench.module.state.is_active
 
     def feed(self, request: Request) -> tuple[str, bool]:
-        """At the moment at which a frame leaves: what it is, and whether there was a gesture for it."""
+        """Return the kind of a frame as it is sent, and whether a gesture granted it."""
         kind = self._kind(request)
         if not kind:
             return "", True
