@@ -26,7 +26,7 @@ EVERY_S = 10.0
 
 
 def table_of(campaign: Campaign) -> list[str]:
-    """What was run, what came of it, and how often something good was said at all."""
+    """Return the lines of the report: runs, breaches, and how often each good claim was made."""
     found = Counter(finding.breach for result in campaign.breaches for finding in result.findings)
     minutes, seconds = divmod(round(campaign.took_s), 60)
     hours = campaign.fake_s / 3600

@@ -1,4 +1,4 @@
-"""Plans the runs, runs them and counts what came of them."""
+"""Plans the runs, runs them and counts the results."""
 
 import random
 import shutil
@@ -22,14 +22,14 @@ from tests.adversary.window import SETTLED_IN_S, Session, WindowDesk
 from tests.support.line.sim_line import FakeClock
 
 STEP_S: Final = 0.06
-"""How long ago an answer was true that the program has just taken from a perfect line."""
+"""The greatest age of an answer that the program takes from a perfect line."""
 STRIDE: Final = 5
-"""From one dialect to the next that the same trouble and command meet."""
+"""Step between the quirks that the same fault and command meet."""
 BASIS: Final = {"uptime": "60", "noise": "0", "cell": "4.0", "drain": "0", "history": "4"}
 
 
 class Plan(NamedTuple):
-    """One run. Its text is what `--only` takes."""
+    """One run; as text it is what `--only` takes."""
 
     quirks: str
     trouble: str
@@ -41,7 +41,7 @@ class Plan(NamedTuple):
 
 
 def plan_of(text: str) -> Plan:
-    """Raises `ValueError` or `KeyError` for what is no run."""
+    """Parse a plan; raise `ValueError` or `KeyError` if the text is none."""
     quirks, trouble, command, seed = (part.strip() for part in text.split(" / "))
     plan = Plan(quirks, trouble, command, int(seed))
     _ = DIALECTS[quirks], TROUBLES[trouble], {**BY_COMMAND, **WINDOW}[command]
@@ -49,7 +49,7 @@ def plan_of(text: str) -> Plan:
 
 
 def plans(runs: int, seed: int) -> Iterator[Plan]:
-    """Every trouble with every command, with one dialect after the other, until there are so many."""
+    """Yield every fault with every command, with changing quirks, up to the count."""
     quirk_sets, names = list(DIALECTS), [*BY_COMMAND, *WINDOW]
     pairs = list(product(enumerate(TROUBLES), enumerate(names)))
     random.Random(seed).shuffle(pairs)
@@ -67,7 +67,7 @@ class Result:
 
 
 def run_one(plan: Plan, home: Path) -> Result:
-    """The same plan, the same run."""
+    """Run a plan; the same plan always gives the same run."""
     if plan.command in WINDOW:
         return _sit_at_window(plan, home)
     command, trouble = BY_COMMAND[plan.command], TROUBLES[plan.trouble]
@@ -117,7 +117,7 @@ def _options(plan: Plan, module: Mapping[str, Any]) -> dict[str, str]:
 
 
 def _latency_s(bench: SimulatedBench) -> float:
-    """How long ago an answer was true that has just arrived."""
+    """Return the age of an answer that has just arrived."""
     faults, quirks = bench.wire.faults, bench.module.quirks
     added_ms = faults.delay_ms + faults.jitter_ms + faults.lag_ms + faults.split_ms
     added_ms += quirks.double_ms + quirks.stream_jitter_ms + quirks.active_late_ms
@@ -126,7 +126,7 @@ def _latency_s(bench: SimulatedBench) -> float:
 
 @dataclass
 class Campaign:
-    """`breaches`: every result with a finding, in order."""
+    """Counts of a campaign; `breaches` holds every result with a finding, in order."""
 
     runs: int = 0
     took_s: float = 0.0
@@ -134,7 +134,7 @@ class Campaign:
     by_command: Counter[str] = field(default_factory=Counter)
     by_code: Counter[tuple[str, int]] = field(default_factory=Counter)
     said: Counter[str] = field(default_factory=Counter)
-    """How often something good was said at all: a program that says nothing breaks no promise."""
+    """Counts of good claims: a program that claims nothing breaks no promise."""
     breaches: list[Result] = field(default_factory=list)
 
     def feed(self, result: Result) -> None:

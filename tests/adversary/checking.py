@@ -1,4 +1,4 @@
-"""The Pre-flight page's work on the desk: check, activate, and watch whether the verdict still holds."""
+"""The Pre-flight page's work on the desk: check, activate, and observe whether the verdict stands."""
 
 from types import SimpleNamespace
 from typing import Any, Final, cast
@@ -22,7 +22,7 @@ from ui.services.context import Services
 CHECK_LIMIT_S: Final = 60.0
 WATCHED_S: Final = 24.0
 SEEN_WITHIN_S: Final = REREAD_EVERY_S + 2.0
-"""What changes while a verdict stands must end it by then."""
+"""Time within which a change must end the verdict."""
 
 
 class _Naming(QObject):
@@ -30,11 +30,11 @@ class _Naming(QObject):
     name = "M1"
 
     def meet(self) -> None:
-        """There is no store to keep it in."""
+        """Does nothing: there is no store."""
 
 
 class _Connector(QObject):
-    """What the work needs of the window's connector, on a desk."""
+    """The part of the window's connector that the work uses, on a desk."""
 
     changed = Signal()
     batch = Signal(object)
@@ -71,7 +71,7 @@ class _Connector(QObject):
         return job
 
     def turn(self) -> None:
-        """Hand over what happened, as the window's bridge does."""
+        """Deliver the events, as the window's bridge does."""
         if self._was_open != self.is_open:
             self._was_open = self.is_open
             self.changed.emit()
@@ -85,7 +85,7 @@ class _Connector(QObject):
 
 
 class Checking:
-    """A person checks, activates where that is what READY asks for, and watches."""
+    """Checks, activates if READY asks for it, and observes the verdict."""
 
     def __init__(self, session: Session) -> None:
         self._session = session

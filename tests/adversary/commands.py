@@ -1,4 +1,4 @@
-"""Every command that talks to a module, with what it may send, how its module begins and who judges it."""
+"""Every command that talks to a module: what it may send, the state of its module, and its judge."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -29,14 +29,14 @@ TRIGGERS: Final = {BY_NAME[name].set(True).encode(): 2 for name in ("attitude_tr
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Command:
-    """`words` without the port; `acts`: frames that change the module and how often each may go out."""
+    """A command; `words` lacks the port, `acts` holds the frames that change the module and their greatest counts."""
 
     name: str
     words: tuple[str, ...]
     judge: judge.Judge
     acts: Mapping[bytes, int] = field(default_factory=dict)
     module: Mapping[str, Any] = field(default_factory=dict)
-    """Options of its module at the start."""
+    """Options of the module at the start."""
 
     @property
     def argv(self) -> list[str]:

@@ -32,7 +32,7 @@ DIALECTS: Final[Mapping[str, Mapping[str, str]]] = {
 
 @dataclass(frozen=True, slots=True)
 class Accident:
-    """Something that happens to the module on its own, so long after the command began."""
+    """An event of the module at a time after the start of the command."""
 
     at_s: float
     happen: Callable[[SimulatedBench], None]
@@ -43,9 +43,9 @@ class Trouble:
     options: Mapping[str, str] = field(default_factory=dict)
     accident: Accident | None = None
     forges: bool = False
-    """Valid frames come that are not true."""
+    """Valid frames with wrong contents arrive."""
     withholds: bool = False
-    """A record is left out in two passes alike: nobody can know of it."""
+    """A record is left out twice in the same way, which nobody can notice."""
 
 
 def _lie(**options: str) -> Trouble:

@@ -1,4 +1,4 @@
-"""Everything that is done at the window, by name."""
+"""All actions at the window, by name."""
 
 from collections.abc import Callable, Mapping
 from typing import Any, Final, NamedTuple
@@ -11,7 +11,7 @@ from tests.adversary.window import Session, act, lock, watch, write
 class Gestures(NamedTuple):
     make: Callable[[Session], None]
     module: Mapping[str, Any]
-    """Options of its module at the start."""
+    """Options of the module at the start."""
 
 
 WINDOW: Final[Mapping[str, Gestures]] = {

@@ -19,16 +19,16 @@ from tests.adversary.program import Ran
 from tests.adversary.truth import KEYS, Heard, Truth, settings_keys
 
 NEAR_S: Final = 1.5
-"""A last look that was longer before the end is none: whatever came since should have been seen."""
+"""A final read must be this recent at the end, so that later changes would have been seen."""
 SETTLED_S: Final = 0.5
-"""Nor is one that came sooner after the last set: a module may take a while to take it back."""
+"""A final read must come this long after the last set, which a module may take back."""
 LOOKS_IN_A_ROW: Final = 40
-"""Answers that a last look over everything may take; on a slow line it takes longer."""
+"""Count of answers that a final read of everything may take; it takes longer on a slow line."""
 VOLT_STEP: Final = 0.03
 
 
 class Breach(Enum):
-    """What must never be. The value is the table's heading."""
+    """The kinds of breaches; the value is the heading in the table."""
 
     WRONG_VALUE = "wrong values shown"
     FALSE_VERIFIED = "false verified"
@@ -49,22 +49,22 @@ class Finding:
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """One run: what was asked for, what came of it, and what is true."""
+    """One run: the command, its result, and the truth."""
 
     ran: Ran
     truth: Truth
     acts: Mapping[bytes, int]
-    """Frames that may go out besides questions, and how often each."""
+    """Frames that may be sent besides queries, and how often each."""
     latency_s: float
-    """That the line adds to an answer."""
+    """Delay that the line adds to a reply."""
     forges: bool
-    """The line or the module makes valid frames that are not true: what was said once is then only what was said."""
+    """The line or the module makes valid frames with wrong contents, so a single answer proves nothing."""
     withholds: bool = False
-    """The module leaves a record out, always alike."""
+    """The module leaves a record out, always in the same way."""
 
     @property
     def answer(self) -> dict[str, Any]:
-        """The JSON object on standard output; empty where none came."""
+        """The JSON object on standard output; empty if there is none."""
         lines = self.ran.out.strip().splitlines()
         found = json.loads(lines[-1]) if lines else {}
         return found if isinstance(found, dict) else {}
@@ -74,7 +74,7 @@ Judge = Callable[[Case], Iterator[Finding]]
 
 
 def judge_all(case: Case, judge: Judge) -> list[Finding]:
-    """What holds for every command, and what holds for this one."""
+    """Check what holds for every command, and what holds for this one."""
     findings = list(_conduct(case))
     if not case.ran.is_hung and not case.ran.mishaps:
         try:
@@ -115,7 +115,7 @@ def _was_so(case: Case, key: str, value: object, since: float) -> bool:
 
 
 def shown(case: Case, key: str, value: Value) -> Iterator[Finding]:
-    """A value that is printed as the module's."""
+    """Check a value that is printed as the module's."""
     last = case.truth.last_heard(key)
     if last is None:
         yield Finding(Breach.WRONG_VALUE, f"{key} is shown as {value}, and the module never said it")
@@ -125,7 +125,7 @@ def shown(case: Case, key: str, value: Value) -> Iterator[Finding]:
 
 
 def _says(key: str, heard: Heard, value: object) -> bool:
-    """Whether this very answer says so: nobody can see that it is not true."""
+    """Return whether the reply itself has this value, in which case nobody can see that it is wrong."""
     from protocol.catalogue import BY_CODE
 
     if key in ("active", "triggered"):
@@ -137,7 +137,7 @@ def _says(key: str, heard: Heard, value: object) -> bool:
 def stands(
     case: Case, key: str, value: Value, breach: Breach, said: str, *, settled_s: float = SETTLED_S
 ) -> Iterator[Finding]:
-    """A value that is said to be proven when the command ends."""
+    """Check a value that is claimed to be proven when the command ends."""
     truth = case.truth
     holds = truth.value(key, truth.now)
     if _agrees(key, value, holds):
@@ -206,7 +206,7 @@ def _was_acknowledged(case: Case, key: str) -> bool:
 
 
 def _moved(case: Case, wanted: Mapping[str, Value], named: set[str]) -> Iterator[Finding]:
-    """Settings that nobody wrote and that changed are named."""
+    """Check that settings which changed without being written are named."""
     before = case.truth.moments[0]
     for key in settings_keys():
         if key not in wanted and key not in named:
@@ -284,7 +284,7 @@ def judge_preflight(case: Case) -> Iterator[Finding]:
 
 
 def _fit(case: Case, verdict: str, read: Mapping[str, Any], checks: Sequence[Mapping[str, Any]]) -> Iterator[Finding]:
-    """A verdict that lets fly."""
+    """Check a verdict that permits flight."""
     truth, now = case.truth, case.truth.now
     values = {**read["settings"], "boot_count": read["boot_count"]}
     for key in (*settings_keys(), "boot_count"):

@@ -1,4 +1,4 @@
-"""The real command line in this process and thread, on a simulated module and a clock that only waiting moves."""
+"""Runs the real command line in this thread, on a simulated module and a clock that only waiting advances."""
 
 import io
 import queue
@@ -22,18 +22,18 @@ from tests.support.line.sim_line import FakeClock, SimulatedLine
 
 PORT: Final = "sim://adversary"
 LIMIT_S: Final = 300.0
-"""Of the fake clock: no command takes longer on the slowest line."""
+"""The longest time on the fake clock that a command takes on the slowest line."""
 IDLE_S: Final = 0.01
 STEPS_AT_MOST: Final = 400_000
-"""Turns of the worker without an end are a hang, too, where the clock stands still."""
+"""The most rounds of the worker without progress of the clock."""
 
 
 class Hang(BaseException):
-    """It does not come to an end."""
+    """Raised when a command does not end."""
 
 
 class WatchedLine(SimulatedLine):
-    """Notes what the module is at every step of the clock, and what has arrived from it."""
+    """Records the state of the module at every step of the clock, and the frames that arrive."""
 
     def __init__(self, clock: FakeClock, bench: SimulatedBench, truth: Truth, *, baud_rate: int) -> None:
         super().__init__(clock, baud_rate=baud_rate, bench=bench)
@@ -53,10 +53,10 @@ class WatchedLine(SimulatedLine):
         self._truth.take_sent(data)
 
     def interrupt(self) -> None:
-        """Nobody waits in a read of it: there is one thread."""
+        """Has no effect: with one thread nobody waits in a read."""
 
     def abort(self) -> None:
-        """As `interrupt`."""
+        """Has no effect, as `interrupt`."""
 
     def _check(self) -> None:
         if not self.bench.is_plugged_in or self.bench.plug_number != self._plug:
@@ -65,7 +65,7 @@ class WatchedLine(SimulatedLine):
 
 @dataclass
 class Ran:
-    """What a command said and did. `mishaps`: errors of the program's own, in the order in which they came."""
+    """Output and actions of a command; `mishaps` holds the program's own errors, in order."""
 
     code: int = -1
     out: str = ""
@@ -76,7 +76,7 @@ class Ran:
 
 
 class Stage:
-    """One module, one clock, one store; commands run on it one after the other."""
+    """One module, one clock and one store, on which commands run one after the other."""
 
     def __init__(self, bench: SimulatedBench, clock: FakeClock, home: Path) -> None:
         self.bench, self.clock, self.home = bench, clock, home
@@ -88,11 +88,11 @@ class Stage:
         self._accident: tuple[float, Callable[[SimulatedBench], None]] | None = None
 
     def happens_at(self, at_s: float, happen: Callable[[SimulatedBench], None]) -> None:
-        """Once, when the clock is there."""
+        """Call `happen` once at `at_s`."""
         self._accident = at_s, happen
 
     def run(self, words: list[str]) -> Ran:
-        """`dps-s` with these words; never raises what the program should have caught."""
+        """Run `dps-s` with these words; never raises what the program should have caught."""
         ran, begun_s = Ran(mishaps=self._mishaps), self.clock()
         self._ends_at_s, self._turns = begun_s + LIMIT_S, 0
         out, err = io.StringIO(), io.StringIO()
@@ -108,7 +108,7 @@ class Stage:
         return ran
 
     def turn(self) -> None:
-        """A little of everything: the worker's loop once, or the clock where there is nothing to do."""
+        """Run the worker's loop once, or advance the clock if there is nothing to do."""
         self._turns += 1
         if self.clock() > self._ends_at_s or self._turns > STEPS_AT_MOST:
             raise Hang
@@ -126,7 +126,7 @@ class Stage:
         return is_enough()
 
     def wait_until(self, at_s: float) -> None:
-        """Let the module be alone until then."""
+        """Advance the clock without the host."""
         while self.clock() < at_s:
             self.clock.now_s += IDLE_S
             self.bench.wire.read(self.clock())
@@ -175,7 +175,7 @@ _explain = program._explain
 
 
 class TurnedWorker(Worker):
-    """The worker without its thread: `turn` is one round of its loop."""
+    """The worker without its thread; `turn` is one round of its loop."""
 
     def __init__(self, stage: Stage, callback: Callable[[Any], None]) -> None:
         super().__init__(callback, clock=stage.clock, with_sleep=None)
@@ -183,10 +183,10 @@ class TurnedWorker(Worker):
         self._has_ended = False
 
     def start(self) -> None:
-        """There is no thread to start."""
+        """Has no effect: there is no thread to start."""
 
     def turn(self) -> bool:
-        """Whether there was anything to do."""
+        """Run one round; return whether there was anything to do."""
         if self._has_ended or (self._session is None and self._orders.empty()):
             return False
         try:
@@ -216,7 +216,7 @@ class TurnedWorker(Worker):
 
 
 class TurnedQueue:
-    """As `queue.SimpleQueue`; waiting turns the stage."""
+    """Stands in for `queue.SimpleQueue`; waiting runs the stage."""
 
     turn: Callable[[], None]
     clock: FakeClock
@@ -240,7 +240,7 @@ class TurnedQueue:
 
 
 def _write_at_once(_queue: object, work: Callable[[], Any]) -> "Future[Any]":
-    """The disk takes none of the fake clock's time, and no thread of its own."""
+    """Stands in for the disk thread: takes no time of the fake clock."""
     future: Future[Any] = Future()
     try:
         future.set_result(work())
@@ -266,7 +266,7 @@ def home_variables(home: Path) -> dict[str, str]:
 
 @contextmanager
 def temporary_homes() -> Iterator[Path]:
-    """In memory where the system has such a place: the store is written through for each command."""
+    """Make folders in memory where the system has such a place, because each command writes the store."""
     memory = Path("/dev/shm")
     with suppress(OSError), tempfile.TemporaryDirectory(dir=memory if memory.is_dir() else None) as folder:
         yield Path(folder)

@@ -1,4 +1,4 @@
-"""What the simulated module is, was and has said, moment by moment: what the judge goes by."""
+"""Records the states of the simulated module and its frames over time, for the judge."""
 
 import math
 from collections import Counter
@@ -14,16 +14,16 @@ from protocol.frame import Direction, Frame, decode_request
 from protocol.stream import StreamParser
 
 SETTING_CODES: Final = (0x15, 0x20, 0x21, 0x22)
-"""What can be set and read."""
+"""Codes that can be set and read."""
 KEYS: Final = {BY_CODE[code].key: code for code in sorted(CHANGEABLE_CODES - {0x10})}
 
 
 class Moment(NamedTuple):
-    """From `at` on the module was so, until the next one."""
+    """A state of the module from `at` until the next one."""
 
     at: float
     raws: tuple[int, ...]
-    """In the order of `_CODES`."""
+    """Values in the order of `_CODES`."""
     is_active: bool
     is_triggered: bool
     is_on: bool
@@ -42,13 +42,13 @@ _CODES: Final = tuple(KEYS.values())
 
 
 class Truth:
-    """`note` at every step of the clock. Times are the module's."""
+    """The states of the module; `note` is called at every step of the clock. Times are the module's."""
 
     def __init__(self, bench: SimulatedBench, clock: Callable[[], float]) -> None:
         self._bench, self._clock, self._parser = bench, clock, StreamParser()
         self.moments: list[Moment] = []
         self.heard: dict[int, list[Heard]] = {}
-        """Valid frames of the module that arrived at the computer, by code."""
+        """Valid frames of the module that arrived at the host, by code."""
         self.sent: list[Request] = []
         self.sent_at: list[float] = []
         self.begins_at = clock()
@@ -82,7 +82,7 @@ class Truth:
             self.sent_at.append(self._clock())
 
     def end(self) -> None:
-        """The command has ended, and what it says is out."""
+        """Note that the command has ended."""
         self.note()
         self.ends_at = self._clock()
 
@@ -93,7 +93,7 @@ class Truth:
         return self.moments[-1]
 
     def value(self, key: str, moment: Moment) -> Value:
-        """In the field's unit, as the module would say it."""
+        """Return a value in the field's unit."""
         if key == "boot_count":
             return moment.boots
         if key == "baud_rate":
@@ -107,13 +107,13 @@ class Truth:
         return command.reply.decode(moment.raws[_CODES.index(command.code)])
 
     def since(self, at: float) -> Iterator[Moment]:
-        """Every way that it was since then, until the end."""
+        """Return every state from a time until the end."""
         for moment, after in zip(self.moments, [*self.moments[1:], None], strict=True):
             if after is None or after.at >= at:
                 yield moment
 
     def changed_at(self, key: str) -> float | None:
-        """When it last became what it is now; None where it was so from the beginning."""
+        """Return when the current value began, or None if it was so from the start."""
         value = self.value(key, self.now)
         changed_at = None
         for before, after in zip(self.moments, self.moments[1:], strict=False):
@@ -125,12 +125,12 @@ class Truth:
 
     @property
     def last_act_at(self) -> float:
-        """When it was last told to change; minus infinity where it never was."""
+        """Return when it was last set; minus infinity if never."""
         acts = [at for request, at in zip(self.sent, self.sent_at, strict=True) if request.hazard is not Hazard.NONE]
         return max(acts, default=-math.inf)
 
     def last_heard(self, key: str) -> Heard | None:
-        """Its last answer about this key that arrived."""
+        """Return the last answer for this key that arrived."""
         if key in ("active", "triggered", "tilt_deg", "acceleration_g"):
             code = STATUS_CODE
         elif key == "cell_voltage_v":
@@ -143,13 +143,13 @@ class Truth:
 
     @property
     def records_arrived(self) -> set[bytes]:
-        """Whole records that arrived and that the module really has."""
+        """Return the whole records that arrived and that the module holds."""
         own = {record_frame(data) for moment in self.moments for data in moment.records}
         return {one.raw for one in self.heard.get(RECORD_CODE, []) if one.raw in own}
 
     @property
     def acts_sent(self) -> "Counter[bytes]":
-        """Every frame that went out and was no question."""
+        """Return every frame that was sent and not a query."""
         return Counter(one.encode() for one in self.sent if one.hazard is not Hazard.NONE)
 
 

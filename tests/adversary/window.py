@@ -1,4 +1,4 @@
-"""What the window does with a module, without its pixels: the same form, procedures and session, on the same clock."""
+"""The window's work on a module without widgets: the same form, procedures and session, on the same clock."""
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -18,13 +18,13 @@ from tests.scenarios.desk_port import WatchedLine
 
 LOOK_EVERY_S: Final = 0.5
 SETTLED_IN_S: Final = 4.0
-"""It is connected, everything is read, and the stream is on."""
+"""Time until it is connected, everything is read, and the stream is on."""
 SURE: Final = (RowState.READ, RowState.VERIFIED)
 DRAFTS: Final = {"attitude_threshold_deg": 70, "freefall_time_s": 1.8}
 
 
 class _Line(WatchedLine):
-    """Tells the truth's keeper what is sent and heard."""
+    """Reports what is sent and received to the record of the truth."""
 
     truth: Truth
 
@@ -40,7 +40,7 @@ class _Line(WatchedLine):
 
 
 class WindowDesk(Desk):
-    """Notes what is claimed, when it is."""
+    """Records claims as they are made."""
 
     def __init__(self, options: Mapping[str, Any]) -> None:
         super().__init__(options, is_watching=True)
@@ -58,7 +58,7 @@ class WindowDesk(Desk):
 
 @dataclass
 class Session:
-    """One sitting in front of the window: `look` compares what is on the screen, now and again."""
+    """One session at the window; `look` compares what is shown with the truth."""
 
     desk: WindowDesk
     latency_s: float
@@ -90,7 +90,7 @@ class Session:
         return Case(ran=Ran(), truth=self.desk.truth, acts={}, latency_s=self.latency_s, forges=self.forges)
 
     def poll(self) -> None:
-        """Everything that is shown as certain."""
+        """Compare every value that is shown as certain."""
         case, view, now = self.case, self.desk.view, self.desk.clock()
         for row in self.desk.rows():
             if row.command.key in settings_keys() and row.state in SURE and row.stands is not None:
@@ -101,7 +101,7 @@ class Session:
                 self.findings += shown(case, key, value)
 
     def end(self) -> list[Finding]:
-        """What was claimed, and what went out."""
+        """Return the findings on what was claimed and sent."""
         for text in self.desk.ledger.complaints:
             is_mishap = "a procedure ended with" in text
             self.findings.append(Finding(Breach.MISHAP if is_mishap else Breach.DANGEROUS_FRAME, text))

@@ -105,7 +105,7 @@ class Clumsy:
         self.observer.moved(old)
 
     def _is_safe_place(self) -> bool:
-        """Return the buttons to use; menus would grab the mouse, and the top bar would end the connection."""
+        """Return whether a press is allowed here: menus would grab the mouse, the top bar would end the connection."""
         under: QWidget | None = self.bench.window.childAt(self.bench.pointer)
         while under is not None:
             if under.objectName() in ("top_bar", "navigation", "status_line") or under.metaObject().className() in (

@@ -93,7 +93,7 @@ class Judge:
             self._judge_proof(row.command, stands.value)
 
     def _judge_proof(self, command: Command, value: Value) -> None:
-        """Return whether it was set once, to this, since the port was opened, and then read at least twice."""
+        """Assert that it was set once, to this, since the port was opened, and then read at least twice."""
         last = self._desk.ledger.last_set(command.code)
         assert last is not None
         at, request = last
