@@ -1,13 +1,11 @@
-"""Who may import whom, how long a file and how full a folder may be.
-
-The checks are shown to find what they look for.
-"""
+"""Checks the imports between layers and rooms, and the sizes of files and folders."""
 
 import ast
 import re
 import sys
 from collections import Counter
 from collections.abc import Iterable, Iterator
+from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 from typing import NamedTuple
@@ -98,9 +96,10 @@ class Import(NamedTuple):
         return self.module.partition(".")[0]
 
 
-def imports(source: str) -> Iterator[Import]:
-    """All imports of a source text, `import_module("...")` and `__import__("...")` included."""
-    yield from _imports(ast.parse(source), is_in_function=False)
+@cache
+def imports(source: str) -> tuple[Import, ...]:
+    """Return all imports of a source text, including `import_module("...")` and `__import__("...")`."""
+    return tuple(_imports(ast.parse(source), is_in_function=False))
 
 
 def _imports(node: ast.AST, *, is_in_function: bool) -> Iterator[Import]:
@@ -125,15 +124,16 @@ def _imported_names(node: ast.AST) -> list[str]:
     return []
 
 
+@cache
 def room_of(path: str) -> str | None:
-    """The room of a file or, with slashes for dots, of an imported name; the longest that fits, else None."""
+    """Return the room of a file or of an imported name (with slashes for dots), or None."""
     fitting = [room for room in ROOMS if path == room or path.startswith((f"{room}/", f"{room.removesuffix('.py')}/"))]
     plain = [room for room in ROOMS if room.endswith(".py") and path == room.removesuffix(".py")]
     return max(plain or fitting, key=len, default=None)
 
 
 def faults(path: str, source: str) -> list[str]:
-    """What a file below the repository's root (`path` with slashes) does against the layers and rooms."""
+    """Return the forbidden imports of a file; `path` is relative to the root."""
     return [f"{path}:{one.line}: {why}" for one in imports(source) if (why := _why_forbidden(path, one))]
 
 
@@ -169,7 +169,7 @@ def _why_upward(path: str, imported: str) -> str | None:
 
 
 def sources(packages: Iterable[str] = PACKAGES) -> list[Path]:
-    """Every Python file of the packages."""
+    """Return every Python file of the packages."""
     return sorted(path for package in packages for path in (ROOT / package).rglob("*.py"))
 
 
@@ -206,7 +206,7 @@ def test_no_folder_is_overfull() -> None:
 
 
 def circle(imported: dict[str, set[str]]) -> list[str]:
-    """Files that import each other, however long the way round; empty where there is none."""
+    """Return files that import each other in a circle, or an empty list."""
     try:
         TopologicalSorter(imported).prepare()
     except CycleError as error:
@@ -214,10 +214,9 @@ def circle(imported: dict[str, set[str]]) -> list[str]:
     return []
 
 
-@pytest.mark.parametrize("package", PACKAGES)
-def test_no_files_import_each_other(package: str) -> None:
+def test_no_files_import_each_other() -> None:
     imported = {}
-    for path in sources([package]):
+    for path in sources():
         name = ".".join(path.relative_to(ROOT).with_suffix("").parts)
         names = {one.module for one in imports(path.read_text(encoding="utf-8")) if not one.is_in_function}
         imported[name] = names | {name.rpartition(".")[0] for name in names}
