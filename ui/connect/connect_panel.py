@@ -52,8 +52,8 @@ class ConnectPanel(QScrollArea):
     shown = Signal()
     """Opened or closed."""
 
-    def __init__(self, connector: Connector, ports: PortWatcher, texts: Texts, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, connector: Connector, ports: PortWatcher, texts: Texts) -> None:
+        super().__init__()
         self.setObjectName("connect_panel")
         self.setFrameShape(QFrame.Shape.NoFrame)
         self.setWidgetResizable(True)

@@ -86,14 +86,14 @@ class MainWindow(QMainWindow):
         self._refreshed_at = 0.0
         texts = services.texts
         texts.bind(self.setWindowTitle, "DPS-S Configurator")
-        self.top_bar = TopBar(self._connector, texts, services.lock, naming=services.naming, in_use=services.in_use)
+        self.top_bar = TopBar(self._connector, texts, services.lock, services.naming, services.in_use)
         self.notice_bar = NoticeBar(texts)
         self.recording_bar = RecordingBar(self._connector, texts)
         self.navigation = Sidebar(entries, texts)
         self.area = PageArea()
         self.stack = self.area.stack
         self.panel = ConnectPanel(self._connector, ports, texts)
-        self.status_bar = StatusBar(self._connector, texts, in_use=services.in_use)
+        self.status_bar = StatusBar(self._connector, texts, services.in_use)
         sessions = services.storage.sessions
         self.recording_sign = RecordingSign(lambda: sessions.sign)
         self.status_bar.add(self.recording_sign)

@@ -5,10 +5,17 @@ from collections.abc import Callable
 from app.diagnosis.link_state import LinkState, NextStep, Phase, words
 from app.text.i18n import tr
 from app.text.sentences import together
+from protocol.translatable import marked
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice
 
 _ASKS_WHY = (Phase.SILENT, Phase.LATE, Phase.OFFLINE, Phase.LOST, Phase.FAILED)
+_STEP_TEXTS = {
+    NextStep.CHOOSE_PORT: marked("Choose a port"),
+    NextStep.FIND_RATE: marked("Find the rate"),
+    NextStep.CONNECT_AGAIN: marked("Connect again"),
+    NextStep.WHY: marked("Why?"),
+}
 
 
 def link_notice(
@@ -28,22 +35,11 @@ def link_notice(
         steps = (*steps, NextStep.WHY)
     is_calm = state.phase in (Phase.CLOSED, Phase.SWITCHED_OFF)
     choices = tuple(
-        Choice(step.value, _step_text(step), acts[step], is_main=step is steps[0] and not is_calm) for step in steps
+        Choice(step.value, tr(_STEP_TEXTS[step]), acts[step], is_main=step is steps[0] and not is_calm)
+        for step in steps
     )
     meaning = Meaning.INFORMATION if is_calm else Meaning.ATTENTION
     return Notice(meaning, together(parts), choices)
-
-
-def _step_text(step: NextStep) -> str:
-    match step:
-        case NextStep.CHOOSE_PORT:
-            return tr("Choose a port")
-        case NextStep.FIND_RATE:
-            return tr("Find the rate")
-        case NextStep.CONNECT_AGAIN:
-            return tr("Connect again")
-        case NextStep.WHY:
-            return tr("Why?")
 
 
 def leaving_notice(

@@ -25,8 +25,8 @@ class RecordingSign(QWidget):
     troubled = Signal(str)
     """Why recording stopped; emitted once."""
 
-    def __init__(self, find_sign: Callable[[], Sign], parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, find_sign: Callable[[], Sign]) -> None:
+        super().__init__()
         self.setObjectName("session_sign")
         self._find_sign = find_sign
         self._picture = IconLabel("session_sign_icon", _ICON_PX)

@@ -11,7 +11,6 @@ from PySide6.QtWidgets import (
     QStyle,
     QStyledItemDelegate,
     QStyleOptionViewItem,
-    QWidget,
 )
 
 from app.text.i18n import tr
@@ -39,8 +38,8 @@ class Sidebar(QListWidget):
 
     page_wanted = Signal(str)
 
-    def __init__(self, entries: tuple[PageEntry, ...], texts: Texts, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, entries: tuple[PageEntry, ...], texts: Texts) -> None:
+        super().__init__()
         self.setObjectName("navigation")
         self.setProperty("role", "navigation")
         self.setViewMode(QListView.ViewMode.ListMode)

@@ -27,14 +27,12 @@ _SIGN_PX = 14
 class StatusBar(QFrame):
     """Shows link statistics, passing messages, and the time since the last frame."""
 
-    def __init__(
-        self, connector: Connector, texts: Texts, parent: QWidget | None = None, *, in_use: LimitsInUse | None = None
-    ) -> None:
-        super().__init__(parent)
+    def __init__(self, connector: Connector, texts: Texts, in_use: LimitsInUse) -> None:
+        super().__init__()
         self.setObjectName("status_line")
         self.setProperty("role", "bar")
         self._connector = connector
-        self._in_use = in_use or LimitsInUse()
+        self._in_use = in_use
         self._rejected = 0
         self._damaged_at: float | None = None
         self._frames = 0

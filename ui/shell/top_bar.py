@@ -151,16 +151,13 @@ class TopBar(QFrame):
         connector: Connector,
         texts: Texts,
         lock: LockControl,
-        parent: QWidget | None = None,
-        *,
-        naming: ModuleName | None = None,
-        in_use: LimitsInUse | None = None,
+        naming: ModuleName,
+        in_use: LimitsInUse,
     ) -> None:
-        super().__init__(parent)
+        super().__init__()
         self.setObjectName("top_bar")
         self.setProperty("role", "bar")
-        self._connector, self._naming = connector, naming
-        self._in_use = in_use or LimitsInUse()
+        self._connector, self._naming, self._in_use = connector, naming, in_use
         self.menu = control(QToolButton(), texts, "menu_button", says="Menu", key="F10",
                             picture=Icon.MENU, role="quiet")  # fmt: skip
         self.menu.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
@@ -259,7 +256,7 @@ class TopBar(QFrame):
     def _module(self) -> str:
         """The name given to the connected module, else ""."""
         is_module = self._connector.is_wanted and not self._connector.is_recording
-        return self._naming.name if self._naming is not None and is_module else ""
+        return self._naming.name if is_module else ""
 
     def _style_lock(self, button: QPushButton, *, is_main: bool) -> None:
         """Highlights LOCK while the module is ACTIVE."""

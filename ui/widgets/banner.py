@@ -12,8 +12,8 @@ from ui.widgets.labels import IconLabel
 class Banner(QWidget):
     """An icon, followed in `row` by the widgets of the subclass. Hidden at first."""
 
-    def __init__(self, name: str, icon_name: str, *, icon_px: int = 16, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, name: str, icon_name: str, *, icon_px: int = 16) -> None:
+        super().__init__()
         self.setObjectName(name)
         self.meaning = Meaning.INFORMATION
         self.picture = IconLabel(icon_name, icon_px)

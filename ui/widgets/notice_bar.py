@@ -47,8 +47,8 @@ class Notice:
 class NoticeBar(Banner):
     """Shows one notice; hidden while there is none."""
 
-    def __init__(self, texts: Texts, parent: QWidget | None = None) -> None:
-        super().__init__("notice_bar", "notice_icon", icon_px=_ICON_PX, parent=parent)
+    def __init__(self, texts: Texts) -> None:
+        super().__init__("notice_bar", "notice_icon", icon_px=_ICON_PX)
         self.notice: Notice | None = None
         self.picture.setFixedSize(QSize(_ICON_PX, _ICON_PX))
         self._text = text_label("notice_text")

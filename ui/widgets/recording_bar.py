@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from PySide6.QtCore import QSignalBlocker, Qt
-from PySide6.QtWidgets import QComboBox, QLabel, QProgressBar, QPushButton, QWidget
+from PySide6.QtWidgets import QComboBox, QLabel, QProgressBar, QPushButton
 
 from app.captures.player import UrlRefused, parse_url, playing, url_of
 from app.engine.target import Target
@@ -54,8 +54,8 @@ def recording_word(connector: Connector) -> str:
 class RecordingBar(Banner):
     """Hidden while a real or a simulated module is connected."""
 
-    def __init__(self, connector: Connector, texts: Texts, parent: QWidget | None = None) -> None:
-        super().__init__("recording_bar", "recording_icon", parent=parent)
+    def __init__(self, connector: Connector, texts: Texts) -> None:
+        super().__init__("recording_bar", "recording_icon")
         self.show_meaning(Meaning.INFORMATION, Icon.PLAY)
         self._connector, self._texts = connector, texts
         self.label = named(ElidedLabel(Qt.TextElideMode.ElideMiddle), "recording_label", "strong")

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QToolButton
 from pytestqt.qtbot import QtBot
 
 from app.diagnosis.link_state import LinkState, NextStep, Phase
@@ -53,6 +53,16 @@ def test_the_close_button_never_takes_the_place_of_another(qtbot: QtBot) -> None
         for after in shown:
             assert [one for one in covered(before, after) if one.startswith("notice_dismiss")] == []
     assert moved(shown[2], shown[3]) == []
+
+
+def test_an_equal_notice_that_can_be_closed_gets_its_close_button(qtbot: QtBot) -> None:
+    bar = NoticeBar(Texts())
+    qtbot.addWidget(bar)
+    close = bar.findChild(QToolButton, "notice_dismiss")
+    assert close is not None
+    for dismiss in (None, bar.hide, None):
+        bar.show_notice(Notice(Meaning.ATTENTION, "Something", dismiss=dismiss))
+        assert close.isVisibleTo(bar) == (dismiss is not None)
 
 
 def test_notices_after_a_trigger_and_a_restart(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:

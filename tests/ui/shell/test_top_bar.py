@@ -8,6 +8,7 @@ from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.engine.target import Target
+from app.limits.out_of_limits import LimitsInUse
 from tests.support.window.cut_off import cut_off
 from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
 from tests.support.window.moved import moved, places
@@ -32,9 +33,8 @@ def test_the_top_bar_shows_the_name_of_the_connected_module(qtbot: QtBot, qapp: 
     with simulated("named"), window(qapp, tmp_path) as assembly:
         naming = ModuleName()
         naming.choose("M-07")
-        top = TopBar(
-            assembly.connector, Texts(), LockControl(assembly.connector, assembly.storage.journal), naming=naming
-        )
+        lock = LockControl(assembly.connector, assembly.storage.journal)
+        top = TopBar(assembly.connector, Texts(), lock, naming, LimitsInUse())
         qtbot.addWidget(top)
         assert (top.port.title, top.name.text()) == ("Not connected", "")
         assembly.connector.connect_to(Target("sim://named", 115200))

@@ -52,8 +52,8 @@ class LivePage(StreamPage):
 
     shows_link = True
 
-    def __init__(self, services: Services, parent: QWidget | None = None) -> None:
-        super().__init__("live", parent)
+    def __init__(self, services: Services) -> None:
+        super().__init__("live")
         self._services, self._connector = services, services.connector
         self._in_use = services.in_use
         texts = services.texts

@@ -1,7 +1,7 @@
 """Banner above the plots while a recording is shown: its origin, "not live", and the way back."""
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QPushButton, QWidget
+from PySide6.QtWidgets import QPushButton
 
 from app.diagnosis.link_state import duration
 from app.recordings.entry_texts import remarks, told
@@ -23,8 +23,8 @@ class RecordedBanner(Banner):
     left = Signal()
     """The user wants to go back to live."""
 
-    def __init__(self, texts: Texts, parent: QWidget | None = None) -> None:
-        super().__init__("recorded_banner", "recorded_icon", parent=parent)
+    def __init__(self, texts: Texts) -> None:
+        super().__init__("recorded_banner", "recorded_icon")
         self._recording: Recording | None = None
         self.label = named(ElidedLabel(Qt.TextElideMode.ElideMiddle), "recorded_label", "strong")
         self.back = control(QPushButton(), texts, "recorded_back", "Back to live", key="Esc", picture=Icon.TO_LIVE,

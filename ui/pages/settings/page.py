@@ -65,8 +65,8 @@ class SettingsPage(Page):
 
     suffixes = (SUFFIX,)
 
-    def __init__(self, services: Services, parent: QWidget | None = None) -> None:
-        super().__init__("settings", parent)
+    def __init__(self, services: Services) -> None:
+        super().__init__("settings")
         self._services, self._connector = services, services.connector
         texts = services.texts
         self._guard = WheelGuard(self)

@@ -4,9 +4,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import QPoint, QPointF, Qt
-from PySide6.QtGui import QWheelEvent
-from PySide6.QtWidgets import QApplication, QToolButton, QWidget
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.engine.device import StatusSample
@@ -139,42 +138,6 @@ def test_pause_holds_the_picture_and_nothing_is_lost(live: Bench) -> None:
     live.qtbot.keyClick(live.page, Qt.Key.Key_P, Qt.KeyboardModifier.ControlModifier)
     assert live.page.plot.is_live
     assert live.page.plot.span.end_s == live.now_s
-
-
-def test_the_length_of_the_window_is_chosen_by_a_click(live: Bench) -> None:
-    live.say()
-    live.click("time-plot-window-10", QToolButton)
-    assert live.page.plot.span.length_s == 10
-    live.click("time-plot-window-600", QToolButton)
-    assert live.page.plot.span.length_s == 600
-
-
-def test_the_wheel_zooms_only_with_the_focus(live: Bench) -> None:
-    live.say()
-    canvas = live.find(QWidget, "time-plot-canvas")
-    live.page.panel.setFocus()
-
-    def turn() -> None:
-        middle = QPointF(canvas.rect().center())
-        event = QWheelEvent(
-            middle,
-            QPointF(canvas.mapToGlobal(middle.toPoint())),
-            QPoint(),
-            QPoint(0, 120),
-            Qt.MouseButton.NoButton,
-            Qt.KeyboardModifier.NoModifier,
-            Qt.ScrollPhase.NoScrollPhase,
-            False,
-        )
-        QApplication.sendEvent(canvas, event)
-
-    turn()
-    assert live.page.plot.span.length_s == 60
-    live.page.activateWindow()
-    canvas.setFocus()
-    live.qtbot.waitUntil(canvas.hasFocus)
-    turn()
-    assert live.page.plot.span.length_s < 60
 
 
 def test_events_are_marked_on_the_time_line(live: Bench) -> None:
