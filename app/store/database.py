@@ -60,7 +60,7 @@ class StoreFault(Enum):
 
 
 class StoreTrouble(Exception):
-    """The store cannot be had, or could not take something. What it had taken before stays."""
+    """The store cannot be opened, read or written. What was stored before is kept."""
 
     def __init__(self, fault: StoreFault, path: Path, detail: str = "") -> None:
         super().__init__(f"{path}: {fault.name}: {detail}")
@@ -78,7 +78,7 @@ class Foreign(Exception):
 
 @dataclass(frozen=True, slots=True)
 class SetAside:
-    """The old file now has this name, None where it was gone. `was_damaged`: else it was another program's.
+    """`path`: the new name of the old file, None if there was none. `was_damaged`: else it was another program's.
     `restored_at`: the time of the copy that took its place."""
 
     path: Path | None
@@ -117,13 +117,13 @@ class Database:
         self._lock = threading.RLock()
         self._reading_lock = threading.Lock()
         self._together_in: int | None = None
-        """The thread whose `together` has not ended: it reads what it has just written."""
+        """The thread inside `together`; it also reads what it has not committed yet."""
 
     def now(self) -> str:
         return self._clock().isoformat(timespec="milliseconds")
 
     def write(self, statement: str, values: Sequence[Any] = ()) -> int:
-        """One statement, one commit; the id of the row that it inserted. Durable when it returns."""
+        """Execute and commit one statement; returns the id of the inserted row. Durable on return."""
         with self._lock:
             return self._execute(statement, values).lastrowid or 0
 
@@ -147,9 +147,9 @@ class Database:
 
     @contextmanager
     def together(self) -> Iterator[None]:
-        """What is written inside is durable, all of it, when this ends; or nothing is. Other threads wait meanwhile.
+        """One transaction: durable as a whole when it ends, or not at all. Other threads wait meanwhile.
 
-        One within another belongs to the outer one.
+        A nested one belongs to the outer one.
         """
         with self._lock:
             if self._together_in is not None:
@@ -161,7 +161,7 @@ class Database:
                 yield
                 self._execute("COMMIT")
             except BaseException:
-                with suppress(sqlite3.Error):  # a full disk has ended it already
+                with suppress(sqlite3.Error):  # a full disk has already rolled it back
                     self._connection.execute("ROLLBACK")
                 raise
             finally:
@@ -196,7 +196,7 @@ class Opened:
 def open_database(
     folder: Path, *, clock: Clock = utc_now, migrations: Sequence[Sequence[str]] = MIGRATIONS, name: str = FILE_NAME
 ) -> Opened:
-    """Raises `StoreTrouble` where the program has to go on without it. Only the store itself is copied every hour."""
+    """Raises `StoreTrouble` if it cannot be used. Only the store itself, not the archive, is copied every hour."""
     path = folder / name
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -218,7 +218,7 @@ def open_database(
 
 
 def _is_bad_file(error: Exception) -> bool:
-    """A file that will never be readable, unlike a lock, a full disk or a missing permission."""
+    """The file itself is bad, unlike a lock, a full disk or a missing permission."""
     return isinstance(error, Foreign) or not isinstance(error, sqlite3.OperationalError)
 
 
@@ -236,7 +236,7 @@ def trouble_of(error: sqlite3.Error, path: Path) -> StoreTrouble:
     }
     fault = next((fault for start, fault in faults.items() if name.startswith(start)), StoreFault.FAILED)
     if fault in (StoreFault.READ_ONLY, StoreFault.FAILED) and _is_full(path):
-        fault = StoreFault.FULL  # SQLite says of its companion files only that they cannot be opened or written
+        fault = StoreFault.FULL  # of a full disk SQLite only reports that a companion file cannot be opened
     return StoreTrouble(fault, path, str(error))
 
 

@@ -14,7 +14,7 @@ from app.store.database import Clock, Database, open_database, utc_now
 from app.store.write_queue import WriteQueue
 
 CLOSE_LIMIT_S = 5.0
-"""For what is queued, where nobody sets another limit."""
+"""Default time limit for queued writes at `close`."""
 _log = logging.getLogger(__name__)
 
 
@@ -74,12 +74,12 @@ class Store:
     def __init__(self, database: Database, notice: str | None = None) -> None:
         self.database = database
         self.notice = notice
-        """What a person should know about the opening: that an old file was set aside."""
+        """A sentence if an old file was set aside when the store was opened."""
         self.queue = WriteQueue()
-        """For whoever must not wait for the disk."""
+        """For callers that must not wait for the disk."""
 
     def close(self, limit_s: float = CLOSE_LIMIT_S) -> int:
-        """Write what is queued, then close; how many pieces were not written within `limit_s`. Never raises."""
+        """Write what is queued, then close; returns how many pieces were not written within `limit_s`. Never raises."""
         left = self.queue.close(limit_s, self.database.close)
         if left:
             _log.warning("Not written when the store was closed: %s", left)
@@ -88,7 +88,7 @@ class Store:
     # Modules
 
     def meet_module(self, name: str, adapter: str = "") -> Module:
-        """The module of this name, new or known; it was seen now. `adapter` "": not known, the last one stays."""
+        """The module of this name, made if it is new; it was seen now. An empty `adapter` keeps the last one."""
         now = self.database.now()
         self.database.write(
             "INSERT INTO modules (name, adapter, first_seen_at, last_seen_at) VALUES (?, ?, ?, ?) "
@@ -104,12 +104,12 @@ class Store:
         return tuple(Module(*row) for row in self.database.read(f"{_MODULES} ORDER BY last_seen_at DESC, id DESC"))
 
     def module_named(self, name: str) -> Module | None:
-        """None where no module of this name has been met."""
+        """None if there is no module of this name."""
         rows = self.database.read(f"{_MODULES} WHERE name = ?", (name,))
         return Module(*rows[0]) if rows else None
 
     def keep_evidence(self, module_id: int, evidence: IdentityEvidence) -> None:
-        """What was last read of a module: by it the module is known again."""
+        """Store what was last read of a module, to recognise it by."""
         self.database.write(
             "INSERT INTO module_states (module_id, at, boot_count, settings) VALUES (?, ?, ?, ?) "
             "ON CONFLICT (module_id) DO UPDATE SET at = excluded.at, boot_count = excluded.boot_count, "
@@ -118,7 +118,7 @@ class Store:
         )
 
     def evidence(self, module_id: int) -> IdentityEvidence:
-        """What was last read of a module, else the boot count of its last visit; empty where there is neither."""
+        """What was last read of a module, else the boot count of its last visit, else empty."""
         rows = self.database.read(
             "SELECT boot_count, settings FROM module_states WHERE module_id = ? "
             "UNION ALL SELECT * FROM (SELECT boot_count, '{}' FROM visits WHERE module_id = ? "
@@ -144,7 +144,7 @@ class Store:
         return bool(self.database.read("SELECT 1 FROM streams_left_on WHERE adapter = ?", (adapter,)))
 
     def stream_left_on_at(self, adapter: str) -> int | None:
-        """The boot count that `note_stream_on` was told."""
+        """The boot count given to `note_stream_on`."""
         rows = self.database.read("SELECT boot_count FROM streams_left_on WHERE adapter = ?", (adapter,))
         return rows[0][0] if rows else None
 
@@ -200,7 +200,7 @@ class Store:
         )
 
     def pending_bauds(self) -> tuple[PendingBaud, ...]:
-        """The newest first; to be picked up at the next start."""
+        """Changes without an outcome, the newest first; checked at the next start."""
         rows = self.database.read(
             "SELECT id, port, adapter, old_rate, new_rate, at FROM pending_baud WHERE settled_at IS NULL "
             "ORDER BY id DESC"
@@ -209,7 +209,7 @@ class Store:
 
 
 def _object(text: str | None) -> dict[str, object]:
-    """A JSON object; an empty one for what is none."""
+    """The JSON object in `text`, empty if there is none."""
     try:
         value = json.loads(text or "{}")
     except ValueError:
@@ -218,6 +218,6 @@ def _object(text: str | None) -> dict[str, object]:
 
 
 def open_store(folder: Path | None = None, *, clock: Clock = utc_now) -> Store:
-    """Raises `StoreTrouble`: say its sentence and go on without."""
+    """Raises `StoreTrouble`."""
     opened = open_database(folder or data_folder(), clock=clock)
     return Store(opened.database, opened.set_aside.sentence if opened.set_aside is not None else None)

@@ -1,7 +1,7 @@
 """Writer thread of the store, so that neither the port nor the window waits for the disk.
 
-Work is done in the order in which it was handed over. Each piece has a `Future`: what it stands for is on disk when
-that is done without an exception, and not before.
+Work is done in the order of submission. Each piece has a `Future`; its data is on disk once that is done without an
+exception.
 """
 
 import logging
@@ -16,8 +16,8 @@ Result = TypeVar("Result")
 
 
 class WriteQueue:
-    """`submit` may be called from any thread. The thread starts with the first piece of work and is a daemon: a disk
-    that never answers does not keep the program from ending."""
+    """Any thread may call. The thread starts with the first piece of work and is a daemon, so a disk that never answers
+    does not keep the program from exiting."""
 
     def __init__(self) -> None:
         self._work: queue.SimpleQueue[tuple[Callable[[], Any], Future[Any]] | None] = queue.SimpleQueue()
@@ -41,9 +41,9 @@ class WriteQueue:
         return future
 
     def close(self, limit_s: float, finish: Callable[[], None] = lambda: None) -> int:
-        """Wait at most `limit_s` for what was handed over; how many pieces were not written by then.
+        """Wait at most `limit_s` for the queued work; returns how many pieces were not written by then.
 
-        `finish` runs behind the last one, also where that is after the limit. Idempotent.
+        `finish` runs after the last one, even if that is after the limit. Idempotent.
         """
         with self._lock:
             was_closed, self._is_closed = self._is_closed, True
@@ -64,7 +64,7 @@ class WriteQueue:
             if future.set_running_or_notify_cancel():
                 try:
                     result = work()
-                except Exception as error:  # noqa: BLE001  whoever handed it over decides what to make of it
+                except Exception as error:  # noqa: BLE001  passed to the caller by the future
                     future.set_exception(error)
                 else:
                     future.set_result(result)

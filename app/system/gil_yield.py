@@ -9,14 +9,14 @@ REST_S = 0.001
 
 
 class GilYield:
-    """`keep` is called often, from one thread. In the main thread it does nothing: there is nobody to wait for."""
+    """`checkpoint` is called often, from one thread; in the main thread it does nothing."""
 
     def __init__(self) -> None:
         self._is_beside = threading.current_thread() is not threading.main_thread()
         self._rests_at_s = time.perf_counter() + WORK_S
 
     def checkpoint(self) -> None:
-        """Rest where it is time to."""
+        """Release the GIL for `REST_S` if `WORK_S` have passed."""
         if self._is_beside and time.perf_counter() >= self._rests_at_s:
             time.sleep(REST_S)
             self._rests_at_s = time.perf_counter() + WORK_S

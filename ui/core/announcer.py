@@ -1,4 +1,4 @@
-"""Speaks to whoever uses a screen reader: what has happened, once, whatever has the focus."""
+"""Announces events to screen readers, once, wherever the focus is."""
 
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QAccessible, QAccessibleAnnouncementEvent
@@ -8,10 +8,10 @@ _POLITENESS = QAccessible.AnnouncementPoliteness
 
 
 class Announcer(QObject):
-    """One for the application: `announcer()`. Only for what happens once; nothing that is counted or measured."""
+    """One per application: `announcer()`. For events only, not for values that change all the time."""
 
     announced = Signal(str, bool)
-    """What was said, and whether it was urgent."""
+    """The text, and whether it was urgent."""
 
     def say(self, text: str, *, is_urgent: bool = False) -> None:
         """`text` in the language in use. `is_urgent`: it interrupts what is being read."""
@@ -25,7 +25,7 @@ class Announcer(QObject):
 
 
 def _speaker() -> QWidget | None:
-    """The window in front, else the first one in sight."""
+    """The active window, else the first visible one."""
     front = QApplication.activeWindow()
     return front or next((one for one in QApplication.topLevelWidgets() if one.isVisible()), None)
 
@@ -34,7 +34,7 @@ _one: Announcer | None = None
 
 
 def announcer() -> Announcer:
-    """The application's."""
+    """The application's only `Announcer`."""
     global _one  # noqa: PLW0603  as Qt has one application
     if _one is None:
         _one = Announcer()

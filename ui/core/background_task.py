@@ -16,18 +16,18 @@ Result = TypeVar("Result")
 
 
 class Running:
-    """What a function in the background tells of itself, and what it is told."""
+    """Progress and cancellation of a running function."""
 
     def __init__(self) -> None:
         self.share: float | None = None
         self.is_wanted = True
 
     def tell(self, share: float) -> None:
-        """How much is done, 0 … 1."""
+        """Set the progress, 0 … 1."""
         self.share = share
 
     def is_cancelled(self) -> bool:
-        """Looked at between two steps by what takes long."""
+        """Checked between two steps by long functions."""
         return not self.is_wanted
 
 
@@ -38,10 +38,10 @@ class _Ended(NamedTuple):
 
 
 class BackgroundTask(QObject, Generic[Result]):
-    """Runs one function at a time and hands what came of it to `then` or `failed`, in the window's thread.
+    """Runs one function at a time and passes its result to `then` or `failed`, in the window's thread.
 
-    A second `run` replaces the first: what comes of that is dropped. The thread is a daemon: nothing waits for it when
-    the program ends. Not where the task is `finished_at_close`: what it writes is written to its end.
+    A second `run` replaces the first, whose result is dropped. The thread is a daemon, so the program does not wait
+    for it at exit, unless the task is `finished_at_close`: then it writes its file to the end.
     """
 
     _ended = Signal(object)
@@ -56,12 +56,12 @@ class BackgroundTask(QObject, Generic[Result]):
 
     @property
     def is_running(self) -> bool:
-        """Somebody still waits for a result."""
+        """A result is still expected."""
         return self._running is not None
 
     @property
     def share(self) -> float | None:
-        """How much is done, 0 … 1; None where nobody can tell."""
+        """Progress, 0 … 1; None if unknown."""
         return None if self._running is None else self._running.share
 
     def run(
@@ -82,8 +82,8 @@ class BackgroundTask(QObject, Generic[Result]):
         then: Callable[[Result], object],
         failed: Callable[[StoreTrouble], object] | None = None,
     ) -> None:
-        """As `run`, in the store's own thread behind what was handed over before. It is done even if it is replaced;
-        once the store is closed nothing is told any more."""
+        """As `run`, in the store's thread, after what was queued before. It runs even if it is replaced; once the
+        store is closed no result is delivered."""
 
         def fail(error: Exception) -> None:
             if failed is None or not isinstance(error, StoreTrouble):
@@ -93,17 +93,17 @@ class BackgroundTask(QObject, Generic[Result]):
         queue.submit(partial(self._work, self._begin(then, fail), act))
 
     def stop(self) -> None:
-        """The function is to end; what comes of it is told as ever."""
+        """Ask the function to end; its result is still delivered."""
         if self._running is not None:
             self._running.is_wanted = False
 
     def cancel(self) -> None:
-        """Nobody wants the result any more."""
+        """Ask the function to end and drop its result."""
         self.stop()
         self._forget()
 
     def close(self) -> None:
-        """The window goes."""
+        """The window closes."""
         if not self._finished_at_close:
             self.stop()
         self._forget()
@@ -119,11 +119,11 @@ class BackgroundTask(QObject, Generic[Result]):
     def _work(self, running: Running, act: Callable[[], Result]) -> None:
         try:
             ended = _Ended(running, act(), None)
-        except Exception as error:  # noqa: BLE001  told in the window; a thread has nobody else to tell
+        except Exception as error:  # noqa: BLE001  delivered to the window's thread
             ended = _Ended(running, None, error)
         try:
             self._ended.emit(ended)
-        except RuntimeError:  # the window went away meanwhile, and this object with it
+        except RuntimeError:  # the window was closed meanwhile, and this object deleted
             _log.debug("%s ended after the window had closed", self._name)
 
     def _take(self, ended: _Ended) -> None:

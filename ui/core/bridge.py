@@ -10,10 +10,10 @@ from app.engine.worker import Batch
 
 
 class Bridge(QObject):
-    """Hands the worker's batches to the window's thread, as one batch for each turn of its event loop and connection.
+    """Passes the worker's batches to the window's thread: one batch for each turn of its event loop and connection.
 
-    A window that stalls finds a single batch afterwards, with every sample and event of the meantime: what waits is
-    joined, never dropped, and the event queue never fills up.
+    After a stall the window gets a single batch with every sample and event since: waiting batches are joined, never
+    dropped, and the event queue never fills up.
     """
 
     batch = Signal(object)
@@ -38,7 +38,7 @@ class Bridge(QObject):
                 self._has_come.emit()
 
     def hold(self) -> None:
-        """Hand nothing on until `release`: who has to hear all of it is still being made."""
+        """Pass nothing on until `release`: the pages that need every batch are still being made."""
         self._is_held = True
 
     def release(self) -> None:
@@ -46,7 +46,7 @@ class Bridge(QObject):
         self._hand_on()
 
     def close(self) -> None:
-        """Hand nothing on from now. What waits is dropped: the window is going."""
+        """Pass nothing on from now; waiting batches are dropped because the window closes."""
         with self._lock:
             self._is_closed = True
             self._waiting.clear()
@@ -56,7 +56,7 @@ class Bridge(QObject):
             return
         with self._lock:
             waiting, self._waiting = self._waiting, []
-        # Samples of a port that was just left are not those of the next one.
+        # Samples of the port before must not be joined with those of the next one.
         for _connection, batches in groupby(waiting, key=lambda batch: batch.connection):
             self.batch.emit(joined(list(batches)))
 

@@ -21,14 +21,15 @@ from ui.core.port_watcher import PortWatcher
 
 MakeWorker = Callable[[Callable[[Batch], None]], Worker]
 SETTLE_MS = 1000
-"""How long another module waits for what the pages do with this one to end."""
+"""How long a switch to another module waits for running procedures to end."""
 
 
 class Connector(QObject):
-    """Shows one of several `PortConnection`s as the only one.
+    """Shows one of several `PortConnection`s, the current one, to the pages.
 
-    `choose` makes another one the current one. The pages see what they see after a new connection: the port being
-    opened, then open, then the module. The other ports stay open, reconnect and lock by themselves.
+    `choose` makes another one current. The pages see the same as after a new connection: the port being opened, then
+    open, then the module. The other ports stay open, reconnect and lock independently. What a page shows or does goes
+    through this class: while it switches, it hides what the new port already knows.
     """
 
     changed = Signal()
@@ -39,9 +40,9 @@ class Connector(QObject):
     stream_left_on = Signal()
     slept = Signal(float)
     leaving = Signal()
-    """Another port was chosen, and this one is still the current one: what is owed to its module is done now."""
+    """Another port was chosen and this one is still current: pages finish with its module now."""
     chosen = Signal()
-    """Another port is the current one; before the pages hear of it."""
+    """Another port is now current; emitted before the pages are updated."""
     added = Signal(object)
     """A `PortConnection`."""
     removed = Signal(object)
@@ -64,7 +65,7 @@ class Connector(QObject):
         """Of the pages, on the current port."""
         self._next: PortConnection | None = None
         self._opening: Connection | None = None
-        """What the pages see while they change from one port to the other."""
+        """What the pages see while they switch from one port to another."""
         self._settling = QTimer(self)
         self._settling.setSingleShot(True)
         self._settling.setInterval(SETTLE_MS)
@@ -99,7 +100,7 @@ class Connector(QObject):
         return connection
 
     def remove(self, connection: PortConnection) -> None:
-        """Close a port that is not the current one, in good order, and forget it."""
+        """Close a port that is not current, and drop it once it is closed."""
         if connection is self._current or connection is self._next or connection not in self._connections:
             return
         self._connections.remove(connection)
@@ -109,7 +110,7 @@ class Connector(QObject):
         self.removed.emit(connection)
 
     def choose(self, connection: PortConnection) -> None:
-        """Show this port's module in the pages, once what they do with the current one has ended."""
+        """Show this port's module in the pages, once their procedures on the current one have ended."""
         if connection is self._current or connection not in self._connections:
             return
         self._next = connection
@@ -197,7 +198,7 @@ class Connector(QObject):
 
     @property
     def is_busy(self) -> bool:
-        """Something that a person asked for is under way."""
+        """A procedure that a person started is running."""
         return bool(self._jobs)
 
     def run(
@@ -267,7 +268,7 @@ class Connector(QObject):
             self.came_online.emit(now.target)
 
     def _show_opening(self, connection: PortConnection) -> None:
-        """Nothing of the module before may be left in a page, and nothing that was prepared for it."""
+        """Clear the pages: no value of the previous module, and nothing prepared for it, may remain."""
         at = connection.connection
         self._opening = Connection(PortState.OPENING, at.port, at.baud_rate)
         try:

@@ -38,17 +38,17 @@ class PortConnection(QObject):
     """Owns a worker. Reconnects by itself after a loss, by the rules of `app.engine.reconnect`."""
 
     changed = Signal()
-    """Something about the link, or whether the module has triggered or is active, is different from before."""
+    """The state of the link, the identity, or whether the module has triggered or is active, has changed."""
     batch = Signal(object)
-    """Each `Batch`, after the state was brought up to date with it."""
+    """Each `Batch`, after the state was updated from it."""
     forgotten = Signal()
-    """What was connected before was nobody's module: nothing of it is to be shown any more."""
+    """Another module than the expected one was connected: pages clear what they show of it."""
     came_online = Signal(object)
     """The `Target`, whenever a module answers on it."""
     stream_left_on = Signal()
     """An earlier session had left the serial output on; this one switches it off."""
     slept = Signal(float)
-    """The computer slept for so many seconds while the port was open: nothing that was known counts any more."""
+    """The computer slept for this many seconds while the port was open; values read before are no longer valid."""
 
     def __init__(
         self,
@@ -78,24 +78,24 @@ class PortConnection(QObject):
         self.forgotten.connect(self._last_known.forget)
         self._whose = ""
         self._proven_rate: int | None = None
-        """At which the module last answered."""
+        """The baud rate at which the module last answered."""
         self._return = Reconnection()
         self._is_listing = False
-        """The list of ports under way was begun for `_return`, and the port is still as it was then."""
+        """A scan of the ports is running for `_return`, and its result is still wanted."""
         self._expected_of: Callable[[Target], Expected | None] = lambda _target: None
         self._memory_of: Callable[[Target], StreamMemory] = lambda _target: StreamMemory()
         self.stream_memory = StreamMemory()  # of the connection that was opened last
         self._is_left_on_said = False
         self._lost = NOBODY_MEANT
-        """Of the port that was lost: what was last read of its module, in `now` where that was proven."""
+        """Identity of the module on the lost port; `now` holds what was last read of it where it was proven."""
         self._new_modules = 0
-        """How many a person has called new on the port of another."""
+        """How many modules a person has called new on the port of another one."""
         self._trouble: PortError | None = None
-        """The last; it stays in sight between two attempts to reconnect."""
+        """The last error; shown until the port is open again."""
         self._is_ordered = False
-        """An opening was ordered of which no batch has told yet."""
+        """The worker was told to open a port, and no batch has shown the result yet."""
         self._was_mistaken = False
-        """What was open last was another adapter's port: what is known is of a module that nobody meant."""
+        """The port that was open last belongs to another adapter: the known values are another module's."""
         self._follow_up = QTimer(self)
         self._follow_up.setInterval(FOLLOW_EVERY_MS)
         self._follow_up.timeout.connect(self._follow)
@@ -109,24 +109,24 @@ class PortConnection(QObject):
 
     @property
     def whose(self) -> str:
-        """Names the adapter, or the port, that somebody connected to. The same when it comes back by another name."""
+        """Key of the connected adapter or port; unchanged when it returns under another name."""
         return self._whose
 
     @property
     def identity(self) -> Identity:
-        """Whether it is the module that is meant; until that is proven only questions are sent."""
+        """Whether this is the expected module; until that is proven only queries are sent."""
         if self._is_ordered:
-            return Identity(Trust.OPEN)  # what was said last was of another opening
+            return Identity(Trust.OPEN)  # the last batch belongs to the opening before
         return NOBODY_MEANT if self._last is None or not self.is_open else self._last.identity
 
     @property
     def absence(self) -> Absence | None:
-        """Why a port that was lost is not open again; None where none was lost."""
+        """Why a lost port is not open again; None if no port was lost."""
         return self._return.absence
 
     @property
     def returns(self) -> int:
-        """How often a port that was lost was opened again by itself."""
+        """How often a lost port was reopened automatically."""
         return self._return.returns
 
     @property
@@ -147,7 +147,7 @@ class PortConnection(QObject):
 
     @property
     def is_wanted(self) -> bool:
-        """Somebody asked for a connection and has not ended it, whether or not it stands."""
+        """A connection was requested and not ended, whether or not the port is open."""
         return self._is_wanted
 
     @property
@@ -158,7 +158,7 @@ class PortConnection(QObject):
         if self._is_returning:
             connection = replace(connection, trouble=self._trouble)
         elif not self._is_wanted and connection.state is PortState.CLOSED:
-            connection = replace(connection, trouble=None)  # nobody wants that port any more
+            connection = replace(connection, trouble=None)  # that port is no longer wanted
         known, off_at = (self.device, self._greeting), self._last_known.switched_off_at
         is_finding = self._finding is not None
         return link_state(connection, *known, is_finding=is_finding, absence=self.absence, switched_off_at=off_at)
@@ -169,13 +169,13 @@ class PortConnection(QObject):
 
     @property
     def is_recording(self) -> bool:
-        """There is no module: a capture is played, and nothing but questions is asked."""
+        """A capture is played instead of a module; only queries are sent."""
         return self._target is not None and self._target.is_recording and self._is_wanted
 
     @property
     def is_active(self) -> bool:
-        """As far as is known the module will fire by its thresholds. A doubtful "active" counts as active; one that
-        was only recorded does not."""
+        """The module may fire by its thresholds, as far as is known. A stale "active" counts as active; that of a
+        played capture does not."""
         return not self.is_recording and self.activation.may_fire
 
     @property
@@ -183,14 +183,14 @@ class PortConnection(QObject):
         return self._last_known.activation(self.device, self.clock())
 
     def note_shutdown(self) -> None:
-        """The module acknowledged our own shut-down and is silent: no fault until it answers again."""
+        """The module acknowledged the shut-down: its silence is no fault until it answers again."""
         self._last_known.note_shutdown(self.clock(), time.time())
         self.changed.emit()
 
     # What can be done
 
     def connect_to(self, target: Target) -> None:
-        """Open `target`, closing what is open."""
+        """Open `target`; an open port is closed first."""
         self._is_wanted = True
         whose, self._whose = self._whose, target.key
         self._proven_rate = None
@@ -208,39 +208,39 @@ class PortConnection(QObject):
         self.changed.emit()
 
     def hold(self) -> None:
-        """The port works, and is heard of at `release`, from the first byte on."""
+        """Keep all batches back until `release`; the port works meanwhile."""
         self._bridge.hold()
 
     def release(self) -> None:
         self._bridge.release()
 
     def set_shown(self, *, is_shown: bool, every_s: float = PUBLISH_EVERY_S) -> None:
-        """Whether the pages show this port; else what says nothing new comes a few times a second. `every_s`: a picture
-        that moves faster wants it so often."""
+        """Whether the pages show this port; one that is not shown publishes unchanged state a few times a second.
+        `every_s`: the interval that a moving picture needs."""
         seen_s = min(PUBLISH_EVERY_S, max(PUBLISH_AT_MOST_EVERY_S, every_s))
         self._worker.publish_every_s = seen_s if is_shown else UNSEEN_PUBLISH_EVERY_S
 
     def find_rate(self) -> None:
-        """Go through all baud rates on the open port."""
+        """Try all baud rates on the open port."""
         if self._finding is not None or not self.is_open:
             return
         self._finding = self.run(find_rate(self.connection.baud_rate), self._end_finding)
         self.changed.emit()
 
     def expect(self, expected_of: Callable[[Target], Expected | None]) -> None:
-        """What was last read of the module that is known at a port, asked before the port is opened."""
+        """`expected_of` returns what was last read of the module known at a port; called before the port is opened."""
         self._expected_of = expected_of
 
     def remember_stream(self, memory_of: Callable[[Target], StreamMemory]) -> None:
-        """Where it is kept that the serial output was switched on."""
+        """`memory_of` returns where it is stored that the serial output was switched on."""
         self._memory_of = memory_of
 
     def vouch(self, seen: Identity | None = None) -> None:
-        """A person says that it is the module that is meant; `seen` is what was said of it when they did."""
+        """A person confirms that this is the expected module; `seen` is the identity that was shown to them."""
         self._worker.vouch(seen)
 
     def take_as_new(self, seen: Identity | None = None) -> None:
-        """A person says that it is another module: what was known of the first one is not this one's."""
+        """A person says that this is another module: what was known of the first one is dropped."""
         self._new_modules += 1
         target = self._target
         self._whose = f"{target.key if target is not None else ''}#{self._new_modules}"
@@ -327,7 +327,7 @@ class PortConnection(QObject):
         self._trouble = connection.trouble or self._trouble
         address = self._return.address
         if address is None or connection.port != address.device:
-            return  # of a port that was left meanwhile
+            return  # of a port that was closed meanwhile
         self._is_listing = False
         if connection.trouble is not None and self._last is not None and not self._was_mistaken:
             self._lost = lost = self._last.identity
@@ -338,14 +338,14 @@ class PortConnection(QObject):
             self._follow_up.start()
 
     def _follow(self) -> None:
-        """List the ports where the rules want them."""
+        """Scan the ports when `Reconnection` needs them."""
         if not self._is_returning and not self._return.is_due(self.clock()):
             self._follow_up.stop()
         elif self._is_ordered or self._is_listing or self.connection.state is PortState.OPENING:
             pass
         elif self._return.is_due(self.clock()):
             if self._return.needs_ports:
-                self._is_listing = self._ports.refresh()  # one that is under way may be from before the loss
+                self._is_listing = self._ports.refresh()  # a scan that is running may have begun before the loss
             else:
                 self._come_back(())
 
@@ -369,7 +369,7 @@ class PortConnection(QObject):
             self.changed.emit()
 
     def _expected_again(self) -> Expected | None:
-        """The module that was lost. Of one that had said nothing there is nothing to compare."""
+        """The lost module; None if nothing was read of it to compare with."""
         is_adapter_same = self._return.is_adapter_same
         lost = self._lost
         if not lost.is_proven and lost.before is not None:
@@ -393,7 +393,7 @@ class PortConnection(QObject):
 
     def _end_finding(self, job: Job[Found]) -> None:
         if job is not self._finding:
-            return  # of a port that was left meanwhile
+            return  # of a port that was closed meanwhile
         self._finding = None
         if isinstance(job.run.error, Slept) or (job.run.error is None and job.outcome().baud_rate is None):
             _log.info("No module was found at any baud rate: %s", job.run.error or job.outcome().tried)

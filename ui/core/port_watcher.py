@@ -35,7 +35,7 @@ class PortWatcher(QObject):
         self._thread: Thread | None = None
         self._ports: tuple[PortInfo, ...] | None = None
         self.is_current = False
-        """The last look told which ports there are; else they are those of an earlier one."""
+        """`ports` is the result of the last look; else of an earlier one."""
         self._seen: frozenset[str] | None = None
         self._timer = QTimer(self)
         self._timer.setInterval(LOOK_EVERY_MS)
@@ -59,13 +59,13 @@ class PortWatcher(QObject):
         return self._seen is not None and key_of(port) not in self._seen
 
     def remember_seen(self, keys: Iterable[str]) -> None:
-        """Take over what an earlier session had seen. With nothing to take over, nothing is new at the first look."""
+        """Take over the keys seen in an earlier session. Without any, no port is new at the first look."""
         known = frozenset(keys)
         if known:
             self._seen = known
 
     def settle(self) -> None:
-        """The person has had a look: what is there now is no longer new."""
+        """The person has seen the list: its ports are no longer new."""
         if self._ports is not None:
             self._seen = self.seen | {key_of(port) for port in self._ports}
 
@@ -77,7 +77,7 @@ class PortWatcher(QObject):
             self._timer.stop()
 
     def refresh(self) -> bool:
-        """Look now; whether a look began. One at a time: while one is under way this does nothing."""
+        """Look now; returns False, and does nothing, while a look is running."""
         if self._thread is not None:
             return False
         self._thread = Thread(target=self._run, name="dps-s port list", daemon=True)
@@ -85,7 +85,7 @@ class PortWatcher(QObject):
         return True
 
     def stop(self, deadline_s: float) -> bool:
-        """Look no more; whether the look under way ended within `deadline_s`."""
+        """Stop looking; whether the running look ended within `deadline_s`."""
         self._timer.stop()
         thread = self._thread
         if thread is None:
@@ -99,17 +99,17 @@ class PortWatcher(QObject):
         except PortsUnknown:
             _log.warning("The ports could not be listed within %s s", LOOK_LIMIT_S)
             found = None
-        except Exception:  # noqa: BLE001  a driver's list may fail in any way; the window goes on without it
+        except Exception:  # noqa: BLE001  a driver may fail in any way; the window works without the list
             _log.exception("The ports could not be listed")
             found = None
         try:
             self._has_come.emit(found)
-        except RuntimeError:  # the window went away meanwhile, and this object with it
+        except RuntimeError:  # the window was closed meanwhile, and this object deleted
             _log.debug("A list of ports came after the window had closed")
 
     def _take(self, found: tuple[PortInfo, ...] | None) -> None:
         if self._thread is not None:
-            self._thread.join()  # it has emitted; nothing of it is left but its end
+            self._thread.join()  # it has emitted and is about to end
             self._thread = None
         self.is_current = found is not None
         if found is not None:

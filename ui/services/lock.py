@@ -26,8 +26,8 @@ _SHOWN_FROM = 2
 class PortLock(QObject):
     """LOCK on one port.
 
-    `press` sends it at once and goes on until the module reports that it is locked, or for ten seconds.
-    While the port is lost it waits for it, within that time. `failed` stays until a report says that the module is
+    `press` sends it at once and repeats it until the module reports that it is locked, for at most ten seconds. If
+    the port is lost, it waits for the port within that time. `failed` stays until a report says that the module is
     locked, or another module is connected.
     """
 
@@ -41,7 +41,7 @@ class PortLock(QObject):
         super().__init__(parent)
         self._connector, self._journal_of = connector, journal_of
         self._repeat: LockRepeat | None = None
-        """Of the one that goes on."""
+        """The running repetition."""
         self._job: Job[Locked] | None = None
         self._then: list[Callable[[], object]] = []
         self._whose = connector.whose
@@ -49,7 +49,7 @@ class PortLock(QObject):
         self._shown_count = 0
         self.failed: Locked | None = None
         self.confirmed: Locked | None = None
-        """The last; forgotten when the module reports otherwise."""
+        """The last confirmation; cleared when the module reports otherwise."""
         connector.changed.connect(self._watch)
         connector.batch.connect(self._take)
 
@@ -63,17 +63,17 @@ class PortLock(QObject):
 
     @property
     def sent(self) -> int | None:
-        """How often it has left while it goes on, else None."""
+        """How often LOCK was sent in the running repetition; None if none is running."""
         return None if self._repeat is None else self._repeat.sent
 
     @property
     def is_unproven(self) -> bool:
-        """It was pressed, and the module has not reported that it is locked."""
+        """LOCK was pressed, and the module has not reported that it is locked."""
         return self.is_going_on or self.failed is not None
 
     def press(self, _is_checked: bool = False, *, then: Callable[[], object] | None = None) -> None:
-        """Pressed again while it goes on, it leaves at once again and the time begins again. `then` is called when the
-        module reports that it is locked."""
+        """Send LOCK; pressed again, it is sent again at once and the time starts over. `then` is called when the module
+        reports that it is locked."""
         if not self.is_possible:
             return
         if then is not None:
@@ -85,7 +85,7 @@ class PortLock(QObject):
         self.changed.emit()
 
     def ensure_locked(self) -> None:
-        """`press`; without a port LOCK leaves as soon as the same one is open again, and that it did not is said."""
+        """As `press`; without a port LOCK is sent once the same port is open again, as `notice` says."""
         if self.is_possible:
             self.press()
             return
@@ -95,7 +95,7 @@ class PortLock(QObject):
         self._watch()
 
     def end(self) -> None:
-        """Repeat it no more: somebody activates the module on purpose."""
+        """Stop repeating LOCK: the module is being activated on purpose."""
         self.failed = None
         if self._job is not None:
             self._job.cancel()
@@ -103,7 +103,7 @@ class PortLock(QObject):
             self._finish(Locked(outcome=Outcome.UNKNOWN, sent=self._repeat.sent, is_replaced=True))
 
     def notice(self, more: tuple[Choice, ...] = ()) -> Notice | None:
-        """While the module does not report that it is locked; None where there is nothing to say."""
+        """Shown until the module reports that it is locked; None if there is nothing to say."""
         repeat = self._repeat
         if repeat is not None:
             if self._shown_count < _SHOWN_FROM and self._job is not None:
@@ -158,7 +158,7 @@ class PortLock(QObject):
                 act()
 
     def _may_go_on(self) -> bool:
-        """The port was lost; it may come back in time."""
+        """The lost port may still come back in time."""
         repeat = self._repeat
         return self._connector.is_wanted and repeat is not None and repeat.is_going_on(self._connector.clock())
 
@@ -179,7 +179,7 @@ class PortLock(QObject):
             self.changed.emit()
 
     def _watch(self) -> None:
-        """The port came back, was given up, or belongs to another module."""
+        """React to a port that came back, was closed, or belongs to another module."""
         if self._whose != self._connector.whose:
             self._whose = self._connector.whose
             self.failed = self.confirmed = None

@@ -26,8 +26,8 @@ KEEP_AGAIN_S = 1.0
 class PortModule(QObject):
     """Name of the module on one port.
 
-    `changed`: it is another name now, or none. At another adapter it is the module that was last seen there.
-    A module that may be another one than the one that is meant has no name until that is proven or a person decides.
+    `changed`: the name changed or was cleared. At another adapter the module last seen there is expected. A module
+    that may be another than the expected one has no name until that is proven or a person decides.
     """
 
     changed = Signal()
@@ -36,14 +36,14 @@ class PortModule(QObject):
         super().__init__()
         self.name = ""
         self.meant = ""
-        """The module that is meant, while it is not proven to be the one that answers."""
+        """Name of the expected module, while it is not proven that it is the one that answers."""
         self._connector: PortConnection | None = None
         self._keeping: Storage | None = None
         self._adapter = ""
         self._read: dict[str, IdentityEvidence] = {}
         """What was last read of the modules of this session, by name."""
         self._kept: dict[str, IdentityEvidence] = {}
-        """What of it is in the store."""
+        """The part of `_read` that is in the store."""
         self._tried_at = -inf
         self._meeting: BackgroundTask[None] = BackgroundTask("dps-s module", self)
         self._saving: BackgroundTask[bool] = BackgroundTask("dps-s evidence", self)
@@ -57,7 +57,7 @@ class PortModule(QObject):
 
     @property
     def known(self) -> tuple[Module, ...]:
-        """All modules of the store, the last seen first; none where there is no store."""
+        """All modules of the store, the last seen first; empty if there is no store."""
         store = self._store
         if store is None:
             return ()
@@ -85,23 +85,23 @@ class PortModule(QObject):
             self._use(name)
 
     def vouch(self) -> None:
-        """It is the module that is meant."""
+        """A person confirms that it is the expected module."""
         if self._connector is not None:
             self._connector.vouch(self._connector.identity)
 
     def take_as_new(self) -> None:
-        """It is a module without a name."""
+        """A person says that it is another module; it has no name yet."""
         if self._connector is not None:
             self.meant = ""
             self._connector.take_as_new(self._connector.identity)
 
     @property
     def adapter(self) -> str:
-        """At which the module is."""
+        """Key of the adapter or port of the module."""
         return self._adapter
 
     def remember_adapter(self) -> None:
-        """So that the module is known again where it is plugged in, by what was read of it."""
+        """Store the adapter and what was read of the module, so that it is recognised when plugged in again."""
         store, evidence = self._store, self._read.get(self.name)
         if store is not None and self.name:
             self._meeting.run_in(
@@ -112,7 +112,7 @@ class PortModule(QObject):
             )
 
     def keep_evidence(self) -> None:
-        """What was last read of the module of this name, where it is in the store by then."""
+        """Store what was last read of the module of this name, if the module is in the store by then."""
         store, evidence = self._store, self._read.get(self.name)
         if store is not None and evidence is not None and not self._saving.is_running:
             self._saving.run_in(
@@ -193,7 +193,7 @@ class PortModule(QObject):
 
 
 class ModuleName(QObject):
-    """The name of the module that the pages show; `of` is that on any port. `changed` is the shown one's."""
+    """Name of the module that the pages show; `of` returns that of any port. `changed` is of the shown one."""
 
     changed = Signal()
 
@@ -207,7 +207,7 @@ class ModuleName(QObject):
         self._shown.changed.connect(self.changed)
 
     def follow(self, connector: Connector, storage: Storage) -> None:
-        """Once for a window; a second time does nothing."""
+        """Called once for a window; further calls do nothing."""
         if self._connector is None:
             self._connector, self._storage = connector, storage
             self._modules[connector.current] = self._shown
@@ -273,14 +273,14 @@ class ModuleName(QObject):
 
 
 def _meet(store: Store, name: str, adapter: str, evidence: IdentityEvidence | None) -> None:
-    """In the store's thread, in one: the window may be gone afterwards."""
+    """Runs in the store's thread, as one piece of work: the window may be closed afterwards."""
     module = store.meet_module(name, adapter)
     if evidence is not None:
         store.keep_evidence(module.id, evidence)
 
 
 def _keep(store: Store, name: str, evidence: IdentityEvidence) -> bool:
-    """In the store's thread, behind what brought the module into it; False where nothing did."""
+    """Runs in the store's thread, after the module was stored; False if it was not."""
     module = store.module_named(name)
     if module is not None:
         store.keep_evidence(module.id, evidence)

@@ -28,7 +28,7 @@ class ExportKind(Enum):
 
 @dataclass(frozen=True, slots=True)
 class JobEnded:
-    """What came of the last thing that was done."""
+    """The result of the last job."""
 
     meaning: Meaning
     text: str
@@ -36,7 +36,7 @@ class JobEnded:
 
 @dataclass(frozen=True, slots=True)
 class Doing:
-    """What is being done now; `share` (0 … 1) is None where nobody can tell."""
+    """The running job; `share` (0 … 1) is None if its progress is unknown."""
 
     text: str
     share: float | None = None
@@ -50,12 +50,12 @@ class _Exported(NamedTuple):
 
 
 class RecordingJobs(QObject):
-    """`changed`: the list, or what is said or done, is different. `opened` gives a `Recording` to look at."""
+    """`changed`: the list, the running job or its result changed. `opened` passes a `Recording` to look at."""
 
     changed = Signal()
     opened = Signal(object)
     closing = Signal(object)
-    """These folders (`frozenset` of paths) are about to be deleted: let go of what is shown of them."""
+    """These folders (`frozenset` of paths) are about to be deleted: close what is shown of them."""
 
     def __init__(self, sessions: SessionRecording, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -64,7 +64,7 @@ class RecordingJobs(QObject):
         self.is_known = False
         """The list was read at least once."""
         self.is_shown = False
-        """A recording is looked at on the Live page."""
+        """A recording is shown on the Live page."""
         self.said: JobEnded | None = None
         self._is_list_old = False
         self._doing = ""
@@ -81,7 +81,7 @@ class RecordingJobs(QObject):
 
     def refresh(self) -> None:
         """Read the list again."""
-        self._is_list_old = self._listing.is_running  # what it has not come to yet may be another by now
+        self._is_list_old = self._listing.is_running  # the running one may miss what changed since it began
         if not self._is_list_old:
             self._listing.run(lambda _running: self._listed(), self._show_list, self._fail_list)
 
@@ -89,7 +89,7 @@ class RecordingJobs(QObject):
         return (*self.library.entries(), *self.library.trashed())
 
     def open(self, entry: "RecordingEntry") -> None:
-        """`opened` gives it, else `said` tells why not."""
+        """Emits `opened`, or sets `said` to the reason why not."""
 
         def work(_running: Running) -> object:
             from app.recordings.recording import open_recording
@@ -103,7 +103,7 @@ class RecordingJobs(QObject):
         self._begin(tr("Opening {when}…", when=when_text(entry)), work, show)
 
     def export(self, entry: "RecordingEntry", path: Path, kind: ExportKind) -> None:
-        """Write all of it into one file, which is there whole or not at all."""
+        """Export the recording into one file, written whole or not at all."""
 
         def work(running: Running) -> _Exported:
             from app.recordings.export import export_csv, export_mcap
@@ -126,7 +126,7 @@ class RecordingJobs(QObject):
         self._begin(tr("Exporting {name}", name=path.name), work, tell, path=path)
 
     def keep(self, entries: Iterable["RecordingEntry"], *, is_kept: bool) -> None:
-        """Never let them go by themselves, or do."""
+        """Whether they are kept when old recordings are deleted automatically."""
         chosen = tuple(entries)
 
         def work(_running: Running) -> None:
@@ -136,7 +136,7 @@ class RecordingJobs(QObject):
         self._begin(tr("Saving…"), work, lambda _nothing: self._end(None))
 
     def delete(self, entries: Iterable["RecordingEntry"]) -> None:
-        """For good."""
+        """Delete permanently."""
         chosen = tuple(entries)
         self.closing.emit(frozenset(one.folder for one in chosen))
 
@@ -154,7 +154,7 @@ class RecordingJobs(QObject):
         self._begin(tr("Deleting…"), work, tell)
 
     def cancel(self) -> None:
-        """Stop what is being done; no file is left of an export."""
+        """Stop the running job; an export leaves no file."""
         if self._job.is_running:
             self._job.cancel()
             self._end(JobEnded(Meaning.INFORMATION, tr("Cancelled.")))
@@ -164,7 +164,7 @@ class RecordingJobs(QObject):
         self.changed.emit()
 
     def stop(self) -> None:
-        """Nobody wants anything any more."""
+        """Cancel everything: the window closes."""
         self._job.cancel()
         self._listing.cancel()
 

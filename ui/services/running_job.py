@@ -1,4 +1,4 @@
-"""One procedure at a time on the module, as a page shows it: progress, cancel, how it ended, what is said of it."""
+"""One procedure at a time on the module, as a page shows it: progress, cancel, result, notice."""
 
 from collections.abc import Callable
 from functools import partial
@@ -16,9 +16,9 @@ from ui.widgets.notice_bar import Choice, Notice
 
 
 class RunningJob(QObject):
-    """`changed`: it began or ended, or something else is said.
+    """`changed`: a procedure began or ended, or the notice changed.
 
-    Another one takes the place of the one before, whose end is then told nobody.
+    A second `run` replaces the first, whose end is then not reported.
     """
 
     changed = Signal()
@@ -39,7 +39,7 @@ class RunningJob(QObject):
         return self._connector.is_open and self._job is None
 
     def run(self, procedure: Procedure[Result], then: Callable[[Job[Result]], None]) -> None:
-        """What was said before is gone. `then` is called in the window's thread when it has ended, well or not."""
+        """Clears the notice. `then` is called in the window's thread when the procedure has ended, well or not."""
         self.progress = self._notice = None
         self._job = self._connector.run(procedure, partial(self._end, then), on_progress=self._remember_progress)
         self.changed.emit()
@@ -50,11 +50,11 @@ class RunningJob(QObject):
             self._job.cancel()
 
     def forget(self) -> None:
-        """Its end is told nobody."""
+        """Drop the procedure; its end is not reported."""
         self._job = self.progress = None
 
     def say(self, make: Callable[[], Notice | None] | None) -> None:
-        """In the language in use whenever it is shown; None takes it back. A screen reader says it once."""
+        """Set the notice; `make` is called whenever it is shown, None removes it. Screen readers hear it once."""
         self._notice = make
         said = None if make is None else make()
         if said is not None:
@@ -68,7 +68,7 @@ class RunningJob(QObject):
         self.say(None)
 
     def notice(self, waiting: str, *, can_cancel: bool = True) -> Notice | None:
-        """What is being done (`waiting`, English, until it reports its progress), else what was said last."""
+        """The running procedure (`waiting`, English, until it reports progress), else the last notice."""
         if self._job is None:
             return None if self._notice is None else self._notice()
         report, text = self.progress, tr(waiting)

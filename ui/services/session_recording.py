@@ -29,10 +29,10 @@ _log = logging.getLogger(__name__)
 
 
 class SessionTracker:
-    """Tells where one session ends and the next begins, from batch to batch.
+    """Finds where one session ends and the next begins, from batch to batch.
 
-    A port that was lost and came back goes on with the same session, also under another name; a port that was closed
-    by hand, and any other adapter, does not.
+    A lost port that comes back continues its session, also under another name; a port that was closed by a person, or
+    another adapter, begins a new one.
     """
 
     def __init__(self) -> None:
@@ -42,7 +42,7 @@ class SessionTracker:
 
     @property
     def is_over(self) -> bool:
-        """Nothing is open, and nothing is waited for."""
+        """No port is open, and no lost port is waited for."""
         return not self._is_open and not self._was_lost
 
     def begins(self, connection: Connection, target: Target | None) -> bool:
@@ -67,13 +67,13 @@ class SessionTracker:
 
 
 def _key_of(port: str, target: Target | None) -> str:
-    """That of the target, unless another one has been chosen meanwhile."""
+    """The key of the target, unless another one has been chosen meanwhile."""
     return target.key if target is not None and target.device == port else port
 
 
 @dataclass(frozen=True, slots=True)
 class Sign:
-    """What the window says about the recording of this moment. `trouble` is a sentence."""
+    """State of the running recording as the window shows it. `trouble` is a sentence."""
 
     since: datetime | None = None
     """Aware; None: nothing is being written."""
@@ -82,7 +82,7 @@ class Sign:
 
 
 class SessionRecording:
-    """`tapped` puts it before the window's bridge; `follow` is called once the window's parts are there."""
+    """`tapped` puts it in front of the window's bridge; `follow` is called once the window is assembled."""
 
     def __init__(self, folder: Path | None = None) -> None:
         self._folder = folder
@@ -110,7 +110,7 @@ class SessionRecording:
             def both(batch: Batch) -> None:
                 try:
                     self._take(batch)
-                except Exception:  # noqa: BLE001  whatever it is, it must never end the link
+                except Exception:  # noqa: BLE001  recording must never end the link
                     _log.exception("A batch could not be recorded")
                 deliver(batch)
 
@@ -119,7 +119,7 @@ class SessionRecording:
         return made
 
     def follow(self, connector: PortConnection) -> None:
-        """Learn from it which adapter a port is, and when a person gives a port up."""
+        """Follow this connection: its adapter, and when a person closes its port."""
         self._connector = connector
         connector.changed.connect(self._watch_wish)
 
@@ -131,7 +131,7 @@ class SessionRecording:
 
     @property
     def sign(self) -> Sign:
-        """What there is to say now, of the port that the pages show."""
+        """State of the recording of the port that the pages show."""
         if self.shown is not None:
             return self.shown.sign
         recorder = self._recorder
@@ -142,14 +142,14 @@ class SessionRecording:
         return Sign(since, recorder.dropped, None if recorder.is_recording else recorder.trouble)
 
     def settle(self, deadline_s: float) -> bool:
-        """Whether everything that was taken is on disk within the time."""
+        """Wait until all batches are on disk; whether that was so within the time."""
         every = [one._recorder for one in (self, *self._others)]
         settled = [one.settle(deadline_s) for one in every if one is not None]
         return all(settled)
 
     def stop(self, deadline_s: float) -> bool:
-        """End the recording and its thread; whether that was done in time. What was handed to the system is safe
-        in any case."""
+        """End the recording and its thread; whether that was done in time. What was written before is safe in any
+        case."""
         every = [one._recorder for one in (self, *self._others) if one._recorder is not None]
         for one in every[1:]:
             one.stop(0.0)  # all at once
@@ -174,7 +174,7 @@ class SessionRecording:
             self._hold_stream(connector)
 
     def _hold_stream(self, connector: PortConnection | None) -> None:
-        """What is recorded needs every report, whatever page is in sight."""
+        """A recording needs every report, whatever page is shown."""
         if connector is not None:
             connector.stream.is_recorded = self._recorder is not None and self._recorder.is_recording
 
@@ -191,7 +191,7 @@ class SessionRecording:
             self._recorder.end()
 
     def _watch_wish(self) -> None:
-        """A lost port that nobody wants back ends the session."""
+        """A lost port that is no longer wanted ends the session."""
         connector = self._connector
         if connector is None or connector.is_wanted or connector.is_open:
             return
@@ -201,7 +201,7 @@ class SessionRecording:
                 self._end()
 
     def name_module(self, name: str) -> None:
-        """The name belongs to the adapter that is chosen now, which need not be the one still being closed."""
+        """The name belongs to the adapter chosen now, which may differ from the one still being closed."""
         connector = self._connector
         with self._lock:
             self._module = name

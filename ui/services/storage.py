@@ -29,7 +29,7 @@ RECORDER_LIMIT_S = 0.1
 
 
 class RecordingPlayed(StoreTrouble):
-    """What a recording says is not to be mixed with what modules said."""
+    """Data of a played recording is not stored among data of modules."""
 
     def __init__(self) -> None:
         super().__init__(StoreFault.FAILED, Path())
@@ -59,14 +59,14 @@ class Storage:
 
     @property
     def store(self) -> Store | StoreTrouble:
-        """The trouble where there is none: say it and go on without."""
+        """The store, or why there is none."""
         if self.is_recording():
             return RecordingPlayed()
         return self.open_store()
 
     def open_store(self) -> Store | StoreTrouble:
-        """From any thread: it is checked and may be migrated, and another program may hold it meanwhile. Idempotent;
-        after `close` none is opened any more."""
+        """Open, check and migrate the store, which may take long. Any thread may call. Idempotent; after `close` it
+        returns a `StoreTrouble`."""
         with self._opening:
             if self._store is None and not self._is_closed:
                 try:
@@ -92,7 +92,7 @@ class Storage:
         return journal_for(self.store, port=target.device, origin=ORIGIN, adapter=target.identity, module=module)
 
     def keep_snapshot(self, snapshot: Snapshot, port: str) -> Future[int] | None:
-        """From any thread; done when it is on disk. One that cannot be kept there is still in the window's memory."""
+        """Any thread may call; the future is done when the snapshot is on disk. None if there is no store."""
         store = self._store
         if self._is_closed or not isinstance(store, Store) or is_playback(port):
             return None
@@ -111,7 +111,7 @@ class Storage:
             self._store.database.copy_if_due()
 
     def close(self) -> None:
-        """For good: work that is still under way opens no store that nobody would close. Idempotent."""
+        """Close permanently, so that running work cannot open the store again. Idempotent."""
         self.recordings.stop()
         if not self.sessions.stop(RECORDER_LIMIT_S):
             _log.warning("The recording was not closed within %s s; what was written is there", RECORDER_LIMIT_S)
@@ -125,7 +125,7 @@ class Storage:
 
 @dataclass(slots=True)
 class PendingEdits:
-    """Edits that leaving would lose, and what the module changed; the page that knows puts its answers here."""
+    """Edits that leaving would lose, and what the module changed; the Settings page sets these functions."""
 
     count: Callable[[], int] = int
     discard: Callable[[], object] = bool
