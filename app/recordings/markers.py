@@ -89,36 +89,38 @@ class MarkerTracker:
         """The next port that opens is the same adapter; another one starts a new session with a new tracker."""
         self._presence = Presence.UNKNOWN
         self._restarts = 0
+        self._new: list[Marker] = []
+        """Markers of the current batch."""
 
     def on_batch(self, batch: Batch) -> list[Marker]:
         """Markers of this batch, in the order of detection; times may differ slightly from that order."""
-        new: list[Marker] = []
-        self._follow_opening(batch.connection, batch.at, new)
-        self._follow_flags(batch, new)
+        self._new = []
+        self._follow_opening(batch.connection, batch.at)
+        self._follow_flags(batch)
         # While a port opens, the view is still that of the previous module.
         is_opening = batch.connection.state is PortState.OPENING
         if not is_opening:
-            self._follow_device(batch.device, batch.events, batch.at, new)
-        self._follow_loss(batch.connection, batch.at, new)
+            self._follow_device(batch.device, batch.events, batch.at)
+        self._follow_loss(batch.connection, batch.at)
         self.limits = NO_LIMITS if is_opening else limits_of(batch.device, batch.at)
-        return new
+        return self._new
 
-    def _follow_flags(self, batch: Batch, new: list[Marker]) -> None:
+    def _add(self, at: float, kind: MarkerKind) -> None:
+        self._new.append(Marker(at, kind, self._port))
+
+    def _follow_flags(self, batch: Batch) -> None:
         """The first known state is not a change."""
         for sample in batch.samples:
             if sample.active is not self._active:
                 if self._active is not None:
-                    new.append(
-                        Marker(sample.at, MarkerKind.ACTIVATED if sample.active else MarkerKind.LOCKED, self._port)
-                    )
+                    self._add(sample.at, MarkerKind.ACTIVATED if sample.active else MarkerKind.LOCKED)
                 self._active = sample.active
             if sample.triggered is not self._triggered:
                 if self._triggered is not None:
-                    kind = MarkerKind.TRIGGERED if sample.triggered else MarkerKind.TRIGGER_ENDED
-                    new.append(Marker(sample.at, kind, self._port))
+                    self._add(sample.at, MarkerKind.TRIGGERED if sample.triggered else MarkerKind.TRIGGER_ENDED)
                 self._triggered = sample.triggered
 
-    def _follow_opening(self, connection: Connection, at: float, new: list[Marker]) -> None:
+    def _follow_opening(self, connection: Connection, at: float) -> None:
         is_open, was_open = connection.state is PortState.OPEN, self._state is PortState.OPEN
         if not is_open or (was_open and connection.port == self._port):
             return
@@ -127,36 +129,35 @@ class MarkerTracker:
         if not self._was_lost:
             # Chosen by a person: another module with unknown state.
             self._triggered = self._active = self._is_charging = None
-            kind = MarkerKind.RECORDING if is_playback(self._port) else MarkerKind.CONNECTED
-            new.append(Marker(at, kind, self._port))
+            self._add(at, MarkerKind.RECORDING if is_playback(self._port) else MarkerKind.CONNECTED)
 
-    def _follow_loss(self, connection: Connection, at: float, new: list[Marker]) -> None:
+    def _follow_loss(self, connection: Connection, at: float) -> None:
         was_open, self._state = self._state is PortState.OPEN, connection.state
         if was_open and connection.state is PortState.CLOSED and connection.trouble is not None:
             self._was_lost = True
-            new.append(Marker(at, MarkerKind.PORT_LOST, self._port))
+            self._add(at, MarkerKind.PORT_LOST)
 
-    def _follow_device(self, device: DeviceView, events: tuple[Event, ...], at: float, new: list[Marker]) -> None:
+    def _follow_device(self, device: DeviceView, events: tuple[Event, ...], at: float) -> None:
         since = at if device.presence_since is None else device.presence_since
         if device.presence is not self._presence:
             was_offline, self._presence = self._presence is Presence.OFFLINE, device.presence
             if device.presence is Presence.OFFLINE:
-                new.append(Marker(since, MarkerKind.OFFLINE, self._port))
+                self._add(since, MarkerKind.OFFLINE)
             elif device.presence is Presence.ONLINE and (was_offline or self._was_lost):
                 self._was_lost = False
-                new.append(Marker(since, MarkerKind.RECONNECTED, self._port))
+                self._add(since, MarkerKind.RECONNECTED)
         if device.restarts != self._restarts:
             is_news, self._restarts = device.restarts > self._restarts, device.restarts
             if is_news:
                 # Detected by a heartbeat, or only by the boot count.
                 seen = [event.at for event in events if isinstance(event, Restarted)]
-                new.extend(Marker(one, MarkerKind.RESTARTED, self._port) for one in seen or [at])
+                for one in seen or [at]:
+                    self._add(one, MarkerKind.RESTARTED)
         known = device.values.get("charging")
         if known is not None and not known.is_stale:
             is_charging = known.value is True
             if self._is_charging is not None and is_charging is not self._is_charging:
-                kind = MarkerKind.CHARGER_CONNECTED if is_charging else MarkerKind.CHARGER_REMOVED
-                new.append(Marker(known.at, kind, self._port))
+                self._add(known.at, MarkerKind.CHARGER_CONNECTED if is_charging else MarkerKind.CHARGER_REMOVED)
             self._is_charging = is_charging
 
 

@@ -77,18 +77,16 @@ def file_check(
     if store is not None:
         evidence = with_logged_flags(evidence, store, adapter=adapter, module=name, at=at)
     trouble: StoreTrouble | None = None
-    known, past = past, past or Past(module=name)
-    checks = CheckStore(store.database) if store is not None else None
-    try:
-        if store is not None and checks is not None:
-            module = store.module_named(name) if name is not None and known is None else None
-            if module is not None:
+    if past is None:
+        past = Past(module=name)
+        try:
+            module = store.module_named(name) if store is not None and name is not None else None
+            if store is not None and module is not None:
                 with _damage_as_trouble(store):
-                    past = replace(
-                        _past(checks, module.id, name, evidence), tests=_tests(store, module.id, evidence, at)
-                    )
-    except StoreTrouble as error:
-        trouble, checks = error, None
+                    tests = _tests(store, module.id, evidence, at)
+                    past = replace(_past(store, module.id, name, evidence), tests=tests)
+        except StoreTrouble as error:
+            trouble = error
     case = Case(
         evidence=evidence, expectations=expectations, past=past, fingerprint=settings_code,
         are_records_looked_at=person.are_records_looked_at, is_same_module=person.is_same_module,
@@ -104,10 +102,10 @@ def file_check(
     def make(number: int, previous: str | None) -> Record:
         return make_record(assessment, replace(circumstances, number=number, previous=previous), log, station)
 
-    if store is not None and checks is not None:
+    if store is not None and trouble is None:
         try:
             with _damage_as_trouble(store), store.database.together():
-                record = _keep(store, checks, assessment, make, circumstances)
+                record = _keep(store, assessment, make, circumstances)
             return Filed(assessment, record, None, station_trouble)
         except StoreTrouble as error:
             trouble = error
@@ -132,8 +130,8 @@ def _station(store: Store | None) -> tuple[Station | None, StationTrouble | None
         return None, trouble
 
 
-def _past(checks: CheckStore, module_id: int, name: str | None, evidence: Evidence) -> Past:
-    history = evidence.history
+def _past(store: Store, module_id: int, name: str | None, evidence: Evidence) -> Past:
+    history, checks = evidence.history, CheckStore(store.database)
     if history is None:
         return checks.past(module_id, name)
     slots = [one.raw for one in history.records]
@@ -146,10 +144,8 @@ def _tests(store: Store, module_id: int, evidence: Evidence, at: datetime) -> Ma
     return {kind: LastTested(kept, kept.age_days(at)) for kind, kept in last.items()}
 
 
-def _keep(
-    store: Store, checks: CheckStore, assessment: Assessment, make: MakeRecord, circumstances: Circumstances
-) -> Record:
-    name = circumstances.module
+def _keep(store: Store, assessment: Assessment, make: MakeRecord, circumstances: Circumstances) -> Record:
+    name, checks = circumstances.module, CheckStore(store.database)
     module_id = store.meet_module(name).id if name is not None else None
     record = checks.append_check(make, module_id, adapter=circumstances.adapter)
     evidence = assessment.case.evidence

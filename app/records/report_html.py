@@ -87,19 +87,18 @@ def body(record: Record) -> str:
 
 
 def _head(record: Record) -> str:
-    void, verdict = record.get("void"), recorded_verdict(record)
-    against = [one for one in list_in(record, "checks") if _result(one) in (CheckResult.FAIL, CheckResult.UNKNOWN)]
+    void, verdict, checks = record.get("void"), recorded_verdict(record), list_in(record, "checks")
+    failed = sum(_result(one) in (CheckResult.FAIL, CheckResult.UNKNOWN) for one in checks)
     mark, colour = _VERDICT_LOOKS[verdict if void is None else Verdict.NO_GO]
     word = verdict_sentence(verdict, activated_by(record)).in_words()
-    if void is not None:
-        word = f"{word} — {tr('VOID')}"
     skipped = sum(1 for one in list_in(record, "manual") if isinstance(one, Mapping) and one.get("is_done") is None)
     if verdict is not Verdict.NO_GO and void is None:
-        looks = sum(1 for one in list_in(record, "checks") if _result(one) is CheckResult.WARN)
-        under = tr("All {count} checks hold; warnings: {looks}.", count=len(list_in(record, "checks")), looks=looks)
+        looks = sum(_result(one) is CheckResult.WARN for one in checks)
+        under = tr("All {count} checks hold; warnings: {looks}.", count=len(checks), looks=looks)
     else:
-        under = tr("{count} of {all} checks not OK.", count=len(against), all=len(list_in(record, "checks")))
+        under = tr("{count} of {all} checks not OK.", count=failed, all=len(checks))
     if void is not None:
+        word = f"{word} — {tr('VOID')}"
         why = _VOID_WHY.get(str(void), str(void))
         under = together((under, tr("Void: {why}.", why=tr(why))))
     if skipped:

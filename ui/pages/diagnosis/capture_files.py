@@ -29,7 +29,7 @@ from ui.widgets.visibility_timer import VisibilityTimer
 
 SUFFIX = ".dpscap"
 OPENED_SUFFIXES = (SUFFIX, ".hex", ".txt", ".log")
-_LOOK_EVERY_MS = 100
+_PROGRESS_EVERY_MS = 100
 
 
 def ask_capture(parent: QWidget, folder: Path) -> Path | None:
@@ -88,7 +88,7 @@ class CaptureFiles(QWidget):
         self.save = control(QPushButton(), texts, "capture_save", "Save capture…", key="Ctrl+S", picture=Icon.SAVE,
                             slot=self.choose_and_save)  # fmt: skip
         in_row(self.open, self.save, of=self, spacing=Space.S, margins=0)
-        VisibilityTimer(self, self._say_progress, every_ms=_LOOK_EVERY_MS)
+        VisibilityTimer(self, self._say_progress, every_ms=_PROGRESS_EVERY_MS)
 
     def refresh(self) -> None:
         self.save.setEnabled(len(self._buffer) > 0 and not self._saving.is_running)

@@ -13,7 +13,7 @@ from app.captures.rows import CaptureRows, ChosenRows, Rows
 from app.system.wall_clock import WallClock
 from app.text.i18n import tr
 from app.text.sentences import aside
-from protocol.events import Event, Rejected
+from protocol.events import Answered, Event, Rejected
 from protocol.frame import Noise
 from protocol.translatable import marked
 from ui.forms.table_kit import Index, RowsModel, TableColumn
@@ -27,7 +27,6 @@ from ui.pages.diagnosis.traffic_texts import (
     is_streamed,
     kind_of,
     meaning_of,
-    needs_no_row,
     raw_of,
     since_start,
     time_of_day,
@@ -273,5 +272,5 @@ def _rows_of(events: Iterable[Event]) -> Iterator[Event]:
             for first in range(0, len(noise.raw), LONGEST_ROW_BYTES):
                 raw = noise.raw[first : first + LONGEST_ROW_BYTES]
                 yield Rejected(Noise(raw, noise.fault, noise.offset + first), event.at)
-        elif not needs_no_row(event):
+        elif not isinstance(event, Answered):  # its frame has a row already
             yield event

@@ -11,7 +11,6 @@ from app.captures.explained import Explained
 from app.text import i18n
 from app.text.i18n import tr
 from protocol.events import (
-    Answered,
     Event,
     OutcomeUnknown,
     Received,
@@ -208,8 +207,3 @@ def colour_of(row: Row, *, is_time: bool) -> QColor | None:
     if emphasis is not None:
         return current().ink(emphasis)
     return current().ink(Meaning.UNKNOWN) if is_time or is_streamed(row) else None
-
-
-def needs_no_row(event: Event) -> bool:
-    """The frame of an answer has a row already."""
-    return isinstance(event, Answered)

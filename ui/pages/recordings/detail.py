@@ -5,7 +5,7 @@ from typing import Final
 
 from PySide6.QtCore import QRectF, QSize
 from PySide6.QtGui import QPaintEvent
-from PySide6.QtWidgets import QFrame, QLabel, QSizePolicy, QWidget
+from PySide6.QtWidgets import QFrame, QLabel, QPushButton, QSizePolicy, QWidget
 
 from app.recordings.entry_texts import remarks, size_text, when_text
 from app.recordings.library import RecordingEntry
@@ -13,11 +13,11 @@ from app.text.durations import stopwatch
 from app.text.i18n import tr
 from protocol.translatable import marked
 from ui.core.texts import Texts
-from ui.pages.recordings.controls import RecordingsButtons
 from ui.pages.recordings.outlines import Outline, Outlines, draw_outline
+from ui.style.icons import Icon
 from ui.style.painted_widget import PaintedWidget
 from ui.style.theme import Space, current
-from ui.widgets.controls import control
+from ui.widgets.controls import control, rename
 from ui.widgets.labels import ElidedLabel, text_label
 from ui.widgets.layouts import in_column, in_row, scroll_area
 from ui.widgets.naming import named
@@ -57,6 +57,37 @@ class OutlinePicture(PaintedWidget):
         painter = self.begin_paint()
         draw_outline(painter, QRectF(self.rect()).adjusted(1, 6, -1, -2), self._outline, current())
         painter.end()
+
+
+class RecordingsButtons(QWidget):
+    """Buttons for the selected recordings; the page connects them."""
+
+    def __init__(self, texts: Texts) -> None:
+        super().__init__()
+        self.setObjectName("recordings_buttons")
+        self._texts = texts
+        self.csv = control(QPushButton(), texts, "recordings_csv", "CSV…", key="Ctrl+S", picture=Icon.TABLE)
+        self.mcap = control(QPushButton(), texts, "recordings_mcap", "MCAP…",
+                            tip="For PlotJuggler and Foxglove", key="Ctrl+Shift+S", picture=Icon.SAVE)  # fmt: skip
+        self.keep = control(QPushButton(), texts, "recordings_keep", "Pin", tip="Never delete automatically",
+                            picture=Icon.BOOKMARK)  # fmt: skip
+        self.delete = control(QPushButton(), texts, "recordings_delete", "Delete…", key="Del",
+                              picture=Icon.ERASE)  # fmt: skip
+        self.open = control(QPushButton(), texts, "recordings_open", "Open", key="Enter", picture=Icon.LIVE,
+                            role="primary")  # fmt: skip
+        exports = in_row((self.csv, 1), (self.mcap, 1), spacing=Space.S)
+        marks = in_row((self.keep, 1), (self.delete, 1), spacing=Space.S)
+        in_column(self.open, exports, marks, of=self, spacing=Space.S, margins=0)
+        self.show_chosen((), is_idle=True)
+
+    def show_chosen(self, chosen: Sequence[RecordingEntry], *, is_idle: bool) -> None:
+        """Enables what is possible; nothing while a job runs."""
+        is_one = len(chosen) == 1 and chosen[0].trouble is None
+        for button in (self.open, self.csv, self.mcap):
+            button.setEnabled(is_idle and is_one)
+        self.keep.setEnabled(is_idle and bool(chosen))
+        self.delete.setEnabled(is_idle and bool(chosen) and not any(one.is_running for one in chosen))
+        rename(self.keep, self._texts, marked("Unpin") if chosen and all(one.is_kept for one in chosen) else "Pin")
 
 
 class RecordingsDetail(QFrame):
