@@ -7,14 +7,14 @@ import pytest
 
 from app.limits.expectations import CheckLimits, Expectations, ManualItem, Past, expectations_of
 from app.preflight.checks import CHECKS
-from app.preflight.evidence import Evidence
+from app.preflight.evidence import Disturbance, Evidence
 from app.preflight.findings import Case, CheckResult
 from app.preflight.line_checks import status_fresh
 from app.preflight.run import TRIGGERS, run_preflight
 from app.preflight.verdict import Verdict, assess, meaning_of, verdict_of
 from app.settings.profile_file import parse_profile
 from app.settings.profiles import LIMITS, ActivatedBy
-from protocol.catalogue import Hazard
+from protocol.catalogue import CELL_VOLTAGE, HEARTBEAT, Hazard
 from tests.support.records.preflight_rig import (
     APPROVED,
     FAULTS,
@@ -32,6 +32,8 @@ def test_a_sound_module_is_ready() -> None:
     assert checked.assessment.verdict is Verdict.READY
     assert checked.against == set()
     assert {one.finding.result for one in checked.assessment.checks} == {CheckResult.PASS}
+    records = next(one.finding for one in checked.assessment.checks if one.check.id == "trigger_records")
+    assert records.measured == 0
     assert_only_questions(checked)
     sets = [request for request in checked.rig.line.requests if request.hazard is not Hazard.NONE]
     assert [request.command for request in sets] == list(TRIGGERS)
@@ -175,6 +177,15 @@ def test_nobody_there_is_all_unknown() -> None:
     assert checked.assessment.verdict is Verdict.NO_GO
     assert checked.against == {check.id for check in CHECKS} - {"guided_tests"}  # what was done by hand before stands
     assert checked.rig.clock.now_s - 1000.0 < 12.0
+
+
+def test_a_module_that_falls_silent_is_asked_nothing_more() -> None:
+    checked = check(
+        Fault(frozenset(), arrange=on_request(CELL_VOLTAGE.code, 1, lambda rig: rig.bench.change(mute=True)))
+    )
+    assert checked.assessment.case.evidence.disturbance is Disturbance.SILENT
+    asked = [request.command for request in checked.rig.line.requests]
+    assert set(asked[asked.index(CELL_VOLTAGE) :]) == {CELL_VOLTAGE, HEARTBEAT}
 
 
 @pytest.mark.parametrize("number", range(1, 60, 4))

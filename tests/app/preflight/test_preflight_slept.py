@@ -8,8 +8,9 @@ import pytest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from app.engine.device import DeviceView
-from app.engine.session import Session
+from app.engine.device import DeviceView, How, Known
+from app.engine.procedure import Cancelled, PortLost
+from app.engine.session import Run, Session
 from app.engine.worker import Worker
 from app.limits.expectations import Expectations, Past
 from app.preflight.evidence import Disturbance, Evidence
@@ -75,6 +76,42 @@ def test_a_silence_that_is_over_before_anybody_looked_voids_too() -> None:
     rig.bench.heal()
     rig.run(greet())
     assert rig.void(assessment) is Disturbance.SILENT
+
+
+MINIMUM_V = Expectations().limits.cell_voltage_min_v
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "reason"),
+    [
+        ("light_v", 1.7, None),
+        ("light_v", 1.8, Disturbance.CHANGED),
+        ("cell_voltage_v", MINIMUM_V, None),
+        ("cell_voltage_v", MINIMUM_V - 0.02, Disturbance.CHANGED),
+    ],
+)
+def test_an_opened_bay_or_a_low_cell_voids(key: str, value: float, reason: Disturbance | None) -> None:
+    rig = NightRig()
+    assessment = rig.checked()
+    assert assessment.case.evidence.values["light_threshold_v"] == 1.8
+    now = rig.clock.now_s
+    view = rig.session.device.view(now)
+    changed = replace(view, values={**view.values, key: Known(value, How.READ, now)})
+    found = void_reason(assessment, changed, now, opened_at=rig.session.opened_at)
+    assert (None if found is None else found.reason) is reason
+
+
+@pytest.mark.parametrize(
+    ("end", "disturbance"), [(PortLost(), Disturbance.DISCONNECTED), (Cancelled(), Disturbance.INTERRUPTED)]
+)
+def test_a_check_that_ends_early_has_no_result(end: Exception, disturbance: Disturbance) -> None:
+    rig, evidence = NightRig(), Evidence(port="sim")
+    run = Run(run_preflight(evidence))
+    rig.session.run(run)
+    rig.step_for(1.0)
+    rig.session.close(why=end)
+    assert (run.result, type(run.error)) == (None, type(end))
+    assert evidence.disturbance is disturbance
 
 
 def test_a_heartbeat_that_may_be_a_restarts_voids_only_once_that_is_decided() -> None:
