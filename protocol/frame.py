@@ -94,7 +94,7 @@ class Noise:
 
     raw: bytes
     fault: Fault
-    offset: int = 0
+    offset: int
 
     @property
     def reason(self) -> Reason:

@@ -70,7 +70,7 @@ def test_a_file_behind_another_is_a_part_that_follows(tmp_path: Path) -> None:
 
 
 def test_events_become_what_went_over_the_wire() -> None:
-    noise = Noise(b"\x00\xff", Fault(Reason.NO_HEADER, "no frame header"))
+    noise = Noise(b"\x00\xff", Fault(Reason.NO_HEADER, "no frame header"), 0)
     frame = Frame(Direction.MODULE_TO_HOST, STATUS_FRAME)
     query = STATUS.query()
     events: list[Event] = [

@@ -16,7 +16,7 @@ def status(at: int) -> Event:
 
 
 def noise(at: int) -> Event:
-    return Rejected(Noise(bytes(BYTES_A_LINE), Fault(Reason.NO_HEADER, "")), float(at))
+    return Rejected(Noise(bytes(BYTES_A_LINE), Fault(Reason.NO_HEADER, ""), 0), float(at))
 
 
 def test_old_entries_are_dropped_and_times_begin_at_zero() -> None:

@@ -67,7 +67,7 @@ def test_round_trips_fall_into_classes() -> None:
 def test_a_lost_port_counts_as_a_loss_and_counting_continues() -> None:
     figures = LinkStatistics()
     figures.on_batch(batch(1.0, view(100, sent=10)))
-    noise = Noise(b"\x00\x01", Fault(Reason.NO_HEADER, ""))
+    noise = Noise(b"\x00\x01", Fault(Reason.NO_HEADER, ""), 0)
     figures.on_batch(batch(1.5, None, Sent(b"", QUERY, 1, 1.5), Rejected(noise, 1.5), connection=LOST))
     figures.on_batch(batch(1.6, None, connection=LOST))
     figures.on_batch(batch(2.0, None, connection=Connection(PortState.OPENING, "x", 115200)))

@@ -1,5 +1,6 @@
 """GO and READY only when everything holds: every single fault and every pair is named and hides none of the others."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import combinations
 
@@ -7,14 +8,15 @@ import pytest
 
 from app.limits.expectations import CheckLimits, Expectations, ManualItem, Past, expectations_of
 from app.preflight.checks import CHECKS
-from app.preflight.evidence import Disturbance, Evidence
-from app.preflight.findings import Case, CheckResult
-from app.preflight.line_checks import status_fresh
+from app.preflight.evidence import STILL_S, Disturbance, Evidence, Trial
+from app.preflight.findings import Case, CheckResult, Finding
+from app.preflight.line_checks import TRIALS_NEEDED, acceleration_still, status_fresh, tilt_level, tilt_still
 from app.preflight.run import TRIGGERS, run_preflight
 from app.preflight.verdict import Verdict, assess, meaning_of, verdict_of
 from app.settings.profile_file import parse_profile
 from app.settings.profiles import LIMITS, ActivatedBy
 from protocol.catalogue import CELL_VOLTAGE, HEARTBEAT, Hazard
+from protocol.messages import Status
 from tests.support.records.preflight_rig import (
     APPROVED,
     FAULTS,
@@ -144,6 +146,23 @@ def test_a_profile_is_taken_whole() -> None:
 def test_the_last_status_counts_for_a_second(age_s: float | None, result: CheckResult) -> None:
     evidence = Evidence(port="sim", status_age_s=age_s)
     assert status_fresh(Case(evidence=evidence, expectations=Expectations(), past=Past())).result is result
+
+
+@pytest.mark.parametrize(
+    ("check_of", "at_limit", "beyond"),
+    [
+        (tilt_level, Status(5, 1.0, False, False), Status(6, 1.0, False, False)),
+        (tilt_still, Status(2, 1.0, False, False), Status(3, 1.0, False, False)),
+        (acceleration_still, Status(0, 1.2, False, False), Status(0, 1.3, False, False)),
+    ],
+)
+def test_a_module_may_move_up_to_the_limit(
+    check_of: Callable[[Case], Finding], at_limit: Status, beyond: Status
+) -> None:
+    trials = [Trial(STILL_S * number / TRIALS_NEEDED, Status(0, 1.0, False, False)) for number in range(TRIALS_NEEDED)]
+    for last, result in ((at_limit, CheckResult.PASS), (beyond, CheckResult.FAIL)):
+        evidence = Evidence(port="sim", trials=[*trials, Trial(STILL_S, last)])
+        assert check_of(Case(evidence=evidence, expectations=Expectations(), past=Past())).result is result
 
 
 def test_light_that_reads_lower_is_judged_the_other_way() -> None:

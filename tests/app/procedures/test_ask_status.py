@@ -7,7 +7,9 @@ from tests.support.line.sim_line import settled_rig
 
 def test_a_silent_module_is_not_asked_again() -> None:
     rig = settled_rig(mute=True)
+    began = rig.clock()
     assert not rig.run(ask_status())
+    assert rig.clock() - began < 4.5, "three attempts of the question before it, and a heartbeat"
     assert STATUS.query() not in rig.line.requests
     assert rig.line.requests.count(HEARTBEAT.query()) == 1
 
