@@ -21,6 +21,19 @@ def test_lock_is_sent_once_and_believed_only_when_the_module_says_so() -> None:
     assert not rig.bench.state().is_active
 
 
+def test_no_read_gathers_while_an_answer_is_awaited() -> None:
+    rig = settled_rig()
+    read, gathered = rig.line.read, list[float]()
+
+    def noted(longest_s: float, gather_s: float) -> bytes:
+        gathered.append(gather_s)
+        return read(longest_s, gather_s)
+
+    rig.line.read = noted  # type: ignore[method-assign]
+    rig.run(read_everything())
+    assert set(gathered) == {0.0}
+
+
 def test_a_cancelled_procedure_ends_at_once() -> None:
     rig = settled_rig(mute=True)
     run = Run(read_everything())
