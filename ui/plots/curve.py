@@ -80,7 +80,7 @@ class LaneCurve:
         self._line_px = theme.line_px
 
     def fit_scale(self) -> None:
-        """Chooses the scale anew with the next draw; otherwise it only grows."""
+        """Lets the next draw choose a smaller scale; otherwise the scale only grows."""
         self._least_scale = 0
 
     def place(self, box: QRectF) -> None:

@@ -1,4 +1,4 @@
-"""The code to be read out, and the comparison of a profile with a module."""
+"""The fingerprint of the settings, and the comparison of a profile with a module."""
 
 from itertools import product
 from types import MappingProxyType

@@ -1,4 +1,4 @@
-"""Profiles as files: everything wrong at once, hostile ones harmless, what is written is read back as it was."""
+"""Profile files: all errors at once, hostile files, and round trips."""
 
 import os
 import tomllib

@@ -1,4 +1,4 @@
-"""The form of the settings: edits and undo, what is pending, and that no state claims more than the module said."""
+"""The settings form: edits, undo, pending changes, and states that claim no more than the module reported."""
 
 from types import MappingProxyType
 from typing import Any

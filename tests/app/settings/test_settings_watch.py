@@ -1,4 +1,4 @@
-"""What was verified is read again while connected; what changes without being written is found and named."""
+"""Verified settings are read again while connected, and changes without a write are reported."""
 
 from app.procedures.write_all import Leave, SettingChange, write_all
 from app.settings.form import RowState, SettingsForm

@@ -1,4 +1,4 @@
-"""Values as cells of a CSV file: none is a formula in a spreadsheet."""
+"""CSV cells: none is a formula in a spreadsheet."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Translation at run time: what is looked up, and that a bad translation never harms."""
+"""Translation at run time, also with bad translations."""
 
 import logging
 import threading

@@ -1,4 +1,4 @@
-"""Nothing is cut off, in either language or in one that is 40 % longer; and every text goes through `tr`."""
+"""The pseudo-language, and the helpers that find cut-off and untranslated texts."""
 
 import string
 import subprocess

@@ -1,4 +1,4 @@
-"""How sentences and lists are put together in either language."""
+"""Joining sentences and lists in both languages."""
 
 from collections.abc import Iterator
 

@@ -1,4 +1,4 @@
-"""Choosing a port, connecting, what is said when that fails, and coming back after a loss."""
+"""Choosing a port, connecting, errors, and reconnecting."""
 
 import os
 import sys

@@ -1,4 +1,4 @@
-"""Files named on the command line or chosen in the menu go to the page of their type, as dropped ones do."""
+"""Files from the command line, the menu or a drop are opened by the page of their type."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Saving what the Live page shows: values as CSV, a picture as PNG, and what is said about it."""
+"""Saving CSV and pictures on the Live page, and the reported outcome."""
 
 import csv
 import io

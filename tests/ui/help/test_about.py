@@ -1,4 +1,4 @@
-"""The box that says what the program is: each part that it is made with, with its licence."""
+"""The About box: components and their licences."""
 
 import re
 

@@ -1,4 +1,4 @@
-"""Somebody who has never seen the program, without a manual: from the first start to GO, by clicks and keys alone."""
+"""The first run without a manual: from the first start to READY by clicks and keys."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""The user guide can not go stale: its words are those on the screen, its pictures are there, its languages agree."""
+"""The user guide matches the window: its words, its pictures, and both languages."""
 
 import re
 import runpy

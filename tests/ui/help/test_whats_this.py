@@ -1,4 +1,4 @@
-"""Every control of every page says what it is; and what helps besides: keys, guide, about."""
+"""The "What's this?" texts of all controls, the list of shortcuts, the guide and the About box."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager

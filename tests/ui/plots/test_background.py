@@ -1,4 +1,4 @@
-"""The ground of the plots is kept as a picture, and looks the same as painted by hand."""
+"""The cached background of the plots equals the painted one."""
 
 import pytest
 from PySide6.QtGui import QImage, QPainter

@@ -1,4 +1,4 @@
-"""The charts of the link: what is written in them lies on nothing else."""
+"""Texts in the charts of the link overlap nothing."""
 
 import pytest
 from PySide6.QtCore import QSize

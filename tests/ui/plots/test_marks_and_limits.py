@@ -1,4 +1,4 @@
-"""Marks, limits and axes of the plots: the important is never hidden, and nothing jumps."""
+"""Marks, limits and axes of the plots: nothing important is hidden, nothing overlaps."""
 
 from itertools import combinations, pairwise
 

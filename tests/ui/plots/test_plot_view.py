@@ -1,4 +1,4 @@
-"""Which span of time is in sight, and what of it is drawn and labelled: without a widget."""
+"""View model of the plots: time spans, scales, points and ticks."""
 
 import math
 

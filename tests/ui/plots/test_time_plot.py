@@ -1,4 +1,4 @@
-"""The time plots: what is in sight, what is drawn, and how they answer to mouse and keyboard."""
+"""The time plots: view, drawing, mouse and keyboard."""
 
 import math
 

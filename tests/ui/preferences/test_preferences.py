@@ -1,4 +1,4 @@
-"""The dialog of preferences: each choice holds at once and at the next start; a language needs a font."""
+"""Preferences apply at once and at the next start; a language needs a font."""
 
 import os
 import subprocess

@@ -1,4 +1,4 @@
-"""Everything that can be worked has a name and says what it does; what is painted says what it shows."""
+"""Every control has names and descriptions; painted widgets describe what they show."""
 
 from collections import Counter
 from itertools import pairwise

@@ -1,4 +1,4 @@
-"""The menu: every action with its key, what the page in sight can do, and saving by the same entries everywhere."""
+"""The menu: all actions with their shortcuts, and those of the current page."""
 
 from pathlib import Path
 

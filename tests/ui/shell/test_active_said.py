@@ -1,4 +1,4 @@
-"""No text of the program says that the module does not fire: it may be ACTIVE while the text is in sight."""
+"""No text says that the module does not fire, since it may be ACTIVE while the text is shown."""
 
 import re
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Everything by keyboard: Tab gets everywhere and out again, and each page's acts have their keys."""
+"""The window by keyboard: tab order and shortcuts."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""What the notice says next, which button is the main one, and that none comes to lie where another was."""
+"""Notices: texts, main buttons, and that no button takes the place of another."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""The window after its port went away, on real pseudo-terminals: the same adapter only, whatever its name is now."""
+"""Reconnecting after a lost port, on pseudo-terminals: only the same adapter, also under another name."""
 
 import os
 import sys

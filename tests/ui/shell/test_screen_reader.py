@@ -1,4 +1,4 @@
-"""A session of half a minute: what ticks is not told, and can be asked for."""
+"""Ticking values send no accessibility events, but screen readers can query them."""
 
 from pathlib import Path
 from types import MappingProxyType

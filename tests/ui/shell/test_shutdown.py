@@ -1,4 +1,4 @@
-"""Closing takes half a second at most, whatever the driver, the module, the disk and the program are doing."""
+"""Closing takes at most half a second, whatever the driver, the module and the disk do."""
 
 import json
 import subprocess

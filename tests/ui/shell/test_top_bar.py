@@ -1,4 +1,4 @@
-"""The top bar: it names what is unknown, and the module that is connected."""
+"""The top bar: unknown states, the name of the module, and a stable layout."""
 
 from pathlib import Path
 

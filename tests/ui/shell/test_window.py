@@ -1,4 +1,4 @@
-"""The window: top bar, LOCK, leaving an ACTIVE module, languages, themes, what it remembers, how it closes."""
+"""The window: top bar, leaving an ACTIVE module, languages, themes, preferences and closing."""
 
 import subprocess
 import sys

@@ -1,4 +1,4 @@
-"""What goes wrong around the window: it stays alive, says it in a sentence, and goes on."""
+"""Faults around the window: it stays responsive, reports them in a sentence, and continues."""
 
 import errno
 import itertools

@@ -1,4 +1,4 @@
-"""A line that delays everything: the window says so, and does not call it connected."""
+"""A link with a long delay is reported, and not shown as connected."""
 
 from pathlib import Path
 

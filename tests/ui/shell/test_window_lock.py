@@ -1,4 +1,4 @@
-"""LOCK from the window: one gesture, as often as it is pressed, and never called done before the module says so."""
+"""LOCK from the window: one gesture, repeatable, and confirmed only by the module's report."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager

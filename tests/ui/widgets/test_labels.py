@@ -1,4 +1,4 @@
-"""An icon in the theme's colours."""
+"""Icon labels in the colours of the theme."""
 
 from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QApplication, QVBoxLayout, QWidget

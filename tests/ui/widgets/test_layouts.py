@@ -1,4 +1,4 @@
-"""Rows and columns; rows of buttons and lines of text in less room than they would like."""
+"""Rows, columns, wrapping rows and elided texts."""
 
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QVBoxLayout, QWidget

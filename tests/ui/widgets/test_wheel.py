@@ -1,4 +1,4 @@
-"""The wheel scrolls; it turns a value only where the keyboard is, on every page and panel."""
+"""The wheel changes only the value of a focused widget, on every page and panel."""
 
 from pathlib import Path
 

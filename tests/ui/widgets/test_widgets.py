@@ -1,4 +1,4 @@
-"""Readout, state chip and gauge: what they say, what they show, and that nothing jumps."""
+"""Readout, state chip and gauge: accessible names, appearance, stable layout."""
 
 import subprocess
 import sys

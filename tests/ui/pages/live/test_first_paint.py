@@ -1,4 +1,4 @@
-"""The window is painted before it is filled: what takes long to load comes after the first paint."""
+"""Pages are made after the first paint of the window."""
 
 from functools import partial
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Every session is recorded by itself: where it begins and ends, what is in it, and what is said about it."""
+"""The automatic recording of sessions: start, end, content and indicator."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace

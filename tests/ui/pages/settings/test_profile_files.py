@@ -1,4 +1,4 @@
-"""Profiles in the window: opened, dropped, compared row by row, applied and proven; saved; and a broken-off baud."""
+"""Profiles in the window: open, drop, compare, apply, verify and save; and an interrupted change of the baud rate."""
 
 import tomllib
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The Settings page when somebody leaves in the middle, or the line does: edits are asked about, nothing is claimed."""
+"""The Settings page when the user leaves or the link is lost: losing edits is confirmed, nothing unproven is shown."""
 
 from pathlib import Path
 
