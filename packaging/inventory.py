@@ -2,7 +2,6 @@
 
 import platform
 import re
-import subprocess
 import sys
 import sysconfig
 from collections.abc import Iterable
@@ -12,7 +11,7 @@ from pathlib import Path, PurePosixPath
 from typing import Final
 
 from bundle_contents import Entry
-from environment import ROOT, SetupError
+from environment import ROOT, SetupError, run
 
 LICENCE_FOLDER: Final = ROOT / "packaging" / "licences"
 _LGPL: Final = ("LGPL-3.0.txt", "GPL-3.0.txt")
@@ -231,7 +230,7 @@ def _system_parts(entries: Iterable[Entry]) -> list[Part]:
 
 def _system_part(package: str, files: Iterable[Entry]) -> Part:
     plain = package.partition(":")[0]
-    version = _output("dpkg-query", "--show", "--showformat=${Version}", package)
+    version = run(["dpkg-query", "--show", "--showformat=${Version}", package], "dpkg-query failed").strip()
     licence = next((one for start, one in _OF_THE_SYSTEM.items() if plain.startswith(start)), None)
     if licence is None:
         raise SetupError(f"The licence of Debian's {plain} is not named in inventory.py.")
@@ -251,12 +250,8 @@ def _debian_package(path: Path) -> str | None:
     real = path.resolve()
     for one in (path, real, Path("/", *real.parts[2:])):
         try:
-            answer = _output("dpkg-query", "--search", str(one))
-        except (OSError, subprocess.CalledProcessError):
+            answer = run(["dpkg-query", "--search", str(one)], "dpkg-query failed")
+        except (OSError, SetupError):
             continue
         return answer.splitlines()[0].rpartition(": ")[0].split(", ")[0]
     return None
-
-
-def _output(*command: str) -> str:
-    return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()

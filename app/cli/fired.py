@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from app.flight_analysis.many_logs import LogOrder, SummarisedLog
     from app.flight_analysis.summary import FlightSummary
     from app.text.messages import UserMessage
-    from protocol.fields import Value
 
 THRESHOLDS = (
     "attitude_threshold_deg", "freefall_acceleration_g", "freefall_time_s", "attitude_trigger", "freefall_trigger",
@@ -83,23 +82,10 @@ def _say_all(lines: Sequence[str]) -> None:
 
 def parse_limits(words: Sequence[str]) -> "TriggerLimits":
     """The vendor's defaults, replaced by these. Raises `Refused` with all errors."""
+    from app.cli.set import parse
     from app.firing.judge import TriggerLimits
-    from app.settings.values import NotAValue, parse_value
-    from protocol.catalogue import SETTINGS
 
-    values: dict[str, Value] = {}
-    faults: list[str] = []
-    by_key = {command.key: command for command in SETTINGS}
-    for word in words:
-        name, _, text = word.partition("=")
-        write = by_key[name].write
-        if name in values:
-            faults.append(tr("{name} is given twice.", name=name))
-        elif write is not None:
-            try:
-                values[name] = parse_value(write, text)
-            except NotAValue as error:
-                faults.append(tr("{name}: {why}.", name=name, why=error.why.in_words()))
+    values = {wish.command.key: wish.value for wish in parse(words)}
     usual = TriggerLimits()
     limits = TriggerLimits(
         float(values.get("attitude_threshold_deg", usual.attitude_threshold_deg)),
@@ -109,9 +95,8 @@ def parse_limits(words: Sequence[str]) -> "TriggerLimits":
         bool(values.get("freefall_trigger", True)),
     )
     if limits.freefall_acceleration_g > MOST_ACCELERATION_G:
-        faults.append(f"freefall_acceleration_g: {tr('expected {expected}', expected=f'≤ {MOST_ACCELERATION_G}')}")
-    if faults:
-        raise console.Refused("\n".join(faults))
+        expected = tr("expected {expected}", expected=f"≤ {MOST_ACCELERATION_G}")
+        raise console.Refused(f"freefall_acceleration_g: {expected}")
     return limits
 
 

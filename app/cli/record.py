@@ -118,7 +118,7 @@ class RecordedSession:
 def export(session: RecordedSession, library: "RecordingLibrary", path: Path, *, appends: bool) -> bool:
     """Write the file, or one for each part; whether they are complete."""
     from app.recordings.recording import RecordingUnreadable
-    from app.terminal.export_file import export_recording, not_written
+    from app.terminal.export_file import export_and_report
 
     is_whole = session.is_whole and bool(session.folders)
     if not session.folders:
@@ -126,20 +126,14 @@ def export(session: RecordedSession, library: "RecordingLibrary", path: Path, *,
     for number, folder in enumerate(session.folders, start=1):
         target = path if number == 1 else path.with_name(f"{path.stem}-{number}{path.suffix}")
         try:
-            done = export_recording(folder, target, appends=appends and number == 1)
+            done = export_and_report(folder, target, appends=appends and number == 1)
         except RecordingUnreadable as error:
             console.say(error.sentence)
             is_whole = False
             continue
-        except (OSError, ValueError) as error:
-            console.say(not_written(target, error))
+        is_whole = is_whole and done is not None and not done.missing
+        if done is None:
             console.say(tr("It is kept as recording {name}.", name=folder.name))
-            is_whole = False
-            continue
-        console.write_lines([tr("Rows written to {file}: {count}.", count=done.rows, file=target)])
-        if library.entry(folder).is_simulated:
+        elif library.entry(folder).is_simulated:
             console.note(tr("Simulated module"))
-        for sentence in done.missing:
-            console.say(sentence)
-            is_whole = False
     return is_whole

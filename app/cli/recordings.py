@@ -100,21 +100,15 @@ def _row(entry: "RecordingEntry") -> tuple[str, ...]:
 def run_export(args: argparse.Namespace) -> int:
     from app.recordings.library import RecordingLibrary
     from app.recordings.recording import RecordingUnreadable
-    from app.terminal.export_file import export_recording, not_written
+    from app.terminal.export_file import export_and_report
 
     entry = _found(RecordingLibrary(), args.name)
     try:
-        done = export_recording(entry.folder, args.file)
+        done = export_and_report(entry.folder, args.file)
     except RecordingUnreadable as error:
         console.say(error.sentence)
         return console.SAID_NO
-    except (OSError, ValueError) as error:  # ValueError: a NUL in the name
-        console.say(not_written(args.file, error))
-        return console.PARTLY
-    console.write_lines([tr("Rows written to {file}: {count}.", count=done.rows, file=args.file)])
-    for sentence in done.missing:
-        console.say(sentence)
-    return console.PARTLY if done.missing else console.DONE
+    return console.PARTLY if done is None or done.missing else console.DONE
 
 
 def run_restore(args: argparse.Namespace) -> int:

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import NamedTuple
 
-from app.terminal.console import end_passing, expected, say_in_passing
+from app.terminal.console import end_passing, expected, say, say_in_passing, write_lines
 from app.text.i18n import tr
 from app.text.sentences import reason_of
 
@@ -52,6 +52,19 @@ def why_not_writable(path: Path, *, appends: bool, replaces: bool) -> str | None
 def not_written(path: Path, error: Exception) -> str:
     """`error`: OSError, or ValueError for an invalid name."""
     return tr("{file} cannot be written: {why}.", file=path, why=reason_of(error))
+
+
+def export_and_report(folder: Path, path: Path, *, appends: bool = False) -> Exported | None:
+    """Export a recording, and print the outcome; None if the file cannot be written. Raises `RecordingUnreadable`."""
+    try:
+        done = export_recording(folder, path, appends=appends)
+    except (OSError, ValueError) as error:
+        say(not_written(path, error))
+        return None
+    write_lines([tr("Rows written to {file}: {count}.", count=done.rows, file=path)])
+    for sentence in done.missing:
+        say(sentence)
+    return done
 
 
 def export_recording(folder: Path, path: Path, *, appends: bool = False) -> Exported:

@@ -8,7 +8,7 @@ from pathlib import Path
 from shutil import copytree
 from typing import Final
 
-from environment import ROOT, SetupError
+from environment import ROOT, SetupError, run
 from icon_files import write_theme_icons
 from release import COMMAND, NAME, TITLE, Release, project, set_rights, stamp_times
 
@@ -60,7 +60,7 @@ def make_deb(release: Release, bundle: Path, *, work: Path, dist: Path) -> Path:
     _lay_out(root, release, bundle)
     control = root / "DEBIAN"
     control.mkdir()
-    architecture = _output("dpkg", "--print-architecture")
+    architecture = run(["dpkg", "--print-architecture"], "dpkg failed").strip()
     (control / "control").write_text(control_text(release, root, bundle, architecture), encoding="utf-8")
     (control / "md5sums").write_text(_sums(root), encoding="utf-8")
     for script in ("postinst", "postrm"):
@@ -187,7 +187,3 @@ def _sums(root: Path) -> str:
 def _files(root: Path) -> Iterable[Path]:
     files = (path for path in root.rglob("*") if path.is_file() and not path.is_symlink())
     return sorted(path for path in files if "DEBIAN" not in path.parts)
-
-
-def _output(*command: str) -> str:
-    return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()

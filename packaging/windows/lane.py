@@ -5,7 +5,6 @@ part if Wine is prepared. The results are in build/windows/results.md.
 """
 
 import argparse
-import os
 import sys
 import time
 import xml.etree.ElementTree as ET
@@ -16,7 +15,7 @@ from typing import Final, NamedTuple
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from environment import ROOT, SetupError, say
+from environment import SetupError, run, say
 
 from windows import wine
 from windows.suites import CANNOT_BE_TOLD, INSTALLER, QUICK, SUITES, Suite
@@ -72,14 +71,8 @@ def _on_windows(words: Sequence[str], platform: str, limit_s: float) -> str:
 
 
 def _on_linux(words: Sequence[str], report: Path, limit_s: float) -> str:
-    import subprocess
-
     command = ["timeout", f"{limit_s:.0f}", sys.executable, "-m", "pytest", "-n", "0", *words, f"--junitxml={report}"]
-    done = subprocess.run(
-        command, cwd=ROOT, env={**os.environ, "DPS_S_UNDER_WINE": "1"}, stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace", check=False,
-    )  # fmt: skip
-    return done.stdout
+    return run(command, None, variables={"DPS_S_UNDER_WINE": "1"})
 
 
 def _read(suite: Suite, report: Path, untold: int, seconds: float) -> Result:

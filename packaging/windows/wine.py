@@ -94,7 +94,7 @@ def prepare() -> None:
     PLACE.mkdir(parents=True, exist_ok=True)
     (PLACE / "ready").unlink(missing_ok=True)
     _made(DEBIAN, "Debian with Wine", _make_debian)
-    _made(PLACE / "prefix", "Windows' folders", _make_prefix)
+    _made(PLACE / "prefix", "Windows' folders", new_prefix)
     _made(DRIVE / "python", "Python for Windows", _make_python)
     packages = DRIVE / "python" / "Lib" / "site-packages"
     if not (packages / "lock.txt").is_file() or (packages / "lock.txt").read_bytes() != LOCK.read_bytes():
@@ -134,10 +134,6 @@ def _make_debian(folder: Path) -> None:
         (folder / name).mkdir()
     get = "DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends"
     _do(["chroot", str(folder), "/bin/sh", "-c", f"{get} {' '.join((*_PACKAGES, _COMPILER))} && apt-get clean"])
-
-
-def _make_prefix(folder: Path) -> None:
-    new_prefix(folder)
 
 
 def new_prefix(folder: Path) -> None:
