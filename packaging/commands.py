@@ -77,13 +77,13 @@ def _demo(arguments: list[str]) -> int:
     reason = system_libraries.why_no_screen(VENV_PYTHON)
     if reason is None:
         return call([*program, *arguments])
-    print(f"{reason} The same window now runs unseen for {OFFSCREEN_DEMO_S} seconds on the simulated module.")
+    print(f"{reason} The window now runs offscreen for {OFFSCREEN_DEMO_S} seconds with the simulated module.")
     code = call(
         [*program, "--offscreen-seconds", str(OFFSCREEN_DEMO_S), "--evidence", EVIDENCE, *arguments],
         QT_QPA_PLATFORM="offscreen",
     )
     if code == 0:
-        print("What it showed and the values that it saw:")
+        print("Screenshots and values:")
         for path in sorted(EVIDENCE.iterdir()):
             print(f"  {path}")
     return code
@@ -103,7 +103,7 @@ def _script(path: str) -> Callable[[list[str]], int]:
 
 def _setup(arguments: list[str]) -> int:
     _take_none(arguments)
-    print(f"All is installed in {environment.VENV}.")
+    print(f"Everything is installed in {environment.VENV}.")
     return 0
 
 
@@ -138,7 +138,7 @@ def clean() -> None:
 
 def _explanations() -> str:
     explanations = {name: command.explanation for name, command in COMMANDS.items()}
-    explanations["clean"] = "delete what builds and tests left behind, but not .venv"
+    explanations["clean"] = "delete the files of builds and tests, but not .venv"
     return "\n".join(["commands:", *(f"  {name:<14}{text}" for name, text in explanations.items())])
 
 
@@ -176,5 +176,5 @@ def main(arguments: list[str]) -> int:
         print(error, file=sys.stderr)
         return error.exit_code
     except KeyboardInterrupt:
-        print("Interrupted; what is half done will be done again.", file=sys.stderr)
+        print("Interrupted; the next run continues.", file=sys.stderr)
         return 130

@@ -80,7 +80,7 @@ def make_ready(extent: str = EVERYTHING) -> None:
         try:
             _make(extent)
         except OSError as error:
-            raise SetupError(f"{VENV} cannot be made: {error}.") from error
+            raise SetupError(f"{VENV} cannot be created: {error}.") from error
 
 
 def _is_current(extent: str) -> bool:
@@ -120,15 +120,15 @@ def _make(extent: str) -> None:
 
 def _rebuild() -> None:
     if not os.access(ROOT, os.W_OK):
-        raise SetupError(f"{ROOT} cannot be written by this user, and .venv has to go there.")
+        raise SetupError(f"{ROOT} cannot be written by this user, but .venv is created there.")
     if VENV.is_symlink() or VENV.is_file():
         VENV.unlink()
     elif VENV.exists():
         if Path(sys.prefix).resolve() == VENV.resolve():
-            raise SetupError(f"{VENV} has to be made again, and this is its own Python: use another Python.")
-        say("The .venv that is here is broken, unfinished or of another Python: making it again.")
+            raise SetupError(f"{VENV} has to be created again, but this is its own Python: use another Python.")
+        say("The .venv is broken, incomplete or of another Python: creating it again.")
         shutil.rmtree(VENV)
-    say(f"Making .venv with Python {sys.version.split()[0]}...")
+    say(f"Creating .venv with Python {sys.version.split()[0]}...")
     run([sys.executable, "-m", "venv", str(VENV)], f"Python's own venv module could not make {VENV}", exit_code=3)
 
 

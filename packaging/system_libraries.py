@@ -61,7 +61,7 @@ def make_ready(*, is_screen_wanted: bool, is_packaging: bool = False, is_testing
         _install(manager, [*needed.packages, *needed.further], reason=" and ".join(needed.reasons))
         still = look()
         if still.packages:
-            raise SetupError(f"It was installed, and yet this is not here: {', '.join(still.packages)}.")
+            raise SetupError(f"Still missing after the installation: {', '.join(still.packages)}.")
     elif needed.further:
         try:
             _install(manager, needed.further, reason=" and ".join(needed.wishes))
@@ -77,16 +77,16 @@ def _needed(manager: str | None, *, is_screen_wanted: bool, is_packaging: bool, 
     lacking = missing(wanted_libraries(is_screen_wanted=is_screen_wanted))
     if lacking:
         packages += _names(lacking, manager)
-        reasons.append("Qt needs system libraries that are not here")
+        reasons.append("System libraries of Qt are missing")
     tools = missing_tools() if is_packaging else ()
     if tools:
         packages += _tool_names(tools, manager)
-        reasons.append("programs that build packages are not here")
+        reasons.append("programs that build packages are missing")
     if packages or not QT_PROVEN.exists():
         further += [name for name in _names(missing(FOR_X), manager) if name not in packages]
         if manager is not None and not has_chinese_font():
             further.append(CHINESE_FONT[manager])
-        wishes += ["A screen and Chinese want more"] * bool(further)
+        wishes += ["A screen and Chinese text need more packages"] * bool(further)
     if is_testing and not has_server():
         further += _tool_names((FOR_TESTS,), manager)
         wishes.append("The tests of the archive server need PostgreSQL")
@@ -108,7 +108,7 @@ def _install(manager: str | None, names: list[str], *, reason: str) -> None:
         prefix = "" if os.geteuid() == 0 else "sudo "
         raise SetupError(f"{reason}. Type: {prefix}{INSTALL[manager]} {' '.join(names)}")
     else:
-        raise SetupError(f"{reason}: {', '.join(names)}. Install what holds them, then run this again.")
+        raise SetupError(f"{reason}: {', '.join(names)}. Install the packages that contain them, then run this again.")
 
 
 def prove_qt(venv_python: Path) -> None:

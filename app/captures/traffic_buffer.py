@@ -12,14 +12,14 @@ from app.system.wall_clock import WallClock
 from protocol.events import Event
 
 MOST_BYTES = 16_000_000
-"""Of memory: half an hour of a usual stream, some ten minutes of a full line. What is older is in the session's
-recording. Saved as text it stays below `LONGEST_FILE_BYTES`, so that it can be opened again."""
+"""Limit of memory: half an hour of a usual stream, ten minutes of a full line. Older entries are in the session's
+recording. As text it is smaller than `LONGEST_FILE_BYTES`, so that it can be opened again."""
 ENTRY_BYTES = 150
-"""Of memory that an entry takes besides its bytes."""
+"""Memory of an entry besides its bytes."""
 
 
 class TrafficBuffer:
-    """What went over the line, oldest first. Belongs to one thread."""
+    """Bytes that were sent and received, oldest first. Not thread-safe."""
 
     def __init__(self) -> None:
         self._entries: deque[CaptureEntry] = deque()

@@ -166,5 +166,5 @@ def test_a_folder_that_cannot_be_written_is_said(checkout: Checkout, setup: Setu
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(checkout.environment, "_rebuild", refuse)
         checkout.python.unlink()
-        with pytest.raises(setup.environment.SetupError, match="cannot be made"):
+        with pytest.raises(setup.environment.SetupError, match="cannot be created"):
             checkout.make_ready()

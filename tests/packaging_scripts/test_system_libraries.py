@@ -166,7 +166,7 @@ def test_other_package_managers_are_named(machine: Machine, manager: str, user: 
 def test_without_a_package_manager_the_libraries_are_named(machine: Machine) -> None:
     machine.manager, machine.lacking = None, {"libEGL.so.1", "objdump"}
     said = machine.refused(packaging=True)
-    assert "here: libEGL.so.1, objdump. Install what holds them" in said
+    assert "missing: libEGL.so.1, objdump. Install the packages that contain them" in said
 
 
 def test_a_failed_installation_says_what_apt_said(machine: Machine, capsys: pytest.CaptureFixture[str]) -> None:
