@@ -1,7 +1,10 @@
 """Helpers for tests of the command line: printed output, the module behind a port, and faults at a given frame."""
 
+from collections.abc import Sequence
+
 import pytest
 
+import app.__main__ as program
 from app.simulator import bench as benches
 
 
@@ -12,6 +15,13 @@ def bench_of(port: str) -> benches.SimulatedBench:
 class Printed:
     def __init__(self, capsys: pytest.CaptureFixture[str]) -> None:
         self.out, self.err = capsys.readouterr()
+
+
+def run_here(capsys: pytest.CaptureFixture[str], words: Sequence[str], code: int = 0) -> Printed:
+    """Run `dps-s` in this process, and check its exit code."""
+    found, printed = program.main(words), Printed(capsys)
+    assert found == code, printed.err
+    return printed
 
 
 def is_one_sentence(text: str) -> bool:

@@ -7,7 +7,7 @@ from app.cli.act import NAMES
 from app.safety.acts import EFFECTS, REQUESTS, Act
 from app.safety.journal import Outcome
 from app.store.store import data_folder, open_store
-from tests.support.cli_line import Printed, bench_of
+from tests.support.cli_line import Printed, bench_of, run_here
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english")
@@ -30,8 +30,7 @@ def recorded() -> list[tuple[Act, Outcome]]:
 def test_without_yes_it_says_what_would_happen(
     name: str, port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]
 ) -> None:
-    assert program.main([name, "--port", port]) == 2
-    printed = Printed(capsys)
+    printed = run_here(capsys, [name, "--port", port], 2)
     assert printed.out == f"{EFFECTS[Act(name)]}\n"
     assert printed.err == f"Nothing was done. To do it: dps-s {name} --port {port} --yes\n"
     assert wire == []
@@ -48,8 +47,7 @@ def test_with_yes_it_is_done_once_and_recorded(
     name: str, port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]
 ) -> None:
     options = {"lock": "?active=yes", "zero": "?tilt=4"}.get(name, "")
-    assert program.main([name, "--port", port + options, "--yes"]) == 0
-    assert Printed(capsys).out.startswith(("The module ", "Acknowledged"))
+    assert run_here(capsys, [name, "--port", port + options, "--yes"]).out.startswith(("The module ", "Acknowledged"))
     assert acts(wire) == [REQUESTS[Act(name)].encode()]
     assert recorded() == [(Act(name), Outcome.CONFIRMED)]
     module = bench_of(port).module
@@ -71,8 +69,7 @@ def test_with_yes_it_is_done_once_and_recorded(
 def test_an_open_condition_is_named(
     name: str, options: str, why: str, port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]
 ) -> None:
-    assert program.main([name, "--port", f"{port}?{options}", "--yes"]) == 1
-    printed = Printed(capsys)
+    printed = run_here(capsys, [name, "--port", f"{port}?{options}", "--yes"], 1)
     assert printed.out == ""
     assert printed.err == f"Nothing was sent. {why}\n"
     assert acts(wire) == []
@@ -87,8 +84,7 @@ def test_what_is_not_confirmed_is_not_done(port: str, hasty: None, capsys: pytes
 def test_without_a_store_only_locking_is_done(port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]) -> None:
     data_folder().parent.mkdir(parents=True)
     data_folder().write_text("in the way", encoding="utf-8")
-    assert program.main(["activate", "--port", port, "--yes"]) == 1
-    assert "The audit log cannot be written." in Printed(capsys).err
+    assert "The audit log cannot be written." in run_here(capsys, ["activate", "--port", port, "--yes"], 1).err
     assert acts(wire) == []
     assert program.main(["lock", "--port", port, "--yes"]) == 0
     assert acts(wire) == [REQUESTS[Act.LOCK].encode()]
@@ -96,8 +92,7 @@ def test_without_a_store_only_locking_is_done(port: str, capsys: pytest.CaptureF
 
 @pytest.mark.parametrize("name", NAMES)
 def test_no_link(name: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert program.main([name, "--port", "/dev/no-such-port", "--yes"]) == 3
-    printed = Printed(capsys)
+    printed = run_here(capsys, [name, "--port", "/dev/no-such-port", "--yes"], 3)
     assert printed.err.startswith("There is no port")
     assert recorded() == []
 

@@ -10,7 +10,7 @@ from app.engine.procedure import Inspect, Procedure
 from app.procedures.history import History
 from app.simulator import bench as benches
 from protocol.catalogue import SERIAL_OUTPUT, STATUS
-from tests.support.cli_line import Printed, bench_of, falls_after, is_one_sentence
+from tests.support.cli_line import Printed, bench_of, falls_after, is_one_sentence, run_here
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english")
@@ -18,8 +18,7 @@ pytestmark = pytest.mark.usefixtures("speaks_english")
 
 def test_read_for_people_and_programs(port: str, capsys: pytest.CaptureFixture[str]) -> None:
     bench_of(port).set_tilt(7)
-    assert program.main(["read", "--port", port, "--json"]) == 0
-    printed = Printed(capsys)
+    printed = run_here(capsys, ["read", "--port", port, "--json"])
     shown = json.loads(printed.out)
     assert printed.err == ""
     assert 0 < shown["link"].pop("round_trip_ms") < 100
@@ -42,13 +41,11 @@ def test_read_for_people_and_programs(port: str, capsys: pytest.CaptureFixture[s
         },
         "errors": {},
     }
-    assert program.main(["read", "--port", port]) == 0
-    assert "unknown (cannot be read)" in Printed(capsys).out
+    assert "unknown (cannot be read)" in run_here(capsys, ["read", "--port", port]).out
 
 
 def test_what_is_not_answered_is_null_and_said(port: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert program.main(["read", "--port", f"{port}?mute_codes=34", "--json"]) == 4
-    printed = Printed(capsys)
+    printed = run_here(capsys, ["read", "--port", f"{port}?mute_codes=34", "--json"], 4)
     shown = json.loads(printed.out)
     assert shown["cell_voltage_v"] is None
     assert shown["errors"] == {"cell_voltage_v": "no reply within 1.0 s, asked 3 times"}
@@ -97,12 +94,10 @@ def test_a_restart_in_the_middle_reads_again(port: str, capsys: pytest.CaptureFi
 
 def test_history_in_all_its_shapes(port: str, hasty: None, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     quirks = "history=9&records=pieces&record_gap_ms=2&odd_voltage=yes"
-    assert program.main(["history", "--port", f"{port}?{quirks}", "--json"]) == 0
-    shown = json.loads(Printed(capsys).out)
+    shown = json.loads(run_here(capsys, ["history", "--port", f"{port}?{quirks}", "--json"]).out)
     assert len(shown["records"]) == 9
     assert shown["records"][0]["implausible"] == ["cell_voltage_v"] or shown["records"][0]["charging"]
-    assert program.main(["history", "--port", port]) == 0
-    assert len(Printed(capsys).out.splitlines()) >= 10
+    assert len(run_here(capsys, ["history", "--port", port]).out.splitlines()) >= 10
     path = tmp_path / "records.csv"
     assert program.main(["history", "--port", port, "--csv", str(path)]) == 0
     assert path.read_bytes().count(b"\r\n") == 10
@@ -110,8 +105,7 @@ def test_history_in_all_its_shapes(port: str, hasty: None, capsys: pytest.Captur
 
 
 def test_a_csv_that_cannot_be_written_loses_nothing(port: str, hasty: None, capsys: pytest.CaptureFixture[str]) -> None:
-    assert program.main(["history", "--port", f"{port}?history=2", "--csv", "/no/such/folder/records.csv"]) == 4
-    printed = Printed(capsys)
+    printed = run_here(capsys, ["history", "--port", f"{port}?history=2", "--csv", "/no/such/folder/records.csv"], 4)
     assert len(printed.out.splitlines()) >= 3
     assert "/no/such/folder/records.csv cannot be written" in printed.err
 
@@ -134,15 +128,13 @@ def test_records_that_never_agree_are_said_to_be_uncertain(
         return History((), 1, is_answered=True)
 
     monkeypatch.setattr("app.procedures.history.read_history", read_history)
-    assert program.main(["history", "--port", port, "--json"]) == 4
-    printed = Printed(capsys)
+    printed = run_here(capsys, ["history", "--port", port, "--json"], 4)
     assert json.loads(printed.out) == {"records": [], "empty_slots": 1, "answered": True, "complete": False}
     assert "may be missing" in printed.err
 
 
 def test_a_module_that_never_answers_for_its_records_is_unknown(port: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert program.main(["history", "--port", f"{port}?mute_codes=35&history=3", "--json"]) == 4
-    printed = Printed(capsys)
+    printed = run_here(capsys, ["history", "--port", f"{port}?mute_codes=35&history=3", "--json"], 4)
     assert json.loads(printed.out) == {"records": [], "empty_slots": 0, "answered": False, "complete": False}
     assert "no reply" in printed.err
 
@@ -150,23 +142,20 @@ def test_a_module_that_never_answers_for_its_records_is_unknown(port: str, capsy
 def test_find_says_what_it_tried(port: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert program.main(["find", "--port", f"{port}?baud=57600", "--json"]) == 0
     assert json.loads(Printed(capsys).out) == {"baud_rate": 57600, "tried": [115200, 57600]}
-    assert program.main(["find", "--port", port, "--baud", "57600"]) == 0
-    assert "57600 baud" in Printed(capsys).out
+    assert "57600 baud" in run_here(capsys, ["find", "--port", port, "--baud", "57600"]).out
 
 
 def test_find_with_nothing_there(
     port: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("app.procedures.find.WAITS_S", (0.02,))
-    assert program.main(["find", "--port", f"{port}?mute=yes", "--json"]) == 3
-    printed = Printed(capsys)
+    printed = run_here(capsys, ["find", "--port", f"{port}?mute=yes", "--json"], 3)
     assert json.loads(printed.out) == {"baud_rate": None, "tried": [115200, 57600, 38400, 19200, 9600, 4800]}
     assert "at any baud rate" in printed.err
 
 
 def test_auto_finds_the_rate_first(port: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert program.main(["read", "--port", f"{port}?baud=57600", "--baud", "auto", "--json"]) == 0
-    shown = json.loads(Printed(capsys).out)
+    shown = json.loads(run_here(capsys, ["read", "--port", f"{port}?baud=57600", "--baud", "auto", "--json"]).out)
     assert shown["link"]["baud_rate"] == shown["settings"]["baud_rate"] == 57600
 
 
@@ -176,8 +165,7 @@ def test_set_is_acknowledged(port: str, capsys: pytest.CaptureFixture[str]) -> N
     assert shown.pop("verified_age_s") is None
     assert shown == {"wanted": True, "acknowledged": True, "read_back": None, "verified": None, "error": None}
     assert bench_of(port).state().is_streaming
-    assert program.main(["set", "serial_output=false", "--port", port]) == 0
-    assert "acknowledged (cannot be read back)" in Printed(capsys).out
+    assert "acknowledged (cannot be read back)" in run_here(capsys, ["set", "serial_output=false", "--port", port]).out
 
 
 def test_a_set_without_an_answer_is_not_said_to_stand(

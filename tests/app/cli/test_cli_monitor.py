@@ -12,7 +12,7 @@ from app.engine.procedure import Ask, Cancelled, EngineView, Inspect, LinkView
 from app.procedures import stream
 from protocol.catalogue import SERIAL_OUTPUT
 from protocol.events import Counters
-from tests.support.cli_line import Printed, bench_of, falls_after, is_one_sentence
+from tests.support.cli_line import Printed, bench_of, falls_after, is_one_sentence, run_here
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english")
@@ -50,8 +50,7 @@ def test_monitor_leaves_a_stream_that_was_on(
 def test_monitor_polls_what_does_not_stream(
     port: str, hasty: None, quirks: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]
 ) -> None:
-    assert program.main(["monitor", "--port", f"{port}?{quirks}", "--seconds", "1.5"]) == 0
-    printed = Printed(capsys)
+    printed = run_here(capsys, ["monitor", "--port", f"{port}?{quirks}", "--seconds", "1.5"])
     assert len(printed.out.splitlines()) >= 3
     assert "not triggered   locked" in printed.out
     assert wire[-1] == SERIAL_OUTPUT.set(False).encode()

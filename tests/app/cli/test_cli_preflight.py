@@ -14,7 +14,7 @@ from app.records.check_store import CheckStore
 from app.store.database import FILE_NAME, Database, open_database
 from app.store.store import data_folder
 from protocol.frame import decode_request
-from tests.support.cli_line import Printed, bench_of, falls_after, is_one_sentence
+from tests.support.cli_line import Printed, bench_of, falls_after, is_one_sentence, run_here
 from tests.support.processes import ENVIRONMENT, PROGRAM, ROOT, run_module
 
 pytest_plugins = ["tests.support.cli_fixtures"]
@@ -49,8 +49,7 @@ def _assert_only_questions(wire: list[bytes], *, flags: int) -> None:
 
 
 def test_go_is_the_contract(port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]) -> None:
-    assert program.main(["preflight", "--port", port, "--enable-triggers", "--json"]) == 0
-    shown = json.loads(Printed(capsys).out)
+    shown = json.loads(run_here(capsys, ["preflight", "--port", port, "--enable-triggers", "--json"]).out)
     assert list(shown) == ["verdict", "checks", "read", "simulated", "softer_limits"]
     assert (shown["simulated"], shown["softer_limits"]) == (True, [])
     assert shown["verdict"] == "READY"
@@ -76,8 +75,7 @@ def test_no_go_names_everything_and_sends_questions_only(
 ) -> None:
     bench_of(port).set_cell(3.5)
     bench_of(port).set_tilt(20)
-    assert program.main(["preflight", "--port", port]) == 1
-    out = Printed(capsys).out
+    out = run_here(capsys, ["preflight", "--port", port], 1).out
     assert out.startswith("NO-GO: do not fly\n")
     assert "3.50 V (≥ 3.80 V)" in out
     assert "20° (≤ 5°)" in out
@@ -87,12 +85,10 @@ def test_no_go_names_everything_and_sends_questions_only(
 
 
 def test_no_module_is_no_link_and_never_go(port: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert program.main(["preflight", "--port", f"{port}?mute=yes", "--json", "--enable-triggers"]) == 3
-    printed = Printed(capsys)
+    printed = run_here(capsys, ["preflight", "--port", f"{port}?mute=yes", "--json", "--enable-triggers"], 3)
     assert printed.out == ""
     assert is_one_sentence(printed.err)
-    assert program.main(["preflight", "--port", "/dev/none", "--json"]) == 3
-    assert Printed(capsys).out == ""
+    assert run_here(capsys, ["preflight", "--port", "/dev/none", "--json"], 3).out == ""
 
 
 @pytest.mark.parametrize("number", [3, 15, 60])
@@ -120,13 +116,11 @@ def test_the_report_is_written_kept_chained_and_verified(
     assert [(one["id"], one["result"], one["measured"]) for one in shown["checks"][-2:]] == [
         ("manual_1", "unknown", "skipped"), ("manual_2", "warn", "skipped"),
     ]  # fmt: skip
-    assert program.main([*words, "--done", "1", "--report", str(report)]) == 0
-    assert str(report) in Printed(capsys).err
+    assert str(report) in run_here(capsys, [*words, "--done", "1", "--report", str(report)]).err
     record = json.loads(report.with_suffix(".json").read_text(encoding="utf-8"))
     assert (record["number"], record["module"], record["verdict"]) == (2, "M-07", "READY")
     for path in (report, report.with_suffix(".html"), report.with_suffix(".json")):
-        assert program.main(["verify", str(path)]) == 0
-        out = Printed(capsys).out
+        out = run_here(capsys, ["verify", str(path)]).out
         assert out.startswith("INTACT")
         assert "previous record intact" in out
         assert "Kept on this computer." in out
@@ -136,8 +130,7 @@ def test_the_report_is_written_kept_chained_and_verified(
         report.with_suffix(".json").read_text(encoding="utf-8").replace('"measured": 3.9', '"measured": 4.1', 1),
         encoding="utf-8",
     )
-    assert program.main(["verify", str(altered)]) == 1
-    assert Printed(capsys).out.startswith("ALTERED: checks.cell_voltage.")
+    assert run_here(capsys, ["verify", str(altered)], 1).out.startswith("ALTERED: checks.cell_voltage.")
     number = kept.read("SELECT id FROM modules WHERE name = 'M-07'")[0][0]
     store = CheckStore(kept)
     assert [(one.number, one.verdict) for one in store.checks(number)] == [(2, "READY"), (1, "NO-GO")]
@@ -202,8 +195,7 @@ def test_a_report_that_cannot_be_written_is_said(
 
     monkeypatch.setattr("app.records.report_files.write_whole", broken)
     words = ["preflight", "--port", port, "--enable-triggers", "--report", str(tmp_path / "r.pdf")]
-    assert program.main(words) == 4
-    printed = Printed(capsys)
+    printed = run_here(capsys, words, 4)
     assert "No space left" in printed.err
     assert "READY: activate" in printed.out
 
@@ -211,20 +203,17 @@ def test_a_report_that_cannot_be_written_is_said(
 def test_without_a_store_it_goes_on(port: str, capsys: pytest.CaptureFixture[str]) -> None:
     data_folder().parent.mkdir(parents=True)
     data_folder().write_bytes(b"")  # a file where the folder should be
-    assert program.main(["preflight", "--port", port, "--enable-triggers", "--module", "M-07"]) == 0
-    printed = Printed(capsys)
+    printed = run_here(capsys, ["preflight", "--port", port, "--enable-triggers", "--module", "M-07"])
     assert "Not kept." in printed.err
     assert printed.out.startswith("READY")
 
 
 def test_verify_of_what_is_no_record(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    assert program.main(["verify", str(tmp_path / "none.json")]) == 2
-    assert is_one_sentence(Printed(capsys).err)
+    assert is_one_sentence(run_here(capsys, ["verify", str(tmp_path / "none.json")], 2).err)
     assert program.main(["verify", str(tmp_path)]) == 2
     assert program.main(["verify", "a\0b"]) == 2
     (tmp_path / "x.json").write_text("{}", encoding="utf-8")
-    assert program.main(["verify", str(tmp_path / "x.json")]) == 2
-    assert "No pre-flight record" in Printed(capsys).out
+    assert "No pre-flight record" in run_here(capsys, ["verify", str(tmp_path / "x.json")], 2).out
     assert not (data_folder() / FILE_NAME).exists()
 
 
@@ -232,8 +221,7 @@ def test_verify_says_what_became_of_a_damaged_store(capsys: pytest.CaptureFixtur
     data_folder().mkdir(parents=True)
     (data_folder() / FILE_NAME).write_bytes(b"no database")
     (tmp_path / "x.json").write_text("{}", encoding="utf-8")
-    assert program.main(["verify", str(tmp_path / "x.json")]) == 2
-    assert "of another program was kept as" in Printed(capsys).err
+    assert "of another program was kept as" in run_here(capsys, ["verify", str(tmp_path / "x.json")], 2).err
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
@@ -257,18 +245,15 @@ def test_history_keeps_what_it_reads_under_a_name(
     port: str, capsys: pytest.CaptureFixture[str], kept: Database
 ) -> None:
     words = ["history", "--port", f"{port}?history=9", "--json", "--module", " M-07 "]
-    assert program.main(words) == 0
-    printed = Printed(capsys)
+    printed = run_here(capsys, words)
     assert len(json.loads(printed.out)["records"]) == 9
     assert printed.err == "M-07: 9 new; records: 9.\n"
     bench = bench_of(port)
     bench.module.activate(is_active=True)
     assert bench.pulse_pwm()
-    assert program.main(words) == 0
-    assert Printed(capsys).err == "M-07: 1 new; records: 10.\n"
+    assert run_here(capsys, words).err == "M-07: 1 new; records: 10.\n"
     other = [*words[:2], f"{port}other?history=2&boots=12", *words[3:]]
-    assert program.main(other) == 4
-    printed = Printed(capsys)
+    printed = run_here(capsys, other, 4)
     assert "Nothing was done: this may be another module than M-07 (boot count 12, was 37" in printed.err
     assert len(json.loads(printed.out)["records"]) == 2
     records = CheckStore(kept).records(1)
@@ -283,8 +268,7 @@ def test_a_module_by_the_name_of_another_is_not_set(
 ) -> None:
     assert program.main(["history", "--port", port, "--module", "M-07"]) == 0
     other = f"{port}other?boots=12"
-    assert program.main(["preflight", "--port", other, "--enable-triggers", "--json", "--module", "M-07"]) == 1
-    printed = Printed(capsys)
+    printed = run_here(capsys, ["preflight", "--port", other, "--enable-triggers", "--json", "--module", "M-07"], 1)
     assert "Nothing was done" in printed.err
     found = {one["id"]: one["result"] for one in json.loads(printed.out.splitlines()[-1])["checks"]}
     assert (found["attitude_trigger"], found["boot_count"]) == ("unknown", "fail")
@@ -295,8 +279,7 @@ def test_several_ports_are_checked_at_once(port: str, capsys: pytest.CaptureFixt
     """One object a line; the worst decides; one report of all and one of each."""
     words = ["preflight", "--enable-triggers", "--records-looked-at", "--json", "--report", str(tmp_path / "set.pdf")]
     ports = [f"{port}-a", f"{port}-b?cell=3.5", f"{port}-c?mute=yes"]
-    assert program.main([*words, *(word for one in ports for word in ("--port", one))]) == 1
-    printed = Printed(capsys)
+    printed = run_here(capsys, [*words, *(word for one in ports for word in ("--port", one))], 1)
     found = [json.loads(line) for line in printed.out.splitlines()]
     assert [one["read"]["link"]["port"] for one in found] == ports[:2]
     assert [one["verdict"] for one in found] == ["READY", "NO-GO"]
@@ -312,8 +295,7 @@ def test_several_ports_are_checked_at_once(port: str, capsys: pytest.CaptureFixt
 def test_the_list_of_several_says_who_is_not_go_and_why(port: str, capsys: pytest.CaptureFixture[str]) -> None:
     ports = [f"{port}-d?cell=3.5", f"{port}-e"]
     words = ["preflight", "--enable-triggers", "--records-looked-at"]
-    assert program.main([*words, *(word for one in ports for word in ("--port", one))]) == 1
-    last = Printed(capsys).out.splitlines()[-3:]
+    last = run_here(capsys, [*words, *(word for one in ports for word in ("--port", one))], 1).out.splitlines()[-3:]
     assert last[0] == "1 READY, 1 NO-GO"
     assert last[1].split("  ", 1)[0] == "NO-GO"
     assert last[1].endswith("Cell voltage")

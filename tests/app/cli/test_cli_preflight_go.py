@@ -8,7 +8,7 @@ import app.__main__ as program
 from app.store.database import open_database
 from app.store.store import data_folder
 from protocol.catalogue import BY_NAME
-from tests.support.cli_line import Printed, bench_of
+from tests.support.cli_line import Printed, bench_of, run_here
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english", "hasty", "brief")
@@ -18,13 +18,11 @@ NAMED = ("--module", "M-07", "--who", "Li Wei")
 
 
 def _ready(port: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert program.main(["preflight", "--enable-triggers", "--port", port, *NAMED]) == 0
-    assert Printed(capsys).out.startswith("READY")
+    assert run_here(capsys, ["preflight", "--enable-triggers", "--port", port, *NAMED]).out.startswith("READY")
 
 
 def _activated(port: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert program.main(["activate", "--yes", "--port", port]) == 0
-    Printed(capsys)
+    run_here(capsys, ["activate", "--yes", "--port", port])
 
 
 def _checked(port: str, capsys: pytest.CaptureFixture[str], *words: str) -> tuple[str, dict[str, str]]:
@@ -40,8 +38,7 @@ def test_ready_then_activated_is_go(
     _ready(port, capsys)
     _activated(port, capsys)
     wire.clear()
-    assert program.main(["preflight", "--port", port, *NAMED]) == 0
-    out = Printed(capsys).out
+    out = run_here(capsys, ["preflight", "--port", port, *NAMED]).out
     assert out.startswith("GO: fit to fly\n")
     assert out.count("ago (audit log, entry ") == 2
     assert not [raw for raw in wire if raw[2] in (0x16, 0x17)]
@@ -53,8 +50,7 @@ def test_ready_then_activated_is_go(
     assert shown["values"]["entry"] == "1"
     path = tmp_path_factory.mktemp("record") / "go.json"
     path.write_text(json.dumps(record), encoding="utf-8")
-    assert program.main(["verify", str(path)]) == 0
-    assert Printed(capsys).out.startswith("INTACT")
+    assert run_here(capsys, ["verify", str(path)]).out.startswith("INTACT")
 
 
 def test_triggers_that_were_set_by_name_count_too(port: str, capsys: pytest.CaptureFixture[str]) -> None:
@@ -101,7 +97,6 @@ def test_a_trigger_is_not_disabled_where_the_log_cannot_take_it(
     """Else a later check would find the set before it."""
     data_folder().parent.mkdir(parents=True)
     data_folder().write_bytes(b"")  # a file where the folder should be
-    assert program.main(["set", "attitude_trigger=false", "--port", port]) == 1
-    assert "audit log cannot be written" in Printed(capsys).out
+    assert "audit log cannot be written" in run_here(capsys, ["set", "attitude_trigger=false", "--port", port], 1).out
     assert not [raw for raw in wire if raw[2] == TRIGGER.code]
     assert program.main(["set", "attitude_trigger=true", "--port", port]) == 0

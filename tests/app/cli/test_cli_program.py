@@ -14,7 +14,7 @@ import app.__main__ as program
 from app.engine import ports as port_list
 from app.engine import transport
 from app.terminal import connection
-from tests.support.cli_line import Printed, is_one_sentence
+from tests.support.cli_line import Printed, is_one_sentence, run_here
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english")
@@ -22,8 +22,7 @@ pytestmark = pytest.mark.usefixtures("speaks_english")
 
 @pytest.mark.parametrize("command", ["read", "history", "monitor", "find"])
 def test_no_such_port(command: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert program.main([command, "--port", "/dev/no-such-port", "--json"]) == 3
-    printed = Printed(capsys)
+    printed = run_here(capsys, [command, "--port", "/dev/no-such-port", "--json"], 3)
     assert printed.out == ""
     assert printed.err == (
         "There is no port /dev/no-such-port. Plug the adapter in. If no port appears, install its driver "
@@ -36,8 +35,7 @@ def test_no_permission(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.M
         raise serial.SerialException(errno.EACCES, "could not open port: Permission denied")
 
     monkeypatch.setattr(serial.Serial, "open", refuse)
-    assert program.main(["read", "--port", "/dev/ttyUSB9"]) == 3
-    printed = Printed(capsys)
+    printed = run_here(capsys, ["read", "--port", "/dev/ttyUSB9"], 3)
     assert printed.err.startswith("No permission for /dev/ttyUSB9. ")
     assert printed.err.count("\n") == 1
 
@@ -61,16 +59,14 @@ def test_a_port_that_hangs_in_opening(capsys: pytest.CaptureFixture[str], monkey
 
 
 def test_nobody_answers(port: str, hasty: None, capsys: pytest.CaptureFixture[str]) -> None:
-    assert program.main(["read", "--port", f"{port}?mute=yes", "--json"]) == 3
-    printed = Printed(capsys)
+    printed = run_here(capsys, ["read", "--port", f"{port}?mute=yes", "--json"], 3)
     assert printed.out == ""
     assert printed.err.startswith(f"No module answers on {port}?mute=yes at 115200 baud. ")
     assert is_one_sentence(printed.err)
 
 
 def test_the_wrong_rate_names_the_way_out(port: str, hasty: None, capsys: pytest.CaptureFixture[str]) -> None:
-    assert program.main(["monitor", "--port", f"{port}?baud=9600&stream_at_boot=yes"]) == 3
-    printed = Printed(capsys)
+    printed = run_here(capsys, ["monitor", "--port", f"{port}?baud=9600&stream_at_boot=yes"], 3)
     assert "dps-s find" in printed.err
     assert is_one_sentence(printed.err)
 
@@ -88,8 +84,7 @@ def test_the_wrong_rate_names_the_way_out(port: str, hasty: None, capsys: pytest
     ],
 )
 def test_used_wrongly(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
-    assert program.main(words) == 2
-    printed = Printed(capsys)
+    printed = run_here(capsys, words, 2)
     assert printed.out == ""
     assert printed.err
 
@@ -124,8 +119,7 @@ def test_an_error_of_our_own_is_one_calm_line(
         raise ZeroDivisionError("a bug")
 
     monkeypatch.setattr("app.cli.ports.run", fail)
-    assert program.main(["ports"]) == 1
-    printed = Printed(capsys)
+    printed = run_here(capsys, ["ports"], 1)
     assert printed.out == ""
     assert "a bug" in printed.err
     assert printed.err.count("\n") == 1
@@ -142,8 +136,7 @@ def test_a_bug_in_the_worker_is_one_calm_line(
         raise ZeroDivisionError("a bug")
 
     monkeypatch.setattr(transport.SerialLine, "read", fail)
-    assert program.main(["read", "--port", port]) == 1
-    printed = Printed(capsys)
+    printed = run_here(capsys, ["read", "--port", port], 1)
     assert printed.err.startswith("Unexpected error: ")
     assert printed.err.count("\n") == 1
 

@@ -10,7 +10,7 @@ import pytest
 import app.__main__ as program
 from app.captures.player import url_of
 from app.recordings.library import RecordingLibrary
-from tests.support.cli_line import Printed, bench_of, falls_after
+from tests.support.cli_line import Printed, bench_of, falls_after, run_here
 from tests.support.records.captures import read_capture
 
 pytest_plugins = ["tests.support.cli_fixtures"]
@@ -83,8 +83,7 @@ def test_what_is_played_is_not_recorded_as_if_it_were_new(
 ) -> None:
     capture = tmp_path / "a.dpscap"
     assert record(port, capture) == 0
-    assert program.main(["record", "--port", url_of(str(capture)), str(tmp_path / "b.csv")]) == 2
-    assert "is played" in Printed(capsys).err
+    assert "is played" in run_here(capsys, ["record", "--port", url_of(str(capture)), str(tmp_path / "b.csv")], 2).err
 
 
 def test_where_the_line_goes_dead_what_came_is_kept(
@@ -117,8 +116,7 @@ def test_a_capture_is_decoded_from_its_file_and_from_standard_input(
     assert record(port, path) == 0
     assert "# simulated: yes" in path.read_text(encoding="utf-8")
     Printed(capsys)
-    assert program.main(["decode", str(path), "--json"]) == 0
-    text = Printed(capsys).out
+    text = run_here(capsys, ["decode", str(path), "--json"]).out
     lines = [json.loads(line) for line in text.splitlines()]
     capture = read_capture(path)
     for direction, way in (("host_to_module", ">"), ("module_to_host", "<")):
@@ -129,15 +127,13 @@ def test_a_capture_is_decoded_from_its_file_and_from_standard_input(
     assert [line["t_s"] for line in lines] == sorted(line["t_s"] for line in lines)
     assert any(line["command"] == "cell_voltage" and "cell_voltage_v" in line for line in lines)
     monkeypatch.setattr("sys.stdin", io.StringIO(path.read_text(encoding="utf-8")))
-    assert program.main(["decode", "-", "--json"]) == 0
-    assert Printed(capsys).out == text
+    assert run_here(capsys, ["decode", "-", "--json"]).out == text
 
 
 def test_bad_lines_and_bytes_of_a_capture_are_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "a.dpscap"
     path.write_text("# DPS-S capture 1\n0.1 < 41 75 32 07 0A 00 01 45\nrubbish\n0.2 > 42 61 32 01 00 33\n", "utf-8")
-    assert program.main(["decode", str(path), "--json"]) == 4
-    printed = Printed(capsys)
+    printed = run_here(capsys, ["decode", str(path), "--json"], 4)
     first, *_, last = (json.loads(line) for line in printed.out.splitlines())
     assert (first["valid"], first["direction"]) == (False, "module_to_host")
     assert last["command"] == "status"
@@ -147,12 +143,10 @@ def test_bad_lines_and_bytes_of_a_capture_are_named(tmp_path: Path, capsys: pyte
 def test_a_file_of_hex_text_is_decoded(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "bytes.txt"
     path.write_text("\n41 75 32 07 0A\n00 01 44\n", "utf-8")
-    assert program.main(["decode", str(path)]) == 0
-    assert "status: tilt 7°" in Printed(capsys).out
+    assert "status: tilt 7°" in run_here(capsys, ["decode", str(path)]).out
 
 
 def test_a_later_capture_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "a.dpscap"
     path.write_text("# DPS-S capture 2\n0.1 < 41\n", "utf-8")
-    assert program.main(["decode", str(path)]) == 2
-    assert "later version" in Printed(capsys).err
+    assert "later version" in run_here(capsys, ["decode", str(path)], 2).err

@@ -17,7 +17,7 @@ from app.settings.profiles import Profile
 from app.store.database import FILE_NAME
 from app.store.store import data_folder, open_store
 from protocol.catalogue import BY_NAME, SETTINGS
-from tests.support.cli_line import Printed, bench_of
+from tests.support.cli_line import Printed, bench_of, run_here
 from tests.support.records.kept_settings import kept_settings
 
 pytest_plugins = ["tests.support.cli_fixtures"]
@@ -52,8 +52,7 @@ def test_the_names_are_the_catalogues(capsys: pytest.CaptureFixture[str]) -> Non
 
 @pytest.mark.parametrize("options", ["", "?ack=one&freefall_ack=17&baud_ack=new"])
 def test_every_setting_at_once(options: str, port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]) -> None:
-    assert program.main(["set", *words_of(ALL), "--port", port + options, "--json"]) == 0
-    printed = Printed(capsys)
+    printed = run_here(capsys, ["set", *words_of(ALL), "--port", port + options, "--json"])
     results = json.loads(printed.out)["results"]
     assert list(results) == list(ALL)
     flags = ("attitude_trigger", "freefall_trigger", "serial_output")
@@ -77,9 +76,8 @@ def test_every_setting_at_once(options: str, port: str, capsys: pytest.CaptureFi
 
 
 def test_for_people(port: str, capsys: pytest.CaptureFixture[str]) -> None:
-    port = f"{port}?clamps=yes"
-    assert program.main(["set", "freefall_time_s=0.1", "light_threshold_v=2", "--port", port]) == 1
-    assert Printed(capsys).out.splitlines() == [
+    words = ["set", "freefall_time_s=0.1", "light_threshold_v=2", "--port", f"{port}?clamps=yes"]
+    assert run_here(capsys, words, 1).out.splitlines() == [
         "freefall_time_s    0.1: NOT verified (the module holds another value → 0.5)",
         "light_threshold_v  2: verified",
     ]
@@ -144,8 +142,7 @@ def test_a_rate_that_comes_at_the_next_start_is_not_verified(port: str, capsys: 
 def test_one_bad_word_and_nothing_is_sent(
     words: list[str], parts: list[str], port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]
 ) -> None:
-    assert program.main(["set", *words, "--port", port, "--json"]) == 2
-    printed = Printed(capsys)
+    printed = run_here(capsys, ["set", *words, "--port", port, "--json"], 2)
     assert printed.out == ""
     assert all(part in printed.err for part in parts)
     assert "Traceback" not in printed.err
@@ -158,8 +155,7 @@ def test_a_profile_is_written_and_proven(
 ) -> None:
     path = tmp_path / "H6.toml"
     save_profile(path, Profile(name="H6", settings={**ALL, "baud_rate": 115200}))
-    assert program.main(["set", "--profile", str(path), "--port", port, "--json"]) == 0
-    results = json.loads(Printed(capsys).out)["results"]
+    results = json.loads(run_here(capsys, ["set", "--profile", str(path), "--port", port, "--json"]).out)["results"]
     assert set(results) == set(ALL)
     assert {name for name, result in results.items() if result["verified"]} == {
         "attitude_threshold_deg", "freefall_acceleration_g", "freefall_time_s", "light_threshold_v", "baud_rate",
@@ -201,8 +197,7 @@ def test_without_a_store_settings_are_written_and_the_rate_is_not(
 ) -> None:
     data_folder().parent.mkdir(parents=True)
     data_folder().write_text("in the way", encoding="utf-8")
-    assert program.main(["set", "freefall_time_s=1.2", "baud_rate=9600", "--port", port, "--json"]) == 1
-    printed = Printed(capsys)
+    printed = run_here(capsys, ["set", "freefall_time_s=1.2", "baud_rate=9600", "--port", port, "--json"], 1)
     results = json.loads(printed.out)["results"]
     assert results["freefall_time_s"]["verified"] is True
     assert results["baud_rate"]["error"].startswith("not sent: The audit log cannot be written")
@@ -227,8 +222,7 @@ def test_a_setting_that_nobody_wrote_and_that_changed_is_named(
 ) -> None:
     memory = bench_of(port).module.memory
     after_set(monkeypatch, 0x22, lambda: setattr(memory, "freefall_acceleration", 20))
-    assert program.main(["set", "freefall_time_s=1.2", "--port", port, "--json"]) == 1
-    printed = Printed(capsys)
+    printed = run_here(capsys, ["set", "freefall_time_s=1.2", "--port", port, "--json"], 1)
     told = json.loads(printed.out)
     assert told["results"]["freefall_time_s"]["verified"] is True
     assert told["changed"] == {"freefall_acceleration_g": {"before": 0.5, "after": 2.0}}
@@ -240,8 +234,7 @@ def test_unplugged_in_the_middle_says_what_stands_and_what_is_not_known(
 ) -> None:
     after_set(monkeypatch, 0x15, bench_of(port).unplug)
     words = ["freefall_time_s=1.2", "light_threshold_v=2", "attitude_threshold_deg=65"]
-    assert program.main(["set", *words, "--port", port, "--json"]) == 3
-    printed = Printed(capsys)
+    printed = run_here(capsys, ["set", *words, "--port", port, "--json"], 3)
     results = json.loads(printed.out)["results"]
     assert results["freefall_time_s"]["verified"] is False
     assert results["freefall_time_s"]["error"] == "not read again"

@@ -8,7 +8,7 @@ import app.__main__ as program
 from app.engine import ports as port_list
 from app.engine.ports import PortInfo, PortsUnknown
 from app.terminal.port_choice import PORT
-from tests.support.cli_line import Printed
+from tests.support.cli_line import Printed, run_here
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english", "user_files")
@@ -27,8 +27,7 @@ def test_the_only_adapter_is_taken_and_named(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     found(monkeypatch, BOARD, ADAPTER)
-    assert program.main(["find", "--json"]) == 0
-    printed = Printed(capsys)
+    printed = run_here(capsys, ["find", "--json"])
     assert json.loads(printed.out)["baud_rate"] == 115200
     assert printed.err == "Port sim://only (CP2102)\n"
 
@@ -38,12 +37,10 @@ def test_the_environment_names_it(
 ) -> None:
     found(monkeypatch, ADAPTER, OTHER)
     monkeypatch.setenv(PORT, port)
-    assert program.main(["find"]) == 0
-    printed = Printed(capsys)
+    printed = run_here(capsys, ["find"])
     assert printed.out == f"{port}, 115200 baud\n"
     assert printed.err == f"Port {port} (DPS_S_PORT)\n"
-    assert program.main(["find", "--quiet"]) == 0
-    assert Printed(capsys).err == ""
+    assert run_here(capsys, ["find", "--quiet"]).err == ""
 
 
 def test_of_several_none_is_taken(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
@@ -57,8 +54,7 @@ def test_without_an_adapter_there_is_no_link(
     ports: tuple[PortInfo, ...], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     found(monkeypatch, *ports)
-    assert program.main(["read"]) == 3
-    assert "There is no USB adapter." in Printed(capsys).err
+    assert "There is no USB adapter." in run_here(capsys, ["read"], 3).err
 
 
 def test_where_the_system_lists_none_nothing_is_taken(
@@ -69,22 +65,19 @@ def test_where_the_system_lists_none_nothing_is_taken(
 
     found(monkeypatch)
     monkeypatch.setattr(port_list, "list_ports", refuse)
-    assert program.main(["read"]) == 3
-    assert "did not list its serial ports" in Printed(capsys).err
+    assert "did not list its serial ports" in run_here(capsys, ["read"], 3).err
 
 
 def test_an_act_without_yes_looks_for_no_port(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     found(monkeypatch)
-    assert program.main(["lock"]) == 2
-    assert Printed(capsys).err == "Nothing was done. To do it: dps-s lock --yes\n"
+    assert run_here(capsys, ["lock"], 2).err == "Nothing was done. To do it: dps-s lock --yes\n"
 
 
 @pytest.mark.parametrize("words", [["-v", "find"], ["find", "-v"], ["find", "--verbose", "--json"]])
 def test_verbose_says_what_is_asked(words: list[str], port: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert program.main([*words, "--port", port]) == 0
-    printed = Printed(capsys)
+    printed = run_here(capsys, [*words, "--port", port])
     assert f"{port}  115200 baud" in printed.err
     assert "Heartbeat  " in printed.err
     assert "41 75" not in printed.err
@@ -92,8 +85,7 @@ def test_verbose_says_what_is_asked(words: list[str], port: str, capsys: pytest.
 
 
 def test_twice_verbose_shows_every_frame_once(port: str, wire: list[bytes], capsys: pytest.CaptureFixture[str]) -> None:
-    assert program.main(["-vv", "read", "--port", port, "--json"]) == 0
-    lines = Printed(capsys).err.splitlines()
+    lines = run_here(capsys, ["-vv", "read", "--port", port, "--json"]).err.splitlines()
     sent = [line for line in lines if " > 42 61 " in line]
     assert [bytes.fromhex(line.split(" > ")[1][:17]) for line in sent] == wire
     assert sum(" < 41 75 " in line for line in lines) == len(wire)
@@ -101,8 +93,6 @@ def test_twice_verbose_shows_every_frame_once(port: str, wire: list[bytes], caps
 
 
 def test_nested_commands_take_them_too(capsys: pytest.CaptureFixture[str]) -> None:
-    assert program.main(["recordings", "list"]) == 0
-    assert "No recordings yet" in Printed(capsys).err
+    assert "No recordings yet" in run_here(capsys, ["recordings", "list"]).err
     assert program.main(["recordings", "list", "--quiet"]) == 0
-    assert program.main(["--quiet", "recordings", "list"]) == 0
-    assert Printed(capsys).err == ""
+    assert run_here(capsys, ["--quiet", "recordings", "list"]).err == ""

@@ -12,7 +12,7 @@ import pytest
 import app.__main__ as program
 from app.__main__ import ENTRIES
 from app.preflight.reading_object import SETTING_KEYS
-from tests.support.cli_line import Printed
+from tests.support.cli_line import run_here
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english")
@@ -27,8 +27,7 @@ printf '%s\\n' "${COMPREPLY[@]}"
 
 
 def printed(shell: str, capsys: pytest.CaptureFixture[str]) -> str:
-    assert program.main(["completion", shell]) == 0
-    return Printed(capsys).out
+    return run_here(capsys, ["completion", shell]).out
 
 
 def parsers(parser: argparse.ArgumentParser) -> Iterator[argparse.ArgumentParser]:
@@ -87,5 +86,4 @@ def test_bash_completes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> N
 
 
 def test_another_shell_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
-    assert program.main(["completion", "csh"]) == 2
-    assert "csh" in Printed(capsys).err
+    assert "csh" in run_here(capsys, ["completion", "csh"], 2).err

@@ -13,7 +13,7 @@ from app.engine.device import STATUS_KEYS
 from app.preflight.reading_object import LIVE_KEYS, SETTING_KEYS
 from app.store.store import open_store
 from protocol.catalogue import BAUD_RATES, BY_NAME
-from tests.support.cli_line import Printed
+from tests.support.cli_line import Printed, run_here
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english", "user_files", "hasty")
@@ -36,8 +36,7 @@ def lines(capsys: pytest.CaptureFixture[str]) -> list[Any]:
 
 @pytest.mark.parametrize("name", sorted(path.stem for path in FOLDER.iterdir()))
 def test_the_command_prints_a_valid_schema(name: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert program.main(["schema", name]) == 0
-    printed = json.loads(Printed(capsys).out)
+    printed = json.loads(run_here(capsys, ["schema", name]).out)
     Draft202012Validator.check_schema(printed)
     assert printed == schema(name)
 
@@ -81,8 +80,7 @@ def test_what_a_command_prints_is_as_its_schema_says(
     name: str, words: list[str], code: int, port: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     if name == "recordings":
-        assert program.main(["record", "--port", port, "--seconds", "0.1", str(tmp_path / "a.csv")]) == 0
-        Printed(capsys)
+        run_here(capsys, ["record", "--port", port, "--seconds", "0.1", str(tmp_path / "a.csv")])
     assert program.main([*(word.replace("PORT", port) for word in words), "--json"]) == code
     found = lines(capsys)
     assert found
