@@ -92,11 +92,11 @@ class Judge:
         """Triggers that have fired and not reset."""
         return self._standing
 
-    def pass_over(self, until_s: float) -> None:
+    def skip_to(self, until_s: float) -> None:
         """Samples went by up to this time of which it is known that they change nothing."""
         self._last_s = until_s
 
-    def stand_by(self) -> None:
+    def reset(self) -> None:
         """Forget everything: the module is locked, or was off."""
         self._standing = NOTHING
         self._falls_since_s = None
@@ -105,7 +105,7 @@ class Judge:
     def judge(self, sample: SensorSample, limits: TriggerLimits, *, is_active: bool = True) -> SampleVerdict:
         """Times must not go back. While not active nothing fires and nothing is remembered."""
         if not is_active:
-            self.stand_by()
+            self.reset()
             return SampleVerdict(NOTHING, NOTHING)
         before = self._standing
         self._judge_attitude(sample, limits)

@@ -86,7 +86,7 @@ class NearTilts:
         edges = np.flatnonzero(np.diff(is_above, prepend=False, append=False))
         starts, stops = edges[::2], edges[1::2]
         if self._open is not None and not is_above[0]:
-            self.part()
+            self.interrupt()
         if not len(starts):
             return
         peaks = np.maximum.reduceat(tilts, edges[edges < len(tilts)])[::2]
@@ -97,7 +97,7 @@ class NearTilts:
             self._open = max(self._open, peak, key=lambda one: one.tilt_deg)
             if goes_on and len(starts) == 1:
                 return
-            self.part()
+            self.interrupt()
             first = 1
         last = len(starts) - 1 if goes_on else len(starts)
         near = first + np.flatnonzero(peaks[first:last] < self._threshold_deg)
@@ -106,7 +106,7 @@ class NearTilts:
         if goes_on:
             self._open = self._peak(stretch, int(starts[-1]), int(stops[-1]))
 
-    def part(self) -> None:
+    def interrupt(self) -> None:
         """What comes next has nothing to do with what was: locked, restarted, or calm again."""
         self._keep(self._unfired_open())
         self._open = None
@@ -160,19 +160,19 @@ class NearFalls:
             self._open = None
         goes_on = opened is not None and is_falling
         if not goes_on:
-            self.part()
+            self.interrupt()
         if len(falls.firsts):
             self._add_falls(_measured(stretch, falls, self._last_s), falls, goes_on=goes_on)
         self._last_s = float(times[-1])
 
-    def part(self) -> None:
+    def interrupt(self) -> None:
         """What comes next has nothing to do with what was: locked, restarted, or weight in between."""
         self._keep(self._unfired())
         self._open, self._pending, self._has_fired = None, [], False
 
     def forget_time(self) -> None:
         """When the report before the next one came is not known."""
-        self.part()
+        self.interrupt()
         self._last_s = -math.inf
 
     def _add_falls(self, found: "_Measured", falls: Falls, *, goes_on: bool) -> None:

@@ -44,7 +44,7 @@ class Question:
     """Taken from what the module said once, and may no longer be true."""
 
 
-class Wanted:
+class WhatIfDrafts:
     """Belongs to one thread."""
 
     def __init__(self) -> None:

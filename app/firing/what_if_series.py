@@ -7,7 +7,7 @@ from typing import Final, Protocol
 import numpy as np
 
 from app.firing.judge import TriggerLimits
-from app.firing.would_fire import Inquiry, WhatIfFinding
+from app.firing.would_fire import WhatIfAnalysis, WhatIfFinding
 from app.recordings.excerpt import Excerpt
 from app.samples.ring_buffers import Readable
 
@@ -23,12 +23,12 @@ class Measured(Protocol):
     def excerpt(self, start_s: float, end_s: float) -> Excerpt: ...
 
 
-class Following:
+class IncrementalAnalysis:
     """Keeps up with what is measured. Starts over when what it has judged is no longer there."""
 
     def __init__(self, measured: Measured, limits: TriggerLimits, *, counts_locked: bool = True) -> None:
         self._measured = measured
-        self._inquiry = Inquiry(limits, counts_locked=counts_locked)
+        self._analysis = WhatIfAnalysis(limits, counts_locked=counts_locked)
         self._taken_at_last = 0
         """Of the reports with the time of the last one: another one of that time may follow."""
         self._finding: WhatIfFinding | None = None
@@ -36,14 +36,14 @@ class Following:
     @property
     def finding(self) -> WhatIfFinding:
         if self._finding is None:
-            self._finding = self._inquiry.finding
+            self._finding = self._analysis.finding
         return self._finding
 
     @property
     def progress(self) -> float:
         """From 0 to 1."""
         times = self._measured.tilt
-        last_s = self._inquiry.last_s
+        last_s = self._analysis.last_s
         if times.last is None or last_s is None or times.last.time_s <= last_s:
             return 1.0 if times.last is None or last_s is not None else 0.0
         first_s = self.finding.first_s or 0.0
@@ -51,7 +51,7 @@ class Following:
 
     def catch_up(self) -> bool:
         """Judge what is new, `MOST_AT_ONCE` reports at the most; whether nothing is left to be judged."""
-        last_s = self._inquiry.last_s
+        last_s = self._analysis.last_s
         times = self._measured.tilt.window(-math.inf if last_s is None else last_s, math.inf).time_s
         if last_s is not None and not (len(times) and times[0] == last_s):
             self._reset()
@@ -60,24 +60,24 @@ class Following:
             return True
         stop = min(len(times) - 1, self._taken_at_last + MOST_AT_ONCE)
         excerpt = self._measured.excerpt(-math.inf if last_s is None else last_s, float(times[stop]))
-        self._inquiry.feed(excerpt, start=self._taken_at_last)
+        self._analysis.feed(excerpt, start=self._taken_at_last)
         newest = excerpt.time_s
         self._taken_at_last = len(newest) - int(np.searchsorted(newest, newest[-1], "left"))
         self._finding = None
         return stop == len(times) - 1
 
     def _reset(self) -> None:
-        inquiry = self._inquiry
-        self._inquiry = Inquiry(inquiry.limits, counts_locked=inquiry.counts_locked)
+        analysis = self._analysis
+        self._analysis = WhatIfAnalysis(analysis.limits, counts_locked=analysis.counts_locked)
         self._taken_at_last = 0
         self._finding = None
 
 
-class Judging:
+class BackgroundAnalysis:
     """Judges a recording in a thread of its own, which ends by itself."""
 
     def __init__(self, measured: Measured, limits: TriggerLimits, *, counts_locked: bool = True) -> None:
-        self._following = Following(measured, limits, counts_locked=counts_locked)
+        self._incremental = IncrementalAnalysis(measured, limits, counts_locked=counts_locked)
         self._is_cancelled = threading.Event()
         self._finding: WhatIfFinding | None = None
         self._progress = 0.0
@@ -108,10 +108,10 @@ class Judging:
     def _judge(self) -> None:
         try:
             while not self._is_cancelled.is_set():
-                is_done = self._following.catch_up()
-                self._progress = self._following.progress
+                is_done = self._incremental.catch_up()
+                self._progress = self._incremental.progress
                 if is_done:
-                    self._finding = self._following.finding
+                    self._finding = self._incremental.finding
                     return
         except Exception as error:  # noqa: BLE001  said in the window; a thread has nobody else to tell
             self.error = error
@@ -124,28 +124,28 @@ class WhatIfJudgement:
         self._measured: Measured | None = None
         self._is_recorded = False
         self._asked: tuple[TriggerLimits, bool] | None = None
-        self._following: Following | None = None
-        self._judging: Judging | None = None
+        self._incremental: IncrementalAnalysis | None = None
+        self._background: BackgroundAnalysis | None = None
         self._is_caught_up = False
 
     @property
     def finding(self) -> WhatIfFinding | None:
         """None while nothing is judged, or not everything yet."""
-        if self._judging is not None:
-            return self._judging.finding
-        return self._following.finding if self._following is not None and self._is_caught_up else None
+        if self._background is not None:
+            return self._background.finding
+        return self._incremental.finding if self._incremental is not None and self._is_caught_up else None
 
     @property
     def progress(self) -> float:
         """From 0 to 1."""
-        if self._judging is not None:
-            return self._judging.progress
-        return 0.0 if self._following is None else self._following.progress
+        if self._background is not None:
+            return self._background.progress
+        return 0.0 if self._incremental is None else self._incremental.progress
 
     @property
     def error(self) -> Exception | None:
         """Why the recording cannot be judged."""
-        return None if self._judging is None else self._judging.error
+        return None if self._background is None else self._background.error
 
     def follow(self, measured: Measured, *, is_recorded: bool) -> None:
         """Judge this from now on."""
@@ -159,14 +159,14 @@ class WhatIfJudgement:
         self._stop()
         self._asked = (limits, counts_locked)
         if self._is_recorded:
-            self._judging = Judging(self._measured, limits, counts_locked=counts_locked)
+            self._background = BackgroundAnalysis(self._measured, limits, counts_locked=counts_locked)
         else:
-            self._following = Following(self._measured, limits, counts_locked=counts_locked)
+            self._incremental = IncrementalAnalysis(self._measured, limits, counts_locked=counts_locked)
 
     def step(self) -> None:
         """Do a part of the work, a few milliseconds long."""
-        if self._following is not None:
-            is_done = self._following.catch_up()
+        if self._incremental is not None:
+            is_done = self._incremental.catch_up()
             self._is_caught_up = is_done or self._is_caught_up
 
     def release(self) -> None:
@@ -175,7 +175,7 @@ class WhatIfJudgement:
         self._measured = None
 
     def _stop(self) -> None:
-        if self._judging is not None:
-            self._judging.cancel()
-        self._asked = self._following = self._judging = None
+        if self._background is not None:
+            self._background.cancel()
+        self._asked = self._incremental = self._background = None
         self._is_caught_up = False

@@ -74,7 +74,7 @@ class WhatIfFinding:
         return self.near_falls[0] if self.near_falls else None
 
 
-class Inquiry:
+class WhatIfAnalysis:
     """Takes reports in order, any number at a time; `finding` says what they come to."""
 
     def __init__(self, limits: TriggerLimits, *, counts_locked: bool = True) -> None:
@@ -151,8 +151,8 @@ class Inquiry:
                 if one.kind in _FORGETTING and since_s < one.time_s <= last_s]  # fmt: skip
 
     def _forget(self) -> None:
-        self._judge.stand_by()
-        self._tilts.part()
+        self._judge.reset()
+        self._tilts.interrupt()
         self._falls.forget_time()
 
     def _judge_part(self, stretch: Stretch) -> None:
@@ -168,14 +168,14 @@ class Inquiry:
         rows = zip(places.tolist(), *(column[places].tolist() for column in stretch), strict=True)
         for place, at_s, tilt_deg, acceleration_g in rows:
             if place - before > 1:
-                judge.pass_over(float(stretch.time_s[place - 1]))
+                judge.skip_to(float(stretch.time_s[place - 1]))
             sample = SensorSample(at_s, tilt_deg, acceleration_g)
             if fired := judge.judge(sample, limits).fired:
                 self._firing_count += 1
                 if len(self._firings) < FIRINGS_KEPT:
                     self._firings.append(Firing(sample, fired))
             before = place
-        judge.pass_over(float(stretch.time_s[-1]))
+        judge.skip_to(float(stretch.time_s[-1]))
         self._report_count += len(stretch.time_s)
 
     def _note_lowest(self, stretch: Stretch) -> None:

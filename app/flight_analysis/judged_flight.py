@@ -8,7 +8,7 @@ import numpy as np
 from app.firing.judge import TriggerLimits
 from app.firing.near_misses import NearFall, NearTilt
 from app.firing.points import Stretch
-from app.firing.would_fire import Inquiry, WhatIfFinding
+from app.firing.would_fire import WhatIfAnalysis, WhatIfFinding
 from app.flight_logs.flight_log import Flags, FlightLog
 from app.flight_logs.module_view import RuleReading, attitude_view, freefall_view, to_steps
 from app.recordings.excerpt import Excerpt
@@ -68,8 +68,8 @@ def judge_flight(log: FlightLog, limits: TriggerLimits, reading: RuleReading = R
 
 def _finding(log: FlightLog, stretch: Stretch, is_judged: Flags, limits: TriggerLimits) -> WhatIfFinding:
     no_times, no_values = np.empty(0), np.empty(0, np.float32)
-    inquiry = Inquiry(limits, counts_locked=False)
-    inquiry.feed(
+    analysis = WhatIfAnalysis(limits, counts_locked=False)
+    analysis.feed(
         Excerpt(
             start_s=0.0,
             end_s=log.duration_s,
@@ -85,7 +85,7 @@ def _finding(log: FlightLog, stretch: Stretch, is_judged: Flags, limits: Trigger
             markers=tuple(Marker(at_s, MarkerKind.RESTARTED) for at_s in log.resets_s),
         )
     )
-    return inquiry.finding
+    return analysis.finding
 
 
 def _firing(log: FlightLog, at_s: float, sources: Source) -> LogFiring:

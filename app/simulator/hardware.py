@@ -193,7 +193,7 @@ class Hardware:
 
     def _clear(self) -> None:
         self._fired = Source(0)
-        self._judge.stand_by()
+        self._judge.reset()
         self._due.clear()
         self.plans.clear()
         self._late_report = (False, -math.inf)
@@ -213,7 +213,7 @@ class Hardware:
 
     def end_trigger(self) -> None:
         self._fired = Source(0)
-        self._judge.stand_by()
+        self._judge.reset()
 
     def fire(self, sources: Source, now_s: float) -> bool:
         """Fire and write a record; False if it is locked or blocked."""

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from app.firing.judge import SensorSample, TriggerLimits
-from app.firing.what_if_series import MOST_AT_ONCE, Following, Judging
-from app.firing.would_fire import FIRINGS_KEPT, Inquiry, WhatIfFinding
+from app.firing.what_if_series import MOST_AT_ONCE, BackgroundAnalysis, IncrementalAnalysis
+from app.firing.would_fire import FIRINGS_KEPT, WhatIfAnalysis, WhatIfFinding
 from app.recordings.excerpt import Excerpt
 from app.recordings.markers import Marker, MarkerKind
 from app.samples.ring_buffers import Series
@@ -35,9 +35,9 @@ def found_in(
     samples: list[SensorSample], limits: TriggerLimits | None = None, *, active: list[bool] | None = None,
     counts_locked: bool = True, markers: tuple[Marker, ...] = (), is_whole: bool = True,
 ) -> WhatIfFinding:  # fmt: skip
-    inquiry = Inquiry(limits or TriggerLimits(), counts_locked=counts_locked)
-    inquiry.feed(excerpt(samples, active=active, markers=markers, is_whole=is_whole))
-    return inquiry.finding
+    analysis = WhatIfAnalysis(limits or TriggerLimits(), counts_locked=counts_locked)
+    analysis.feed(excerpt(samples, active=active, markers=markers, is_whole=is_whole))
+    return analysis.finding
 
 
 # Tilt
@@ -194,7 +194,7 @@ class Measurements:
 
 def test_reports_are_judged_as_they_come() -> None:
     data = Measurements()
-    following = Following(data, TriggerLimits())
+    following = IncrementalAnalysis(data, TriggerLimits())
     assert following.catch_up()
     assert (following.finding.report_count, following.progress) == (0, 1.0)
     data.add(*tilted(0, 10, 20))
@@ -209,7 +209,7 @@ def test_reports_are_judged_as_they_come() -> None:
 
 def test_each_report_counts_once_also_of_one_instant() -> None:
     data = Measurements()
-    following = Following(data, TriggerLimits())
+    following = IncrementalAnalysis(data, TriggerLimits())
     data.add(SensorSample(1.0, 0.0, 1.0), SensorSample(1.0, 1.0, 1.0))
     following.catch_up()
     data.add(SensorSample(1.0, 2.0, 1.0))
@@ -222,7 +222,7 @@ def test_each_report_counts_once_also_of_one_instant() -> None:
 
 def test_it_starts_over_with_another_module() -> None:
     data = Measurements()
-    following = Following(data, TriggerLimits())
+    following = IncrementalAnalysis(data, TriggerLimits())
     data.add(*tilted(0, 70))
     following.catch_up()
     data.tilt.clear()
@@ -264,7 +264,7 @@ class Recorded:
 def test_a_recording_is_judged_in_pieces_in_the_background() -> None:
     data = Recorded(3 * MOST_AT_ONCE)
     data.may_go_on.set()
-    judging = Judging(data, TriggerLimits())
+    judging = BackgroundAnalysis(data, TriggerLimits())
     judging.wait(10.0)
     assert judging.finding is not None
     assert (judging.finding.firing_count, judging.finding.report_count) == (1, 3 * MOST_AT_ONCE)
@@ -273,7 +273,7 @@ def test_a_recording_is_judged_in_pieces_in_the_background() -> None:
 
 def test_it_can_be_cancelled() -> None:
     data = Recorded(3 * MOST_AT_ONCE)
-    judging = Judging(data, TriggerLimits())
+    judging = BackgroundAnalysis(data, TriggerLimits())
     assert not judging.cancel(0.0)
     data.may_go_on.set()
     assert judging.cancel(5.0)
@@ -283,6 +283,6 @@ def test_it_can_be_cancelled() -> None:
 def test_what_goes_wrong_is_told() -> None:
     data = Recorded(10, is_broken=True)
     data.may_go_on.set()
-    judging = Judging(data, TriggerLimits())
+    judging = BackgroundAnalysis(data, TriggerLimits())
     assert judging.wait(5.0)
     assert isinstance(judging.error, OSError)

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.firing.judge import Firing, SensorSample, TriggerLimits
-from app.firing.would_fire import Inquiry
+from app.firing.would_fire import WhatIfAnalysis
 from app.simulator.memory import Memory, limits, record_frame
 from app.simulator.module import SimulatedModule
 from app.simulator.physics import GRAVITY_M_S2, Physics
@@ -99,9 +99,9 @@ def words(firing: Firing) -> tuple[str, ...]:
 @given(memories, deeds, st.booleans(), st.booleans())
 def test_the_module_wrote_a_record_of_each(memory: Memory, done: list[Deed], attitude: bool, freefall: bool) -> None:
     made = session(memory, done, attitude=attitude, freefall=freefall)
-    inquiry = Inquiry(made.limits, counts_locked=False)
-    inquiry.feed(excerpt(made.samples, active=made.active))
-    found = inquiry.finding
+    analysis = WhatIfAnalysis(made.limits, counts_locked=False)
+    analysis.feed(excerpt(made.samples, active=made.active))
+    found = analysis.finding
     assert [words(one) for one in found.firings] == [record.sources for record in made.records]
     for firing, record in zip(found.firings, made.records, strict=True):
         assert -0.05 <= firing.sample.at_s - record.uptime_s < 1.05
@@ -110,9 +110,9 @@ def test_the_module_wrote_a_record_of_each(memory: Memory, done: list[Deed], att
 def test_these_sessions_have_something_in_them() -> None:
     done = [Deed("tilt", 40, 10), Deed("tilt", 20, 10), Deed("drop", 30, 40), Deed("drop", 6, 20), Deed("tilt", 31, 4)]
     made = session(Memory(freefall_time=78), done, attitude=True, freefall=True)
-    inquiry = Inquiry(made.limits, counts_locked=False)
-    inquiry.feed(excerpt(made.samples, active=made.active))
-    found = inquiry.finding
+    analysis = WhatIfAnalysis(made.limits, counts_locked=False)
+    analysis.feed(excerpt(made.samples, active=made.active))
+    found = analysis.finding
     assert [words(one) for one in found.firings] == [("attitude",), ("freefall",)]
     assert [one.tilt_deg for one in found.near_tilts] == [55]
     assert [one.lasted_s for one in found.near_falls] == [pytest.approx(0.3, abs=0.011)]

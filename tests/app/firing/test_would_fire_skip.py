@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from app.firing.judge import LONGEST_GAP_S, ROUNDING_S, Firing, Judge, SensorSample, TriggerLimits
 from app.firing.near_misses import KEPT, NearFall, NearTilt
-from app.firing.would_fire import Inquiry, WhatIfFinding
+from app.firing.would_fire import WhatIfAnalysis, WhatIfFinding
 from protocol.messages import Source
 from tests.support.records.excerpts import excerpt
 
@@ -57,12 +57,12 @@ def inquired(
     samples: list[SensorSample], active: list[bool], limits: TriggerLimits, *, sizes: list[int], counts_locked: bool
 ) -> WhatIfFinding:
     """In pieces of these sizes, again and again; all at once without any."""
-    inquiry = Inquiry(limits, counts_locked=counts_locked)
+    analysis = WhatIfAnalysis(limits, counts_locked=counts_locked)
     whole = excerpt(samples, active=active)
     places = accumulate(cycle(sizes or [len(samples)]), initial=0)
     for start, stop in pairwise((*takewhile(lambda place: place < len(samples), places), len(samples))):
-        inquiry.feed(whole, start=start, stop=stop)
-    return inquiry.finding
+        analysis.feed(whole, start=start, stop=stop)
+    return analysis.finding
 
 
 @given(rows_drawn, limits_drawn, sizes_drawn, st.booleans())

@@ -7,7 +7,7 @@ from typing import Final
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QLabel, QLayout, QSizePolicy, QVBoxLayout, QWidget
 
-from app.firing.what_if_drafts import TRIED, SettingSource, Wanted
+from app.firing.what_if_drafts import TRIED, SettingSource, WhatIfDrafts
 from app.settings.drafts import Draft
 from protocol.catalogue import Command
 from ui.core.texts import Texts
@@ -26,7 +26,7 @@ class WhatIfFields(QWidget):
 
     changed = Signal()
 
-    def __init__(self, wanted: Wanted, texts: Texts, guard: WheelGuard) -> None:
+    def __init__(self, wanted: WhatIfDrafts, texts: Texts, guard: WheelGuard) -> None:
         super().__init__()
         self.setObjectName("fired_fields")
         self._wanted = wanted

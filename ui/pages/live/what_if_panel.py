@@ -17,7 +17,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.firing import what_if_texts as fired_words
-from app.firing.what_if_drafts import ATTITUDE_THRESHOLD, FREEFALL_ACCELERATION, SettingSource, Wanted
+from app.firing.what_if_drafts import ATTITUDE_THRESHOLD, FREEFALL_ACCELERATION, SettingSource, WhatIfDrafts
 from app.firing.what_if_series import Measured, WhatIfJudgement
 from app.firing.what_if_texts import WhatIfKind, WhatIfRow, WhatIfVerdict
 from app.text.i18n import tr
@@ -64,7 +64,7 @@ class WhatIfPanel(QFrame):
         super().__init__()
         named(self, "fired_panel", "card")
         self._exchange = services.exchange
-        self.wanted = Wanted()
+        self.wanted = WhatIfDrafts()
         self.lines = DraftLines()
         self.judgement = WhatIfJudgement()
         self._wall_offset_s = 0.0
