@@ -1,9 +1,7 @@
 """Decides whether the module would fire: attitude and free-fall trigger, as in the vendor's table.
 
-Pure: samples in, triggers out. The simulated module judges with it, and so can whoever holds a recording.
-
-What the table says is in `RULES`, what it does not say and is assumed here in `ASSUMPTIONS`: whoever shows a verdict
-shows them too.
+The simulated module, the what-if analysis and the analysis of flight logs use it. Whoever shows a verdict shows `RULES`
+(what the table says) and `ASSUMPTIONS` (where it is silent), too.
 """
 
 from collections.abc import Iterable, Iterator
@@ -15,10 +13,10 @@ from protocol.messages import Source
 from protocol.translatable import marked
 
 LONGEST_GAP_S = 0.5
-"""A pause between two samples longer than this proves nothing about the fall in between."""
+"""A longer pause between two samples ends a fall: what happened in between is unknown."""
 
 ROUNDING_S = 1e-9
-"""Of times: a fall that is shorter than the free-fall time by no more than this is as long."""
+"""Tolerance when durations are compared."""
 
 RULES = (
     marked("Attitude: fires at its threshold, rearms 10° below."),
@@ -44,7 +42,7 @@ class SensorSample(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class TriggerLimits:
-    """The settings that decide, in the units that a person reads."""
+    """The settings that decide, in display units."""
 
     attitude_threshold_deg: float = 60
     freefall_acceleration_g: float = 0.5
@@ -58,19 +56,19 @@ class TriggerLimits:
 
 
 class SampleVerdict(NamedTuple):
-    """What one sample did."""
+    """Effect of one sample."""
 
     fired: Source
-    """Triggers that fire with this sample; none for most."""
+    """Triggers that fire with this sample."""
     standing: Source
-    """Triggers whose condition still holds: they cannot fire again before it is over."""
+    """Triggers whose condition still holds: they cannot fire again until it ends."""
 
 
 NOTHING = Source(0)
 
 
 class Judge:
-    """Judges one sample after the other; remembers a fall that has begun and triggers that have not reset."""
+    """Judges samples in order; remembers a fall that has begun and triggers that have not reset."""
 
     def __init__(self) -> None:
         self._standing = NOTHING
@@ -79,12 +77,12 @@ class Judge:
 
     @property
     def falls_since_s(self) -> float | None:
-        """When the fall began that the last sample belongs to, None where that sample is no fall."""
+        """Start of the fall that the last sample belongs to; None without a fall."""
         return self._falls_since_s
 
     @property
     def last_s(self) -> float | None:
-        """Time of the last sample, None where everything is forgotten."""
+        """Time of the last sample; None after `reset`."""
         return self._last_s
 
     @property
@@ -93,17 +91,17 @@ class Judge:
         return self._standing
 
     def skip_to(self, until_s: float) -> None:
-        """Samples went by up to this time of which it is known that they change nothing."""
+        """Skip samples up to this time that are known to change nothing."""
         self._last_s = until_s
 
     def reset(self) -> None:
-        """Forget everything: the module is locked, or was off."""
+        """Forget everything, as the module does when it is locked or off."""
         self._standing = NOTHING
         self._falls_since_s = None
         self._last_s = None
 
     def judge(self, sample: SensorSample, limits: TriggerLimits, *, is_active: bool = True) -> SampleVerdict:
-        """Times must not go back. While not active nothing fires and nothing is remembered."""
+        """Times must not decrease. While not active nothing fires and nothing is remembered."""
         if not is_active:
             self.reset()
             return SampleVerdict(NOTHING, NOTHING)

@@ -1,6 +1,6 @@
-"""Finds near misses: angles that were approached, falls that were too short.
+"""Finds near misses: angles close to the threshold, falls that were too short.
 
-Whatever way the samples are divided into stretches, the same is found. Only the nearest are kept.
+The result does not depend on how the samples are divided into stretches. Only the nearest are kept.
 """
 
 import math
@@ -13,11 +13,11 @@ from app.firing.points import Falls, Floats, Places, Stretch
 
 KEPT: Final = 50
 REPORT_STEP_DEG: Final = 1.0
-"""Reports tell whole degrees: what is nearer than this may have been there."""
+"""Reports have whole degrees: an angle nearer than this may have reached the threshold."""
 
 
 class NearTilt(NamedTuple):
-    """The highest angle between two returns to the reset angle, where that was below the threshold."""
+    """The highest angle between two returns to the reset angle, if below the threshold."""
 
     at_s: float
     tilt_deg: float
@@ -26,56 +26,55 @@ class NearTilt(NamedTuple):
 
     @property
     def may_have_fired(self) -> bool:
-        """Nearer than the reports can tell."""
+        """Nearer than the resolution of the reports."""
         return self.margin_deg <= REPORT_STEP_DEG
 
 
 class NearFall(NamedTuple):
-    """A fall that ended before the free-fall time was over."""
+    """A fall shorter than the free-fall time."""
 
     since_s: float
     lasted_s: float
     """From its first to its last report."""
     margin_s: float
-    """What was missing to the free-fall time."""
+    """Missing to the free-fall time."""
     lowest_g: float
     longest_s: float
-    """From the report before to the report after it: it may have lasted for up to this. Infinity where no report
-    came after it."""
+    """Upper bound of its duration: from the report before it to the one after; infinity without a report after."""
 
     @property
     def may_have_fired(self) -> bool:
-        """Its end was not seen in time."""
+        """Whether it may have lasted as long as the free-fall time."""
         return self.longest_s >= self.lasted_s + self.margin_s
 
 
 class Lowest(NamedTuple):
-    """The least weight that was reported."""
+    """The lowest acceleration that was reported."""
 
     at_s: float
     acceleration_g: float
 
 
 class NearTilts:
-    """Takes stretch after stretch."""
+    """Near misses of the attitude trigger, stretch by stretch."""
 
     def __init__(self, limits: TriggerLimits) -> None:
         self._threshold_deg = limits.attitude_threshold_deg
         self._reset_deg = limits.reset_angle_deg
         self._kept: list[NearTilt] = []
         self._open: NearTilt | None = None
-        """Above the reset angle at the last sample; its margin is not above 0 where it has fired."""
+        """The peak of an approach that is not over; its margin is 0 or less if it fired."""
         self._calm: NearTilt | None = None
         """The highest angle at or below the reset angle."""
 
     @property
     def kept(self) -> tuple[NearTilt, ...]:
-        """Those above the reset angle, the nearest first."""
+        """Approaches above the reset angle, the nearest first."""
         return tuple(_nearest_tilts([*self._kept, *self._unfired_open()]))
 
     @property
     def nearest(self) -> NearTilt | None:
-        """Of all, also of those below the reset angle; None where there was nothing that did not fire."""
+        """The nearest of all, also below the reset angle; None if every approach fired."""
         return next(iter(self.kept), self._calm)
 
     def add(self, stretch: Stretch) -> None:
@@ -107,7 +106,7 @@ class NearTilts:
             self._open = self._peak(stretch, int(starts[-1]), int(stops[-1]))
 
     def interrupt(self) -> None:
-        """What comes next has nothing to do with what was: locked, restarted, or calm again."""
+        """What follows is unrelated: the module was locked, restarted, or back below the reset angle."""
         self._keep(self._unfired_open())
         self._open = None
 
@@ -132,18 +131,18 @@ class NearTilts:
 
 
 class NearFalls:
-    """Takes stretch after stretch, each with its falls."""
+    """Near misses of the free-fall trigger, stretch by stretch."""
 
     def __init__(self, limits: TriggerLimits) -> None:
         self._after_s = limits.freefall_time_s
         self._kept: list[NearFall] = []
         self._open: NearFall | None = None
-        """It may go on with the next sample."""
+        """A fall that may continue with the next sample."""
         self._before_open_s = -math.inf
         self._pending: list[NearFall] = []
-        """Of the block that may go on, but the last one: near misses only if it does not fire yet."""
+        """Earlier falls of the block that may continue: near misses only if the block does not fire."""
         self._has_fired = False
-        """The block that may go on."""
+        """Whether the block that may continue has fired."""
         self._last_s = -math.inf
 
     @property
@@ -166,12 +165,12 @@ class NearFalls:
         self._last_s = float(times[-1])
 
     def interrupt(self) -> None:
-        """What comes next has nothing to do with what was: locked, restarted, or weight in between."""
+        """What follows is unrelated: the module was locked or restarted, or the fall was over."""
         self._keep(self._unfired())
         self._open, self._pending, self._has_fired = None, [], False
 
     def forget_time(self) -> None:
-        """When the report before the next one came is not known."""
+        """Like `interrupt`; the time of the report before the next one is unknown, too."""
         self.interrupt()
         self._last_s = -math.inf
 
@@ -209,7 +208,7 @@ class NearFalls:
         ]
 
     def _unfired(self) -> list[NearFall]:
-        """Of the block that may go on."""
+        """Falls of the block that may continue, unless it fired."""
         if self._has_fired:
             return []
         return self._pending if self._open is None else [*self._pending, self._open]
@@ -220,7 +219,7 @@ class NearFalls:
 
 
 class _Measured(NamedTuple):
-    """Falls of a stretch, column by column; `before_s` and `after_s` are the reports around each."""
+    """Falls of a stretch as columns; `before_s` and `after_s`: times of the reports around each."""
 
     since_s: Floats
     lasted_s: Floats
@@ -230,7 +229,7 @@ class _Measured(NamedTuple):
 
 
 def _measured(stretch: Stretch, falls: Falls, last_s: float) -> _Measured:
-    """`last_s`: when the report before the stretch came."""
+    """`last_s`: time of the report before the stretch."""
     times = stretch.time_s
     ends = np.column_stack((falls.firsts, falls.lasts + 1)).ravel()
     weights = np.append(stretch.acceleration_g, math.inf)  # so that the last end is a place too

@@ -1,7 +1,7 @@
 """Selects the samples at which the state of the judge can change, so that the others can be skipped.
 
-Found with numpy, so that hours are judged in a moment. What happens at such a sample the judge alone decides:
-`tests/app/firing/test_would_fire_skip.py` holds that it comes to the same as with every sample.
+Vectorised, so that hours are judged in a moment. The judge alone decides what happens at these samples;
+`tests/app/firing/test_would_fire_skip.py` compares the result with judging every sample.
 """
 
 from typing import NamedTuple
@@ -16,7 +16,7 @@ Places = NDArray[np.intp]
 
 
 class Stretch(NamedTuple):
-    """Samples in order of time, one or more. Values are exact: what was a step of 0.1 g is the float nearest to it."""
+    """One or more samples in order of time; values are the floats nearest to the reported decimals."""
 
     time_s: Floats
     tilt_deg: Floats
@@ -27,23 +27,23 @@ class Stretch(NamedTuple):
 
 
 class Falls(NamedTuple):
-    """Falls of a stretch: places of the first and the last sample of each, and when it began.
+    """Falls of a stretch: indices of the first and the last sample of each, and its start.
 
-    One block holds the falls with no sample of weight in between: they are parted by pauses only.
+    Falls that are only separated by pauses form a block.
     """
 
     firsts: Places
     lasts: Places
     since_s: Floats
     block: Places
-    """The number of each fall's block."""
+    """Index of each fall's block."""
     block_starts: Places
     block_stops: Places
-    """The first place after each block; the length of the stretch where the last one goes on."""
+    """The index after each block; the length of the stretch if the last one may continue."""
 
 
 def falls_of(stretch: Stretch, limits: TriggerLimits, judge: Judge) -> Falls:
-    """`judge` as it is before the first sample: a fall that it sees may go on here."""
+    """`judge`: its state before the first sample; a fall in it may continue here."""
     times = stretch.time_s
     is_below = stretch.acceleration_g < limits.freefall_acceleration_g
     edges = np.flatnonzero(np.diff(is_below, prepend=False, append=False))
@@ -61,7 +61,7 @@ def falls_of(stretch: Stretch, limits: TriggerLimits, judge: Judge) -> Falls:
 
 
 def turning_points(stretch: Stretch, limits: TriggerLimits, falls: Falls | None) -> Places:
-    """Places in order, the first one included; `falls` is None where that trigger is off."""
+    """Sorted indices, the first sample included; `falls` is None if that trigger is off."""
     turns = _attitude_turns(stretch.tilt_deg, limits) if limits.attitude_is_enabled else np.empty(0, np.intp)
     found = [np.zeros(1, np.intp), turns]
     if falls is not None and len(falls.firsts):
@@ -70,7 +70,7 @@ def turning_points(stretch: Stretch, limits: TriggerLimits, falls: Falls | None)
 
 
 def _attitude_turns(tilts: Floats, limits: TriggerLimits) -> Places:
-    """Where it is at the threshold after it was at the reset angle, and the other way round."""
+    """Samples that reach the threshold after the reset angle, or the reset angle after the threshold."""
     side = (tilts >= limits.attitude_threshold_deg).astype(np.int8) - (tilts <= limits.reset_angle_deg)
     decided = np.flatnonzero(side)
     turns: Places = decided[np.diff(side[decided], prepend=np.int8(0)) != 0]
@@ -78,13 +78,13 @@ def _attitude_turns(tilts: Floats, limits: TriggerLimits) -> Places:
 
 
 def _fall_turns(times: Floats, limits: TriggerLimits, falls: Falls, turns: Places) -> list[Places]:
-    """Beginning and end of the falls that matter, and where they fire. Most are too short for anything."""
+    """Start and end of the falls that may matter, and where they fire; most falls are too short."""
     is_long = times[falls.lasts] - falls.since_s >= limits.freefall_time_s - ROUNDING_S
     matters = np.zeros(len(falls.block_starts), np.bool_)
     matters[falls.block[is_long]] = True
     matters[0] |= falls.block_starts[0] == 0
     matters[-1] |= falls.block_stops[-1] == len(times)
-    # Where attitude turns in the middle of a fall, the judge has to know of the fall.
+    # If the attitude turns during a fall, the judge must know of the fall.
     around = np.searchsorted(falls.block_starts, turns, "right") - 1
     inside = (around >= 0) & (turns < falls.block_stops[around])
     matters[around[inside]] = True
@@ -97,7 +97,7 @@ def _fall_turns(times: Floats, limits: TriggerLimits, falls: Falls, turns: Place
 
 
 def firing_places(times: Floats, after_s: float | Floats, firsts: Places, since_s: Floats) -> Places:
-    """The first sample of each of these falls that is as late as the judge wants it, by its own reckoning.
+    """The first sample of each fall at which the judge fires.
 
     `after_s`: the free-fall time, one for all or one for each fall.
     """

@@ -1,4 +1,4 @@
-"""Draft thresholds for what-if analysis; without a draft the module's own value. Nothing is written."""
+"""Draft thresholds for the what-if analysis; they are never written to the module."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -16,41 +16,41 @@ FREEFALL_TIME = BY_NAME["freefall_time"]
 TRIED: tuple[Command, ...] = (
     ATTITUDE_THRESHOLD, FREEFALL_ACCELERATION, FREEFALL_TIME, ATTITUDE_TRIGGER, FREEFALL_TRIGGER,
 )  # fmt: skip
-"""In the order in which they are shown."""
+"""In the order of display."""
 _BY_KEY = {command.key: command for command in TRIED}
 
 
 @dataclass(frozen=True, slots=True)
 class SettingSource:
-    """What the module has, or had when it was recorded."""
+    """The module's value, now or when it was recorded."""
 
     value: Value
     is_stale: bool = False
-    """It was so, and something casts doubt on it."""
+    """It may have changed since."""
 
 
 @dataclass(frozen=True, slots=True)
 class Question:
-    """What is to be judged. A trigger of which a threshold is not known is off in `limits`."""
+    """What is judged. A trigger without a known threshold is off in `limits`."""
 
     limits: TriggerLimits
     unknown: tuple[Command, ...] = ()
-    """Thresholds that nobody named; their trigger is not judged."""
+    """Thresholds without a value; their trigger is not judged."""
     invalid: tuple[Command, ...] = ()
-    """What was typed is no value; their trigger is not judged."""
+    """Thresholds with an invalid text; their trigger is not judged."""
     assumed: tuple[Command, ...] = ()
-    """Whether these triggers are enabled is not known; they are judged as if they were."""
+    """Triggers whose state is unknown; they are judged as enabled."""
     stale: tuple[Command, ...] = ()
-    """Taken from what the module said once, and may no longer be true."""
+    """Values of the module that may have changed."""
 
 
 class WhatIfDrafts:
-    """Belongs to one thread."""
+    """A draft for each setting; without one the module's own value. Not thread-safe."""
 
     def __init__(self) -> None:
         self._drafts: dict[str, Draft] = {}
         self.standing: Mapping[str, SettingSource] = {}
-        """By the setting's key; what is not in it is not known."""
+        """The module's values, by key; without the unknown ones."""
 
     def draft(self, key: str) -> Draft | None:
         return self._drafts.get(key)
@@ -61,11 +61,11 @@ class WhatIfDrafts:
 
     @property
     def values(self) -> dict[str, Value]:
-        """What is wanted, where that is a value."""
+        """The valid drafts."""
         return {key: draft.value for key, draft in self._drafts.items() if draft.value is not None}
 
     def type_text(self, key: str, text: str) -> None:
-        """Take what was typed so far; an empty text wants what the module has."""
+        """Set a draft from a text; an empty one removes it."""
         plain = text.strip()
         if plain:
             self._drafts[key] = draft_of(_BY_KEY[key], plain)
@@ -79,18 +79,17 @@ class WhatIfDrafts:
         self._drafts.pop(key, None)
 
     def fill(self, values: Mapping[str, Value]) -> None:
-        """Want these and nothing else; keys that are not tried are left out."""
+        """Replace all drafts; other keys are ignored."""
         self._drafts = {key: draft_for(_BY_KEY[key], value) for key, value in values.items() if key in _BY_KEY}
 
     def value(self, command: Command) -> Value | None:
-        """What is wanted, else what the module has; None where neither is known, or what was typed is no value."""
+        """The draft, else the module's value; None if unknown or invalid."""
         draft, standing = self._drafts.get(command.key), self.standing.get(command.key)
         if draft is not None:
             return draft.value
         return None if standing is None else standing.value
 
     def question(self) -> Question:
-        """What is to be judged now."""
         thresholds = {one: self.value(one) for one in (ATTITUDE_THRESHOLD, FREEFALL_ACCELERATION, FREEFALL_TIME)}
         missing = tuple(one for one, value in thresholds.items() if value is None)
         invalid = tuple(one for one in missing if one.key in self._drafts)

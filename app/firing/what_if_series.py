@@ -12,11 +12,11 @@ from app.recordings.excerpt import Excerpt
 from app.samples.ring_buffers import Readable
 
 MOST_AT_ONCE: Final = 100_000
-"""Reports that are judged in one go: some 5 ms."""
+"""Reports judged at once, in about 5 ms."""
 
 
 class Measured(Protocol):
-    """A session under way, or one that was recorded."""
+    """A live or a recorded session."""
 
     @property
     def tilt(self) -> Readable: ...
@@ -24,13 +24,13 @@ class Measured(Protocol):
 
 
 class IncrementalAnalysis:
-    """Keeps up with what is measured. Starts over when what it has judged is no longer there."""
+    """Judges new reports as they come. Starts over when the judged ones are no longer available."""
 
     def __init__(self, measured: Measured, limits: TriggerLimits, *, counts_locked: bool = True) -> None:
         self._measured = measured
         self._analysis = WhatIfAnalysis(limits, counts_locked=counts_locked)
         self._taken_at_last = 0
-        """Of the reports with the time of the last one: another one of that time may follow."""
+        """Number of judged reports with the last time; more of that time may follow."""
         self._finding: WhatIfFinding | None = None
 
     @property
@@ -50,7 +50,7 @@ class IncrementalAnalysis:
         return (last_s - first_s) / (times.last.time_s - first_s)
 
     def catch_up(self) -> bool:
-        """Judge what is new, `MOST_AT_ONCE` reports at the most; whether nothing is left to be judged."""
+        """Judge at most `MOST_AT_ONCE` new reports; returns whether none are left."""
         last_s = self._analysis.last_s
         times = self._measured.tilt.window(-math.inf if last_s is None else last_s, math.inf).time_s
         if last_s is not None and not (len(times) and times[0] == last_s):
@@ -74,7 +74,7 @@ class IncrementalAnalysis:
 
 
 class BackgroundAnalysis:
-    """Judges a recording in a thread of its own, which ends by itself."""
+    """Judges a recording in a background thread."""
 
     def __init__(self, measured: Measured, limits: TriggerLimits, *, counts_locked: bool = True) -> None:
         self._incremental = IncrementalAnalysis(measured, limits, counts_locked=counts_locked)
@@ -101,7 +101,7 @@ class BackgroundAnalysis:
         return not self._thread.is_alive()
 
     def cancel(self, deadline_s: float = 1.0) -> bool:
-        """Whether it has ended within the time; nothing reads the recording from then on."""
+        """Stop; returns whether it ended in time. The recording is not read any more then."""
         self._is_cancelled.set()
         return self.wait(deadline_s)
 
@@ -113,12 +113,12 @@ class BackgroundAnalysis:
                 if is_done:
                     self._finding = self._incremental.finding
                     return
-        except Exception as error:  # noqa: BLE001  said in the window; a thread has nobody else to tell
+        except Exception as error:  # noqa: BLE001  shown in the window
             self.error = error
 
 
 class WhatIfJudgement:
-    """One question about one session at a time: `ask` again when either is another one, `step` from a timer."""
+    """The analysis of one session for the window: `ask` when the limits change, `step` from a timer."""
 
     def __init__(self) -> None:
         self._measured: Measured | None = None
@@ -130,7 +130,7 @@ class WhatIfJudgement:
 
     @property
     def finding(self) -> WhatIfFinding | None:
-        """None while nothing is judged, or not everything yet."""
+        """None until everything is judged."""
         if self._background is not None:
             return self._background.finding
         return self._incremental.finding if self._incremental is not None and self._is_caught_up else None
@@ -148,12 +148,12 @@ class WhatIfJudgement:
         return None if self._background is None else self._background.error
 
     def follow(self, measured: Measured, *, is_recorded: bool) -> None:
-        """Judge this from now on."""
+        """Judge this session from now on."""
         self.release()
         self._measured, self._is_recorded = measured, is_recorded
 
     def ask(self, limits: TriggerLimits, *, counts_locked: bool) -> None:
-        """What is to be judged; the same again changes nothing."""
+        """Set the limits; the same ones again change nothing."""
         if self._measured is None or self._asked == (limits, counts_locked):
             return
         self._stop()
@@ -164,13 +164,13 @@ class WhatIfJudgement:
             self._incremental = IncrementalAnalysis(self._measured, limits, counts_locked=counts_locked)
 
     def step(self) -> None:
-        """Do a part of the work, a few milliseconds long."""
+        """Do a few milliseconds of work."""
         if self._incremental is not None:
             is_done = self._incremental.catch_up()
             self._is_caught_up = is_done or self._is_caught_up
 
     def release(self) -> None:
-        """Nothing is judged, and nothing reads the recording any more."""
+        """Stop judging and reading the session."""
         self._stop()
         self._measured = None
 

@@ -15,26 +15,26 @@ from protocol.messages import Source
 from protocol.translatable import marked
 
 Clock = Callable[[float], str]
-"""The time of day of a monotonic time."""
+"""Formats a monotonic time as time of day."""
 
 _SHORT_FALLS: Final = 0.5
-"""Falls shorter than this part of the free-fall time are no near miss."""
+"""Falls shorter than this fraction of the free-fall time are no near miss."""
 ABOUT: Final = (
     *RULES,
     *ASSUMPTIONS,
     marked("Margins below 1°, 0.1 g or one report do not count."),
     marked("After a real trigger the parachute is open."),
 )  # fmt: skip
-"""How it is judged, sentence by sentence."""
+"""Sentences on how it is judged."""
 
 
 class WhatIfKind(Enum):
-    """What kind of answer it is; the window has a look for each."""
+    """Kind of an answer; the window has an icon and a colour for each."""
 
     JUDGING = "judging"
     UNJUDGED = "unjudged"
     UNANSWERED = "unanswered"
-    """A threshold has to be named first."""
+    """A threshold is missing."""
     DOUBTFUL = "doubtful"
     FIRES = "fires"
     HOLDS = "holds"
@@ -43,7 +43,7 @@ class WhatIfKind(Enum):
 
 
 class WhatIfVerdict(NamedTuple):
-    """In the language in use."""
+    """Translated texts."""
 
     kind: WhatIfKind
     head: str
@@ -51,7 +51,7 @@ class WhatIfVerdict(NamedTuple):
 
 
 class WhatIfRow(NamedTuple):
-    """Something that can be looked at in the plots."""
+    """An event that can be shown in the plots."""
 
     at_s: float
     kind: WhatIfKind
@@ -75,11 +75,9 @@ def verdict(finding: WhatIfFinding | None, question: Question, *, clock: Clock, 
     if not finding.report_count:
         return WhatIfVerdict(WhatIfKind.UNJUDGED, tr("Nothing to judge."), said)
     if not (limits.attitude_is_enabled or limits.freefall_is_enabled):
-        is_open = bool(question.unknown or question.invalid)
-        head = tr("Both triggers are disabled.")
-        if is_open:
-            head = tr("Enter the thresholds.")
-        return WhatIfVerdict(WhatIfKind.UNANSWERED if is_open else WhatIfKind.DOUBTFUL, head, said)
+        if question.unknown or question.invalid:
+            return WhatIfVerdict(WhatIfKind.UNANSWERED, tr("Enter the thresholds."), said)
+        return WhatIfVerdict(WhatIfKind.DOUBTFUL, tr("Both triggers are disabled."), said)
     if finding.firing_count:
         head = tr("Would have fired {count}×.", count=finding.firing_count)
         return WhatIfVerdict(WhatIfKind.FIRES, head, said)

@@ -1,7 +1,7 @@
-"""Would these settings have fired on measured data?  Live or recorded, with near misses and margins.
+"""What-if analysis: would these settings have fired on measured data? With near misses and margins.
 
-Whether it fires is decided by `app.firing.judge.Judge`, the same that the simulated module uses. Where there are no
-reports, or only lowest and highest values are left, nothing is claimed: that time counts as not judged.
+`app.firing.judge.Judge` decides, as in the simulated module. Time without reports, or of which only the lowest and
+highest values are left, counts as not judged.
 """
 
 from dataclasses import dataclass
@@ -19,9 +19,9 @@ from app.samples.ring_buffers import Seconds, Values
 
 FIRINGS_KEPT: Final = 500
 _DECIMALS: Final = 3
-"""Undoes what was lost by keeping values as 32-bit floats: 0.7 g is again the float nearest to 0.7."""
+"""Undoes the rounding to 32-bit floats: 0.7 g becomes the float nearest to 0.7 again."""
 _FORGETTING: Final = frozenset({MarkerKind.RESTARTED, MarkerKind.CONNECTED, MarkerKind.RECORDING})
-"""Happenings after which the module remembers nothing, or is another one."""
+"""Markers after which the module has forgotten its state, or is another one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,37 +36,37 @@ class Pauses:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WhatIfFinding:
-    """What is known so far. Times are monotonic seconds."""
+    """The result so far. Times are monotonic seconds."""
 
     limits: TriggerLimits
     counts_locked: bool
-    """Reports of a locked module were judged as if it had been active."""
+    """Reports of a locked module were judged as those of an active one."""
     report_count: int
-    """That were judged."""
+    """Of the judged reports."""
     first_s: float | None
     last_s: float | None
     judged_s: float
-    """Time that reports cover; more than that nothing is said about."""
+    """Time covered by the reports."""
     locked_s: float
-    """Time that the module was locked, judged or not as `counts_locked` says."""
+    """Time that the module was locked; `counts_locked` tells whether it was judged."""
     pauses: Pauses
     is_whole: bool
-    """False where there was more before `first_s`, of which only lowest and highest values are left."""
+    """False if only lowest and highest values are left of the time before `first_s`."""
     firings: tuple[Firing, ...]
-    """Oldest first, the first ones of them where they are many."""
+    """The first `FIRINGS_KEPT`, oldest first."""
     firing_count: int
     near_tilts: tuple[NearTilt, ...]
     """The nearest first."""
     near_falls: tuple[NearFall, ...]
     """The longest first."""
     nearest_tilt: NearTilt | None
-    """Also of angles below the reset angle; None where the trigger is off, or nothing is left that did not fire."""
+    """Includes angles below the reset angle; None if the trigger is off, or every approach fired."""
     lowest: Lowest | None
-    """The least weight; None where the trigger is off."""
+    """None if the trigger is off."""
 
     @property
     def is_judged(self) -> bool:
-        """There is time of which something can be said."""
+        """Whether any time could be judged."""
         return self.judged_s > 0
 
     @property
@@ -75,7 +75,7 @@ class WhatIfFinding:
 
 
 class WhatIfAnalysis:
-    """Takes reports in order, any number at a time; `finding` says what they come to."""
+    """Judges reports in order, any number at a time; `finding` is the result so far."""
 
     def __init__(self, limits: TriggerLimits, *, counts_locked: bool = True) -> None:
         self.limits = limits
@@ -96,7 +96,7 @@ class WhatIfAnalysis:
 
     @property
     def last_s(self) -> float | None:
-        """Time of the newest report that was taken."""
+        """Time of the last report."""
         return self._last_s
 
     @property
@@ -121,7 +121,7 @@ class WhatIfAnalysis:
         )
 
     def feed(self, excerpt: Excerpt, *, start: int = 0, stop: int | None = None) -> None:
-        """The reports from `start` up to and without `stop`."""
+        """Judge the reports `start` to `stop` (exclusive)."""
         rows = slice(start, stop)
         stretch = Stretch(
             np.asarray(excerpt.time_s[rows], np.float64),
@@ -185,7 +185,7 @@ class WhatIfAnalysis:
             self._lowest = lowest
 
     def _count_time(self, times: Seconds, is_active: NDArray[np.bool_]) -> None:
-        """Between two reports it counts as what the first of them says."""
+        """The time between two reports counts as locked or active as in the first of them."""
         if self._last_s is not None:
             times = np.concatenate(((self._last_s,), times))
             is_active = np.concatenate(((self._was_active,), is_active))

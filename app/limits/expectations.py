@@ -11,41 +11,41 @@ from app.settings.profiles import ActivatedBy, Profile
 from protocol.fields import Value
 
 Fingerprint = Callable[[Mapping[str, Value]], str]
-"""A short code of the settings, by key: the same settings, the same code."""
+"""Computes a short code of settings, given by key."""
 
 
 @dataclass(frozen=True, slots=True)
 class ManualItem:
-    """Something a person looks at, from the profile. `is_done` None: skipped, which is printed as skipped."""
+    """A manual check of the profile. `is_done` None: skipped, and printed as skipped."""
 
     text: str
     is_done: bool | None = None
     is_required: bool = False
-    """Skipped, it is a NO-GO."""
+    """If skipped, the verdict is NO-GO."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CheckLimits:
-    """Each from the profile where it has one. The vendor names none of these but the voltage's steps; they are ours."""
+    """Limits of the check, unless the profile has others. All are our choice; the vendor gives voltage steps only."""
 
     heartbeats_lost_max: int = 0
     """Of 20. A cable of a metre loses none."""
     round_trip_max_ms: float = 100.0
-    """The slowest of 20. 27 ms at 4800 baud, 16 ms for the slowest usual adapter, and room."""
+    """The slowest of 20: 27 ms at 4800 baud, 16 ms for a slow adapter, and a reserve."""
     tilt_max_deg: float = 5.0
     tilt_spread_max_deg: float = 2.0
-    """Between the lowest and the highest of two seconds."""
+    """Between the lowest and the highest value of two seconds."""
     acceleration_min_g: float = 0.9
     acceleration_max_g: float = 1.1
     acceleration_spread_max_g: float = 0.2
     """One step (0.1 g) each way."""
     cell_voltage_min_v: float = 3.8
-    """BE, "3.80 V", is the lowest of the three examples in the vendor's table."""
+    """The lowest of the three examples in the vendor's table (BE)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Expectations:
-    """`settings`: by key, values that must stand exactly. `profile`: its name, None without one."""
+    """`settings`: required values by key. `profile`: its name, None without one."""
 
     profile: str | None = None
     limits: CheckLimits = field(default_factory=CheckLimits)
@@ -56,12 +56,12 @@ class Expectations:
     """A calibration found that more light reads lower (E11)."""
     manual: tuple[ManualItem, ...] = ()
     tests_within_days: Mapping[GuidedKind, int] = field(default_factory=dict)
-    """Guided tests that must have passed, and how old they may be."""
+    """Guided tests that must have passed, and their maximum age."""
 
 
 @dataclass(frozen=True, slots=True)
 class LastTested:
-    """The last result of a guided test. `age_days`: at the check; None where it cannot be told."""
+    """The last result of a guided test. `age_days`: at the check; None if unknown."""
 
     kept: KeptTest
     age_days: float | None
@@ -69,30 +69,30 @@ class LastTested:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Past:
-    """What was known of the module before this check. Without a store, or without a name, nothing."""
+    """What was known of the module before the check; empty without a store or a name."""
 
     module: str | None = None
     boot_count: int | None = None
     """At its last visit."""
     looked_at: Counter[bytes] = field(default_factory=Counter)
-    """Raw trigger records that its last GO knew, or that a person judged."""
+    """Raw trigger records known at the last GO, or reviewed by a person."""
     has_check: bool = False
     """There was a GO before."""
     is_same_module: bool = True
-    """False where the records it keeps now do not follow those it kept before."""
+    """False if its trigger records do not continue those of the last visit."""
     fingerprint: str | None = None
     """Of its last GO."""
     tests: Mapping[GuidedKind, LastTested] = field(default_factory=dict)
-    """The last result of each guided test; of simulated modules only where this one is simulated."""
+    """The last result of each guided test; those of simulated modules only count for a simulated one."""
 
 
 def settings_code(settings: Mapping[str, Value]) -> str:
-    """The fingerprint as spoken."""
+    """The settings code for people."""
     return fingerprint(settings).code or ""
 
 
 def expectations_of(profile: Profile, ticked: Mapping[int, bool] | None = None) -> Expectations:
-    """What a profile asks for; `ticked`: what a person said of its manual items, by their number from 1."""
+    """Expectations of a profile; `ticked`: the person's answers for its manual items, by number from 1."""
     said = ticked or {}
     limits = {name: value for name, value in profile.limits.items() if name in CheckLimits.__slots__}
     if "heartbeats_lost_max" in limits:

@@ -1,7 +1,7 @@
-"""Bounds for limits in a profile: stricter always, softer only down to a hard floor.
+"""Bounds for limits in a profile: it may be stricter, and softer down to a hard floor.
 
-A softer limit than ours, or a setting outside the vendor's advice, is allowed within the bounds, and is shown beside
-the verdict.
+A limit softer than ours, or a setting outside the vendor's advice, is allowed within the bounds and shown beside the
+verdict.
 """
 
 from collections.abc import Mapping
@@ -13,7 +13,7 @@ from app.text.messages import UserMessage, said
 
 
 class SoftLimit(NamedTuple):
-    """`check`: the id of the check that it is for. `is_most`: a higher value is softer."""
+    """`check`: id of its check. `is_most`: a higher value is softer."""
 
     check: str
     is_most: bool
@@ -34,8 +34,7 @@ SOFT_LIMITS: Mapping[str, SoftLimit] = MappingProxyType({
 
 
 class SettingBound(NamedTuple):
-    """Ends included. `advised_*`: the vendor's advice, or ours where the vendor has none. `low`, `high`: what no
-    profile goes beyond."""
+    """Inclusive. `advised_*`: the vendor's advice, or ours if there is none. `low`, `high`: hard bounds of profiles."""
 
     check: str
     advised_low: float
@@ -53,7 +52,7 @@ SETTING_BOUNDS: Mapping[str, SettingBound] = MappingProxyType({
 
 
 def softened(expectations: Expectations) -> Mapping[str, UserMessage]:
-    """By id of the check: what is advised, where the profile asks for less."""
+    """The advice, by id of the check, where the profile is softer."""
     found: dict[str, UserMessage] = {}
     ours = CheckLimits()
     for name, soft in SOFT_LIMITS.items():

@@ -1,4 +1,4 @@
-"""Judges whether a measured value is out of its limit; used wherever one is shown."""
+"""Judges whether a measured value is out of its limit."""
 
 from collections.abc import Mapping
 from enum import Enum
@@ -13,14 +13,14 @@ from protocol.messages import HIGHEST_CELL_V, TriggerRecord
 from protocol.translatable import marked
 
 CELL_ABOVE_V = 0.05
-"""Above the highest cell by more than two steps it is no cell's voltage."""
+"""More than two steps above the highest cell voltage it is not the cell's."""
 
 
 DAMAGED_SHOWN_S = 10.0
 
 
 class OutOfLimit(Enum):
-    """The value is its English, translatable word."""
+    """The value is English, translatable."""
 
     CELL_LOW = marked("low")
     CELL_HIGH = marked("too high")
@@ -37,12 +37,12 @@ class Outside(NamedTuple):
     limit: str
 
     def beside(self, value: str) -> str:
-        """A value as text, with what is the matter and the limit; in the language in use."""
+        """The value with its fault and the limit, translated."""
         return tr("{value} (!) {fault}, limit {limit}", value=value, fault=tr(self.fault.value), limit=self.limit)
 
 
 class LimitsInUse:
-    """The program's own, or those of the profile that was chosen for the pre-flight check."""
+    """Limits of the chosen profile, else the program's own."""
 
     def __init__(self) -> None:
         self.limits = CheckLimits()
@@ -55,7 +55,7 @@ class LimitsInUse:
 
 
 def cell_outside(volts: float, limits: CheckLimits, *, is_charging: bool | None) -> Outside | None:
-    """With external power it is the charger's voltage, which lies above the cell's: low is low then too."""
+    """With external power the charger's voltage is read, which is above the cell's: too low is too low then, too."""
     if volts < limits.cell_voltage_min_v:
         return Outside(OutOfLimit.CELL_LOW, f"{limits.cell_voltage_min_v:.2f} V")
     if is_charging is False and volts > HIGHEST_CELL_V + CELL_ABOVE_V:
@@ -70,14 +70,14 @@ def bay_outside(light_v: float, threshold_v: float, *, is_inverted: bool = False
 
 
 def value_outside(key: str, device: DeviceView, now: float, in_use: LimitsInUse) -> Outside | None:
-    """Of a value of the module as it was last said; None also while it, or its limit, is not known."""
+    """Judge the module's last value; None also if the value or its limit is unknown."""
     said = {one: found.value for one in (key, "charging") if (found := device.known(one, now)) is not None}
     threshold = device.fresh("light_threshold_v", now)
     return outside_of(key, said if threshold is None else said | {"light_threshold_v": threshold}, in_use)
 
 
 def outside_of(key: str, values: Mapping[str, Value], in_use: LimitsInUse) -> Outside | None:
-    """`values` by key: what was measured at one time, as far as it is known."""
+    """Judge one of `values`, measured at the same time, by key."""
     said = values.get(key)
     if said is None:
         return None
@@ -94,8 +94,8 @@ def outside_of(key: str, values: Mapping[str, Value], in_use: LimitsInUse) -> Ou
 
 
 def record_outside(record: TriggerRecord) -> Outside | None:
-    """Of the cell voltage in a trigger record, by the program's own limits: it keeps neither a profile nor the light
-    threshold. What is implausible is marked as that."""
+    """Judge the cell voltage in a trigger record by the program's own limits; None for an implausible record, which is
+    marked as such."""
     if record.implausible:
         return None
     return cell_outside(record.cell_voltage_v, CheckLimits(), is_charging=record.charging)
@@ -104,8 +104,7 @@ def record_outside(record: TriggerRecord) -> Outside | None:
 def line_outside(
     *, lag_s: float | None, round_trip_s: float | None, has_damaged: bool, in_use: LimitsInUse
 ) -> Outside | None:
-    """The worst first. `has_damaged`: invalid bytes came; while the line is watched, within the last
-    `DAMAGED_SHOWN_S`."""
+    """The worst fault of the line. `has_damaged`: invalid bytes came, on a live line within `DAMAGED_SHOWN_S`."""
     most_ms = in_use.limits.round_trip_max_ms
     if lag_s is not None and lag_s > LONGEST_LAG_S:
         return Outside(OutOfLimit.LATE, f"{LONGEST_LAG_S:g} s")

@@ -34,12 +34,12 @@ ASK_WORDS: Final[Mapping[Act, str]] = {
 
 
 class ActRow(QFrame):
-    """`refresh` brings the open conditions up to date. `place` tells the rows of one act on several pages apart."""
+    """`refresh` updates the open conditions. `place` distinguishes rows of the same act on several pages."""
 
     begun = Signal()
-    """The act was confirmed and is on its way."""
+    """The act was confirmed and is being sent."""
     ended = Signal(object)
-    """The `Performed`; None where the connection was lost before."""
+    """The `Performed`; None if the connection was lost before."""
 
     def __init__(self, services: Services, act: Act, *, place: str = "act") -> None:
         super().__init__()
@@ -57,7 +57,7 @@ class ActRow(QFrame):
         self.live = named(ElidedLabel(), f"{name}_live", "small")
         self.live.setVisible(act is Act.ZERO)
         self.conditions = text_label(f"{name}_conditions", "attention")
-        # In one place, one instead of the other: what is said here never changes the height of the row.
+        # Stacked, so that a notice never changes the height of the row.
         self._place, self._words, self._reasons = QStackedLayout(), QWidget(), QStackedLayout()
         self.confirm = Confirm(name, texts, ask=ASK_WORDS[act], go=TITLES[act])
         self.said = NoticeBar(texts)
@@ -74,12 +74,12 @@ class ActRow(QFrame):
         if self._module.is_another() or self._module.has_turned(self._performed):
             self._forget()
         found = open_conditions(self._services, self.act)
-        # What is armed is in sight on this page; a line more in each row would move the button under the hand.
+        # What is armed is visible on this page; another line in each row would move the button under the hand.
         told = [one for one in found if one.condition is not Interlock.NOTHING_ELSE_ARMED]
-        # Where no module answers, or perhaps another one, whatever else is open follows from that.
+        # Without a module, or with perhaps another one, all other conditions follow from that.
         first = [one for one in told if one.condition in (Interlock.ONLINE, Interlock.IS_THE_ONE_MEANT)][:1]
         self.conditions.setText(together(one.sentence for one in first or told))
-        # An old status alone does not hinder: the engine asks for a new one before it decides.
+        # An old status does not disable the button: the engine asks for a new one before it decides.
         in_the_way = [one for one in found if one.condition is not Interlock.FRESH_STATUS]
         if self.act is Act.ZERO:
             self.live.setText(motion_text(self._connector))

@@ -13,12 +13,12 @@ from ui.widgets.layouts import FlowRow
 from ui.widgets.step_button import StepButton, bring_into_sight, is_in_sight, leave_focus
 
 ASKS_FOR_S: Final = 10.0
-"""A question that nobody answers is withdrawn."""
+"""An unanswered question is withdrawn after this time."""
 CHECK_EVERY_MS: Final = 100
 
 
 class Confirm(QWidget):
-    """`confirmed` comes once for one question."""
+    """`confirmed` is emitted once for a question."""
 
     asked = Signal()
     confirmed = Signal()
@@ -43,7 +43,7 @@ class Confirm(QWidget):
         self._show()
 
     def set_possible(self, is_possible: bool) -> None:
-        """Whether there is any point in asking. A question that stands is withdrawn when there is none."""
+        """Enable or disable asking; disabling withdraws a question."""
         self.ask.setEnabled(is_possible)
         if not is_possible:
             self.withdraw()
@@ -55,7 +55,7 @@ class Confirm(QWidget):
             self.cancelled.emit()
 
     def check(self) -> None:
-        """Withdraw a question that was not answered in time, or that is no longer wholly in sight."""
+        """Withdraw a question that was not answered in time, or is no longer entirely visible."""
         if self.is_asking and (gestures().clock() - self._asked_at >= ASKS_FOR_S or not is_in_sight(self)):
             self.withdraw()
 

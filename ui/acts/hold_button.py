@@ -15,9 +15,9 @@ class HoldButton(StepButton):
     """Never emits `clicked`. `share` (0 … 1) is how much of the hold is done; it fills the button."""
 
     hold_started = Signal()
-    """Pressed, by a press that counts."""
+    """A valid press has begun."""
     hold_ended = Signal()
-    """Released, or the pointer left it, or something else was pressed besides."""
+    """Released, or the pointer left, or something else was pressed."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -28,7 +28,7 @@ class HoldButton(StepButton):
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
 
     def reserve(self, *texts: str) -> None:
-        """Room for the longest of these texts, so that the button never changes its size."""
+        """Reserve room for the longest of these texts, so that the size never changes."""
         if texts != self._reserved:
             self._reserved = texts
             self.updateGeometry()
@@ -45,7 +45,7 @@ class HoldButton(StepButton):
             self.hold_ended.emit()
 
     def sizeHint(self) -> QSize:
-        """Large enough for a gloved finger on a touch pad; the style sheet's own height is that of any button."""
+        """Large enough for a gloved finger."""
         hint = super().sizeHint()
         longest = max((self.fontMetrics().horizontalAdvance(text) for text in self._reserved), default=0)
         width = hint.width() - self.fontMetrics().horizontalAdvance(self.text()) + longest
@@ -59,7 +59,7 @@ class HoldButton(StepButton):
     def mousePressEvent(self, event: QMouseEvent) -> None:
         event.accept()
         if event.button() is not Qt.MouseButton.LeftButton or self._is_pressed:
-            self.cancel_press()  # another button or hand in the middle of a hold is no steady hand
+            self.cancel_press()  # another button during a hold
         elif self.counts(event):
             self.setFocus(Qt.FocusReason.MouseFocusReason)
             self._hold(by_key=False)

@@ -16,11 +16,11 @@ from ui.widgets.notice_bar import Notice
 
 ASKING: Final = marked("Asking the module…")
 _ASKED_ANYWAY: Final = (Interlock.CONFIRMED, Interlock.RITUAL_DONE)
-"""What the person is about to do; not shown as standing against it."""
+"""What the person is about to do: not shown as an open condition."""
 
 
 def open_conditions(services: Services, act: Act) -> tuple[Refusal, ...]:
-    """What stands against `act` now, apart from the person's own word."""
+    """Open conditions of `act`, apart from the person's confirmation."""
     connector = services.connector
     now_is = interlock_inputs(
         connector.device,
@@ -28,35 +28,33 @@ def open_conditions(services: Services, act: Act) -> tuple[Refusal, ...]:
         must_be_proven=False,
         is_the_one_meant=connector.identity.is_proven,
         armed=services.armed.act,
-        # Without a port there is no log to speak of; that no module answers stands in the way already.
+        # Without a port there is no log; the condition that a module answers is open then anyway.
         is_audit_ready=connector.target is None or services.storage.journal(connector.target).is_ready,
     )
     return tuple(one for one in refusals(act, now_is) if one.condition not in _ASKED_ANYWAY)
 
 
 class SameModule:
-    """Whether what was said of a module is still about the one that is connected, and still so."""
+    """Whether a notice is still about the connected module, and still true."""
 
     def __init__(self, connector: Connector) -> None:
         self._connector = connector
         self._whose = connector.whose
 
     def is_another(self) -> bool:
-        """Somebody connected to another one since this was asked last."""
+        """Whether another module was connected since the last call."""
         before, self._whose = self._whose, self._connector.whose
         return before != self._whose
 
     def has_turned(self, done: Performed | None) -> bool:
-        """It reported to be locked, or active, and now reports the opposite."""
-        says = {Act.ACTIVATE: True}.get(done.act) if done is not None else None
-        if done is None or says is None or done.outcome is not Outcome.CONFIRMED:
+        """Whether an activation was confirmed, and the module now reports that it is locked."""
+        if done is None or done.act is not Act.ACTIVATE or done.outcome is not Outcome.CONFIRMED:
             return False
-        now_is = self._connector.device.fresh("active", self._connector.clock())
-        return now_is is not None and now_is is not says
+        return self._connector.device.fresh("active", self._connector.clock()) is False
 
 
 def outcome_meaning(done: Performed) -> Meaning:
-    """How loud the outcome of an act is said."""
+    """Severity of the outcome of an act."""
     if done.is_rehearsal:
         return Meaning.INFORMATION
     match done.outcome:
@@ -70,7 +68,7 @@ def outcome_meaning(done: Performed) -> Meaning:
 
 
 def motion_text(connector: Connector) -> str:
-    """What zeroing looks at, as it is now; empty while it is not known."""
+    """The current input of zeroing; empty if unknown."""
     motion, tilt = connector.device.motion, connector.device.fresh("tilt_deg", connector.clock())
     if motion is None or tilt is None:
         return ""

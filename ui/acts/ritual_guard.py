@@ -13,7 +13,7 @@ _Hook = Callable[[type[BaseException], BaseException, TracebackType | None], obj
 
 
 class RitualGuard(QObject):
-    """Watches from `begin` to `end`. `broken` gives the reason; whoever hears it disarms at once."""
+    """Watches from `begin` to `end`. `broken` carries the reason; its receivers disarm."""
 
     broken = Signal(object)
 
@@ -41,7 +41,7 @@ class RitualGuard(QObject):
         if self._window is not None:
             self._window.removeEventFilter(self)
             self._window = None
-            # Whoever put another hook over this one keeps it; this one then only hands on.
+            # A hook that was installed over this one stays; this one then only forwards.
             if self._hook_before is not None and sys.excepthook == self._take_fault:
                 sys.excepthook = self._hook_before
 

@@ -1,8 +1,8 @@
 """Deploy panel: choose, arm, hold. `app.safety.ritual` decides; this holds the controls and the timer.
 
-Fifty times a second it checks whether anything disarms: an open condition, the link, a restart, a sleep of the
-computer, another window, another field, an error anywhere in the window, an armed control out of sight. Cancel has the
-focus at every step, and each control has a place of its own at the bottom of the page.
+Fifty times a second it checks for what disarms: an open condition, the link, a restart, sleep of the computer, another
+window or field, an error anywhere in the window, an armed control that is not visible. Cancel has the focus at every
+step, and each control has its own place at the bottom of the page.
 """
 
 from collections.abc import Callable
@@ -63,7 +63,7 @@ _ENDED: Final = {
 
 
 class RitualWidget(QFrame):
-    """`refresh` brings the open conditions up to date."""
+    """`refresh` updates the open conditions."""
 
     def __init__(self, services: Services) -> None:
         super().__init__()
@@ -76,13 +76,13 @@ class RitualWidget(QFrame):
         self._job = RunningJob(services.connector, self)
         self._module = SameModule(services.connector)
         self.clock_with_sleep = sleepless_clock()
-        """The clock that the ritual runs on may stand still while the computer sleeps: this one goes on."""
+        """Unlike the clock of the ritual, this one goes on while the computer sleeps."""
         self._sleeps = SleepDetector()
         texts = services.texts
         self._title = named(ElidedLabel(), "ritual_title", "strong")
         self._effect = text_label("ritual_effect", "small")
         self.conditions = text_label("ritual_conditions", "attention")
-        # In one place, one instead of the other: what is said never changes the height of the panel.
+        # Stacked, so that a notice never changes the height of the panel.
         self._reasons, self._place = QStackedLayout(), QStackedLayout()
         self.step = text_label("ritual_step", "strong")
         self.marks = (
@@ -136,7 +136,7 @@ class RitualWidget(QFrame):
         is_rehearsal = self.is_under_way and self.ritual.is_rehearsal
         self._reasons.setCurrentWidget(self.conditions if found and not is_rehearsal else self._effect)
         is_free = not self.is_under_way and not self._job.is_running
-        # An old status alone does not hinder: the engine asks for a new one before it decides.
+        # An old status does not disable the button: the engine asks for a new one before it decides.
         in_the_way = [one for one in found if one.condition is not Interlock.FRESH_STATUS]
         self.choose.setEnabled(is_free and not in_the_way)
         self.rehearse.setEnabled(is_free)
@@ -146,7 +146,7 @@ class RitualWidget(QFrame):
         self._place.setCurrentWidget(self.step if notice is None else self.said)
 
     def disarm(self, why: Input) -> None:
-        """Back to the beginning; nothing is sent."""
+        """Disarm; nothing is sent."""
         if self.is_under_way:
             self.ritual.disarm(why)
             self._follow()
@@ -166,7 +166,7 @@ class RitualWidget(QFrame):
         self._show()
 
     def _take_focus(self) -> None:
-        """Before the button that has it is hidden: else the focus would go elsewhere and disarm."""
+        """Move the focus before the button that has it is hidden: it would go elsewhere and disarm."""
         self.cancel.show()
         self.cancel.setFocus()
 
@@ -191,7 +191,7 @@ class RitualWidget(QFrame):
         self._guard.begin()
 
     def _watch(self) -> None:
-        """What the link and the clocks say. Whatever disarms is found here or by the next tick."""
+        """Check the link, the clocks and the conditions; called at every batch and tick."""
         if not self.is_under_way:
             return
         if self._sleeps.poll():
@@ -208,19 +208,19 @@ class RitualWidget(QFrame):
         elif not self._is_in_sight():
             self.disarm(Input.OUT_OF_SIGHT)
         elif self.ritual.is_armed and self._services.armed.act is None:
-            self.disarm(Input.FAILED)  # an error in another thread took it away
+            self.disarm(Input.FAILED)  # disarmed by an error in another thread
         elif self.ritual.is_armed and not self.ritual.is_rehearsal and open_conditions(self._services, Act.DEPLOY):
             self.disarm(Input.CONDITION_OPENED)
 
     def _is_in_sight(self) -> bool:
-        """Whether the controls of this step can be seen as a whole."""
+        """Whether the controls of this step are entirely visible."""
         return all(is_in_sight(one) for one in (self.cancel, self.arm, self.hold) if not one.isHidden())
 
     def _tick(self) -> None:
         try:
             self._watch()
             if gestures().is_release_uncertain:
-                return  # it is known within some 50 ms whether the key is still down
+                return  # known within about 50 ms
             permit = self.ritual.tick(self._connector.clock())
         except BaseException:
             self.disarm(Input.FAILED)
@@ -230,7 +230,7 @@ class RitualWidget(QFrame):
         self._follow()
 
     def _follow(self) -> None:
-        """Show the stage; tidy up once it is back at the beginning."""
+        """Show the stage; clean up once it is IDLE or FIRED."""
         if not self.is_under_way and self._guard.is_watching:
             self._timer.stop()
             self._guard.end()
@@ -280,7 +280,7 @@ class RitualWidget(QFrame):
         self.refresh()
 
     def _show_step(self, now: float) -> None:
-        """The three steps, and in words what comes next. A rehearsal has a frame and a title of its own."""
+        """Show the three steps and what comes next; a rehearsal has its own frame and title."""
         stage, is_rehearsal = self.ritual.stage, self.is_under_way and self.ritual.is_rehearsal
         set_role(self, "rehearsal" if is_rehearsal else "danger-corner")
         set_role(self.hold, "" if is_rehearsal else "danger")
@@ -301,7 +301,7 @@ class RitualWidget(QFrame):
                 self.step.setText("")
 
     def _heading(self) -> str:
-        """With the module and its port, where one is connected."""
+        """With module and port, if connected."""
         is_rehearsal = self.is_under_way and self.ritual.is_rehearsal
         act, target = tr("REHEARSAL") if is_rehearsal else tr(TITLES[Act.DEPLOY]), self._connector.target
         if target is None or not self._connector.is_open:
@@ -327,14 +327,14 @@ class RitualWidget(QFrame):
                 stack.addWidget(one)
         self.said.setMinimumHeight(_NOTICE_PX)
         head = in_row(self._title, (self._reasons, 1), spacing=Space.M)
-        # One under the other: the number of a step and its buttons. Cancel has the corner that a hand goes to first.
+        # The number of each step above its buttons; Cancel in the corner that a hand reaches first.
         row = FlowRow(spacing_px=Space.XL)
         starts = in_row(self.rehearse, self.choose, spacing=Space.S)
         for mark, buttons in zip(self.marks, (starts, in_row(self.arm), in_row(self.hold)), strict=True):
             row.add(_column(mark, buttons))
         row.add_right(_column(QWidget(), in_row(self.cancel)))
         in_column(head, self._place, self.countdown, row, of=self, spacing=Space.XS, margins=(Space.M, Space.S))
-        # From Cancel, which has the focus at every step, one Tab leads to what comes next.
+        # Cancel has the focus at every step: one Tab leads to the next one.
         for first, second in pairwise((self.rehearse, self.choose, self.cancel, self.arm, self.hold)):
             self.setTabOrder(first, second)
 

@@ -19,7 +19,7 @@ _CIRCLE_PX = 20
 
 
 class StepPlace(Enum):
-    """Where a step stands in its act."""
+    """State of a step."""
 
     LATER = "later"
     NOW = "now"
@@ -38,7 +38,7 @@ class StepMark(PaintedWidget):
         texts.bind(self._name, english)
 
     def show_place(self, place: StepPlace, meaning: Meaning) -> None:
-        """`meaning` colours the step that is due."""
+        """`meaning`: colour of the current step."""
         if (place, meaning) != (self._place, self._meaning):
             self._place, self._meaning = place, meaning
             self._announce()
