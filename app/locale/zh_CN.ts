@@ -702,14 +702,6 @@
         <translation>正在确认是否为同一模块…</translation>
     </message>
     <message>
-        <source>Checking: {done} of {count}</source>
-        <translation>正在检查：{done} / {count}</translation>
-    </message>
-    <message>
-        <source>Checks</source>
-        <translation>检查项目</translation>
-    </message>
-    <message>
         <source>Checks: {count}</source>
         <translation>检查：{count}</translation>
     </message>
@@ -1862,10 +1854,6 @@
         <translation>确认是哪个模块。</translation>
     </message>
     <message>
-        <source>Manual check {number}</source>
-        <translation>人工检查 {number}</translation>
-    </message>
-    <message>
         <source>Manual checks</source>
         <translation>人工检查</translation>
     </message>
@@ -1968,10 +1956,6 @@
     <message>
         <source>Module faults</source>
         <translation>模块故障</translation>
-    </message>
-    <message>
-        <source>Module not named: counts for no check.</source>
-        <translation>模块未命名：不计入检查。</translation>
     </message>
     <message>
         <source>Module not proven: only queries are sent.</source>
@@ -3414,10 +3398,6 @@
         <translation>大小</translation>
     </message>
     <message>
-        <source>Skipped: NO-GO</source>
-        <translation>跳过即禁止飞行</translation>
-    </message>
-    <message>
         <source>Skipped: {count}.</source>
         <translation>跳过：{count}。</translation>
     </message>
@@ -3740,6 +3720,10 @@
     <message>
         <source>The module does not answer.</source>
         <translation>模块没有应答。</translation>
+    </message>
+    <message>
+        <source>The module has no name: the result counts for no check.</source>
+        <translation>模块未命名：此结果不计入任何检查。</translation>
     </message>
     <message>
         <source>The module has triggered: LOCK, read the record, pack, check again.</source>

@@ -18,7 +18,7 @@ from app.safety.last_known import Activation
 from app.settings.profile_file import ProfileRefused, read_profile
 from app.stations.station import station_to_sign
 from app.text.i18n import tr
-from app.text.sentences import listed, reason_of
+from app.text.sentences import begun, listed, reason_of
 from protocol.catalogue import DEFAULT_BAUD_RATE
 from ui.core.background_task import BackgroundTask
 from ui.core.port_connection import PortConnection
@@ -189,7 +189,8 @@ class FleetPage(Page):
         if locking is not None:
             return locking
         if self.checks.is_running:
-            text = tr("Checking: {done} of {count}", count=self.checks.total, done=len(self.checks.results))
+            done, total = len(self.checks.results), self.checks.total
+            text = tr("{what} ({done} of {total})", what=begun(tr("checking…")), done=done, total=total)
             return Notice(Meaning.INFORMATION, text, (Choice("cancel", tr("Cancel"), self.checks.cancel),))
         if self.profile.is_running:
             cancel = Choice("cancel", tr("Cancel"), self.profile.cancel)

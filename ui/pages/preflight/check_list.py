@@ -61,7 +61,7 @@ class CheckList(QScrollArea):
         self.setWidgetResizable(True)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setWidget(content)
-        texts.bind(self.setAccessibleName, "Checks")
+        texts.bind(self.setAccessibleName, "Pre-flight")
 
     @property
     def ticks(self) -> Mapping[int, bool]:

@@ -105,7 +105,7 @@ class ManualEditor(QWidget):
         self.number = number
         self.text = named(QLineEdit(line.text), f"{name}_text")
         self.text.setMaxLength(LONGEST_NAME)
-        self.required = control(QCheckBox(), texts, f"{name}_required", "Required", tip="Skipped: NO-GO")
+        self.required = control(QCheckBox(), texts, f"{name}_required", "Required")
         self.required.setChecked(line.is_required)
         self.remove = control(QToolButton(), texts, f"{name}_remove", says="Remove", tip="Remove", picture=Icon.CROSS,
                               role="quiet", slot=self.removed)  # fmt: skip
@@ -119,5 +119,5 @@ class ManualEditor(QWidget):
         return ManualLine(self.text.text().strip(), self.required.isChecked())
 
     def show_texts(self) -> None:
-        self.text.setAccessibleName(tr("Manual check {number}", number=self.number))
+        self.text.setAccessibleName(f"{tr('Manual checks')} {self.number}")
         self.text.setPlaceholderText(tr("Manual checks"))

@@ -195,7 +195,7 @@ class TestsPage(Page):
         if self._connector.is_active and not work.is_running:
             return Notice(Meaning.DANGER, tr("The module is ACTIVE: lock it first."))
         if work.stage is Stage.DONE and isinstance(work.outcome, GuidedResult) and not self._services.naming.name:
-            return Notice(Meaning.ATTENTION, tr("Module not named: counts for no check."))
+            return Notice(Meaning.ATTENTION, tr("The module has no name: the result counts for no check."))
         return None
 
     def _retranslate(self) -> None:

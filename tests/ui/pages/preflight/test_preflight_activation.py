@@ -10,16 +10,10 @@ from pytestqt.qtbot import QtBot
 
 from app.records.verification import RecordState, verify
 from app.simulator.quirks import Rule
-from tests.support.check_pace import hurry_check
 from tests.support.window.preflight_window import OnBench, find_in, kept, name_module, on_bench
 from tests.support.window.steps import settle
 from ui.pages.preflight.controller import Standing
 from ui.widgets.step_button import StepButton
-
-
-@pytest.fixture
-def quick(monkeypatch: pytest.MonkeyPatch) -> None:
-    hurry_check(monkeypatch, still_s=0.2)
 
 
 def activate(bench: OnBench) -> None:

@@ -11,17 +11,11 @@ from app.records.record import as_text
 from app.records.verification import RecordState, verify_file
 from app.stations.station import fingerprint_of
 from tests.app.records.test_record import checked_record
-from tests.support.check_pace import hurry_check
 from tests.support.records.stations_made import station
 from tests.support.window.preflight_window import find_in, name_module, on_bench, said
 from ui.pages.preflight.controller import Standing
 from ui.pages.preflight.verdict import Announcement, VerdictBanner
 from ui.style.theme import Meaning
-
-
-@pytest.fixture
-def quick(monkeypatch: pytest.MonkeyPatch) -> None:
-    hurry_check(monkeypatch, still_s=0.2)
 
 
 def test_a_dropped_record_is_intact_or_altered(qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None) -> None:

@@ -4,12 +4,10 @@ import threading
 import time
 from pathlib import Path
 
-import pytest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.store.store import Store
-from tests.support.check_pace import hurry_check
 from tests.support.window.preflight_window import kept, name_module, on_bench
 from ui.pages.preflight.controller import Standing
 
@@ -17,9 +15,8 @@ LIMIT_S = 60.0
 
 
 def test_the_window_does_not_wait_while_a_check_is_filed(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None
 ) -> None:
-    hurry_check(monkeypatch, still_s=0.2)
     release = threading.Event()
     with on_bench(qtbot, qapp, tmp_path, "filing") as bench:
         page, store = bench.preflight, bench.assembly.storage.store

@@ -6,7 +6,6 @@ import time
 from functools import partial
 from pathlib import Path
 
-import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QFontMetricsF
 from PySide6.QtWidgets import QApplication, QLineEdit, QWidget
@@ -17,7 +16,6 @@ from app.preflight.findings import CheckResult
 from app.records.verification import RecordState, verify_file
 from app.store.store import Store, data_folder
 from protocol.catalogue import BY_NAME
-from tests.support.check_pace import hurry_check
 from tests.support.window.fakes_ui import WAIT_MS
 from tests.support.window.preflight_window import VERDICTS, find_in, kept, name_module, on_bench, said
 from ui.pages.preflight.controller import Standing
@@ -33,11 +31,6 @@ required = true
 [[manual]]
 text = "<b>Pack date</b>"
 """
-
-
-@pytest.fixture
-def quick(monkeypatch: pytest.MonkeyPatch) -> None:
-    hurry_check(monkeypatch, still_s=0.2)
 
 
 def test_run_fail_repair_run_again_print(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:

@@ -9,15 +9,9 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QLineEdit
 from pytestqt.qtbot import QtBot
 
-from tests.support.check_pace import hurry_check
 from tests.support.window.preflight_window import OnBench, kept, name_module, on_bench
 from ui.core.announcer import announcer
 from ui.pages.preflight.controller import Standing
-
-
-@pytest.fixture
-def quick(monkeypatch: pytest.MonkeyPatch) -> None:
-    hurry_check(monkeypatch, still_s=0.2)
 
 
 def restart(bench: OnBench) -> None:

@@ -3,7 +3,6 @@
 from dataclasses import replace
 from pathlib import Path
 
-import pytest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
@@ -11,7 +10,6 @@ from app.guided.results import GuidedKind
 from app.settings.profile_file import read_profile
 from app.settings.profiles import ActivatedBy, ManualLine, Profile
 from app.text.i18n import CHINESE
-from tests.support.check_pace import hurry_check
 from tests.support.window.preflight_window import name_module, on_bench
 from ui.pages.preflight.controller import Standing
 
@@ -103,10 +101,9 @@ def test_edits_are_discarded_only_when_that_is_said(qtbot: QtBot, qapp: QApplica
 
 
 def test_three_clicks_from_a_connected_module_to_a_go(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None
 ) -> None:
     """The name is typed once, before; the report is the primary button then."""
-    hurry_check(monkeypatch, still_s=0.2)
     with on_bench(qtbot, qapp, tmp_path, "three") as bench:
         page = bench.preflight
         name_module(bench, "M-07")
