@@ -66,10 +66,10 @@ class Desk:
 
     def ask(self, confirm: Confirm) -> None:
         """Make the first click of an act; if the layout changed, the first click only scrolls."""
-        self.until(confirm.ask.isEnabled)
-        self.click(confirm.ask)
-        if not confirm.is_asking:
-            self.click(confirm.ask)
+        for _ in range(2):
+            if not confirm.is_asking:
+                self.until(confirm.ask.isEnabled)
+                self.click(confirm.ask)
 
     def until(self, is_so: Any, timeout_ms: int = WAIT_MS) -> None:
         self.qtbot.waitUntil(is_so, timeout=timeout_ms)
