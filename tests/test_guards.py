@@ -93,7 +93,7 @@ def test_it_fails(printed: str, test: str, reason: str) -> None:
     assert re.search(reason, printed)
 
 
-def test_what_is_in_order_passes(printed: str) -> None:
+def test_a_correct_test_passes(printed: str) -> None:
     assert not re.search(r"^(FAILED|ERROR) .*::test_(leaves_an_ending_thread|has_a_marker)", printed, re.MULTILINE)
     assert "4 failed, 4 passed, 2 errors" in printed
 
@@ -102,7 +102,7 @@ def test_an_unknown_marker_is_refused(tmp_path: Path) -> None:
     assert "'never_declared' not found in `markers`" in run_pytest(BAD_TESTS, tmp_path)
 
 
-def test_nothing_of_the_users_is_in_reach(user_files: Path) -> None:
+def test_files_of_the_user_are_out_of_reach(user_files: Path) -> None:
     import platformdirs
 
     folders = [
@@ -116,7 +116,7 @@ def test_nothing_of_the_users_is_in_reach(user_files: Path) -> None:
     assert not user_files.exists()
 
 
-def test_a_run_without_a_database_server_says_what_it_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_run_without_a_database_server_names_the_tests_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
     written: list[str] = []
     reporter = cast("pytest.TerminalReporter", SimpleNamespace(write_line=lambda text, **_: written.append(text)))
     monkeypatch.setattr(archive_server, "server_programs", lambda: Path("/usr/bin"))

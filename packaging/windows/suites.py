@@ -98,11 +98,11 @@ CANNOT_BE_TOLD: Final[dict[str, str]] = {
     "tests/app/simulator/test_simulator_options.py::"
     "test_lines_from_a_pipe_in_pieces_and_the_last_one_without_an_end": "pipes cannot be waited for on Windows",
     "tests/app/cli/test_cli_shapes.py::test_csv_file_is_replaced_as_a_whole": _LINKS,
-    "tests/scenarios/test_hostile_input.py::test_a_link_stays_and_what_it_leads_to_is_replaced": _LINKS,
+    "tests/scenarios/test_hostile_input.py::test_the_target_of_a_link_is_replaced_and_the_link_kept": _LINKS,
     "tests/scenarios/test_hostile_input.py::"
-    "test_a_link_in_a_circle_and_one_of_a_stranger_in_a_shared_folder_are_refused": _LINKS,
+    "test_circular_links_and_links_of_other_users_in_shared_folders_are_refused": _LINKS,
     "tests/windows/test_com_port.py::test_the_port_is_listed": "Wine keeps no list of ports as devices",
-    "tests/windows/test_com_port.py::test_a_second_program_is_told_that_the_port_is_taken": (
+    "tests/windows/test_com_port.py::test_a_second_program_reports_that_the_port_is_in_use": (
         "Wine lets two programs open one pseudo-terminal"
     ),
 }

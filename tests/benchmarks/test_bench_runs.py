@@ -55,13 +55,13 @@ def test_reading_everything_is_compared_with_bare_exchanges() -> None:
     assert {exchanges.verdict, process.verdict} <= {"met", "MISSED"}
 
 
-def test_the_table_says_what_was_missed() -> None:
+def test_the_table_marks_missed_aims() -> None:
     lines = table([Figure("speed", "9", ">= 10", is_met=False), Figure("weight", "1 kg")]).splitlines()
     assert lines[1].split() == ["speed", "9", ">=", "10", "MISSED"]
     assert lines[2].split() == ["weight", "1", "kg"]
 
 
-def test_the_exit_code_tells_of_missed_aims_only_where_that_is_wanted(
+def test_missed_aims_set_the_exit_code_only_with_strict(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     slow = ModuleType("slow")
@@ -84,7 +84,7 @@ def test_a_quantile_is_one_of_the_values(share: float, expected: float) -> None:
     assert quantile([5, 1, 4, 2, 3], share) == expected
 
 
-def test_the_soak_notices_exceptions_that_nobody_caught() -> None:
+def test_the_soak_reports_uncaught_exceptions() -> None:
     with Mistakes() as mistakes:
         error = ValueError("unexpected")
         sys.excepthook(ValueError, error, None)

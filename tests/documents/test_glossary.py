@@ -113,7 +113,7 @@ def forbidden_in_chinese(text: str) -> list[str]:
     return [word for cell, _ in rows_below("中文") for word in cell.split("、") if word in text]
 
 
-def test_no_text_uses_a_word_that_the_glossary_gives_up() -> None:
+def test_no_text_uses_a_word_that_the_glossary_forbids() -> None:
     found = [
         f"{words}: {english!r}: {chinese!r}"
         for english, chinese in pairs().items()

@@ -38,7 +38,7 @@ def test_there_are_pages() -> None:
 
 
 @pytest.mark.parametrize("page", PAGES, ids=named)
-def test_links_lead_somewhere(page: Path) -> None:
+def test_every_link_has_a_target(page: Path) -> None:
     for link in links(page.read_text("utf-8")):
         path, _, anchor = unquote(link).partition("#")
         target = page.parent / path if path else page

@@ -59,7 +59,7 @@ def test_every_command_and_every_contradiction_is_on_the_page(text: str) -> None
     assert re.findall(r"^\| (E\d+) \|", text, re.MULTILINE) == [f"E{number}" for number in range(1, 16)]
 
 
-def test_every_contradiction_has_a_test_that_bears_its_name() -> None:
+def test_every_contradiction_has_a_test_named_after_it() -> None:
     sources = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "tests").rglob("test_*.py"))
     assert [number for number in range(1, 16) if f"def test_e{number:02}_" not in sources] == []
 

@@ -38,7 +38,7 @@ NOBODY = 65534
         (errno.ENOTTY, PortTrouble.UNUSABLE),
     ],
 )
-def test_what_the_system_refuses_has_a_name(
+def test_each_error_of_the_system_has_its_own_trouble(
     number: int, trouble: PortTrouble, terminal: Terminal, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def refuse(_serial: serial.Serial) -> None:
@@ -81,7 +81,7 @@ RAISED = pytest.mark.parametrize(
 
 @RAISED
 @pytest.mark.parametrize("where", ["write", "reset_input_buffer", "close"])
-def test_whatever_pyserial_raises_is_a_lost_port(
+def test_any_error_of_pyserial_is_a_lost_port(
     where: str, error: Exception, terminal: Terminal, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     line = open_line(terminal.name, 115200)
@@ -106,7 +106,7 @@ def test_whatever_pyserial_raises_is_a_lost_port(
 
 @RAISED
 @pytest.mark.parametrize("where", ["select", "os.read", "fileno", "read"])
-def test_whatever_a_read_by_the_system_raises_is_a_lost_port(
+def test_any_error_of_a_read_by_the_system_is_a_lost_port(
     where: str, error: Exception, terminal: Terminal, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     line = open_line(terminal.name, 115200)
@@ -134,7 +134,7 @@ def test_whatever_a_read_by_the_system_raises_is_a_lost_port(
 
 @RAISED
 @pytest.mark.parametrize("where", ["read", "in_waiting"])
-def test_whatever_a_read_by_pyserial_raises_is_a_lost_port(
+def test_any_error_of_a_read_by_pyserial_is_a_lost_port(
     where: str, error: Exception, terminal: Terminal, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The way used on Windows, and for ports given by a URL."""
@@ -171,9 +171,7 @@ def test_a_read_after_the_close_is_a_lost_port(
 @pytest.mark.parametrize(
     "error", ["OSError(22, 'Timeout.', None, 1460)", "BrokenPipeError(32, 'Broken pipe.', None, 109)"]
 )
-def test_a_read_that_wine_ends_with_a_time_out_is_no_lost_port(
-    error: str, terminal: Terminal, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_timeout_of_wine_is_not_a_lost_port(error: str, terminal: Terminal, monkeypatch: pytest.MonkeyPatch) -> None:
     def time_out(*_: object) -> bytes:
         raise serial.SerialException(f"GetOverlappedResult failed ({error})")
 
@@ -189,7 +187,7 @@ def test_a_read_that_wine_ends_with_a_time_out_is_no_lost_port(
     line.close()
 
 
-def test_a_list_that_takes_ten_seconds_is_given_up_in_time(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_slow_list_of_ports_is_abandoned_in_time(monkeypatch: pytest.MonkeyPatch) -> None:
     is_over = threading.Event()
 
     def scan() -> list[PortInfo]:
@@ -204,5 +202,5 @@ def test_a_list_that_takes_ten_seconds_is_given_up_in_time(monkeypatch: pytest.M
         is_over.set()
 
 
-def test_the_list_works_as_it_is() -> None:
+def test_the_ports_of_this_machine_are_listed() -> None:
     assert isinstance(list_ports(5.0), list)

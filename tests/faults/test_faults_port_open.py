@@ -41,7 +41,7 @@ def test_unplugged_in_the_middle_of_everything(worker: Worker, batches: Batches,
     assert job.wait(1)
 
 
-def test_bytes_after_closing_are_nobodys(worker: Worker, batches: Batches, terminal: Terminal) -> None:
+def test_bytes_after_closing_are_ignored(worker: Worker, batches: Batches, terminal: Terminal) -> None:
     worker.open(terminal.name, 115200)
     batches.until(is_open)
     batches.mark()
@@ -57,7 +57,7 @@ def test_bytes_after_closing_are_nobodys(worker: Worker, batches: Batches, termi
     assert seen.device.known("tilt_deg", seen.at) is None
 
 
-def test_the_limits_of_writing_and_closing_fit_into_half_a_second() -> None:
+def test_writing_and_closing_end_within_half_a_second() -> None:
     from app.engine.worker import CLOSING_LIMIT_S
 
     assert transport.WRITE_LIMIT_S <= CLOSING_S - 0.1

@@ -134,7 +134,7 @@ def test_nothing_that_is_not_used_makes_it_large(bundle: Path) -> None:
     assert [path.name for path in files if unused.search(path.name)] == []
 
 
-def test_nothing_tells_of_the_machine_that_built_it(bundle: Path) -> None:
+def test_nothing_names_the_machine_that_built_it(bundle: Path) -> None:
     """No folder of this checkout, its .venv or its Python stands in a file; Python's own library is as compiled."""
     folders = {str(ROOT).encode(), sys.prefix.encode(), sys.base_prefix.encode()} - {b"/usr", b"/usr/local"}
     files = [path for path in bundle.rglob("*") if path.is_file() and not path.name.startswith("libpython3")]

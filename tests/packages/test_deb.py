@@ -89,7 +89,7 @@ def test_it_says_what_it_is(deb: Path, version: str) -> None:
     assert field(deb, "Version").strip() == f"{version}-1"
 
 
-def test_everything_that_is_asked_for_is_depended_on(deb: Path, tree: Path, packaging_on_path: None) -> None:
+def test_every_library_needed_is_a_dependency(deb: Path, tree: Path, packaging_on_path: None) -> None:
     """The loader finds every library in the package itself or in a package that it depends on."""
     from linux import debian, elf
 
@@ -151,7 +151,7 @@ def test_the_link_leads_to_the_program(tree: Path) -> None:
     assert link.resolve() == (tree / "usr/lib" / NAME / "dps-s").resolve()
 
 
-def test_the_manual_tells_every_command(tree: Path) -> None:
+def test_the_manual_describes_every_command(tree: Path) -> None:
     from app.__main__ import ENTRIES
 
     manual = gzip.decompress((tree / "usr/share/man/man1/dps-s.1.gz").read_bytes()).decode()

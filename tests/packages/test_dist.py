@@ -13,7 +13,7 @@ def test_every_file_has_its_sum(dist: Path) -> None:
     assert stated == {name: hashlib.sha256(path.read_bytes()).hexdigest() for name, path in files.items()}
 
 
-def test_every_package_is_there_and_bears_the_version(dist: Path, version: str) -> None:
+def test_every_package_is_there_with_the_version(dist: Path, version: str) -> None:
     wanted = [rf"dps_s_configurator-{version}-py3-none-any\.whl", rf"dps_s_configurator-{version}\.tar\.gz"]
     bundle = rf"dps-s-configurator-{version}-\w+-\w+"
     wanted += {

@@ -156,7 +156,7 @@ def test_demo_without_a_screen_says_so_and_where_the_evidence_is(
     assert str(evidence / "values.json") in printed
 
 
-def test_a_lacking_machine_is_one_sentence_and_code_3(
+def test_a_missing_requirement_is_reported_in_one_sentence_with_code_3(
     setup: SetupFiles, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     def refuse(extent: str) -> None:

@@ -155,7 +155,7 @@ def test_qt_is_tried_again_after_a_change(checkout: Checkout) -> None:
     assert not checkout.environment.QT_PROVEN.exists()
 
 
-def test_a_folder_that_cannot_be_written_is_said(checkout: Checkout, setup: SetupFiles) -> None:
+def test_a_folder_that_cannot_be_written_is_reported(checkout: Checkout, setup: SetupFiles) -> None:
     checkout.venv.symlink_to(checkout.venv.parent / "nowhere" / "else")
     checkout.make_ready()  # a link that leads nowhere is replaced
     assert not checkout.venv.is_symlink()

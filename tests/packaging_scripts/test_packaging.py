@@ -187,7 +187,7 @@ def test_the_uninstaller_takes_nothing_of_the_users() -> None:
     assert taken == ["$INSTDIR\\_internal", "$INSTDIR\\licences"]
 
 
-def test_the_forge_calls_what_ci_calls() -> None:
+def test_the_workflow_calls_what_ci_calls() -> None:
     text = (ROOT / ".github/workflows/packages.yml").read_text(encoding="utf-8")
     assert "\t" not in text
     assert "run: python packaging/bootstrap.py package\n" in text
@@ -223,7 +223,7 @@ def test_the_metadata_names_what_is_installed(made: dict[str, ModuleType]) -> No
     assert 'setDesktopFileName("dps-s-configurator")' in Path(run.__code__.co_filename).read_text(encoding="utf-8")
 
 
-def test_files_of_the_program_are_known_to_the_desktop(made: dict[str, ModuleType]) -> None:
+def test_the_desktop_knows_the_types_of_files(made: dict[str, ModuleType]) -> None:
     """By the magic that the file for shared-mime-info names; held against files that the program writes."""
     from app.captures.writer import MAGIC
     from app.flight_logs.module_reports import MCAP_MAGIC
@@ -271,7 +271,7 @@ def test_a_run_path_of_the_machine_becomes_the_librarys_folder(made: dict[str, M
         made["linux.elf"].make_run_path_relative(library, "/x")
 
 
-def test_the_manual_keeps_what_troff_would_take_for_orders(made: dict[str, ModuleType]) -> None:
+def test_the_manual_escapes_troff_requests(made: dict[str, ModuleType]) -> None:
     assert made["linux.man_page"]._as_it_stands("a-b\n.x\n'y\n\\n") == [".nf", "a\\-b", "\\&.x", "\\&'y", "\\en", ".fi"]
 
 

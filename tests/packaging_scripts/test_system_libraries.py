@@ -93,7 +93,7 @@ def test_root_gets_all_at_once_for_screen_and_offscreen(machine: Machine) -> Non
     assert machine.asked == [], "there is no terminal"
 
 
-def test_a_user_is_told_everything_in_one_command(machine: Machine) -> None:
+def test_a_user_gets_one_command_for_everything(machine: Machine) -> None:
     machine.lacking, machine.user = EVERYTHING, 1000
     said = machine.refused(packaging=True)
     names = f"{VENV} libgl1 libegl1 binutils libxcb-cursor0 fonts-wqy-microhei"
@@ -101,7 +101,7 @@ def test_a_user_is_told_everything_in_one_command(machine: Machine) -> None:
     assert machine.commands == []
 
 
-def test_what_is_only_useful_stops_nobody_and_is_said_once(
+def test_optional_libraries_are_reported_once_and_stop_nothing(
     machine: Machine, capsys: pytest.CaptureFixture[str]
 ) -> None:
     machine.lacking, machine.user = {"libxcb-cursor.so.0", "font"}, 1000
@@ -144,7 +144,7 @@ def test_at_a_terminal_root_is_asked_before_anything_is_installed(
 
 
 @pytest.mark.parametrize("variable", ["CI", "DPS_S_SETUP_YES"])
-def test_nobody_is_asked_where_the_answer_is_given(machine: Machine, variable: str) -> None:
+def test_a_variable_answers_the_question(machine: Machine, variable: str) -> None:
     machine.lacking, machine.answer = {"libEGL.so.1"}, "n"
     machine.patch.setenv(variable, "true")
     assert machine.make_ready() == ["libegl1"]
@@ -177,7 +177,7 @@ def test_a_failed_installation_says_what_apt_said(machine: Machine, capsys: pyte
     assert "apt says so" in machine.refused()
 
 
-def test_a_python_of_nobodys_without_venv_is_said(machine: Machine) -> None:
+def test_a_python_without_ensurepip_is_reported(machine: Machine) -> None:
     machine.lacking = {"venv"}
     machine.patch.setattr(sys, "base_prefix", "/opt/python")
     assert "without ensurepip" in machine.refused()
@@ -195,7 +195,7 @@ def test_a_python_of_nobodys_without_venv_is_said(machine: Machine) -> None:
         ({"WAYLAND_DISPLAY": "wayland-0"}, None, None),
     ],
 )
-def test_why_there_is_no_screen(
+def test_the_reason_for_a_missing_screen_is_reported(
     setup: SetupFiles,
     monkeypatch: pytest.MonkeyPatch,
     environ: dict[str, str],
@@ -213,7 +213,7 @@ def test_why_there_is_no_screen(
     assert (part or "") in (why or "")
 
 
-def test_qt_is_really_tried(setup: SetupFiles) -> None:
+def test_qt_is_loaded_for_real(setup: SetupFiles) -> None:
     try_qt = setup.system_libraries._problem_with_qt
     assert try_qt(Path(sys.executable), platform="offscreen") is None
     assert "nosuch" in try_qt(Path(sys.executable), platform="nosuch")

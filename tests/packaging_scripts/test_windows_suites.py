@@ -23,7 +23,7 @@ def test_every_suite_has_tests(suites: ModuleType) -> None:
         assert [name for name in suite.tests if not (ROOT / name).exists()] == []
 
 
-def test_what_cannot_be_told_is_a_test_and_has_a_reason(suites: ModuleType) -> None:
+def test_every_exception_is_a_test_and_has_a_reason(suites: ModuleType) -> None:
     for name, reason in suites.CANNOT_BE_TOLD.items():
         path, _, function = name.partition("::")
         tree = ast.parse((ROOT / path).read_text(encoding="utf-8"))

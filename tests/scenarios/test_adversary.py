@@ -27,7 +27,7 @@ def found(home: Path, trouble: str, command: str, quirks: str = "as printed") ->
     return {finding.breach for finding in run_one(Plan(quirks, trouble, command, 1), home).findings}
 
 
-def test_the_whole_campaign_meets_everything() -> None:
+def test_the_whole_campaign_covers_every_fault_and_command() -> None:
     planned = list(plans(5600, 1))
     assert len(set(planned)) == 5600
     assert len(TROUBLES) >= 60
@@ -39,7 +39,7 @@ def test_the_whole_campaign_meets_everything() -> None:
 
 
 @pytest.mark.parametrize("command", [*(command.name for command in COMMANDS), *WINDOW])
-def test_an_honest_module_on_a_perfect_line_is_served(command: str, tmp_path: Path) -> None:
+def test_a_sound_module_on_a_perfect_line_works(command: str, tmp_path: Path) -> None:
     result = run_one(Plan("as printed", "nothing", command, 1), tmp_path / "home")
     assert not result.findings
     has_no_verdict = command in ("preflight", "preflight active")  # nobody knows how its triggers stand
@@ -52,7 +52,7 @@ def test_a_part_of_the_campaign_finds_no_breach(tmp_path: Path) -> None:
     assert campaign.said['"verified": true'] > 2, "a program that says nothing breaks no promise"
 
 
-def test_a_run_is_the_same_when_it_is_repeated(tmp_path: Path) -> None:
+def test_a_repeated_run_is_identical(tmp_path: Path) -> None:
     plan = Plan("records in pieces", "corrupt both ways", "history nine", 3)
     first, second = (run_one(plan, tmp_path / "home") for _ in range(2))
     assert (first.ran.out, first.ran.took_s) == (second.ran.out, second.ran.took_s)
@@ -182,7 +182,7 @@ def lock_is_believed(patch: pytest.MonkeyPatch) -> None:
         (acknowledged_is_done, "shuts down without effect", "shutdown", Breach.FALSE_OUTCOME),
     ],
 )
-def test_a_broken_program_is_found_out(
+def test_a_faulty_program_is_detected(
     break_it: Callable[[pytest.MonkeyPatch], None],
     trouble: str,
     command: str,
@@ -194,7 +194,7 @@ def test_a_broken_program_is_found_out(
     assert breach in found(tmp_path / "home", trouble, command)
 
 
-def test_a_breach_is_told_with_the_line_that_repeats_it(
+def test_a_breach_is_reported_with_the_command_that_repeats_it(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     no_last_reading(monkeypatch)

@@ -66,7 +66,7 @@ def go_on_after_lock(patch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize("break_it", [send_sets_again, believe_acknowledgements, go_on_after_lock])
-def test_a_broken_program_is_found_out(
+def test_a_faulty_program_is_detected(
     break_it: Callable[[pytest.MonkeyPatch], None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     break_it(monkeypatch)
@@ -74,7 +74,7 @@ def test_a_broken_program_is_found_out(
         run_state_machine_as_test(seed(7)(type("BrokenDesk", (DeskMachine,), {})), settings=_FIND_ONE)
 
 
-def test_the_soak_tells_its_steps() -> None:
+def test_the_soak_counts_its_rounds_and_steps() -> None:
     stretch = run_for(0.0, 1)
     assert not stretch.failure
     assert stretch.rounds == 1

@@ -81,7 +81,7 @@ def test_addresses_that_lead_to_a_module_are_opened() -> None:
     ["raise OSError('boom')", "raise SystemError('boom')", "return [object()]", "import time; time.sleep(10)"],
     ids=["error", "system error", "nonsense", "hangs"],
 )
-def test_a_list_of_ports_that_fails_is_one_sentence(failing: str, tmp_path: Path) -> None:
+def test_a_failing_list_of_ports_is_reported_in_one_sentence(failing: str, tmp_path: Path) -> None:
     (tmp_path / "sitecustomize.py").write_text(
         f"import serial.tools.list_ports as one\ndef comports(*_a, **_k):\n    {failing}\none.comports = comports\n",
         encoding="utf-8",
@@ -103,7 +103,7 @@ def test_a_list_of_ports_that_fails_is_one_sentence(failing: str, tmp_path: Path
         assert ended.stderr.strip() == port_list.NOT_LISTED
 
 
-def test_a_missing_library_of_the_system_costs_the_list_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_system_library_disables_only_the_list(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "serial.tools", None)
     monkeypatch.delitem(sys.modules, "serial.tools.list_ports", raising=False)
     with pytest.raises(port_list.PortsUnknown):
@@ -157,9 +157,7 @@ def test_the_holder_is_named_only_where_it_is_certain(device: Path, tmp_path: Pa
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="only Linux tells")
-def test_a_process_number_that_was_given_to_another_names_nobody(
-    device: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_reused_process_id_names_nobody(device: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     process(tmp_path / "proc", 42, device)
     starts = iter(("100", "200"))
     monkeypatch.setattr("app.engine.transport._started", lambda _process: next(starts))
@@ -169,7 +167,7 @@ def test_a_process_number_that_was_given_to_another_names_nobody(
 # What is printed
 
 
-def test_what_steers_a_terminal_is_shown_and_not_obeyed() -> None:
+def test_control_characters_are_shown_and_not_obeyed() -> None:
     shown = visible(f"a{ESCAPE}\ud800\r\tb\n", keep="\n")
     assert shown == ("a[U+001B]]0;owned[U+0007][U+009B]31m[U+202E][U+2066][U+D800]  b\n")
     assert visible("M-07 伞仓 3.8 V …") == "M-07 伞仓 3.8 V …"
@@ -198,7 +196,7 @@ def test_what_steers_a_terminal_is_shown_and_not_obeyed() -> None:
     ],
     ids=lambda words: words[0] if words[0].isprintable() else "no command",
 )
-def test_no_command_prints_what_was_typed_as_it_is(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+def test_no_command_prints_typed_control_characters(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert program.main(words) in (console.USED_WRONGLY, console.NO_LINK)
     printed = capsys.readouterr()
     both = (printed.out + printed.err).replace("\n", "")
@@ -206,7 +204,7 @@ def test_no_command_prints_what_was_typed_as_it_is(words: list[str], capsys: pyt
     assert both.isprintable(), both
 
 
-def test_an_adapter_cannot_steer_the_terminal_by_its_name(
+def test_the_name_of_an_adapter_cannot_control_the_terminal(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     one = SimpleNamespace(device="/dev/ttyUSB0", product=ESCAPE, description=None, manufacturer=ESCAPE,
@@ -217,7 +215,7 @@ def test_an_adapter_cannot_steer_the_terminal_by_its_name(
         assert capsys.readouterr().out.replace("\n", "").isprintable()
 
 
-def test_every_message_of_argparse_goes_through_the_same(capsys: pytest.CaptureFixture[str]) -> None:
+def test_messages_of_argparse_are_escaped_too(capsys: pytest.CaptureFixture[str]) -> None:
     parser: argparse.ArgumentParser = console.Parser(prog=f"dps-s{ESCAPE}")
     with pytest.raises(SystemExit):
         parser.parse_args([ESCAPE])
@@ -227,7 +225,7 @@ def test_every_message_of_argparse_goes_through_the_same(capsys: pytest.CaptureF
 # Files
 
 
-def test_a_link_stays_and_what_it_leads_to_is_replaced(tmp_path: Path) -> None:
+def test_the_target_of_a_link_is_replaced_and_the_link_kept(tmp_path: Path) -> None:
     """Replaces the file, as QSaveFile and git do."""
     target, link = tmp_path / "real.toml", tmp_path / "link.toml"
     target.write_text("old", encoding="utf-8")
@@ -237,7 +235,7 @@ def test_a_link_stays_and_what_it_leads_to_is_replaced(tmp_path: Path) -> None:
     assert read_profile(target).name == "H6"
 
 
-def test_a_link_in_a_circle_and_one_of_a_stranger_in_a_shared_folder_are_refused(
+def test_circular_links_and_links_of_other_users_in_shared_folders_are_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     circle = tmp_path / "circle"
@@ -293,7 +291,7 @@ def test_a_number_of_thousands_of_digits_is_refused_in_a_short_sentence(line: st
     ["[" + " " * 120_000, "a" + " " * 120_000, '"' * 120_000, "[[" * 60_000, "a=" + "[" * 120_000, "=\n" * 60_000],
     ids=["table", "key", "quotes", "heads", "nesting", "errors"],
 )
-def test_a_profile_is_judged_in_bounded_time(text: str) -> None:
+def test_a_profile_is_checked_in_bounded_time(text: str) -> None:
     began = time.process_time()
     with pytest.raises(ProfileRefused):
         parse_profile(text.encode())
@@ -301,8 +299,8 @@ def test_a_profile_is_judged_in_bounded_time(text: str) -> None:
 
 
 @pytest.mark.parametrize("header", [b"Au", b"Ba"])
-def test_headers_one_behind_the_other_are_one_run_however_many(header: bytes) -> None:
-    """Six megabytes of such lines once took a minute."""
+def test_any_count_of_consecutive_headers_is_one_rejection(header: bytes) -> None:
+    """Six megabytes of headers once took a minute, with a rejection for each."""
     data = header * 100_000
     whole, cut = StreamParser(), StreamParser()
     pieces = [*whole.feed(data), *whole.flush()]

@@ -63,7 +63,7 @@ def test_lock_is_sent_reported_and_done_before_anything_is_written(store: Store)
     assert (entry.act, entry.outcome) == (Act.LOCK, Outcome.CONFIRMED)
 
 
-def test_lock_overtakes_an_act_that_waits_for_the_disk_which_is_not_sent_then(store: Store) -> None:
+def test_lock_overtakes_and_cancels_an_act_that_waits_for_the_disk(store: Store) -> None:
     rig, journal = settled_rig(), StoreJournal(store, port="p", origin="window")
     acting = Run(perform(Act.ACTIVATE, journal, permit=Permit(Act.ACTIVATE, Origin.CONFIRMATION, rig.clock())))
     with held(store):
@@ -83,7 +83,7 @@ def test_lock_overtakes_an_act_that_waits_for_the_disk_which_is_not_sent_then(st
     assert (newest.act, newest.outcome) == (Act.LOCK, Outcome.CONFIRMED)
 
 
-def test_a_store_that_another_program_holds_refuses_acts_and_not_lock(store: Store, tmp_path: Path) -> None:
+def test_a_locked_store_refuses_acts_but_not_lock(store: Store, tmp_path: Path) -> None:
     store.database._connection.execute("PRAGMA busy_timeout = 50")
     rig, journal = settled_rig(active=True), StoreJournal(store, port="p", origin="window")
     with closing(sqlite3.connect(tmp_path / FILE_NAME)) as other:
@@ -120,7 +120,7 @@ def test_reading_does_not_wait_for_a_commit(store: Store) -> None:
     assert {one.name for one in store.modules()} == {"M-07", "M-08"}
 
 
-def test_what_is_handed_over_first_is_written_first(store: Store) -> None:
+def test_writes_keep_their_order(store: Store) -> None:
     journal = StoreJournal(store, port="p", origin="window")
     with held(store):
         entries = [journal.begin(Act.ZERO, b"", {"n": number}) for number in range(20)]
@@ -157,7 +157,7 @@ def test_closing_has_a_limit_and_says_how_much_was_not_written(
     assert store.close(LIMIT_S) == 0  # what was left behind was written after all
 
 
-def test_work_that_fails_ends_neither_the_thread_nor_what_follows() -> None:
+def test_a_failing_write_does_not_stop_later_ones() -> None:
     queue = WriteQueue()
 
     def fail() -> None:

@@ -55,7 +55,7 @@ class Slow(StreamMemory):
         return self.done
 
 
-def test_the_intent_is_on_the_disk_before_the_module_is_told() -> None:
+def test_the_intent_is_on_disk_before_the_stream_is_switched_on() -> None:
     rig, memory = settled_rig(), Slow()
     watched(rig, memory)
     rig.step_for(LISTEN_FIRST_S + 5)
@@ -65,7 +65,7 @@ def test_the_intent_is_on_the_disk_before_the_module_is_told() -> None:
     assert changes(rig) == [ON]
 
 
-def test_it_is_remembered_until_the_module_has_confirmed_off(store: Store) -> None:
+def test_it_is_remembered_until_the_module_confirms_off(store: Store) -> None:
     rig = settled_rig()
     watched(rig, StoredStreamMemory(store, ADAPTER))
     deadline = time.monotonic() + 10
@@ -81,7 +81,7 @@ def test_it_is_remembered_until_the_module_has_confirmed_off(store: Store) -> No
 
 
 @pytest.mark.parametrize("is_wanted", [True, False])
-def test_what_was_left_on_is_switched_off_and_not_called_as_found(store: Store, is_wanted: bool) -> None:
+def test_a_stream_left_on_is_switched_off(store: Store, is_wanted: bool) -> None:
     store.note_stream_on(ADAPTER, 37)
     rig, memory = settled_rig(), StoredStreamMemory(store, ADAPTER)
     rig.bench.module.state.serial_output_is_on = True
@@ -111,7 +111,7 @@ def test_another_module_on_the_same_adapter_is_left_as_it_was_found(store: Store
     wait_kept(store, is_on=False)
 
 
-def test_where_no_boot_count_was_known_the_adapter_tells(store: Store) -> None:
+def test_without_a_boot_count_the_adapter_identifies_the_module(store: Store) -> None:
     store.note_stream_on(ADAPTER, None)
     rig, memory = settled_rig(), StoredStreamMemory(store, ADAPTER)
     rig.bench.module.state.serial_output_is_on = True
@@ -122,7 +122,7 @@ def test_where_no_boot_count_was_known_the_adapter_tells(store: Store) -> None:
     assert changes(rig) == [OFF]
 
 
-def test_a_module_that_streams_of_itself_is_left_as_it_was_found(store: Store) -> None:
+def test_a_module_that_streamed_before_keeps_streaming(store: Store) -> None:
     rig = settled_rig()
     rig.bench.module.state.serial_output_is_on = True
     rig.bench.module.start_stream(rig.clock.now_s)
@@ -132,7 +132,7 @@ def test_a_module_that_streams_of_itself_is_left_as_it_was_found(store: Store) -
     assert changes(rig) == []
 
 
-def test_what_no_longer_streams_is_forgotten(store: Store) -> None:
+def test_a_stream_that_has_stopped_is_forgotten(store: Store) -> None:
     store.note_stream_on(ADAPTER, 37)
     rig, memory = settled_rig(), StoredStreamMemory(store, ADAPTER)
     watched(rig, memory, is_wanted=False)
@@ -143,7 +143,7 @@ def test_what_no_longer_streams_is_forgotten(store: Store) -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals and SIGKILL are POSIX")
-def test_killed_while_it_streams_and_switched_off_by_the_next(user_files: Path) -> None:
+def test_after_a_kill_the_next_session_switches_the_stream_off(user_files: Path) -> None:
     with run_module("--uptime", "60") as module:
         words = [*PROGRAM, "monitor", "--port", module.port, "--json"]
         here = {**ENVIRONMENT, **os.environ}

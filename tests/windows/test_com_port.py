@@ -64,7 +64,7 @@ def test_the_rate_is_found(dps_s: WindowsProgram, module: RunningModule) -> None
     assert "115200" in done.stdout
 
 
-def test_a_second_program_is_told_that_the_port_is_taken(dps_s: WindowsProgram, module: RunningModule) -> None:
+def test_a_second_program_reports_that_the_port_is_in_use(dps_s: WindowsProgram, module: RunningModule) -> None:
     with dps_s.running("monitor", "--port", PORT, "--json") as first:
         assert first.stdout is not None
         assert first.stdout.readline().startswith(b"{")
