@@ -29,7 +29,7 @@ class _Naming(QObject):
     changed = Signal()
     name = "M1"
 
-    def meet(self) -> None:
+    def remember_adapter(self) -> None:
         """Does nothing: there is no store."""
 
 
@@ -91,7 +91,7 @@ class Checking:
         self._session = session
         self._connector, self._naming = _Connector(session.desk), _Naming()
         storage = SimpleNamespace(journal=lambda _target, _module="": NoJournal(), store=None)
-        services = SimpleNamespace(connector=self._connector, naming=self._naming, storage=storage, filed={})
+        services = SimpleNamespace(connector=self._connector, naming=self._naming, storage=storage, checks={})
         self.work = PreflightController(cast("Services", services))
         self.said: list[Standing] = []
 

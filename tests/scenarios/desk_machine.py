@@ -4,6 +4,7 @@ No dangerous frame without its whole gesture, never two for one, nothing sent ag
 restart; and what the window shows never claims more than the module holds.
 """
 
+from collections.abc import Callable
 from functools import partial
 from typing import Any, ClassVar
 
@@ -14,6 +15,7 @@ from app.guided.catalogue import GUIDED_TESTS, GuidedTest, measure, prepare
 from app.guided.status_watch import GuidedSetup, PersonSteps
 from app.safety.acts import Act
 from app.safety.ritual import DISARMING, Input, Stage
+from app.settings.form import SettingsForm
 from app.settings.profile_file import parse_profile, profile_text
 from app.settings.profiles import Profile, compare
 from protocol.catalogue import BAUD_RATES
@@ -49,9 +51,10 @@ class DeskMachine(RuleBasedStateMachine):
     def type_text(self, key: str, text: str) -> None:
         self.desk.edit(lambda: self.desk.form.type_text(key, text))
 
-    @rule(what=st.sampled_from(["undo", "redo", "revert", "want_defaults", "end_typing"]))
-    def change_mind(self, what: str) -> None:
-        self.desk.edit(getattr(self.desk.form, what))
+    @rule(change=st.sampled_from([SettingsForm.undo, SettingsForm.redo, SettingsForm.revert,
+                                  SettingsForm.fill_defaults, SettingsForm.end_typing]))  # fmt: skip
+    def change_mind(self, change: Callable[[SettingsForm], None]) -> None:
+        self.desk.edit(lambda: change(self.desk.form))
 
     @rule(clicks=CLICKS, is_unlocked=st.booleans(), wait_s=st.sampled_from([0.0, 0.05, 1.0, 8.0]))
     def write(self, clicks: int, is_unlocked: bool, wait_s: float) -> None:
