@@ -12,16 +12,16 @@ from typing import Any
 
 from app.engine.device import Device, StaleReason
 from app.engine.identity import Expected, IdentityCheck
-from app.engine.playback import refuse_change
+from app.engine.playback import OnlyPlayedBack
 from app.engine.procedure import Ask, Cancelled, EngineView, LinkView, PortLost, Procedure, Slept
 from app.engine.run import Run
 from app.engine.transport import Line
-from protocol.catalogue import ACTIVATION, Hazard, Layout
+from protocol.catalogue import ACTIVATION, SERIAL_OUTPUT, Hazard, Layout
 from protocol.events import Answered, Event, OutcomeUnknown, Received, Unanswered, WentOffline, WentOnline
 from protocol.link import Link
 from protocol.round_trips import Timing
 
-__all__ = ["Run", "Session", "Slept"]
+__all__ = ["Run", "Session"]
 LOCK = ACTIVATION.set(False)
 LONGEST_STEP_S = 0.02
 GATHER_S = 0.008
@@ -212,11 +212,16 @@ class Session:
             self._serve(now)
             return
         ask = active.wants_to_ask
-        is_refused = self._is_played or not (self.identity.is_proven or (ask is not None and ask.request == LOCK))
-        if ask is not None and is_refused and not ask.request.is_repeatable:
-            refuse_change(active, ask.request, now, is_playback=self._is_played)
+        if ask is None:
+            return
+        is_refused = self._is_played or not (self.identity.is_proven or ask.request == LOCK)
+        if is_refused and not ask.request.is_repeatable:
+            if self._is_played and ask.request.command is not SERIAL_OUTPUT:
+                active.throw(OnlyPlayedBack(), now)
+            else:  # a procedure that wanted the stream continues by polling
+                active.resume(Unanswered(ask.request, 0, 0.0, now), now)
             self._serve(now)
-        elif ask is not None and self._link.is_idle:
+        elif self._link.is_idle:
             self._send(active, ask, now)
 
     def _whose_turn(self, now: float) -> Run[Any] | None:
