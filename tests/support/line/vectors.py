@@ -29,6 +29,7 @@ class Vector(NamedTuple):
 
 _RECORD: dict[str, Plain] = {
     "command": "trigger_records",
+    "boot_count": 0,
     "uptime_s": 108,
     "sources": ["attitude"],
     "attitude_threshold_deg": 60,
