@@ -286,7 +286,8 @@ def _memory(options: WindowOptions) -> Iterator[Path | None]:
     if options.offscreen_seconds is None:
         yield None
         return
-    with tempfile.TemporaryDirectory() as folder:
+    # A run that ends early may leave a thread behind that is still opening the store in there.
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         yield Path(folder)
 
 

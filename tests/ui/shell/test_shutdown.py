@@ -1,6 +1,9 @@
 """Closing takes at most half a second, whatever the driver, the module and the disk do."""
 
+import errno
 import json
+import os
+import shutil
 import subprocess
 import sys
 import threading
@@ -27,7 +30,7 @@ from tests.support.processes import ENVIRONMENT, ROOT
 from tests.support.terminals import CLOSING_S, Terminal, in_time
 from tests.support.window.fakes_ui import WAIT_MS, Ports, simulated, wait_online, window
 from ui.core.preferences import Preferences
-from ui.main import Assembly
+from ui.main import Assembly, WindowOptions, _memory
 from ui.services.storage import Storage
 from ui.shell.shutdown import CLOSE_LIMIT_S, Chore, Countdown
 
@@ -226,3 +229,14 @@ def test_a_failing_chore_is_logged(caplog: pytest.LogCaptureFixture) -> None:
 
 def test_the_limit_leaves_room_within_half_a_second() -> None:
     assert CLOSE_LIMIT_S <= CLOSING_S - 0.1
+
+
+def test_an_unattended_run_that_ends_early_ends_without_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    def rmdir(path: object, **_: object) -> None:
+        raise OSError(errno.ENOTEMPTY, "a thread is still opening the store", str(path))
+
+    with _memory(WindowOptions(offscreen_seconds=1.0)) as folder:
+        assert folder is not None
+        monkeypatch.setattr(os, "rmdir", rmdir)
+    monkeypatch.undo()
+    shutil.rmtree(folder)
