@@ -3394,6 +3394,10 @@
         <translation>模拟模块面板</translation>
     </message>
     <message>
+        <source>Simulator</source>
+        <translation>模拟器</translation>
+    </message>
+    <message>
         <source>Size</source>
         <translation>大小</translation>
     </message>

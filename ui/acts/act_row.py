@@ -78,13 +78,13 @@ class ActRow(QFrame):
         told = [one for one in found if one.condition is not Interlock.NOTHING_ELSE_ARMED]
         # Without a module, or with perhaps another one, all other conditions follow from that.
         first = [one for one in told if one.condition in (Interlock.ONLINE, Interlock.IS_THE_ONE_MEANT)][:1]
+        if self.act is Act.ZERO:  # one condition at a time: a second line would move the rows below
+            first = first or told[:1]
         self.conditions.setText(together(one.sentence for one in first or told))
         # An old status does not disable the button: the engine asks for a new one before it decides.
         in_the_way = [one for one in found if one.condition is not Interlock.FRESH_STATUS]
         if self.act is Act.ZERO:
             self.live.setText(motion_text(self._connector))
-            # Tilted and moving at once take two lines: the rows below must not move for it.
-            self.conditions.setMinimumHeight(2 * self.conditions.fontMetrics().lineSpacing())
         self.confirm.set_possible(not in_the_way and not self._job.is_running)
         notice = self._job.notice(ASKING, can_cancel=False)
         self.said.show_notice(notice)

@@ -4,7 +4,7 @@ from abc import abstractmethod
 from functools import partial
 from typing import Final
 
-from PySide6.QtCore import QEvent, QSignalBlocker, QSize, Qt, Signal
+from PySide6.QtCore import QEvent, QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QIcon, QKeyEvent, QValidator, QWheelEvent
 from PySide6.QtWidgets import QComboBox, QDoubleSpinBox, QLabel, QToolButton, QWidget
 
@@ -15,7 +15,7 @@ from protocol.catalogue import Command
 from protocol.fields import Choice, Flag, Quantity, Value
 from protocol.translatable import marked
 from ui.core.texts import Texts
-from ui.style.icons import Icon, icon
+from ui.style.icons import Icon, icon, set_icon_size
 from ui.style.theme import Space
 from ui.widgets.controls import ChoiceButton, control
 from ui.widgets.layouts import in_row
@@ -192,7 +192,7 @@ class FlagEditor(FieldEditor):
         button = control(ChoiceButton(), texts, f"{command.name}_{name}", english, tip=command.explanation,
                          role="choice", is_checkable=True)  # fmt: skip
         button.setMinimumWidth(_FLAG_PX)
-        button.setIconSize(QSize(14, 14))
+        set_icon_size(button, 14)
         button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         button.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         texts.bind(partial(_name_after, button, command), english)

@@ -44,9 +44,8 @@ class StatusBar(QFrame):
         self._passing = ""
         self._passing_until = 0.0
         self.figures = control(TickingLabel(), texts, "link_figures", says="Statistics")
-        self.sign = IconLabel("line_fault_sign", _SIGN_PX)
+        self.sign = IconLabel("line_fault_sign", _SIGN_PX, keeps_place=True)
         self.sign.show_icon(Icon.WARNING, Meaning.ATTENTION)
-        self.sign.setFixedSize(_SIGN_PX, _SIGN_PX)
         self.fault = named(QLabel(), "line_fault", "attention")
         self.passing = named(ElidedLabel(), "passing_message")
         self.age = control(TickingLabel(), texts, "last_heard", says="Time since the last frame")

@@ -16,9 +16,9 @@ from ui.core.connector import Connector
 from ui.core.texts import Texts
 from ui.services.lock import LockControl
 from ui.services.module_name import ModuleName
-from ui.style.icons import Icon, battery, draw, icon
+from ui.style.icons import Icon, battery, draw, icon, set_icon_size
 from ui.style.theme import Meaning, Size, Space, current, font, scaled
-from ui.widgets.controls import TEXT_GAP_PX, control
+from ui.widgets.controls import ICON_PX, TEXT_GAP_PX, control
 from ui.widgets.labels import ElidedLabel
 from ui.widgets.layouts import in_row
 from ui.widgets.naming import named, set_role
@@ -136,9 +136,16 @@ class PortButton(QPushButton):
             one = font(size, is_bold=is_bold)
             painter.setFont(one)
             painter.setPen(colour)
-            fitting = QFontMetrics(one).elidedText(text, Qt.TextElideMode.ElideRight, room)
+            fitting = _fitting(text, QFontMetrics(one), room)
             painter.drawText(text_left, top, room, high, Qt.AlignmentFlag.AlignLeft | vertical, fitting)
         painter.end()
+
+
+def _fitting(text: str, metrics: QFontMetrics, room_px: int) -> str:
+    """The text, a shorter one without the baud rate, or, as the last resort, elided."""
+    port = tr("Simulator") if text == tr("Simulated module") else text.partition(" · ")[0]
+    fits = (one for one in (text, port) if metrics.horizontalAdvance(one) <= room_px)
+    return next(fits, metrics.elidedText(port, Qt.TextElideMode.ElideRight, room_px))
 
 
 class TopBar(QFrame):
@@ -160,6 +167,7 @@ class TopBar(QFrame):
         self._connector, self._naming, self._in_use = connector, naming, in_use
         self.menu = control(QToolButton(), texts, "menu_button", says="Menu", key="F10",
                             picture=Icon.MENU, role="quiet")  # fmt: skip
+        set_icon_size(self.menu, 20)
         self.menu.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self.port = PortButton(texts)
         self.port.clicked.connect(self.panel_wanted)
@@ -195,7 +203,6 @@ class TopBar(QFrame):
         """Sets the heights and widths that depend on theme and text size."""
         self.setFixedHeight(scaled(BAR_PX))
         self.menu.setFixedWidth(scaled(36))
-        self.menu.setIconSize(QSize(scaled(20), scaled(20)))
         self._fit_name()
         self.lock.setMinimumWidth(scaled(106))  # bold while the module is active
 
@@ -227,7 +234,7 @@ class TopBar(QFrame):
 
     def _make_lock(self, texts: Texts, lock: LockControl) -> QPushButton:
         button = control(QPushButton(), texts, "lock_button", "LOCK", tip="Standby, at once", key="Ctrl+L")
-        button.setIconSize(QSize(16 + TEXT_GAP_PX, 16))
+        set_icon_size(button, ICON_PX, gap_px=TEXT_GAP_PX)
         lock.bind(button)
         _explain(texts, button, BY_NAME["activation"])
         self._style_lock(button, is_main=False)

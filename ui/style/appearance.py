@@ -7,6 +7,7 @@ from PySide6.QtGui import QColor, QFont, QFontDatabase, QFontInfo, QPalette
 from PySide6.QtWidgets import QApplication, QWidget
 from shiboken6 import isValid
 
+from ui.style.icons import fit_icons
 from ui.style.style_sheet import style_sheet
 from ui.style.theme import DARK, LIGHT, SUNLIGHT, Choice, Size, Theme, scale_in_use, scaled, use, zoom
 
@@ -136,6 +137,7 @@ class Appearance(QObject):
                 part.installEventFilter(self)
             part.setProperty(_WORN, worn)
             part.setStyleSheet(style_sheet(self._applied))
+            fit_icons(part)
 
     def _parts(self) -> list[QWidget]:
         only_direct = Qt.FindChildOption.FindDirectChildrenOnly

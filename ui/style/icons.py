@@ -10,10 +10,13 @@ from typing import Final
 from PySide6.QtCore import QByteArray, QPoint, QRect, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QIcon, QIconEngine, QImage, QPainter, QPixmap, QPixmapCache
 from PySide6.QtSvg import QSvgRenderer
+from PySide6.QtWidgets import QAbstractButton, QAbstractItemView, QWidget
 
-from ui.style.theme import Meaning, current
+from ui.style.theme import Meaning, current, scaled
 
 _FULL: Final = 'fill="currentColor" stroke="none"'
+_SIZE: Final = "icon_size"
+"""Property of a button or list: the size of its icons at the usual size of text."""
 
 
 class Icon(Enum):
@@ -246,6 +249,27 @@ class _Engine(QIconEngine):
 def icon(one: Icon, meaning: Meaning | None = None, *, is_on_primary: bool = False) -> QIcon:
     """An icon for a button or an entry, in the colour of plain text, of a meaning, or of text on a main button."""
     return QIcon(_Engine(one, meaning, is_on_primary=is_on_primary))
+
+
+def set_icon_size(widget: QAbstractButton | QAbstractItemView, px: int, *, gap_px: int = 0) -> None:
+    """Sets the size of a widget's icons at the usual size of text; they grow with the text. `gap_px` is empty room at
+    the right."""
+    widget.setProperty(_SIZE, QSize(px + gap_px, px))
+    _scale_icons(widget)
+
+
+def fit_icons(part: QWidget) -> None:
+    """Scales the icons of all buttons and lists in a part of the window, after a change of the size of text."""
+    for button in part.findChildren(QAbstractButton):
+        _scale_icons(button)
+    for view in part.findChildren(QAbstractItemView):
+        _scale_icons(view)
+
+
+def _scale_icons(widget: QAbstractButton | QAbstractItemView) -> None:
+    size = widget.property(_SIZE)
+    if isinstance(size, QSize):
+        widget.setIconSize(QSize(scaled(size.width()), scaled(size.height())))
 
 
 _APP_ICON: Final = (

@@ -35,7 +35,7 @@ QFrame[role="card"] { background: $surface; border: ${edge}px solid $divider; bo
 QFrame[role="card"] QFrame[role="card"], QFrame[role="card"] QAbstractItemView { border-color: transparent; }
 QFrame[role="card"] QAbstractItemView:focus { border-color: $focus; }
 QToolButton#menu_button { padding: 4px; }
-QPushButton#light_threshold_measure { padding: 4px; min-width: 0; }
+QPushButton#light_threshold_measure { padding: 4px 2px; min-width: 0; }
 QToolButton#connect_options { padding-left: 0; }
 QFrame[role="bar"] { background: $sunken; border: none; }
 QFrame#top_bar { border-bottom: ${edge}px solid $divider; }

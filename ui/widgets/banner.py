@@ -16,7 +16,7 @@ class Banner(QWidget):
         super().__init__()
         self.setObjectName(name)
         self.meaning = Meaning.INFORMATION
-        self.picture = IconLabel(icon_name, icon_px)
+        self.picture = IconLabel(icon_name, icon_px, keeps_place=True)
         self.row = QHBoxLayout(self)
         self.row.setContentsMargins(Space.M, Space.XS, Space.S, Space.XS)
         self.row.setSpacing(Space.S)

@@ -3,13 +3,13 @@
 from collections.abc import Callable
 from typing import ClassVar, Final, TypeVar
 
-from PySide6.QtCore import QSize, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QAccessible, QAction, QKeySequence
 from PySide6.QtWidgets import QAbstractButton, QLabel, QToolButton, QWidget
 
 from app.text.i18n import tr
 from ui.core.texts import Texts
-from ui.style.icons import Icon, icon
+from ui.style.icons import Icon, icon, set_icon_size
 from ui.widgets.naming import named
 from ui.widgets.step_button import StepButton
 
@@ -63,7 +63,7 @@ def control(
             one.setCheckable(True)
         if picture is not None:
             one.setIcon(icon(picture, is_on_primary=role == "primary"))
-            one.setIconSize(QSize(ICON_PX + (TEXT_GAP_PX if text else 0), ICON_PX))
+            set_icon_size(one, ICON_PX, gap_px=TEXT_GAP_PX if text else 0)
             if text and isinstance(one, QToolButton):
                 one.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         if slot is not None:

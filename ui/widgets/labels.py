@@ -7,7 +7,7 @@ from PySide6.QtGui import QAccessible, QFontMetrics, QPainter, QPaintEvent, QRes
 from PySide6.QtWidgets import QLabel
 
 from ui.style.icons import Icon, pixmap
-from ui.style.theme import Meaning, current
+from ui.style.theme import Meaning, current, scaled
 from ui.widgets.naming import named
 
 _REDRAWN_AT: Final = (QEvent.Type.PaletteChange, QEvent.Type.StyleChange, QEvent.Type.DevicePixelRatioChange)
@@ -76,11 +76,13 @@ class TickingLabel(QLabel):
 class IconLabel(QLabel):
     """An icon beside a text; empty at first."""
 
-    def __init__(self, name: str, size_px: int) -> None:
-        self._size_px = size_px
+    def __init__(self, name: str, size_px: int, *, keeps_place: bool = False) -> None:
+        """`size_px` at the usual size of text. `keeps_place`: as large without an icon."""
+        self._size_px, self._keeps_place = size_px, keeps_place
         self._shown: tuple[Icon, Meaning | None, bool] | None = None
         super().__init__()
         named(self, name)
+        self._fit()
 
     @property
     def icon(self) -> Icon | None:
@@ -96,13 +98,18 @@ class IconLabel(QLabel):
         self._shown = None
         self.clear()
 
+    def _fit(self) -> None:
+        if self._keeps_place:
+            self.setFixedSize(scaled(self._size_px), scaled(self._size_px))
+
     def _draw(self) -> None:
         if self._shown is not None:
             picture, meaning, is_muted = self._shown
             ink = current().muted if is_muted else current().ink(meaning)
-            self.setPixmap(pixmap(picture, self._size_px, ink, ratio=self.devicePixelRatioF()))
+            self.setPixmap(pixmap(picture, scaled(self._size_px), ink, ratio=self.devicePixelRatioF()))
 
     def event(self, event: QEvent) -> bool:
         if event.type() in _REDRAWN_AT:
+            self._fit()
             self._draw()
         return super().event(event)

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
-from PySide6.QtCore import QSize, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QPushButton, QSizePolicy, QToolButton, QWidget
 
 from app.text.i18n import tr
@@ -50,7 +50,6 @@ class NoticeBar(Banner):
     def __init__(self, texts: Texts) -> None:
         super().__init__("notice_bar", "notice_icon", icon_px=_ICON_PX)
         self.notice: Notice | None = None
-        self.picture.setFixedSize(QSize(_ICON_PX, _ICON_PX))
         self._text = text_label("notice_text")
         self._text.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
         self._text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)

@@ -13,13 +13,14 @@ from PySide6.QtWidgets import (
     QLabel,
     QScrollArea,
     QTabBar,
+    QTableView,
     QWidget,
 )
 from pytestqt.qtbot import QtBot
 
 from app.diagnosis.link_state import Phase
 from app.settings.form import RowState
-from app.text.i18n import ENGLISH, PSEUDO, set_language
+from app.text.i18n import CHINESE, ENGLISH, PSEUDO, set_language
 from tests.support.garbage import living_garbage
 from tests.support.window.contrast import unusable_in, weak_in_paint, weak_in_style
 from tests.support.window.controls import controls_in, goes_back, tab_chain, takes_tab
@@ -28,6 +29,7 @@ from tests.support.window.painted_text import picture_of, watching
 from tests.support.window.screen_reader import misnamed, unheard
 from tests.support.window.spoken import untranslated
 from tests.support.window.walk import SMALL_SCREEN, Walk, walking
+from ui.forms.rows_table import RowsTable
 from ui.main import PAGES
 from ui.pages.settings import profile_compare
 from ui.pages.settings import row as settings_row
@@ -40,6 +42,7 @@ from ui.style.painted_widget import PaintedWidget
 from ui.style.theme import Choice, Meaning
 from ui.widgets.readout import Readout, StateChip
 
+FULL_HD_AT_200 = QSize(960, 540)
 BY_OTHER_KEYS = ("_less", "_more")
 """Beside a number field, whose arrow keys do the same: a stop of Tab would only be in the way."""
 FROM_CANCEL_ON = ("ritual_", "_cancel", "_go", "_ask")
@@ -66,7 +69,8 @@ def test_the_walk(qtbot: QtBot, qapp: QApplication, tmp_path: Path, language: st
                 picture = picture_of(stop.root)
             found = [*weak_in_style(stop.root, picture, unusable), *weak_in_paint(stop.root, picture, drawn),
                      *cut_off(stop.root), *cut_off_in_paint(drawn), *unnamed(stop.root), *repeats(stop.root),
-                     *out_of_order(stop.root), *silent_paint(stop.root), *unheard(stop.root)]  # fmt: skip
+                     *out_of_order(stop.root), *silent_paint(stop.root), *unheard(stop.root),
+                     *sideways(stop.root)]  # fmt: skip
             if language == PSEUDO:
                 found += untranslated(stop.root)
             else:
@@ -75,6 +79,8 @@ def test_the_walk(qtbot: QtBot, qapp: QApplication, tmp_path: Path, language: st
             texts += len(drawn)
             if theme is Choice.LIGHT and stop.name in {entry.key for entry in PAGES}:
                 found += walk.shake()
+            if theme is Choice.SUNLIGHT and stop.name in {entry.key for entry in PAGES}:
+                found += in_chinese(walk)
             for fault in found:
                 faults.setdefault(fault, stop.name)
         for fault in secret_keys(walk) if language != PSEUDO else ():
@@ -88,6 +94,25 @@ def test_the_walk(qtbot: QtBot, qapp: QApplication, tmp_path: Path, language: st
     assert controls > 500
     assert texts > 300
     assert not faults, "\n".join(f"{name}: {fault}" for fault, name in faults.items())
+
+
+def in_chinese(walk: Walk) -> list[str]:
+    """What is cut off in the page in sight in both languages on a screen of 1920x1080 at 200 %."""
+    found, size = [], walk.window.size()
+    walk.window.resize(FULL_HD_AT_200)
+    for language in (CHINESE, ENGLISH):
+        walk.assembly.language_switch.use(language)
+        walk.settle()
+        found += [*cut_off(walk.window), *sideways(walk.window)]
+    walk.window.resize(size)
+    walk.settle()
+    return found
+
+
+def sideways(root: QWidget) -> list[str]:
+    """Lists whose last columns are only seen by scrolling."""
+    tables = (one for one in root.findChildren(QTableView) if isinstance(one, RowsTable) and one.isVisible())
+    return [f"{one.objectName()} scrolls sideways" for one in tables if one.horizontalScrollBar().maximum() > 0]
 
 
 def unnamed(root: QWidget) -> list[str]:

@@ -84,6 +84,23 @@ def test_nothing_is_cut_off_or_moves_when_the_language_or_the_theme_is_switched(
                 assert cut_off(bar) == [], (language, theme)
 
 
+def test_the_port_is_named_whole_in_sunlight_on_a_narrow_window(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    with simulated("narrow"), window(qapp, tmp_path) as assembly:
+        main = assembly.window
+        assembly.appearance.choose(Choice.SUNLIGHT)
+        main.resize(960, 540)
+        assembly.connector.connect_to(Target("sim://narrow", 115200))
+        wait_online(qtbot, assembly)
+        main.refresh()
+        laid_out(main)
+        with watching() as drawn:
+            main.top_bar.port.grab()
+        assert [one.text for one in drawn] == ["Simulator", "Connected"]
+        assembly.appearance.choose(Choice.LIGHT)
+
+
 def laid_out(widget: QWidget) -> None:
     """What would be laid out in the next turns of the event loop is laid out now."""
     for _ in range(4):

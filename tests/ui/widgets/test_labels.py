@@ -1,13 +1,14 @@
 """Icon labels in the colours of the theme."""
 
 from PySide6.QtGui import QColor
-from PySide6.QtWidgets import QApplication, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QApplication, QPushButton, QVBoxLayout, QWidget
 from pytestqt.qtbot import QtBot
 
 from tests.support.window.fakes_ui import WAIT_MS
 from ui.style import appearance
-from ui.style.icons import Icon
-from ui.style.theme import DARK, LIGHT, Meaning, Theme
+from ui.style.appearance import Appearance
+from ui.style.icons import Icon, icon, set_icon_size
+from ui.style.theme import DARK, LIGHT, SUNLIGHT, Choice, Meaning, Theme
 from ui.widgets.labels import IconLabel
 
 
@@ -36,3 +37,21 @@ def test_it_follows_the_theme_by_itself(qapp: QApplication, qtbot: QtBot) -> Non
     qtbot.waitUntil(lambda: has_colours_of(DARK), timeout=WAIT_MS)
     appearance.apply(qapp, LIGHT)
     qtbot.waitUntil(lambda: has_colours_of(LIGHT), timeout=WAIT_MS)
+
+
+def test_icons_grow_with_the_text_in_sunlight(qapp: QApplication, qtbot: QtBot) -> None:
+    window = QWidget()
+    qtbot.addWidget(window)
+    part = QWidget(window)
+    button, label = QPushButton(icon(Icon.LOCK), "LOCK"), IconLabel("sign", 16, keeps_place=True)
+    layout = QVBoxLayout(part)
+    layout.addWidget(button)
+    layout.addWidget(label)
+    look = Appearance(qapp, Choice.LIGHT)
+    look.apply_theme(window)
+    set_icon_size(button, 16)
+    window.show()
+    for theme, side in ((Choice.SUNLIGHT, round(16 * SUNLIGHT.scale)), (Choice.LIGHT, 16)):
+        look.choose(theme)
+        qtbot.waitUntil(lambda wanted=side: label.width() == wanted, timeout=WAIT_MS)  # type: ignore[misc]
+        assert button.iconSize().height() == side

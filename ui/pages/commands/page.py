@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from typing import Final
 
-from PySide6.QtCore import QSize
 from PySide6.QtWidgets import QFrame, QPushButton, QWidget
 
 from app.safety.acts import EFFECTS, TITLES, Act
@@ -14,7 +13,7 @@ from ui.acts.act_row import ActRow
 from ui.acts.ritual_widget import RitualWidget
 from ui.services.context import Services
 from ui.services.page import Page
-from ui.style.icons import Icon
+from ui.style.icons import Icon, set_icon_size
 from ui.style.theme import Meaning, Size, Space
 from ui.widgets.controls import TEXT_GAP_PX, control
 from ui.widgets.labels import text_label
@@ -54,7 +53,7 @@ class CommandsPage(Page):
         self.lock = control(QPushButton(), texts, "commands_lock", "LOCK", says="Lock",
                             tip="Lock", key="Ctrl+L", picture=Icon.LOCK,
                             role="primary")  # fmt: skip
-        self.lock.setIconSize(QSize(20 + TEXT_GAP_PX, 20))
+        set_icon_size(self.lock, 20, gap_px=TEXT_GAP_PX)
         services.lock.bind(self.lock)
         self.said = NoticeBar(texts)
         self.said.setObjectName("commands_said")

@@ -3,14 +3,14 @@
 import time
 from collections.abc import Callable, Hashable
 
-from PySide6.QtCore import QSize, Qt, QTimer
+from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QLineEdit, QToolButton, QWidget
 
 from ui.core.texts import Texts
 from ui.pages.diagnosis.traffic_model import TrafficModel
 from ui.pages.diagnosis.traffic_texts import Row, kind_of, meaning_of, raw_of
-from ui.style.icons import Icon
+from ui.style.icons import Icon, set_icon_size
 from ui.style.theme import Space
 from ui.widgets.controls import control
 from ui.widgets.layouts import in_row
@@ -62,7 +62,7 @@ class TrafficSearch(QWidget):
                               key="Shift+Enter", picture=Icon.CHEVRON_UP,
                               slot=self.find_before)  # fmt: skip
         for button in (self.next, self.before):
-            button.setIconSize(QSize(14, 14))
+            set_icon_size(button, 14)
             button.setStyleSheet("QToolButton { padding: 4px; }")
         texts.bind(self.field.setPlaceholderText, "Search")
         if isinstance(self.clear, QToolButton):  # made by Qt

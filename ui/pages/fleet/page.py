@@ -20,6 +20,7 @@ from app.stations.station import station_to_sign
 from app.text.i18n import tr
 from app.text.sentences import begun, listed, reason_of
 from protocol.catalogue import DEFAULT_BAUD_RATE
+from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
 from ui.core.port_connection import PortConnection
 from ui.files.file_dialogs import AskOpen, AskPath, ask_path, ask_profile
@@ -35,7 +36,7 @@ from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control
 from ui.widgets.empty_state import EmptyState
 from ui.widgets.labels import text_label
-from ui.widgets.layouts import FlowRow, in_column, scroll_area
+from ui.widgets.layouts import in_column, scroll_area
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.visibility_timer import VisibilityTimer
@@ -72,7 +73,7 @@ class FleetPage(Page):
 
     def _make_controls(self) -> None:
         texts = self._services.texts
-        self.summary = text_label("fleet_summary", "title")
+        self.summary = text_label("fleet_summary", "strong")
         self.summary.setWordWrap(False)
         self.add = control(QToolButton(), texts, "fleet_add", "Add port",
                            picture=Icon.PLUG)  # fmt: skip
@@ -84,8 +85,6 @@ class FleetPage(Page):
                              slot=self._check)  # fmt: skip
         self.open_profile = control(QPushButton(), texts, "fleet_profile", "Profile for all…",
                                     picture=Icon.SETTINGS, slot=self._choose_profile)  # fmt: skip
-        self.report = control(QPushButton(), texts, "fleet_report", "Export report…", picture=Icon.SAVE,
-                              slot=self._choose_report)  # fmt: skip
         self.lock_all = control(QPushButton(), texts, "fleet_lock_all", "LOCK ALL", picture=Icon.LOCK, role="primary",
                                 slot=self._lock_all)  # fmt: skip
         self.said = named(NoticeBar(texts), "fleet_said")
@@ -101,13 +100,14 @@ class FleetPage(Page):
         self.panel.closed.connect(partial(self.profile.open, None))
 
     def _lay_out(self) -> None:
-        head = FlowRow(spacing_px=Space.S)
-        head.add(self.summary)
-        head.add_right(self.add, self.check, self.open_profile, self.report, self.lock_all)
+        head = self.make_header(
+            self._services.texts, marked("Fleet"), self.add, self.check, self.open_profile, self.lock_all
+        )
+        self.report = head.add_rare("fleet_report", marked("Export report…"), self._choose_report)
         self.stack = named(QStackedWidget(), "fleet_stack")
         for one in (self.empty, self.view, self.panel):
             self.stack.addWidget(one)
-        top = in_column(head, self.said, spacing=Space.S, margins=(Space.M, Space.XS, Space.M, Space.S))
+        top = in_column(head, self.summary, self.said, spacing=Space.S, margins=(Space.M, 0, Space.M, Space.S))
         in_column(top, (self.stack, 1), of=self, spacing=0, margins=0)
 
     # What is shown
@@ -180,7 +180,7 @@ class FleetPage(Page):
         self.open_profile.setEnabled(has_members and is_free)
         self.report.setEnabled(bool(self.checks.results) and is_free and not self._report.is_running)
         self.lock_all.setEnabled(any(one.is_open for one in self.members.connections))
-        for button in (self.check, self.open_profile, self.report, self.lock_all):
+        for button in (self.check, self.open_profile, self.lock_all, self.summary):
             button.setVisible(has_members)
         self.first.setVisible(any(not self.members.is_connected(port) for port in self._connector.ports.ports))
 

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from functools import partial
 from typing import Final
 
-from PySide6.QtCore import QSignalBlocker, QSize, Qt, Signal
+from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import (
     QCheckBox,
@@ -27,7 +27,7 @@ from ui.pages.live.what_if_fields import WhatIfFields
 from ui.pages.live.what_if_lines import DraftLines
 from ui.plots.axis import clock_text
 from ui.services.context import Services
-from ui.style.icons import Icon, icon
+from ui.style.icons import Icon, icon, set_icon_size
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control
 from ui.widgets.labels import IconLabel, text_label
@@ -175,14 +175,13 @@ class WhatIfPanel(QFrame):
 
     def _make(self, services: Services) -> None:
         texts = services.texts
-        self._icon = IconLabel("fired_icon", 20)
-        self._icon.setFixedSize(QSize(20, 20))
+        self._icon = IconLabel("fired_icon", 20, keeps_place=True)
         self.head = text_label("fired_head", "strong")
         self.details = text_label("fired_details", "small")
         self.list = control(QListWidget(), texts, "fired_list", says="Triggers and near misses")
         self.list.setWordWrap(True)
         self.list.setFixedHeight(_LIST_PX)
-        self.list.setIconSize(QSize(16, 16))
+        set_icon_size(self.list, 16)
         self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.list.hide()
         self.fields = WhatIfFields(self.wanted, texts, WheelGuard(self))

@@ -2,7 +2,7 @@
 
 from functools import partial
 
-from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFrame, QLabel, QPushButton, QWidget
 
 from app.engine.worker import Job
@@ -14,7 +14,7 @@ from ui.acts.outcomes import SameModule
 from ui.core.texts import Texts
 from ui.services.context import Services
 from ui.services.running_job import RunningJob
-from ui.style.icons import Icon
+from ui.style.icons import Icon, set_icon_size
 from ui.style.theme import Space
 from ui.widgets.controls import TEXT_GAP_PX, control
 from ui.widgets.labels import text_label
@@ -145,7 +145,7 @@ class _Side(QFrame):
         self.text.setWordWrap(True)
         self.button = control(QPushButton(), texts, f"calibration_{name}_measure", "Measure", picture=picture)
         texts.bind(self._name_button, title)
-        self.button.setIconSize(QSize(20 + TEXT_GAP_PX, 20))
+        set_icon_size(self.button, 20, gap_px=TEXT_GAP_PX)
         in_column(
             self.title, self.text, (self.button, Qt.AlignmentFlag.AlignLeft), of=self, spacing=Space.S, margins=Space.M
         )

@@ -306,9 +306,11 @@ class SettingsPage(Page):
     # Qt
 
     def minimumSizeHint(self) -> QSize:
-        """That of the layout with the pane below the table."""
-        hint = super().minimumSizeHint()
-        if self._stack.currentWidget() is self._form and self.pane.maximumWidth() < _UNBOUNDED:
+        """Of the view in sight; of the form with the pane below the table."""
+        hint, view = super().minimumSizeHint(), self._stack.currentWidget()
+        if view is not None and view is not self._form:
+            hint.setWidth(view.minimumSizeHint().width())
+        elif self.pane.maximumWidth() < _UNBOUNDED:
             hint.setWidth(hint.width() - self.pane.minimumWidth() - Space.S)
         return hint
 

@@ -6,7 +6,7 @@ the module if the test may have made it active.
 
 from typing import Final
 
-from PySide6.QtCore import QEvent, QObject, QSignalBlocker, QSize, Qt, QTimer
+from PySide6.QtCore import QEvent, QObject, QSignalBlocker, Qt, QTimer
 from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import (
     QApplication,
@@ -36,7 +36,7 @@ from ui.pages.tests.texts import VERDICT_MEANINGS, instruction, last_text, live_
 from ui.pages.tests.widgets import GuidedPicture, Instruction, LiveValue, StepList
 from ui.services.context import Services
 from ui.services.page import Page
-from ui.style.icons import MEANING_ICONS, icon
+from ui.style.icons import MEANING_ICONS, icon, set_icon_size
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import Shortcut, control
 from ui.widgets.labels import ElidedLabel, IconLabel, text_label
@@ -270,7 +270,7 @@ class TestsPage(Page):
 
     def _lay_out(self) -> None:
         self.list.setFixedWidth(_LIST_PX)
-        self.list.setIconSize(QSize(18, 18))
+        set_icon_size(self.list, 18)
         self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.list.setSpacing(2)
         for _test in GUIDED_TESTS:

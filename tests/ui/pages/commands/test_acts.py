@@ -12,7 +12,7 @@ from app.safety.journal import Outcome
 from app.store.database import StoreFault, StoreTrouble
 from app.store.store import Store
 from tests.support.window.settings_bench import Desk, desk
-from tests.support.window.steps import settle
+from tests.support.window.steps import let_lay_out, settle
 from tests.ui.pages.commands.test_commands_page import audit, double_click
 from ui.services.storage import Storage
 
@@ -70,6 +70,18 @@ def test_an_act_that_is_refused_names_the_open_condition(qtbot: QtBot, qapp: QAp
         one.bench.set_tilt(70)
         one.until(lambda: not row.confirm.is_asking)  # the question is withdrawn
         assert one.changes() == []
+
+
+def test_what_is_open_before_zeroing_changes_no_height(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with desk(qtbot, qapp, tmp_path, page="commands") as one:
+        zero = one.commands.acts[Act.ZERO]
+        one.assembly.window.resize(1366, 768)
+        for tilt_deg, is_open in ((0, False), (70, True)):
+            one.bench.set_tilt(tilt_deg)
+            one.until(lambda wanted=is_open: zero.confirm.ask.isEnabled() is not wanted)
+            let_lay_out()
+            heights = [row.height() for row in one.commands.acts.values()]
+            assert max(heights) - min(heights) <= 2
 
 
 def test_an_unanswered_activation_is_to_be_treated_as_active(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:

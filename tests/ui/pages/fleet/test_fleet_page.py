@@ -331,7 +331,7 @@ def test_the_report_of_all_is_exported_by_its_button(desk: Desk, tmp_path: Path)
         return tmp_path / "fleet.pdf"
 
     desk.page.ask_report = choose
-    desk.click(desk.page.report)
+    desk.page.report.trigger()
     desk.wait(lambda: desk.page.said.notice is not None and "fleet.pdf" in desk.page.said.notice.text)
     assert asked == ["Export report…"]
     told = json.loads((tmp_path / "fleet.json").read_text(encoding="utf-8"))

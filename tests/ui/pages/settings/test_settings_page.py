@@ -17,6 +17,7 @@ from app.store.store import Store
 from app.text.i18n import CHINESE
 from protocol.link_states import Presence
 from tests.support.records.kept_settings import kept_settings
+from tests.support.window import walk
 from tests.support.window.settings_bench import choose, desk, notice, reason, state, type_into, write
 from tests.support.window.steps import let_lay_out, notice_text
 from ui.style.theme import Meaning
@@ -341,6 +342,18 @@ def test_the_table_is_dense_and_its_rows_never_move(
         write(one)
         one.until(lambda: page.strip.notice is not None)
         assert places() == before
+
+
+def test_a_profile_has_room_where_the_form_has(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    """The pane beside the form asks for no room while another view is in sight."""
+    with desk(qtbot, qapp, tmp_path) as one:
+        main, profile = one.assembly.window, tmp_path / "H6.toml"
+        main.resize(1366, 768)
+        profile.write_text(walk.PROFILE, encoding="utf-8")
+        one.settings.open_file(profile)
+        main.resize(1024, 600)
+        let_lay_out()
+        assert main.area.horizontalScrollBar().maximum() == 0
 
 
 def test_a_restart_of_the_module_is_shown_on_every_page(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
