@@ -219,7 +219,12 @@ class TopBar(QFrame):
 
     def _reserve(self) -> None:
         """Reserves room for the widest words, so that nothing moves when a state changes."""
-        ages = tr("{time} ago", time=duration(99)), tr("{time} ago", time=duration(1.9)), tr("unknown")
+        ages = (
+            tr("{time} ago", time=duration(59 * 60)),
+            tr("{time} ago", time=duration(99)),
+            tr("{time} ago", time=duration(1.9)),
+            tr("unknown"),
+        )
         self.activation.reserve((tr("LOCKED"), tr("ACTIVE"), tr("was ACTIVE"), tr("Activation")), below=ages)
         self.trigger.reserve((tr("NOT TRIGGERED"), tr("TRIGGERED")), below=ages)
         charging = parts_of(tr("{volts:.2f} V, charging", volts=4.0))[1]
