@@ -131,8 +131,8 @@ class Reconnection:
 
     @property
     def needs_ports(self) -> bool:
-        """Whether `poll` needs the list of ports: not for a URL."""
-        return self._address is not None and not self._address.is_url
+        """Whether `poll` needs the list of ports: not for a URL without an identity."""
+        return self._address is not None and (bool(self._address.identity) or not self._address.is_url)
 
     @property
     def lost_at(self) -> float | None:
