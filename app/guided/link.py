@@ -10,14 +10,16 @@ from app.engine.transport import PortError
 from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue, passed_if
 from app.guided.status_watch import GuidedSetup, PersonSteps, require_locked
 from app.text.messages import UserMessage, said
-from protocol.catalogue import HEARTBEAT
+from protocol.catalogue import BY_NAME
 from protocol.events import Answered
 from protocol.translatable import marked
 
 REST_S, SHAKEN_S = 3.0, 15.0
 ASK_EVERY_S = 0.02
 WAITS_S = (0.3,)
-"""A heartbeat that takes longer is lost; usually it takes some milliseconds."""
+"""An answer that takes longer is lost; usually it takes some milliseconds."""
+QUESTION = BY_NAME["boot_count"].query()
+"""Not the heartbeat: the two unsolicited heartbeats of a restart would be taken for its answers."""
 STEPS = 2
 REST, SHAKE = marked("Leave the plug alone"), marked("Shake plug and cable gently")
 
@@ -48,7 +50,7 @@ def _count(counts: _Counts, number: int, text: str, seconds: float, restarts: in
     ends_at, rejected = view.now + seconds, view.link.counters.rejected
     while view.now < ends_at:
         yield Report(number, STEPS, text, (("asked", counts.asked), ("lost", counts.lost)))
-        outcome = yield Ask(HEARTBEAT.query(), WAITS_S, attempts=1)
+        outcome = yield Ask(QUESTION, WAITS_S, attempts=1)
         counts.asked += 1
         counts.lost += not isinstance(outcome, Answered)
         view = yield Inspect()
