@@ -80,12 +80,12 @@ def main(argv: Sequence[str] | None = None) -> int:
         # As a shell reports it: 130 for Ctrl-C, 143 for SIGTERM.
         code = 128 + getattr(interrupted, "number", 2)
     except BrokenPipeError:
-        console.abandon_output()  # the reader has ended
-        code = console.DONE
+        console.discard_output()  # the reader has ended
+        code = console.SUCCESS
     except console.OutputLost as error:
-        console.abandon_output()
-        console.say(tr("{file} cannot be written: {why}.", file="stdout", why=error))
-        code = console.PARTLY
+        console.discard_output()
+        console.notify(tr("{file} cannot be written: {why}.", file="stdout", why=error))
+        code = console.PARTIAL
     except Exception as error:  # noqa: BLE001  the top level: people get a sentence, no traceback
         code = _explain(error)
     return code
@@ -96,21 +96,21 @@ def _run_or_refuse(words: list[str]) -> int:
     try:
         return _run(words)
     except SystemExit as end:  # from argparse: help, or wrong usage
-        return end.code if isinstance(end.code, int) else console.USED_WRONGLY
+        return end.code if isinstance(end.code, int) else console.USAGE_ERROR
     except console.Refused as error:
-        console.say(error.sentence)
+        console.notify(error.sentence)
         return error.exit_code
 
 
 def _run(words: list[str]) -> int:
     if words[:1] in (["-h"], ["--help"]):
         _whole_parser().print_help()
-        return console.DONE
+        return console.SUCCESS
     if words[:1] == ["--version"]:
         from app import version
 
         print(f"DPS-S Configurator {version()}")
-        return console.DONE
+        return console.SUCCESS
     leading = list(takewhile(lambda word: word in _ANYWHERE, words))
     if words[len(leading) : len(leading) + 1] and words[len(leading)] in _BY_NAME:  # dps-s -v read
         words = [words[len(leading)], *leading, *words[len(leading) + 1 :]]
@@ -184,13 +184,13 @@ def _complete_parser() -> argparse.ArgumentParser:
 
 def _open_window(args: argparse.Namespace) -> int:
     if args.file is not None and not args.file.is_file():
-        console.say(tr("{file} cannot be read: {why}.", file=args.file, why=os.strerror(errno.ENOENT)))
-        return console.USED_WRONGLY
+        console.notify(tr("{file} cannot be read: {why}.", file=args.file, why=os.strerror(errno.ENOENT)))
+        return console.USAGE_ERROR
     from app.system.screen import window_obstacle
 
     obstacle = window_obstacle()
     if obstacle is not None:
-        console.say(obstacle)
+        console.notify(obstacle)
         return console.NO_LINK
     from ui.main import WindowOptions, run
 
@@ -246,18 +246,18 @@ def _explain(error: Exception) -> int:
 
         traceback.print_exception(error)
     if isinstance(error, OnlyPlayedBack):
-        console.say(error.sentence)
-        return console.USED_WRONGLY
+        console.notify(error.sentence)
+        return console.USAGE_ERROR
     sentence = link_trouble(error)
     if isinstance(error, ImportError):
         from app.system.screen import missing_libraries
 
         sentence = missing_libraries()
     if sentence is not None:
-        console.say(sentence)
+        console.notify(sentence)
         return console.NO_LINK
-    console.say(explain(error).terminal_sentence)
-    return console.SAID_NO
+    console.notify(explain(error).terminal_sentence)
+    return console.ANSWER_NO
 
 
 if __name__ == "__main__":

@@ -15,7 +15,7 @@ HOST_HEADER = b"Ba"  # 42 61, host to module
 MODULE_HEADER = b"Au"  # 41 75, module to host
 QUERY = 0x01  # D3: query, and also every reply
 SET = 0x02  # D3: set
-RECORDS_KEPT = 9  # "记录最近的9次触发记录": the module keeps its last nine triggers
+MAX_RECORDS = 9  # "记录最近的9次触发记录": the module keeps its last nine triggers
 
 
 class Hazard(Enum):

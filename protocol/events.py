@@ -22,9 +22,9 @@ class Role(Enum):
     """A status nobody asked for: the serial output is on."""
     LATE = "late"
     """A reply to a request that was given up. Never used as a value, because it may be old."""
-    DOUBLED = "doubled"
+    DUPLICATE = "doubled"
     """A second answer to a request."""
-    UNASKED = "unasked"
+    UNSOLICITED = "unasked"
     ECHO = "echo"
     """Our own bytes come back: a half-duplex adapter, or receive and transmit are shorted."""
 
@@ -46,7 +46,7 @@ class Received(NamedTuple):
     message: Message | None
     role: Role
     at: float
-    said_after: float = -inf
+    sent_after: float = -inf
     """The earliest time at which the module can have sent it; see `protocol.lag`."""
 
 

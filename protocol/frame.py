@@ -34,7 +34,7 @@ from protocol.catalogue import (
 from protocol.translatable import marked
 
 HOST_FRAME_LENGTH = 6
-LONGEST_FRAME = Layout.RECORD.value
+MAX_FRAME_LENGTH = Layout.RECORD.value
 
 
 class Direction(Enum):

@@ -17,7 +17,7 @@ class Flight:
     deadline: float = 0.0
     held_until: float | None = None
     """Not sent before this time, nor before the line is ready; None once the attempt has been sent."""
-    heard_before: int = 0
+    received_before: int = 0
     """Bytes received when it was first sent: a frame that began among them is not its answer."""
     messages: tuple[Message, ...] = ()
     collects_until: float = 0.0

@@ -13,11 +13,11 @@ from typing import NamedTuple
 
 from protocol.catalogue import HEARTBEAT, SERIAL_OUTPUT, STATUS, Request
 
-LONGEST_S = 10.0
+MAX_S = 10.0
 """Older questions are no longer answered."""
 STREAM_SHOWS_S = 3.0
 """Without an unasked frame for this long nothing streams: the slowest streams send one a second."""
-_MOST = 256
+_MAX_ASKED = 256
 
 
 class _Asked(NamedTuple):
@@ -29,10 +29,10 @@ class Lag:
     """See the module's docstring. Times are the link's `now`."""
 
     def __init__(self, now: float) -> None:
-        self.said_after = -inf
+        self.sent_after = -inf
         """Everything received now was sent after this time."""
         self._unasked_at = now
-        self._asked: deque[_Asked] = deque(maxlen=_MOST)
+        self._asked: deque[_Asked] = deque(maxlen=_MAX_ASKED)
         """Questions that may still be answered, oldest first."""
         self._answerable: set[Request] = set()
         """Questions that this module has answered."""
@@ -40,13 +40,13 @@ class Lag:
 
     def ask(self, request: Request, now: float) -> None:
         """Note that an attempt is sent."""
-        while self._asked and now - self._asked[0].at > LONGEST_S:
+        while self._asked and now - self._asked[0].at > MAX_S:
             self._asked.popleft()
         self._asked.append(_Asked(request, now))
         if request.command is SERIAL_OUTPUT:
             self._unasked_at = now
 
-    def hear_unasked(self, now: float) -> None:
+    def on_unsolicited(self, now: float) -> None:
         """Note a streamed status, or the heartbeat of a restart, after which a stream may begin."""
         self._unasked_at = now
 
@@ -54,11 +54,11 @@ class Lag:
         """Whether the answer to `request` may be a streamed report."""
         return request.command is STATUS and now - self._unasked_at <= STREAM_SHOWS_S
 
-    def answer_said_after(self, request: Request, now: float) -> float:
+    def answer_sent_after(self, request: Request, now: float) -> float:
         """The earliest time at which the answer to `request`, received now, can have been sent."""
         if self.may_be_streamed(request, now):
-            return self.said_after
-        return max(self.said_after, self.asked_at(request))
+            return self.sent_after
+        return max(self.sent_after, self.asked_at(request))
 
     def asked_at(self, request: Request) -> float:
         """When the earliest request was sent that a reply to `request`, received now, may answer."""
@@ -76,7 +76,7 @@ class Lag:
         self._last_s = now - asked_at
         self._answerable.add(request)
         if request.command is not HEARTBEAT:
-            self.said_after = max(self.said_after, asked_at)
+            self.sent_after = max(self.sent_after, asked_at)
         while self._asked and self._asked[0].at <= asked_at:
             self._asked.popleft()
 
@@ -85,5 +85,5 @@ class Lag:
         the module is known to answer that question."""
         if self._last_s is None:
             return None
-        due = (one.at for one in self._asked if one.request in self._answerable and now - one.at <= LONGEST_S)
+        due = (one.at for one in self._asked if one.request in self._answerable and now - one.at <= MAX_S)
         return max(self._last_s, now - next(due, now))

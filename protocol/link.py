@@ -73,10 +73,10 @@ class Link:
         self._outgoing = bytearray()
         self._flight: Flight | None = None
         self._behind_fence: Flight | None = None
-        self._earlier = StaleReplies(self.timing)
+        self._stale = StaleReplies(self.timing)
         self._unasked_heartbeat_at: float | None = None
         self._last_byte_at = now
-        self._heard_bytes = 0
+        self._received_bytes = 0
         self._proven_at = -inf
         self._probe_at = now + self.timing.heartbeat_every_s
 
@@ -115,11 +115,11 @@ class Link:
         else:
             waits = (waits_s or self.round_trips.waits_s(self.timing))[:attempts]
         flight = Flight(request, waits)
-        self._earlier.forget_owed(now)
+        self._stale.drop_expired(now)
         if is_fenced or self._needs_fence(request, now):
             self._behind_fence = flight
             self._move(Step.ASK_BEHIND_FENCE)
-            fence = self._earlier.fence(now, is_proof=is_fenced)
+            fence = self._stale.fence(now, is_proof=is_fenced)
             return self._hold(Flight(fence, self.round_trips.waits_s(self.timing)), now, now)
         self._move(Step.ASK)
         return self._hold(flight, now, now)
@@ -133,7 +133,7 @@ class Link:
         if self._flight is not None:
             flight = self._flight
             if flight.attempt:
-                self._earlier.owe(flight.request, now, count=flight.attempt)
+                self._stale.expect_late(flight.request, now, count=flight.attempt)
                 if not flight.request.is_repeatable:
                     events.append(OutcomeUnknown(flight.request, now - flight.sent_at, now))
         self._behind_fence = None
@@ -147,7 +147,7 @@ class Link:
         self._outgoing += raw
         self.counters.sent += 1
         self.counters.retries += 1
-        self._earlier.owe(LOCK, now, count=1)
+        self._stale.expect_late(LOCK, now, count=1)
         return [Sent(raw, LOCK, attempt, now)]
 
     def take_outgoing(self) -> bytes:
@@ -161,7 +161,7 @@ class Link:
         if not data:
             return []
         self._last_byte_at = now
-        self._heard_bytes += len(data)
+        self._received_bytes += len(data)
         events: list[Event] = []
         for piece in self._parser.feed(data):
             self._digest(piece, now, events)
@@ -215,7 +215,7 @@ class Link:
 
     def _send(self, flight: Flight, now: float) -> list[Event]:
         if not flight.attempt:
-            flight = replace(flight, heard_before=self._heard_bytes)
+            flight = replace(flight, received_before=self._received_bytes)
         deadline = now + flight.waits_s[flight.attempt]
         self._flight = replace(flight, attempt=flight.attempt + 1, sent_at=now, deadline=deadline, held_until=None)
         self.gap.sent(is_repeated=flight.attempt > 0, now=now)
@@ -230,7 +230,7 @@ class Link:
     def _needs_fence(self, request: Request, now: float) -> bool:
         if request == LOCK:
             return False  # LOCK must not wait, and the state is read afterwards
-        return self._earlier.could_answer(request, now)
+        return self._stale.could_answer(request, now)
 
     # Receiving
 
@@ -245,24 +245,24 @@ class Link:
             return
         self._prove(now, events)
         if answers(piece.raw, _HEARTBEAT):
-            self._earlier.hear_heartbeat(now)
+            self._stale.on_heartbeat(now)
         flight = self._flight
         if flight is not None and self._is_answer(flight, piece, now):
-            self._take_answer(flight, piece, now, events)
+            self._on_answer(flight, piece, now, events)
         else:
-            self._take_other(piece, now, events)
+            self._on_other(piece, now, events)
 
     def _note(self, events: list[Event], frame: Frame, message: Message | None, role: Role, now: float) -> None:
         self.counters.by_role[role] += 1
-        said_after = self.lag.said_after
-        if role in (Role.STREAMED, Role.UNASKED):
-            self.lag.hear_unasked(now)
+        said_after = self.lag.sent_after
+        if role in (Role.STREAMED, Role.UNSOLICITED):
+            self.lag.on_unsolicited(now)
         if role is Role.STREAMED:
-            self.gap.hear_streamed(now)
+            self.gap.on_streamed(now)
         elif role is not Role.ECHO:
-            self.gap.hear_reply(now)
+            self.gap.on_reply(now)
         if isinstance(message, Status) and role is Role.ANSWER:
-            said_after = self.lag.answer_said_after(STATUS.query(), now)
+            said_after = self.lag.answer_sent_after(STATUS.query(), now)
         events.append(Received(frame, message, role, now, said_after))
 
     def _prove(self, now: float, events: list[Event]) -> None:
@@ -273,15 +273,15 @@ class Link:
             events.append(WentOnline(now))
 
     def _is_answer(self, flight: Flight, frame: Frame, now: float) -> bool:
-        if not flight.attempt or frame.offset < flight.heard_before or not answers(frame.raw, flight.request):
+        if not flight.attempt or frame.offset < flight.received_before or not answers(frame.raw, flight.request):
             return False
-        return self.exchange is not Exchange.FENCING or self._earlier.opens(flight.request, frame.raw, now)
+        return self.exchange is not Exchange.FENCING or self._stale.opens(flight.request, frame.raw, now)
 
-    def _take_answer(self, flight: Flight, frame: Frame, now: float, events: list[Event]) -> None:
+    def _on_answer(self, flight: Flight, frame: Frame, now: float, events: list[Event]) -> None:
         message = decode(frame.raw, flight.request)
         self._note(events, frame, message, Role.ANSWER, now)
-        may_be_copy = self._earlier.is_copy(frame.raw, now)
-        self._earlier.expect_copy(frame.raw, flight.request, now)
+        may_be_copy = self._stale.is_copy(frame.raw, now)
+        self._stale.expect_copy(frame.raw, flight.request, now)
         if flight.request.command.layout is Layout.RECORD:
             self.lag.answer(flight.request, now)
             self._collect(flight, message, now)
@@ -291,15 +291,15 @@ class Link:
         if round_trip_s is not None:
             self.round_trips.add(round_trip_s)
         if not may_be_copy:  # a copy of the answer to the same question before says nothing about later requests
-            self._earlier.pass_by(flight.request)
+            self._stale.on_answered(flight.request)
             self.gap.answered()
             self.lag.answer(flight.request, now)
         # If a copy was taken for the answer, the status that still follows is the answer and not streamed.
         owed = flight.attempt - 1 + (may_be_copy and flight.request.command is STATUS)
         if owed:
-            self._earlier.owe(flight.request, now, count=owed)
+            self._stale.expect_late(flight.request, now, count=owed)
         elif may_be_copy or not flight.request.is_repeatable:
-            self._earlier.remember(flight.request)
+            self._stale.remember(flight.request)
         fenced, self._behind_fence = self._behind_fence, None
         probing = self.exchange is Exchange.PROBING
         self._finish(Step.ANSWER)
@@ -318,25 +318,25 @@ class Link:
         deadline = min(ends, now + self.timing.records_quiet_s)
         self._flight = replace(flight, messages=(*flight.messages, message), deadline=deadline, collects_until=ends)
 
-    def _take_other(self, frame: Frame, now: float, events: list[Event]) -> None:
+    def _on_other(self, frame: Frame, now: float, events: list[Event]) -> None:
         """Take a frame that does not answer the request in flight."""
-        self._earlier.forget_owed(now)
-        earlier = self._earlier
+        self._stale.drop_expired(now)
+        earlier = self._stale
         if earlier.is_copy(frame.raw, now):  # before "late": a copy must not stand for a reply that is still to come
             message = decode(frame.raw, earlier.copied_request(frame.raw))
-            role = Role.LATE if earlier.is_late_copy(frame.raw) else Role.DOUBLED
+            role = Role.LATE if earlier.is_late_copy(frame.raw) else Role.DUPLICATE
             if isinstance(message, Status):
                 earlier.expect_no_copy(frame.raw)  # the next ones may be streamed
             self._note(events, frame, message, role, now)
             return
-        late = earlier.take_late(frame.raw)
+        late = earlier.pop_late(frame.raw)
         if late is not None:
             self.lag.answer(late, now)
             earlier.expect_copy(frame.raw, late, now, is_late=True)
             self._note(events, frame, decode(frame.raw, late), Role.LATE, now)
             return
         message = decode(frame.raw)
-        role = Role.STREAMED if isinstance(message, Status) else Role.UNASKED
+        role = Role.STREAMED if isinstance(message, Status) else Role.UNSOLICITED
         self._note(events, frame, message, role, now)
         if isinstance(message, Heartbeat):
             earlier.expect_copy(frame.raw, None, now)
@@ -358,7 +358,7 @@ class Link:
             events += self._release(flight, now)
             return
         if flight.messages:
-            self._earlier.remember(flight.request)
+            self._stale.remember(flight.request)
             self._finish(Step.ANSWER)
             events.append(Answered(flight.request, flight.messages, flight.attempt, None, now))
             return
@@ -374,7 +374,7 @@ class Link:
         fenced, self._behind_fence = self._behind_fence, None
         probing = self.exchange is Exchange.PROBING
         self._finish(Step.GIVE_UP)
-        self._earlier.owe(flight.request, now, count=flight.attempt)
+        self._stale.expect_late(flight.request, now, count=flight.attempt)
         self._probe_at = now + self.timing.probe_after_s
         if flight.request == _HEARTBEAT:
             self._probe_at = now + self.timing.offline_probe_s

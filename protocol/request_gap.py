@@ -21,7 +21,7 @@ ONCE_UNTRIED_S = 0.05
 """The same until then."""
 PAUSES_S = (0.0, 0.008, 0.016, 0.032, 0.064)
 """The pauses before questions, shortest first."""
-LONGEST_S = 0.2
+MAX_S = 0.2
 """The longest time for which a request is delayed."""
 KEPT = 8
 """Outcomes kept for each pause."""
@@ -69,7 +69,7 @@ class Gap:
         return max(self.question_s, ONCE_S if is_tried else ONCE_UNTRIED_S)
 
     def due(self, request: Request, since: float, *, is_repeated: bool, now: float) -> float:
-        """When `request` may be sent: at `since`, or at most `LONGEST_S` later."""
+        """When `request` may be sent: at `since`, or at most `MAX_S` later."""
         if request == LOCK:
             return since
         if request.is_repeatable and not is_repeated:
@@ -77,7 +77,7 @@ class Gap:
         else:
             quiet_s = self.question_s if request.is_repeatable else self.once_s
             ready_at = self._between_reports(max(now, since, self._spoken_at + quiet_s))
-        return max(since, min(ready_at, since + LONGEST_S))
+        return max(since, min(ready_at, since + MAX_S))
 
     def _between_reports(self, at: float) -> float:
         """`at`, or later where a streamed report is due."""
@@ -86,11 +86,11 @@ class Gap:
         next_at = self._streamed_at + min(self._intervals)
         return at if at < next_at - CLEAR_S else max(at, next_at + STREAM_LATE_S)
 
-    def hear_reply(self, now: float) -> None:
+    def on_reply(self, now: float) -> None:
         """Note a frame that is not a streamed report."""
         self._spoken_at = now
 
-    def hear_streamed(self, now: float) -> None:
+    def on_streamed(self, now: float) -> None:
         interval_s = now - self._streamed_at
         if interval_s > 1.0:
             self._intervals.clear()

@@ -15,12 +15,12 @@ from protocol.round_trips import Timing
 _HEARTBEAT = HEARTBEAT.query()
 FENCES = (_HEARTBEAT, *(BY_NAME[name].query() for name in ("boot_count", "charging", "active", "triggered")))
 """Questions whose answers cannot be mistaken for the reply to a set."""
-_MOST_OWED = 64
-_MOST_COPIED = 8
+_MAX_OWED = 64
+_MAX_COPIED = 8
 
 
 @dataclass(frozen=True, slots=True)
-class _Owed:
+class _Outstanding:
     """A request whose reply may still come."""
 
     request: Request
@@ -46,16 +46,16 @@ class StaleReplies:
 
     def __init__(self, timing: Timing) -> None:
         self._timing = timing
-        self._owed: deque[_Owed] = deque(maxlen=_MOST_OWED)
+        self._outstanding: deque[_Outstanding] = deque(maxlen=_MAX_OWED)
         self._not_past: list[Request] = []
         """Requests to which a (further) reply may still come, oldest first."""
-        self._copied: deque[_Copied] = deque(maxlen=_MOST_COPIED)
+        self._copied: deque[_Copied] = deque(maxlen=_MAX_COPIED)
         self._heartbeats_at = (-inf, -inf)
         """When the last two came, the last one first."""
 
-    def owe(self, request: Request, now: float, *, count: int) -> None:
+    def expect_late(self, request: Request, now: float, *, count: int) -> None:
         """Note that `count` replies to it may still come."""
-        self._owed.extend([_Owed(request, now)] * count)
+        self._outstanding.extend([_Outstanding(request, now)] * count)
         self.remember(request)
 
     def remember(self, request: Request) -> None:
@@ -63,9 +63,9 @@ class StaleReplies:
         if request not in self._not_past:
             self._not_past.append(request)
 
-    def forget_owed(self, now: float) -> None:
-        while self._owed and now - self._owed[0].at > self._timing.late_s:
-            self._owed.popleft()
+    def drop_expired(self, now: float) -> None:
+        while self._outstanding and now - self._outstanding[0].at > self._timing.late_s:
+            self._outstanding.popleft()
 
     def could_answer(self, request: Request, now: float) -> bool:
         """Whether a reply to another request could be mistaken for the answer to this one. A reply to the same question
@@ -83,15 +83,15 @@ class StaleReplies:
         told_apart = (one for one in FENCES if not any(_overlap(earlier, one) for earlier in earlier_ones))
         return next(told_apart, _HEARTBEAT)
 
-    def hear_heartbeat(self, now: float) -> None:
+    def on_heartbeat(self, now: float) -> None:
         """Note a heartbeat, asked for or not."""
         self._heartbeats_at = now, self._heartbeats_at[0]
 
     def opens(self, fence: Request, raw: bytes, now: float) -> bool:
         """Whether this is the fence's own answer, and not a late or doubled one to an earlier question."""
-        return not self.is_copy(raw, now) and not any(_overlap(owed.request, fence) for owed in self._owed)
+        return not self.is_copy(raw, now) and not any(_overlap(owed.request, fence) for owed in self._outstanding)
 
-    def pass_by(self, answered: Request) -> None:
+    def on_answered(self, answered: Request) -> None:
         """Note the answer to `answered`: no reply to an earlier request can follow."""
         if answered.command is STATUS:
             return  # it may have been streamed
@@ -100,18 +100,18 @@ class StaleReplies:
         if any(_overlap(earlier, answered) for earlier in self._all()):
             return  # it may be a late or doubled answer to an earlier one
         self._not_past.clear()
-        self._owed.clear()
+        self._outstanding.clear()
         while len(self._copied) > 1:
             self._copied.pop()  # no copy of an earlier frame can follow either
 
     def _all(self) -> tuple[Request, ...]:
-        return (*self._not_past, *[owed.request for owed in self._owed])
+        return (*self._not_past, *[owed.request for owed in self._outstanding])
 
-    def take_late(self, raw: bytes) -> Request | None:
+    def pop_late(self, raw: bytes) -> Request | None:
         """Remove and return the oldest request to which this frame is a late reply."""
-        for owed in self._owed:
+        for owed in self._outstanding:
             if answers(raw, owed.request):
-                self._owed.remove(owed)
+                self._outstanding.remove(owed)
                 return owed.request
         return None
 
@@ -121,7 +121,7 @@ class StaleReplies:
 
     def expect_no_copy(self, raw: bytes) -> None:
         """Undo `expect_copy`."""
-        self._copied = deque((one for one in self._copied if one.raw != raw), maxlen=_MOST_COPIED)
+        self._copied = deque((one for one in self._copied if one.raw != raw), maxlen=_MAX_COPIED)
 
     def is_copy(self, raw: bytes, now: float) -> bool:
         return any(one.raw == raw and now <= one.until for one in self._copied)

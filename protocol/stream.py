@@ -6,7 +6,7 @@ Rules:
   65°, 75 is 11.7 g), so where no frame begins only one byte is rejected, and the search goes on after it.
 - How the stream was cut into pieces changes neither the frames nor the number of bytes rejected for each reason.
 - Every byte ends up in exactly one frame or one `Noise`, in order.
-- Fewer than `LONGEST_FRAME` bytes are kept between two calls.
+- Fewer than `MAX_FRAME_LENGTH` bytes are kept between two calls.
 - The meaning of a code-35 frame depends on the request (E3): `41 75 35 01 CA 00` begins a record and is also a valid
   voltage. While a cell voltage is asked for, six bytes are enough; while records are asked for, they never are.
   Otherwise the parser waits for sixteen bytes, and takes six only where another header or silence (`flush`) follows:
@@ -28,7 +28,7 @@ from protocol.catalogue import (
 )
 from protocol.frame import (
     HOST_FRAME_LENGTH,
-    LONGEST_FRAME,
+    MAX_FRAME_LENGTH,
     Direction,
     Fault,
     Frame,
@@ -102,7 +102,7 @@ class StreamParser:
             position = self._give_up(pieces, data, position, header.start())
             run = _STATUS_RUN.match(data, position)
             if run is not None:
-                accepted = self._take_status_run(pieces, data, position, run.end())
+                accepted = self._parse_status_run(pieces, data, position, run.end())
                 position += accepted
                 if accepted:
                     continue
@@ -116,14 +116,14 @@ class StreamParser:
                 # Only the first byte is given up; the tail shares its reason unless a header shows up in it.
                 repeated = _REPEATED_HEADER.match(data, position)
                 stop = position + 1 if repeated is None else repeated.end() - 1
-                self._blame, self._blamed_bytes = found, stop - position + self._blame_length(data, position) - 1
+                self._blame, self._blamed_bytes = found, stop - position + self._reject_length(data, position) - 1
                 pieces.append(Noise(b"", found, self._offset + position))
                 position = self._give_up(pieces, data, position, stop)
         self._kept = data[position:]
         self._offset += position
         return pieces
 
-    def _take_status_run(self, pieces: list[Piece], data: bytes, start: int, end: int) -> int:
+    def _parse_status_run(self, pieces: list[Piece], data: bytes, start: int, end: int) -> int:
         """Accept consecutive status frames up to the first bad one; return the number of bytes taken.
 
         The result is that of taking frame by frame, in a tenth of the time.
@@ -167,7 +167,7 @@ class StreamParser:
             start = stop
         return end
 
-    def _blame_length(self, data: bytes, position: int) -> int:
+    def _reject_length(self, data: bytes, position: int) -> int:
         if data[position : position + 2] != MODULE_HEADER:
             return HOST_FRAME_LENGTH
         lengths = module_lengths(data[position + 2]) if position + 2 < len(data) else ()
@@ -196,7 +196,7 @@ class StreamParser:
         return module_check(len(raw))(raw) or Frame(_TO_HOST, raw, offset)
 
     def _record_or_voltage(self, data: bytes, position: int, *, is_final: bool) -> Frame | Fault | None:
-        raw = data[position : position + LONGEST_FRAME]
+        raw = data[position : position + MAX_FRAME_LENGTH]
         voltage = raw[:_SHORT_LENGTH]
         offset = self._offset + position
         asked = self.asked.command if self.asked is not None else None
@@ -207,13 +207,13 @@ class StreamParser:
         voltage_fault = module_check(_SHORT_LENGTH)(voltage)
         if voltage_fault is None and asked is CELL_VOLTAGE:
             return Frame(_TO_HOST, voltage, offset)
-        if len(raw) < LONGEST_FRAME and not is_final:
+        if len(raw) < MAX_FRAME_LENGTH and not is_final:
             return None
         # Only with a frame or silence after the six bytes can they be a late voltage.
         stands_alone = asked is not TRIGGER_RECORDS and raw[_SHORT_LENGTH : _SHORT_LENGTH + 2] in _AFTER_A_FRAME
         if voltage_fault is None and stands_alone:
             return Frame(_TO_HOST, voltage, offset)
-        record_fault = module_check(LONGEST_FRAME)(raw) if len(raw) == LONGEST_FRAME else _INCOMPLETE
+        record_fault = module_check(MAX_FRAME_LENGTH)(raw) if len(raw) == MAX_FRAME_LENGTH else _INCOMPLETE
         if record_fault is None:
             return Frame(_TO_HOST, raw, offset)
         is_short = asked is CELL_VOLTAGE or len(raw) == _SHORT_LENGTH

@@ -45,7 +45,7 @@ from ui.services.state_announcer import announce_states
 from ui.services.storage import Storage
 from ui.shell.main_window import MainWindow
 from ui.shell.shutdown import end_process
-from ui.shell.unattended_run import has_seen_status, leave_evidence
+from ui.shell.unattended_run import has_seen_status, write_evidence
 from ui.shell.uncaught_errors import UncaughtErrors
 from ui.style.accessible_roles import install_accessible_roles
 from ui.style.appearance import Appearance
@@ -149,8 +149,8 @@ def assemble(
     appearance = Appearance(app, _theme(preferences))
     ports = ports or PortWatcher()
     storage = storage or Storage()
-    connector = Connector(ports, make_worker=storage.sessions.tapped())
-    storage.is_recording = lambda: connector.is_recording
+    connector = Connector(ports, make_worker=storage.sessions.recorded_workers())
+    storage.is_recording = lambda: connector.is_playback
     lock = LockControl(connector, storage.journal, connector)
     tones = TonePlayer()
 
@@ -161,8 +161,8 @@ def assemble(
     announce_states(connector, lock, play)
     services = Services(connector, texts, appearance, lock, storage, preferences, log=log)
     connector.remember_stream(storage.stream_memory)
-    services.naming.follow(connector, storage)
-    storage.sessions.follow(connector.current)
+    services.naming.bind(connector, storage)
+    storage.sessions.bind(connector.current)
     module = services.naming.of(connector.current)
     module.changed.connect(lambda: storage.sessions.name_module(module.name))
     window = MainWindow(services, ports, language_switch, preferences, entries=entries)
@@ -215,20 +215,22 @@ def start(assembly: Assembly, options: WindowOptions) -> None:
 def _show_store_notices(assembly: Assembly) -> None:
     """Shows trouble of the store, and what was interrupted when the program last ended."""
     attention, storage = assembly.window.attention, assembly.storage
-    left_on = partial(_left_on_notice, attention.forget_told)
-    assembly.connector.stream_left_on.connect(lambda: attention.tell(left_on))
+    left_on = partial(_left_on_notice, attention.dismiss_queued)
+    assembly.connector.stream_left_on.connect(lambda: attention.queue_notice(left_on))
     if storage.notice is not None:
-        attention.tell(lambda: Notice(Meaning.ATTENTION, storage.notice or "", dismiss=attention.forget_told))
+        attention.queue_notice(
+            lambda: Notice(Meaning.ATTENTION, storage.notice or "", dismiss=attention.dismiss_queued)
+        )
     recovery = BaudRecovery(
         assembly.connector,
         assembly.ports,
         storage,
-        close=attention.forget_told,
+        close=attention.dismiss_queued,
         leave=attention.leave,
-        say=assembly.window.say,
+        say=assembly.window.show_message,
     )
     for pending in recovery.pending():
-        attention.tell(partial(recovery.notice, pending))
+        attention.queue_notice(partial(recovery.notice, pending))
 
 
 def _left_on_notice(dismiss: Callable[[], None]) -> Notice:
@@ -244,7 +246,7 @@ class _AfterPaint(QObject):
         self._window, self._act = window, act
         self._limit = QTimer(self)
         self._limit.setSingleShot(True)
-        self._limit.timeout.connect(self._go_on)
+        self._limit.timeout.connect(self._continue)
         self._limit.start(PAINT_LIMIT_MS)
         window.installEventFilter(self)
 
@@ -254,7 +256,7 @@ class _AfterPaint(QObject):
             self._limit.start(0)  # its children are painted within this event
         return False
 
-    def _go_on(self) -> None:
+    def _continue(self) -> None:
         self._window.removeEventFilter(self)
         self._act()
         self.deleteLater()
@@ -273,7 +275,10 @@ def run(options: WindowOptions) -> int:
         assembly = assemble(app, options, preferences=preferences, storage=Storage(folder), log=log)
         window = assembly.window
         need_fonts(
-            assembly.language_switch, window.choices, tell=window.attention.tell, dismiss=window.attention.forget_told
+            assembly.language_switch,
+            window.choices,
+            tell=window.attention.queue_notice,
+            dismiss=window.attention.dismiss_queued,
         )
         _stay(app, assembly, options)
     end_process(assembly.exit_code)
@@ -328,7 +333,7 @@ def _end_unattended(assembly: Assembly, options: WindowOptions) -> None:
     assembly.exit_code = 0 if has_seen_status(assembly.connector) else 1
     if options.evidence is not None:
         try:
-            leave_evidence(options.evidence, assembly.window, assembly.connector)
+            write_evidence(options.evidence, assembly.window, assembly.connector)
         except OSError as error:
             _log.error("The evidence could not be written: %s", error)
             assembly.exit_code = 1
@@ -377,8 +382,8 @@ def _signals_close(window: MainWindow) -> Iterator[None]:
 @contextmanager
 def _errors_shown(window: MainWindow, armed: Armed | None = None) -> Iterator[None]:
     """Uncaught errors in any thread disarm, are logged and shown; the window stays open."""
-    errors = UncaughtErrors(window.attention, armed or Armed(), say=window.say, parent=window)
-    undo = catch_uncaught_errors(errors.tell)
+    errors = UncaughtErrors(window.attention, armed or Armed(), say=window.show_message, parent=window)
+    undo = catch_uncaught_errors(errors.report)
     try:
         yield
     finally:

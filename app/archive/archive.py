@@ -15,7 +15,7 @@ from app.archive.server_url import server_url
 from app.stations.station import Station, StationTrouble, encoded, own_station
 from app.store.database import Clock, utc_now
 from app.store.store import Store
-from app.text.messages import UserMessage, clean, said
+from app.text.messages import UserMessage, clean, message
 from protocol.translatable import marked
 
 
@@ -105,7 +105,7 @@ class Archive:
         names = self.names()
         unknown = next((module for module in (one, other) if names.module_of(module) is None), None)
         if unknown is not None or one == other:
-            raise ArchiveTrouble(said(marked("No such pair of modules in the archive.")))
+            raise ArchiveTrouble(message(marked("No such pair of modules in the archive.")))
         pair = pair_of(one, other)
         last = settlements_in(self.facts).get(pair)
         settlement = Settlement(

@@ -17,7 +17,7 @@ from app.text.messages import UserMessage
 
 
 class ArchivedRecords:
-    """`KeptRecords` for `verify`: the checks of this computer, and those of other stations."""
+    """`StoredRecords` for `verify`: the checks of this computer, and those of other stations."""
 
     def __init__(self, facts: LocalFacts | None, own: CheckStore | None = None) -> None:
         self._facts, self._own = facts, own

@@ -50,7 +50,7 @@ def _collect(source: _Source, store: Store, facts: LocalFacts, station: Station)
     while rows := store.database.read(f"{query} > ? ORDER BY number LIMIT {PAGE}", (last,)):
         new = [fact for row in rows for fact in _facts_of(source, row)]
         last = rows[-1][0]
-        with facts.together():
+        with facts.transaction():
             added += facts.add(_unknown(new, facts, station))
             facts.note_collected(source.name, last)
     return added

@@ -15,7 +15,7 @@ from app.archive.facts import Fact, FactRefused, FactRow, RefusedFact, checked, 
 PAGE: Final = 200
 BUCKETS_AT_ONCE: Final = 16
 """Whose ids are compared at a time: a sixteenth of the set at most."""
-MOST_REFUSALS: Final = 1000
+MAX_REFUSALS: Final = 1000
 """That are named; more are counted."""
 
 
@@ -58,7 +58,7 @@ def exchange(
             for ids in _parts([one for one, digest in offered.items() if known.get(one) != digest], page):
                 facts, refused = _sorted(there.read(ids), checked)
                 done.received += here.add([one for one in facts if one.id not in known])
-                done.refused += refused[: MOST_REFUSALS - len(done.refused)]
+                done.refused += refused[: MAX_REFUSALS - len(done.refused)]
                 done.refused_count += len(refused)
                 on_page(done)
         if sends:

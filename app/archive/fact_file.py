@@ -24,7 +24,7 @@ from app.archive.fact_set import (
 )
 from app.archive.facts import (
     FACT_COLUMNS,
-    LONGEST_PAYLOAD,
+    MAX_PAYLOAD_LENGTH,
     Fact,
     FactRefused,
     FactRow,
@@ -33,12 +33,12 @@ from app.archive.facts import (
     row_digest,
 )
 from app.system.files import whole_file
-from app.text.messages import said
+from app.text.messages import message
 from protocol.translatable import marked
 
 FORMAT: Final = "dps-s archive"
 VERSION: Final = 1
-_LONGEST_LINE: Final = 2 * LONGEST_PAYLOAD
+_MAX_LINE_LENGTH: Final = 2 * MAX_PAYLOAD_LENGTH
 _COPIED_AT_ONCE: Final = 1 << 20
 
 
@@ -113,14 +113,14 @@ class FactFile:
             file.write(b"\n")
 
     def _scan(self, file: IO[bytes]) -> None:
-        head = _parsed(file.readline(_LONGEST_LINE))
+        head = _parsed(file.readline(_MAX_LINE_LENGTH))
         if head.get("format") != FORMAT:
-            raise ArchiveTrouble(said(marked("{path} is not an archive file."), path=self.path))
+            raise ArchiveTrouble(message(marked("{path} is not an archive file."), path=self.path))
         if head.get("version") != VERSION:
             text = marked("{file} needs a newer version of this program.")
-            raise ArchiveTrouble(said(text, file=self.path))
+            raise ArchiveTrouble(message(text, file=self.path))
         start = file.tell()
-        while line := file.readline(_LONGEST_LINE):
+        while line := file.readline(_MAX_LINE_LENGTH):
             row = _row(line)
             try:
                 fact = checked(row)

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Final, Protocol
 
 from app.archive.facts import Fact, FactRow
-from app.text.messages import UserMessage, said
-from app.text.sentences import reason_of
+from app.text.messages import UserMessage, message
+from app.text.sentences import error_text
 from protocol.translatable import marked
 
 BUCKET: Final = 2
@@ -52,7 +52,7 @@ def file_troubles(text: str, file: Path) -> Iterator[None]:
     try:
         yield
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
-        raise ArchiveTrouble(said(text, file=file, why=reason_of(error))) from error
+        raise ArchiveTrouble(message(text, file=file, why=error_text(error))) from error
 
 
 CANNOT_READ: Final = marked("{file} cannot be read: {why}.")

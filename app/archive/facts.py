@@ -19,13 +19,13 @@ from enum import Enum
 from typing import Final
 
 from app.stations.station import KEY_BYTES, Station, decoded, encoded, is_signature
-from app.text.messages import UserMessage, clean, said
+from app.text.messages import UserMessage, clean, message
 from protocol.translatable import marked
 
 DOMAIN: Final = "dps-s fact 1"
 """What an id and a signature are of; another version of the form would be told apart by it."""
-LONGEST_PAYLOAD: Final = 8_000_000
-LONGEST_TIME: Final = 40
+MAX_PAYLOAD_LENGTH: Final = 8_000_000
+MAX_TIME_LENGTH: Final = 40
 SIGNATURE_BYTES: Final = 64
 _ID: Final = re.compile("[0-9a-f]{64}")
 _KIND: Final = re.compile("[a-z][a-z_]{0,39}")
@@ -84,7 +84,7 @@ class RefusedFact:
 
     def sentence(self) -> UserMessage:
         text = marked("{kind} of {at} ({id}): {why}.")
-        return said(text, kind=self.kind or "?", at=self.made_at or "?", id=self.id[:12] or "?", why=self.why)
+        return message(text, kind=self.kind or "?", at=self.made_at or "?", id=self.id[:12] or "?", why=self.why)
 
 
 class FactRefused(Exception):
@@ -124,7 +124,7 @@ def checked(row: FactRow) -> Fact:
     id_, kind, station, made_at, payload, signature = map(str, row)
     public, seal = decoded(station, KEY_BYTES), decoded(signature, SIGNATURE_BYTES)
     is_shaped = _ID.fullmatch(id_) and _KIND.fullmatch(kind) and public is not None and seal is not None
-    if not is_shaped or len(payload) > LONGEST_PAYLOAD or not payload.isascii() or not _is_time(made_at):
+    if not is_shaped or len(payload) > MAX_PAYLOAD_LENGTH or not payload.isascii() or not _is_time(made_at):
         raise _refused(row, marked("it is not whole"))
     if fact_id(kind, station, made_at, payload) != id_:
         raise _refused(row, marked("it was altered"))
@@ -156,12 +156,12 @@ def _refused(row: FactRow, why: str) -> FactRefused:
     def shown(place: int) -> str:
         return clean(str(row[place]), longest=64) if place < len(row) else ""
 
-    return FactRefused(RefusedFact(shown(0), shown(1), shown(3), said(why)))
+    return FactRefused(RefusedFact(shown(0), shown(1), shown(3), message(why)))
 
 
 def _is_time(text: str) -> bool:
     try:
-        return len(text) <= LONGEST_TIME and text.isascii() and datetime.fromisoformat(text).tzinfo is not None
+        return len(text) <= MAX_TIME_LENGTH and text.isascii() and datetime.fromisoformat(text).tzinfo is not None
     except ValueError:
         return False
 

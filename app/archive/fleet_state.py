@@ -14,7 +14,7 @@ from app.guided.results import TITLES, GuidedVerdict
 from app.preflight.verdict import VERDICT_WORDS, Verdict, verdict_named
 from app.records.record import Record
 from app.records.verification import RecordState, verify
-from app.text.messages import UserMessage, clean, said
+from app.text.messages import UserMessage, clean, message
 from protocol.translatable import marked
 
 CHECK_DAYS: Final = 30
@@ -63,12 +63,12 @@ class CheckLine:
     @property
     def words(self) -> UserMessage:
         """Its verdict, and what takes from it."""
-        word = said(VERDICT_WORDS[verdict_named(self.verdict)])
+        word = message(VERDICT_WORDS[verdict_named(self.verdict)])
         if self.is_altered:
-            return said(marked("{verdict} (record ALTERED)"), verdict=word)
+            return message(marked("{verdict} (record ALTERED)"), verdict=word)
         if self.is_simulated:
-            return said(SIMULATED, verdict=word)
-        return said(marked("{verdict} (void)"), verdict=word) if self.is_void else word
+            return message(SIMULATED, verdict=word)
+        return message(marked("{verdict} (void)"), verdict=word) if self.is_void else word
 
     @property
     def holds(self) -> bool:
@@ -187,23 +187,23 @@ def _last_tests(tests: Sequence[Fact]) -> list[GuidedLine]:
 def _due(state: ModuleToday, names: ModuleNames, now: datetime, check_days: int, test_days: int) -> list[Due]:
     due, check = [], state.last_check
     if check is None or check.is_simulated:
-        due.append(Due(DueKind.NO_CHECK, said(marked("No pre-flight check yet."))))
+        due.append(Due(DueKind.NO_CHECK, message(marked("No pre-flight check yet."))))
     elif not check.holds:
-        due.append(Due(DueKind.NO_GO, said(marked("The last check is not GO."))))
+        due.append(Due(DueKind.NO_GO, message(marked("The last check is not GO."))))
     elif (age := age_days(check.at, now)) is None or age > check_days:
         text = marked("No check within the last {days} days.")
-        due.append(Due(DueKind.OLD_CHECK, said(text, days=check_days)))
+        due.append(Due(DueKind.OLD_CHECK, message(text, days=check_days)))
     if state.unjudged:
         text = marked("Unjudged trigger records: {count}.")
-        due.append(Due(DueKind.TRIGGER_RECORDS, said(text, count=state.unjudged)))
+        due.append(Due(DueKind.TRIGGER_RECORDS, message(text, count=state.unjudged)))
     titles = {kind.value: title for kind, title in TITLES.items()}
     for test in state.tests:
-        title = said(titles.get(test.kind, test.kind))
+        title = message(titles.get(test.kind, test.kind))
         if test.verdict != GuidedVerdict.PASSED.value:
-            due.append(Due(DueKind.TEST, said(marked("Guided test not passed: {test}."), test=title)))
+            due.append(Due(DueKind.TEST, message(marked("Guided test not passed: {test}."), test=title)))
         elif (age := age_days(test.at, now)) is None or age > test_days:
             text = marked("Guided test not within the last {days} days: {test}.")
-            due.append(Due(DueKind.OLD_TEST, said(text, days=test_days, test=title)))
+            due.append(Due(DueKind.OLD_TEST, message(text, days=test_days, test=title)))
     members = set(state.module.members)
     open_questions = [one.question() for one in names.conflicts if members & set(one.pair)]
     return [*due, *(Due(DueKind.CONFLICT, question) for question in open_questions)]

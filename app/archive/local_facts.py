@@ -19,7 +19,7 @@ _log = logging.getLogger(__name__)
 
 FACTS_FILE: Final = "archive.sqlite"
 _COLUMNS: Final = ", ".join(FACT_COLUMNS)
-_MOST_VALUES: Final = 500
+_MAX_VALUES: Final = 500
 """In one statement."""
 
 FACT_TABLES: Final[tuple[tuple[str, ...], ...]] = (
@@ -73,8 +73,8 @@ class LocalFacts:
     def close(self) -> None:
         self.database.close()
 
-    def together(self) -> AbstractContextManager[None]:
-        return self.database.together()
+    def transaction(self) -> AbstractContextManager[None]:
+        return self.database.transaction()
 
     # The set
 
@@ -92,12 +92,12 @@ class LocalFacts:
     def add(self, facts: Sequence[Fact]) -> int:
         if not facts:
             return 0
-        with store_troubles(), self.database.together():
+        with store_troubles(), self.database.transaction():
             before = self.last_number()
             self.database.write_all(
                 f"INSERT INTO facts ({_COLUMNS}, digest, module, link) "  # noqa: S608
                 "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT DO NOTHING",
-                [(*fact.row, row_digest(fact.row), *_looked_up_by(fact)) for fact in facts],
+                [(*fact.row, row_digest(fact.row), *_lookup_key(fact)) for fact in facts],
             )
             return self.count_after(before)
 
@@ -157,8 +157,8 @@ class LocalFacts:
 
     def _by_ids(self, columns: str, ids: Sequence[str]) -> list[FactRow]:
         found: list[FactRow] = []
-        for start in range(0, len(ids), _MOST_VALUES):
-            part = ids[start : start + _MOST_VALUES]
+        for start in range(0, len(ids), _MAX_VALUES):
+            part = ids[start : start + _MAX_VALUES]
             places = ", ".join("?" * len(part))
             found += self._read(f"SELECT {columns} FROM facts WHERE id IN ({places})", part)  # noqa: S608
         return found
@@ -188,7 +188,7 @@ def find_facts(folder: Path) -> LocalFacts | None:
         return None
 
 
-def _looked_up_by(fact: Fact) -> tuple[str | None, str | None]:
+def _lookup_key(fact: Fact) -> tuple[str | None, str | None]:
     """The name of its module, and the hash of the chain's link that it is."""
     content = fact.content
     record = content.get("record")

@@ -10,7 +10,7 @@ from app.archive.local_facts import LocalFacts
 from app.archive.module_names import KnownModule, module_of_fact
 from app.guided.results import TITLES, VERDICT_WORDS, GuidedKind, GuidedVerdict
 from app.records.check_store import measured_in
-from app.text.messages import UserMessage, clean, said
+from app.text.messages import UserMessage, clean, message
 from app.trigger_records.history import JUDGEMENT_WORDS, Judgement, sentence
 from app.trigger_records.history import record_of as trigger_record_of
 from protocol.translatable import marked
@@ -59,60 +59,60 @@ def life_of(facts: LocalFacts, module: KnownModule) -> ModuleLife:
         for name, value in measured_in(record or {}).items():
             values.setdefault(name, []).append(ValuePoint(fact.made_at, fact.station, value))
     points = {name: tuple(some) for name, some in sorted(values.items())}
-    return ModuleLife(module, tuple(LifeEvent(fact, told(fact)) for fact in found), points)
+    return ModuleLife(module, tuple(LifeEvent(fact, fact_text(fact)) for fact in found), points)
 
 
-def told(fact: Fact) -> UserMessage:
+def fact_text(fact: Fact) -> UserMessage:
     """What a fact says; of one that no version of this program writes, its kind."""
     try:
-        return _told(FactKind(fact.kind), fact)
+        return _fact_text(FactKind(fact.kind), fact)
     except (ValueError, KeyError, TypeError, AttributeError):
         return UserMessage(fact.kind)
 
 
-def _told(kind: FactKind, fact: Fact) -> UserMessage:
+def _fact_text(kind: FactKind, fact: Fact) -> UserMessage:
     content = fact.content
     match kind:
         case FactKind.MODULE:
-            return said(marked("Named {name}."), name=_text(fact, "module"))
+            return message(marked("Named {name}."), name=_text(fact, "module"))
         case FactKind.TRIGGER_RECORD:
             what = sentence(trigger_record_of(bytes.fromhex(_text(fact, "raw"))))
-            return said(marked("Trigger record: {what}"), what=what)
+            return message(marked("Trigger record: {what}"), what=what)
         case FactKind.JUDGEMENT:
             return _judgement(fact)
         case FactKind.SNAPSHOT:
             settings = content.get("settings")
             listed = sorted(settings.items()) if isinstance(settings, dict) else ()
             text = ", ".join(f"{clean(str(name))} {value}" for name, value in listed)
-            return said(marked("Settings: {settings}."), settings=clean(text, longest=300))
+            return message(marked("Settings: {settings}."), settings=clean(text, longest=300))
         case FactKind.CHECK:
             line = check_line(fact, record_of(fact) or {})
-            who = UserMessage(line.who) if line.who else said(marked("not named"))
+            who = UserMessage(line.who) if line.who else message(marked("not named"))
             text = marked("Pre-flight check {number}: {verdict}, checked by {who}.")
-            return said(text, number=line.number, verdict=line.words, who=who)
+            return message(text, number=line.number, verdict=line.words, who=who)
         case FactKind.GUIDED_TEST:
-            verdict = said(VERDICT_WORDS[GuidedVerdict(_text(fact, "verdict"))])
+            verdict = message(VERDICT_WORDS[GuidedVerdict(_text(fact, "verdict"))])
             if content.get("is_simulated") is True:
-                verdict = said(SIMULATED, verdict=verdict)
-            test = said(TITLES[GuidedKind(_text(fact, "test"))])
-            return said(marked("Guided test {test}: {verdict}."), test=test, verdict=verdict)
+                verdict = message(SIMULATED, verdict=verdict)
+            test = message(TITLES[GuidedKind(_text(fact, "test"))])
+            return message(marked("Guided test {test}: {verdict}."), test=test, verdict=verdict)
         case FactKind.AUDIT:
             entry = content["entry"]
             if not isinstance(entry, list):
                 raise TypeError(entry)
             act, outcome = (clean(str(one)) for one in (entry[5], entry[9] or "begun"))
-            return said(marked("Audit log: {act}, {outcome}."), act=act, outcome=outcome)
+            return message(marked("Audit log: {act}, {outcome}."), act=act, outcome=outcome)
         case FactKind.SETTLEMENT:
-            return said(marked("A person settled which module this is."))
+            return message(marked("A person settled which module this is."))
 
 
 def _judgement(fact: Fact) -> UserMessage:
     value = fact.content.get("judgement")
     if value is None:
-        return said(marked("Judgement taken back."))
+        return message(marked("Judgement taken back."))
     note = _text(fact, "note")
     text = marked("Judged: {judgement}; “{note}”.") if note else marked("Judged: {judgement}.")
-    return said(text, judgement=said(JUDGEMENT_WORDS[Judgement(value)]), note=note)
+    return message(text, judgement=message(JUDGEMENT_WORDS[Judgement(value)]), note=note)
 
 
 def _text(fact: Fact, key: str) -> str:

@@ -13,10 +13,10 @@ from typing import Final, NamedTuple
 
 from app.archive.facts import Fact, FactKind
 from app.archive.local_facts import LocalFacts
-from app.text.messages import UserMessage, clean, said
+from app.text.messages import UserMessage, clean, message
 from protocol.translatable import marked
 
-LONGEST_NAME: Final = 200
+MAX_NAME_LENGTH: Final = 200
 
 
 class NamedModule(NamedTuple):
@@ -81,7 +81,7 @@ class Conflict:
 
     def question(self) -> UserMessage:
         one, other = (clean(module.name, longest=60) for module in self.pair)
-        return said(_QUESTIONS[self.kind], one=one, other=other)
+        return message(_QUESTIONS[self.kind], one=one, other=other)
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,7 +118,7 @@ def pair_of(one: NamedModule, other: NamedModule) -> Pair:
 def module_of_fact(fact: Fact) -> NamedModule | None:
     """Whom a fact is about; None for a module without a name."""
     name = fact.content.get("module")
-    return NamedModule(fact.station, name) if isinstance(name, str) and name and len(name) <= LONGEST_NAME else None
+    return NamedModule(fact.station, name) if isinstance(name, str) and name and len(name) <= MAX_NAME_LENGTH else None
 
 
 def settlements_in(facts: LocalFacts) -> dict[Pair, Settlement]:
@@ -223,7 +223,7 @@ def _settlement(fact: Fact) -> Settlement | None:
         return None
     one, other = (NamedModule(*module) for module in modules)
     return Settlement(
-        pair=pair_of(one, other), is_same=is_same, name=clean(name, longest=LONGEST_NAME), who=clean(who),
+        pair=pair_of(one, other), is_same=is_same, name=clean(name, longest=MAX_NAME_LENGTH), who=clean(who),
         revision=revision, made_at=fact.made_at, id=fact.id,
     )  # fmt: skip
 

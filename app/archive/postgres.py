@@ -13,10 +13,10 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any, Final
 
 from app.archive.fact_set import BUCKET, ArchiveTrouble, Digests
-from app.archive.facts import FACT_COLUMNS, LONGEST_PAYLOAD, Fact, FactRow
+from app.archive.facts import FACT_COLUMNS, MAX_PAYLOAD_LENGTH, Fact, FactRow
 from app.archive.server_url import ServerUrl, server_url
 from app.archive.system_roots import system_roots
-from app.text.messages import UserMessage, said
+from app.text.messages import UserMessage, message
 from protocol.translatable import marked
 
 if TYPE_CHECKING:
@@ -85,7 +85,7 @@ class PostgresFacts:
     def read(self, ids: Sequence[str]) -> Sequence[FactRow]:
         """What is longer than any fact comes cut, so that it fits no id."""
         places = ", ".join(["%s"] * len(ids))
-        shown = ", ".join(f"substr({name}, 1, {LONGEST_PAYLOAD + 1})" for name in FACT_COLUMNS)
+        shown = ", ".join(f"substr({name}, 1, {MAX_PAYLOAD_LENGTH + 1})" for name in FACT_COLUMNS)
         return self._read(f"SELECT {shown} FROM {TABLE} WHERE id IN ({places})", ids)  # noqa: S608
 
     def add(self, facts: Sequence[Fact]) -> int:
@@ -121,7 +121,7 @@ def _connect(url: ServerUrl) -> "psycopg.Connection[Any]":
         import psycopg
     except ImportError as error:
         text = marked("The archive server needs psycopg, which is not installed: {command}")
-        raise ArchiveTrouble(said(text, command=INSTALL)) from error
+        raise ArchiveTrouble(message(text, command=INSTALL)) from error
     given: dict[str, Any] = {**_ALIVE, "connect_timeout": CONNECT_LIMIT_S, **dict(url.secrets)}
     for name, _value in url.options:
         given.pop(name, None)  # the address says otherwise
@@ -191,5 +191,7 @@ def _trouble(url: ServerUrl, error: Exception) -> ArchiveTrouble:
     why = UserMessage("; ".join(reasons) or type(error).__name__)
     for sign, text in _PLAIN.items():
         if any(sign in one for one in reasons):
-            why = said(text)
-    return ArchiveTrouble(said(marked("The archive server {server} cannot be used: {why}"), server=url.shown, why=why))
+            why = message(text)
+    return ArchiveTrouble(
+        message(marked("The archive server {server} cannot be used: {why}"), server=url.shown, why=why)
+    )

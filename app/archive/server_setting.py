@@ -4,22 +4,22 @@ from pathlib import Path
 from typing import Final
 
 from app.archive.fact_set import CANNOT_WRITE, ArchiveTrouble, file_troubles
-from app.archive.server_url import LONGEST_URL, server_url
+from app.archive.server_url import MAX_URL_LENGTH, server_url
 from app.system.files import write_whole
 
 SERVER_FILE: Final = "archive-server.txt"
 
 
-def kept_server(folder: Path) -> str | None:
+def stored_server(folder: Path) -> str | None:
     """None where none is set, or where the file holds no address."""
     try:
         with (folder / SERVER_FILE).open(encoding="utf-8") as file:
-            return server_url(file.read(LONGEST_URL)).shown
+            return server_url(file.read(MAX_URL_LENGTH)).shown
     except (OSError, ValueError, ArchiveTrouble):
         return None
 
 
-def keep_server(folder: Path, text: str) -> str | None:
+def store_server(folder: Path, text: str) -> str | None:
     """As it is kept: without its password; "" takes it away. Raises `ArchiveTrouble`."""
     path = folder / SERVER_FILE
     with file_troubles(CANNOT_WRITE, path):

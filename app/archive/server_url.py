@@ -8,11 +8,11 @@ from typing import Final, NamedTuple
 from urllib.parse import quote, unquote, urlencode
 
 from app.archive.fact_set import ArchiveTrouble
-from app.text.messages import clean, said
+from app.text.messages import clean, message
 from protocol.translatable import marked
 
 SCHEMES: Final = ("postgresql", "postgres")
-LONGEST_URL: Final = 2000
+MAX_URL_LENGTH: Final = 2000
 _SECRETS: Final = ("password", "sslpassword", "oauth_client_secret", "scram_client_key", "scram_server_key")
 _URL: Final = re.compile(r"(?P<scheme>\w+)://(?:(?P<user>[^@/?#]*)@)?(?P<place>[^@?#]*)(?:\?(?P<query>[^@#]*))?")
 
@@ -39,11 +39,11 @@ class ServerUrl(NamedTuple):
 
 def server_url(text: str) -> ServerUrl:
     """Raises `ArchiveTrouble`; nothing of what was typed is in its sentence, because a password may be."""
-    found = _URL.fullmatch(text.strip()) if len(text) <= LONGEST_URL else None
+    found = _URL.fullmatch(text.strip()) if len(text) <= MAX_URL_LENGTH else None
     if found is None or found["scheme"].lower() not in SCHEMES:
         example = "postgresql://USER@HOST/DATABASE"
         text = marked("Write {example}; in a password %2F %40 %3F %23 for / @ ? #.")
-        raise ArchiveTrouble(said(text, example=example))
+        raise ArchiveTrouble(message(text, example=example))
     user, _, password = (found["user"] or "").partition(":")
     parts = (part.partition("=") for part in (found["query"] or "").split("&") if part)
     given = [(unquote(name), unquote(value)) for name, _, value in parts]  # a + is one: libpq reads it so

@@ -12,7 +12,7 @@ Ambiguous meanings are shown as such: 01 from 21 or 22 is "received" or a value,
 
 from app.text.durations import stopwatch
 from app.text.i18n import tr
-from app.text.sentences import listed
+from app.text.sentences import join_names
 from app.trigger_records.fields import JsonValue, record_values, source_word
 from protocol.catalogue import BY_NAME, COMMANDS, SET, STATUS, STATUS_PARTS, TRIGGER_RECORDS, Command, Request
 from protocol.fields import Choice, Done, Field, Flag, Quantity
@@ -55,8 +55,8 @@ def sentence(piece: Frame | Noise, asked: Asked = None) -> str:
     if isinstance(piece, Noise):
         return tr("no frame: {why}", why=tr(piece.fault.text, **piece.fault.values))
     if piece.direction is Direction.HOST_TO_MODULE:
-        return _words_of_request(decode_request(piece.raw))
-    return _words_of_message(read_reply(piece.raw, asked), asked)
+        return _request_text(decode_request(piece.raw))
+    return _message_text(read_reply(piece.raw, asked), asked)
 
 
 def read_reply(raw: bytes, asked: Asked) -> Message:
@@ -159,16 +159,16 @@ def _value(field: Field, raw: int) -> str:
     return text if isinstance(field, Quantity) else tr(text)
 
 
-def _words_of_request(request: Request) -> str:
+def _request_text(request: Request) -> str:
     command = request.command
     if command.name == "heartbeat":
         return _inside(command.title)
     if request.is_set:
-        return tr("set: {what}", what=_what(command, command.write, request.data))
+        return tr("set: {what}", what=_value_text(command, command.write, request.data))
     return tr("query: {what}" if request.is_repeatable else "set: {what}", what=_inside(command.title))
 
 
-def _words_of_message(message: Message, asked: Asked) -> str:
+def _message_text(message: Message, asked: Asked) -> str:
     match message:
         case Heartbeat():
             return _inside(BY_NAME["heartbeat"].title)
@@ -179,30 +179,30 @@ def _words_of_message(message: Message, asked: Asked) -> str:
                 tr("triggered") if message.triggered else tr("not triggered"),
                 tr("active") if message.active else tr("locked"),
             )
-            return tr("{file}: {why}", file=_inside(STATUS.title), why=listed(words))
+            return tr("{file}: {why}", file=_inside(STATUS.title), why=join_names(words))
         case TriggerRecord():
-            return tr("{file}: {why}", file=_inside(TRIGGER_RECORDS.title), why=_words_of_record(message))
+            return tr("{file}: {why}", file=_inside(TRIGGER_RECORDS.title), why=_record_text(message))
         case EmptySlot():
             return tr("{file}: {why}", file=_inside(TRIGGER_RECORDS.title), why=tr("none"))
         case Reading():
             if _is_value_open(message, asked):
                 return tr("reply: {what}", what=f"{_inside(message.command.title)} ?")
             possible = _may_answer(message, asked) or (message.command,)
-            return tr("reply: {what}", what=" / ".join(_what(one, one.reply, message.raw) for one in possible))
+            return tr("reply: {what}", what=" / ".join(_value_text(one, one.reply, message.raw) for one in possible))
         case Acknowledgement():
-            return _words_of_acknowledgement(message, asked)
+            return _acknowledgement_text(message, asked)
 
 
-def _words_of_acknowledgement(message: Acknowledgement, asked: Asked) -> str:
+def _acknowledgement_text(message: Acknowledgement, asked: Asked) -> str:
     command = message.request.command
     if _is_only_received(message, asked):
         return tr("acknowledged: {what}", what=_inside(command.title))
     if message.is_accepted:
-        return tr("acknowledged: {what}", what=_what(command, command.reply, message.raw))
+        return tr("acknowledged: {what}", what=_value_text(command, command.reply, message.raw))
     return tr("not acknowledged: {what}", what=f"{_inside(command.title)} ({message.raw:02X})")
 
 
-def _what(command: Command, field: Field | None, raw: int) -> str:
+def _value_text(command: Command, field: Field | None, raw: int) -> str:
     """Content of a set or a six-byte reply, such as "cell voltage 3.80 V"."""
     act = _ACTS.get((command.name, raw))
     if act is not None:
@@ -215,9 +215,9 @@ def _what(command: Command, field: Field | None, raw: int) -> str:
     return f"{title} {_value(field, raw)}"
 
 
-def _words_of_record(record: TriggerRecord) -> str:
+def _record_text(record: TriggerRecord) -> str:
     cell = f"{record.cell_voltage_v:.2f} V"
-    return listed((
+    return join_names((
         f"{_inside(BY_NAME['boot_count'].title)} {record.boot_count}",
         stopwatch(record.uptime_s),
         *(map(source_word, record.sources) if record.sources else (tr("unknown"),)),

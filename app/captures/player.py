@@ -17,7 +17,7 @@ from collections.abc import Callable
 from typing import Final, NamedTuple
 from urllib.parse import parse_qsl, quote, unquote, urlsplit
 
-from app.captures.script import LONGEST_RECORDS_S, Answer, Script
+from app.captures.script import MAX_RECORDS_S, Answer, Script
 from app.engine.playback import SCHEME
 from protocol.catalogue import HEARTBEAT, HEARTBEAT_REPLY, HOST_HEADER, Request
 from protocol.frame import HOST_FRAME_LENGTH, check_host, decode_request
@@ -27,14 +27,14 @@ ALIVE_FOR_S = 12.0
 """How long a frame proves that the module was present: a heartbeat period and some."""
 AHEAD_S: Final = 20.0
 """How far ahead an answer may be taken from. The window queries values every second, the boot count every ten."""
-KNOWN_AHEAD_S: Final = AHEAD_S + LONGEST_RECORDS_S
+KNOWN_AHEAD_S: Final = AHEAD_S + MAX_RECORDS_S
 """How far ahead the capture is read. Playback begins before that; requests wait for the answers that they need."""
-LEAST_AHEAD_S: Final = 1.0
+MIN_AHEAD_S: Final = 1.0
 """The capture's time waits if less than this has been read ahead."""
 READ_EARLIER_S: Final = 2.0
 """How much earlier than necessary it is read, in time of the clock."""
 
-_KEPT_REQUEST_BYTES = 64
+_MAX_REQUEST_BYTES = 64
 
 
 class Player:
@@ -67,19 +67,19 @@ class Player:
 
         Raises what reading the file raises.
         """
-        self._keep_time(now_s)
+        self._limit_position(now_s)
         script, position_s = self._script, self._passed_s(now_s)
         if script.is_read or script.read_s >= position_s + KNOWN_AHEAD_S + READ_EARLIER_S * self._speed:
             return False
         script.read_on()
         script.forget(position_s, ALIVE_FOR_S)
-        self._keep_time(now_s)
+        self._limit_position(now_s)
         return True
 
     def write(self, data: bytes, now_s: float) -> None:
         """Take requests of the host."""
-        self._keep_time(now_s)
-        heard = (self._heard + data)[-_KEPT_REQUEST_BYTES:]
+        self._limit_position(now_s)
+        heard = (self._heard + data)[-_MAX_REQUEST_BYTES:]
         while len(heard) >= HOST_FRAME_LENGTH:
             raw = heard[:HOST_FRAME_LENGTH]
             if raw.startswith(HOST_HEADER) and check_host(raw) is None:
@@ -92,7 +92,7 @@ class Player:
 
     def read(self, now_s: float) -> bytes:
         """Bytes that came since the last call."""
-        self._keep_time(now_s)
+        self._limit_position(now_s)
         self._answer_all(now_s)
         arrived = bytearray()
         while (due_s := self._next_unasked_s()) is not None and due_s <= now_s:
@@ -110,10 +110,10 @@ class Player:
         """Passed time of the capture."""
         return (now_s - self._began_s) * self._speed
 
-    def _keep_time(self, now_s: float) -> None:
+    def _limit_position(self, now_s: float) -> None:
         """Delay playback while not enough has been read."""
         if not self._script.is_read:
-            furthest_s = max(0.0, self._script.read_s - LEAST_AHEAD_S)
+            furthest_s = max(0.0, self._script.read_s - MIN_AHEAD_S)
             self._began_s = max(self._began_s, now_s - furthest_s / self._speed)
 
     def _next_unasked_s(self) -> float | None:
@@ -142,8 +142,8 @@ class Player:
         return self._script.is_read or self._script.read_s >= at_s
 
     def _knows_whole(self, answer: Answer) -> bool:
-        has_all = bool(answer.data) and not answer.takes_several
-        return has_all or self._knows(answer.asked_at_s + LONGEST_RECORDS_S)
+        has_all = bool(answer.data) and not answer.is_multi_frame
+        return has_all or self._knows(answer.asked_at_s + MAX_RECORDS_S)
 
     def _given(self, request: Request, position_s: float) -> Answer | None:
         """The last answer before this position, else the first one within `AHEAD_S`."""

@@ -20,15 +20,15 @@ from io import TextIOWrapper
 from typing import BinaryIO
 
 from app.captures.entries import CaptureEntry, Way
-from app.captures.survey import BITS_PER_BYTE, ENTRY_LINE, LONGEST_LINE, MAGIC_LINE, Survey
-from app.captures.writer import BYTES_A_LINE, LONGEST_FILE_BYTES, Header
+from app.captures.survey import BITS_PER_BYTE, ENTRY_LINE, MAGIC_LINE, MAX_LINE_LENGTH, CaptureProbe
+from app.captures.writer import BYTES_A_LINE, MAX_FILE_BYTES, Header
 from app.text.hex_text import HexText, NotHex
 from protocol.catalogue import DEFAULT_BAUD_RATE
 from protocol.frame import Direction, Frame
 from protocol.stream import Piece, StreamParser
 from protocol.translatable import marked
 
-FAULTS_KEPT = 100
+MAX_FAULTS = 100
 STEP_CHARACTERS = 4096
 """Read at once from a file: about 2 ms of work."""
 
@@ -56,9 +56,9 @@ class OpenCapture:
         """Raises OSError, or `CaptureRefused`."""
         self._file = file
         self._size = os.fstat(file.fileno()).st_size
-        if self._size > LONGEST_FILE_BYTES + LONGEST_LINE:
+        if self._size > MAX_FILE_BYTES + MAX_LINE_LENGTH:
             raise CaptureRefused(marked("the file is too long for a capture"))
-        self._survey = Survey()
+        self._survey = CaptureProbe()
         self._lines: TextIOWrapper | None = None
         self.reader = CaptureReader()
 
@@ -79,9 +79,9 @@ class OpenCapture:
     def _some(self, lines: TextIOWrapper) -> list[CaptureEntry] | None:
         """Entries of the next lines; None at the end of the file."""
         characters, entries = 0, list[CaptureEntry]()
-        while characters < STEP_CHARACTERS and (line := lines.readline(LONGEST_LINE + 1)):
+        while characters < STEP_CHARACTERS and (line := lines.readline(MAX_LINE_LENGTH + 1)):
             characters += len(line)
-            entries += self.reader.feed(line, goes_on=len(line) > LONGEST_LINE and not line.endswith("\n"))
+            entries += self.reader.feed(line, goes_on=len(line) > MAX_LINE_LENGTH and not line.endswith("\n"))
         return entries if characters else None
 
     @property
@@ -147,7 +147,7 @@ class CaptureReader:
         if line.startswith("#"):
             self._comment(line)
             return None
-        if len(line) > LONGEST_LINE:
+        if len(line) > MAX_LINE_LENGTH:
             self._fault(_TOO_LONG)
             return None
         found = ENTRY_LINE.fullmatch(line)
@@ -209,7 +209,7 @@ class CaptureReader:
         return raw
 
     def _fault(self, text: str) -> None:
-        if len(self.faults) < FAULTS_KEPT:
+        if len(self.faults) < MAX_FAULTS:
             self.faults.append(LineFault(self._number, text))
 
 

@@ -34,7 +34,7 @@ class Rows(Sequence[Explained]):
         """Time of a row, in seconds since the capture began."""
 
     @abstractmethod
-    def said(self, place: int) -> Hashable:
+    def same_text_key(self, place: int) -> Hashable:
         """Equal for rows of the same content at any time. Much faster than comparing rows."""
 
     @abstractmethod
@@ -93,7 +93,7 @@ class CaptureRows(Rows):
     def at_s(self, place: int) -> float:
         return self._at_s[place]
 
-    def said(self, place: int) -> Hashable:
+    def same_text_key(self, place: int) -> Hashable:
         begins = self._ends[place - 1] if place else 0
         flags = self._flags[place]
         note = 0 if flags & _STATUS else self._notes[place]  # the meaning of a status does not depend on the request
@@ -140,8 +140,8 @@ class ChosenRows(Rows):
     def at_s(self, place: int) -> float:
         return self._rows.at_s(self.places[place])
 
-    def said(self, place: int) -> Hashable:
-        return self._rows.said(self.places[place])
+    def same_text_key(self, place: int) -> Hashable:
+        return self._rows.same_text_key(self.places[place])
 
     def _at(self, place: int) -> Explained:
         return self._rows[self.places[place]]

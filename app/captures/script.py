@@ -11,9 +11,9 @@ from protocol.catalogue import Layout, Request
 from protocol.frame import Direction, Frame, decode_request
 from protocol.messages import answers
 
-LONGEST_ANSWER_S: Final = 3.0
+MAX_ANSWER_S: Final = 3.0
 """A frame later than this after the question no longer counts as its answer; records get ten seconds more."""
-LONGEST_RECORDS_S: Final = 13.0
+MAX_RECORDS_S: Final = 13.0
 
 
 @dataclass(slots=True)
@@ -26,14 +26,14 @@ class Answer:
     data: bytes = b""
 
     @property
-    def takes_several(self) -> bool:
+    def is_multi_frame(self) -> bool:
         """Whether it consists of several frames: trigger records."""
         return self.request.command.layout is Layout.RECORD
 
-    def takes(self, one: Explained) -> bool:
+    def accept(self, one: Explained) -> bool:
         """Add a frame if it belongs to this answer; whether it does."""
-        limit_s = LONGEST_RECORDS_S if self.takes_several else LONGEST_ANSWER_S
-        is_free = self.takes_several or not self.data
+        limit_s = MAX_RECORDS_S if self.is_multi_frame else MAX_ANSWER_S
+        is_free = self.is_multi_frame or not self.data
         if not (is_free and one.at_s - self.asked_at_s <= limit_s and answers(one.piece.raw, self.request)):
             return False
         if not self.data:
@@ -102,7 +102,7 @@ class Script:
             is_modules = frame is not None and frame.direction is Direction.MODULE_TO_HOST
             if is_modules:
                 self.alive_at_s.append(one.at_s)
-            if not (is_modules and self._question is not None and self._question.takes(one)):
+            if not (is_modules and self._question is not None and self._question.accept(one)):
                 self.unasked.append((one.at_s, one.piece.raw))
 
     def _ask(self, request: Request, at_s: float) -> None:

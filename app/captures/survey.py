@@ -7,7 +7,7 @@ from typing import BinaryIO, Final
 from protocol.catalogue import DEFAULT_BAUD_RATE
 
 BITS_PER_BYTE: Final = 10
-LONGEST_LINE: Final = 64 * 1024
+MAX_LINE_LENGTH: Final = 64 * 1024
 MAGIC_LINE: Final = re.compile(r"#\s*DPS-S capture\s+(\d+)\s*")
 ENTRY_LINE: Final = re.compile(r"(\d{1,12}(?:\.\d{1,9})?)\s+([<>])\s*(.*)")
 _BLOCK_BYTES: Final = 256 * 1024
@@ -17,7 +17,7 @@ _LINES_LOOKED_AT: Final = 50
 _FILLING: Final = b" \t\r\n,"
 
 
-class Survey:
+class CaptureProbe:
     """Format and duration of a capture, found without parsing most of its lines, which is 100 times faster."""
 
     def __init__(self) -> None:
@@ -40,12 +40,12 @@ class Survey:
         while block := file.read(_BLOCK_BYTES):
             text = rest + block
             end = max(text.rfind(b"\n"), text.rfind(b"\r")) + 1
-            self._look(text[:end])
-            rest = text[end:][:LONGEST_LINE]  # a longer line is no entry
+            self._probe_lines(text[:end])
+            rest = text[end:][:MAX_LINE_LENGTH]  # a longer line is no entry
             yield
-        self._look(rest)
+        self._probe_lines(rest)
 
-    def _look(self, text: bytes) -> None:
+    def _probe_lines(self, text: bytes) -> None:
         """Examine whole lines."""
         has_name = _NAME in text
         if self.is_plain and not has_name and b"<" not in text and b">" not in text:
@@ -55,14 +55,14 @@ class Survey:
         begins = 0
         for number, line in enumerate(lines) if has_name else ():
             if _NAME in line and MAGIC_LINE.fullmatch(_decoded(line)):
-                self._look_for_time(lines[begins:number])
+                self._find_time(lines[begins:number])
                 self.is_plain = False
                 self._ended_parts_s += self._part_s
                 self._part_s = 0.0
                 begins = number + 1
-        self._look_for_time(lines[begins:])
+        self._find_time(lines[begins:])
 
-    def _look_for_time(self, lines: Sequence[bytes]) -> None:
+    def _find_time(self, lines: Sequence[bytes]) -> None:
         """Find the last time; in all lines until one is of a capture."""
         looked_at = lines if self.is_plain else lines[-_LINES_LOOKED_AT:]
         for line in reversed(looked_at):

@@ -11,9 +11,9 @@ from app.captures.writer import Header, entries_of
 from app.system.wall_clock import WallClock
 from protocol.events import Event
 
-MOST_BYTES = 16_000_000
+MAX_BYTES = 16_000_000
 """Limit of memory: half an hour of a usual stream, ten minutes of a full line. Older entries are in the session's
-recording. As text it is smaller than `LONGEST_FILE_BYTES`, so that it can be opened again."""
+recording. As text it is smaller than `MAX_FILE_BYTES`, so that it can be opened again."""
 ENTRY_BYTES = 150
 """Memory of an entry besides its bytes."""
 
@@ -36,7 +36,7 @@ class TrafficBuffer:
         for entry in entries_of(events, 0.0):
             self._entries.append(entry)
             self._bytes += ENTRY_BYTES + len(entry.raw)
-        while self._bytes > MOST_BYTES:
+        while self._bytes > MAX_BYTES:
             self._bytes -= ENTRY_BYTES + len(self._entries.popleft().raw)
             self.has_dropped = True
 

@@ -7,7 +7,7 @@ from app.captures.entries import CaptureEntry, Way
 from protocol.events import Event, Received, Rejected, Sent
 
 MAGIC = "# DPS-S capture 1"
-LONGEST_FILE_BYTES = 64 * 1024 * 1024
+MAX_FILE_BYTES = 64 * 1024 * 1024
 """Limit of writing and reading a file: 15 minutes of a full line, hours of a usual one."""
 BYTES_A_LINE = 4096
 ENTRIES_A_PART = 1000

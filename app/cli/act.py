@@ -55,13 +55,13 @@ def run(args: argparse.Namespace) -> int:
             else:
                 done = conversation.run(perform(act, records.journal, permit=permit))
         except KeyboardInterrupt:
-            console.say(tr("Interrupted; may have been carried out."))
+            console.notify(tr("Interrupted; may have been carried out."))
             raise
     code = exit_code(done)
-    if code == console.DONE:
+    if code == console.SUCCESS:
         console.write_lines([done.sentence])
     else:
-        console.say(done.sentence)
+        console.notify(done.sentence)
     return code
 
 
@@ -73,9 +73,9 @@ def exit_code(done: "Performed | Locked") -> int:
 
     if isinstance(done, Locked):
         if done.is_locked:
-            return console.DONE
-        return console.SAID_NO if done.is_heard and not done.is_port_lost else console.NO_LINK
+            return console.SUCCESS
+        return console.ANSWER_NO if done.is_heard and not done.is_port_lost else console.NO_LINK
     if done.outcome is Outcome.CONFIRMED:
-        return console.SAID_NO if done.act is Act.ZERO and not done.is_level else console.DONE
+        return console.ANSWER_NO if done.act is Act.ZERO and not done.is_level else console.SUCCESS
     is_silent = any(refusal.condition is Interlock.ONLINE for refusal in done.refusals)
-    return console.NO_LINK if is_silent else console.SAID_NO
+    return console.NO_LINK if is_silent else console.ANSWER_NO

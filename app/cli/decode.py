@@ -20,24 +20,24 @@ from app.captures.entries import Way
 from app.captures.explain import Asked, meaning, sentence
 from app.captures.explained import Explained, Explainer
 from app.captures.reader import CaptureReader, CaptureRefused
-from app.captures.survey import ENTRY_LINE, LONGEST_LINE, MAGIC_LINE
+from app.captures.survey import ENTRY_LINE, MAGIC_LINE, MAX_LINE_LENGTH
 from app.terminal import console
 from app.text.hex_text import HexText, NotHex
 from app.text.i18n import tr
-from app.text.sentences import reason_of
+from app.text.sentences import error_text
 from app.trigger_records.fields import JsonValue
 from protocol.catalogue import BY_NAME, Command
 from protocol.frame import Direction, Frame, Noise, decode_request
 from protocol.stream import Piece, StreamParser
 
 EXAMPLE = "41 75 32"
-LONGEST_RUN = 4096
+MAX_RUN_LENGTH = 4096
 """Maximum of rejected bytes in one line; a longer run continues in the next line, so that memory stays bounded."""
 SHOWN_BYTES = 16
 """Bytes that a line for people shows: the length of the longest frame."""
 LINES_AT_ONCE = 500
 """Of a file; standard input is printed line by line."""
-_READ_CHARACTERS = LONGEST_LINE + 1
+_READ_CHARACTERS = MAX_LINE_LENGTH + 1
 _DIRECTIONS = {Way.OUT: Direction.HOST_TO_MODULE, Way.IN: Direction.MODULE_TO_HOST}
 
 
@@ -75,7 +75,7 @@ def run(args: argparse.Namespace) -> int:
             with Path(words[0]).open(encoding="utf-8-sig") as file:
                 _decode_text(iter(lambda: file.readline(_READ_CHARACTERS), ""), asked, printer, at_once=LINES_AT_ONCE)
         else:
-            _decode_hex(_bytes_of_words(words), asked, printer)
+            _decode_hex(_bytes_of_arguments(words), asked, printer)
     except NotHex as error:
         raise console.Refused(f"{error.word}: {tr('expected {expected}', expected=EXAMPLE)}") from error
     except UnicodeDecodeError as error:
@@ -86,8 +86,8 @@ def run(args: argparse.Namespace) -> int:
     except BrokenPipeError:
         raise
     except OSError as error:
-        raise console.Refused(tr("{file} cannot be read: {why}.", file=words[0], why=reason_of(error))) from error
-    return console.PARTLY if printer.has_rejected else console.DONE
+        raise console.Refused(tr("{file} cannot be read: {why}.", file=words[0], why=error_text(error))) from error
+    return console.PARTIAL if printer.has_rejected else console.SUCCESS
 
 
 class _Printer:
@@ -126,7 +126,7 @@ def _decode_capture(lines: Iterator[str], asked: Command | None, printer: _Print
             waiting.clear()
     printer.print(map(_line_of, [*waiting, *explainer.end()]))
     for fault in reader.faults:
-        console.say(tr("Line {number} is left out: {why}.", number=fault.line, why=tr(fault.text)))
+        console.notify(tr("Line {number} is left out: {why}.", number=fault.line, why=tr(fault.text)))
     printer.has_rejected |= bool(reader.faults)
 
 
@@ -175,9 +175,9 @@ class CaptureDecoder:
         if run is not None:
             noise = Noise(run.raw + noise.raw, run.fault, run.offset)
         raw, offset = noise.raw, noise.offset
-        while len(raw) > LONGEST_RUN:
-            yield DecodedLine(Noise(raw[:LONGEST_RUN], noise.fault, offset), self._asked)
-            raw, offset = raw[LONGEST_RUN:], offset + LONGEST_RUN
+        while len(raw) > MAX_RUN_LENGTH:
+            yield DecodedLine(Noise(raw[:MAX_RUN_LENGTH], noise.fault, offset), self._asked)
+            raw, offset = raw[MAX_RUN_LENGTH:], offset + MAX_RUN_LENGTH
         self._run = Noise(raw, noise.fault, offset)
 
     def _end_of_run(self) -> Iterator[DecodedLine]:
@@ -214,7 +214,7 @@ def _text_for_people(line: DecodedLine) -> str:
     return f"{place}  {sender:6}  {shown:{3 * SHOWN_BYTES - 1}}  {words}"
 
 
-def _bytes_of_words(words: list[str]) -> Iterator[bytes]:
+def _bytes_of_arguments(words: list[str]) -> Iterator[bytes]:
     """All words at once, so that an invalid one is refused before anything is printed."""
     text = HexText()
     data = text.feed(" ".join(words))

@@ -15,7 +15,7 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
 
 def run(args: argparse.Namespace) -> int:
     from app.procedures.find import find_rate
-    from app.terminal.connection import connected, no_module_anywhere
+    from app.terminal.connection import connected, no_module_found
 
     first = args.baud or console.USUAL_RATE
     with connected(args.port, first, is_greeted=False) as conversation:
@@ -23,8 +23,8 @@ def run(args: argparse.Namespace) -> int:
     if args.json:
         console.write_json({"baud_rate": found.baud_rate, "tried": list(found.tried)})
     if found.baud_rate is None:
-        console.say(no_module_anywhere(args.port))
+        console.notify(no_module_found(args.port))
         return console.NO_LINK
     if not args.json:
         console.write_lines([tr("{port}, {rate} baud", port=args.port, rate=found.baud_rate)])
-    return console.DONE
+    return console.SUCCESS

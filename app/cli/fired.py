@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 THRESHOLDS = (
     "attitude_threshold_deg", "freefall_acceleration_g", "freefall_time_s", "attitude_trigger", "freefall_trigger",
 )  # fmt: skip
-MOST_ACCELERATION_G = 1.5
+MAX_ACCELERATION_G = 1.5
 ALIKE_S = 0.25
 """Readings of the rule that fire within this time of each other agree; one of them waits for 0.2 s."""
 _LATER = marked("{reading}: would first fire at {time:.2f} s.")
@@ -56,7 +56,7 @@ def run(args: argparse.Namespace) -> int:
     try:
         columns = parse_choice(args.column) if args.column else None
     except LogUnreadable as error:
-        raise console.Refused(error.why.in_words()) from error
+        raise console.Refused(error.why.translated()) from error
     logs = _judged(paths, LogOrder(columns, limits))
     read = [(one, one.flight) for one in logs if one.flight is not None]
     if args.json:
@@ -65,19 +65,19 @@ def run(args: argparse.Namespace) -> int:
         console.write_lines(_page(read, is_must=args.must))
     for one in logs:
         if one.why_not is not None:
-            console.say(tr("{file}: {why}", file=one.path, why=one.why_not.in_words()))
+            console.notify(tr("{file}: {why}", file=one.path, why=one.why_not.translated()))
     if args.must or args.must_not:
-        (_say_all if args.json else console.write_lines)(
+        (_print_all if args.json else console.write_lines)(
             _proposal_lines([flight for _, flight in read], is_must=args.must)
         )
     if len(read) < len(logs):
-        return console.USED_WRONGLY
-    return console.PARTLY if any(one.judged[0].firings for one, _ in read) else console.DONE
+        return console.USAGE_ERROR
+    return console.PARTIAL if any(one.judged[0].firings for one, _ in read) else console.SUCCESS
 
 
-def _say_all(lines: Sequence[str]) -> None:
+def _print_all(lines: Sequence[str]) -> None:
     for line in lines:
-        console.say(line)
+        console.notify(line)
 
 
 def parse_limits(words: Sequence[str]) -> "TriggerLimits":
@@ -94,8 +94,8 @@ def parse_limits(words: Sequence[str]) -> "TriggerLimits":
         bool(values.get("attitude_trigger", True)),
         bool(values.get("freefall_trigger", True)),
     )
-    if limits.freefall_acceleration_g > MOST_ACCELERATION_G:
-        expected = tr("expected {expected}", expected=f"≤ {MOST_ACCELERATION_G}")
+    if limits.freefall_acceleration_g > MAX_ACCELERATION_G:
+        expected = tr("expected {expected}", expected=f"≤ {MAX_ACCELERATION_G}")
         raise console.Refused(f"freefall_acceleration_g: {expected}")
     return limits
 
@@ -120,8 +120,8 @@ def _judged(paths: Sequence[Path], order: "LogOrder") -> "list[SummarisedLog]":
     logs = []
     for one in summarise_logs(paths, order):
         logs.append(one)
-        console.say_in_passing(f"{len(logs)}/{len(paths)}")
-    console.end_passing()
+        console.show_progress(f"{len(logs)}/{len(paths)}")
+    console.clear_progress()
     return sorted(logs, key=lambda one: place[one.path])
 
 
@@ -163,14 +163,14 @@ def _longest_fall_s(flight: "FlightSummary", limits: "TriggerLimits") -> float:
 
 def _problems(log: "SummarisedLog", flight: "FlightSummary") -> "list[UserMessage]":
     """Includes a difference between the readings of the vendor's rule."""
-    from app.text.messages import said
+    from app.text.messages import message
 
     direct, damped = log.judged
     found = list(flight.problems)
     first_s, other_s = (one.firings[0].at_s if one.firings else math.inf for one in (direct, damped))
     if first_s != other_s and not abs(first_s - other_s) <= ALIKE_S:
         text = _NEVER if other_s == math.inf else _LATER
-        found.append(said(text, reading=said(damped.reading.value), time=other_s))
+        found.append(message(text, reading=message(damped.reading.value), time=other_s))
     return found
 
 
@@ -188,7 +188,7 @@ def _page(read: "Sequence[tuple[SummarisedLog, FlightSummary]]", *, is_must: boo
     ]
     fired = sum(bool(log.judged[0].firings) for log, _ in read)
     problems = [
-        tr("{file}: {why}", file=log.path.name, why=one.in_words())
+        tr("{file}: {why}", file=log.path.name, why=one.translated())
         for log, flight in read
         for one in _problems(log, flight)
     ]
@@ -225,7 +225,7 @@ def _proposal_lines(flights: "Sequence[FlightSummary]", *, is_must: bool) -> lis
     proposal = propose(sorted_flights)
     nearest = proposal.nearest(group)
     if proposal.limits is None:
-        lines = [tr("{file}: {why}", file=one.name, why=one.why.in_words()) for one in proposal.conflicts]
+        lines = [tr("{file}: {why}", file=one.name, why=one.why.translated()) for one in proposal.conflicts]
         return ["", tr("No thresholds within the vendor's advice do this."), *lines]
     if nearest is None:
         return []

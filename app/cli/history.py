@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from app.terminal import console
 from app.text.i18n import tr
-from app.text.sentences import reason_of
+from app.text.sentences import error_text
 
 if TYPE_CHECKING:
     from app.engine.worker import Batch
@@ -33,7 +33,7 @@ def run(args: argparse.Namespace) -> int:
     from app.engine.identity import IdentityEvidence
     from app.procedures.history import History, read_history
     from app.terminal.connection import LinkTrouble, connected, module_is_silent
-    from app.terminal.stored_history import keep_visit, read_evidence
+    from app.terminal.stored_history import read_evidence, store_visit
 
     received = ReceivedRecords()
     history: History | None = None
@@ -48,17 +48,17 @@ def run(args: argparse.Namespace) -> int:
     has_something = history.is_answered
     is_written = _print(history, args) if has_something or trouble is None else True
     if args.module is not None and has_something:
-        is_written &= keep_visit(history, args.module, port=args.port, found=found, is_same_module=args.same_module)
+        is_written &= store_visit(history, args.module, port=args.port, found=found, is_same_module=args.same_module)
     if trouble is not None:
-        console.say(trouble)
-        return console.PARTLY if has_something else console.NO_LINK
+        console.notify(trouble)
+        return console.PARTIAL if has_something else console.NO_LINK
     if not history.is_answered:
-        console.say(tr("{file}: {why}", file=tr("Trigger records"), why=tr("no reply")))
-        return console.PARTLY
+        console.notify(tr("{file}: {why}", file=tr("Trigger records"), why=tr("no reply")))
+        return console.PARTIAL
     if not history.is_confirmed:
-        console.say(tr("The readings differ or frames were lost: records may be missing. Read again."))
-        return console.PARTLY
-    return console.DONE if is_written else console.PARTLY
+        console.notify(tr("The readings differ or frames were lost: records may be missing. Read again."))
+        return console.PARTIAL
+    return console.SUCCESS if is_written else console.PARTIAL
 
 
 class ReceivedRecords:
@@ -104,7 +104,7 @@ def _print(history: "History", args: argparse.Namespace) -> bool:
         write_csv(args.csv, history)
     except OSError as error:
         console.write_lines(page_of(history))  # so that no record is lost
-        console.say(tr("{file} cannot be written: {why}.", file=args.csv, why=reason_of(error)))
+        console.notify(tr("{file} cannot be written: {why}.", file=args.csv, why=error_text(error)))
         return False
     console.write_lines([tr("Rows written to {file}: {count}.", count=len(history.all), file=args.csv)])
     return True

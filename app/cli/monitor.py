@@ -34,7 +34,7 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
 
 
 def run(args: argparse.Namespace) -> int:
-    from app.terminal.interruption import last_words
+    from app.terminal.interruption import print_after_signal
     from app.terminal.streaming import StreamSpan, stream
 
     span = StreamSpan(args.seconds)
@@ -47,17 +47,17 @@ def run(args: argparse.Namespace) -> int:
         on_batch=printer.on_batch,
         on_turn=printer.on_turn,
     )
-    closing = last_words() if span.was_interrupted else nullcontext()
+    closing = print_after_signal() if span.was_interrupted else nullcontext()
     with closing:  # includes what came while the stream was switched off
         printer.print_news()
         printer.finish()
     if trouble is not None:
-        console.say(trouble)
+        console.notify(trouble)
         return console.NO_LINK
     if not printer.count:
-        console.say(tr("{file}: {why}", file=tr("Status"), why=tr("no reply")))
-        return console.PARTLY
-    return console.DONE
+        console.notify(tr("{file}: {why}", file=tr("Status"), why=tr("no reply")))
+        return console.PARTIAL
+    return console.SUCCESS
 
 
 class Printer(ABC):

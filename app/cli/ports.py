@@ -20,14 +20,14 @@ def run(args: argparse.Namespace) -> int:
     try:
         ports = scan() if args.list_here else list_ports()
     except PortsUnknown as error:
-        console.say(error.sentence)
+        console.notify(error.sentence)
         return console.NO_LINK
     if args.json:
         console.write_lines([to_json(ports)])
-        return console.DONE
+        return console.SUCCESS
     if not ports:
         console.note(tr("There is no serial port. Plug the adapter in; try another cable or its driver."))
-        return console.DONE
+        return console.SUCCESS
     head = (tr("Port"), tr("Name"), tr("Manufacturer"), tr("Serial number"), "USB")
     rows = [
         (
@@ -40,4 +40,4 @@ def run(args: argparse.Namespace) -> int:
         for port in ports
     ]
     console.write_lines(console.columns([head, *rows]))
-    return console.DONE
+    return console.SUCCESS

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from app.terminal import console
 from app.text.i18n import tr
-from app.text.sentences import aside, listed, together
+from app.text.sentences import in_brackets, join_names, join_sentences
 
 if TYPE_CHECKING:
     from app.fleet.check_set import SetMember
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from app.store.store import Store
     from app.terminal.interruption import Interruption
 
-LONGEST_NAME = 200
+MAX_NAME_LENGTH = 200
 _WAIT_S = 0.1
 
 
@@ -47,14 +47,14 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
 
 
 def _name(text: str) -> str:
-    if len(text) > LONGEST_NAME:
-        raise console.expected(f"≤ {LONGEST_NAME}")
+    if len(text) > MAX_NAME_LENGTH:
+        raise console.expected(f"≤ {MAX_NAME_LENGTH}")
     return text
 
 
 def run(args: argparse.Namespace) -> int:
     from app.records.report_files import check_target
-    from app.terminal.command_journal import open_store_or_say
+    from app.terminal.command_journal import open_store_or_notify
 
     ports = [args.port] if isinstance(args.port, str) else list(dict.fromkeys(args.port))
     if len(ports) > 1:
@@ -66,9 +66,9 @@ def run(args: argparse.Namespace) -> int:
             check_target(args.report)
     except ValueError as error:
         raise console.Refused(str(error)) from error
-    store = open_store_or_say(tr("Not kept."))
+    store = open_store_or_notify(tr("Not kept."))
     try:
-        found = _gather(args, ports[0], store)
+        found = _collect_evidence(args, ports[0], store)
         filed = _file(args, found, expectations, store)
     finally:
         if store is not None:
@@ -76,7 +76,7 @@ def run(args: argparse.Namespace) -> int:
     return _conclude(args, filed, found.trouble)
 
 
-class _Gathered:
+class _PortEvidence:
     """What was read on one port. `trouble`: a sentence if the link was lost meanwhile; `error`: why there was none."""
 
     def __init__(self, port: str) -> None:
@@ -88,7 +88,9 @@ class _Gathered:
         self.error: BaseException | None = None
 
 
-def _file(args: argparse.Namespace, found: _Gathered, expectations: "Expectations", store: "Store | None") -> "Filed":
+def _file(
+    args: argparse.Namespace, found: _PortEvidence, expectations: "Expectations", store: "Store | None"
+) -> "Filed":
     from app import version
     from app.records.filing import Person, file_check
 
@@ -105,7 +107,7 @@ def _file(args: argparse.Namespace, found: _Gathered, expectations: "Expectation
 def _check_several(args: argparse.Namespace, ports: list[str]) -> int:
     """Check all ports at the same time; one that fails does not stop the others."""
     from app.fleet.check_set import SetMember, check_set_target, write_set_reports
-    from app.terminal.command_journal import open_store_or_say
+    from app.terminal.command_journal import open_store_or_notify
     from app.terminal.connection import link_trouble
 
     if args.module is not None:
@@ -118,16 +120,16 @@ def _check_several(args: argparse.Namespace, ports: list[str]) -> int:
         raise console.Refused(str(error)) from error
     members: list[SetMember] = []
     codes: list[int] = []
-    store = open_store_or_say(tr("Not kept."))
+    store = open_store_or_notify(tr("Not kept."))
     try:
-        for port, found in zip(ports, _gather_all(args, ports, store), strict=True):
+        for port, found in zip(ports, _collect_all(args, ports, store), strict=True):
             if not args.json:
                 console.write_lines([*([""] if members else []), port])
             if found.error is not None:
                 trouble = link_trouble(found.error)
                 if trouble is None:
                     raise found.error
-                console.say(trouble)
+                console.notify(trouble)
                 codes.append(console.NO_LINK)
                 members.append(SetMember(port, trouble=trouble))
                 continue
@@ -142,25 +144,25 @@ def _check_several(args: argparse.Namespace, ports: list[str]) -> int:
     if args.report is not None and not _written(
         args.report, partial(write_set_reports, args.report, members, args.printer)
     ):
-        codes.append(console.PARTLY)
+        codes.append(console.PARTIAL)
     return next(
-        (code for code in (console.USED_WRONGLY, console.SAID_NO, console.NO_LINK, console.PARTLY) if code in codes),
-        console.DONE,
+        (code for code in (console.USAGE_ERROR, console.ANSWER_NO, console.NO_LINK, console.PARTIAL) if code in codes),
+        console.SUCCESS,
     )
 
 
-def _gather_all(args: argparse.Namespace, ports: list[str], store: "Store | None") -> list[_Gathered]:
+def _collect_all(args: argparse.Namespace, ports: list[str], store: "Store | None") -> list[_PortEvidence]:
     """One thread for each port; the main thread waits for all, and for Ctrl-C."""
     import threading
 
     from app.terminal.interruption import Interruption
 
-    gathered = {port: _Gathered(port) for port in ports}
+    gathered = {port: _PortEvidence(port) for port in ports}
     with Interruption() as interruption:
 
         def gather(port: str) -> None:
             try:
-                gathered[port] = _gather(args, port, store, interruption)
+                gathered[port] = _collect_evidence(args, port, store, interruption)
             except BaseException as error:  # noqa: BLE001  reported or raised in the main thread
                 gathered[port].error = error
 
@@ -168,9 +170,9 @@ def _gather_all(args: argparse.Namespace, ports: list[str], store: "Store | None
         for thread in threads:
             thread.start()
         while alive := [thread for thread in threads if thread.is_alive()]:
-            console.say_in_passing(f"{len(ports) - len(alive)}/{len(ports)}")
+            console.show_progress(f"{len(ports) - len(alive)}/{len(ports)}")
             alive[0].join(_WAIT_S)
-        console.end_passing()
+        console.clear_progress()
         interruption.check()
     return list(gathered.values())
 
@@ -190,18 +192,18 @@ def _conclude(args: argparse.Namespace, filed: "Filed", trouble: str | None) -> 
     lines = [console.as_json(contract_of(filed.assessment))] if args.json else page_of(filed)
     console.write_lines(lines)
     if filed.trouble is not None:
-        console.say(together((filed.trouble.sentence, tr("Not kept."))))
+        console.notify(join_sentences((filed.trouble.sentence, tr("Not kept."))))
     if filed.station_trouble is not None:
-        console.say(together((filed.station_trouble.sentence, tr("The record is not signed."))))
+        console.notify(join_sentences((filed.station_trouble.sentence, tr("The record is not signed."))))
     is_reported = args.report is None or _written(
         args.report, partial(write_report, args.report, filed.record, args.printer)
     )
     if trouble is not None:
-        console.say(trouble)
+        console.notify(trouble)
         return console.NO_LINK
     if filed.assessment.verdict is Verdict.NO_GO:
-        return console.SAID_NO
-    return console.DONE if is_reported else console.PARTLY
+        return console.ANSWER_NO
+    return console.SUCCESS if is_reported else console.PARTIAL
 
 
 def _expectations(profile: Path | None, done: Sequence[int]) -> "Expectations":
@@ -223,9 +225,9 @@ def _expectations(profile: Path | None, done: Sequence[int]) -> "Expectations":
     return expectations_of(found, dict.fromkeys(done, True))
 
 
-def _gather(
+def _collect_evidence(
     args: argparse.Namespace, port: str, store: "Store | None", interruption: "Interruption | None" = None
-) -> _Gathered:
+) -> _PortEvidence:
     """Run the check on one port. Raises the errors that mean "no link"."""
     from app.preflight.evidence import Disturbance
     from app.preflight.run import run_preflight
@@ -235,7 +237,7 @@ def _gather(
     from app.terminal.stored_history import may_be_another
     from app.text.messages import clean
 
-    found = _Gathered(port)
+    found = _PortEvidence(port)
     evidence = found.evidence
     journal: Journal = NoJournal()
     if store is not None:
@@ -267,9 +269,9 @@ def _written(path: Path, write: "Callable[[Station | None], Sequence[Path]]") ->
     try:
         written = write(station_to_sign(data_folder()))
     except (OSError, RuntimeError, ImportError) as error:
-        console.say(tr("{file} cannot be written: {why}.", file=path, why=error))
+        console.notify(tr("{file} cannot be written: {why}.", file=path, why=error))
         return False
-    console.note(listed(map(str, written)))
+    console.note(join_names(map(str, written)))
     return path in written
 
 
@@ -284,17 +286,17 @@ def page_of(filed: "Filed") -> list[str]:
     from app.text.messages import UserMessage, clean
 
     assessment = filed.assessment
-    lines = [verdict_sentence(assessment.verdict, assessment.case.expectations.activated_by).in_words()]
-    lines += [one.in_words() for one in caveats(filed.record)]
+    lines = [verdict_sentence(assessment.verdict, assessment.case.expectations.activated_by).translated()]
+    lines += [one.translated() for one in caveats(filed.record)]
     if assessment.verdict is not Verdict.NO_GO:
         lines.append(tr("The verdict of this moment; nothing is watched afterwards."))
     lines.append("")
     rows: list[tuple[str, ...]] = []
     for one in assessment.checks:
         word = tr(RESULT_WORDS[one.finding.result])
-        shown = one.finding.shown.in_words() + aside(one.finding.limit.in_words())
-        rows.append((word, UserMessage(one.check.title).in_words(), shown))
+        shown = one.finding.shown.translated() + in_brackets(one.finding.limit.translated())
+        rows.append((word, UserMessage(one.check.title).translated(), shown))
         if one.finding.result is not CheckResult.PASS:
-            rows.append(("", "", f"{UserMessage(one.check.why).in_words()} → {one.do.in_words()}"))
+            rows.append(("", "", f"{UserMessage(one.check.why).translated()} → {one.do.translated()}"))
     rows += [(tr(MANUAL_WORDS[item.is_done]), clean(item.text)) for item in assessment.manual]
     return lines + console.columns(rows)

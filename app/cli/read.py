@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from app.terminal import console
 from app.text.i18n import tr
-from app.text.sentences import listed
+from app.text.sentences import join_names
 
 if TYPE_CHECKING:
     from app.engine.procedure import Procedure
@@ -38,30 +38,30 @@ def run(args: argparse.Namespace) -> int:
     if has_something or trouble is None or args.json:
         console.write_lines([console.as_json(json_of(findings))] if args.json else page_of(findings))
     if trouble is not None:
-        console.say(trouble)
+        console.notify(trouble)
     elif findings.errors:
-        console.say(
+        console.notify(
             tr(
                 "Could not read: {names}. Read again or check the wiring.",
-                names=listed(findings.errors),
+                names=join_names(findings.errors),
             )
         )
     if trouble is not None and not has_something:
         return console.NO_LINK
-    return console.PARTLY if findings.errors else console.DONE
+    return console.PARTIAL if findings.errors else console.SUCCESS
 
 
 def _read(conversation: "Conversation", port: str) -> "tuple[Findings, str | None]":
     """What was read, and a sentence if reading ended early."""
     from app.terminal.connection import LinkTrouble, module_is_silent
-    from app.terminal.read_report import FELL_SILENT, PORT_LOST, RESTARTED, why_unanswered
+    from app.terminal.read_report import FELL_SILENT, PORT_LOST, RESTARTED, unanswered_reason
 
     everything: Everything | None = None
     with LinkTrouble() as link:
         everything = conversation.run(_read_undisturbed())
     if everything is None:
         return _findings(conversation, port, {}, PORT_LOST), link.sentence
-    errors = {key: why_unanswered(unanswered) for key, unanswered in everything.errors.items()}
+    errors = {key: unanswered_reason(unanswered) for key, unanswered in everything.errors.items()}
     if not everything.is_line_dead:
         return _findings(conversation, port, errors, RESTARTED), None
     return _findings(conversation, port, errors, FELL_SILENT), module_is_silent(port)

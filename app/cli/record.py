@@ -38,9 +38,9 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
 
 def run(args: argparse.Namespace) -> int:
     from app.engine.playback import is_playback
-    from app.terminal.export_file import why_not_writable
+    from app.terminal.export_file import unwritable_reason
 
-    why = why_not_writable(args.file, appends=args.append, replaces=args.force)
+    why = unwritable_reason(args.file, appends=args.append, replaces=args.force)
     if is_playback(args.port):
         why = tr("A recording is played.")
     if why is not None:
@@ -59,9 +59,9 @@ def run(args: argparse.Namespace) -> int:
         session.close()
     is_whole = export(session, library, args.file, appends=args.append)
     if trouble is not None:
-        console.say(trouble)
+        console.notify(trouble)
         return console.NO_LINK
-    return console.DONE if is_whole else console.PARTLY
+    return console.SUCCESS if is_whole else console.PARTIAL
 
 
 class RecordedSession:
@@ -91,17 +91,17 @@ class RecordedSession:
 
     def on_turn(self, _conversation: "Conversation") -> None:
         self._note_folder()
-        console.say_in_passing(tr("{file}: {why}", file=tr("Reports"), why=f"{self._samples} (Ctrl-C)"))
+        console.show_progress(tr("{file}: {why}", file=tr("Reports"), why=f"{self._samples} (Ctrl-C)"))
 
     def close(self) -> None:
         """Wait until everything is on disk; print what is missing. Idempotent."""
-        console.end_passing()
+        console.clear_progress()
         self._recorder.settle(SETTLE_LIMIT_S)
         self._note_folder()
         if self._recorder.trouble is not None:
-            console.say(self._recorder.trouble)
+            console.notify(self._recorder.trouble)
         if self._recorder.dropped:
-            console.say(tr("The disk was too slow. Reports missing: {count}.",
+            console.notify(tr("The disk was too slow. Reports missing: {count}.",
                    count=self._recorder.dropped))  # fmt: skip
         self._recorder.stop(SETTLE_LIMIT_S)
 
@@ -122,18 +122,18 @@ def export(session: RecordedSession, library: "RecordingLibrary", path: Path, *,
 
     is_whole = session.is_whole and bool(session.folders)
     if not session.folders:
-        console.say(tr("Nothing was recorded."))
+        console.notify(tr("Nothing was recorded."))
     for number, folder in enumerate(session.folders, start=1):
         target = path if number == 1 else path.with_name(f"{path.stem}-{number}{path.suffix}")
         try:
             done = export_and_report(folder, target, appends=appends and number == 1)
         except RecordingUnreadable as error:
-            console.say(error.sentence)
+            console.notify(error.sentence)
             is_whole = False
             continue
         is_whole = is_whole and done is not None and not done.missing
         if done is None:
-            console.say(tr("It is kept as recording {name}.", name=folder.name))
+            console.notify(tr("It is kept as recording {name}.", name=folder.name))
         elif library.entry(folder).is_simulated:
             console.note(tr("Simulated module"))
     return is_whole

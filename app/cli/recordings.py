@@ -13,7 +13,7 @@ from app.recordings.entry_texts import remarks, size_text, when_text
 from app.terminal import console
 from app.text.durations import stopwatch
 from app.text.i18n import tr
-from app.text.sentences import listed, reason_of
+from app.text.sentences import error_text, join_names
 
 if TYPE_CHECKING:
     from app.recordings.library import RecordingEntry, RecordingLibrary
@@ -54,13 +54,13 @@ def run_list(args: argparse.Namespace) -> int:
     entries = (*library.entries(), *library.trashed())
     if args.json:
         console.write_json({"folder": str(library.folder), "recordings": [json_of(one) for one in entries]})
-        return console.DONE
+        return console.SUCCESS
     if not entries:
         console.note(tr("No recordings yet"))
-        return console.DONE
+        return console.SUCCESS
     head = (tr("Name"), tr("Started"), tr("Duration"), tr("Reports"), tr("Size"), tr("Port"), tr("Module"), "")
     console.write_lines(console.columns([head, *map(_row, entries)]))
-    return console.DONE
+    return console.SUCCESS
 
 
 def json_of(entry: "RecordingEntry") -> dict[str, object]:
@@ -74,7 +74,7 @@ def json_of(entry: "RecordingEntry") -> dict[str, object]:
         "samples": entry.sample_count,
         "size_bytes": entry.size_bytes,
         "part": entry.part,
-        "kept": entry.is_kept,
+        "kept": entry.is_pinned,
         "running": entry.is_running,
         "cut_off": entry.was_cut_off,
         "simulated": entry.is_simulated,
@@ -84,7 +84,7 @@ def json_of(entry: "RecordingEntry") -> dict[str, object]:
 
 
 def _row(entry: "RecordingEntry") -> tuple[str, ...]:
-    pinned = tr("pinned") if entry.is_kept else ""
+    pinned = tr("pinned") if entry.is_pinned else ""
     return (
         entry.folder.name,
         when_text(entry),
@@ -93,7 +93,7 @@ def _row(entry: "RecordingEntry") -> tuple[str, ...]:
         size_text(entry.size_bytes),
         entry.port,
         entry.module,
-        listed(filter(None, (remarks(entry), pinned))),
+        join_names(filter(None, (remarks(entry), pinned))),
     )
 
 
@@ -106,9 +106,9 @@ def run_export(args: argparse.Namespace) -> int:
     try:
         done = export_and_report(entry.folder, args.file)
     except RecordingUnreadable as error:
-        console.say(error.sentence)
-        return console.SAID_NO
-    return console.PARTLY if done is None or done.missing else console.DONE
+        console.notify(error.sentence)
+        return console.ANSWER_NO
+    return console.PARTIAL if done is None or done.missing else console.SUCCESS
 
 
 def run_restore(args: argparse.Namespace) -> int:
@@ -119,11 +119,11 @@ def run_restore(args: argparse.Namespace) -> int:
     if not entry.is_trashed:
         raise _failed(entry, tr("not in the trash"))
     try:
-        library.keep(entry, is_kept=True)
+        library.set_pinned(entry, is_pinned=True)
     except OSError as error:
-        raise _failed(entry, reason_of(error)) from error
+        raise _failed(entry, error_text(error)) from error
     console.write_lines([entry.folder.name])
-    return console.DONE
+    return console.SUCCESS
 
 
 def run_delete(args: argparse.Namespace) -> int:
@@ -138,13 +138,13 @@ def run_delete(args: argparse.Namespace) -> int:
     except RecordingInUse as error:
         raise _failed(entry, tr("being recorded")) from error
     except OSError as error:
-        raise _failed(entry, reason_of(error)) from error
+        raise _failed(entry, error_text(error)) from error
     console.write_lines([entry.folder.name])
-    return console.DONE
+    return console.SUCCESS
 
 
 def _failed(entry: "RecordingEntry", why: str) -> console.Refused:
-    return console.Refused(tr("{file}: {why}", file=entry.folder.name, why=why), console.SAID_NO)
+    return console.Refused(tr("{file}: {why}", file=entry.folder.name, why=why), console.ANSWER_NO)
 
 
 def _found(library: "RecordingLibrary", name: str) -> "RecordingEntry":

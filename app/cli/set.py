@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from app.terminal import console
 from app.text.i18n import tr
-from app.text.sentences import listed
+from app.text.sentences import join_names
 from protocol.translatable import marked
 
 if TYPE_CHECKING:
@@ -38,19 +38,19 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
 
 
 def run(args: argparse.Namespace) -> int:
-    wishes = _wishes(args.wishes, args.profile)
+    wishes = _requested_values(args.wishes, args.profile)
     _warn(wishes)
     report, trouble = _write(wishes, args)
     console.write_lines([console.as_json(json_of(report))] if args.json else page_of(report))
     for sentence in (*_remarks(report), trouble):
         if sentence is not None:
-            console.say(sentence)
+            console.notify(sentence)
     if any(_is_link_lost(written, report.refusals) for written in report.results):
         return console.NO_LINK
-    return console.DONE if report.is_fine else console.SAID_NO
+    return console.SUCCESS if report.is_fine else console.ANSWER_NO
 
 
-def _wishes(words: Sequence[str], profile: str | None) -> "list[SettingChange]":
+def _requested_values(words: Sequence[str], profile: str | None) -> "list[SettingChange]":
     if bool(words) == (profile is not None):
         raise console.Refused(tr("expected {expected}", expected="NAME=VALUE … | --profile FILE"))
     if profile is None:
@@ -92,7 +92,7 @@ def parse(words: Sequence[str]) -> "list[SettingChange]":
             try:
                 wishes[name] = SettingChange(command, parse_value(command.write, text))
             except NotAValue as error:
-                faults.append(tr("{name}: {why}.", name=name, why=error.why.in_words()))
+                faults.append(tr("{name}: {why}.", name=name, why=error.why.translated()))
     if faults:
         raise console.Refused("\n".join(faults))
     return list(wishes.values())
@@ -105,13 +105,13 @@ def _warn(wishes: "Sequence[SettingChange]") -> None:
     for wish in wishes:
         for consequence in consequences(wish.command, wish.value):
             if consequence.weight is not Weight.PLAIN:
-                console.say(tr("Warning: {name}: {what}", name=wish.command.key, what=consequence.sentence))
+                console.notify(tr("Warning: {name}: {what}", name=wish.command.key, what=consequence.sentence))
 
 
 def _write(wishes: "Sequence[SettingChange]", args: argparse.Namespace) -> "tuple[WriteReport, str | None]":
     """The results in the order of `wishes`, and a sentence if the link was lost."""
-    from app.procedures.write import Heard, WriteFault, Written
-    from app.procedures.write_all import Leave, WriteReport, unconfirmed, write_all
+    from app.procedures.write import SetReply, WriteFault, Written
+    from app.procedures.write_all import WriteContext, WriteReport, unconfirmed, write_all
     from app.safety.acts import Act
     from app.safety.permit import Origin, Permit
     from app.terminal.command_journal import adapter_of, records_of
@@ -129,9 +129,9 @@ def _write(wishes: "Sequence[SettingChange]", args: argparse.Namespace) -> "tupl
             if args.profile is not None and wish.command.key == "baud_rate" and wish.value == conversation.baud_rate:
                 # The module just answered at this rate: a dangerous frame that changes nothing is not sent.
                 found[wish.command] = Written(
-                    command=wish.command, wanted=wish.value, heard=Heard.UNNEEDED, stands=wish.value, verified=True
+                    command=wish.command, wanted=wish.value, heard=SetReply.UNNEEDED, stands=wish.value, verified=True
                 )
-        leave = Leave(
+        leave = WriteContext(
             journal=records.journal,
             permit=Permit(Act.CHANGE_BAUD, Origin.COMMAND_LINE, time.monotonic()),
             is_unlocked=args.unlock,
@@ -147,7 +147,7 @@ def _write(wishes: "Sequence[SettingChange]", args: argparse.Namespace) -> "tupl
         if wish.command not in found:
             verified = False if wish.command.reads_back or wish.command.key == "baud_rate" else None
             found[wish.command] = Written(
-                command=wish.command, wanted=wish.value, heard=Heard.NOT_SENT, verified=verified, fault=fault
+                command=wish.command, wanted=wish.value, heard=SetReply.NOT_SENT, verified=verified, fault=fault
             )
             fault = WriteFault.PORT_LOST_BEFORE
     return replace(report, results=tuple(found[wish.command] for wish in wishes)), link.sentence
@@ -155,33 +155,33 @@ def _write(wishes: "Sequence[SettingChange]", args: argparse.Namespace) -> "tupl
 
 def why_not_verified(written: "Written", refusals: "Sequence[Refusal]") -> "UserMessage | None":
     from app.procedures.write import WriteFault
-    from app.text.messages import listed, said
+    from app.text.messages import joined, message
 
     fault = written.fault
     if fault is WriteFault.NO_REPLY and written.waited_s is not None:
-        return said(marked("no reply within {seconds:.1f} s; may have been carried out"), seconds=written.waited_s)
+        return message(marked("no reply within {seconds:.1f} s; may have been carried out"), seconds=written.waited_s)
     if fault is WriteFault.NOT_ALLOWED and refusals:
-        return said(marked("not sent: {why}"), why=listed([refusal.message for refusal in refusals], between=" "))
-    return None if fault is None else said(fault.value)
+        return message(marked("not sent: {why}"), why=joined([refusal.message for refusal in refusals], between=" "))
+    return None if fault is None else message(fault.value)
 
 
 def _is_link_lost(written: "Written", refusals: "Sequence[Refusal]") -> bool:
-    from app.procedures.write import Heard, WriteFault
+    from app.procedures.write import SetReply, WriteFault
     from app.safety.interlocks import Interlock
 
     is_refused = written.fault is WriteFault.NOT_ALLOWED and all(
         one.condition is not Interlock.ONLINE for one in refusals
     )
-    return written.heard is Heard.NOT_SENT and not is_refused
+    return written.heard is SetReply.NOT_SENT and not is_refused
 
 
 def json_of(report: "WriteReport") -> dict[str, object]:
     """The object of `dps-s set --json`."""
-    from app.procedures.write import Heard
+    from app.procedures.write import SetReply
 
     results: dict[str, object] = {}
     for one in report.results:
-        is_needed, why = one.heard is not Heard.UNNEEDED, why_not_verified(one, report.refusals)
+        is_needed, why = one.heard is not SetReply.UNNEEDED, why_not_verified(one, report.refusals)
         has_age = report.read_at is not None and bool(one.verified) and is_needed
         results[one.command.key] = {
             "wanted": one.wanted,
@@ -203,8 +203,8 @@ def _remarks(report: "WriteReport") -> list[str]:
     changed = [f"{one.command.key} {_typed(one.before)} → {_typed(one.after)}" for one in report.changed]
     unread = [one.key for one in report.unread]
     return [
-        *([tr("Changed without being written: {names}.", names=listed(changed))] if changed else []),
-        *([tr("Could not read: {names}. Read again or check the wiring.", names=listed(unread))] if unread else []),
+        *([tr("Changed without being written: {names}.", names=join_names(changed))] if changed else []),
+        *([tr("Could not read: {names}. Read again or check the wiring.", names=join_names(unread))] if unread else []),
     ]
 
 
@@ -215,13 +215,13 @@ def page_of(report: "WriteReport") -> list[str]:
 
 
 def _sentence(written: "Written", why: "UserMessage | None") -> str:
-    from app.procedures.write import Heard
+    from app.procedures.write import SetReply
 
     wanted = _typed(written.wanted)
     if why is not None:
         stands = "" if written.stands is None else f" → {_typed(written.stands)}"
-        return tr("{value}: NOT verified ({why})", value=wanted, why=why.in_words() + stands)
-    if written.heard is Heard.UNNEEDED:
+        return tr("{value}: NOT verified ({why})", value=wanted, why=why.translated() + stands)
+    if written.heard is SetReply.UNNEEDED:
         return tr("{value}: unchanged", value=wanted)
     if written.verified:
         return tr("{value}: verified", value=wanted)

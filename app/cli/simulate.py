@@ -12,11 +12,11 @@ from app.simulator.bench import SimulatedBench
 from app.simulator.control_lines import ControlLines, help_text
 from app.simulator.options import OPTIONS, Option, OptionRefused, default_text, parse_value, setup_from
 from app.simulator.quirks import Group
-from app.simulator.servers.endpoint import Endpoint, Loop, complain
+from app.simulator.servers.endpoint import Endpoint, Loop, print_error
 from app.simulator.servers.tcp_server import TcpEndpoint
 from app.terminal import console
 from app.text.i18n import tr
-from app.text.sentences import reason_of
+from app.text.sentences import error_text
 
 _EXAMPLES = """\
   dps-s simulate --link /tmp/dps-s --rate 1440
@@ -91,13 +91,16 @@ def run(args: argparse.Namespace) -> int:
     try:
         endpoint = _endpoint(args, bench)
         loop = Loop(
-            bench, endpoint, control=ControlLines(bench, sys.stdin, answer=complain), announce=_Announcement(args.link)
+            bench,
+            endpoint,
+            control=ControlLines(bench, sys.stdin, answer=print_error),
+            announce=_Announcement(args.link),
         )
         _serve(loop)
     except OSError as error:
         where = args.link or (":".join(map(str, args.tcp)) if args.tcp else "pty")
-        raise console.Refused(tr("{file}: {why}", file=where, why=reason_of(error)), console.NO_LINK) from error
-    return console.DONE
+        raise console.Refused(tr("{file}: {why}", file=where, why=error_text(error)), console.NO_LINK) from error
+    return console.SUCCESS
 
 
 def _endpoint(args: argparse.Namespace, bench: SimulatedBench) -> Endpoint:
@@ -118,12 +121,12 @@ class _Announcement:
 
     def __call__(self, address: str) -> None:
         if self._is_announced:
-            complain(address)
+            print_error(address)
             return
         self._is_announced = True
         print(address, flush=True)
         if self._link is not None:
-            complain(str(self._link))
+            print_error(str(self._link))
 
 
 def _serve(loop: Loop) -> None:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from app.terminal import console
 from app.text.i18n import tr
-from app.text.sentences import reason_of
+from app.text.sentences import error_text
 
 if TYPE_CHECKING:
     from app.records.verification import Verification
@@ -33,7 +33,7 @@ def run(args: argparse.Namespace) -> int:
     from app.stations.known import Stations
     from app.store.database import FILE_NAME
     from app.store.store import data_folder
-    from app.terminal.command_journal import open_store_or_say
+    from app.terminal.command_journal import open_store_or_notify
 
     others = (args.forget is not None, args.stations, args.log)
     if sum((args.file is not None, *others)) != 1 or (args.trust is not None and args.file is None):
@@ -45,7 +45,7 @@ def run(args: argparse.Namespace) -> int:
     if args.forget is not None:
         return _forget(stations, args.forget)
     # Verifying creates no store.
-    store = open_store_or_say() if (data_folder() / FILE_NAME).exists() else None
+    store = open_store_or_notify() if (data_folder() / FILE_NAME).exists() else None
     try:
         return _log(store) if args.log else _verify(args, stations, store)
     finally:
@@ -68,15 +68,15 @@ def _verify(args: argparse.Namespace, stations: "Stations", store: "Store | None
             _trust(stations, verification, args.trust, args.name)
             verification = verify_file(args.file, kept, stations.find)
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
-        text = tr("{file} cannot be read: {why}.", file=args.file, why=reason_of(error))
+        text = tr("{file} cannot be read: {why}.", file=args.file, why=error_text(error))
         raise console.Refused(text) from error
     finally:
         if facts is not None:
             facts.close()
-    console.write_lines([one.in_words() for one in verification.sentences()])
+    console.write_lines([one.translated() for one in verification.sentences()])
     if verification.state is RecordState.UNREADABLE:
-        return console.USED_WRONGLY
-    return console.DONE if verification.state is RecordState.INTACT else console.SAID_NO
+        return console.USAGE_ERROR
+    return console.SUCCESS if verification.state is RecordState.INTACT else console.ANSWER_NO
 
 
 def _trust(stations: "Stations", verification: "Verification", fingerprint: str, name: str) -> None:
@@ -85,20 +85,20 @@ def _trust(stations: "Stations", verification: "Verification", fingerprint: str,
 
     signer = verification.signer_to_trust
     if signer is None or verification.altered:
-        raise console.Refused(tr("Not trusted: it is unsigned or altered."), console.SAID_NO)
+        raise console.Refused(tr("Not trusted: it is unsigned or altered."), console.ANSWER_NO)
     found = fingerprint_of(signer)
     if not is_same_fingerprint(found, fingerprint):
         text = tr("Not trusted: signed by {found}, not by {given}.", found=found, given=fingerprint)
-        raise console.Refused(text, console.SAID_NO)
+        raise console.Refused(text, console.ANSWER_NO)
     console.note(_line(stations.trust(signer, name)))
 
 
 def _forget(stations: "Stations", fingerprint: str) -> int:
     found = stations.forget(fingerprint)
     if found is None:
-        raise console.Refused(tr("No trusted station has this fingerprint."), console.SAID_NO)
+        raise console.Refused(tr("No trusted station has this fingerprint."), console.ANSWER_NO)
     console.note(_line(found))
-    return console.DONE
+    return console.SUCCESS
 
 
 def _list(stations: "Stations") -> int:
@@ -107,9 +107,9 @@ def _list(stations: "Stations") -> int:
     try:
         stations.make_own()
     except StationTrouble as trouble:
-        console.say(trouble.sentence)
+        console.notify(trouble.sentence)
     console.write_lines([_line(one) for one in stations.known()])
-    return console.DONE
+    return console.SUCCESS
 
 
 def _line(station: "KnownStation") -> str:
@@ -129,6 +129,6 @@ def _log(store: "Store | None") -> int:
         raise console.Refused(error.sentence) from error
     if not faults:
         console.write_lines([tr("The audit log is intact; entries: {count}.", count=count)])
-        return console.DONE
+        return console.SUCCESS
     console.write_lines([tr(one.fault.value, entry=one.entry) for one in faults])
-    return console.SAID_NO
+    return console.ANSWER_NO

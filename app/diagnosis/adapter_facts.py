@@ -123,8 +123,8 @@ class PortHistory:
 
     SHORT_VISIT_S = 8.0
     """An adapter that is gone this soon was not unplugged by a person."""
-    KEPT_VISITS = 32
-    KEPT_ADAPTERS = 64
+    MAX_VISITS = 32
+    MAX_ADAPTERS = 64
 
     def __init__(self) -> None:
         self._visits: dict[str, list[_Visit]] = {}
@@ -143,9 +143,9 @@ class PortHistory:
             if not visits or visits[-1].left_at is not None:
                 # When an adapter of the first list arrived is unknown.
                 visits.append(_Visit(float("-inf") if self._is_first else now))
-                del visits[: -self.KEPT_VISITS]
+                del visits[: -self.MAX_VISITS]
         self._is_first = False
-        while len(self._visits) > self.KEPT_ADAPTERS:
+        while len(self._visits) > self.MAX_ADAPTERS:
             oldest = next(iter(self._visits))
             del self._visits[oldest], self._names[oldest]
 

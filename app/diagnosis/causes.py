@@ -15,19 +15,19 @@ from app.diagnosis.symptoms import (
     has_login,
     holder_name,
     is_bad_line,
+    is_claimed_by_brltty,
     is_echo,
     is_gone,
     is_prober,
     is_silent,
     is_slow,
-    is_taken_for_braille,
     may_soon,
     trouble_of,
 )
 from app.engine.transport import PortTrouble
-from app.procedures.greet import Silence
+from app.procedures.handshake import Silence
 from app.text.i18n import tr
-from app.text.sentences import aside, together
+from app.text.sentences import in_brackets, join_sentences
 from protocol.translatable import marked
 
 
@@ -66,10 +66,10 @@ class Explanation:
 
     @property
     def terminal_sentence(self) -> str:
-        sentence = together((self.what, self.next_step))
+        sentence = join_sentences((self.what, self.next_step))
         if not self.terminal_command:
             return sentence
-        return sentence[:-1] + aside(self.terminal_command) + sentence[-1]  # before the full stop
+        return sentence[:-1] + in_brackets(self.terminal_command) + sentence[-1]  # before the full stop
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -160,7 +160,7 @@ CAUSES: tuple[CauseRow, ...] = (
     # The port cannot be opened
     CauseRow(
         Cause.BRAILLE,
-        is_taken_for_braille,
+        is_claimed_by_brltty,
         marked("{port} vanishes: brltty, for Braille displays, takes the adapter."),
         marked("Type: {command} — then plug the adapter in again."),
         lambda _seen: "sudo apt remove brltty",

@@ -4,7 +4,7 @@ import sys
 from dataclasses import dataclass, replace
 
 from app.diagnosis.adapter_facts import AdapterFacts
-from app.diagnosis.symptoms import NOISE_KEPT_BYTES, PortEvidence
+from app.diagnosis.symptoms import MAX_NOISE_BYTES, PortEvidence
 from app.engine.procedure import LinkView
 from app.engine.worker import Batch, PortState
 from protocol.catalogue import BY_NAME
@@ -61,7 +61,7 @@ class EvidenceCollector:
                     self._noise += noise.raw
                 case _:
                     pass
-        del self._noise[:-NOISE_KEPT_BYTES]
+        del self._noise[:-MAX_NOISE_BYTES]
         is_open = connection.state is PortState.OPEN
         self._seen = replace(
             self._seen,
@@ -73,13 +73,13 @@ class EvidenceCollector:
             was_shut_down=was_shut_down,
         )
         if batch.link is not None:
-            self._take_link(batch.link, is_online=batch.device.presence is Presence.ONLINE)
+            self._on_link(batch.link, is_online=batch.device.presence is Presence.ONLINE)
 
     def evidence(self, *, facts: AdapterFacts | None = None, short_visits: int = 0) -> PortEvidence:
         """The evidence so far, with that of the system (`facts_about`, `PortHistory.short_visits`)."""
         return replace(self._seen, noise=bytes(self._noise), facts=facts or AdapterFacts(), short_visits=short_visits)
 
-    def _take_link(self, link: LinkView, *, is_online: bool) -> None:
+    def _on_link(self, link: LinkView, *, is_online: bool) -> None:
         has_news = link.counters.restarts > self._mark.counters.restarts
         if has_news or link.counters.by_role[Role.ANSWER] > self._mark.counters.by_role[Role.ANSWER]:
             self._mark = _Mark(link.counters, link.bytes_received)

@@ -9,9 +9,9 @@ from app.engine.device import DeviceView
 from app.engine.reconnect import LOSSES, Absence
 from app.engine.transport import PortError
 from app.engine.worker import Connection, PortState
-from app.procedures.greet import Greeting, NoAnswer, Silence
+from app.procedures.handshake import Handshake, NoAnswer, Silence
 from app.text.i18n import tr
-from app.text.sentences import begun
+from app.text.sentences import capitalised
 from protocol.link_states import Presence
 
 
@@ -71,7 +71,7 @@ class LinkState:
 
 
 @dataclass(frozen=True, slots=True)
-class LinkWords:
+class LinkText:
     """In the language in use. `word`: one or two words; `what`: a sentence; `next_step`: may be empty."""
 
     word: str
@@ -83,7 +83,7 @@ class LinkWords:
 def link_state(
     connection: Connection,
     device: DeviceView,
-    greeting: Greeting | None,
+    greeting: Handshake | None,
     *,
     is_finding: bool,
     absence: Absence | None = None,
@@ -119,11 +119,11 @@ def link_state(
     return LinkState(Phase.ASKING, port, rate)
 
 
-def words(state: LinkState, now: float) -> LinkWords:
+def link_text(state: LinkState, now: float) -> LinkText:
     """Texts for `state` at the monotonic time `now`."""
     match state.phase:
         case Phase.CLOSED:
-            return LinkWords(
+            return LinkText(
                 tr("Not connected"), tr("Not connected"), tr("Choose the module's port."), NextStep.CHOOSE_PORT
             )
         case Phase.OPENING:
@@ -133,57 +133,57 @@ def words(state: LinkState, now: float) -> LinkWords:
         case Phase.ASKING:
             return _progress(tr("Asking the module…"))
         case Phase.ONLINE:
-            return LinkWords(begun(tr("connected")), tr("The module answers."))
+            return LinkText(capitalised(tr("connected")), tr("The module answers."))
         case Phase.LATE:
             late = duration(state.lag_s or 0.0)
-            return LinkWords(
+            return LinkText(
                 tr("{time} late", time=late),
                 tr("Answers arrive {time} late.", time=late),
                 tr("Only LOCK is possible. Use a cable or a closer radio link."),
             )
         case Phase.OFFLINE:
             since = state.since
-            word = begun(tr("offline")) if since is None else tr("Offline for {time}", time=duration(now - since))
+            word = capitalised(tr("offline")) if since is None else tr("Offline for {time}", time=duration(now - since))
             next_step = tr("Check its power and cable; hold its switch for 2 s.")
-            return LinkWords(word, tr("The module does not answer."), next_step)
+            return LinkText(word, tr("The module does not answer."), next_step)
         case Phase.SILENT:
-            return _silent_words(state)
+            return _silent_text(state)
         case Phase.LOST:
             what = tr("Port lost") if state.trouble is None else explain(state.trouble).what
             next_step = tr((state.absence or Absence.AWAY).value)
-            return LinkWords(tr("Port lost"), what, next_step, NextStep.CHOOSE_PORT)
+            return LinkText(tr("Port lost"), what, next_step, NextStep.CHOOSE_PORT)
         case Phase.SWITCHED_OFF:
             word = tr("Switched off at {time}", time=time.strftime("%H:%M", time.localtime(state.off_at)))
-            return LinkWords(word, word, tr("Hold its switch for 2 s, or connect external power."))
+            return LinkText(word, word, tr("Hold its switch for 2 s, or connect external power."))
         case Phase.FAILED:
-            return _failed_words(state.trouble, state.absence)
+            return _failed_text(state.trouble, state.absence)
 
 
-def _progress(word: str) -> LinkWords:
-    return LinkWords(word, word)
+def _progress(word: str) -> LinkText:
+    return LinkText(word, word)
 
 
-def _silent_words(state: LinkState) -> LinkWords:
+def _silent_text(state: LinkState) -> LinkText:
     explanation = explain(NoAnswer(state.port, state.baud_rate, state.silence or Silence.NOTHING))
     match state.silence:
         case Silence.GARBAGE:
             word, step = tr("Wrong rate?"), NextStep.FIND_RATE
         case Silence.ECHO:
-            word, step = begun(tr("echo")), NextStep.CHOOSE_PORT
+            word, step = capitalised(tr("echo")), NextStep.CHOOSE_PORT
         case _:
             is_speaking = state.silence is Silence.OTHER_FRAMES
             word, step = tr("No answer"), NextStep.CHOOSE_PORT if is_speaking else NextStep.FIND_RATE
-    return LinkWords(word, explanation.what, explanation.next_step, step)
+    return LinkText(word, explanation.what, explanation.next_step, step)
 
 
-def _failed_words(trouble: PortError | None, absence: Absence | None) -> LinkWords:
+def _failed_text(trouble: PortError | None, absence: Absence | None) -> LinkText:
     if trouble is None:
         what = tr("A program error closed the port.")
-        return LinkWords(tr("Not connected"), what, tr("Connect again"), NextStep.CONNECT_AGAIN)
+        return LinkText(tr("Not connected"), what, tr("Connect again"), NextStep.CONNECT_AGAIN)
     explanation = explain(trouble)
     word = tr("Not connected") if trouble.trouble not in LOSSES else tr("Port lost")
     next_step = explanation.next_step if absence is None else tr(absence.value)
-    return LinkWords(word, explanation.what, next_step, NextStep.CONNECT_AGAIN)
+    return LinkText(word, explanation.what, next_step, NextStep.CONNECT_AGAIN)
 
 
 def duration(seconds: float) -> str:

@@ -15,12 +15,12 @@ from protocol.events import Answered, Counters, Event, Received, Rejected, Sent
 from protocol.frame import Reason
 
 FINE_S = 1.0
-FINE_KEPT = 600
+MAX_FINE = 600
 COARSE_S = 60.0
-COARSE_KEPT = 720
+MAX_COARSE = 720
 BOUNDS_MS: tuple[float, ...] = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 100, 150, 250, 500, 1000)
 """Upper bounds of the round-trip histogram; a last class has no bound."""
-TRIPS_KEPT = 4096
+MAX_TRIPS = 4096
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,13 +145,13 @@ class LinkStatistics:
     """
 
     def __init__(self) -> None:
-        self._fine = _Series(FINE_S, FINE_KEPT)
-        self._coarse = _Series(COARSE_S, COARSE_KEPT)
+        self._fine = _Series(FINE_S, MAX_FINE)
+        self._coarse = _Series(COARSE_S, MAX_COARSE)
         self._last = Counters()
         self._last_bytes = 0
         self._was_open = False
         self._pending: _Seen | None = None
-        self._trips_s: deque[float] = deque(maxlen=TRIPS_KEPT)
+        self._trips_s: deque[float] = deque(maxlen=MAX_TRIPS)
         self._classes: Counter[int] = Counter()
         self._totals = Counters()
         self._bytes_received = 0

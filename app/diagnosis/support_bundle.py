@@ -26,7 +26,7 @@ USER = "<user>"
 COMPUTER = "<computer>"
 SHORTEST_NAME = 3
 """Shorter names occur in ordinary words and are not replaced."""
-LONGEST_PART = 2_000_000
+MAX_PART_LENGTH = 2_000_000
 """Characters of one file in the bundle; the end of a longer one is kept."""
 _HOME = re.compile(
     r"((?:/home/|/Users/|[A-Za-z]:[\\/]+(?:Users|Documents and Settings)[\\/]+))"
@@ -128,9 +128,9 @@ def _json(value: object) -> str:
 
 
 def _end_of(text: str) -> str:
-    if len(text) <= LONGEST_PART:
+    if len(text) <= MAX_PART_LENGTH:
         return text
-    return "…\n" + text[-LONGEST_PART:].partition("\n")[2]
+    return "…\n" + text[-MAX_PART_LENGTH:].partition("\n")[2]
 
 
 def _about(version: str) -> dict[str, object]:

@@ -5,12 +5,12 @@ from dataclasses import dataclass, field
 
 from app.diagnosis.adapter_facts import SLOW_LATENCY_MS, AdapterFacts
 from app.engine.transport import PortError, PortTrouble
-from app.procedures.greet import Silence
+from app.procedures.handshake import Silence
 from protocol.catalogue import HOST_HEADER
 from protocol.events import Counters, Role
 from protocol.frame import Reason
 
-NOISE_KEPT_BYTES = 512
+MAX_NOISE_BYTES = 512
 SLOW_MINIMUM_S = 0.008
 """Round trips below this are not delayed by a latency timer; a module at 115200 baud answers within 3 ms."""
 LATENCY_STEP_S = 0.016
@@ -43,7 +43,7 @@ class PortEvidence:
     bytes_received: int = 0
     counters: Counters = field(default_factory=Counters)
     noise: bytes = b""
-    """The last rejected bytes, up to `NOISE_KEPT_BYTES`."""
+    """The last rejected bytes, up to `MAX_NOISE_BYTES`."""
     round_trip_minimum_s: float | None = None
     round_trip_median_s: float | None = None
     short_visits: int = 0
@@ -75,7 +75,7 @@ def is_prober(evidence: PortEvidence) -> bool:
     return not evidence.is_answering and _AT.search(evidence.noise) is not None
 
 
-def is_taken_for_braille(evidence: PortEvidence) -> bool:
+def is_claimed_by_brltty(evidence: PortEvidence) -> bool:
     """Whether brltty takes the adapter for a Braille display."""
     is_snatched = is_gone(evidence) and evidence.short_visits >= 1 and "brltty" in evidence.facts.grabbers
     return is_snatched or holder_name(evidence).lower() in _BRAILLE
@@ -103,7 +103,7 @@ def is_bad_line(evidence: PortEvidence) -> bool:
     if not evidence.is_open or not rejected:
         return False
     if frames_of_module(evidence):
-        return rejected > REJECTED_SHARE * evidence.bytes_received and rejected > NOISE_KEPT_BYTES // 8
+        return rejected > REJECTED_SHARE * evidence.bytes_received and rejected > MAX_NOISE_BYTES // 8
     begun = sum(
         evidence.counters.rejected_bytes[reason] for reason in (Reason.CHECKSUM, Reason.INCOMPLETE, Reason.VALUE)
     )

@@ -6,7 +6,7 @@ from app.diagnosis.causes import Explanation, diagnose
 from app.diagnosis.symptoms import PortEvidence
 from app.engine.procedure import Slept
 from app.engine.transport import PortError
-from app.procedures.greet import NoAnswer
+from app.procedures.handshake import NoAnswer
 from app.text.i18n import tr
 
 

@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 from app.engine.changed_values import ACKNOWLEDGED_KEYS, key_changed_by
 from app.engine.motion import MotionExtremes, MotionWatch
-from protocol.catalogue import RECORDS_KEPT, SERIAL_OUTPUT, SETTINGS, Request
+from protocol.catalogue import MAX_RECORDS, SERIAL_OUTPUT, SETTINGS, Request
 from protocol.events import (
     Answered,
     Event,
@@ -59,7 +59,7 @@ SLOW_KEYS = ("cell_voltage_v", "charging", "light_v")
 FRESH_FOR_S: Mapping[str, float] = MappingProxyType(dict.fromkeys(STATUS_KEYS, 1.0) | dict.fromkeys(SLOW_KEYS, 5.0))
 """Seconds after which a live value is stale. Settings and the boot count change only with an act or a restart."""
 
-LONGEST_LAG_S = 1.0
+MAX_LAG_S = 1.0
 """Where frames are delayed for longer no status is current."""
 STREAM_PROVES_S = 1.5
 """How long a streamed status proves that the serial output is on."""
@@ -71,7 +71,7 @@ STREAM_WINDOW_S = 3.0
 BOOTS = 256
 """The boot count wraps to 0 after 255."""
 
-KEPT_STRAY_RECORDS = 100 * RECORDS_KEPT
+MAX_STRAY_RECORDS = 100 * MAX_RECORDS
 
 UNREADABLE = frozenset(command.key for command in SETTINGS if not command.reads_back) - {"baud_rate"}
 """E8: settings that cannot be read, so a restart makes them unknown."""
@@ -85,7 +85,7 @@ class Known:
     how: How
     at: float
     stale_reason: StaleReason | None = None
-    said_after: float = -inf
+    sent_after: float = -inf
     """The earliest time at which the module can have sent it."""
 
     @property
@@ -136,7 +136,7 @@ class DeviceView:
 
     @property
     def is_late(self) -> bool:
-        return self.lag_s is not None and self.lag_s > LONGEST_LAG_S
+        return self.lag_s is not None and self.lag_s > MAX_LAG_S
 
     @property
     def reported(self) -> tuple[Value | None, ...]:
@@ -171,7 +171,7 @@ class DeviceView:
     def proven(self, key: str, now: float) -> Known | None:
         """The status value if it is proven that the module sent it within the last second, else None."""
         known = self.values.get(key)
-        return known if known and not known.is_stale and now - known.said_after <= FRESH_FOR_S[key] else None
+        return known if known and not known.is_stale and now - known.sent_after <= FRESH_FOR_S[key] else None
 
     def fresh(self, key: str, now: float) -> Value | None:
         """The value if it is known and not stale, else None."""
@@ -202,7 +202,7 @@ class Device:
         """Values that are unknown until that is decided."""
         self._unconfirmed: set[str] = set()
         self._samples: list[StatusSample] = []
-        self._stray_records: deque[TriggerRecord] = deque(maxlen=KEPT_STRAY_RECORDS)
+        self._stray_records: deque[TriggerRecord] = deque(maxlen=MAX_STRAY_RECORDS)
         self._motion = MotionWatch()
 
     def use_rate(self, baud_rate: int) -> None:
@@ -212,16 +212,16 @@ class Device:
     def apply(self, event: Event) -> None:
         """Take in one event of the link."""
         if isinstance(event, Received):
-            self._take_frame(event)
+            self._on_frame(event)
             return
         self._settle()
         match event:
             case Answered():
-                self._take_answer(event)
+                self._on_answer(event)
             case OutcomeUnknown():
-                self._doubt_write(event.request)
+                self._invalidate_write(event.request)
             case Restarted():
-                self._take_restart(is_counted=event.at - self._restart_read_at <= Timing().restart_s)
+                self._on_restart(is_counted=event.at - self._restart_read_at <= Timing().restart_s)
             case WentOnline():
                 self._set_presence(Presence.ONLINE, event.at)
                 if self._baud_rate is not None:
@@ -241,7 +241,7 @@ class Device:
         }
         self._streamed_at.clear()
         self._motion.clear()
-        self._forget_suspicion()
+        self._clear_suspicion()
 
     def note_sleep(self, slept_s: float, at: float) -> None:
         """Keep the sleep for the view; its consequences come as events."""
@@ -287,14 +287,14 @@ class Device:
     def _set_presence(self, presence: Presence, at: float) -> None:
         self._presence, self._presence_since = presence, at
 
-    def _take_frame(self, event: Received) -> None:
+    def _on_frame(self, event: Received) -> None:
         message = event.message
-        if isinstance(message, Heartbeat) and event.role in (Role.UNASKED, Role.LATE, Role.DOUBLED):
+        if isinstance(message, Heartbeat) and event.role in (Role.UNSOLICITED, Role.LATE, Role.DUPLICATE):
             self._suspect_restart()
-            self._is_restart_suspected |= event.role is not Role.UNASKED  # the link decides about that one
+            self._is_restart_suspected |= event.role is not Role.UNSOLICITED  # the link decides about that one
         if isinstance(message, Reading) and event.role is Role.ANSWER and message.command.key == "boot_count":
-            self._take_reading(message, event.at)  # also the answer to a fence, of which there is no `Answered`
-        if isinstance(message, TriggerRecord) and event.role in (Role.LATE, Role.UNASKED):
+            self._on_reading(message, event.at)  # also the answer to a fence, of which there is no `Answered`
+        if isinstance(message, TriggerRecord) and event.role in (Role.LATE, Role.UNSOLICITED):
             self._stray_records.append(message)
         if not isinstance(message, Status) or event.role in (Role.LATE, Role.ECHO):
             return
@@ -313,52 +313,52 @@ class Device:
             return
         how = How.READ if event.role is Role.ANSWER else How.STREAMED
         for key, value in zip(STATUS_KEYS, _status_values(event.message), strict=True):
-            self._values[key] = Known(value, how, event.at, said_after=event.said_after)
+            self._values[key] = Known(value, how, event.at, sent_after=event.sent_after)
         if len(self._streamed_at) > 1:
             self._values[SERIAL_OUTPUT.key] = Known(True, How.STREAMED, self._streamed_at[-1])
 
-    def _take_answer(self, event: Answered) -> None:
+    def _on_answer(self, event: Answered) -> None:
         for message in event.messages:
             if isinstance(message, Reading):
-                self._take_reading(message, event.at)
+                self._on_reading(message, event.at)
             elif isinstance(message, Acknowledgement):
-                self._take_acknowledgement(message, event.at)
+                self._on_acknowledgement(message, event.at)
 
-    def _take_reading(self, reading: Reading, at: float) -> None:
+    def _on_reading(self, reading: Reading, at: float) -> None:
         key = reading.command.key
         before = self._values.get(key)
         if key == "boot_count":
             boots = 0 if before is None else (reading.raw - int(before.value)) % BOOTS
             if boots > self._restarts_not_read:
-                self._take_restart()  # it was switched off and on while nobody listened
+                self._on_restart()  # it was switched off and on while nobody listened
                 self._restart_read_at = at
             elif before is not None and not boots:
                 self._dismiss_suspicion()
-            self._forget_suspicion()
+            self._clear_suspicion()
             self._restarts_not_read = 0
         self._values[key] = Known(reading.value, How.READ, at)
 
-    def _take_acknowledgement(self, acknowledgement: Acknowledgement, at: float) -> None:
+    def _on_acknowledgement(self, acknowledgement: Acknowledgement, at: float) -> None:
         command = acknowledgement.request.command
         if not acknowledgement.is_accepted:
-            self._doubt_write(acknowledgement.request)
+            self._invalidate_write(acknowledgement.request)
             return
         key = key_changed_by(acknowledgement.request)
         if key in STATUS_KEYS and key != "active":
-            self._doubt_write(acknowledgement.request)  # the old value is over; the next report has the new one
+            self._invalidate_write(acknowledgement.request)  # the old value is over; the next report has the new one
             return
         if key is None or command.write is None:
             return
         value = command.write.decode(acknowledgement.request.data)
         if key == "baud_rate":
             if value != self._baud_rate:
-                self._doubt_write(acknowledgement.request)  # only a frame at the new rate proves it (E9)
+                self._invalidate_write(acknowledgement.request)  # only a frame at the new rate proves it (E9)
         elif key in ACKNOWLEDGED_KEYS:
             self._values[key] = Known(value, How.ACKNOWLEDGED, at)
             if command is SERIAL_OUTPUT and value is False:
                 self._streamed_at.clear()
 
-    def _doubt_write(self, request: Request) -> None:
+    def _invalidate_write(self, request: Request) -> None:
         key = key_changed_by(request)
         if key is None:
             return
@@ -383,11 +383,11 @@ class Device:
         for key, known in self._suspected.items():
             self._values.setdefault(key, known)
 
-    def _forget_suspicion(self) -> None:
+    def _clear_suspicion(self) -> None:
         self._is_restart_suspected = False
         self._suspected.clear()
 
-    def _take_restart(self, *, is_counted: bool = False) -> None:
+    def _on_restart(self, *, is_counted: bool = False) -> None:
         self._restarts += not is_counted
         self._restarts_not_read += not is_counted
         self.mark_all_stale(StaleReason.RESTARTED)

@@ -87,7 +87,7 @@ class Identity:
         return () if self.before is None else changed_settings(self.before.settings, self.now.settings)
 
 
-NOBODY_MEANT = Identity()
+NO_EXPECTATION = Identity()
 
 
 def went_back(before: int | None, now: int | None) -> bool:
@@ -145,7 +145,7 @@ class IdentityCheck:
     def is_proven(self) -> bool:
         return self._identity.is_proven
 
-    def vouch(self, seen: Identity | None = None) -> None:
+    def confirm(self, seen: Identity | None = None) -> None:
         """Accept the module because a person confirmed it, unless it differs from what the person had `seen`."""
         if seen is None or self._identity.is_as_seen(seen):
             self._expected, self._identity = None, Identity()
@@ -163,7 +163,7 @@ class IdentityCheck:
         if is_another(before, found):
             trust = Trust.ANOTHER
         elif is_same(before, found) and expected.is_adapter_same:
-            self.vouch()
+            self.confirm()
             return
         elif is_same(before, found) or is_late:
             trust = Trust.UNCERTAIN

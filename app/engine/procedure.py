@@ -46,9 +46,9 @@ class LockRepeat:
     next_at: float = 0.0
 
     def is_due(self, now: float) -> bool:
-        return self.is_going_on(now) and now >= self.next_at
+        return self.is_repeating(now) and now >= self.next_at
 
-    def is_going_on(self, now: float) -> bool:
+    def is_repeating(self, now: float) -> bool:
         return self.sent < LOCKS_MOST and (self.until is None or now < self.until)
 
     def note_sent(self, now: float) -> None:

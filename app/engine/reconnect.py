@@ -156,7 +156,7 @@ class Reconnection:
             return address is not None
         return self._node is not None and self._node_of(address.device) == self._node
 
-    def want(self, address: Address) -> None:
+    def request(self, address: Address) -> None:
         """The user connects. To be called before the port is opened, while a symbolic link exists."""
         self._address = address
         self._lasts = address.is_url or (not address.identity and self._is_link(address.device))
@@ -186,7 +186,7 @@ class Reconnection:
         elif connection.state is PortState.CLOSED:
             self.is_mistaken = False
             if connection.trouble is not None:
-                self._take_trouble(connection.trouble.trouble, now)
+                self._on_trouble(connection.trouble.trouble, now)
 
     def is_due(self, now: float) -> bool:
         """Whether to list the ports now and pass them to `poll`."""
@@ -237,7 +237,7 @@ class Reconnection:
         self.returns += self._is_return
         self._is_return = False
 
-    def _take_trouble(self, trouble: PortTrouble, now: float) -> None:
+    def _on_trouble(self, trouble: PortTrouble, now: float) -> None:
         if self.is_waiting:
             gone_again = trouble in LOSSES or trouble is PortTrouble.MISSING
             if self._absence.is_waiting:

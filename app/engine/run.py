@@ -29,10 +29,10 @@ class Run(Generic[Result]):
         self.result: Result | None = None
         self.error: BaseException | None = None
         self.is_cancelled = False
-        self._is_told = False
+        self._is_cancel_delivered = False
         self._procedure = procedure
         self._on_progress = on_progress
-        self._want: Effect | None = None
+        self._effect: Effect | None = None
         self._resume_at = self._awaits_since = 0.0
         self._heard: list[Received] = []
         self.is_started = False
@@ -42,10 +42,10 @@ class Run(Generic[Result]):
     def cancel(self) -> None:
         self.is_cancelled = True
 
-    def take_cancel(self) -> bool:
+    def pop_cancel(self) -> bool:
         """Whether to raise `Cancelled` in it now: only once, as a second one would interrupt its cleaning up."""
-        is_news = self.is_cancelled and not self._is_told and not self.is_done
-        self._is_told = self._is_told or is_news
+        is_news = self.is_cancelled and not self._is_cancel_delivered and not self.is_done
+        self._is_cancel_delivered = self._is_cancel_delivered or is_news
         return is_news
 
     def start(self, now: float) -> None:
@@ -53,45 +53,45 @@ class Run(Generic[Result]):
         self.resume(None, now)
 
     @property
-    def wants_to_ask(self) -> Ask | None:
-        return self._want if isinstance(self._want, Ask) else None
+    def pending_ask(self) -> Ask | None:
+        return self._effect if isinstance(self._effect, Ask) else None
 
     @property
-    def wants_to_inspect(self) -> bool:
-        return isinstance(self._want, Inspect)
+    def is_inspecting(self) -> bool:
+        return isinstance(self._effect, Inspect)
 
     @property
-    def wanted_rate(self) -> UseRate | None:
-        return self._want if isinstance(self._want, UseRate) else None
+    def pending_rate(self) -> UseRate | None:
+        return self._effect if isinstance(self._effect, UseRate) else None
 
     @property
     def searches_rate(self) -> bool:
         """Whether it has changed the port's rate, or is about to."""
-        return self._has_used_rate or self.wanted_rate is not None
+        return self._has_used_rate or self.pending_rate is not None
 
     @property
     def resume_at(self) -> float | None:
         """When its `Pause` or `Listen` ends; None while it waits for something else."""
-        return self._resume_at if isinstance(self._want, Pause | Listen) else None
+        return self._resume_at if isinstance(self._effect, Pause | Listen) else None
 
-    def hear(self, received: Received) -> None:
-        if isinstance(self._want, Listen):
+    def on_received(self, received: Received) -> None:
+        if isinstance(self._effect, Listen):
             self._heard.append(received)
 
-    def awaits_since(self) -> float | None:
+    def waiting_since(self) -> float | None:
         """Since when it waits for something other than the line (a disk)."""
-        return self._awaits_since if isinstance(self._want, Await) else None
+        return self._awaits_since if isinstance(self._effect, Await) else None
 
     def tick(self, now: float) -> None:
         """Resume it if its `Pause`, `Listen` or `Await` has ended."""
-        if isinstance(self._want, Await):
-            if self._want.future.done() or now >= self._resume_at:
-                self.resume(self._want.future.done(), now)
+        if isinstance(self._effect, Await):
+            if self._effect.future.done() or now >= self._resume_at:
+                self.resume(self._effect.future.done(), now)
             return
         if self.is_done or self.resume_at is None or now < self._resume_at:
             return
         heard, self._heard = tuple(self._heard), []
-        self.resume(now if isinstance(self._want, Pause) else heard, now)
+        self.resume(now if isinstance(self._effect, Pause) else heard, now)
 
     def throw(self, reason: Exception, now: float) -> None:
         """Raise `reason` at the procedure's yield; it may clean up, or end."""
@@ -115,7 +115,7 @@ class Run(Generic[Result]):
         except Exception as error:  # noqa: BLE001  a bug in a procedure ends this run, not the session
             self._finish(None, error)
         else:
-            self._want = want
+            self._effect = want
             self._has_used_rate |= isinstance(want, UseRate)
             if isinstance(want, Pause | Listen):
                 self._resume_at = now + want.seconds
@@ -123,4 +123,4 @@ class Run(Generic[Result]):
                 self._awaits_since, self._resume_at = now, now + want.limit_s
 
     def _finish(self, result: Any, error: BaseException | None) -> None:
-        self.is_done, self.result, self.error, self._want = True, result, error, None
+        self.is_done, self.result, self.error, self._effect = True, result, error, None

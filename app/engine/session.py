@@ -23,10 +23,10 @@ from protocol.round_trips import Timing
 
 __all__ = ["Run", "Session"]
 LOCK = ACTIVATION.set(False)
-LONGEST_STEP_S = 0.02
-GATHER_S = 0.008
+MAX_STEP_S = 0.02
+BATCH_S = 0.008
 """How long to gather a stream while no answer is awaited, if at least a frame arrives in this time."""
-GATHER_FRAME_S = 0.002
+BATCH_FRAME_S = 0.002
 """How long to wait for the rest of a frame."""
 _FRAME = Layout.STATUS.value
 AWAIT_POLL_S = 0.002
@@ -61,8 +61,8 @@ class Session:
         self.opened_at = clock()
         self.identity = IdentityCheck(expected)
         self.bytes_received = 0
-        self._heard_at = self.opened_at
-        self.gather_s = GATHER_S
+        self._received_at = self.opened_at
+        self.batch_s = BATCH_S
         self._is_fast = True
         self._timing = timing or Timing()
         self._link = Link(self.opened_at, timing=self._timing)
@@ -103,7 +103,7 @@ class Session:
 
     def _free_line(self, *, is_urgent: bool) -> None:
         """Abandon the request in flight if it can be repeated, or for an urgent procedure."""
-        ask = self._asking.wants_to_ask if self._asking is not None else None
+        ask = self._asking.pending_ask if self._asking is not None else None
         # Without a procedure it is the link's own heartbeat; a request behind a fence was not sent yet.
         is_repeatable = ask is None or ask.request.is_repeatable or not self._link.has_left
         if is_repeatable:
@@ -116,7 +116,7 @@ class Session:
         """Dangerous requests that wait for the line are not sent; see `Unanswered`."""
         now = self.clock()
         for run in self._runs():
-            ask = run.wants_to_ask
+            ask = run.pending_ask
             if ask is not None and ask.request.hazard is Hazard.DANGEROUS and run is not self._asking:
                 run.resume(Unanswered(ask.request, 0, 0.0, now), now)
 
@@ -136,24 +136,24 @@ class Session:
         trips, lag_s = self._link.round_trips, self._link.lag.seconds(self.clock())
         return LinkView(self._link.counters.copy(), trips.minimum_s, trips.median_s, self.bytes_received, lag_s)
 
-    def step(self, longest_s: float = LONGEST_STEP_S) -> None:
+    def step(self, longest_s: float = MAX_STEP_S) -> None:
         """Wait at most `longest_s` for bytes, and do what is due."""
         now = self.clock()
         self._notice_sleep(now)
         self._serve(now)
         wait_s = max(0.0, min(longest_s, self._next_due(now) - now))
-        data = self.line.read(wait_s, self.gather_s if self._link.is_idle and self._is_fast else 0.0)
-        while self._link.is_idle and 0 < len(data) < _FRAME and (rest := self.line.read(GATHER_FRAME_S, 0.0)):
+        data = self.line.read(wait_s, self.batch_s if self._link.is_idle and self._is_fast else 0.0)
+        while self._link.is_idle and 0 < len(data) < _FRAME and (rest := self.line.read(BATCH_FRAME_S, 0.0)):
             data += rest
         began, now = now, self.clock()
         if data:
             self.bytes_received += len(data)
-            self._is_fast = len(data) * self.gather_s > _FRAME * (now - self._heard_at)
-            self._heard_at = now
+            self._is_fast = len(data) * self.batch_s > _FRAME * (now - self._received_at)
+            self._received_at = now
         slept_s = self._asleep_s()
         if slept_s:
             self._digest(self._link.receive(data, began), began)  # it may be from before the sleep
-            self._wake(slept_s, now)
+            self._on_resume(slept_s, now)
             data = b""
         self._digest(self._link.receive(data, now) + self._link.tick(now), now)
         self.identity.on_device(self.device, now)
@@ -183,35 +183,35 @@ class Session:
 
     def _next_due(self, now: float) -> float:
         dues = [run.resume_at for run in self._runs() if run.resume_at is not None]
-        if any(run.awaits_since() is not None for run in self._runs()):
+        if any(run.waiting_since() is not None for run in self._runs()):
             dues.append(now + AWAIT_POLL_S)
-        ask = self._asking.wants_to_ask if self._asking is not None else None
-        if ask is not None and ask.repeat is not None and ask.repeat.is_going_on(now):
+        ask = self._asking.pending_ask if self._asking is not None else None
+        if ask is not None and ask.repeat is not None and ask.repeat.is_repeating(now):
             dues.append(ask.repeat.next_at)
         return min([self._link.next_deadline(), *dues])
 
     def _serve(self, now: float) -> None:
         """Advance the procedures that need no new bytes, and send the next request."""
         for run in self._runs():
-            if run.take_cancel():
+            if run.pop_cancel():
                 if self._asking is run:
                     self._asking = None
                     self._digest(self._link.abandon(now), now)
                 run.throw(Cancelled(), now)
             run.tick(now)
-            while run.wants_to_inspect:
+            while run.is_inspecting:
                 run.resume(self._view(now), now)
         self._drop_finished(now)
         self._repeat_lock(now)
-        active = self._whose_turn(now)
+        active = self._next_run(now)
         if active is None or active.is_done or self._asking is not None:
             return
-        if (rate := active.wanted_rate) is not None:
+        if (rate := active.pending_rate) is not None:
             self._use_rate(rate.baud_rate, now)
             active.resume(now, now)
             self._serve(now)
             return
-        ask = active.wants_to_ask
+        ask = active.pending_ask
         if ask is None:
             return
         is_refused = self._is_played or not (self.identity.is_proven or ask.request == LOCK)
@@ -224,16 +224,16 @@ class Session:
         elif self._link.is_idle:
             self._send(active, ask, now)
 
-    def _whose_turn(self, now: float) -> Run[Any] | None:
+    def _next_run(self, now: float) -> Run[Any] | None:
         """The run that has the line: the background also while the foreground waits for a slow disk."""
         first = self._foreground[0] if self._foreground else None
-        since = first.awaits_since() if first is not None else None
+        since = first.waiting_since() if first is not None else None
         is_slow = since is not None and now - since > AWAIT_GRACE_S
         return self._background if first is None or is_slow else first
 
     def _repeat_lock(self, now: float) -> None:
         """Send LOCK if it is due, without waiting for the answer to the request in flight."""
-        ask = self._asking.wants_to_ask if self._asking is not None else None
+        ask = self._asking.pending_ask if self._asking is not None else None
         repeat = ask.repeat if ask is not None else None
         if repeat is not None and repeat.is_due(now):
             repeat.note_sent(now)
@@ -243,10 +243,10 @@ class Session:
     def _notice_sleep(self, now: float) -> bool:
         slept_s = self._asleep_s()
         if slept_s:
-            self._wake(slept_s, now)
+            self._on_resume(slept_s, now)
         return bool(slept_s)
 
-    def _wake(self, slept_s: float, now: float) -> None:
+    def _on_resume(self, slept_s: float, now: float) -> None:
         """Values read before the sleep are stale, and nothing decided before it is done.
 
         The request in flight is unanswered and not repeated. Procedures end with `Slept`, except urgent ones (LOCK) and
@@ -254,7 +254,7 @@ class Session:
         """
         self._overtaken_at = now
         asking, self._asking = self._asking, None
-        ask = asking.wants_to_ask if asking is not None else None
+        ask = asking.pending_ask if asking is not None else None
         gone = self._link.abandon(now)
         self.line.use_rate(self.line.baud_rate)  # bytes in the driver may be from before the sleep
         # As after a long silence: it sends a heartbeat at once.
@@ -327,7 +327,7 @@ class Session:
                         run.resume(event, now)
                 case Received():
                     for run in self._runs():
-                        run.hear(event)
+                        run.on_received(event)
                 case WentOnline():
                     self._proven_rate = self.line.baud_rate
                 case _:

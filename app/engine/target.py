@@ -26,6 +26,6 @@ class Target:
         return self.device.startswith("sim:")
 
     @property
-    def is_recording(self) -> bool:
+    def is_playback(self) -> bool:
         """Whether it plays a capture."""
         return is_playback(self.device)

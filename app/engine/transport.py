@@ -67,7 +67,7 @@ class PortTrouble(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Holder:
+class PortHolder:
     """A program that has the port open, where the system tells."""
 
     name: str
@@ -77,7 +77,7 @@ class Holder:
 class PortError(Exception):
     """The port could not be opened, or was lost. `detail` is the driver's text, for the log."""
 
-    def __init__(self, trouble: PortTrouble, port: str, detail: str, holder: Holder | None = None) -> None:
+    def __init__(self, trouble: PortTrouble, port: str, detail: str, holder: PortHolder | None = None) -> None:
         super().__init__(f"{port}: {trouble.value}: {detail}")
         self.trouble = trouble
         self.port = port
@@ -100,7 +100,7 @@ class Line(Protocol):
     def close(self) -> None: ...
 
 
-def holder_of(port: str, proc: Path = Path("/proc")) -> Holder | None:
+def holder_of(port: str, proc: Path = Path("/proc")) -> PortHolder | None:
     """The other program that has this device open, if it is certain: the only one that this user can see, or the one
     that has locked it. Linux only."""
     if not sys.platform.startswith("linux"):
@@ -109,7 +109,7 @@ def holder_of(port: str, proc: Path = Path("/proc")) -> Holder | None:
         device = Path(port).stat()
     except OSError:  # unplugged meanwhile
         return None
-    holders: dict[int, Holder] = {}
+    holders: dict[int, PortHolder] = {}
     for link in proc.glob("[0-9]*/fd/*"):
         process = link.parents[1]
         with suppress(OSError, ValueError):  # it has ended meanwhile, or is another user's
@@ -120,7 +120,7 @@ def holder_of(port: str, proc: Path = Path("/proc")) -> Holder | None:
             name = (process / "comm").read_text(errors="replace", encoding="utf-8").strip()
             # Otherwise the process ended meanwhile, and another one has its number.
             if os.path.samestat(link.stat(), device) and _started(process) == started:
-                holders[int(process.name)] = Holder(name, int(process.name))
+                holders[int(process.name)] = PortHolder(name, int(process.name))
     locking = _locking(device, proc) & holders.keys() if len(holders) > 1 else holders.keys()
     return holders[next(iter(locking))] if len(locking) == 1 else None
 
@@ -173,7 +173,10 @@ def _trouble_at_opening(error: Exception) -> PortTrouble:
 
 
 class SerialLine:
-    """An open port. Made by `open_line`; belongs to the thread that opened it, but for `wake`, `interrupt`, `abort`."""
+    """An open port, made by `open_line`.
+
+    Only the thread that opened it may use it, except `interrupt_read`, `interrupt` and `abort`.
+    """
 
     def __init__(self, port: str, opened: serial.Serial) -> None:
         self.port = port
@@ -269,7 +272,7 @@ class SerialLine:
         except _DRIVER_ERRORS as error:
             raise PortError(PortTrouble.LOST, self.port, str(error)) from error
 
-    def wake(self) -> None:
+    def interrupt_read(self) -> None:
         """End the second wait of a read. From any thread."""
         self._woken.set()
 

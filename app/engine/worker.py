@@ -14,10 +14,10 @@ from enum import Enum
 from typing import Any, Generic
 
 from app.engine.device import Device, DeviceView, StatusSample
-from app.engine.identity import NOBODY_MEANT, Expected, Identity
+from app.engine.identity import NO_EXPECTATION, Expected, Identity
 from app.engine.playback import is_playback
 from app.engine.procedure import LinkView, PortLost, Procedure, Report, Result
-from app.engine.session import GATHER_S, Run, Session
+from app.engine.session import BATCH_S, Run, Session
 from app.engine.transport import PortError, SerialLine, open_line
 from app.system.sleep_detector import Clock, SleepDetector, sleepless_clock
 from app.system.uncaught import report_uncaught_error
@@ -26,9 +26,9 @@ from protocol.messages import Reading, Status
 
 PUBLISH_EVERY_S = 1 / 15
 """The interval of batches without news: reports of a module whose state is unchanged."""
-LONGEST_STEP_S = 0.05
+MAX_STEP_S = 0.05
 """An order ends it earlier; see `SerialLine.interrupt`."""
-LONGEST_GATHER_S = 0.025
+MAX_BATCH_S = 0.025
 """How long a stream is gathered where batches are published a few times a second only."""
 CLOSING_LIMIT_S = 0.3
 """How long the procedures may take to undo what they changed (stream off) before the port closes."""
@@ -64,7 +64,7 @@ class Batch:
     samples: tuple[StatusSample, ...] = ()
     events: tuple[Event, ...] = ()
     finished: tuple["Job[Any]", ...] = ()
-    identity: Identity = NOBODY_MEANT
+    identity: Identity = NO_EXPECTATION
 
 
 class Job(Generic[Result]):
@@ -110,7 +110,7 @@ class _Close:
 
 
 @dataclass(frozen=True, slots=True)
-class _Vouch:
+class _ConfirmIdentity:
     seen: Identity | None
 
 
@@ -125,7 +125,7 @@ class _Stop:
     pass
 
 
-_Order = _Open | _Close | _Vouch | _Start | _Stop
+_Order = _Open | _Close | _ConfirmIdentity | _Start | _Stop
 
 
 @dataclass(slots=True)
@@ -157,7 +157,7 @@ class Worker:
         self._line: SerialLine | None = None
         self._device = Device()
         self._connection = Connection()
-        self._identity = NOBODY_MEANT
+        self._identity = NO_EXPECTATION
         self._jobs: list[Job[Any]] = []
         self._pending = _Pending()
         self._published_at = 0.0
@@ -189,9 +189,9 @@ class Worker:
         """
         self._order(_Open(port, baud_rate, background, is_another, expected))
 
-    def vouch(self, seen: Identity | None = None) -> None:
-        """Accept the module because a person confirmed it; see `IdentityCheck.vouch`."""
-        self._order(_Vouch(seen))
+    def confirm_identity(self, seen: Identity | None = None) -> None:
+        """Accept the module because a person confirmed it; see `IdentityCheck.confirm`."""
+        self._order(_ConfirmIdentity(seen))
 
     def close(self) -> None:
         """Close the port, after the background procedure has undone its changes."""
@@ -244,26 +244,26 @@ class Worker:
         except queue.Empty:
             pass
         else:
-            self._obey(order)
+            self._execute(order)
             return
         if session is not None:
-            session.gather_s = max(GATHER_S, min(LONGEST_GATHER_S, self.publish_every_s / 10))
-            session.step(LONGEST_STEP_S)
-            self._gather(session)
+            session.batch_s = max(BATCH_S, min(MAX_BATCH_S, self.publish_every_s / 10))
+            session.step(MAX_STEP_S)
+            self._collect_batch(session)
             self._collect_finished()
 
-    def _gather(self, session: Session) -> None:
+    def _collect_batch(self, session: Session) -> None:
         events, samples = session.take_events(), session.device.take_samples()
         self._pending.events += events
         self._pending.samples += samples
         for event in events:
-            self._pending.is_urgent |= self._is_news(event)
+            self._pending.is_urgent |= self._has_changed(event)
         for sample in samples:
             if (sample.triggered, sample.active) != self._reported:
                 self._reported = sample.triggered, sample.active
                 self._pending.is_urgent = True
 
-    def _is_news(self, event: Event) -> bool:
+    def _has_changed(self, event: Event) -> bool:
         """Whether it may change more than the numbers of the last report."""
         match event:
             case Received(message=Reading(command=command, raw=raw)):
@@ -275,16 +275,16 @@ class Worker:
                 return False
         return True
 
-    def _obey(self, order: _Order) -> None:
+    def _execute(self, order: _Order) -> None:
         match order:
             case _Open():
-                self._leave()
+                self._close_in_order()
                 self._enter(order)
             case _Close():
-                self._leave()
-            case _Vouch(seen):
+                self._close_in_order()
+            case _ConfirmIdentity(seen):
                 if self._session is not None:
-                    self._session.identity.vouch(seen)
+                    self._session.identity.confirm(seen)
             case _Start(job, is_urgent):
                 self._jobs.append(job)
                 if self._session is None:
@@ -293,7 +293,7 @@ class Worker:
                 else:
                     self._session.run(job.run, is_urgent=is_urgent)
             case _Stop():
-                self._leave()
+                self._close_in_order()
                 self._is_stopping = True
         self._pending.is_urgent = True
 
@@ -316,7 +316,7 @@ class Worker:
         if order.background is not None:
             self._session.run_in_background(order.background())
 
-    def _leave(self) -> None:
+    def _close_in_order(self) -> None:
         """Close the port after urgent procedures (LOCK) have run and the background has undone its changes."""
         session = self._session
         if session is None:
@@ -340,7 +340,7 @@ class Worker:
         if self._session is not None:
             self._session.close(why=why)
             self._line = None
-            self._gather(self._session)
+            self._collect_batch(self._session)
             self._session = None
         self._collect_finished()
 

@@ -12,7 +12,7 @@ from protocol.catalogue import RESET_BELOW_THRESHOLD_DEG
 from protocol.messages import Source
 from protocol.translatable import marked
 
-LONGEST_GAP_S = 0.5
+MAX_GAP_S = 0.5
 """A longer pause between two samples ends a fall: what happened in between is unknown."""
 
 ROUNDING_S = 1e-9
@@ -125,7 +125,7 @@ class Judge:
             if self._standing:
                 self._standing &= ~Source.FREEFALL
             return
-        has_gap = self._last_s is not None and sample.at_s - self._last_s > LONGEST_GAP_S
+        has_gap = self._last_s is not None and sample.at_s - self._last_s > MAX_GAP_S
         if self._falls_since_s is None or has_gap:
             self._falls_since_s = sample.at_s
         if sample.at_s - self._falls_since_s >= limits.freefall_time_s - ROUNDING_S:

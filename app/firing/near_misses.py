@@ -169,7 +169,7 @@ class NearFalls:
         self._keep(self._unfired())
         self._open, self._pending, self._has_fired = None, [], False
 
-    def forget_time(self) -> None:
+    def reset_time(self) -> None:
         """Like `interrupt`; the time of the report before the next one is unknown, too."""
         self.interrupt()
         self._last_s = -math.inf

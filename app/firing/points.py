@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from app.firing.judge import LONGEST_GAP_S, ROUNDING_S, Judge, TriggerLimits
+from app.firing.judge import MAX_GAP_S, ROUNDING_S, Judge, TriggerLimits
 
 Floats = NDArray[np.float64]
 Places = NDArray[np.intp]
@@ -48,12 +48,12 @@ def falls_of(stretch: Stretch, limits: TriggerLimits, judge: Judge) -> Falls:
     is_below = stretch.acceleration_g < limits.freefall_acceleration_g
     edges = np.flatnonzero(np.diff(is_below, prepend=False, append=False))
     continues = np.zeros(len(times), np.bool_)
-    continues[1:] = is_below[1:] & is_below[:-1] & (np.diff(times) <= LONGEST_GAP_S)
+    continues[1:] = is_below[1:] & is_below[:-1] & (np.diff(times) <= MAX_GAP_S)
     firsts = np.flatnonzero(is_below & ~continues)
     lasts = np.flatnonzero(is_below & ~np.append(continues[1:], np.False_))
     since_s = times[firsts]
     begun_s, last_s = judge.falls_since_s, judge.last_s
-    is_falling = begun_s is not None and last_s is not None and times[0] - last_s <= LONGEST_GAP_S
+    is_falling = begun_s is not None and last_s is not None and times[0] - last_s <= MAX_GAP_S
     if is_falling and len(firsts) and firsts[0] == 0:
         since_s[0] = begun_s
     starts = edges[::2]

@@ -11,7 +11,7 @@ from app.firing.would_fire import WhatIfAnalysis, WhatIfFinding
 from app.recordings.excerpt import Excerpt
 from app.samples.ring_buffers import Readable
 
-MOST_AT_ONCE: Final = 100_000
+MAX_AT_ONCE: Final = 100_000
 """Reports judged at once, in about 5 ms."""
 
 
@@ -50,7 +50,7 @@ class IncrementalAnalysis:
         return (last_s - first_s) / (times.last.time_s - first_s)
 
     def catch_up(self) -> bool:
-        """Judge at most `MOST_AT_ONCE` new reports; returns whether none are left."""
+        """Judge at most `MAX_AT_ONCE` new reports; returns whether none are left."""
         last_s = self._analysis.last_s
         times = self._measured.tilt.window(-math.inf if last_s is None else last_s, math.inf).time_s
         if last_s is not None and not (len(times) and times[0] == last_s):
@@ -58,7 +58,7 @@ class IncrementalAnalysis:
             return False
         if len(times) <= self._taken_at_last:
             return True
-        stop = min(len(times) - 1, self._taken_at_last + MOST_AT_ONCE)
+        stop = min(len(times) - 1, self._taken_at_last + MAX_AT_ONCE)
         excerpt = self._measured.excerpt(-math.inf if last_s is None else last_s, float(times[stop]))
         self._analysis.feed(excerpt, start=self._taken_at_last)
         newest = excerpt.time_s
@@ -147,7 +147,7 @@ class WhatIfJudgement:
         """Why the recording cannot be judged."""
         return None if self._background is None else self._background.error
 
-    def follow(self, measured: Measured, *, is_recorded: bool) -> None:
+    def bind(self, measured: Measured, *, is_recorded: bool) -> None:
         """Judge this session from now on."""
         self.release()
         self._measured, self._is_recorded = measured, is_recorded

@@ -35,7 +35,7 @@ class WhatIfKind(Enum):
     UNJUDGED = "unjudged"
     UNANSWERED = "unanswered"
     """A threshold is missing."""
-    DOUBTFUL = "doubtful"
+    UNCERTAIN = "doubtful"
     FIRES = "fires"
     HOLDS = "holds"
     NEAR = "near"
@@ -77,7 +77,7 @@ def verdict(finding: WhatIfFinding | None, question: Question, *, clock: Clock, 
     if not (limits.attitude_is_enabled or limits.freefall_is_enabled):
         if question.unknown or question.invalid:
             return WhatIfVerdict(WhatIfKind.UNANSWERED, tr("Enter the thresholds."), said)
-        return WhatIfVerdict(WhatIfKind.DOUBTFUL, tr("Both triggers are disabled."), said)
+        return WhatIfVerdict(WhatIfKind.UNCERTAIN, tr("Both triggers are disabled."), said)
     if finding.firing_count:
         head = tr("Would have fired {count}×.", count=finding.firing_count)
         return WhatIfVerdict(WhatIfKind.FIRES, head, said)
@@ -86,7 +86,7 @@ def verdict(finding: WhatIfFinding | None, question: Question, *, clock: Clock, 
     judged = duration(finding.judged_s)
     if _is_close(finding):
         head = tr("Too close to tell ({time} judged).", time=judged)
-        return WhatIfVerdict(WhatIfKind.DOUBTFUL, head, said)
+        return WhatIfVerdict(WhatIfKind.UNCERTAIN, head, said)
     head = tr("Would not have fired ({time} judged).", time=judged)
     return WhatIfVerdict(WhatIfKind.HOLDS, head, said)
 
@@ -130,7 +130,9 @@ def _fall_row(near: NearFall, clock: Clock) -> WhatIfRow:
 
 def _near_row(at_s: float, what: str, clock: Clock, *, may_have_fired: bool) -> WhatIfRow:
     if may_have_fired:
-        return WhatIfRow(at_s, WhatIfKind.DOUBTFUL, tr("{time} too close to tell: {what}", time=clock(at_s), what=what))
+        return WhatIfRow(
+            at_s, WhatIfKind.UNCERTAIN, tr("{time} too close to tell: {what}", time=clock(at_s), what=what)
+        )
     return WhatIfRow(at_s, WhatIfKind.NEAR, tr("{time} near miss: {what}", time=clock(at_s), what=what))
 
 

@@ -10,14 +10,14 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from app.firing.judge import LONGEST_GAP_S, Firing, Judge, SensorSample, TriggerLimits
+from app.firing.judge import MAX_GAP_S, Firing, Judge, SensorSample, TriggerLimits
 from app.firing.near_misses import Lowest, NearFall, NearFalls, NearTilt, NearTilts
 from app.firing.points import Stretch, falls_of, turning_points
 from app.recordings.excerpt import Excerpt
 from app.recordings.markers import MarkerKind
 from app.samples.ring_buffers import Seconds, Values
 
-FIRINGS_KEPT: Final = 500
+MAX_FIRINGS: Final = 500
 _DECIMALS: Final = 3
 """Undoes the rounding to 32-bit floats: 0.7 g becomes the float nearest to 0.7 again."""
 _FORGETTING: Final = frozenset({MarkerKind.RESTARTED, MarkerKind.CONNECTED, MarkerKind.RECORDING})
@@ -53,7 +53,7 @@ class WhatIfFinding:
     is_whole: bool
     """False if only lowest and highest values are left of the time before `first_s`."""
     firings: tuple[Firing, ...]
-    """The first `FIRINGS_KEPT`, oldest first."""
+    """The first `MAX_FIRINGS`, oldest first."""
     firing_count: int
     near_tilts: tuple[NearTilt, ...]
     """The nearest first."""
@@ -153,7 +153,7 @@ class WhatIfAnalysis:
     def _forget(self) -> None:
         self._judge.reset()
         self._tilts.interrupt()
-        self._falls.forget_time()
+        self._falls.reset_time()
 
     def _judge_part(self, stretch: Stretch) -> None:
         limits, judge = self.limits, self._judge
@@ -172,7 +172,7 @@ class WhatIfAnalysis:
             sample = SensorSample(at_s, tilt_deg, acceleration_g)
             if fired := judge.judge(sample, limits).fired:
                 self._firing_count += 1
-                if len(self._firings) < FIRINGS_KEPT:
+                if len(self._firings) < MAX_FIRINGS:
                     self._firings.append(Firing(sample, fired))
             before = place
         judge.skip_to(float(stretch.time_s[-1]))
@@ -190,7 +190,7 @@ class WhatIfAnalysis:
             times = np.concatenate(((self._last_s,), times))
             is_active = np.concatenate(((self._was_active,), is_active))
         steps = np.diff(times)
-        is_pause = steps > LONGEST_GAP_S
+        is_pause = steps > MAX_GAP_S
         is_locked = ~is_active[:-1]
         counts = ~is_pause if self.counts_locked else ~is_pause & ~is_locked
         self._judged_s += float(steps[counts].sum())

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from enum import Enum
 
-from app.diagnosis.link_state import LinkState, Phase, words
+from app.diagnosis.link_state import LinkState, Phase, link_text
 from app.engine.device import DeviceView, Known
 from app.engine.identity import Identity
 from app.fleet.verdicts import HeldVerdict
@@ -15,7 +15,7 @@ from app.procedures.lock import Locked, waiting_sentence
 from app.safety.last_known import Activation, SeenActivation
 from app.settings.profiles import ActivatedBy
 from app.text.i18n import tr
-from app.text.sentences import begun, listed
+from app.text.sentences import capitalised, join_names
 from protocol.translatable import marked
 
 _BUSY = (Phase.OPENING, Phase.FINDING, Phase.ASKING)
@@ -94,20 +94,20 @@ class Card:
             case Need.NOT_LOCKED if self.lock.failed is not None:
                 return self.lock.failed.sentence
             case Need.LINK:
-                said = words(self.link, now)
+                said = link_text(self.link, now)
                 return said.next_step or said.what
             case Need.NO_GO if self.verdict is not None:
-                return tr(Need.NO_GO.value, names=listed(one.in_words() for one in self.verdict.against))
+                return tr(Need.NO_GO.value, names=join_names(one.translated() for one in self.verdict.against))
             case Need.VOID if self.verdict is not None and self.verdict.void is not None:
-                return tr(Need.VOID.value, why=self.verdict.void.said.in_words())
+                return tr(Need.VOID.value, why=self.verdict.void.message.translated())
             case Need.OUTSIDE if self.cell_outside is not None:
                 return self.cell_outside.beside(tr("Cell voltage"))
             case Need.ACTIVATE:
-                return verdict_sentence(Verdict.READY, ActivatedBy.PERSON).in_words()
+                return verdict_sentence(Verdict.READY, ActivatedBy.PERSON).translated()
             case Need.WAIT if self.is_checking:
-                return begun(tr("checking…"))
+                return capitalised(tr("checking…"))
             case Need.WAIT:
-                return words(self.link, now).what
+                return link_text(self.link, now).what
             case _:
                 return tr(self.need.value)
 
@@ -141,7 +141,7 @@ def card_of(member: Member, now: float, in_use: LimitsInUse) -> Card:
         port=member.port,
         link=member.link,
         activation=_without_fresh_time(member.activation),
-        trigger=trigger if trigger is None or trigger.is_stale else replace(trigger, at=0.0, said_after=0.0),
+        trigger=trigger if trigger is None or trigger.is_stale else replace(trigger, at=0.0, sent_after=0.0),
         cell_v=None if cell is None else float(cell),
         cell_outside=outside,
         tilt_deg=None if tilt is None else int(tilt),

@@ -14,7 +14,7 @@ from app.stations.station import Station
 from app.system.files import write_whole
 from app.text.i18n import CHINESE, language, tr
 from app.text.messages import UserMessage, clean
-from app.text.sentences import listed
+from app.text.sentences import join_names
 from protocol.translatable import marked
 
 FORMAT = "dps-s pre-flight set"
@@ -46,7 +46,7 @@ class SetMember:
     @property
     def why(self) -> str:
         """What stands against it, translated; empty for GO and READY."""
-        return self.trouble or listed(one.in_words() for one in self.against)
+        return self.trouble or join_names(one.translated() for one in self.against)
 
 
 def word_of(verdict: Verdict | None) -> str:
@@ -57,7 +57,7 @@ def summary(members: Sequence[SetMember]) -> str:
     """ "2 GO, 1 READY, 1 NO-GO"."""
     counts = Counter(one.verdict for one in members)
     order = (Verdict.GO, Verdict.READY, Verdict.NO_GO, None)
-    return listed(f"{counts[verdict]} {word_of(verdict)}" for verdict in order if counts[verdict])
+    return join_names(f"{counts[verdict]} {word_of(verdict)}" for verdict in order if counts[verdict])
 
 
 def plain_set(members: Sequence[SetMember]) -> dict[str, object]:

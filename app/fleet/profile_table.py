@@ -10,7 +10,7 @@ from app.procedures.write import Written
 from app.procedures.write_all import SettingChange, WriteReport
 from app.settings.profiles import Match, Profile, ProfileRow, compare
 from app.text.i18n import tr
-from app.text.sentences import listed, together
+from app.text.sentences import join_names, join_sentences
 from protocol.catalogue import BAUD_RATE, SERIAL_OUTPUT, Command
 from protocol.translatable import marked
 
@@ -78,7 +78,7 @@ class AppliedProfile:
 def outcome_of(report: WriteReport) -> AppliedProfile:
     """Verified only if everything that can be read back was read back equal."""
     if report.refusals:
-        return AppliedProfile(Applied.REFUSED, together(one.sentence for one in report.refusals))
+        return AppliedProfile(Applied.REFUSED, join_sentences(one.sentence for one in report.refusals))
     failed = [one.command for one in report.results if not one.is_fine]
     changed = [one.command for one in report.changed]
     if failed or changed or report.unread:
@@ -87,7 +87,7 @@ def outcome_of(report: WriteReport) -> AppliedProfile:
             (marked("Changed without being written: {names}."), changed),
             (marked("Not read back: {names}."), report.unread),
         )
-        why = together(tr(text, names=_titles(commands)) for text, commands in parts if commands)
+        why = join_sentences(tr(text, names=_titles(commands)) for text, commands in parts if commands)
         return AppliedProfile(Applied.FAILED, why)
     unproven = [one.command for one in report.results if one.verified is None]
     if unproven:
@@ -103,14 +103,14 @@ def broken_off(heard: Sequence[Written], error: BaseException) -> AppliedProfile
         text = tr("Link lost: the rest is unknown.")
     done = [one.command for one in heard if one.verified]
     more = tr("Written: {names}.", names=_titles(done)) if done else ""
-    return AppliedProfile(Applied.FAILED, together((text, more)))
+    return AppliedProfile(Applied.FAILED, join_sentences((text, more)))
 
 
 def result_line(applied: Iterable[AppliedProfile]) -> str:
     """ "3 written and verified, 1 FAILED"."""
     states = [one.state for one in applied]
-    return listed(f"{states.count(state)} {tr(state.value)}" for state in Applied if state in states)
+    return join_names(f"{states.count(state)} {tr(state.value)}" for state in Applied if state in states)
 
 
 def _titles(commands: Sequence[Command]) -> str:
-    return listed(tr(command.title) for command in commands)
+    return join_names(tr(command.title) for command in commands)

@@ -28,7 +28,7 @@ class Verdicts:
         self._filed: dict[str, Filed] = {}
         self._void: dict[str, Void] = {}
 
-    def keep(self, whose: str, filed: Filed, void: Void | None = None) -> None:
+    def store(self, whose: str, filed: Filed, void: Void | None = None) -> None:
         """Keep the module's last check; `void`: why it does not hold."""
         self._filed[whose] = filed
         self._void.pop(whose, None)

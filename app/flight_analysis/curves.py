@@ -6,18 +6,18 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from app.firing.judge import LONGEST_GAP_S, ROUNDING_S, TriggerLimits
+from app.firing.judge import MAX_GAP_S, ROUNDING_S, TriggerLimits
 from app.firing.points import Stretch, firing_places
 from app.flight_logs.flight_log import Flags, FlightLog, Floats
 from app.flight_logs.module_view import RuleReading, attitude_view, freefall_view
 from protocol.catalogue import CENTISECOND, DEGREE, TENTH_G
 from protocol.messages import Source
 
-MOST_TILT_STEPS: Final = 180
+MAX_TILT_STEPS: Final = 180
 """Whole degrees; the largest possible tilt."""
-MOST_ACCELERATION_STEPS: Final = 15
+MAX_ACCELERATION_STEPS: Final = 15
 """Tenths of g; above 1.5 g everything would be a fall."""
-MOST_TIME_STEPS: Final = 255
+MAX_TIME_STEPS: Final = 255
 """Hundredths of a second: the byte's largest."""
 NEVER: Final = math.inf
 
@@ -46,10 +46,10 @@ class FiringCurves:
         attitude_s = freefall_s = NEVER
         if limits.attitude_is_enabled:
             tilt_step = steps_of(limits.attitude_threshold_deg, DEGREE.per_unit)
-            attitude_s = float(self.attitude_s[tilt_step]) if tilt_step <= MOST_TILT_STEPS else NEVER
+            attitude_s = float(self.attitude_s[tilt_step]) if tilt_step <= MAX_TILT_STEPS else NEVER
         if limits.freefall_is_enabled:
             acceleration_step = steps_of(limits.freefall_acceleration_g, TENTH_G.per_unit)
-            if acceleration_step > MOST_ACCELERATION_STEPS:
+            if acceleration_step > MAX_ACCELERATION_STEPS:
                 raise LookupError(limits.freefall_acceleration_g)
             freefall_s = float(
                 self.freefall_s[acceleration_step, steps_of(limits.freefall_time_s, CENTISECOND.per_unit)]
@@ -75,26 +75,26 @@ def firing_curves(log: FlightLog, reading: RuleReading) -> FiringCurves:
 
 
 def _attitude_curve(time_s: Floats, tilt_deg: Floats) -> Floats:
-    curve = np.full(MOST_TILT_STEPS + 1, NEVER)
+    curve = np.full(MAX_TILT_STEPS + 1, NEVER)
     if len(time_s):
         highest = np.maximum.accumulate(tilt_deg)
-        rows = np.searchsorted(highest, np.arange(MOST_TILT_STEPS + 1), "left")
+        rows = np.searchsorted(highest, np.arange(MAX_TILT_STEPS + 1), "left")
         is_reached = rows < len(time_s)
         curve[is_reached] = time_s[rows[is_reached]]
     return curve
 
 
 def _freefall_curves(stretch: Stretch, is_judged: Flags, resets_s: tuple[float, ...]) -> tuple[Floats, Floats]:
-    firsts_s = np.full((MOST_ACCELERATION_STEPS + 1, MOST_TIME_STEPS + 1), NEVER)
-    longest_s = np.full(MOST_ACCELERATION_STEPS + 1, -1.0)
+    firsts_s = np.full((MAX_ACCELERATION_STEPS + 1, MAX_TIME_STEPS + 1), NEVER)
+    longest_s = np.full(MAX_ACCELERATION_STEPS + 1, -1.0)
     time_s = stretch.time_s
     steps = np.rint(stretch.acceleration_g * TENTH_G.per_unit).astype(np.int64)
-    steps[~is_judged] = MOST_ACCELERATION_STEPS + 1
-    restarts = np.diff(time_s, prepend=-np.inf) > LONGEST_GAP_S
+    steps[~is_judged] = MAX_ACCELERATION_STEPS + 1
+    restarts = np.diff(time_s, prepend=-np.inf) > MAX_GAP_S
     resets = np.searchsorted(time_s, resets_s, "left")
     restarts[resets[resets < len(time_s)]] = True
-    wanted_s = np.arange(MOST_TIME_STEPS + 1) / CENTISECOND.per_unit
-    for step in range(1, MOST_ACCELERATION_STEPS + 1):
+    wanted_s = np.arange(MAX_TIME_STEPS + 1) / CENTISECOND.per_unit
+    for step in range(1, MAX_ACCELERATION_STEPS + 1):
         is_below = steps < step
         if not is_below.any():
             continue

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.firing.judge import TriggerLimits
-from app.flight_analysis.curves import MOST_ACCELERATION_STEPS, MOST_TILT_STEPS, MOST_TIME_STEPS, steps_of
+from app.flight_analysis.curves import MAX_ACCELERATION_STEPS, MAX_TILT_STEPS, MAX_TIME_STEPS, steps_of
 from app.flight_analysis.summary import FirstFire, FlightSummary
 from app.flight_logs.flight_log import Floats
 from app.flight_logs.module_view import RuleReading
@@ -19,7 +19,7 @@ from protocol.translatable import marked
 Counts = NDArray[np.int64]
 ATTITUDE_AXIS: Final = np.arange(30, 121)
 """Whole degrees."""
-TIME_AXIS: Final = np.arange(20, MOST_TIME_STEPS + 1, 5) / CENTISECOND.per_unit
+TIME_AXIS: Final = np.arange(20, MAX_TIME_STEPS + 1, 5) / CENTISECOND.per_unit
 """Seconds."""
 
 
@@ -127,7 +127,7 @@ class FlightSet:
         tilts = np.rint(np.asarray(attitude_thresholds_deg) * DEGREE.per_unit).astype(np.int64)
         times = np.rint(np.asarray(freefall_times_s) * CENTISECOND.per_unit).astype(np.int64)
         step = steps_of(limits.freefall_acceleration_g, TENTH_G.per_unit)
-        if step > MOST_ACCELERATION_STEPS:
+        if step > MAX_ACCELERATION_STEPS:
             raise LookupError(limits.freefall_acceleration_g)
         of_group = {group: self._stack(group, reading).cut(tilts, step, times, limits) for group in FlightGroup}
         must = of_group[FlightGroup.MUST]
@@ -157,9 +157,9 @@ class FlightSet:
         if key not in self._stacked:
             curves = [one.curves(reading) for one in self.flights(group)]
             self._stacked[key] = _Stacked(
-                np.array([one.attitude_s for one in curves]).reshape(-1, MOST_TILT_STEPS + 1),
+                np.array([one.attitude_s for one in curves]).reshape(-1, MAX_TILT_STEPS + 1),
                 np.array([one.freefall_s for one in curves]).reshape(
-                    -1, MOST_ACCELERATION_STEPS + 1, MOST_TIME_STEPS + 1
+                    -1, MAX_ACCELERATION_STEPS + 1, MAX_TIME_STEPS + 1
                 ),
             )
         return self._stacked[key]
@@ -202,8 +202,8 @@ class _Stacked(NamedTuple):
 
     def cut(self, tilts: Counts, step: int, times: Counts, limits: TriggerLimits) -> _Cut:
         """First firings at these steps; a trigger that is off never fires, nor does a threshold above 180°."""
-        attitude_s = self.attitude_s[:, np.minimum(tilts, MOST_TILT_STEPS)]
-        attitude_s[:, (tilts > MOST_TILT_STEPS) | (not limits.attitude_is_enabled)] = np.inf
+        attitude_s = self.attitude_s[:, np.minimum(tilts, MAX_TILT_STEPS)]
+        attitude_s[:, (tilts > MAX_TILT_STEPS) | (not limits.attitude_is_enabled)] = np.inf
         freefall_s = self.freefall_s[:, step, :][:, times]
         if not limits.freefall_is_enabled:
             freefall_s = np.full_like(freefall_s, np.inf)

@@ -10,7 +10,7 @@ CALM_S: Final = 1.0
 CALM_TILT_DEG: Final = 30.0
 CALM_G: Final = (0.5, 1.5)
 IMPACT_G: Final = 3.0
-LEAST_LOSS_S: Final = 0.3
+MIN_LOSS_S: Final = 0.3
 """A calm flight until less than this before the impact was a hard landing."""
 BOUNCE_S: Final = 2.0
 """Peaks within this time are one impact."""
@@ -41,12 +41,12 @@ def loss_of_control(log: FlightLog) -> LossOfControl:
     is_calm = (tilt_deg <= CALM_TILT_DEG) & (force_g >= CALM_G[0]) & (force_g <= CALM_G[1])
     loss_s = _last_calm_end(time_s, is_calm)
     end_s = float(time_s[-1])
-    if impact_s is not None and (loss_s is None or loss_s <= impact_s or end_s - loss_s < LEAST_LOSS_S):
+    if impact_s is not None and (loss_s is None or loss_s <= impact_s or end_s - loss_s < MIN_LOSS_S):
         before = time_s <= impact_s
         loss_s, end_s = _last_calm_end(time_s[before], is_calm[before]), impact_s
     else:  # it flew on after that peak
         impact_s = None
-    if loss_s is not None and end_s - loss_s < LEAST_LOSS_S:
+    if loss_s is not None and end_s - loss_s < MIN_LOSS_S:
         loss_s = None
     return LossOfControl(loss_s, impact_s)
 

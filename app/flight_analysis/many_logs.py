@@ -23,7 +23,7 @@ from protocol.translatable import marked
 
 FEW_LOGS: Final = 4
 """Fewer logs are read in this process, since starting workers takes longer."""
-MOST_PROCESSES: Final = 60
+MAX_PROCESSES: Final = 60
 """Windows cannot wait for more."""
 POLLED_S: Final = 0.1
 """Longest delay of a cancellation."""
@@ -84,7 +84,7 @@ def summarise_logs(
         return
     waiting = deque(paths)
     while waiting and not is_cancelled():
-        processes = min(count, MOST_PROCESSES, len(waiting))
+        processes = min(count, MAX_PROCESSES, len(waiting))
         suspects = deque((yield from _in_processes(waiting, order, is_cancelled, processes, ahead=2 * processes)))
         while suspects and not is_cancelled():  # one of them crashed its process: read one at a time to find it
             for path in (yield from _in_processes(suspects, order, is_cancelled, 1, ahead=1)):

@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.firing.judge import TriggerLimits
-from app.flight_analysis.curves import MOST_ACCELERATION_STEPS, steps_of
+from app.flight_analysis.curves import MAX_ACCELERATION_STEPS, steps_of
 from app.flight_analysis.flight_set import FlightGroup, FlightSet
 from app.flight_analysis.summary import FlightSummary
 from app.flight_logs.module_view import RuleReading
 from app.limits.limits import SETTING_BOUNDS
-from app.text.messages import UserMessage, said
+from app.text.messages import UserMessage, message
 from protocol.catalogue import CENTISECOND, DEGREE, TENTH_G
 from protocol.fields import Value
 from protocol.translatable import marked
@@ -26,7 +26,7 @@ Steps = NDArray[np.int64]
 FULL_MARGIN_DEG: Final = 10
 FULL_MARGIN_S: Final = 0.3
 """Margins count up to these; among equal proposals the one nearest to the vendor's defaults is chosen."""
-CONFLICTS_KEPT: Final = 20
+MAX_CONFLICTS: Final = 20
 
 
 class FlightMargin(NamedTuple):
@@ -125,7 +125,7 @@ class _Reached(NamedTuple):
             group,
             tuple(one.name for one in flights),
             np.array(tilts, np.int64),
-            np.array(falls, np.int64).reshape(-1, MOST_ACCELERATION_STEPS + 1),
+            np.array(falls, np.int64).reshape(-1, MAX_ACCELERATION_STEPS + 1),
         )
 
     def margins(self, thresholds: _Thresholds) -> list[FlightMargin]:
@@ -205,15 +205,15 @@ def _conflicts(must_not: _Reached, must: _Reached) -> tuple[SeparationConflict, 
     most_deg, most_s = int(TILTS[-1]), int(TIMES[-1])
     for name, tilt, falls in zip(must_not.names, must_not.tilt.tolist(), must_not.fall, strict=True):
         if tilt >= most_deg:
-            why = said(marked("Tilts to {tilt}°, above every threshold."), tilt=tilt)
+            why = message(marked("Tilts to {tilt}°, above every threshold."), tilt=tilt)
         elif int(falls[ACCELERATIONS].min()) >= most_s:
-            why = said(marked("Falls longer than every free-fall time."))
+            why = message(marked("Falls longer than every free-fall time."))
         else:
             continue
         found.append(SeparationConflict(name, FlightGroup.MUST_NOT, why))
     if not found:
         found += _missed(must_not, must)
-    return tuple(found[:CONFLICTS_KEPT])
+    return tuple(found[:MAX_CONFLICTS])
 
 
 def _missed(must_not: _Reached, must: _Reached) -> list[SeparationConflict]:
@@ -233,7 +233,7 @@ def _missed(must_not: _Reached, must: _Reached) -> list[SeparationConflict]:
         SeparationConflict(
             must.names[one],
             FlightGroup.MUST,
-            said(
+            message(
                 marked("Missed at {tilt}°, {acceleration:.1f} g and {time:.2f} s, where the others pass."),
                 tilt=tilt, acceleration=best_acceleration / TENTH_G.per_unit,
                 time=int(times[best_acceleration]) / CENTISECOND.per_unit,

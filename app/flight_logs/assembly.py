@@ -8,14 +8,14 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from app.firing.judge import LONGEST_GAP_S
+from app.firing.judge import MAX_GAP_S
 from app.flight_logs.flight_log import REPORT_HZ, Flags, FlightLog, Floats, LogFormat, ModeChange, unreadable
 from app.flight_logs.force_checks import believed_force
 from app.flight_logs.raw_log import Channel, FlagChannel, RawLog
-from app.text.messages import UserMessage, said
+from app.text.messages import UserMessage, message
 from protocol.translatable import marked
 
-MOST_ROWS: Final = 48 * 3600 * REPORT_HZ
+MAX_ROWS: Final = 48 * 3600 * REPORT_HZ
 """Two days."""
 LATEST_S: Final = 1e10
 """Latest plausible time, since boot or since 1970."""
@@ -36,9 +36,9 @@ def assembled(raw: RawLog) -> FlightLog:
     if not sensed:
         raise unreadable(marked("no attitude and no acceleration"))
     if tilt is None:
-        problems.append(said(marked("No attitude: attitude trigger not judged.")))
+        problems.append(message(marked("No attitude: attitude trigger not judged.")))
     if not forces:
-        problems.append(said(marked("No acceleration: free-fall trigger not judged.")))
+        problems.append(message(marked("No acceleration: free-fall trigger not judged.")))
     start_s = min(float(one.time_s[0]) for one in sensed)
     end_s = max(float(one.time_s[-1]) for one in sensed)
     held = [_held(one.time_s - start_s) for one in sensed]
@@ -74,14 +74,14 @@ def _cleaned(channel: Channel, problems: list[UserMessage]) -> Channel:
     is_number = np.isfinite(time_s) & (np.abs(time_s) <= LATEST_S) & np.isfinite(values)
     if not is_number.all():
         count = int((~is_number).sum())
-        problems.append(said(marked("Invalid samples left out: {count}."), count=f"{count:,}"))
+        problems.append(message(marked("Invalid samples left out: {count}."), count=f"{count:,}"))
         time_s, values = time_s[is_number], values[is_number]
     is_newest = np.diff(time_s, append=np.inf) != 0  # of samples with equal times
     time_s, values = time_s[is_newest], values[is_newest]
     kept = ascending(time_s)
     if not kept.all():
         count = int((~kept).sum())
-        problems.append(said(marked("The clock jumps back; samples left out: {count}."), count=f"{count:,}"))
+        problems.append(message(marked("The clock jumps back; samples left out: {count}."), count=f"{count:,}"))
         time_s, values = time_s[kept], values[kept]
     return Channel(time_s, values)
 
@@ -106,10 +106,10 @@ def _held(time_s: Floats) -> tuple[NDArray[np.int64], NDArray[np.intp]]:
     """Ticks of the report rate that are covered by a sample, and the sample of each."""
     firsts = np.ceil(time_s * REPORT_HZ - _TICK).astype(np.int64)
     counts = np.ones(len(firsts), np.int64)
-    holds = np.diff(time_s) <= LONGEST_GAP_S
+    holds = np.diff(time_s) <= MAX_GAP_S
     counts[:-1][holds] = np.diff(firsts)[holds]
     total = int(counts.sum())
-    if total > MOST_ROWS:
+    if total > MAX_ROWS:
         raise unreadable(marked("longer than 48 hours"))
     samples = np.repeat(np.arange(len(firsts)), counts)
     ramp = np.arange(total) - np.repeat(np.cumsum(counts) - counts, counts)
@@ -166,17 +166,17 @@ def _altitude_at(altitude_m: Channel, time_s: Floats) -> Floats:
 def _note_pauses(time_s: Floats, is_judged: Flags, problems: list[UserMessage]) -> None:
     """Appends pauses and time that is not judged to `problems`."""
     steps = np.diff(time_s)
-    pauses = steps[steps > LONGEST_GAP_S]
+    pauses = steps[steps > MAX_GAP_S]
     if len(pauses):
         problems.append(
-            said(
+            message(
                 marked("Pauses: {count}, {total:.1f} s in all, at most {longest:.1f} s."),
                 count=len(pauses), total=float(pauses.sum()), longest=float(pauses.max()),
             )
         )  # fmt: skip
     if not is_judged.all():
-        left_out_s = float(steps[(steps <= LONGEST_GAP_S) & ~is_judged[1:]].sum())
-        problems.append(said(marked("Not judged: {total:.1f} s on the ground."), total=left_out_s))
+        left_out_s = float(steps[(steps <= MAX_GAP_S) & ~is_judged[1:]].sum())
+        problems.append(message(marked("Not judged: {total:.1f} s on the ground."), total=left_out_s))
 
 
 class Reports(NamedTuple):
@@ -196,7 +196,7 @@ def flight_of_reports(name: str, kind: LogFormat, reports: Reports, problems: li
     is_good &= time_s >= newest
     if not is_good.all():
         count = int((~is_good).sum())
-        problems.append(said(marked("Invalid samples left out: {count}."), count=f"{count:,}"))
+        problems.append(message(marked("Invalid samples left out: {count}."), count=f"{count:,}"))
     time_s, tilt_deg, acceleration_g = time_s[is_good], tilt_deg[is_good], acceleration_g[is_good]
     if not len(time_s):
         raise unreadable(marked("no status reports"))

@@ -6,7 +6,7 @@ from enum import Enum
 from typing import Final
 
 from app.flight_logs.flight_log import LogUnreadable, unreadable
-from app.text.messages import clean, said
+from app.text.messages import clean, message
 from protocol.translatable import marked
 
 
@@ -97,7 +97,7 @@ def parse_choice(words: Sequence[str]) -> CsvColumns:
         role = by_word.get(key)
         if role is None or not equals or not name:
             text, roles = marked("“{word}”: ROLE=COLUMN is needed, of {roles}."), ", ".join(by_word)
-            raise LogUnreadable(said(text, word=clean(word, longest=60), roles=roles))
+            raise LogUnreadable(message(text, word=clean(word, longest=60), roles=roles))
         names[role] = name
     return CsvColumns(names)
 

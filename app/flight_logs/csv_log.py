@@ -22,18 +22,18 @@ from app.flight_logs.raw_log import (
     tilt_of_roll_and_pitch,
 )
 from app.recordings.table import HEAD
-from app.text.messages import clean, said
+from app.text.messages import clean, message
 from protocol.translatable import marked
 
-MOST_COLUMNS: Final = 2000
-MOST_CELLS: Final = 100_000_000
-LONGEST_LINE: Final = 256 * 1024
+MAX_COLUMNS: Final = 2000
+MAX_CELLS: Final = 100_000_000
+MAX_LINE_LENGTH: Final = 256 * 1024
 
 
 def read_head(path: Path) -> list[str]:
     """Names of the columns. Raises `LogUnreadable`, OSError."""
     with path.open("r", encoding="utf-8-sig", errors="replace", newline="") as file:
-        line = file.readline(LONGEST_LINE)
+        line = file.readline(MAX_LINE_LENGTH)
     return _head_of(line)
 
 
@@ -44,7 +44,7 @@ def read_csv(path: Path, columns: CsvColumns | None = None) -> FlightLog:
     """
     raw = RawLog(name=str(path), format=LogFormat.CSV)
     with path.open("r", encoding="utf-8-sig", errors="replace", newline="") as file:
-        first = file.readline(LONGEST_LINE)
+        first = file.readline(MAX_LINE_LENGTH)
         head = _head_of(first)
         chosen = recognised(head) if columns is None else columns
         places = _places(head, chosen)
@@ -84,7 +84,7 @@ def _head_of(line: str) -> list[str]:
     except csv.Error:
         head = []
     head = [name.strip() for name in head]
-    if not 2 <= len(head) <= MOST_COLUMNS:
+    if not 2 <= len(head) <= MAX_COLUMNS:
         raise unreadable(marked("no column names in the first line"))
     return head
 
@@ -95,7 +95,7 @@ def _places(head: list[str], columns: CsvColumns) -> dict[CsvRole, int]:
     for role in wanted:
         name = columns.names[role]
         if name not in head:
-            raise LogUnreadable(said(marked("No column “{name}”."), name=clean(name, longest=60)))
+            raise LogUnreadable(message(marked("No column “{name}”."), name=clean(name, longest=60)))
         places[role] = head.index(name)
     return places
 
@@ -103,13 +103,13 @@ def _places(head: list[str], columns: CsvColumns) -> dict[CsvRole, int]:
 def _numbers(file: TextIO, separator: str, places: Mapping[CsvRole, int]) -> list[Floats]:
     """The columns as numbers; NaN for other cells."""
     wanted = list(places.values())
-    pieces = iter(lambda: file.readline(LONGEST_LINE), "")  # bounds the length of a line
+    pieces = iter(lambda: file.readline(MAX_LINE_LENGTH), "")  # bounds the length of a line
     lines = csv.reader((line.replace("\0", "") for line in pieces), delimiter=separator)
     cells = array("d")
     try:
         for row in lines:
             cells.extend([_number(row[one]) if one < len(row) else math.nan for one in wanted])
-            if len(cells) > MOST_CELLS:
+            if len(cells) > MAX_CELLS:
                 raise unreadable(marked("too large"))
     except csv.Error as error:
         raise unreadable(marked("unknown kind of file")) from error

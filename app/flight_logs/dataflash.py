@@ -7,9 +7,9 @@ import numpy as np
 
 from app.flight_logs.dataflash_file import DataflashFile, DataflashTable
 from app.flight_logs.flight_log import Floats, LogFormat, ModeChange, unreadable
-from app.flight_logs.raw_log import MOST_MODES, Channel, FlagChannel, RawLog, force_of_axes, tilt_of_roll_and_pitch
+from app.flight_logs.raw_log import MAX_MODES, Channel, FlagChannel, RawLog, force_of_axes, tilt_of_roll_and_pitch
 from app.flight_logs.records import read_bytes
-from app.text.messages import said
+from app.text.messages import message
 from protocol.translatable import marked
 
 TABLES: Final = frozenset({
@@ -23,7 +23,7 @@ COPTER_MODES: Final = {
 }  # fmt: skip
 _CLOCKS: Final = (("TimeUS", 1e-6), ("TimeMS", 1e-3))
 _SENSORS: Final = ("IMU", "IMU2", "IMU3", "ACC", "ACC1", "ACC2", "ACC3")
-_MOST_SENSORS: Final = 6
+_MAX_SENSORS: Final = 6
 
 
 def read_dataflash(path: Path) -> RawLog:
@@ -39,12 +39,12 @@ def read_dataflash(path: Path) -> RawLog:
         table = file.tables.get(name)
         if table is not None:
             raw.forces_g += _forces(file, table)
-    raw.forces_g = raw.forces_g[:_MOST_SENSORS]
+    raw.forces_g = raw.forces_g[:_MAX_SENSORS]
     raw.altitude_m = _altitude(file)
     _read_events(file, raw)
     _read_modes(file, raw)
     if file.skipped_bytes:
-        raw.problems.append(said(marked("Damaged; bytes left out: {count}."), count=f"{file.skipped_bytes:,}"))
+        raw.problems.append(message(marked("Damaged; bytes left out: {count}."), count=f"{file.skipped_bytes:,}"))
     return raw
 
 
@@ -65,7 +65,7 @@ def _forces(file: DataflashFile, table: DataflashTable) -> list[Channel]:
     if not table.has("I"):
         return [Channel(time_s, force_g)]
     numbers = file.column(table, "I")
-    return [Channel(time_s[numbers == one], force_g[numbers == one]) for one in np.unique(numbers)[:_MOST_SENSORS]]
+    return [Channel(time_s[numbers == one], force_g[numbers == one]) for one in np.unique(numbers)[:_MAX_SENSORS]]
 
 
 def _altitude(file: DataflashFile) -> Channel | None:
@@ -107,6 +107,6 @@ def _read_modes(file: DataflashFile, raw: RawLog) -> None:
     numbers = file.column(table, "Mode")
     raw.modes = [
         ModeChange(float(at_s), names.get(int(number), f"mode {int(number)}"))
-        for at_s, number in zip(_times(file, table)[:MOST_MODES], numbers[:MOST_MODES], strict=True)
+        for at_s, number in zip(_times(file, table)[:MAX_MODES], numbers[:MAX_MODES], strict=True)
         if np.isfinite(number)
     ]

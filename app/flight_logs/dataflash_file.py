@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.flight_logs.flight_log import Floats, unreadable
-from app.flight_logs.record_chain import MOST_CHAINS, STEPS_BEFORE, RecordChain, merge_places, positions
-from app.flight_logs.records import MOST_DAMAGES, MOST_WALKED, gathered, gathered_floats
+from app.flight_logs.record_chain import MAX_CHAINS, STEPS_BEFORE, RecordChain, merge_places, positions
+from app.flight_logs.records import MAX_DAMAGES, MAX_WALKED, gathered, gathered_floats
 from protocol.translatable import marked
 
 MAGIC: Final = b"\xa3\x95"
-MOST_TEXTS: Final = 1000
+MAX_TEXTS: Final = 1000
 _FORMAT_KIND: Final = 128
 _FORMAT_BYTES: Final = 89
 _HEAD_BYTES: Final = 3
@@ -88,7 +88,7 @@ class DataflashFile:
         offset, kind, _ = table.fields[name]
         if not kind.startswith("S"):
             return []
-        found = gathered(self._data, self._places(table)[:MOST_TEXTS] + offset, kind)
+        found = gathered(self._data, self._places(table)[:MAX_TEXTS] + offset, kind)
         return [one.split(b"\0")[0].decode("latin-1") for one in found.tolist()]
 
     def _places(self, table: DataflashTable) -> NDArray[np.int64]:
@@ -98,13 +98,13 @@ class DataflashFile:
         data, lengths, table_of = self._data, self._lengths, self._table_of
         place, stop, damages, steps = 0, len(data), 0, 0
         chain: RecordChain | None = None
-        for _ in range(MOST_WALKED):
-            if place + _HEAD_BYTES > stop or damages > MOST_DAMAGES:
+        for _ in range(MAX_WALKED):
+            if place + _HEAD_BYTES > stop or damages > MAX_DAMAGES:
                 break
             steps += 1
             if chain is not None:
                 place = chain.skip(place)
-            elif steps > STEPS_BEFORE and self._chains < MOST_CHAINS:
+            elif steps > STEPS_BEFORE and self._chains < MAX_CHAINS:
                 chain = self._chain()
             kind = data[place + 2]
             length = lengths[kind]
@@ -130,7 +130,7 @@ class DataflashFile:
         self._chains += 1
         starts = positions(self._data, 0, len(self._data), *MAGIC)
         if starts is None:
-            self._chains = MOST_CHAINS
+            self._chains = MAX_CHAINS
             return None
         starts = starts[starts + _HEAD_BYTES <= len(self._data)]
         kinds = np.frombuffer(self._data, np.uint8)[starts + 2]

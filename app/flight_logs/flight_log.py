@@ -10,8 +10,8 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from app.firing.judge import LONGEST_GAP_S
-from app.text.messages import UserMessage, said
+from app.firing.judge import MAX_GAP_S
+from app.text.messages import UserMessage, message
 from protocol.translatable import marked
 
 Floats = NDArray[np.float64]
@@ -44,7 +44,7 @@ class LogUnreadable(Exception):
 
 def unreadable(why: str) -> LogUnreadable:
     """`why` without a full stop, English, marked."""
-    return LogUnreadable(said("{why}.", why=said(why)))
+    return LogUnreadable(message("{why}.", why=message(why)))
 
 
 class ModeChange(NamedTuple):
@@ -59,7 +59,7 @@ class ModeChange(NamedTuple):
 class FlightLog:
     """One flight. All arrays have the same length, one row per report that a module would have sent.
 
-    A pause in the log is a step in `time_s` of more than `LONGEST_GAP_S`.
+    A pause in the log is a step in `time_s` of more than `MAX_GAP_S`.
     """
 
     name: str
@@ -105,4 +105,4 @@ class FlightLog:
 def covered_s(time_s: Floats) -> float:
     """Time covered by these rows without pauses."""
     steps = np.diff(time_s)
-    return float(steps[steps <= LONGEST_GAP_S].sum())
+    return float(steps[steps <= MAX_GAP_S].sum())

@@ -10,17 +10,17 @@ from typing import Final
 
 import numpy as np
 
-from app.flight_logs.assembly import MOST_ROWS, Reports, flight_of_reports
+from app.flight_logs.assembly import MAX_ROWS, Reports, flight_of_reports
 from app.flight_logs.flight_log import FlightLog, Floats, LogFormat, unreadable
 from app.flight_logs.records import read_bytes
 from app.recordings.file_layout import Unreadable
 from app.recordings.markers import MarkerKind
-from app.text.messages import UserMessage, said
+from app.text.messages import UserMessage, message
 from protocol.translatable import marked
 
 MCAP_MAGIC: Final = b"\x89MCAP0\r\n"
-MOST_CHUNK_BYTES: Final = 1 << 26
-MOST_UNPACKED_BYTES: Final = 1 << 30
+MAX_CHUNK_BYTES: Final = 1 << 26
+MAX_UNPACKED_BYTES: Final = 1 << 30
 _FORGETTING: Final = frozenset({MarkerKind.RESTARTED, MarkerKind.CONNECTED, MarkerKind.RECORDING})
 _CHANNEL, _MESSAGE, _CHUNK, _DATA_END, _FOOTER = 0x04, 0x05, 0x06, 0x0F, 0x02
 _RECORD_HEAD: Final = 9
@@ -44,7 +44,7 @@ def read_recording(folder: Path) -> FlightLog:
     except RecordingUnreadable as error:
         cause = error.__cause__
         raise unreadable(str(cause) if isinstance(cause, Unreadable) else marked("cannot be read")) from error
-    problems = [said(marked("A damaged part is left out."))] if is_damaged else []
+    problems = [message(marked("A damaged part is left out."))] if is_damaged else []
     return flight_of_reports(str(folder), LogFormat.RECORDING, reports, problems)
 
 
@@ -76,7 +76,7 @@ class _McapReader:
 
     def reports(self) -> Reports:
         if self._unread:
-            self.problems.append(said(marked("Invalid samples left out: {count}."), count=f"{self._unread:,}"))
+            self.problems.append(message(marked("Invalid samples left out: {count}."), count=f"{self._unread:,}"))
         start = self._times_ns[0] if self._times_ns else 0
         since_ns = np.frombuffer(self._times_ns, np.uint64) - np.uint64(start)  # earlier times wrap around
         time_s: Floats = np.multiply(since_ns.astype(np.int64), _NANOSECOND, dtype=np.float64)
@@ -98,7 +98,7 @@ class _McapReader:
             else:
                 self._read_record(kind, body)
         if not is_ended:
-            self.problems.append(said(marked("cut off")))
+            self.problems.append(message(marked("cut off")))
 
     def _records(self, data: bytes, place: int) -> Iterator[tuple[int, bytes]]:
         while place + _RECORD_HEAD <= len(data):
@@ -113,7 +113,7 @@ class _McapReader:
     def _read_chunk(self, body: bytes) -> None:
         unpacked = self._unpack(body)
         if unpacked is None:
-            self.problems.append(said(marked("A damaged part is left out.")))
+            self.problems.append(message(marked("A damaged part is left out.")))
             return
         for kind, record in self._records(unpacked, 0):
             self._read_record(kind, record)
@@ -129,11 +129,11 @@ class _McapReader:
             return None
         packed = body[40 + name_length : 40 + name_length + length]
         self._unpacked += size
-        if size > MOST_CHUNK_BYTES or self._unpacked > MOST_UNPACKED_BYTES or len(packed) != length:
+        if size > MAX_CHUNK_BYTES or self._unpacked > MAX_UNPACKED_BYTES or len(packed) != length:
             return None
         if compression == b"zstd":
             try:
-                with zstandard.ZstdDecompressor(max_window_size=MOST_CHUNK_BYTES).stream_reader(packed) as stream:
+                with zstandard.ZstdDecompressor(max_window_size=MAX_CHUNK_BYTES).stream_reader(packed) as stream:
                     packed = stream.read(size + 1)
             except zstandard.ZstdError:
                 return None
@@ -157,7 +157,7 @@ class _McapReader:
     def _read_status(self, at_ns: int, fields: Mapping[str, object]) -> None:
         values = [fields.get(key) for key in ("tilt_deg", "acceleration_g")]
         numbers = [float(one) for one in values if isinstance(one, float | int) and abs(one) < _LARGEST_VALUE]
-        if len(numbers) == len(values) and len(self._tilts) < MOST_ROWS:
+        if len(numbers) == len(values) and len(self._tilts) < MAX_ROWS:
             self._times_ns.append(at_ns)
             self._tilts.append(numbers[0])
             self._accelerations.append(numbers[1])

@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from app.firing.judge import LONGEST_GAP_S, ROUNDING_S
+from app.firing.judge import MAX_GAP_S, ROUNDING_S
 from app.firing.points import Stretch
 from app.flight_logs.flight_log import Flags, FlightLog, Floats
 from protocol.catalogue import DEGREE, TENTH_G
@@ -95,6 +95,6 @@ def averaged(time_s: Floats, values: Floats, over_s: float = DAMPING_S) -> Float
 
 def _stretch_starts(time_s: Floats) -> NDArray[np.intp]:
     """For each row the first row after the last pause."""
-    is_first = np.diff(time_s, prepend=-np.inf) > LONGEST_GAP_S
+    is_first = np.diff(time_s, prepend=-np.inf) > MAX_GAP_S
     starts: NDArray[np.intp] = np.maximum.accumulate(np.where(is_first, np.arange(len(time_s)), 0))
     return starts

@@ -9,7 +9,7 @@ from app.flight_logs.flight_log import Flags, Floats, LogFormat, ModeChange
 from app.text.messages import UserMessage
 
 STANDARD_GRAVITY_M_S2: Final = 9.80665
-MOST_MODES: Final = 10_000
+MAX_MODES: Final = 10_000
 
 
 class Channel(NamedTuple):

@@ -9,7 +9,7 @@ from app.flight_logs.assembly import assembled
 from app.flight_logs.csv_columns import CsvColumns
 from app.flight_logs.flight_log import FlightLog, LogFormat, unreadable
 from app.recordings.file_layout import SESSION
-from app.text.sentences import reason_of
+from app.text.sentences import error_text
 from protocol.translatable import marked
 
 SUFFIXES: Final = {".ulg": LogFormat.ULOG, ".bin": LogFormat.DATAFLASH, ".csv": LogFormat.CSV, ".mcap": LogFormat.MCAP}
@@ -28,7 +28,7 @@ def read_flight_log(path: Path, columns: CsvColumns | None = None) -> FlightLog:
     try:
         return _read(path, columns)
     except OSError as error:
-        raise unreadable(reason_of(error)) from error
+        raise unreadable(error_text(error)) from error
     except (ValueError, MemoryError) as error:  # ValueError: a NUL in the name
         raise unreadable(marked("cannot be read")) from error
 

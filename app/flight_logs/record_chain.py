@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 STEPS_BEFORE: Final = 500
 """Steps without a new definition after which a chain is worth building."""
-MOST_CHAINS: Final = 20
+MAX_CHAINS: Final = 20
 """Per file."""
-LEAST_BYTES: Final = 8
+MIN_BYTES: Final = 8
 """Average length of a record; a file with more candidates is no log and would need much memory."""
 _AT_ONCE: Final = 1 << 24
 _SHORT_RUN: Final = 8
@@ -61,7 +61,7 @@ def positions(data: bytes, start: int, stop: int, first: int, second: int | None
             places = places[places + 1 < stop]
             places = places[raw[places + 1] == second]
         found.append(places)
-        if sum(map(len, found)) > (stop - start) // LEAST_BYTES:
+        if sum(map(len, found)) > (stop - start) // MIN_BYTES:
             return None
     return np.concatenate(found) if found else np.empty(0, np.int64)
 

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from app.flight_logs.flight_log import Floats, unreadable
 from protocol.translatable import marked
 
-MOST_BYTES: Final = 1 << 30
-MOST_WALKED: Final = 100_000_000
+MAX_BYTES: Final = 1 << 30
+MAX_WALKED: Final = 100_000_000
 """Records of all types; later ones are not read."""
-MOST_DAMAGES: Final = 1_000_000
+MAX_DAMAGES: Final = 1_000_000
 """Places without an expected record; what follows is not read."""
 
 
@@ -21,7 +21,7 @@ def read_bytes(path: Path) -> bytes:
     """The whole file. Raises `LogUnreadable` for one of more than 1 GiB, OSError."""
     with path.open("rb") as file:
         size = os.fstat(file.fileno()).st_size
-        if size > MOST_BYTES:
+        if size > MAX_BYTES:
             raise unreadable(marked("too large"))
         return file.read(size)
 

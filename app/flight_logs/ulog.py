@@ -6,10 +6,10 @@ from typing import Final
 import numpy as np
 
 from app.flight_logs.flight_log import Floats, LogFormat, ModeChange
-from app.flight_logs.raw_log import MOST_MODES, Channel, FlagChannel, RawLog, force_of_axes, tilt_of_quaternion
+from app.flight_logs.raw_log import MAX_MODES, Channel, FlagChannel, RawLog, force_of_axes, tilt_of_quaternion
 from app.flight_logs.records import read_bytes
 from app.flight_logs.ulog_file import UlogFile, UlogTopic
-from app.text.messages import said
+from app.text.messages import message
 from protocol.translatable import marked
 
 TOPICS: Final = frozenset(
@@ -25,7 +25,7 @@ NAV_STATES: Final = {
     13: "TERMINATION", 14: "OFFBOARD", 15: "STAB", 17: "TAKEOFF", 18: "LAND", 19: "FOLLOW", 20: "PRECLAND", 21: "ORBIT",
 }  # fmt: skip
 _MICROSECOND: Final = 1e-6
-_MOST_SENSORS: Final = 6
+_MAX_SENSORS: Final = 6
 
 
 def read_ulog(path: Path) -> RawLog:
@@ -35,11 +35,11 @@ def read_ulog(path: Path) -> RawLog:
     for topic in sorted(file.topics, key=lambda one: one.instance):
         if topic.has("timestamp"):
             _read_topic(file, topic, raw)
-    raw.forces_g = [*_forces(file)][:_MOST_SENSORS]
+    raw.forces_g = [*_forces(file)][:_MAX_SENSORS]
     if file.skipped_bytes:
-        raw.problems.append(said(marked("Damaged; bytes left out: {count}."), count=f"{file.skipped_bytes:,}"))
+        raw.problems.append(message(marked("Damaged; bytes left out: {count}."), count=f"{file.skipped_bytes:,}"))
     if file.dropout_s:
-        raw.problems.append(said(marked("Nothing logged for {seconds:.2f} s."), seconds=file.dropout_s))
+        raw.problems.append(message(marked("Nothing logged for {seconds:.2f} s."), seconds=file.dropout_s))
     return raw
 
 
@@ -100,7 +100,7 @@ def _over_time(file: UlogFile, topic: UlogTopic, axes: list[Floats]) -> list[Flo
 
 
 def _modes(time_s: Floats, states: Floats) -> list[ModeChange]:
-    changes = np.flatnonzero(np.diff(states, prepend=-1.0) != 0)[:MOST_MODES]
+    changes = np.flatnonzero(np.diff(states, prepend=-1.0) != 0)[:MAX_MODES]
     return [
         ModeChange(float(time_s[one]), NAV_STATES.get(int(states[one]), f"mode {int(states[one])}")) for one in changes
     ]

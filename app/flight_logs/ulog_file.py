@@ -14,8 +14,8 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from app.flight_logs.flight_log import Floats, unreadable
-from app.flight_logs.record_chain import MOST_CHAINS, STEPS_BEFORE, RecordChain, merge_places, positions
-from app.flight_logs.records import MOST_DAMAGES, MOST_WALKED, gathered_floats
+from app.flight_logs.record_chain import MAX_CHAINS, STEPS_BEFORE, RecordChain, merge_places, positions
+from app.flight_logs.records import MAX_DAMAGES, MAX_WALKED, gathered_floats
 from protocol.translatable import marked
 
 MAGIC: Final = b"ULog\x01\x12\x35"
@@ -30,7 +30,7 @@ _TYPES: Final[Mapping[str, str]] = {
 _FIELD: Final = re.compile(r"([A-Za-z_][A-Za-z0-9_/]*)(?:\[(\d{1,5})\])? ([A-Za-z_][A-Za-z0-9_]*)")
 _APPENDED: Final = 0x01
 """Incompatible flag of appended data, the only one that is supported."""
-MOST_TOPICS: Final = 1000
+MAX_TOPICS: Final = 1000
 _DEEPEST: Final = 8
 _LARGEST: Final = 0xFFFF
 _ID_BYTES: Final = 2
@@ -113,13 +113,13 @@ class UlogFile:
         head = struct.Struct("<HBH").unpack_from
         chain: RecordChain | None = None
         steps = 0
-        for _ in range(MOST_WALKED):
-            if place + _RECORD_HEAD + _ID_BYTES > stop or self._damages > MOST_DAMAGES:
+        for _ in range(MAX_WALKED):
+            if place + _RECORD_HEAD + _ID_BYTES > stop or self._damages > MAX_DAMAGES:
                 break
             steps += 1
             if chain is not None:
                 place = chain.skip(place)
-            elif steps > STEPS_BEFORE and not is_head and self._chains < MOST_CHAINS:
+            elif steps > STEPS_BEFORE and not is_head and self._chains < MAX_CHAINS:
                 chain = self._chain(place, stop)
             size, kind, number = head(data, place)
             end = place + _RECORD_HEAD + size
@@ -154,7 +154,7 @@ class UlogFile:
         self._chains += 1
         kinds = positions(self._data, start + 2, stop, ord("D"))
         if kinds is None:
-            self._chains = MOST_CHAINS
+            self._chains = MAX_CHAINS
             return None
         starts = kinds[kinds + 1 + _ID_BYTES <= stop] - 2
         raw = np.frombuffer(self._data, np.uint8)
@@ -208,7 +208,7 @@ class UlogFile:
     def _subscribe(self, instance: int, number: int, name: str) -> None:
         self._subscribed.pop(number, None)
         self._other_sizes.pop(number, None)
-        if len(self.topics) >= MOST_TOPICS or len(self._other_sizes) >= MOST_TOPICS:
+        if len(self.topics) >= MAX_TOPICS or len(self._other_sizes) >= MAX_TOPICS:
             return
         layout = self._layout(name)
         if layout is None:

@@ -12,10 +12,10 @@ from app.guided.status_watch import (
     wait_for_person,
 )
 from app.procedures.light_calibration import Band, LightDirection, measure_light
-from app.text.messages import said
+from app.text.messages import message
 from protocol.translatable import marked
 
-LEAST_MARGIN_V = 0.1
+MIN_MARGIN_V = 0.1
 """One step of the sensor: a threshold on a reading is none."""
 ROUNDING_V = 1e-6
 STEPS = 2
@@ -43,7 +43,7 @@ def _measure(setup: GuidedSetup, steps: PersonSteps) -> Procedure[Band]:
     require_start(view, setup.restarts)
     band = yield from measure_light()
     if not band.is_enough:
-        raise BreakOff(NOT_READ, what=said(marked("Light")))
+        raise BreakOff(NOT_READ, what=message(marked("Light")))
     return band
 
 
@@ -54,13 +54,13 @@ def _result(closed: Band, opened: Band, threshold: float) -> GuidedResult:
         if rises
         else (closed.low_v - threshold, threshold - opened.high_v)
     )
-    tolerance = said(marked("≥ {margin:.1f} V from {threshold:.1f} V"), margin=LEAST_MARGIN_V, threshold=threshold)
+    tolerance = message(marked("≥ {margin:.1f} V from {threshold:.1f} V"), margin=MIN_MARGIN_V, threshold=threshold)
     measured = tuple(
         MeasuredValue(
-            said(name),
-            said(f"{band.median_v:.1f} V ({margin:+.1f} V)"),
+            message(name),
+            message(f"{band.median_v:.1f} V ({margin:+.1f} V)"),
             tolerance,
-            passed_if(margin >= LEAST_MARGIN_V - ROUNDING_V),
+            passed_if(margin >= MIN_MARGIN_V - ROUNDING_V),
             margin,
         )
         for name, band, margin in (
@@ -68,7 +68,7 @@ def _result(closed: Band, opened: Band, threshold: float) -> GuidedResult:
             (marked("Bay open"), opened, margins[1]),
         )
     )
-    advice = None if rises else said(LightDirection.FALLS.value)
-    if any(margin < LEAST_MARGIN_V - ROUNDING_V for margin in margins):
-        advice = said(marked("Calibrate the light threshold."))
+    advice = None if rises else message(LightDirection.FALLS.value)
+    if any(margin < MIN_MARGIN_V - ROUNDING_V for margin in margins):
+        advice = message(marked("Calibrate the light threshold."))
     return GuidedResult(GuidedKind.BAY, measured, advice)

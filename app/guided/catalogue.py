@@ -22,8 +22,8 @@ from app.guided.zero import LAY_LEVEL, MEASURE, measure_zero, prepare_zero
 from app.safety.acts import EFFECTS, Act
 from app.safety.acts import TITLES as ACT_TITLES
 from app.text.i18n import tr
-from app.text.messages import UserMessage, said
-from app.text.sentences import together
+from app.text.messages import UserMessage, message
+from app.text.sentences import join_sentences
 from protocol.translatable import marked
 
 
@@ -50,48 +50,48 @@ class GuidedTest:
     def precautions(self) -> str:
         """What must be made safe, translated."""
         common = "" if self.is_active else tr("Even locked, keep clear of its opening.")
-        return together((common, tr(self.safety)))
+        return join_sentences((common, tr(self.safety)))
 
 
 GUIDED_TESTS: tuple[GuidedTest, ...] = (
     GuidedTest(
         GuidedKind.TILT,
         marked("It will FIRE four times: take off the ejector (pyro or spring) and the rotors."),
-        (said(ACT_TITLES[Act.ACTIVATE]),
-         *(said(TILT_SLOWLY, direction=said(direction.value)) for direction in TiltDirection),
-         said(ACT_TITLES[Act.LOCK])),
+        (message(ACT_TITLES[Act.ACTIVATE]),
+         *(message(TILT_SLOWLY, direction=message(direction.value)) for direction in TiltDirection),
+         message(ACT_TITLES[Act.LOCK])),
         prepare_tilt, measure_tilt, Act.ACTIVATE, marked("Ejector and rotors are off"),
     ),
     GuidedTest(
         GuidedKind.FREE_FALL,
         marked("Take the rotors off."),
-        (said(HOLD), said(DROP), said(WAIT)),
+        (message(HOLD), message(DROP), message(WAIT)),
         prepare_free_fall, measure_free_fall,
     ),
     GuidedTest(
         GuidedKind.BAY,
         marked("Secure the loaded spring under the lid."),
-        (said(CLOSE), said(OPEN)),
+        (message(CLOSE), message(OPEN)),
         prepare_bay, measure_bay,
         confirms=(marked("Bay closed"), marked("Bay open")),
     ),
     GuidedTest(
         GuidedKind.CHARGER,
         marked("Take the rotors off."),
-        (said(UNPLUG), said(PLUG_IN), said(UNPLUG)),
+        (message(UNPLUG), message(PLUG_IN), message(UNPLUG)),
         prepare_locked, measure_charger,
         confirms=(marked("Unplugged"), marked("Plugged in"), marked("Unplugged")),
     ),
     GuidedTest(
         GuidedKind.ZERO,
         EFFECTS[Act.ZERO],
-        (said(LAY_LEVEL), said(ACT_TITLES[Act.ZERO]), said(MEASURE)),
+        (message(LAY_LEVEL), message(ACT_TITLES[Act.ZERO]), message(MEASURE)),
         prepare_zero, measure_zero, Act.ZERO,
     ),
     GuidedTest(
         GuidedKind.LINK,
         marked("Take the rotors off."),
-        (said(REST), said(SHAKE)),
+        (message(REST), message(SHAKE)),
         prepare_locked, measure_link,
     ),
 )  # fmt: skip

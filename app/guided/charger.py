@@ -18,7 +18,7 @@ from app.guided.status_watch import (
     require_locked,
     require_start,
 )
-from app.text.messages import said
+from app.text.messages import message
 from protocol.catalogue import BY_NAME, Request
 from protocol.events import Answered
 from protocol.fields import Value
@@ -70,14 +70,14 @@ def _until(setup: GuidedSetup, steps: PersonSteps, *, is_charging: bool) -> Proc
             if now - said_at > REPORTED_WITHIN_S:
                 break
         if now - heard_at > SILENT_S:
-            raise BreakOff(NOT_READ, what=said(marked("Charging")))
+            raise BreakOff(NOT_READ, what=message(marked("Charging")))
         require_in_time(began, now)
         yield Pause(ASK_EVERY_S)
     steps.done()
     yield Pause(SETTLES_S)
     charging, voltage = (yield from _read(_CHARGING)), (yield from _read(_VOLTAGE))
     if charging is None or voltage is None:
-        raise BreakOff(NOT_READ, what=said(marked("Charging")))
+        raise BreakOff(NOT_READ, what=message(marked("Charging")))
     return _ChargeSeen(bool(charging), float(voltage))
 
 
@@ -90,9 +90,9 @@ def _read(request: Request) -> Procedure[Value | None]:
 def _result(seen: list[_ChargeSeen]) -> GuidedResult:
     measured = [
         MeasuredValue(
-            said(marked("Plugged in") if is_plugged_in else marked("Unplugged")),
-            said(marked("charging") if one.is_charging else marked("not charging")),
-            said(marked("charging") if is_plugged_in else marked("not charging")),
+            message(marked("Plugged in") if is_plugged_in else marked("Unplugged")),
+            message(marked("charging") if one.is_charging else marked("not charging")),
+            message(marked("charging") if is_plugged_in else marked("not charging")),
             passed_if(one.is_charging is is_plugged_in),
             float(one.is_charging),
         )
@@ -101,9 +101,9 @@ def _result(seen: list[_ChargeSeen]) -> GuidedResult:
     cell = seen[-1].voltage_v
     measured.append(
         MeasuredValue(
-            said(marked("Cell voltage")),
-            said(f"{cell:.2f} V"),
-            said(f"{LOWEST_CELL_V:.2f}–{HIGHEST_CELL_V:.2f} V"),
+            message(marked("Cell voltage")),
+            message(f"{cell:.2f} V"),
+            message(f"{LOWEST_CELL_V:.2f}–{HIGHEST_CELL_V:.2f} V"),
             passed_if(LOWEST_CELL_V <= cell <= HIGHEST_CELL_V),
             cell,
         )

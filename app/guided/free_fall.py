@@ -18,7 +18,7 @@ from app.guided.status_watch import (
     require_in_time,
     require_locked,
 )
-from app.text.messages import said
+from app.text.messages import message
 from protocol.translatable import marked
 
 SHORTEST_S, LONGEST_FALL_S = 0.20, 0.60
@@ -120,34 +120,34 @@ def _result(fall: MeasuredFall, setup: GuidedSetup, *, has_fired: bool) -> Guide
     if verdict is GuidedVerdict.PASSED and not is_clear:
         verdict = GuidedVerdict.UNCLEAR
     count = len(fall.below)
-    tolerance = said(f"{SHORTEST_S:.2f}–{LONGEST_FALL_S:.2f} s")
+    tolerance = message(f"{SHORTEST_S:.2f}–{LONGEST_FALL_S:.2f} s")
     measured = (
         MeasuredValue(
-            said(marked("Below the threshold")),
-            said(f"{shortest:.2f}–{longest:.2f} s"),
+            message(marked("Below the threshold")),
+            message(f"{shortest:.2f}–{longest:.2f} s"),
             tolerance, verdict, (shortest + longest) / 2,
         ),
         MeasuredValue(
-            said(marked("Lowest acceleration")),
-            said(f"{fall.lowest_g:.1f} g"),
-            said(f"< {setup.freefall_acceleration_g:.1f} g"),
+            message(marked("Lowest acceleration")),
+            message(f"{fall.lowest_g:.1f} g"),
+            message(f"< {setup.freefall_acceleration_g:.1f} g"),
             GuidedVerdict.PASSED, fall.lowest_g,
         ),
         MeasuredValue(
-            said(marked("Reports")),
-            said("{count}", count=count),
-            said(f"≥ {ENOUGH_REPORTS}"),
+            message(marked("Reports")),
+            message("{count}", count=count),
+            message(f"≥ {ENOUGH_REPORTS}"),
             GuidedVerdict.PASSED if count >= ENOUGH_REPORTS else GuidedVerdict.UNCLEAR, count,
         ),
         MeasuredValue(
-            said(marked("Trigger")),
-            said(marked("triggered")) if has_fired else said(marked("not triggered")),
-            said(marked("not triggered")),
+            message(marked("Trigger")),
+            message(marked("triggered")) if has_fired else message(marked("not triggered")),
+            message(marked("not triggered")),
             passed_if(not has_fired), float(has_fired),
         ),
     )  # fmt: skip
     advice = None
     if shortest >= setup.freefall_time_s:
-        advice = said(marked("Over {seconds:.2f} s: active, it would have fired."),
+        advice = message(marked("Over {seconds:.2f} s: active, it would have fired."),
                       seconds=setup.freefall_time_s)  # fmt: skip
     return GuidedResult(GuidedKind.FREE_FALL, measured, advice)

@@ -3,7 +3,7 @@
 import json
 from collections.abc import Mapping
 
-from app.guided.kept_test import KeptTest
+from app.guided.kept_test import StoredTest
 from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict
 from app.store.database import Database
 from app.text.messages import clean
@@ -36,7 +36,7 @@ class GuidedStore:
             ),
         )  # fmt: skip
 
-    def last(self, module_id: int | None, *, counts_simulated: bool) -> Mapping[GuidedKind, KeptTest]:
+    def last(self, module_id: int | None, *, counts_simulated: bool) -> Mapping[GuidedKind, StoredTest]:
         """The newest result of each test of a module. `counts_simulated`: include those of simulated modules."""
         if module_id is None:
             return {}
@@ -45,15 +45,15 @@ class GuidedStore:
             "(SELECT max(id) FROM guided_tests WHERE module_id = ? AND is_simulated <= ? GROUP BY kind)",
             (module_id, counts_simulated),
         )
-        found = [kept for row in rows if (kept := _kept(*row)) is not None]
+        found = [kept for row in rows if (kept := _stored_test(*row)) is not None]
         return {one.kind: one for one in found}
 
 
-def _kept(kind: str, verdict: str, at: str, who: str, is_simulated: int, measured: str) -> KeptTest | None:
+def _stored_test(kind: str, verdict: str, at: str, who: str, is_simulated: int, measured: str) -> StoredTest | None:
     """None for a row that this version cannot read."""
     try:
         rows = json.loads(measured)
-        return KeptTest(
+        return StoredTest(
             kind=GuidedKind(kind),
             verdict=GuidedVerdict(verdict),
             at=at,

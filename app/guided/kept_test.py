@@ -10,7 +10,7 @@ SECONDS_A_DAY = 86_400.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class KeptTest:
+class StoredTest:
     """One result. `at`: ISO 8601 in UTC; `measured`: as `MeasuredValue.plain` gives it."""
 
     kind: GuidedKind

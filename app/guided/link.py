@@ -9,7 +9,7 @@ from app.engine.procedure import Ask, EngineView, Inspect, Pause, PortLost, Proc
 from app.engine.transport import PortError
 from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue, passed_if
 from app.guided.status_watch import GuidedSetup, PersonSteps, require_locked
-from app.text.messages import UserMessage, said
+from app.text.messages import UserMessage, message
 from protocol.catalogue import BY_NAME
 from protocol.events import Answered
 from protocol.translatable import marked
@@ -60,24 +60,24 @@ def _count(counts: _Counts, number: int, text: str, seconds: float, restarts: in
 
 
 def _result(rest: _Counts, shaken: _Counts) -> GuidedResult:
-    none = said(marked("none"))
+    none = message(marked("none"))
     measured = (
-        _lost(said(marked("Lost at rest")), rest),
-        _lost(said(marked("Lost while shaken")), shaken),
-        _row(said(marked("Invalid bytes")), rest.rejected + shaken.rejected, none),
-        _row(said(marked("Restarts")), max(rest.restarts, shaken.restarts), none),
-        _row(said(marked("Port lost")), int(shaken.is_port_lost), none),
+        _lost(message(marked("Lost at rest")), rest),
+        _lost(message(marked("Lost while shaken")), shaken),
+        _row(message(marked("Invalid bytes")), rest.rejected + shaken.rejected, none),
+        _row(message(marked("Restarts")), max(rest.restarts, shaken.restarts), none),
+        _row(message(marked("Port lost")), int(shaken.is_port_lost), none),
     )
     is_fine = GuidedResult(GuidedKind.LINK, measured).verdict is GuidedVerdict.PASSED
-    advice = None if is_fine else said(marked("Check plug, cable and adapter."))
+    advice = None if is_fine else message(marked("Check plug, cable and adapter."))
     return GuidedResult(GuidedKind.LINK, measured, advice)
 
 
 def _lost(name: UserMessage, counts: _Counts) -> MeasuredValue:
-    shown = said(f"{counts.lost} / {counts.asked}")
+    shown = message(f"{counts.lost} / {counts.asked}")
     verdict = passed_if(counts.lost == 0) if counts.asked else GuidedVerdict.UNCLEAR
-    return MeasuredValue(name, shown, said(marked("none")), verdict, counts.lost)
+    return MeasuredValue(name, shown, message(marked("none")), verdict, counts.lost)
 
 
 def _row(name: UserMessage, count: int, tolerance: UserMessage) -> MeasuredValue:
-    return MeasuredValue(name, said("{count}", count=count), tolerance, passed_if(count == 0), count)
+    return MeasuredValue(name, message("{count}", count=count), tolerance, passed_if(count == 0), count)

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 
-from app.text.messages import UserMessage, said
+from app.text.messages import UserMessage, message
 from protocol.translatable import marked
 
 
@@ -58,9 +58,9 @@ class MeasuredValue:
     def plain(self) -> dict[str, object]:
         """For the store and for records."""
         return {
-            "name": self.name.plain(),
-            "shown": self.shown.plain(),
-            "tolerance": self.tolerance.plain(),
+            "name": self.name.to_json(),
+            "shown": self.shown.to_json(),
+            "tolerance": self.tolerance.to_json(),
             "verdict": self.verdict.value,
             "value": self.value,
         }
@@ -94,7 +94,7 @@ class BreakOff(Exception):
 
     def __init__(self, text: str, **values: object) -> None:
         super().__init__(text)
-        self.reason = said(text, **values)
+        self.reason = message(text, **values)
 
 
 def passed_if(is_fine: bool) -> GuidedVerdict:

@@ -4,13 +4,13 @@ from concurrent.futures import Future
 from dataclasses import dataclass, field
 from math import inf
 
-from app.engine.device import LONGEST_LAG_S
+from app.engine.device import MAX_LAG_S
 from app.engine.playback import require_module
 from app.engine.procedure import Ask, Await, EngineView, Inspect, Listen, Pause, Procedure
 from app.guided.results import BreakOff
 from app.procedures.ask_status import ask_status
 from app.procedures.write import read_back
-from app.text.messages import said
+from app.text.messages import message
 from protocol.catalogue import BY_NAME, HEARTBEAT, STATUS
 from protocol.events import Answered, Received, Role
 from protocol.fields import Value
@@ -163,7 +163,7 @@ def require_start(view: EngineView, restarts: int) -> None:
     if view.device.presence is Presence.OFFLINE:
         raise BreakOff(marked("The module does not answer."))
     if view.device.is_late:
-        raise BreakOff(marked("Data arrives {seconds:.1f} s late."), seconds=LONGEST_LAG_S)
+        raise BreakOff(marked("Data arrives {seconds:.1f} s late."), seconds=MAX_LAG_S)
 
 
 def require_locked() -> Procedure[int]:
@@ -193,6 +193,6 @@ def read_setting(name: str) -> Procedure[float]:
     command = BY_NAME[name]
     back = yield from read_back(command)
     if back.raw is None or command.reply is None:
-        raise BreakOff(NOT_READ, what=said(command.title))
+        raise BreakOff(NOT_READ, what=message(command.title))
     value: Value = command.reply.decode(back.raw)
     return float(value)

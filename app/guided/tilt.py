@@ -21,7 +21,7 @@ from app.guided.status_watch import (
     require_in_time,
     require_locked,
 )
-from app.text.messages import UserMessage, said
+from app.text.messages import UserMessage, message
 from protocol.catalogue import RESET_BELOW_THRESHOLD_DEG
 from protocol.translatable import marked
 
@@ -37,7 +37,7 @@ REARMS_WITHIN_S = 3.0
 TRIES = 3
 STEPS = 6
 """Activating, the four directions, locking."""
-LONGEST_S = 300.0
+MAX_S = 300.0
 """Longest time on an active module."""
 TILT_SLOWLY = marked("Tilt it slowly {direction} until it fires")
 
@@ -66,8 +66,8 @@ class Span:
 
     def message(self) -> UserMessage:
         if self.high_deg - self.low_deg <= 1:
-            return said(f"{self.high_deg:.0f}°")
-        return said(f"{self.low_deg:.0f}–{self.high_deg:.0f}°")
+            return message(f"{self.high_deg:.0f}°")
+        return message(f"{self.low_deg:.0f}–{self.high_deg:.0f}°")
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +92,7 @@ def measure_tilt(setup: GuidedSetup, _steps: PersonSteps) -> Procedure[GuidedRes
     """Needs an active module. The caller locks it afterwards in any case."""
     watch = _TiltWatch(setup)
     view: EngineView = yield Inspect()
-    watch.ends_at = view.now + LONGEST_S
+    watch.ends_at = view.now + MAX_S
     turns: list[Turn] = []
     for number, direction in enumerate(TiltDirection):
         turn = yield from _turn(watch, number, direction)
@@ -170,7 +170,7 @@ class _TiltWatch:
         return Span(before, first)
 
     def _begin(self, number: int, text: str, direction: TiltDirection) -> Procedure[None]:
-        now: float = yield Report(number + 1, STEPS, text, (("direction", said(direction.value)),))
+        now: float = yield Report(number + 1, STEPS, text, (("direction", message(direction.value)),))
         self._step_began = now
 
     def _next(self) -> Procedure[StatusReport]:
@@ -178,7 +178,7 @@ class _TiltWatch:
             self._waiting += yield from self._watch.next_reports()
             view: EngineView = yield Inspect()
             if view.now > self.ends_at:
-                raise BreakOff(marked("Ended after {seconds:.0f} s."), seconds=LONGEST_S)
+                raise BreakOff(marked("Ended after {seconds:.0f} s."), seconds=MAX_S)
             require_in_time(self._step_began, view.now)
         return self._waiting.pop(0)
 
@@ -188,33 +188,33 @@ def _result(turns: list[Turn], setup: GuidedSetup) -> GuidedResult:
     measured: list[MeasuredValue] = []
     for direction in TiltDirection:
         turn = next((one for one in turns if one.direction is direction), None)
-        side = said(direction.value)
+        side = message(direction.value)
         measured.append(_fired(side, turn, threshold))
         measured.append(_rearmed(side, turn, threshold - RESET_BELOW_THRESHOLD_DEG))
     advice = None
     if any(turn.fired is None for turn in turns):
-        advice = said(marked("Enable the attitude trigger."))
+        advice = message(marked("Enable the attitude trigger."))
     elif any(turn.rearmed is None for turn in turns):
-        advice = said(marked("It did not rearm: other directions not tested."))
+        advice = message(marked("It did not rearm: other directions not tested."))
     return GuidedResult(GuidedKind.TILT, tuple(measured), advice)
 
 
 def _fired(side: UserMessage, turn: Turn | None, threshold: float) -> MeasuredValue:
-    name = said(marked("Fires, {direction}"), direction=side)
+    name = message(marked("Fires, {direction}"), direction=side)
     if turn is None:
         return _not_tested(name, threshold)
     if turn.fired is None:
-        shown = said(marked("not up to {angle:.0f}°"), angle=turn.reached_deg)
+        shown = message(marked("not up to {angle:.0f}°"), angle=turn.reached_deg)
         return MeasuredValue(name, shown, _tolerance(threshold), GuidedVerdict.FAILED)
     return _judged(name, turn.fired, threshold, turn.fired.high_deg)
 
 
 def _rearmed(side: UserMessage, turn: Turn | None, reset: float) -> MeasuredValue:
-    name = said(marked("Rearms, {direction}"), direction=side)
+    name = message(marked("Rearms, {direction}"), direction=side)
     if turn is None or turn.fired is None:
         return _not_tested(name, reset)
     if turn.rearmed is None:
-        return MeasuredValue(name, said(marked("no")), _tolerance(reset), GuidedVerdict.FAILED)
+        return MeasuredValue(name, message(marked("no")), _tolerance(reset), GuidedVerdict.FAILED)
     return _judged(name, turn.rearmed, reset, turn.rearmed.low_deg)
 
 
@@ -227,8 +227,8 @@ def _judged(name: UserMessage, span: Span, wanted: float, first_deg: float) -> M
 
 
 def _not_tested(name: UserMessage, wanted: float) -> MeasuredValue:
-    return MeasuredValue(name, said(marked("not tested")), _tolerance(wanted), GuidedVerdict.UNCLEAR)
+    return MeasuredValue(name, message(marked("not tested")), _tolerance(wanted), GuidedVerdict.UNCLEAR)
 
 
 def _tolerance(wanted: float) -> UserMessage:
-    return said(f"{wanted:.0f}° ± {TOLERANCE_DEG:.0f}°")
+    return message(f"{wanted:.0f}° ± {TOLERANCE_DEG:.0f}°")

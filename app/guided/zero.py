@@ -7,7 +7,7 @@ from app.guided.results import GuidedKind, GuidedResult, MeasuredValue, passed_i
 from app.guided.status_watch import GuidedSetup, PersonSteps, StatusWatch, require_in_time, require_locked
 from app.procedures.act import ZEROED_WITHIN_DEG
 from app.safety.interlocks import LEVEL_WITHIN_DEG
-from app.text.messages import said
+from app.text.messages import message
 from protocol.translatable import marked
 
 WATCHED_S = 1.0
@@ -32,7 +32,7 @@ def measure_zero(setup: GuidedSetup, _steps: PersonSteps) -> Procedure[GuidedRes
     yield from require_locked()
     before = setup.tilt_deg
     measured = tuple(
-        MeasuredValue(said(name), said(f"{tilt:.0f}°"), said(f"≤ {most:.0f}°"), passed_if(tilt <= most), tilt)
+        MeasuredValue(message(name), message(f"{tilt:.0f}°"), message(f"≤ {most:.0f}°"), passed_if(tilt <= most), tilt)
         for name, tilt, most in (
             (marked("Tilt before"), before, LEVEL_WITHIN_DEG),
             (marked("Tilt after"), after, ZEROED_WITHIN_DEG),

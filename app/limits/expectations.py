@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
-from app.guided.kept_test import KeptTest
+from app.guided.kept_test import StoredTest
 from app.guided.results import GuidedKind
 from app.settings.fingerprint import fingerprint
 from app.settings.profiles import ActivatedBy, Profile
@@ -63,7 +63,7 @@ class Expectations:
 class LastTested:
     """The last result of a guided test. `age_days`: at the check; None if unknown."""
 
-    kept: KeptTest
+    kept: StoredTest
     age_days: float | None
 
 

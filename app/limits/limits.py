@@ -9,27 +9,27 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from app.limits.expectations import CheckLimits, Expectations
-from app.text.messages import UserMessage, said
+from app.text.messages import UserMessage, message
 
 
 class SoftLimit(NamedTuple):
-    """`check`: id of its check. `is_most`: a higher value is softer."""
+    """`check`: id of its check. `is_maximum`: a higher value is softer."""
 
     check: str
-    is_most: bool
+    is_maximum: bool
     shown: str
     """For `str.format`, with the unit."""
 
 
 SOFT_LIMITS: Mapping[str, SoftLimit] = MappingProxyType({
-    "heartbeats_lost_max": SoftLimit("link_loss", is_most=True, shown="{:g}"),
-    "round_trip_max_ms": SoftLimit("round_trip", is_most=True, shown="{:g} ms"),
-    "tilt_max_deg": SoftLimit("tilt", is_most=True, shown="{:g}°"),
-    "tilt_spread_max_deg": SoftLimit("tilt_spread", is_most=True, shown="{:g}°"),
-    "acceleration_min_g": SoftLimit("acceleration", is_most=False, shown="{:g} g"),
-    "acceleration_max_g": SoftLimit("acceleration", is_most=True, shown="{:g} g"),
-    "acceleration_spread_max_g": SoftLimit("acceleration_spread", is_most=True, shown="{:g} g"),
-    "cell_voltage_min_v": SoftLimit("cell_voltage", is_most=False, shown="{:.2f} V"),
+    "heartbeats_lost_max": SoftLimit("link_loss", is_maximum=True, shown="{:g}"),
+    "round_trip_max_ms": SoftLimit("round_trip", is_maximum=True, shown="{:g} ms"),
+    "tilt_max_deg": SoftLimit("tilt", is_maximum=True, shown="{:g}°"),
+    "tilt_spread_max_deg": SoftLimit("tilt_spread", is_maximum=True, shown="{:g}°"),
+    "acceleration_min_g": SoftLimit("acceleration", is_maximum=False, shown="{:g} g"),
+    "acceleration_max_g": SoftLimit("acceleration", is_maximum=True, shown="{:g} g"),
+    "acceleration_spread_max_g": SoftLimit("acceleration_spread", is_maximum=True, shown="{:g} g"),
+    "cell_voltage_min_v": SoftLimit("cell_voltage", is_maximum=False, shown="{:.2f} V"),
 })  # fmt: skip
 
 
@@ -57,10 +57,10 @@ def softened(expectations: Expectations) -> Mapping[str, UserMessage]:
     ours = CheckLimits()
     for name, soft in SOFT_LIMITS.items():
         value, default = getattr(expectations.limits, name), getattr(ours, name)
-        if value > default if soft.is_most else value < default:
-            found[soft.check] = said(f"{'≤' if soft.is_most else '≥'} {soft.shown.format(default)}")
+        if value > default if soft.is_maximum else value < default:
+            found[soft.check] = message(f"{'≤' if soft.is_maximum else '≥'} {soft.shown.format(default)}")
     for key, value in expectations.settings.items():
         bound = SETTING_BOUNDS.get(key)
         if bound is not None and not bound.advised_low <= value <= bound.advised_high:
-            found[bound.check] = said(f"{bound.advised_low:g}–{bound.advised_high:g}")
+            found[bound.check] = message(f"{bound.advised_low:g}–{bound.advised_high:g}")
     return found

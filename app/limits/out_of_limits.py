@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from enum import Enum
 from typing import NamedTuple
 
-from app.engine.device import LONGEST_LAG_S, DeviceView
+from app.engine.device import MAX_LAG_S, DeviceView
 from app.limits.expectations import CheckLimits, expectations_of
 from app.settings.profiles import Profile
 from app.text.i18n import tr
@@ -106,8 +106,8 @@ def line_outside(
 ) -> Outside | None:
     """The worst fault of the line. `has_damaged`: invalid bytes came, on a live line within `DAMAGED_SHOWN_S`."""
     most_ms = in_use.limits.round_trip_max_ms
-    if lag_s is not None and lag_s > LONGEST_LAG_S:
-        return Outside(OutOfLimit.LATE, f"{LONGEST_LAG_S:g} s")
+    if lag_s is not None and lag_s > MAX_LAG_S:
+        return Outside(OutOfLimit.LATE, f"{MAX_LAG_S:g} s")
     if has_damaged:
         return Outside(OutOfLimit.DAMAGED, "0")
     if round_trip_s is not None and round_trip_s * 1000 > most_ms:

@@ -16,7 +16,7 @@ from app.port_urls.virtual_serial import VirtualSerial
 from app.simulator import bench as benches
 from app.simulator.bench import DEFAULT_NAME, SimulatedBench
 from app.simulator.options import OptionRefused, parse_options
-from app.simulator.wire import KEPT_BYTES
+from app.simulator.wire import MAX_BYTES
 
 
 def open_bench(url: str) -> SimulatedBench:
@@ -73,7 +73,7 @@ class Serial(VirtualSerial):
         """Bytes that can be read now."""
         bench = self._source()
         with bench.changed:
-            self._take(bench)
+            self._receive(bench)
             return len(self._received)
 
     def read(self, size: int = 1) -> bytes:
@@ -84,7 +84,7 @@ class Serial(VirtualSerial):
             deadline_s = None if timeout_s is None else bench.clock() + timeout_s
             self._is_cancelled = False
             while True:
-                self._take(bench)
+                self._receive(bench)
                 now_s = bench.clock()
                 is_late = deadline_s is not None and now_s >= deadline_s
                 if len(self._received) >= size or is_late or self._is_cancelled:
@@ -110,7 +110,7 @@ class Serial(VirtualSerial):
     def reset_input_buffer(self) -> None:
         bench = self._source()
         with bench.changed:
-            self._take(bench)
+            self._receive(bench)
             self._received.clear()
 
     def cancel_read(self) -> None:
@@ -129,10 +129,10 @@ class Serial(VirtualSerial):
             raise SerialException(errno.EIO, f"{self.portstr}: Input/output error (device disconnected?)")
         return bench
 
-    def _take(self, bench: SimulatedBench) -> None:
+    def _receive(self, bench: SimulatedBench) -> None:
         self._received += bench.wire.read(bench.clock())
-        if len(self._received) > KEPT_BYTES:
-            del self._received[KEPT_BYTES:]
+        if len(self._received) > MAX_BYTES:
+            del self._received[MAX_BYTES:]
 
     def _reconfigure_port(self) -> None:
         bench = self._bench

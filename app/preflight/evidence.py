@@ -18,8 +18,8 @@ from protocol.translatable import marked
 HEARTBEATS = 20
 STILL_S = 2.0
 """For tilt and acceleration."""
-KEPT_FRAMES = 1500
-KEPT_STREAMED = 200
+MAX_FRAMES = 1500
+MAX_STREAMED = 200
 
 
 class Disturbance(Enum):
@@ -35,7 +35,7 @@ class Disturbance(Enum):
     TOO_OLD = marked("too old")
 
 
-class Trial(NamedTuple):
+class StatusSampleAt(NamedTuple):
     """A status received during the two seconds."""
 
     at: float
@@ -87,7 +87,7 @@ class Evidence:
     """Session count at the start of the check."""
     rejected_bytes: int = 0
     """During the check, also an aborted one."""
-    trials: list[Trial] = field(default_factory=list)
+    trials: list[StatusSampleAt] = field(default_factory=list)
     status: Status | None = None
     """The last one."""
     status_at: float | None = None
@@ -167,7 +167,7 @@ class FrameLog:
                     self._keep(LoggedFrame(event.at, "out", event.raw))
                 case Received():
                     self._streamed += event.role is Role.STREAMED
-                    is_too_much = event.role is Role.STREAMED and self._streamed > KEPT_STREAMED
+                    is_too_much = event.role is Role.STREAMED and self._streamed > MAX_STREAMED
                     self._keep(LoggedFrame(event.at, "in", event.frame.raw), is_left_out=is_too_much)
                 case Rejected():
                     self._keep(LoggedFrame(event.at, "noise", event.noise.raw))
@@ -175,7 +175,7 @@ class FrameLog:
                     pass
 
     def _keep(self, frame: LoggedFrame, *, is_left_out: bool = False) -> None:
-        if is_left_out or len(self.frames) >= KEPT_FRAMES:
+        if is_left_out or len(self.frames) >= MAX_FRAMES:
             self.left_out += 1
         else:
             self.frames.append(frame)

@@ -6,7 +6,7 @@ from enum import Enum
 
 from app.limits.expectations import Expectations, Fingerprint, Past
 from app.preflight.evidence import Evidence
-from app.text.messages import UserMessage, said
+from app.text.messages import UserMessage, message
 from protocol.fields import Value
 from protocol.translatable import marked
 
@@ -45,8 +45,8 @@ class Case:
         """Why a value is not known."""
         why = self.evidence.faults.get(key)
         if why is None and self.evidence.disturbance is not None:
-            why = said(self.evidence.disturbance.value)
-        return why or said(marked("not asked"))
+            why = message(self.evidence.disturbance.value)
+        return why or message(marked("not asked"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +72,7 @@ class Check:
 
 
 def unknown(why: UserMessage, limit: UserMessage, *, do: UserMessage | None = None) -> Finding:
-    return Finding(CheckResult.UNKNOWN, None, said(marked("unknown: {why}"), why=why), limit, do)
+    return Finding(CheckResult.UNKNOWN, None, message(marked("unknown: {why}"), why=why), limit, do)
 
 
 def judged(measured: Value | str, shown: str | UserMessage, limit: UserMessage, *, is_fine: bool) -> Finding:
@@ -80,5 +80,5 @@ def judged(measured: Value | str, shown: str | UserMessage, limit: UserMessage, 
     return Finding(CheckResult.PASS if is_fine else CheckResult.FAIL, measured, text, limit)
 
 
-YES = said(marked("yes"))
-NO = said(marked("no"))
+YES = message(marked("yes"))
+NO = message(marked("no"))

@@ -6,7 +6,7 @@ from typing import Final, NamedTuple
 from app.limits.out_of_limits import OutOfLimit, bay_outside, cell_outside
 from app.preflight.evidence import HEARTBEATS, STILL_S
 from app.preflight.findings import NO, YES, Case, Check, CheckResult, Finding, judged, unknown
-from app.text.messages import UserMessage, listed, said
+from app.text.messages import UserMessage, joined, message
 from protocol.fields import Value
 from protocol.messages import Status
 from protocol.translatable import marked
@@ -19,53 +19,53 @@ _RAW_NEEDED = 2
 
 
 def undisturbed(case: Case) -> Finding:
-    limit = said(marked("no interruption"))
+    limit = message(marked("no interruption"))
     disturbance = case.evidence.disturbance
     if disturbance is not None:
-        return Finding(CheckResult.FAIL, False, said(disturbance.value), limit)
+        return Finding(CheckResult.FAIL, False, message(disturbance.value), limit)
     if case.evidence.ended_at is None:
-        return unknown(said(marked("interrupted")), limit)
+        return unknown(message(marked("interrupted")), limit)
     return judged(True, YES, limit, is_fine=True)
 
 
 def read_twice(case: Case) -> Finding:
-    limit = said(marked("the same"))
+    limit = message(marked("the same"))
     first, last = case.evidence.first, case.evidence.last
     changes = case.evidence.changes
     if changes:
         keys = ", ".join(change.key for change in changes)
-        return Finding(CheckResult.FAIL, keys, listed([change.shown for change in changes]), limit)
+        return Finding(CheckResult.FAIL, keys, joined([change.shown for change in changes]), limit)
     if first is None or last is None:
         return unknown(case.fault("status"), limit)
     if not (first.is_complete and last.is_complete):
-        return unknown(said(marked("not read again")), limit)
+        return unknown(message(marked("not read again")), limit)
     return judged(True, YES, limit, is_fine=True)
 
 
 def link_loss(case: Case) -> Finding:
     evidence, most = case.evidence, case.expectations.limits.heartbeats_lost_max
     text = marked("{lost} of {sent} lost, invalid bytes: {bytes}")
-    limit = said(text, lost=f"≤ {most}" if most else 0, sent=HEARTBEATS, bytes=0)
+    limit = message(text, lost=f"≤ {most}" if most else 0, sent=HEARTBEATS, bytes=0)
     if evidence.heartbeats_sent == 0:
         return unknown(case.fault("heartbeat"), limit)
-    shown = said(text, lost=evidence.heartbeats_lost, sent=evidence.heartbeats_sent, bytes=evidence.rejected_bytes)
+    shown = message(text, lost=evidence.heartbeats_lost, sent=evidence.heartbeats_sent, bytes=evidence.rejected_bytes)
     is_fine = evidence.heartbeats_sent >= HEARTBEATS and evidence.heartbeats_lost <= most
     return judged(evidence.heartbeats_lost, shown, limit, is_fine=is_fine and not evidence.rejected_bytes)
 
 
 def round_trip(case: Case) -> Finding:
     most_ms = case.expectations.limits.round_trip_max_ms
-    limit = said(f"≤ {most_ms:g} ms")
+    limit = message(f"≤ {most_ms:g} ms")
     trips = sorted(case.evidence.round_trips_s)
     if not trips:
         return unknown(case.fault("heartbeat"), limit)
     slowest_ms, median_ms = 1000 * trips[-1], 1000 * trips[len(trips) // 2]
-    shown = said(marked("{slowest:.1f} ms, median {median:.1f} ms"), slowest=slowest_ms, median=median_ms)
+    shown = message(marked("{slowest:.1f} ms, median {median:.1f} ms"), slowest=slowest_ms, median=median_ms)
     return judged(round(slowest_ms, 1), shown, limit, is_fine=slowest_ms <= most_ms)
 
 
 def status_fresh(case: Case) -> Finding:
-    limit = said(f"≤ {STATUS_FRESH_S:.1f} s")
+    limit = message(f"≤ {STATUS_FRESH_S:.1f} s")
     age_s = case.evidence.status_age_s
     if age_s is None:
         return unknown(case.fault("status"), limit)
@@ -73,26 +73,26 @@ def status_fresh(case: Case) -> Finding:
 
 
 def not_triggered(case: Case) -> Finding:
-    limit = said(marked("not triggered"))
+    limit = message(marked("not triggered"))
     statuses = case.evidence.statuses
     if not statuses:
         return unknown(case.fault("status"), limit)
     has_fired = any(status.triggered for status in statuses)
-    shown = said(marked("TRIGGERED")) if has_fired else said(marked("not triggered"))
+    shown = message(marked("TRIGGERED")) if has_fired else message(marked("not triggered"))
     return judged(has_fired, shown, limit, is_fine=not has_fired)
 
 
 def activation(case: Case) -> Finding:
     """Passes locked and active; which of them decides between READY and GO."""
-    limit = said(marked("the same throughout; GO: active"))
+    limit = message(marked("the same throughout; GO: active"))
     statuses = case.evidence.statuses
     if not statuses:
         return unknown(case.fault("status"), limit)
     states = {status.active for status in statuses}
     if len(states) > 1:
-        return Finding(CheckResult.FAIL, None, said(marked("changed")), limit)
+        return Finding(CheckResult.FAIL, None, message(marked("changed")), limit)
     is_active = bool(case.evidence.is_active)
-    shown = said(marked("ACTIVE") if is_active else marked("locked"))
+    shown = message(marked("ACTIVE") if is_active else marked("locked"))
     return judged(is_active, shown, limit, is_fine=True)
 
 
@@ -107,7 +107,7 @@ def _spread(case: Case, value: Callable[[Status], float], limit: UserMessage) ->
     if not trials:
         return unknown(case.fault("status"), limit)
     if len(trials) < TRIALS_NEEDED or trials[-1].at - trials[0].at < STILL_S * 0.75:
-        return unknown(said(marked("reports in 2 s: only {count}"), count=str(len(trials))), limit)
+        return unknown(message(marked("reports in 2 s: only {count}"), count=str(len(trials))), limit)
     values = [value(trial.status) for trial in trials]
     return _Spread(min(values), max(values))
 
@@ -122,7 +122,7 @@ def _acceleration(status: Status) -> float:
 
 def tilt_level(case: Case) -> Finding:
     most = case.expectations.limits.tilt_max_deg
-    limit = said(f"≤ {most:g}°")
+    limit = message(f"≤ {most:g}°")
     spread = _spread(case, _tilt, limit)
     if isinstance(spread, Finding):
         return spread
@@ -131,7 +131,7 @@ def tilt_level(case: Case) -> Finding:
 
 def tilt_still(case: Case) -> Finding:
     most = case.expectations.limits.tilt_spread_max_deg
-    limit = said(f"≤ {most:g}° / 2 s")
+    limit = message(f"≤ {most:g}° / 2 s")
     spread = _spread(case, _tilt, limit)
     if isinstance(spread, Finding):
         return spread
@@ -141,7 +141,7 @@ def tilt_still(case: Case) -> Finding:
 
 def acceleration_one_g(case: Case) -> Finding:
     limits = case.expectations.limits
-    limit = said(f"{limits.acceleration_min_g:.1f}–{limits.acceleration_max_g:.1f} g")
+    limit = message(f"{limits.acceleration_min_g:.1f}–{limits.acceleration_max_g:.1f} g")
     spread = _spread(case, _acceleration, limit)
     if isinstance(spread, Finding):
         return spread
@@ -152,7 +152,7 @@ def acceleration_one_g(case: Case) -> Finding:
 
 def acceleration_still(case: Case) -> Finding:
     most = case.expectations.limits.acceleration_spread_max_g
-    limit = said(f"≤ {most:.1f} g / 2 s")
+    limit = message(f"≤ {most:.1f} g / 2 s")
     spread = _spread(case, _acceleration, limit)
     if isinstance(spread, Finding):
         return spread
@@ -168,7 +168,7 @@ def _answers(case: Case, key: str) -> list[Value]:
 
 def cell_voltage(case: Case) -> Finding:
     least = case.expectations.limits.cell_voltage_min_v
-    limit = said(f"≥ {least:.2f} V")
+    limit = message(f"≥ {least:.2f} V")
     volts = [float(value) for value in _answers(case, "cell_voltage_v")]
     if not volts:
         return unknown(case.fault("cell_voltage_v"), limit)
@@ -178,17 +178,17 @@ def cell_voltage(case: Case) -> Finding:
     # With external power the charging voltage is read, which is above the cell's: it only proves that a cell is low.
     charging = _answers(case, "charging")
     if not charging or any(charging):
-        why = said(marked("{voltage} may be the charger's"), voltage=shown)
-        return unknown(why, limit, do=said(marked("Unplug the external power.")))
+        why = message(marked("{voltage} may be the charger's"), voltage=shown)
+        return unknown(why, limit, do=message(marked("Unplug the external power.")))
     if cell_outside(max(volts), case.expectations.limits, is_charging=False) is not None:
-        why = said(OutOfLimit.CELL_HIGH.value)
-        shown_why = said(marked("{value}: {why}"), value=f"{max(volts):.2f} V", why=why)
+        why = message(OutOfLimit.CELL_HIGH.value)
+        shown_why = message(marked("{value}: {why}"), value=f"{max(volts):.2f} V", why=why)
         return judged(max(volts), shown_why, limit, is_fine=False)
     return judged(lowest, shown, limit, is_fine=True)
 
 
 def not_charging(case: Case) -> Finding:
-    limit = said(marked("no external power"))
+    limit = message(marked("no external power"))
     states = _answers(case, "charging")
     if not states:
         return unknown(case.fault("charging"), limit)
@@ -199,9 +199,9 @@ def not_charging(case: Case) -> Finding:
 def bay_closed(case: Case) -> Finding:
     threshold = case.evidence.values.get("light_threshold_v")
     if threshold is None:
-        return unknown(case.fault("light_threshold_v"), said(marked("Light threshold")))
+        return unknown(case.fault("light_threshold_v"), message(marked("Light threshold")))
     is_inverted = case.expectations.is_light_inverted
-    limit = said(f"{'>' if is_inverted else '<'} {threshold:.1f} V")
+    limit = message(f"{'>' if is_inverted else '<'} {threshold:.1f} V")
     lights = [float(value) for value in _answers(case, "light_v")]
     if not lights:
         return unknown(case.fault("light_v"), limit)

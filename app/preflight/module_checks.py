@@ -13,18 +13,18 @@ from app.preflight.evidence import FlagFate
 from app.preflight.findings import Case, Check, CheckResult, Finding, judged, unknown
 from app.settings.fingerprint import COVERED
 from app.settings.setting_texts import value_text
-from app.text.messages import UserMessage, listed, said
+from app.text.messages import UserMessage, joined, message
 from protocol.catalogue import BY_NAME
 from protocol.fields import Value
 from protocol.translatable import marked
 
-NOT_NAMED: Final = said(marked("module not named"))
+NOT_NAMED: Final = message(marked("module not named"))
 FINGERPRINT_KEYS = tuple(command.key for command in COVERED)
 
 
 def light_threshold(case: Case) -> Finding:
     """Without a profile the advice (the reading with the bay open) cannot be checked: a warning."""
-    advice = said(marked("as read with the bay open"))
+    advice = message(marked("as read with the bay open"))
     finding = setting(case, "light_threshold", advice)
     is_compared = "light_threshold_v" in case.expectations.settings
     if finding.result is not CheckResult.PASS or is_compared:
@@ -36,7 +36,7 @@ def setting(case: Case, name: str, advice: UserMessage) -> Finding:
     """Equal to the profile's value if it has one, else within the advice; never beyond the bounds."""
     command = BY_NAME[name]
     wanted, bound = case.expectations.settings.get(command.key), SETTING_BOUNDS[command.key]
-    limit = advice if wanted is None else said(f"= {value_text(command, wanted)}")
+    limit = advice if wanted is None else message(f"= {value_text(command, wanted)}")
     value = case.evidence.values.get(command.key)
     if value is None:
         return unknown(case.fault(command.key), limit)
@@ -47,27 +47,27 @@ def setting(case: Case, name: str, advice: UserMessage) -> Finding:
 
 
 def trigger(case: Case, key: str) -> Finding:
-    limit = said(marked("enabled since the last start"))
+    limit = message(marked("enabled since the last start"))
     flag = case.evidence.flags.get(key)
     if flag is None:
         return unknown(case.fault(key), limit)
     match flag.fate:
         case FlagFate.ENABLED if flag.logged is not None:
             text = marked("enabled {age} ago (audit log, entry {entry})")
-            shown = said(text, age=_age(flag.logged.age_s), entry=str(flag.logged.entry))
+            shown = message(text, age=_age(flag.logged.age_s), entry=str(flag.logged.entry))
             return Finding(CheckResult.PASS, True, shown, limit)
         case FlagFate.ENABLED:
-            return Finding(CheckResult.PASS, True, said(marked("enabled")), limit)
+            return Finding(CheckResult.PASS, True, message(marked("enabled")), limit)
         case FlagFate.DISABLED:
-            return Finding(CheckResult.FAIL, False, said(marked("DISABLED")), limit)
+            return Finding(CheckResult.FAIL, False, message(marked("DISABLED")), limit)
         case FlagFate.REFUSED:
-            return Finding(CheckResult.FAIL, None, said(marked("refused")), limit)
+            return Finding(CheckResult.FAIL, None, message(marked("refused")), limit)
         case FlagFate.UNANSWERED:
-            return unknown(said(marked("no reply")), limit)
+            return unknown(message(marked("no reply")), limit)
         case FlagFate.NOT_SENT:
-            return unknown(flag.why[0] if flag.why else said(marked("not sent")), limit, do=_lock_first(case))
+            return unknown(flag.why[0] if flag.why else message(marked("not sent")), limit, do=_lock_first(case))
         case FlagFate.NEVER_SET:
-            why = said(marked("not set since the last start"))
+            why = message(marked("not set since the last start"))
             return unknown(why, limit, do=_lock_first(case))
 
 
@@ -79,61 +79,61 @@ def _lock_first(case: Case) -> UserMessage | None:
     """Nothing is written on an active module."""
     if not case.evidence.is_active:
         return None
-    return said(marked("Lock it, enable the triggers, activate it again."))
+    return message(marked("Lock it, enable the triggers, activate it again."))
 
 
 def trigger_records(case: Case) -> Finding:
-    limit = said(marked("all records reviewed"))
+    limit = message(marked("all records reviewed"))
     history = case.evidence.history
     if history is None:
         return unknown(case.fault("trigger_records"), limit)
     if not history.is_answered:
         # E7: a module that never fired may send nothing; only a person can tell.
-        silent = said(marked("no reply"))
+        silent = message(marked("no reply"))
         if case.are_records_looked_at:
             return Finding(CheckResult.WARN, None, _by_a_person(silent), limit)
         return unknown(silent, limit)
     new = (Counter(record.raw for record in history.all) - case.past.looked_at).total()
-    shown = said(marked("{new} new of {total}"), new=new, total=len(history.all))
+    shown = message(marked("{new} new of {total}"), new=new, total=len(history.all))
     if new and not case.are_records_looked_at:
         return judged(new, shown, limit, is_fine=False) if case.past.has_check else unknown(shown, limit)
     if not history.is_confirmed:
-        return unknown(said(marked("readings differ")), limit)
+        return unknown(message(marked("readings differ")), limit)
     return judged(0, _by_a_person(shown) if new else shown, limit, is_fine=True)
 
 
 def _by_a_person(shown: UserMessage) -> UserMessage:
-    return said(marked("{value}, confirmed by a person"), value=shown)
+    return message(marked("{value}, confirmed by a person"), value=shown)
 
 
 def boot_count(case: Case) -> Finding:
     past, count = case.past, case.evidence.values.get("boot_count")
-    limit = said(marked("≥ last visit")) if past.boot_count is None else said(f"≥ {past.boot_count}")
+    limit = message(marked("≥ last visit")) if past.boot_count is None else message(f"≥ {past.boot_count}")
     if count is None:
         return unknown(case.fault("boot_count"), limit)
     if past.module is None:
-        shown, do = _with_reason(count, NOT_NAMED), said(marked("Name the module."))
+        shown, do = _with_reason(count, NOT_NAMED), message(marked("Name the module."))
         return Finding(CheckResult.WARN, count, shown, limit, do)
     if past.boot_count is None:
-        do = said(marked("On the first visit continue; otherwise compare the count by hand."))
-        return Finding(CheckResult.WARN, count, _with_reason(count, said(marked("no earlier visit"))), limit, do)
+        do = message(marked("On the first visit continue; otherwise compare the count by hand."))
+        return Finding(CheckResult.WARN, count, _with_reason(count, message(marked("no earlier visit"))), limit, do)
     if case.is_same_module:
-        return judged(count, _by_a_person(said(str(count))), limit, is_fine=True)
+        return judged(count, _by_a_person(message(str(count))), limit, is_fine=True)
     if went_back(past.boot_count, int(count)):
-        return judged(count, _with_reason(count, said(marked("another module?"))), limit, is_fine=False)
+        return judged(count, _with_reason(count, message(marked("another module?"))), limit, is_fine=False)
     if not past.is_same_module:
-        shown = _with_reason(count, said(marked("other trigger records, another module?")))
+        shown = _with_reason(count, message(marked("other trigger records, another module?")))
         return judged(count, shown, limit, is_fine=False)
     return judged(count, str(count), limit, is_fine=True)
 
 
 def _with_reason(count: Value, why: UserMessage) -> UserMessage:
-    return said(marked("{value}: {why}"), value=count, why=why)
+    return message(marked("{value}: {why}"), value=count, why=why)
 
 
 def settings_fingerprint(case: Case) -> Finding:
     approved = case.expectations.approved_fingerprint or case.past.fingerprint
-    limit = said(marked("none approved")) if approved is None else UserMessage(approved)
+    limit = message(marked("none approved")) if approved is None else UserMessage(approved)
     settings = case.evidence.settings(FINGERPRINT_KEYS)
     if case.fingerprint is None or len(settings) < len(FINGERPRINT_KEYS):
         missing = next((key for key in FINGERPRINT_KEYS if key not in settings), "")
@@ -148,17 +148,17 @@ def guided_tests(case: Case) -> Finding:
     """The tests that the profile demands; without a demand a test that failed last is a warning."""
     wanted, past = case.expectations.tests_within_days, case.past
     demands = [
-        said(marked("{test} within {days} days"), test=UserMessage(TITLES[kind]), days=days)
+        message(marked("{test} within {days} days"), test=UserMessage(TITLES[kind]), days=days)
         for kind, days in wanted.items()
     ]
-    none = said(marked("none"))
-    limit = listed(demands) if demands else none
+    none = message(marked("none"))
+    limit = joined(demands) if demands else none
     if wanted and past.module is None:
         return unknown(NOT_NAMED, limit)
     against = [kind for kind, days in wanted.items() if not _holds(past.tests.get(kind), days)]
     failed = [kind for kind, last in past.tests.items() if last.kept.verdict is GuidedVerdict.FAILED]
     told = against or failed or [kind for kind in GuidedKind if kind in past.tests]
-    shown = listed([_last_tested(kind, past.tests.get(kind)) for kind in told]) if told else none
+    shown = joined([_last_tested(kind, past.tests.get(kind)) for kind in told]) if told else none
     result = CheckResult.FAIL if against else CheckResult.WARN if failed else CheckResult.PASS
     return Finding(result, len(against), shown, limit)
 
@@ -172,9 +172,11 @@ def _last_tested(kind: GuidedKind, last: LastTested | None) -> UserMessage:
     """ "Free fall: passed (3 d)"."""
     test = UserMessage(TITLES[kind])
     if last is None:
-        return said(marked("{value}: {why}"), value=test, why=said(marked("never tested")))
+        return message(marked("{value}: {why}"), value=test, why=message(marked("never tested")))
     days = "?" if last.age_days is None else f"{last.age_days:.0f}"
-    return said("{test}: {verdict} ({days} d)", test=test, verdict=said(VERDICT_WORDS[last.kept.verdict]), days=days)
+    return message(
+        "{test}: {verdict} ({days} d)", test=test, verdict=message(VERDICT_WORDS[last.kept.verdict]), days=days
+    )
 
 
 _SETTING = marked("Write it on the Settings page.")
@@ -182,7 +184,7 @@ _TRIGGER = marked("Enable it now (--enable-triggers).")
 
 
 def _setting(name: str, advice: str) -> Callable[[Case], Finding]:
-    return partial(setting, name=name, advice=said(advice))
+    return partial(setting, name=name, advice=message(advice))
 
 
 MODULE_CHECKS: Final = (

@@ -10,7 +10,7 @@ from app.engine.procedure import Ask, Procedure
 from app.engine.setting_changes import BOOT_COUNT, changed_settings
 from app.procedures.settings_reading import SettingsReading, read_settings
 from app.settings.setting_texts import value_text
-from app.text.messages import UserMessage, said
+from app.text.messages import UserMessage, message
 from protocol.catalogue import SETTINGS, STATUS
 from protocol.events import Answered
 from protocol.messages import Status
@@ -79,4 +79,6 @@ def _changes(before: StateReading, after: StateReading) -> Iterator[StateChange]
 
 
 def _change(key: str, before: str, after: str) -> StateChange:
-    return StateChange(key, said("{what}: {before} → {after}", what=said(TITLES[key]), before=before, after=after))
+    return StateChange(
+        key, message("{what}: {before} → {after}", what=message(TITLES[key]), before=before, after=after)
+    )

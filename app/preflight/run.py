@@ -13,7 +13,7 @@ from app.engine.device import How
 from app.engine.identity import as_logged, evidence_of
 from app.engine.playback import require_module
 from app.engine.procedure import Ask, Await, Cancelled, EngineView, Inspect, Pause, PortLost, Procedure, Report, Slept
-from app.preflight.evidence import HEARTBEATS, STILL_S, Disturbance, Evidence, FlagFate, Trial, TriggerFlag
+from app.preflight.evidence import HEARTBEATS, STILL_S, Disturbance, Evidence, FlagFate, StatusSampleAt, TriggerFlag
 from app.preflight.reread import StateReading, read_state
 from app.procedures.ask_status import ask_status
 from app.procedures.history import read_history
@@ -22,7 +22,7 @@ from app.procedures.write_all import DISK_LIMIT_S
 from app.safety.acts import Act
 from app.safety.interlocks import interlock_inputs, refusals
 from app.safety.journal import Journal, NoJournal, Outcome
-from app.text.messages import UserMessage, said
+from app.text.messages import UserMessage, message
 from protocol.catalogue import BY_NAME, HEARTBEAT, STATUS, Command
 from protocol.events import Answered, Unanswered
 from protocol.messages import Acknowledgement, Reading, Status
@@ -56,7 +56,7 @@ def run_preflight(
     yield from require_module()
     evidence.is_enabling = is_enabling
     try:
-        yield from _gather(evidence, journal or NoJournal())
+        yield from _collect(evidence, journal or NoJournal())
     except _Silent:
         evidence.disturbance = Disturbance.SILENT
         yield from _count_rejected(evidence)
@@ -72,7 +72,7 @@ def run_preflight(
     return evidence
 
 
-def _gather(evidence: Evidence, journal: Journal) -> Procedure[None]:
+def _collect(evidence: Evidence, journal: Journal) -> Procedure[None]:
     begin: EngineView = yield Inspect()
     evidence.began_at, evidence.opened_at, evidence.baud_rate = begin.now, begin.opened_at, begin.baud_rate
     yield Report(0, STEPS, marked("Link"))
@@ -112,7 +112,7 @@ def _read_state(evidence: Evidence) -> Procedure[StateReading]:
         evidence.faults.pop(key, None)
     for key, fault in state.settings.faults.items():
         evidence.values.pop(key, None)
-        evidence.faults[key] = said(fault.value)
+        evidence.faults[key] = message(fault.value)
     if state.settings.boot_count is not None:
         evidence.values[BOOT_COUNT.key] = state.settings.boot_count
     if state.status is not None:
@@ -170,7 +170,7 @@ def _read_slow(evidence: Evidence, command: Command) -> Procedure[None]:
     if isinstance(reading, Reading):
         evidence.series.setdefault(command.key, []).append(reading.value)
         return
-    evidence.faults[command.key] = said(marked("no reply"))
+    evidence.faults[command.key] = message(marked("no reply"))
     yield from _require_answers(before)
 
 
@@ -203,7 +203,7 @@ def _keep_status(evidence: Evidence, outcome: Answered) -> None:
     message = outcome.messages[0]
     if isinstance(message, Status):
         evidence.status, evidence.status_at = message, outcome.at
-        evidence.trials.append(Trial(outcome.at, message))
+        evidence.trials.append(StatusSampleAt(outcome.at, message))
 
 
 def _refusals() -> Procedure[tuple[UserMessage, ...]]:
@@ -211,7 +211,7 @@ def _refusals() -> Procedure[tuple[UserMessage, ...]]:
     view: EngineView = yield Inspect()
     now_is = interlock_inputs(view.device, view.now, must_be_proven=True, is_the_one_meant=view.is_proven)
     if now_is.active:
-        return (said(marked("The module is ACTIVE: lock it first.")),)
+        return (message(marked("The module is ACTIVE: lock it first.")),)
     return tuple(one.message for one in refusals(Act.WRITE, now_is))
 
 
@@ -235,14 +235,14 @@ def _enable(command: Command, journal: Journal) -> Procedure[TriggerFlag]:
         came = yield Ask(request)
         if isinstance(came, Answered):
             flag, outcome = FlagFate.REFUSED, Outcome.REFUSED
-            message = came.messages[0]
-            if isinstance(message, Acknowledgement) and message.is_accepted:
+            reply = came.messages[0]
+            if isinstance(reply, Acknowledgement) and reply.is_accepted:
                 flag, outcome = FlagFate.ENABLED, Outcome.CONFIRMED
         elif isinstance(came, Unanswered):
             flag, outcome = FlagFate.NOT_SENT, Outcome.NOT_SENT
     finally:
         journal.settle(entry, outcome, {"acknowledged": flag is FlagFate.ENABLED})
-    return TriggerFlag(flag, (said(marked("no reply")),) if flag is FlagFate.NOT_SENT else ())
+    return TriggerFlag(flag, (message(marked("no reply")),) if flag is FlagFate.NOT_SENT else ())
 
 
 def _final_state(command: Command, flag: TriggerFlag, view: EngineView) -> TriggerFlag:

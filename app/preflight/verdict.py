@@ -18,7 +18,7 @@ from app.preflight.findings import Case, Check, CheckResult, Finding
 from app.preflight.module_checks import FINGERPRINT_KEYS
 from app.preflight.reread import TITLES
 from app.settings.profiles import ActivatedBy
-from app.text.messages import UserMessage, clean, listed, said
+from app.text.messages import UserMessage, clean, joined, message
 from protocol.fields import Value
 from protocol.link_states import Presence
 from protocol.translatable import marked
@@ -49,7 +49,7 @@ def unsigned(who: object, module: object, aircraft: object) -> UserMessage | Non
         for text, value in ((marked("Checked by"), who), (marked("Module"), module), (marked("Aircraft"), aircraft))
         if not value
     ]
-    return said(marked("UNSIGNED, missing: {missing}."), missing=listed(missing)) if missing else None
+    return message(marked("UNSIGNED, missing: {missing}."), missing=joined(missing)) if missing else None
 
 
 def verdict_named(name: object) -> Verdict:
@@ -68,19 +68,19 @@ def meaning_of(verdict: Verdict, activated_by: ActivatedBy) -> UserMessage:
     """What follows from a verdict."""
     match verdict:
         case Verdict.GO:
-            return said(marked("fit to fly"))
+            return message(marked("fit to fly"))
         case Verdict.NO_GO:
-            return said(marked("do not fly"))
+            return message(marked("do not fly"))
         case Verdict.READY if activated_by is ActivatedBy.AIRCRAFT:
-            return said(marked("the aircraft activates it"))
+            return message(marked("the aircraft activates it"))
         case Verdict.READY:
-            return said(marked("activate before the flight"))
+            return message(marked("activate before the flight"))
 
 
 def verdict_sentence(verdict: Verdict, activated_by: ActivatedBy) -> UserMessage:
     """The verdict with what follows from it."""
     word = UserMessage(VERDICT_WORDS[verdict])
-    return said(marked("{value}: {why}"), value=word, why=meaning_of(verdict, activated_by))
+    return message(marked("{value}: {why}"), value=word, why=meaning_of(verdict, activated_by))
 
 
 MANUAL_WORDS: Mapping[bool | None, str] = {
@@ -96,7 +96,7 @@ class Judged:
     finding: Finding
 
     @property
-    def stands_against(self) -> bool:
+    def blocks_go(self) -> bool:
         return self.finding.result in (CheckResult.FAIL, CheckResult.UNKNOWN)
 
     @property
@@ -116,27 +116,27 @@ class Assessment:
 
     @property
     def verdict(self) -> Verdict:
-        is_manual_fine = not any(stands_against(item) for item in self.manual)
-        is_fine = is_manual_fine and not any(one.stands_against for one in self.checks)
+        is_manual_fine = not any(blocks_go(item) for item in self.manual)
+        is_fine = is_manual_fine and not any(one.blocks_go for one in self.checks)
         return verdict_of(is_fine=is_fine, is_active=self.case.evidence.is_active)
 
     @property
-    def against(self) -> tuple[str, ...]:
+    def open_checks(self) -> tuple[str, ...]:
         """Ids of the checks that stand against GO and READY."""
-        return tuple(one.check.id for one in self.checks if one.stands_against)
+        return tuple(one.check.id for one in self.checks if one.blocks_go)
 
     @property
     def titles_against(self) -> tuple[UserMessage, ...]:
         """Titles of the checks and texts of the manual items that stand against GO and READY."""
-        checks = (one.check.title for one in self.checks if one.stands_against)
-        items = (clean(item.text, longest=40) for item in self.manual if stands_against(item))
+        checks = (one.check.title for one in self.checks if one.blocks_go)
+        items = (clean(item.text, longest=40) for item in self.manual if blocks_go(item))
         return tuple(map(UserMessage, (*checks, *items)))
 
     def result(self, id_: str) -> CheckResult:
         return next(one.finding.result for one in self.checks if one.check.id == id_)
 
 
-def stands_against(item: ManualItem) -> bool:
+def blocks_go(item: ManualItem) -> bool:
     """A required item must not be skipped; the others are printed as skipped."""
     return item.is_done is False or (item.is_done is None and item.is_required)
 
@@ -153,7 +153,7 @@ def _shown(finding: Finding, advised: UserMessage | None) -> Finding:
     """A limit softer than advised is shown with the advice, and is a warning."""
     if advised is None:
         return finding
-    limit = said(marked("{limit}, advised {advised}"), limit=finding.limit, advised=advised)
+    limit = message(marked("{limit}, advised {advised}"), limit=finding.limit, advised=advised)
     return replace(
         finding, limit=limit, result=CheckResult.WARN if finding.result is CheckResult.PASS else finding.result
     )
@@ -167,9 +167,9 @@ class Void:
     what: UserMessage | None = None
 
     @property
-    def said(self) -> UserMessage:
+    def message(self) -> UserMessage:
         reason = UserMessage(self.reason.value)
-        return reason if self.what is None else said(marked("{value}: {why}"), value=reason, why=self.what)
+        return reason if self.what is None else message(marked("{value}: {why}"), value=reason, why=self.what)
 
 
 def void_reason(assessment: Assessment, device: DeviceView, now: float, *, opened_at: float | None) -> Void | None:

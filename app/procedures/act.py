@@ -21,8 +21,8 @@ from app.safety.interlocks import Interlock, Refusal, interlock_inputs, refusals
 from app.safety.journal import Journal, JournalFailed, Outcome, durable
 from app.safety.permit import Permit
 from app.text.i18n import tr
-from app.text.messages import said
-from app.text.sentences import together
+from app.text.messages import message
+from app.text.sentences import join_sentences
 from protocol.catalogue import BY_NAME, HEARTBEAT, STATUS
 from protocol.events import Answered, Unanswered
 from protocol.events import Outcome as Reply
@@ -32,8 +32,8 @@ from protocol.translatable import marked
 
 AFTER_WAITS_S = (0.3, 0.3, 1.0)
 ALIVE_AGAIN_S = 0.5
-LOOKS_APART_S = 0.15
-LOOKS = 2
+READING_PAUSE_S = 0.15
+READINGS = 2
 """Reports in a row that must agree before a trigger is said not to have happened."""
 
 SENTENCES: Mapping[tuple[Act, Outcome], str] = {
@@ -86,11 +86,11 @@ class Performed:
             return tr("Rehearsal: {frame} was not sent.", frame=self.frame.hex(" ").upper())
         if self.outcome is not Outcome.NOT_SENT:
             words = tr(SENTENCES[self.act, self.outcome])
-            return together((words, self._tilt_sentence)) if self.act is Act.ZERO else words
+            return join_sentences((words, self._tilt_sentence)) if self.act is Act.ZERO else words
         parts = [tr(_NOT_SENT), *(refusal.sentence for refusal in self.refusals)]
         if self.trouble:
             parts.append(self.trouble)
-        return together(parts)
+        return join_sentences(parts)
 
     @property
     def is_level(self) -> bool:
@@ -159,7 +159,7 @@ def perform(
         open_conditions = conditions_open(act, (yield Inspect()), journal, permit=permit, armed=armed)
     except JournalFailed as error:
         journal.settle(entry, Outcome.NOT_SENT, {"why": "log"})
-        refusal = Refusal(Interlock.INTENT_DURABLE, said(LOG_FAILED))
+        refusal = Refusal(Interlock.INTENT_DURABLE, message(LOG_FAILED))
         return Performed(act=act, outcome=Outcome.NOT_SENT, refusals=(refusal,), trouble=error.sentence)
     except (Cancelled, PortLost, PortError) as error:
         journal.settle(entry, Outcome.NOT_SENT, {"why": type(error).__name__})
@@ -168,7 +168,7 @@ def perform(
         journal.settle(entry, Outcome.NOT_SENT, {"why": [one.condition.name for one in open_conditions]})
         return Performed(act=act, outcome=Outcome.NOT_SENT, refusals=open_conditions)
     try:
-        after = yield from _look_after(act, (yield Ask(request, is_deliberate=True)))
+        after = yield from _observe_after(act, (yield Ask(request, is_deliberate=True)))
     except (Cancelled, PortLost, PortError) as error:
         journal.settle(entry, Outcome.UNKNOWN, {"why": type(error).__name__})
         return Performed(act=act, outcome=Outcome.UNKNOWN, frame=frame)
@@ -231,7 +231,7 @@ def _detail(sight: EngineView) -> dict[str, object]:
     return {key: sight.device.fresh(key, sight.now) for key in keys}
 
 
-def _look_after(act: Act, outcome: Reply) -> Procedure[_Aftermath]:
+def _observe_after(act: Act, outcome: Reply) -> Procedure[_Aftermath]:
     """Read the module's state after the act; `outcome` is the reply to the act."""
     if isinstance(outcome, Unanswered):
         return _Aftermath(is_acknowledged=False, raw=None, is_sent=False)
@@ -241,9 +241,9 @@ def _look_after(act: Act, outcome: Reply) -> Procedure[_Aftermath]:
     if act is Act.SHUTDOWN:
         is_alive = yield from _still_answers()
         return _Aftermath(is_acknowledged, raw, is_alive=is_alive)
-    has_fired = (yield from _says_fired()) if act is Act.DEPLOY else None
+    has_fired = (yield from _reports_fired()) if act is Act.DEPLOY else None
     # After an answer to the act all reports are newer. Without one an old report could still come.
-    reports = yield from _reports(is_fenced=message is None, apart_s=LOOKS_APART_S if act is Act.DEPLOY else 0.0)
+    reports = yield from _reports(is_fenced=message is None, apart_s=READING_PAUSE_S if act is Act.DEPLOY else 0.0)
     if act is Act.ACTIVATE and is_acknowledged:
         sight: EngineView = yield Inspect()
         ends_at = sight.now + REPORTED_WITHIN_S
@@ -264,7 +264,7 @@ def _still_answers() -> Procedure[bool]:
     return True
 
 
-def _says_fired() -> Procedure[bool | None]:
+def _reports_fired() -> Procedure[bool | None]:
     """Ask "triggered?", which a doubled status cannot answer. None: no answer."""
     outcome = yield Ask(BY_NAME["triggered"].query(), AFTER_WAITS_S)
     message = outcome.messages[0] if isinstance(outcome, Answered) else None
@@ -272,9 +272,9 @@ def _says_fired() -> Procedure[bool | None]:
 
 
 def _reports(*, is_fenced: bool, apart_s: float = 0.0) -> Procedure[tuple[Status, ...]]:
-    """Ask for `LOOKS` reports. `apart_s`: the pause in which a doubled first report passes."""
+    """Ask for `READINGS` reports. `apart_s`: the pause in which a doubled first report passes."""
     reports: list[Status] = []
-    for number in range(LOOKS):
+    for number in range(READINGS):
         if number and apart_s:
             yield Pause(apart_s)
         seen = yield Ask(STATUS.query(), AFTER_WAITS_S, is_fenced=is_fenced and number == 0)
@@ -303,7 +303,7 @@ def _outcome(act: Act, after: _Aftermath) -> Outcome:
 
 def _activation_outcome(after: _Aftermath) -> Outcome:
     states = {report.active for report in after.reports}
-    if len(after.reports) < LOOKS or len(states) != 1:
+    if len(after.reports) < READINGS or len(states) != 1:
         return Outcome.UNKNOWN
     if states == {True}:
         return Outcome.CONFIRMED
@@ -315,7 +315,7 @@ def _deploy_outcome(after: _Aftermath) -> Outcome:
     """It had not fired before (a condition), so a reported trigger is this one. "Not fired" needs every answer."""
     if after.is_acknowledged or after.has_fired or any(report.triggered for report in after.reports):
         return Outcome.CONFIRMED
-    if after.raw == 0x00 and after.has_fired is False and len(after.reports) == LOOKS:
+    if after.raw == 0x00 and after.has_fired is False and len(after.reports) == READINGS:
         return Outcome.REFUSED
     return Outcome.UNKNOWN
 

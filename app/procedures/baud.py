@@ -27,14 +27,14 @@ from app.engine.transport import PortError
 from app.procedures.act import LOG_FAILED, Armed, conditions_open
 from app.procedures.ask_status import ask_status
 from app.procedures.find import SETTLE_S, answers_here, proofs
-from app.procedures.write import Heard, acknowledged
+from app.procedures.write import SetReply, acknowledged
 from app.safety.acts import Act
 from app.safety.interlocks import Interlock, Refusal
 from app.safety.journal import Entry, Journal, JournalFailed, Outcome, durable
 from app.safety.permit import Permit
 from app.text.i18n import tr
-from app.text.messages import said
-from app.text.sentences import together
+from app.text.messages import message
+from app.text.sentences import join_sentences
 from protocol.catalogue import BAUD_RATE, BAUD_RATES
 from protocol.translatable import marked
 
@@ -80,7 +80,7 @@ class BaudChanged:
     old_rate: int
     new_rate: int
     end: BaudEnd
-    heard: Heard = Heard.NOT_SENT
+    heard: SetReply = SetReply.NOT_SENT
     found_rate: int | None = None
     """The rate at which it answers, and of the port; None if it does not answer (the port is at the old rate)."""
     refusals: tuple[Refusal, ...] = ()
@@ -93,7 +93,7 @@ class BaudChanged:
         text = SENTENCES[self.end]
         rates = {"old": self.old_rate, "new": self.new_rate, "found": self.found_rate}
         words = tr(text, **{name: rate for name, rate in rates.items() if f"{{{name}}}" in text})
-        return together([words, *(refusal.sentence for refusal in self.refusals), self.trouble or ""])
+        return join_sentences([words, *(refusal.sentence for refusal in self.refusals), self.trouble or ""])
 
 
 def change_baud(
@@ -122,7 +122,7 @@ def change_baud(
         refused = conditions_open(Act.CHANGE_BAUD, (yield Inspect()), journal, permit=permit, armed=armed)
     except JournalFailed as error:
         _settle_unsent(journal, entry, pending)
-        refusal = Refusal(Interlock.INTENT_DURABLE, said(LOG_FAILED))
+        refusal = Refusal(Interlock.INTENT_DURABLE, message(LOG_FAILED))
         return BaudChanged(
             old_rate=old_rate, new_rate=new_rate, end=BaudEnd.NOT_SENT, refusals=(refusal,), trouble=error.sentence
         )
@@ -134,7 +134,7 @@ def change_baud(
         return BaudChanged(old_rate=old_rate, new_rate=new_rate, end=BaudEnd.NOT_SENT, refusals=refused)
     try:
         reply = acknowledged((yield Ask(request, is_deliberate=True)))
-        if reply.heard is Heard.NOT_SENT:
+        if reply.heard is SetReply.NOT_SENT:
             changed = BaudChanged(old_rate=old_rate, new_rate=new_rate, end=BaudEnd.NOT_SENT)
         else:
             found = yield from look_for(new_rate, old_rate)
@@ -154,14 +154,14 @@ def _settle_unsent(journal: Journal, entry: Entry, pending: Entry) -> None:
     journal.settle_baud(pending, BaudEnd.NOT_SENT.value)
 
 
-def _end(old_rate: int, new_rate: int, found: int | None, heard: Heard) -> BaudEnd:
+def _end(old_rate: int, new_rate: int, found: int | None, heard: SetReply) -> BaudEnd:
     if found is None:
         return BaudEnd.LOST
     if found == new_rate:
         return BaudEnd.CHANGED
     if found != old_rate:
         return BaudEnd.ELSEWHERE
-    return BaudEnd.AT_RESTART if heard in (Heard.ECHO, Heard.ONE) else BaudEnd.UNCHANGED
+    return BaudEnd.AT_RESTART if heard in (SetReply.ECHO, SetReply.ONE) else BaudEnd.UNCHANGED
 
 
 def look_for(new_rate: int, old_rate: int) -> Procedure[int | None]:

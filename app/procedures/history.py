@@ -13,12 +13,12 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from app.engine.procedure import Ask, EngineView, Inspect, Procedure, Report
-from protocol.catalogue import HEARTBEAT, RECORDS_KEPT, TRIGGER_RECORDS
+from protocol.catalogue import HEARTBEAT, MAX_RECORDS, TRIGGER_RECORDS
 from protocol.events import Answered, Role
 from protocol.messages import EmptySlot, TriggerRecord
 from protocol.translatable import marked
 
-LONGEST_SEARCH = 5
+MAX_SEARCH_LENGTH = 5
 """Passes after which the union of all is returned as incomplete."""
 UNANSWERED_PASSES = 3
 """After this many passes without an answer the module does not know the query."""
@@ -82,8 +82,8 @@ def _with_strays(history: History, strays: Sequence[TriggerRecord]) -> History:
 
 def _read_passes() -> Procedure[History]:
     passes: list[Pass] = []
-    for turn in range(LONGEST_SEARCH):
-        yield Report(turn, LONGEST_SEARCH, marked("Reading the trigger records"))
+    for turn in range(MAX_SEARCH_LENGTH):
+        yield Report(turn, MAX_SEARCH_LENGTH, marked("Reading the trigger records"))
         one = yield from _read_once()
         if not one.messages:
             alive = yield Ask(HEARTBEAT.query())
@@ -120,7 +120,7 @@ def _is_damaged_slot(raw: bytes) -> bool:
 
 def _is_clean(before: EngineView, after: EngineView) -> bool:
     old, new = before.link.counters, after.link.counters
-    stray = (Role.LATE, Role.DOUBLED, Role.UNASKED)
+    stray = (Role.LATE, Role.DUPLICATE, Role.UNSOLICITED)
     is_quiet = (old.rejected, old.time_outs, old.retries) == (new.rejected, new.time_outs, new.retries)
     return is_quiet and all(old.by_role[role] == new.by_role[role] for role in stray)
 
@@ -163,7 +163,7 @@ def history_of(passes: Sequence[Pass], *, is_confirmed: bool = False, is_line_de
     if is_confirmed:  # as the module sent them, equal ones too
         records = [message for message in passes[-1].messages if isinstance(message, TriggerRecord)]
     empty = max((sum(isinstance(message, EmptySlot) for message in one.messages) for one in passes), default=0)
-    empty = min(empty, max(0, RECORDS_KEPT - len(records) - len(seen_once)))  # that pass may lack a record
+    empty = min(empty, max(0, MAX_RECORDS - len(records) - len(seen_once)))  # that pass may lack a record
     is_answered = any(one.messages for one in passes)
     return History(tuple(records), empty, is_confirmed, is_line_dead, tuple(seen_once), is_answered)
 

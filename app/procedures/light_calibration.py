@@ -21,7 +21,7 @@ from protocol.translatable import marked
 SAMPLES = 20
 EVERY_S = 0.1
 ENOUGH_SAMPLES = 10
-MOST_LOST = 10
+MAX_LOST = 10
 """Unanswered questions after which a measurement ends."""
 SMALLEST_MARGIN_STEPS = 1
 """On each side."""
@@ -67,7 +67,7 @@ def measure_light(*, samples: int = SAMPLES) -> Procedure[Band]:
     raws: list[int] = []
     lost = 0
     before: EngineView = yield Inspect()
-    while len(raws) < samples and lost < MOST_LOST:
+    while len(raws) < samples and lost < MAX_LOST:
         yield Report(len(raws), samples, marked("Measuring the light"))
         outcome = yield Ask(_LIGHT.query())
         reading = outcome.messages[0] if isinstance(outcome, Answered) else None
@@ -80,7 +80,7 @@ def measure_light(*, samples: int = SAMPLES) -> Procedure[Band]:
     return Band(tuple(raws), lost, has_restarted=after.device.restarts != before.device.restarts)
 
 
-class Obstacle(Enum):
+class CalibrationFault(Enum):
     """Why there is no proposal; the value is a sentence in English, translatable."""
 
     TOO_FEW = marked("Too few readings: measure again.")
@@ -114,18 +114,18 @@ class Proposal:
                   threshold=self.threshold_v, closed=self.margin_closed_v, open=self.margin_open_v)  # fmt: skip
 
 
-def propose(closed: Band, opened: Band) -> Proposal | Obstacle:
+def propose(closed: Band, opened: Band) -> Proposal | CalibrationFault:
     """The threshold in the middle of the gap, or why there is none."""
     if not (closed.is_enough and opened.is_enough):
-        return Obstacle.TOO_FEW
+        return CalibrationFault.TOO_FEW
     rises = min(opened.raws) > max(closed.raws)
     if not rises and max(opened.raws) >= min(closed.raws):
-        return Obstacle.TOO_CLOSE
+        return CalibrationFault.TOO_CLOSE
     near_closed, near_open = (max(closed.raws), min(opened.raws)) if rises else (min(closed.raws), max(opened.raws))
     threshold = (near_closed + near_open) // 2
     margin_closed, margin_open = abs(threshold - near_closed), abs(near_open - threshold)
     if min(margin_closed, margin_open) < SMALLEST_MARGIN_STEPS:
-        return Obstacle.TOO_CLOSE
+        return CalibrationFault.TOO_CLOSE
     return Proposal(
         threshold_v=threshold / _STEPS_PER_V,
         direction=LightDirection.RISES if rises else LightDirection.FALLS,

@@ -84,7 +84,7 @@ def waiting_sentence(sent: int) -> str:
     return tr("LOCK sent {count}×, not yet reported", count=sent) if sent > 1 else tr("Locking…")
 
 
-class _Proof:
+class _Reports:
     """The module's answers since the first LOCK."""
 
     def __init__(self) -> None:
@@ -128,7 +128,7 @@ class _Proof:
 def lock(journal: Journal | None = None, repeat: LockRepeat | None = None) -> Procedure[Locked]:
     """Send LOCK until the module reports that it is locked, or to the limits of `LockRepeat`. A lost port and a
     cancellation are results, not exceptions. `repeat`: to continue after a lost port, or to show the progress."""
-    journal, repeat, proof = journal or NoJournal(), repeat or LockRepeat(), _Proof()
+    journal, repeat, proof = journal or NoJournal(), repeat or LockRepeat(), _Reports()
     entries: list[Entry] = []
     before = repeat.sent
     is_port_lost = is_replaced = False
@@ -159,7 +159,9 @@ def _begin(journal: Journal) -> Entry:
     return journal.begin(Act.LOCK, LOCK.encode(), {})
 
 
-def _lock_until_reported(journal: Journal, repeat: LockRepeat, proof: _Proof, entries: list[Entry]) -> Procedure[None]:
+def _lock_until_reported(
+    journal: Journal, repeat: LockRepeat, proof: _Reports, entries: list[Entry]
+) -> Procedure[None]:
     yield from require_module()
     sight: EngineView = yield Inspect()
     if sight.proven_rate not in (None, sight.baud_rate):
@@ -170,7 +172,7 @@ def _lock_until_reported(journal: Journal, repeat: LockRepeat, proof: _Proof, en
     is_last_answered = True
     while not proof.is_locked:
         sight = yield Inspect()
-        is_going_on = repeat.is_going_on(sight.now)
+        is_going_on = repeat.is_repeating(sight.now)
         if repeat.is_due(sight.now) and not proof.says_locked:
             sent = repeat.sent
             answer = yield Ask(LOCK, (ACKNOWLEDGED_S,), is_deliberate=True, repeat=repeat)

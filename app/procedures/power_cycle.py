@@ -20,8 +20,8 @@ from protocol.fields import Value
 from protocol.messages import Reading
 from protocol.translatable import marked
 
-LONGEST_WAIT_S = 120.0
-LOOK_EVERY_S = 1.0
+MAX_WAIT_S = 120.0
+POLL_EVERY_S = 1.0
 ASK_WAITS_S = (1.0,)
 _BOOT_COUNT = BY_NAME["boot_count"]
 
@@ -72,7 +72,7 @@ class PowerCycleResult:
 
 
 def survives_power_cycle(
-    wanted: Mapping[str, Value], *, boots_before: int | None = None, longest_wait_s: float = LONGEST_WAIT_S
+    wanted: Mapping[str, Value], *, boots_before: int | None = None, longest_wait_s: float = MAX_WAIT_S
 ) -> Procedure[PowerCycleResult]:
     """`wanted`: the written values by key. `boots_before`: from an earlier try that lost the port."""
     yield from require_module()
@@ -90,7 +90,7 @@ def survives_power_cycle(
         boots = yield from _boots()
         if boots is not None and (has_restarted or (boots_before is not None and boots != boots_before)):
             break
-        yield Pause(LOOK_EVERY_S)
+        yield Pause(POLL_EVERY_S)
     yield Pause(RESTART_SHOWS_S)  # until the restart's second heartbeat has passed
     stamps: dict[str, SettingRetention] = {}
     for command in SETTINGS:

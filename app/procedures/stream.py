@@ -24,7 +24,7 @@ BRIEF_LISTEN_S = 0.2
 """For `listens_briefly`: whether it was on before is then derived from its rate."""
 BRIEF_UNPOLLED_S = 0.5
 """The status is not polled before, as the stream is about to begin."""
-LEAST_EXPECTED = 3.0
+MIN_EXPECTED = 3.0
 """Reports that a stream would have sent while listening; a slower one may have been on unnoticed."""
 RESTART_NOTICED_S = 2.0
 """A restart noticed this soon after "on" may have been before it, so the stream may still be ours."""
@@ -182,11 +182,11 @@ def _steer_stream(course: _StreamProgress, switch: StreamSwitch, sight: EngineVi
     boots = sight.device.fresh(_BOOT_COUNT.command.key, sight.now)
     if memory.was_left_on and course.switched_on_at is None and sight.is_proven:
         if memory.boot_count is not None and boots not in (None, memory.boot_count):
-            memory.forget()  # another module's, or before a restart: the stream was not switched on here
+            memory.clear()  # another module's, or before a restart: the stream was not switched on here
         elif sight.device.is_streaming and memory.boot_count in (None, boots):
             course.switched_on_at, memory.is_taken_over, memory.was_left_on = sight.now, True, False
         elif not sight.device.is_streaming and listened_s >= LISTEN_FIRST_S:
-            memory.forget()
+            memory.clear()
     if course.may_be_ours and course.switched_on_at is None and sight.device.is_streaming:
         course.switched_on_at, course.may_be_ours = sight.now, False
     if not switch.is_on:
@@ -215,7 +215,7 @@ def _steer_stream(course: _StreamProgress, switch: StreamSwitch, sight: EngineVi
     if refused or not isinstance(outcome, Answered | OutcomeUnknown):
         course.switched_on_at, course.intent = None, None
         course.is_hopeless = True
-        memory.forget()
+        memory.clear()
 
 
 def _is_listening(course: _StreamProgress, sight: EngineView) -> bool:
@@ -242,10 +242,10 @@ def _switch_off(course: _StreamProgress, switch: StreamSwitch) -> Procedure[None
     """Switch the stream off if this procedure switched it on. Repeated if unanswered, as "off" twice is harmless."""
     if course.switched_on_at is None:
         return
-    switch.is_unknown_before = 0 < course.hz * course.listened_s < LEAST_EXPECTED and course.listens_briefly
+    switch.is_unknown_before = 0 < course.hz * course.listened_s < MIN_EXPECTED and course.listens_briefly
     for _ in range(OFF_ATTEMPTS):
         outcome = yield Ask(SERIAL_OUTPUT.set(False), (0.12,))
         if isinstance(outcome, Answered) and _is_accepted(outcome):
-            course.memory.forget()
+            course.memory.clear()
             break
     course.switched_on_at, course.intent = None, None

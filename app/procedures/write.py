@@ -19,14 +19,14 @@ from protocol.fields import Value
 from protocol.messages import Acknowledgement, Reading
 from protocol.translatable import marked
 
-READS_AT_MOST = 4
+MAX_READS = 4
 RESTART_SHOWS_S = 0.4
 """A restart is certain within this time: by its second heartbeat, or by the link's decision without it."""
-_ODD = (Role.UNASKED, Role.DOUBLED, Role.LATE)
+_ODD = (Role.UNSOLICITED, Role.DUPLICATE, Role.LATE)
 """The roles that a restart's first heartbeat may have just after the link sent one."""
 
 
-class Heard(Enum):
+class SetReply(Enum):
     """The module's answer to the set."""
 
     ECHO = "echo"
@@ -70,7 +70,7 @@ class Written:
 
     command: Command
     wanted: Value
-    heard: Heard
+    heard: SetReply
     acknowledged: Value | None = None
     """The value in the acknowledgement if it differs from the one sent."""
     stands: Value | None = None
@@ -84,7 +84,7 @@ class Written:
 
     @property
     def is_acknowledged(self) -> bool:
-        return self.heard in (Heard.ECHO, Heard.ONE)
+        return self.heard in (SetReply.ECHO, SetReply.ONE)
 
     @property
     def is_fine(self) -> bool:
@@ -102,7 +102,7 @@ class ReadBack(NamedTuple):
 def read_back(command: Command) -> Procedure[ReadBack]:
     """Ask until two answers in a row agree."""
     last: int | None = None
-    for _ in range(READS_AT_MOST):
+    for _ in range(MAX_READS):
         outcome = yield Ask(command.query())
         if not isinstance(outcome, Answered):
             return ReadBack()
@@ -116,7 +116,7 @@ def read_back(command: Command) -> Procedure[ReadBack]:
 
 
 class Acknowledged(NamedTuple):
-    heard: Heard
+    heard: SetReply
     other: int | None = None
     """The byte with `Heard.OTHER`."""
     waited_s: float | None = None
@@ -131,7 +131,7 @@ def write_verified(command: Command, value: Value) -> Procedure[Written]:
     old = yield from _old_value(command)
     before: EngineView = yield Inspect()
     said = acknowledged((yield Ask(request)))
-    if said.heard is Heard.NOT_SENT:
+    if said.heard is SetReply.NOT_SENT:
         verdict = False if command.reads_back else None
         return Written(command=command, wanted=value, heard=said.heard, verified=verdict, fault=WriteFault.NOT_SENT)
     back = ReadBack()
@@ -167,13 +167,13 @@ def _old_value(command: Command) -> Procedure[int | None]:
 def acknowledged(outcome: Outcome) -> Acknowledged:
     """Interpret the outcome of a set."""
     if isinstance(outcome, Unanswered):
-        return Acknowledged(Heard.NOT_SENT)
+        return Acknowledged(SetReply.NOT_SENT)
     message = outcome.messages[0] if isinstance(outcome, Answered) else None
     if not isinstance(message, Acknowledgement):
-        return Acknowledged(Heard.NOTHING, waited_s=None if isinstance(outcome, Answered) else outcome.waited_s)
+        return Acknowledged(SetReply.NOTHING, waited_s=None if isinstance(outcome, Answered) else outcome.waited_s)
     if message.is_echo:
-        return Acknowledged(Heard.ECHO)
-    return Acknowledged(Heard.ONE) if message.is_accepted else Acknowledged(Heard.OTHER, message.raw)
+        return Acknowledged(SetReply.ECHO)
+    return Acknowledged(SetReply.ONE) if message.is_accepted else Acknowledged(SetReply.OTHER, message.raw)
 
 
 def restarted_since(before: EngineView) -> Procedure[bool]:
@@ -188,7 +188,7 @@ def restarted_since(before: EngineView) -> Procedure[bool]:
 
 def _fault(command: Command, wanted: int, said: Acknowledged, back: ReadBack, *, old: int | None) -> WriteFault | None:
     if not command.reads_back:
-        return {Heard.NOTHING: WriteFault.NO_REPLY, Heard.OTHER: WriteFault.REFUSED}.get(said.heard)
+        return {SetReply.NOTHING: WriteFault.NO_REPLY, SetReply.OTHER: WriteFault.REFUSED}.get(said.heard)
     if back.raw is None:
         return WriteFault.UNSTEADY if back.is_unsteady else WriteFault.NO_READ_BACK
     if back.raw == wanted:
@@ -196,9 +196,9 @@ def _fault(command: Command, wanted: int, said: Acknowledged, back: ReadBack, *,
     if old is not None and back.raw != old:
         return WriteFault.CLAMPED
     match said.heard:
-        case Heard.NOTHING:
+        case SetReply.NOTHING:
             return WriteFault.LOST
-        case Heard.OTHER:
+        case SetReply.OTHER:
             return WriteFault.REFUSED if old is not None or said.other == 0x00 else WriteFault.CLAMPED
         case _:
             return WriteFault.NOT_KEPT

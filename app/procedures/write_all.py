@@ -20,12 +20,12 @@ from app.procedures.act import LOG_FAILED, Armed
 from app.procedures.ask_status import ask_status
 from app.procedures.baud import BaudChanged, BaudEnd, change_baud
 from app.procedures.settings_reading import SettingsReading, read_settings
-from app.procedures.write import Heard, WriteFault, Written, write_verified
+from app.procedures.write import SetReply, WriteFault, Written, write_verified
 from app.safety.acts import Act
 from app.safety.interlocks import Interlock, Refusal, interlock_inputs, refusals
 from app.safety.journal import Entry, Journal, Outcome
 from app.safety.permit import Permit
-from app.text.messages import said
+from app.text.messages import message
 from protocol.catalogue import BAUD_RATE, Command
 from protocol.fields import Value
 from protocol.translatable import marked
@@ -69,7 +69,7 @@ class WriteReport:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Leave:
+class WriteContext:
     """What `write_all` needs besides the values."""
 
     journal: Journal
@@ -85,7 +85,7 @@ class Leave:
     """Called with each result in the session's thread, even if the port is lost later."""
 
 
-def write_all(changes: Sequence[SettingChange], leave: Leave) -> Procedure[WriteReport]:
+def write_all(changes: Sequence[SettingChange], leave: WriteContext) -> Procedure[WriteReport]:
     """Raises `ValueRefused` or `LookupError` before anything is sent."""
     for change in changes:
         change.command.set(change.value)
@@ -93,7 +93,7 @@ def write_all(changes: Sequence[SettingChange], leave: Leave) -> Procedure[Write
     ordered = sorted(changes, key=lambda change: change.command is BAUD_RATE)
     before = yield from read_settings()
     if leave.keep_snapshot is not None:
-        yield from _keep_snapshot(leave.keep_snapshot)
+        yield from _store_snapshot(leave.keep_snapshot)
     course = _WriteProgress(leave)
     try:
         for done, change in enumerate(ordered):
@@ -103,7 +103,7 @@ def write_all(changes: Sequence[SettingChange], leave: Leave) -> Procedure[Write
                 leave.on_written(course.results[-1])
             sight: EngineView = yield Inspect()
             course.restarts.append(sight.device.restarts)
-        is_sent = any(written.heard is not Heard.NOT_SENT for written in course.results)
+        is_sent = any(written.heard is not SetReply.NOT_SENT for written in course.results)
         if is_sent:
             report = yield from _last_reading(course, before)
         else:
@@ -119,7 +119,7 @@ def write_all(changes: Sequence[SettingChange], leave: Leave) -> Procedure[Write
 class _WriteProgress:
     """The progress of `write_all`."""
 
-    leave: Leave
+    leave: WriteContext
     results: list[Written] = field(default_factory=list)
     restarts: list[int] = field(default_factory=list)
     """The device's restarts after each write."""
@@ -161,14 +161,14 @@ def _write_one(course: _WriteProgress, change: SettingChange) -> Procedure[None]
             course.refused = yield from _refusals(leave)
         if change.command.key in TRIGGERS and change.value is False and not _is_written(entry):
             # A pre-flight check relies on the log for whether a trigger is enabled.
-            course.refused = (*course.refused, Refusal(Interlock.INTENT_DURABLE, said(LOG_FAILED)))
+            course.refused = (*course.refused, Refusal(Interlock.INTENT_DURABLE, message(LOG_FAILED)))
         if course.refused:
             course.fault = WriteFault.NOT_ALLOWED
             course.results.append(_not_sent(change, course.fault))
             return
         written = yield from write_verified(change.command, change.value)
         course.results.append(written)
-        course.fault = WriteFault.NOT_SENT if written.heard is Heard.NOT_SENT else None
+        course.fault = WriteFault.NOT_SENT if written.heard is SetReply.NOT_SENT else None
 
 
 def _is_written(entry: Entry) -> bool:
@@ -189,8 +189,8 @@ def _last_reading(course: _WriteProgress, before: SettingsReading) -> Procedure[
         results = unconfirmed(course.results)
     else:
         results = [_read_again(written, last.values) for written in course.results]
-    results = _doubted(results, course.restarts, now=sight.device.restarts)
-    written_keys = {one.command.key for one in course.results if one.heard is not Heard.NOT_SENT}
+    results = _invalidated(results, course.restarts, now=sight.device.restarts)
+    written_keys = {one.command.key for one in course.results if one.heard is not SetReply.NOT_SENT}
     stood = {key: value for key, value in before.values.items() if key not in written_keys}
     return WriteReport(
         results=tuple(results),
@@ -204,7 +204,7 @@ def _last_reading(course: _WriteProgress, before: SettingsReading) -> Procedure[
 
 def _read_again(written: Written, values: Mapping[str, Value]) -> Written:
     """The result of one write after the last reading."""
-    if not written.command.reads_back or written.heard is Heard.NOT_SENT:
+    if not written.command.reads_back or written.heard is SetReply.NOT_SENT:
         return written
     stands = values.get(written.command.key)
     if written.fault is not None:
@@ -225,7 +225,7 @@ def _unconfirmed(written: Written) -> Written:
     return replace(written, stands=None, verified=False, fault=WriteFault.NO_LAST_READING)
 
 
-def _keep_snapshot(keep: Callable[[Snapshot], Future[int] | None]) -> Procedure[None]:
+def _store_snapshot(keep: Callable[[Snapshot], Future[int] | None]) -> Procedure[None]:
     sight: EngineView = yield Inspect()
     snapshot = snapshot_of(sight.device, sight.now)
     kept = keep(snapshot) if snapshot.settings else None
@@ -239,7 +239,7 @@ def _wait_for_disk(future: Future[int]) -> Procedure[None]:
     yield from ask_status()
 
 
-def _refusals(leave: Leave) -> Procedure[tuple[Refusal, ...]]:
+def _refusals(leave: WriteContext) -> Procedure[tuple[Refusal, ...]]:
     """The conditions that are not met; asks for the status if it is not proven to be recent."""
     for has_been_asked in (False, True):
         sight: EngineView = yield Inspect()
@@ -258,7 +258,7 @@ def _refusals(leave: Leave) -> Procedure[tuple[Refusal, ...]]:
 def _outcome(written: Written | None) -> Outcome:
     if written is None:
         return Outcome.UNKNOWN
-    if written.heard is Heard.NOT_SENT:
+    if written.heard is SetReply.NOT_SENT:
         return Outcome.NOT_SENT
     if written.is_fine:
         return Outcome.CONFIRMED
@@ -276,7 +276,7 @@ def _result(written: Written) -> dict[str, object]:
 
 def _not_sent(change: SettingChange, fault: WriteFault) -> Written:
     verified = False if change.command.reads_back or change.command is BAUD_RATE else None
-    return Written(command=change.command, wanted=change.value, heard=Heard.NOT_SENT, verified=verified, fault=fault)
+    return Written(command=change.command, wanted=change.value, heard=SetReply.NOT_SENT, verified=verified, fault=fault)
 
 
 _BAUD_FAULTS = {
@@ -301,11 +301,11 @@ def _written(change: SettingChange, baud: BaudChanged) -> Written:
     )
 
 
-def _doubted(results: Sequence[Written], restarts: Sequence[int], *, now: int) -> list[Written]:
+def _invalidated(results: Sequence[Written], restarts: Sequence[int], *, now: int) -> list[Written]:
     """Mark writes before a restart as doubtful, as it is unknown what survives one (E15)."""
     return [
         replace(written, fault=WriteFault.RESTARTED, verified=False if written.verified else None)
-        if written.heard is not Heard.NOT_SENT and _may_be_lost(written) and count != now
+        if written.heard is not SetReply.NOT_SENT and _may_be_lost(written) and count != now
         else written
         for written, count in zip(results, restarts, strict=True)
     ]

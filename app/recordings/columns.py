@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from app.recordings.file_layout import LONGEST_UPTIME_S
+from app.recordings.file_layout import MAX_UPTIME_S
 from app.samples.ring_buffers import SUMMARY_S, Envelope, Readable, Seconds, Values
 
 _ROWS_AT_ONCE = 1 << 19
@@ -37,7 +37,7 @@ def beginnings(times: Seconds, *values: Values) -> Beginnings:
     for first in range(0, len(times), _ROWS_AT_ONCE):
         rows = slice(first, first + _ROWS_AT_ONCE)
         part = times[rows]
-        is_bad = ~(np.abs(part) <= LONGEST_UPTIME_S)  # true for NaN
+        is_bad = ~(np.abs(part) <= MAX_UPTIME_S)  # true for NaN
         is_bad[0] |= part[0] < newest_s
         is_bad[1:] |= part[1:] < part[:-1]
         for value in values:

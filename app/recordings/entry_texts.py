@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 from app.text.durations import stopwatch
 from app.text.i18n import tr
-from app.text.sentences import listed
+from app.text.sentences import join_names
 
 if TYPE_CHECKING:  # loads numpy, which would delay the window's first paint
     from app.recordings.library import RecordingEntry
@@ -44,12 +44,13 @@ def remarks(entry: "RecordingEntry") -> str:
     return " · ".join(words)
 
 
-def told(entry: "RecordingEntry") -> str:
+def entry_text(entry: "RecordingEntry") -> str:
     """Description of a recording, for the tooltip and screen readers."""
     if entry.trouble is not None:
         return entry.trouble
     words = (
         when_text(entry), entry.module, tr("{port}, {rate} baud", port=entry.port, rate=entry.baud_rate),
-        stopwatch(entry.duration_s), size_text(entry.size_bytes), remarks(entry), tr("pinned") if entry.is_kept else "",
+        stopwatch(entry.duration_s), size_text(entry.size_bytes), remarks(entry),
+        tr("pinned") if entry.is_pinned else "",
     )  # fmt: skip
-    return listed(filter(None, words))
+    return join_names(filter(None, words))

@@ -5,12 +5,12 @@ from itertools import chain
 from pathlib import Path
 
 from app.captures.entries import CaptureEntry
-from app.captures.writer import FULL, LONGEST_FILE_BYTES, Header, lines_of
+from app.captures.writer import FULL, MAX_FILE_BYTES, Header, lines_of
 from app.recordings.recording import Recording
 from app.recordings.table import csv_parts, part_count
 from app.system.files import whole_file
 from app.text.i18n import tr
-from app.text.sentences import reason_of
+from app.text.sentences import error_text
 
 Progress = Callable[[float], None]
 
@@ -23,7 +23,7 @@ def not_saved_text(path: Path, error: Exception) -> str:
     """Why the file was not written, in the language in use."""
     if isinstance(error, ExportCancelled):
         return tr("Cancelled.")
-    return tr("{file} cannot be written: {why}.", file=path, why=reason_of(error))
+    return tr("{file} cannot be written: {why}.", file=path, why=error_text(error))
 
 
 def write_parts(
@@ -107,7 +107,7 @@ def export_capture(
         file.write(before)
         for line in chain(header.lines(), _capture_lines(recording)):
             written += len(line) + 1
-            if written > LONGEST_FILE_BYTES:
+            if written > MAX_FILE_BYTES:
                 file.write(f"{FULL}\n".encode())
                 return count, True
             file.write(f"{line}\n".encode())

@@ -40,17 +40,17 @@ ACTIVE, TRIGGERED = 0x01, 0x02
 """Bits of `status.flags.u1`."""
 _FIRST_YEAR: Final = 1970
 _LAST_YEAR: Final = 2200
-_LONGEST_HEADING: Final = 64 * 1024
+_MAX_HEADING_LENGTH: Final = 64 * 1024
 _HELD: Final = frozenset({errno.EAGAIN, errno.EWOULDBLOCK, errno.EACCES, errno.EDEADLK})
 
 
-LONGEST_UPTIME_S: Final = 1e9
+MAX_UPTIME_S: Final = 1e9
 """About thirty years."""
 
 
 def is_time(value: float) -> bool:
     """Whether this is plausible as monotonic seconds."""
-    return abs(value) <= LONGEST_UPTIME_S  # false for NaN
+    return abs(value) <= MAX_UPTIME_S  # false for NaN
 
 
 class Unreadable(ValueError):
@@ -84,7 +84,7 @@ class Opening:
 def read_opening(folder: Path) -> Opening:
     """Raises `Unreadable`, OSError."""
     with (folder / SESSION).open("rb") as file:
-        raw = file.read(_LONGEST_HEADING)
+        raw = file.read(_MAX_HEADING_LENGTH)
     try:
         fields = json.loads(raw)
         if fields["format"] != FORMAT:

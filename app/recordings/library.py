@@ -20,10 +20,10 @@ from app.recordings.file_layout import (
 )
 from app.system.files import private_opener
 from app.text.i18n import tr
-from app.text.sentences import reason_of
+from app.text.sentences import error_text
 
-MOST_BYTES = 2 * 1024**3
-MOST_DAYS = 90
+MAX_BYTES = 2 * 1024**3
+MAX_DAYS = 90
 """Days with recordings, so that a wrong clock in one session adds one day only."""
 TRASH = ".trash"
 _TRASH_SHARE = 4
@@ -61,7 +61,7 @@ class RecordingEntry:
     sample_count: int = 0
     """Status reports."""
     size_bytes: int = 0
-    is_kept: bool = False
+    is_pinned: bool = False
     """Never pruned."""
     is_running: bool = False
     """Being written, by this or another program."""
@@ -87,7 +87,7 @@ class RecordingEntry:
 class RecordingLibrary:
     """Thread-safe. `most_bytes` and `most_days` limit the recordings that are not pinned."""
 
-    def __init__(self, folder: Path | None = None, *, most_bytes: int = MOST_BYTES, most_days: int = MOST_DAYS) -> None:
+    def __init__(self, folder: Path | None = None, *, most_bytes: int = MAX_BYTES, most_days: int = MAX_DAYS) -> None:
         self.folder = folder or recordings_folder()
         self.trash = self.folder / TRASH
         self.most_bytes = most_bytes
@@ -137,17 +137,17 @@ class RecordingLibrary:
         folder.rename(going)
         shutil.rmtree(going)
 
-    def keep(self, entry: RecordingEntry, *, is_kept: bool) -> RecordingEntry:
+    def set_pinned(self, entry: RecordingEntry, *, is_pinned: bool) -> RecordingEntry:
         """Pins or unpins; pinning restores from the trash. Returns the new entry. Raises OSError."""
         folder = self._own(entry)
-        if entry.is_trashed and is_kept:
+        if entry.is_trashed and is_pinned:
             folder = self._move(folder, self.folder)
         mark = folder / KEPT
-        if is_kept:
+        if is_pinned:
             open(mark, "ab", opener=private_opener).close()
         else:
             mark.unlink(missing_ok=True)
-        return replace(entry, folder=folder, is_kept=is_kept)
+        return replace(entry, folder=folder, is_pinned=is_pinned)
 
     def prune(self, now: datetime) -> tuple[RecordingEntry, ...]:
         """Moves the oldest recordings beyond the limits into the trash, and returns them. Pinned and running ones stay
@@ -160,7 +160,7 @@ class RecordingLibrary:
             total, days = 0, set[date]()
             gone: list[RecordingEntry] = []
             for one in self.entries():
-                if one.is_kept or one.is_running:
+                if one.is_pinned or one.is_running:
                     continue
                 total += one.size_bytes
                 days.add(one.started_at.date())
@@ -227,7 +227,7 @@ def entry_of(folder: Path, opening: Opening, extents: Extents, *, size_bytes: in
         duration_s=max(0.0, extents.at_s - opening.start_s),
         sample_count=extents.status_rows,
         size_bytes=size_bytes,
-        is_kept=(folder / KEPT).exists(),
+        is_pinned=(folder / KEPT).exists(),
         is_running=is_running,
         was_cut_off=not (is_running or extents.is_last),
         part=opening.part,
@@ -246,7 +246,7 @@ def _unreadable(folder: Path, error: OSError | Unreadable) -> RecordingEntry:
         folder=folder,
         started_at=datetime.fromtimestamp(at_s, UTC),
         size_bytes=size_of(folder),
-        is_kept=(folder / KEPT).exists(),
+        is_pinned=(folder / KEPT).exists(),
         trouble=tr("{file} cannot be read: {why}.", file=folder.name, why=why),
     )
 
@@ -255,7 +255,7 @@ def stopped_sentence(error: Exception, folder: Path) -> str:
     """Why recording stopped, in the language in use."""
     if isinstance(error, OSError) and error.errno in _DISK_FULL:
         return tr("Not recording: the disk is full. Free some space, then connect again.")
-    return tr("Not recording to {folder}: {why}.", folder=folder, why=reason_of(error))
+    return tr("Not recording to {folder}: {why}.", folder=folder, why=error_text(error))
 
 
 def size_of(folder: Path) -> int:

@@ -95,20 +95,20 @@ class MarkerTracker:
     def on_batch(self, batch: Batch) -> list[Marker]:
         """Markers of this batch, in the order of detection; times may differ slightly from that order."""
         self._new = []
-        self._follow_opening(batch.connection, batch.at)
-        self._follow_flags(batch)
+        self._on_opening(batch.connection, batch.at)
+        self._on_flags(batch)
         # While a port opens, the view is still that of the previous module.
         is_opening = batch.connection.state is PortState.OPENING
         if not is_opening:
-            self._follow_device(batch.device, batch.events, batch.at)
-        self._follow_loss(batch.connection, batch.at)
+            self._on_device(batch.device, batch.events, batch.at)
+        self._on_loss(batch.connection, batch.at)
         self.limits = NO_LIMITS if is_opening else limits_of(batch.device, batch.at)
         return self._new
 
     def _add(self, at: float, kind: MarkerKind) -> None:
         self._new.append(Marker(at, kind, self._port))
 
-    def _follow_flags(self, batch: Batch) -> None:
+    def _on_flags(self, batch: Batch) -> None:
         """The first known state is not a change."""
         for sample in batch.samples:
             if sample.active is not self._active:
@@ -120,7 +120,7 @@ class MarkerTracker:
                     self._add(sample.at, MarkerKind.TRIGGERED if sample.triggered else MarkerKind.TRIGGER_ENDED)
                 self._triggered = sample.triggered
 
-    def _follow_opening(self, connection: Connection, at: float) -> None:
+    def _on_opening(self, connection: Connection, at: float) -> None:
         is_open, was_open = connection.state is PortState.OPEN, self._state is PortState.OPEN
         if not is_open or (was_open and connection.port == self._port):
             return
@@ -131,13 +131,13 @@ class MarkerTracker:
             self._triggered = self._active = self._is_charging = None
             self._add(at, MarkerKind.RECORDING if is_playback(self._port) else MarkerKind.CONNECTED)
 
-    def _follow_loss(self, connection: Connection, at: float) -> None:
+    def _on_loss(self, connection: Connection, at: float) -> None:
         was_open, self._state = self._state is PortState.OPEN, connection.state
         if was_open and connection.state is PortState.CLOSED and connection.trouble is not None:
             self._was_lost = True
             self._add(at, MarkerKind.PORT_LOST)
 
-    def _follow_device(self, device: DeviceView, events: tuple[Event, ...], at: float) -> None:
+    def _on_device(self, device: DeviceView, events: tuple[Event, ...], at: float) -> None:
         since = at if device.presence_since is None else device.presence_since
         if device.presence is not self._presence:
             was_offline, self._presence = self._presence is Presence.OFFLINE, device.presence

@@ -31,9 +31,9 @@ DISK_CHECK_EVERY_S = 10.0
 """Interval of checking the free disk space."""
 RESERVE_BYTES = 256 * 1024**2
 """Disk space that is left free."""
-MOST_WAITING = 200_000
+MAX_WAITING = 200_000
 """Status reports and events in the queue; more than a minute at full line rate."""
-LONGEST_PART_S = 24 * 3600.0
+MAX_PART_S = 24 * 3600.0
 CLOCK_JUMP_S = 2.0
 """Change of the wall clock after which a new part begins, with the right time."""
 
@@ -51,7 +51,7 @@ class Recorder:
         clock: Callable[[], float] = time.monotonic,
         wall_clock: Callable[[], float] = time.time,
         find_free_bytes: Callable[[Path], int] = lambda folder: shutil.disk_usage(folder).free,
-        most_waiting: int = MOST_WAITING,
+        most_waiting: int = MAX_WAITING,
     ) -> None:
         self.library = library
         self._clock, self._wall_clock, self._find_free_bytes = clock, wall_clock, find_free_bytes
@@ -257,7 +257,7 @@ class Recorder:
             self._check_disk()
         opening = writer.opening
         is_clock_changed = abs(self._wall_clock() - now - opening.wall_offset_s) > CLOCK_JUMP_S
-        is_long = now - opening.start_s > LONGEST_PART_S or writer.size_bytes > self.library.most_bytes / 4
+        is_long = now - opening.start_s > MAX_PART_S or writer.size_bytes > self.library.most_bytes / 4
         if is_clock_changed or is_long:
             self._end_part(now)
 

@@ -31,9 +31,9 @@ from app.recordings.library import RecordingEntry, entry_of, size_of
 from app.recordings.markers import KIND_OF_WORD, Marker, MarkerKind, ModuleLimits
 from app.samples.step_function import StepFunction
 from app.text.i18n import tr
-from app.text.sentences import reason_of, together
+from app.text.sentences import error_text, join_sentences
 
-_LIMITS_KEPT = 1_000_000
+_MAX_LIMITS = 1_000_000
 
 
 class Traffic(NamedTuple):
@@ -81,7 +81,7 @@ class Recording:
         self._cell_time, self._cell = self._table("cell", extents.cell_rows)
         self._light_time, self._light = self._table("light", extents.light_rows)
         self._make_series()
-        self.fires, self.rearms, self.falls, self.lights = (StepFunction(_LIMITS_KEPT) for _ in range(4))
+        self.fires, self.rearms, self.falls, self.lights = (StepFunction(_MAX_LIMITS) for _ in range(4))
         self.limits: tuple[LimitsAt, ...]
         self.markers: tuple[Marker, ...]
         self.missing_count = 0
@@ -161,7 +161,7 @@ class Recording:
             f"{datetime.fromtimestamp(at_s + self.wall_offset_s).astimezone():%H:%M:%S}"
             for at_s in (self.damaged[0].first.at_s, self.damaged[-1].last.at_s)
         )
-        return together((said, f"{first} – {last}"))
+        return join_sentences((said, f"{first} – {last}"))
 
     def close(self) -> None:
         """Releases the files. Series and excerpts taken before still hold them."""
@@ -254,7 +254,7 @@ def open_recording(folder: Path) -> Recording:
         text = str(error)
         raise RecordingUnreadable(folder, tr(text)) from error
     except (OSError, ValueError) as error:  # ValueError: a file that shrank meanwhile
-        raise RecordingUnreadable(folder, reason_of(error)) from error
+        raise RecordingUnreadable(folder, error_text(error)) from error
 
 
 def tilt_outline(folder: Path, buckets: int) -> tuple[tuple[float, float], ...]:

@@ -12,9 +12,9 @@ from app.records.record import Record, canonical
 from app.store.database import Database
 from app.text.messages import clean
 from app.trigger_records.history import Judgement, merge
-from protocol.catalogue import RECORDS_KEPT
+from protocol.catalogue import MAX_RECORDS
 
-LONGEST_NOTE = 2000
+MAX_NOTE_LENGTH = 2000
 _LARGEST = 2**62
 """Largest number that is looked up; SQLite integers have 64 bits."""
 MEASURED = {
@@ -60,7 +60,7 @@ class Visit:
 
 
 @dataclass(frozen=True, slots=True)
-class KeptCheck:
+class StoredCheck:
     """One line of the list of checks."""
 
     id: int
@@ -99,11 +99,11 @@ class CheckStore:
 
     # Triggers
 
-    def visit(self, module_id: int | None, slots: Sequence[bytes], *, port: str, boot_count: int | None,
+    def store_visit(self, module_id: int | None, slots: Sequence[bytes], *, port: str, boot_count: int | None,
               is_confirmed: bool) -> Visit:  # fmt: skip
         """Stores what a module holds now. Without a name (`module_id` None) the slots are stored as they came."""
         database = self._database
-        with database.together():
+        with database.transaction():
             last = self._last_visit(module_id)
             # Records beyond the last visit are from one that was interrupted; they are written again.
             known = self.records(module_id)[: last.known]
@@ -119,7 +119,7 @@ class CheckStore:
                         (module_id, place, raw.hex(), now),
                     )
             # An incomplete reading adds to what was kept before.
-            kept = slots if is_confirmed else [*last.slots, *merged.new][-RECORDS_KEPT:]
+            kept = slots if is_confirmed else [*last.slots, *merged.new][-MAX_RECORDS:]
             number = database.write(
                 "INSERT INTO visits (module_id, at, port, boot_count, slots, is_confirmed, known) "
                 "VALUES (?, ?, ?, ?, ?, ?, ?)",
@@ -148,7 +148,7 @@ class CheckStore:
         value = None if judgement is None else judgement.value
         self._database.write(
             "UPDATE trigger_records SET judgement = ?, note = ?, judged_at = ? WHERE id = ?",
-            (value, clean(note, longest=LONGEST_NOTE), self._database.now(), record_id),
+            (value, clean(note, longest=MAX_NOTE_LENGTH), self._database.now(), record_id),
         )
 
     def _last_visit(self, module_id: int | None) -> _LastVisit:
@@ -202,7 +202,7 @@ class CheckStore:
         Number and previous hash are read in the transaction that stores the record, so that two programs never use the
         same ones.
         """
-        with self._database.together():
+        with self._database.transaction():
             rows = self._database.read(
                 "SELECT number, hash FROM preflight_checks WHERE module_id IS ? AND (module_id IS NOT NULL OR "
                 "adapter IS ?) ORDER BY id DESC LIMIT 1",
@@ -210,10 +210,10 @@ class CheckStore:
             )
             number, previous = rows[0] if rows else (0, None)
             record = make(number + 1, previous)
-            self._keep_check(record, module_id, adapter)
+            self._store_check(record, module_id, adapter)
             return record
 
-    def _keep_check(self, record: Record, module_id: int | None, adapter: str) -> None:
+    def _store_check(self, record: Record, module_id: int | None, adapter: str) -> None:
         database = self._database
         number = database.write(
             "INSERT INTO preflight_checks (module_id, adapter, number, at, aircraft, who, verdict, is_void, "
@@ -229,7 +229,7 @@ class CheckStore:
                            (number, name, value))  # fmt: skip
 
     def checks(self, module_id: int | None = None, *, aircraft: str | None = None,
-               limit: int = 500) -> tuple[KeptCheck, ...]:  # fmt: skip
+               limit: int = 500) -> tuple[StoredCheck, ...]:  # fmt: skip
         """Newest first, of one module (None: modules without a name) or of one aircraft."""
         where, values = ("c.aircraft = ?", [aircraft]) if aircraft is not None else ("c.module_id IS ?", [module_id])
         rows = self._database.read(
@@ -239,7 +239,7 @@ class CheckStore:
             (*values, limit),
         )
         return tuple(
-            KeptCheck(id_, module, number, at, aircraft, who, verdict, bool(is_void), fingerprint, hash_)
+            StoredCheck(id_, module, number, at, aircraft, who, verdict, bool(is_void), fingerprint, hash_)
             for id_, module, number, at, aircraft, who, verdict, is_void, fingerprint, hash_ in rows
         )
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 
 from app.preflight.findings import CheckResult
 from app.preflight.verdict import Verdict, verdict_of
-from app.text.messages import UserMessage, clean, said
+from app.text.messages import UserMessage, clean, message
 from protocol.translatable import marked
 
 REQUIRED = frozenset({
@@ -39,13 +39,13 @@ def _contradictions(record: Mapping[str, object]) -> Iterator[UserMessage]:
     found = Counter(str(one.get("id")) for one in checks)
     missing = sorted(REQUIRED - found.keys())
     if missing:
-        yield said(marked("missing checks: {checks}"), checks=", ".join(missing))
+        yield message(marked("missing checks: {checks}"), checks=", ".join(missing))
     doubled = [clean(name, longest=40) for name, count in found.items() if count > 1]
     if doubled:
-        yield said(marked("duplicate checks: {checks}"), checks=", ".join(doubled[:5]))
+        yield message(marked("duplicate checks: {checks}"), checks=", ".join(doubled[:5]))
     stated, follows = record.get("verdict"), verdict_from(record)
     if stated != follows.value:
-        yield said(marked("stated {stated}, but the checks give {follows}"), stated=clean(str(stated), longest=20),
+        yield message(marked("stated {stated}, but the checks give {follows}"), stated=clean(str(stated), longest=20),
                    follows=follows.value)  # fmt: skip
     for one in checks:
         where = _READ_AS.get(str(one.get("id")))
@@ -58,7 +58,7 @@ def _contradictions(record: Mapping[str, object]) -> Iterator[UserMessage]:
             and one.get("result") == CheckResult.PASS.value
         ):
             title = UserMessage(clean(str(one.get("title"))))
-            yield said(marked("{check}: judged {measured}, read {read}"), check=title,
+            yield message(marked("{check}: judged {measured}, read {read}"), check=title,
                        measured=clean(str(measured), longest=20), read=clean(str(read), longest=20))  # fmt: skip
 
 

@@ -17,7 +17,7 @@ from app.preflight.findings import Case, CheckResult
 from app.preflight.logged_flags import with_logged_flags
 from app.preflight.verdict import Assessment, assess
 from app.records.check_store import CheckStore, MakeRecord
-from app.records.record import NOT_KEPT, Circumstances, Record, is_simulated, make_record
+from app.records.record import NOT_KEPT, Record, RecordContext, is_simulated, make_record
 from app.stations.station import Station, StationTrouble, own_station
 from app.store.database import StoreFault, StoreTrouble
 from app.store.store import Store, data_folder
@@ -92,7 +92,7 @@ def file_check(
         are_records_looked_at=person.are_records_looked_at, is_same_module=person.is_same_module,
     )  # fmt: skip
     assessment = assess(case)
-    circumstances = Circumstances(
+    circumstances = RecordContext(
         at=at, program_version=program_version, who=person.who, module=name,
         aircraft=person.aircraft, remarks=person.remarks, adapter=adapter or evidence.port,
     )  # fmt: skip
@@ -104,8 +104,8 @@ def file_check(
 
     if store is not None and trouble is None:
         try:
-            with _damage_as_trouble(store), store.database.together():
-                record = _keep(store, assessment, make, circumstances)
+            with _damage_as_trouble(store), store.database.transaction():
+                record = _store(store, assessment, make, circumstances)
             return Filed(assessment, record, None, station_trouble)
         except StoreTrouble as error:
             trouble = error
@@ -144,15 +144,15 @@ def _tests(store: Store, module_id: int, evidence: Evidence, at: datetime) -> Ma
     return {kind: LastTested(kept, kept.age_days(at)) for kind, kept in last.items()}
 
 
-def _keep(store: Store, assessment: Assessment, make: MakeRecord, circumstances: Circumstances) -> Record:
+def _store(store: Store, assessment: Assessment, make: MakeRecord, circumstances: RecordContext) -> Record:
     name, checks = circumstances.module, CheckStore(store.database)
-    module_id = store.meet_module(name).id if name is not None else None
+    module_id = store.register_module(name).id if name is not None else None
     record = checks.append_check(make, module_id, adapter=circumstances.adapter)
     evidence = assessment.case.evidence
     history, boots = evidence.history, evidence.values.get("boot_count")
     # The records may be another module's: they must not become part of this one's history.
     if history is not None and assessment.result("boot_count") is not CheckResult.FAIL:
-        checks.visit(
+        checks.store_visit(
             module_id,
             [one.raw for one in history.records],
             port=evidence.port,

@@ -24,7 +24,7 @@ from app.preflight.reading_object import reading_object
 from app.preflight.verdict import Assessment, Judged, Verdict, unsigned, verdict_named
 from app.settings.profiles import ActivatedBy
 from app.stations.station import Station, encoded
-from app.text.messages import UserMessage, clean, listed, said
+from app.text.messages import UserMessage, clean, joined, message
 from protocol.fields import Value
 from protocol.translatable import marked
 
@@ -42,7 +42,7 @@ Record = dict[str, object]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Circumstances:
+class RecordContext:
     """What the module itself does not report. `at` is aware. `previous`: hash of the previous record of the chain.
 
     `adapter`: USB identity or port, which tells modules without a name apart.
@@ -60,7 +60,7 @@ class Circumstances:
 
 
 def make_record(
-    assessment: Assessment, circumstances: Circumstances, log: FrameLog, station: Station | None = None
+    assessment: Assessment, circumstances: RecordContext, log: FrameLog, station: Station | None = None
 ) -> Record:
     """The record of a check as plain JSON values, sealed and signed."""
     if circumstances.at.tzinfo is None:
@@ -110,10 +110,10 @@ def _check(one: Judged) -> dict[str, object]:
         "title": one.check.title,
         "result": finding.result.value,
         "measured": finding.measured,
-        "shown": finding.shown.plain(),
-        "limit": finding.limit.plain(),
+        "shown": finding.shown.to_json(),
+        "limit": finding.limit.to_json(),
         "why": one.check.why,
-        "do": one.do.plain(),
+        "do": one.do.to_json(),
     }
 
 
@@ -183,7 +183,7 @@ def is_simulated(port: str) -> bool:
 
 def caveats(record: Mapping[str, object]) -> list[UserMessage]:
     """Restrictions that are shown beside the verdict."""
-    found = [said(marked("SIMULATED MODULE: no evidence."))] if record.get("is_simulated") is True else []
+    found = [message(marked("SIMULATED MODULE: no evidence."))] if record.get("is_simulated") is True else []
     nobody = unsigned(*(record.get(key) for key in ("who", "module", "aircraft")))
     if nobody is not None and recorded_verdict(record) is not Verdict.NO_GO:
         found.append(nobody)
@@ -193,7 +193,7 @@ def caveats(record: Mapping[str, object]) -> list[UserMessage]:
             UserMessage(str(one.get("title"))) for one in checks if isinstance(one, Mapping) and one.get("id") in softer
         ]
         if titles:
-            found.append(said(marked("Softer than advised: {checks}."), checks=listed(titles)))
+            found.append(message(marked("Softer than advised: {checks}."), checks=joined(titles)))
     return found
 
 

@@ -6,14 +6,14 @@ import zlib
 from itertools import islice
 
 from app.records.record import FORMAT, Record
-from app.text.messages import UserMessage, said
+from app.text.messages import UserMessage, message
 from protocol.translatable import marked
 
 LARGEST_FILE = 64_000_000
 _IN_HTML = re.compile(rb'<script type="application/json" id="record">(.*?)</script>', re.DOTALL)
 _STREAM = re.compile(rb"stream\r?\n(.*?)\r?\n?endstream", re.DOTALL)
 _LARGEST_STREAM = 16_000_000
-_MOST_STREAMS = 200
+_MAX_STREAMS = 200
 """Bounds the work on a hostile file; our PDFs have a dozen."""
 
 
@@ -26,7 +26,7 @@ class NoRecord(Exception):
 def record_in(data: bytes) -> Record:
     """Raises `NoRecord`."""
     if len(data) > LARGEST_FILE:
-        raise NoRecord(said(marked("too large")))
+        raise NoRecord(message(marked("too large")))
     if data.startswith(b"%PDF-"):
         return _from_pdf(data)
     embedded = _IN_HTML.search(data) if data.lstrip()[:1] == b"<" else None
@@ -39,9 +39,9 @@ def _from_json(data: bytes) -> Record:
     try:
         value = json.loads(data, parse_constant=_refuse, object_pairs_hook=_only_once)
     except (ValueError, RecursionError) as error:
-        raise NoRecord(said(marked("no JSON, or damaged"))) from error
+        raise NoRecord(message(marked("no JSON, or damaged"))) from error
     if not isinstance(value, dict) or value.get("format") != FORMAT:
-        raise NoRecord(said(marked("unknown kind of file")))
+        raise NoRecord(message(marked("unknown kind of file")))
     return value
 
 
@@ -58,11 +58,11 @@ def _only_once(pairs: list[tuple[str, object]]) -> dict[str, object]:
 
 
 def _from_pdf(data: bytes) -> Record:
-    for stream in islice(_STREAM.finditer(data), _MOST_STREAMS):
+    for stream in islice(_STREAM.finditer(data), _MAX_STREAMS):
         for content in (stream[1], _inflated(stream[1])):
             if content.lstrip()[:1] == b"{" and FORMAT.encode() in content:
                 return _from_json(content)
-    raise NoRecord(said(marked("unknown kind of file")))
+    raise NoRecord(message(marked("unknown kind of file")))
 
 
 def _inflated(data: bytes) -> bytes:

@@ -19,7 +19,7 @@ composition root because Qt prints. May raise `OSError` or `RuntimeError`."""
 
 _NOT_IN_NAMES = re.compile(r"[^\w\-]+")
 _RESERVED = re.compile(r"(?i)(con|prn|aux|nul|com\d|lpt\d)")
-LONGEST_NAME = 60
+MAX_NAME_LENGTH = 60
 
 
 class ReportRefused(ValueError):
@@ -69,7 +69,7 @@ def write_report(
 def suggested_name(record: Record) -> str:
     """A valid file name without suffix for any module name: "M-07 2026-11-21 1403 GO"."""
     parts = (str(record.get("module") or ""), str(record.get("at"))[:16].replace("T", " ").replace(":", ""))
-    words = [_NOT_IN_NAMES.sub("_", unicodedata.normalize("NFKC", part[:LONGEST_NAME])).strip("_") for part in parts]
+    words = [_NOT_IN_NAMES.sub("_", unicodedata.normalize("NFKC", part[:MAX_NAME_LENGTH])).strip("_") for part in parts]
     words.append(recorded_verdict(record).value)
-    name = " ".join(word for word in words if word)[:LONGEST_NAME]
+    name = " ".join(word for word in words if word)[:MAX_NAME_LENGTH]
     return f"DPS-S {name}" if _RESERVED.match(name) else name

@@ -21,22 +21,22 @@ from app.records.page_seal import sealed_html
 from app.records.record import NOT_KEPT, Record, activated_by, caveats, recorded_verdict
 from app.stations.station import KEY_BYTES, Station, decoded, fingerprint_of
 from app.text.i18n import CHINESE, ENGLISH, language, speaking, tr
-from app.text.messages import UserMessage, clean, said_from
-from app.text.sentences import aside, together
+from app.text.messages import UserMessage, clean, message_from_json
+from app.text.sentences import in_brackets, join_sentences
 
 INK, PALE, GREEN, BLUE, RED, AMBER = "#111111", "#555555", "#0b5d1e", "#0b4a9e", "#a4001d", "#7a4b00"
 _LONGEST_CELL, _LONGEST_ITEM = 160, 100
 """Characters; the whole text is in the record."""
 _LANGUAGE = re.compile(rb'<!DOCTYPE html>\n<html lang="(en|zh-CN)">')
 _ONE_COLUMN = 8
-_MOST_ROWS = 60
+_MAX_ROWS = 60
 _MARKS = {
     CheckResult.PASS: ("√", GREEN),
     CheckResult.FAIL: ("×", RED),
     CheckResult.WARN: ("!", AMBER),
     CheckResult.UNKNOWN: ("?", RED),
 }
-_VERDICT_LOOKS = {Verdict.GO: ("√", GREEN), Verdict.READY: ("■", BLUE), Verdict.NO_GO: ("×", RED)}
+_VERDICT_STYLES = {Verdict.GO: ("√", GREEN), Verdict.READY: ("■", BLUE), Verdict.NO_GO: ("×", RED)}
 _TEST_MARKS = {
     GuidedVerdict.PASSED: ("√", GREEN),
     GuidedVerdict.FAILED: ("×", RED),
@@ -79,18 +79,18 @@ def _unsealed(record: Record) -> bytes:
 
 def body(record: Record) -> str:
     """The visible part of the page, for the printer."""
-    checks = [one for one in list_in(record, "checks") if isinstance(one, Mapping)][:_MOST_ROWS]
-    manual = [one for one in list_in(record, "manual") if isinstance(one, Mapping)][:_MOST_ROWS]
+    checks = [one for one in list_in(record, "checks") if isinstance(one, Mapping)][:_MAX_ROWS]
+    manual = [one for one in list_in(record, "manual") if isinstance(one, Mapping)][:_MAX_ROWS]
     is_crowded = len(manual) > _ONE_COLUMN and sum(_result(one) is not CheckResult.PASS for one in checks) > _ONE_COLUMN
     middle = _checks(checks, is_crowded=is_crowded), _manual(manual), _tests(record)
-    return "\n".join((_head(record), _circumstances(record), *middle, _foot(record)))
+    return "\n".join((_head(record), _context_rows(record), *middle, _footer(record)))
 
 
 def _head(record: Record) -> str:
     void, verdict, checks = record.get("void"), recorded_verdict(record), list_in(record, "checks")
     failed = sum(_result(one) in (CheckResult.FAIL, CheckResult.UNKNOWN) for one in checks)
-    mark, colour = _VERDICT_LOOKS[verdict if void is None else Verdict.NO_GO]
-    word = verdict_sentence(verdict, activated_by(record)).in_words()
+    mark, colour = _VERDICT_STYLES[verdict if void is None else Verdict.NO_GO]
+    word = verdict_sentence(verdict, activated_by(record)).translated()
     skipped = sum(1 for one in list_in(record, "manual") if isinstance(one, Mapping) and one.get("is_done") is None)
     if verdict is not Verdict.NO_GO and void is None:
         looks = sum(_result(one) is CheckResult.WARN for one in checks)
@@ -100,10 +100,10 @@ def _head(record: Record) -> str:
     if void is not None:
         word = f"{word} — {tr('VOID')}"
         why = _VOID_WHY.get(str(void), str(void))
-        under = together((under, tr("Void: {why}.", why=tr(why))))
+        under = join_sentences((under, tr("Void: {why}.", why=tr(why))))
     if skipped:
-        under = together((under, tr("Skipped: {count}.", count=skipped)))
-    under = together([*(one.in_words() for one in caveats(record)), under])
+        under = join_sentences((under, tr("Skipped: {count}.", count=skipped)))
+    under = join_sentences([*(one.translated() for one in caveats(record)), under])
     return (
         f'<p style="margin:0"><font size="5"><b>{_escaped(tr("Pre-flight check of a parachute module"))}</b></font>'
         f' <span style="color:{PALE}">DPS-S</span></p>'
@@ -114,7 +114,7 @@ def _head(record: Record) -> str:
     )
 
 
-def _circumstances(record: Record) -> str:
+def _context_rows(record: Record) -> str:
     program = record.get("program")
     version = program.get("version", "") if isinstance(program, Mapping) else ""
     read = record.get("read")
@@ -169,13 +169,13 @@ def _row(one: Mapping[str, object], *, is_crowded: bool) -> str:
     word = tr(RESULT_WORDS[result])
     cells = (
         f'<span style="color:{colour}"><b>{mark}&nbsp;{_escaped(word)}</b></span>',
-        _said(UserMessage(str(one.get("title", "")))), _said(said_from(one.get("shown"))),
-        _said(said_from(one.get("limit"))),
+        _message_html(UserMessage(str(one.get("title", "")))), _message_html(message_from_json(one.get("shown"))),
+        _message_html(message_from_json(one.get("limit"))),
     )  # fmt: skip
     if result is CheckResult.PASS:
         return "<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
     row = "".join(f"<td><b>{cell}</b></td>" for cell in cells[:3]) + f"<td>{cells[3]}</td>"
-    why, do = _said(UserMessage(str(one.get("why", "")))), _said(said_from(one.get("do")))
+    why, do = _message_html(UserMessage(str(one.get("why", "")))), _message_html(message_from_json(one.get("do")))
     more = do if is_crowded else f"{why} → {do}"
     more = f'<td></td><td colspan="3"><small><span style="color:{PALE}">{more}</span></small></td>'
     return f'<tr>{row}</tr><tr bgcolor="#f6f6f6">{more}</tr>'
@@ -228,11 +228,11 @@ def _test_row(one: Mapping[str, object]) -> str:
 
 
 def _measured_text(row: Mapping[object, object]) -> str:
-    name, shown, tolerance = (said_from(row.get(key)).in_words() for key in ("name", "shown", "tolerance"))
-    return f"{name}: {shown}{aside(tolerance)}"
+    name, shown, tolerance = (message_from_json(row.get(key)).translated() for key in ("name", "shown", "tolerance"))
+    return f"{name}: {shown}{in_brackets(tolerance)}"
 
 
-def _foot(record: Record) -> str:
+def _footer(record: Record) -> str:
     line = "_" * 28
     signed = f"{_escaped(tr('Signature'))} {line} &nbsp; {_escaped(tr('Name, date'))} {line}"
     note = tr(
@@ -261,7 +261,7 @@ def _number(record: Record) -> str:
     if number == NOT_KEPT:
         return tr("not kept")
     if record.get("module") is None and record.get("adapter"):
-        return f"{tr('No. {number}', number=number)}{aside(str(record['adapter']))}"
+        return f"{tr('No. {number}', number=number)}{in_brackets(str(record['adapter']))}"
     return tr("No. {number}", number=number)
 
 
@@ -274,8 +274,8 @@ def _time(record: Record) -> str:
     return f"{at:%Y-%m-%d %H:%M:%S} UTC{offset[:3]}:{offset[3:5]}" if offset else f"{at:%Y-%m-%d %H:%M:%S}"
 
 
-def _said(sentence: UserMessage) -> str:
-    return _escaped(sentence.in_words())
+def _message_html(sentence: UserMessage) -> str:
+    return _escaped(sentence.translated())
 
 
 def _cell(value: object, *, longest: int = _LONGEST_CELL) -> str:

@@ -36,7 +36,7 @@ def write_archive(
             "first_seen_at": one.first_seen_at,
             "new": None if new is None else one.id in new,
             "confirmed": one.id not in seen_once,
-            "told": sentence(record).in_words(),
+            "told": sentence(record).translated(),
             "judgement": one.judgement.value if one.judgement is not None else None,
             "note": clean(one.note, longest=2000),
         }

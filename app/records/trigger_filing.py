@@ -17,7 +17,7 @@ class TriggersReading:
 
 
 @dataclass(frozen=True, slots=True)
-class Doubtful:
+class PossiblyOther:
     """It may be another module, so nothing was stored. `boot_count`: of the last visit, where it is lower now."""
 
     boot_count: int | None
@@ -25,18 +25,18 @@ class Doubtful:
 
 def file_triggers(
     store: Store, reading: TriggersReading, name: str, *, adapter: str, port: str, is_same_module: bool
-) -> Visit | Doubtful:
+) -> Visit | PossiblyOther:
     """`is_same_module`: confirmed by a person. To be called in the store's thread. Raises `StoreTrouble`."""
     history, checks = reading.history, CheckStore(store.database)
     slots = [one.raw for one in history.records]
-    with store.database.together():
+    with store.database.transaction():
         known = store.module_named(name)
         if known is not None and not is_same_module:
             past = checks.past(known.id, name, slots, is_confirmed=history.is_confirmed)
             is_lower = went_back(past.boot_count, reading.boot_count)
             if is_lower or not past.is_same_module:
-                return Doubtful(past.boot_count if is_lower else None)
-        module = store.meet_module(name, adapter)
-        return checks.visit(
+                return PossiblyOther(past.boot_count if is_lower else None)
+        module = store.register_module(name, adapter)
+        return checks.store_visit(
             module.id, slots, port=port, boot_count=reading.boot_count, is_confirmed=history.is_confirmed
         )

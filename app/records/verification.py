@@ -26,14 +26,14 @@ from app.records.record_files import LARGEST_FILE, NoRecord, record_in
 from app.records.report_html import is_page_of
 from app.stations.known import KnownStation
 from app.stations.station import KEY_BYTES, decoded, fingerprint_of, is_signature
-from app.text.messages import UserMessage, clean, listed, said
+from app.text.messages import UserMessage, clean, joined, message
 from protocol.translatable import marked
 
 FindStation = Callable[[bytes], KnownStation | None]
 """Finds a station by public key; None where it is not known here."""
 
 
-class KeptRecords(Protocol):
+class StoredRecords(Protocol):
     """Finds records that are stored on this computer."""
 
     def record(self, hash_: str) -> Record | None: ...
@@ -111,7 +111,7 @@ class Verification:
         """For people: the state, then which record it is, who signed it, its chain, and whether it is stored here."""
         chain = UserMessage("" if self.chain is None else self.chain.value)
         parts, why = self._parts(), self.why or UserMessage("")
-        first = said(
+        first = message(
             _HEADLINES[self.state], station=self._station(), chain=chain, parts=parts, why=why,
             fingerprint=fingerprint_of(self.page_signer),
         )  # fmt: skip
@@ -119,42 +119,42 @@ class Verification:
             return (first,)
         rest = [_introduced(self.record)]
         if self.record.get("is_simulated") is True:
-            rest.append(said(marked("SIMULATED MODULE: no evidence.")))
+            rest.append(message(marked("SIMULATED MODULE: no evidence.")))
         if "signature" in self.altered:
-            rest.append(said(marked("Station: invalid signature.")))
+            rest.append(message(marked("Station: invalid signature.")))
         elif self.signer is None:
-            rest.append(said(marked("Station: none, not signed.")))
+            rest.append(message(marked("Station: none, not signed.")))
         else:
-            station = self._station() if self.station is not None else said(marked("unknown"))
+            station = self._station() if self.station is not None else message(marked("unknown"))
             text = marked("Station: {fingerprint}, {station}.")
-            rest.append(said(text, fingerprint=fingerprint_of(self.signer), station=station))
+            rest.append(message(text, fingerprint=fingerprint_of(self.signer), station=station))
         if self.state is not RecordState.CHAIN_BROKEN:
-            rest.append(said(marked("Chain: {what}."), what=chain))
+            rest.append(message(marked("Chain: {what}."), what=chain))
         kept = marked("Kept on this computer.")
-        rest.append(said(kept if self.is_known_here else marked("Not kept.")))
+        rest.append(message(kept if self.is_known_here else marked("Not kept.")))
         return (first, *rest)
 
     def _station(self) -> UserMessage:
         if self.station is None:
             return UserMessage("")
-        return said(marked("this computer")) if self.station.is_own else UserMessage(self.station.name)
+        return message(marked("this computer")) if self.station.is_own else UserMessage(self.station.name)
 
     def _parts(self) -> UserMessage:
         if self.state is RecordState.CONTRADICTORY:
-            return listed(self.contradictions, "; ")
+            return joined(self.contradictions, "; ")
         return UserMessage(", ".join(self.altered))
 
 
 def _introduced(record: Mapping[str, object]) -> UserMessage:
     """Which record it is. Values of the file are untrusted: cleaned and cut."""
     module, who, verdict = record.get("module"), record.get("who"), _shown(record.get("verdict"))
-    return said(
+    return message(
         marked("Record {number} of {module}: {verdict}, {at}, checked by {who}."),
         number=_shown(record.get("number")),
-        module=_shown(module) if module else said(marked("a module without a name")),
-        verdict=verdict if record.get("void") is None else said(marked("{verdict} (void)"), verdict=verdict),
+        module=_shown(module) if module else message(marked("a module without a name")),
+        verdict=verdict if record.get("void") is None else message(marked("{verdict} (void)"), verdict=verdict),
         at=_shown(record.get("at")),
-        who=_shown(who) if who else said(marked("not named")),
+        who=_shown(who) if who else message(marked("not named")),
     )
 
 
@@ -163,7 +163,7 @@ def _shown(value: object) -> str:
 
 
 def verify_file(
-    path: Path, kept: KeptRecords | None = None, find_station: FindStation = lambda _public: None
+    path: Path, kept: StoredRecords | None = None, find_station: FindStation = lambda _public: None
 ) -> Verification:
     """Raises `OSError` where the file cannot be read."""
     with path.open("rb") as file:
@@ -172,7 +172,7 @@ def verify_file(
 
 
 def verify_bytes(
-    data: bytes, kept: KeptRecords | None = None, find_station: FindStation = lambda _public: None
+    data: bytes, kept: StoredRecords | None = None, find_station: FindStation = lambda _public: None
 ) -> Verification:
     """`kept`: the store of this computer. `find_station`: the stations that are trusted."""
     try:
@@ -187,7 +187,7 @@ def verify_bytes(
 
 
 def verify(
-    record: Mapping[str, object], kept: KeptRecords | None = None, find_station: FindStation = lambda _public: None
+    record: Mapping[str, object], kept: StoredRecords | None = None, find_station: FindStation = lambda _public: None
 ) -> Verification:
     """Verifies a bare record."""
     try:
@@ -198,10 +198,10 @@ def verify(
 
 
 def _unreadable(why: str) -> Verification:
-    return Verification(state=RecordState.UNREADABLE, why=said(why))
+    return Verification(state=RecordState.UNREADABLE, why=message(why))
 
 
-def _verified(data: bytes, record: Record, kept: KeptRecords | None, find_station: FindStation) -> Verification:
+def _verified(data: bytes, record: Record, kept: StoredRecords | None, find_station: FindStation) -> Verification:
     same = kept.record(str(record.get("hash"))) if kept is not None else None
     altered = list(_altered(record, same))
     signer = _signer(record)
@@ -273,7 +273,7 @@ def _altered(record: Mapping[str, object], same: Mapping[str, object] | None) ->
     return tuple(altered)
 
 
-def _chain(record: Mapping[str, object], kept: KeptRecords | None) -> Chain:
+def _chain(record: Mapping[str, object], kept: StoredRecords | None) -> Chain:
     previous, number = record.get("previous"), record.get("number")
     if type(number) is not int or number < 0:
         return Chain.BROKEN

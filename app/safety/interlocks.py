@@ -15,7 +15,7 @@ from app.engine.device import FRESH_FOR_S, DeviceView, How, Known, StaleReason
 from app.engine.motion import MotionExtremes
 from app.safety.acts import TITLES, Act
 from app.safety.permit import Origin, Permit
-from app.text.messages import UserMessage, said
+from app.text.messages import UserMessage, message
 from protocol.link_states import Presence
 from protocol.translatable import marked
 
@@ -23,7 +23,7 @@ from protocol.translatable import marked
 class Interlock(Enum):
     ONLINE = auto()
     """The module answers."""
-    IS_THE_ONE_MEANT = auto()
+    IS_PROVEN_MODULE = auto()
     """It is proven which module answers, or a person confirmed it; see `app.engine.identity`."""
     FRESH_STATUS = auto()
     """The last status report is at most a second old, or one and a half periods of a slower stream."""
@@ -47,7 +47,7 @@ class Interlock(Enum):
     """Locked, or unlocked for this one write."""
 
 
-_PRESENT = (Interlock.ONLINE, Interlock.IS_THE_ONE_MEANT)
+_PRESENT = (Interlock.ONLINE, Interlock.IS_PROVEN_MODULE)
 _ALWAYS = (*_PRESENT, Interlock.FRESH_STATUS)
 _EXPLICIT = (Interlock.NOTHING_ELSE_ARMED, Interlock.CONFIRMED, Interlock.INTENT_DURABLE)
 
@@ -79,10 +79,10 @@ class InterlockInputs:
 
     now: float
     presence: Presence = Presence.UNKNOWN
-    is_the_one_meant: bool = True
+    is_proven_module: bool = True
     status_at: float | None = None
     """When the last status report arrived; if it must be proven, the time after which the module sent it."""
-    status_doubt: StaleReason | None = None
+    status_fault: StaleReason | None = None
     status_fresh_for_s: float = FRESH_FOR_S["tilt_deg"]
     lag_s: float | None = None
     """Lag of the line, if it is too long."""
@@ -132,9 +132,9 @@ def interlock_inputs(
     return InterlockInputs(
         now=now,
         presence=device.presence,
-        is_the_one_meant=is_the_one_meant,
-        status_at=None if tilt is None else tilt.said_after if must_be_proven else tilt.at,
-        status_doubt=None if tilt is None else tilt.stale_reason,
+        is_proven_module=is_the_one_meant,
+        status_at=None if tilt is None else tilt.sent_after if must_be_proven else tilt.at,
+        status_fault=None if tilt is None else tilt.stale_reason,
         status_fresh_for_s=fresh_for_s or FRESH_FOR_S["tilt_deg"],
         lag_s=device.lag_s if device.is_late else None,
         active=_reported(see("active", now)),
@@ -169,7 +169,7 @@ class Refusal:
     @property
     def sentence(self) -> str:
         """Translated."""
-        return self.message.in_words()
+        return self.message.translated()
 
 
 def refusals(act: Act, now_is: InterlockInputs) -> tuple[Refusal, ...]:
@@ -182,47 +182,47 @@ _Check = Callable[[Act, InterlockInputs], UserMessage | None]
 
 
 def _online(_act: Act, now_is: InterlockInputs) -> UserMessage | None:
-    return None if now_is.presence is Presence.ONLINE else said(marked("The module does not answer."))
+    return None if now_is.presence is Presence.ONLINE else message(marked("The module does not answer."))
 
 
-def _is_the_one_meant(_act: Act, now_is: InterlockInputs) -> UserMessage | None:
-    return None if now_is.is_the_one_meant else said(marked("Module not proven: only queries are sent."))
+def _is_proven_module(_act: Act, now_is: InterlockInputs) -> UserMessage | None:
+    return None if now_is.is_proven_module else message(marked("Module not proven: only queries are sent."))
 
 
 def _unknown(what: str) -> UserMessage:
-    return said(marked("Unknown: {what}."), what=said(what))
+    return message(marked("Unknown: {what}."), what=message(what))
 
 
 def _fresh_status(_act: Act, now_is: InterlockInputs) -> UserMessage | None:
     age_s = inf if now_is.status_at is None else now_is.now - now_is.status_at
-    if now_is.status_doubt is None and 0.0 <= age_s <= now_is.status_fresh_for_s:
+    if now_is.status_fault is None and 0.0 <= age_s <= now_is.status_fresh_for_s:
         return None
-    is_restarted = now_is.status_at is None or now_is.status_doubt is StaleReason.RESTARTED
+    is_restarted = now_is.status_at is None or now_is.status_fault is StaleReason.RESTARTED
     if now_is.lag_s is not None and not is_restarted:
-        return said(marked("Data arrives {seconds:.1f} s late."), seconds=now_is.lag_s)
+        return message(marked("Data arrives {seconds:.1f} s late."), seconds=now_is.lag_s)
     if is_restarted or isinf(age_s):
-        return said(marked("No current status."))
-    return said(marked("The status is {seconds:.1f} s old."), seconds=max(0.0, age_s))
+        return message(marked("No current status."))
+    return message(marked("The status is {seconds:.1f} s old."), seconds=max(0.0, age_s))
 
 
 def _is_locked(_act: Act, now_is: InterlockInputs) -> UserMessage | None:
     if now_is.active is False:
         return None
-    return said(marked("The module is ACTIVE: lock it first.")) if now_is.active else _unknown(marked("Activation"))
+    return message(marked("The module is ACTIVE: lock it first.")) if now_is.active else _unknown(marked("Activation"))
 
 
 def _is_active(_act: Act, now_is: InterlockInputs) -> UserMessage | None:
     if now_is.active:
         return None
     if now_is.active is False:
-        return said(marked("The module is LOCKED: activate it first."))
+        return message(marked("The module is LOCKED: activate it first."))
     return _unknown(marked("Activation"))
 
 
 def _not_triggered(_act: Act, now_is: InterlockInputs) -> UserMessage | None:
     if now_is.triggered is False:
         return None
-    return said(marked("The module reports that it has fired.")) if now_is.triggered else _unknown(marked("Trigger"))
+    return message(marked("The module reports that it has fired.")) if now_is.triggered else _unknown(marked("Trigger"))
 
 
 def _below_tilt(_act: Act, now_is: InterlockInputs) -> UserMessage | None:
@@ -232,7 +232,7 @@ def _below_tilt(_act: Act, now_is: InterlockInputs) -> UserMessage | None:
     if tilt < threshold:
         return None
     text = marked("Tilt {tilt:.0f}° (threshold {threshold:.0f}°): it would fire at once.")
-    return said(text, tilt=tilt, threshold=threshold)
+    return message(text, tilt=tilt, threshold=threshold)
 
 
 def _is_level(_act: Act, now_is: InterlockInputs) -> UserMessage | None:
@@ -241,26 +241,26 @@ def _is_level(_act: Act, now_is: InterlockInputs) -> UserMessage | None:
     if now_is.tilt_deg <= LEVEL_WITHIN_DEG:
         return None
     text = marked("Tilt {tilt:.0f}°: lay it level (≤ {limit:.0f}°).")
-    return said(text, tilt=now_is.tilt_deg, limit=LEVEL_WITHIN_DEG)
+    return message(text, tilt=now_is.tilt_deg, limit=LEVEL_WITHIN_DEG)
 
 
 def _is_still(_act: Act, now_is: InterlockInputs) -> UserMessage | None:
     motion = now_is.motion
     if motion is None or motion.until - motion.since < STILL_FOR_S:
-        return said(marked("Not watched for 2 s yet."))
+        return message(marked("Not watched for 2 s yet."))
     is_one_g = motion.acceleration_low_g >= STILL_FROM_G and motion.acceleration_high_g <= STILL_TO_G
     if motion.tilt_change_deg <= STILL_WITHIN_DEG and is_one_g:
         return None
     text = marked("It moves: {low:.0f}–{high:.0f}°, {weak:.1f}–{strong:.1f} g in 2 s.")
     low, high = motion.tilt_low_deg, motion.tilt_high_deg
-    return said(text, low=low, high=high, weak=motion.acceleration_low_g, strong=motion.acceleration_high_g)
+    return message(text, low=low, high=high, weak=motion.acceleration_low_g, strong=motion.acceleration_high_g)
 
 
 def _nothing_else_armed(act: Act, now_is: InterlockInputs) -> UserMessage | None:
     armed = now_is.armed
     if armed is None or armed is act:
         return None
-    return said(marked("Already armed: {what}."), what=said(TITLES[armed]))
+    return message(marked("Already armed: {what}."), what=message(TITLES[armed]))
 
 
 def _confirmed(act: Act, now_is: InterlockInputs) -> UserMessage | None:
@@ -271,38 +271,42 @@ def _ritual_done(act: Act, now_is: InterlockInputs) -> UserMessage | None:
     missing = marked("Not armed and held for 2 s.")
     permit = now_is.permit
     if permit is not None and permit.origin is not Origin.RITUAL:
-        return said(missing)
+        return message(missing)
     return _permitted(act, now_is, missing)
 
 
 def _permitted(act: Act, now_is: InterlockInputs, missing: str) -> UserMessage | None:
     permit = now_is.permit
     if permit is None or permit.act is not act:
-        return said(missing)
+        return message(missing)
     if permit.is_rehearsal:
-        return said(marked("Nothing is sent."))
+        return message(marked("Nothing is sent."))
     why = _void_reason(permit, act, now_is)
-    return None if why is None else said(marked("Confirm again: {why}."), why=why)
+    return None if why is None else message(marked("Confirm again: {why}."), why=why)
 
 
 def _void_reason(permit: Permit, act: Act, now_is: InterlockInputs) -> UserMessage | None:
     if not permit.is_good(act, now_is.now):
         age_s = max(0.0, permit.age_s(now_is.now))
-        return said(marked("already used")) if permit.is_spent else said(marked("{seconds:.1f} s old"), seconds=age_s)
+        return (
+            message(marked("already used"))
+            if permit.is_spent
+            else message(marked("{seconds:.1f} s old"), seconds=age_s)
+        )
     for at, why in (
         (now_is.slept_until, marked("computer slept")),
         (now_is.overtaken_at, marked("LOCK was pressed")),
         (now_is.opened_at, marked("port reopened")),
     ):
         if at is not None and permit.granted_at <= at:
-            return said(why)
+            return message(why)
     return None
 
 
 def _intent_durable(_act: Act, now_is: InterlockInputs) -> UserMessage | None:
     if now_is.is_audit_ready:
         return None
-    return said(marked("The audit log cannot be written."))
+    return message(marked("The audit log cannot be written."))
 
 
 def _may_write(act: Act, now_is: InterlockInputs) -> UserMessage | None:
@@ -311,7 +315,7 @@ def _may_write(act: Act, now_is: InterlockInputs) -> UserMessage | None:
 
 _CHECKS: Mapping[Interlock, _Check] = MappingProxyType({
     Interlock.ONLINE: _online,
-    Interlock.IS_THE_ONE_MEANT: _is_the_one_meant,
+    Interlock.IS_PROVEN_MODULE: _is_proven_module,
     Interlock.FRESH_STATUS: _fresh_status,
     Interlock.IS_LOCKED: _is_locked,
     Interlock.IS_ACTIVE: _is_active,

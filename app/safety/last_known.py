@@ -33,7 +33,7 @@ class LastKnown:
     """The state of one module, named by `whose`; reset for another module."""
 
     def __init__(self) -> None:
-        self._whose = ""
+        self._adapter_key = ""
         self._active: Known | None = None
         """The last report, or an acknowledged activation. An acknowledged LOCK alone is no report."""
         self._shut_down_at: float | None = None
@@ -41,9 +41,9 @@ class LastKnown:
 
     def feed(self, device: DeviceView, whose: str) -> None:
         """To be called with every view of the device."""
-        if whose != self._whose:
+        if whose != self._adapter_key:
             self.forget()
-            self._whose = whose
+            self._adapter_key = whose
         known = device.values.get("active")
         if known is not None and (known.value is True or known.how is not How.ACKNOWLEDGED):
             self._active = known

@@ -8,7 +8,7 @@ Rules that it lives by:
 - The whole of it, holding included, fits into the ten seconds after arming; then it is disarmed.
 - A press counts when it is a single, fresh one: auto-repeat and the second press of a double click do not. A second
   press while one is held (mouse and key together) ends it, as letting go does.
-- Only `tick` completes the hold, and only where ticks came all along, at most `LONGEST_GAP_S` apart: a window that hung
+- Only `tick` completes the hold, and only where ticks came all along, at most `MAX_GAP_S` apart: a window that hung
   for a moment cannot know that the button was still held, so it disarms.
 - One run through gives one `Permit`. To fire again is to choose again.
 
@@ -22,7 +22,7 @@ from app.safety.permit import Origin, Permit
 
 ARMED_FOR_S = 10.0
 HOLD_S = 2.0
-LONGEST_GAP_S = 0.25
+MAX_GAP_S = 0.25
 
 
 class Stage(Enum):
@@ -127,12 +127,12 @@ class Ritual:
     def choose(self, *, is_rehearsal: bool = False) -> None:
         if (self.stage, Input.CHOOSE) in TRANSITIONS:
             self.is_rehearsal = is_rehearsal
-            self._take(Input.CHOOSE)
+            self._apply(Input.CHOOSE)
 
     def arm(self, now: float) -> None:
         if self.stage is Stage.CHOSEN:
             self._armed_at = self._ticked_at = now
-        self._take(Input.ARM)
+        self._apply(Input.ARM)
 
     def press(self, now: float, *, is_auto_repeat: bool = False, is_double_click: bool = False) -> None:
         """A mouse button or key was pressed on the deploy button."""
@@ -142,33 +142,33 @@ class Ritual:
             return
         if self.stage is Stage.ARMED:
             self._pressed_at = self._ticked_at = now
-        self._take(Input.PRESS)
+        self._apply(Input.PRESS)
 
     def release(self) -> None:
         """It was released, or the pointer left the button."""
-        self._take(Input.RELEASE)
+        self._apply(Input.RELEASE)
 
     def disarm(self, why: Input) -> None:
         """One of `DISARMING`, or `FINISHED`. Raises ValueError for anything else."""
         if why not in DISARMING and why is not Input.FINISHED:
             raise ValueError(f"{why.name} does not disarm")
-        self._take(why)
+        self._apply(why)
 
     def tick(self, now: float) -> Permit | None:
         """To be called at least ten times a second. Returns the permit, once, when the hold is complete."""
         gap_s, self._ticked_at = now - self._ticked_at, now
         if self.is_armed and not 0.0 <= now - self._armed_at < ARMED_FOR_S:
-            self._take(Input.RAN_OUT)
+            self._apply(Input.RAN_OUT)
         if self.stage is not Stage.HOLDING:
             return None
-        if not 0.0 <= gap_s <= LONGEST_GAP_S:
-            self._take(Input.HOLD_BROKEN)
+        if not 0.0 <= gap_s <= MAX_GAP_S:
+            self._apply(Input.HOLD_BROKEN)
         elif now - self._pressed_at >= HOLD_S:
-            self._take(Input.HELD)
+            self._apply(Input.HELD)
             return Permit(self.act, Origin.RITUAL, now, self.is_rehearsal)
         return None
 
-    def _take(self, what: Input) -> None:
+    def _apply(self, what: Input) -> None:
         after = TRANSITIONS.get((self.stage, what), self.stage)
         if after is Stage.IDLE and self.stage is not Stage.IDLE:
             self.ended_by = what

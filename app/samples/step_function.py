@@ -3,7 +3,7 @@
 from collections import deque
 from typing import Final, NamedTuple
 
-STEPS_KEPT: Final = 1000
+MAX_STEPS: Final = 1000
 """Changes of one setting."""
 
 
@@ -17,7 +17,7 @@ class StepPoint(NamedTuple):
 class StepFunction:
     """A setting over time: each value holds until the next one. The newest `kept` changes are kept."""
 
-    def __init__(self, kept: int = STEPS_KEPT) -> None:
+    def __init__(self, kept: int = MAX_STEPS) -> None:
         self._changes: deque[StepPoint] = deque(maxlen=kept)
 
     def __len__(self) -> int:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
 
-from app.text.messages import UserMessage, said
+from app.text.messages import UserMessage, message
 from protocol.catalogue import BAUD_RATE, BY_NAME, DEFAULT_BAUD_RATE, RESET_BELOW_THRESHOLD_DEG, Command
 from protocol.fields import Value
 from protocol.translatable import marked
@@ -37,7 +37,7 @@ class Consequence:
     @property
     def sentence(self) -> str:
         """In the language in use now."""
-        return self.message.in_words()
+        return self.message.translated()
 
 
 class Fall(NamedTuple):
@@ -63,7 +63,7 @@ def consequences(command: Command, value: Value) -> tuple[Consequence, ...]:
     if advice is None or is_advised(command, value):
         return found
     text = marked("Against the vendor's advice: {advice}")
-    return (*found, Consequence(said(text, advice=said(advice.text)), Weight.AGAINST_ADVICE))
+    return (*found, Consequence(message(text, advice=message(advice.text)), Weight.AGAINST_ADVICE))
 
 
 def is_advised(command: Command, value: Value) -> bool:
@@ -77,48 +77,50 @@ def _attitude(value: Value) -> Consequence:
     fires = float(value)
     rearms = fires - RESET_BELOW_THRESHOLD_DEG
     if fires == 0:
-        return Consequence(said(marked("Fires as soon as it is activated.")), weight=Weight.GRAVE)
+        return Consequence(message(marked("Fires as soon as it is activated.")), weight=Weight.GRAVE)
     if rearms <= 0:
-        return Consequence(said(marked("Fires at {fires:.0f}° and never rearms."), fires=fires), Weight.GRAVE)
+        return Consequence(message(marked("Fires at {fires:.0f}° and never rearms."), fires=fires), Weight.GRAVE)
     if fires > 180:
-        return Consequence(said(marked("No protection: no aircraft tilts by {fires:.0f}°."), fires=fires), Weight.GRAVE)
+        return Consequence(
+            message(marked("No protection: no aircraft tilts by {fires:.0f}°."), fires=fires), Weight.GRAVE
+        )
     if fires > UPRIGHT_DEG:
         text = marked("Fires only upside down, at {fires:.0f}°; rearms at {rearms:.0f}°.")
-        return Consequence(said(text, fires=fires, rearms=rearms), Weight.GRAVE)
-    return Consequence(said(marked("Fires at {fires:.0f}°, rearms at {rearms:.0f}°."), fires=fires, rearms=rearms))
+        return Consequence(message(text, fires=fires, rearms=rearms), Weight.GRAVE)
+    return Consequence(message(marked("Fires at {fires:.0f}°, rearms at {rearms:.0f}°."), fires=fires, rearms=rearms))
 
 
 def _acceleration(value: Value) -> Consequence:
     limit = float(value)
     if limit == 0:
-        return Consequence(said(marked("Never counts as falling: nothing is below 0 g.")), weight=Weight.GRAVE)
+        return Consequence(message(marked("Never counts as falling: nothing is below 0 g.")), weight=Weight.GRAVE)
     if limit >= RESTING_G:
         text = marked("Counts as falling at rest (1 g): fires after the free-fall time.")
-        return Consequence(said(text), weight=Weight.GRAVE)
-    return Consequence(said(marked("Counts as falling below {limit:.1f} g; at rest 1 g."), limit=limit))
+        return Consequence(message(text), weight=Weight.GRAVE)
+    return Consequence(message(marked("Counts as falling below {limit:.1f} g; at rest 1 g."), limit=limit))
 
 
 def _time(value: Value) -> Consequence:
     seconds = float(value)
     if seconds == 0:
-        return Consequence(said(marked("Any jolt may fire it.")), weight=Weight.GRAVE)
+        return Consequence(message(marked("Any jolt may fire it.")), weight=Weight.GRAVE)
     fall = fall_after(seconds)
     text = marked("{seconds:.2f} s of free fall is {height:.1f} m before it fires, at {speed:.0f} km/h.")
-    return Consequence(said(text, seconds=seconds, height=fall.height_m, speed=fall.speed_km_h))
+    return Consequence(message(text, seconds=seconds, height=fall.height_m, speed=fall.speed_km_h))
 
 
 def _light(value: Value) -> Consequence:
     text = marked("The parachute counts as gone beyond {limit:.1f} V; measure which way, bay closed and open.")
-    return Consequence(said(text, limit=float(value)))
+    return Consequence(message(text, limit=float(value)))
 
 
 def _baud_rate(value: Value) -> Consequence:
     text = marked("The flight controller must then use {rate} baud, too.")
-    return Consequence(said(text, rate=value))
+    return Consequence(message(text, rate=value))
 
 
 def _flag(on: str, off: str, off_weight: Weight) -> Callable[[Value], Consequence]:
-    return lambda value: Consequence(said(on)) if value else Consequence(said(off), off_weight)
+    return lambda value: Consequence(message(on)) if value else Consequence(message(off), off_weight)
 
 
 _EXPLAINED: Mapping[Command, Callable[[Value], Consequence]] = {

@@ -9,7 +9,7 @@ from app.text.messages import UserMessage
 from protocol.catalogue import Command
 from protocol.fields import Value
 
-MOST_STEPS = 200
+MAX_STEPS = 200
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +57,7 @@ class Drafts:
             return
         if typing is None or typing != self._typing:
             self._past.append(self.now)
-            del self._past[:-MOST_STEPS]
+            del self._past[:-MAX_STEPS]
         self._future.clear()
         self.now, self._typing = drafts, typing
 

@@ -61,7 +61,7 @@ class FormRow:
     """One setting at one moment: `stands` is the module's value, `wanted` the edited one, None without an edit."""
 
     command: Command
-    stands: Known | None
+    module_value: Known | None
     draft: Draft | None
     state: RowState
     reason: str = ""
@@ -74,20 +74,20 @@ class FormRow:
     @property
     def warnings(self) -> tuple[Consequence, ...]:
         """Why writing it needs a second click."""
-        if not self.is_pending or self.wanted is None:
+        if not self.is_pending or self.edited is None:
             return ()
-        return tuple(one for one in consequences(self.command, self.wanted) if one.weight is not Weight.PLAIN)
+        return tuple(one for one in consequences(self.command, self.edited) if one.weight is not Weight.PLAIN)
 
     @property
     def consequences(self) -> tuple[Consequence, ...]:
         """Of the edited value, else of the module's."""
-        value = self.wanted
-        if value is None and self.stands is not None and not self.stands.is_stale:
-            value = self.stands.value
+        value = self.edited
+        if value is None and self.module_value is not None and not self.module_value.is_stale:
+            value = self.module_value.value
         return () if value is None or self.state is RowState.INVALID else consequences(self.command, value)
 
     @property
-    def wanted(self) -> Value | None:
+    def edited(self) -> Value | None:
         return None if self.draft is None else self.draft.value
 
 
@@ -154,19 +154,19 @@ class SettingsForm:
     def undo(self) -> None:
         if self.can_undo:
             self._drafts.undo()
-            self._forget_failures()
+            self._clear_failures()
 
     def redo(self) -> None:
         if self.can_redo:
             self._drafts.redo()
-            self._forget_failures()
+            self._clear_failures()
 
     def _change(self, drafts: Mapping[str, Draft], *, typing: str | None = None) -> None:
         if not self._writing:
             self._drafts.change(drafts, typing=typing)
-            self._forget_failures()
+            self._clear_failures()
 
-    def _forget_failures(self) -> None:
+    def _clear_failures(self) -> None:
         """Removes failures of settings that are no longer edited."""
         self._failures = {key: failure for key, failure in self._failures.items() if key in self._drafts.now}
 
@@ -181,7 +181,7 @@ class SettingsForm:
         return bool(self._writing)
 
     @property
-    def wanted(self) -> dict[str, Value]:
+    def edited(self) -> dict[str, Value]:
         """The edited values by key, those that the module already has included."""
         return {key: draft.value for key, draft in self._drafts.now.items() if draft.value is not None}
 
@@ -193,7 +193,7 @@ class SettingsForm:
         """What a write would send: edits that are valid and not known to be on the module."""
         rows = self.rows(device, now)
         return tuple(
-            SettingChange(row.command, row.wanted) for row in rows if row.is_pending and row.wanted is not None
+            SettingChange(row.command, row.edited) for row in rows if row.is_pending and row.edited is not None
         )
 
     def count_unsent(self, device: DeviceView, now: float) -> int:
@@ -213,7 +213,7 @@ class SettingsForm:
                 del self._verified[key]
         settled = [
             key for key, failure in self._failures.items()
-            if does_stand(_BY_KEY[key], device.known(key, now), failure.wanted)
+            if is_confirmed(_BY_KEY[key], device.known(key, now), failure.wanted)
         ]  # fmt: skip
         wanted = {key: self._drafts.now[key].value for key in settled if key in self._drafts.now}
         if settled and not self._writing:
@@ -225,12 +225,12 @@ class SettingsForm:
         key = command.key
         stands, draft, failure = device.known(key, now), self._drafts.now.get(key), self._failures.get(key)
         value = None if draft is None else draft.value
-        is_pending = value is not None and not does_stand(command, stands, value) and key not in self._writing
+        is_pending = value is not None and not is_confirmed(command, stands, value) and key not in self._writing
         reason = ""
         if key in self._writing:
             state = RowState.WRITING
         elif draft is not None and draft.invalid is not None:
-            state, reason = RowState.INVALID, draft.invalid.in_words()
+            state, reason = RowState.INVALID, draft.invalid.translated()
         elif failure is not None:
             state, reason = RowState.FAILED, _failure_text(command, failure)
         elif key in self.watch.changed and key not in self._verified:
@@ -242,21 +242,21 @@ class SettingsForm:
         else:
             state = _known_state(stands)
         return FormRow(
-            command=command, stands=stands, draft=draft, state=state, reason=reason, is_pending=is_pending,
+            command=command, module_value=stands, draft=draft, state=state, reason=reason, is_pending=is_pending,
             retention=self._retentions.get(key),
         )  # fmt: skip
 
     # Writing
 
     def begin_write(self, changes: Iterable[SettingChange]) -> None:
-        """Blocks editing until `take_results` or `abort_write`."""
+        """Blocks editing until `on_written` or `abort_write`."""
         self._writing = {change.command.key: change.value for change in changes}
         for key in self._writing:
             self._failures.pop(key, None)
             self._verified.pop(key, None)
             self._retentions.pop(key, None)
 
-    def take_results(self, results: Iterable[Written]) -> None:
+    def on_written(self, results: Iterable[Written]) -> None:
         """Takes the outcome of each change. What was refused before it was sent stays edited."""
         self.watch.accept(self._writing)
         self._writing = {}
@@ -298,7 +298,7 @@ class SettingsForm:
         self._seen = None
 
 
-def does_stand(command: Command, stands: Known | None, value: Value) -> bool:
+def is_confirmed(command: Command, stands: Known | None, value: Value) -> bool:
     """Whether the module has reported `value`. An acknowledgement proves nothing where it can be read back (E2)."""
     if stands is None or stands.is_stale or stands.value != value:
         return False

@@ -14,10 +14,10 @@ from app.settings.profile_lines import key_lines
 from app.settings.profiles import (
     FORMAT,
     LIMITS,
-    LONGEST_NAME,
-    LONGEST_NOTES,
-    MOST_ITEMS,
-    MOST_TEST_DAYS,
+    MAX_ITEMS,
+    MAX_NAME_LENGTH,
+    MAX_NOTES_LENGTH,
+    MAX_TEST_DAYS,
     SETTINGS_BY_KEY,
     ActivatedBy,
     ManualLine,
@@ -27,14 +27,14 @@ from app.settings.toml_text import toml_text
 from app.settings.values import NotAValue, fitting, number_text, shortened
 from app.system.files import write_whole
 from app.text.i18n import tr
-from app.text.messages import UserMessage, said
-from app.text.sentences import reason_of
+from app.text.messages import UserMessage, message
+from app.text.sentences import error_text
 from protocol.fields import Value
 from protocol.translatable import marked
 
 LARGEST_BYTES = 128 * 1024
-MOST_ERRORS = 20
-MOST_DOTS = 200
+MAX_ERRORS = 20
+MAX_DOTS = 200
 """Dots in a key: `tomllib` takes half a minute for a key of ten thousand parts."""
 _KEYS = frozenset(
     (
@@ -67,7 +67,7 @@ class ProfileFault:
     @property
     def sentence(self) -> str:
         """In the language in use now."""
-        what = self.message.in_words()
+        what = self.message.translated()
         return what if self.line is None else tr("Line {line}: {what}", line=self.line, what=what)
 
 
@@ -89,11 +89,11 @@ def read_profile(path: Path) -> Profile:
         with path.open("rb") as file:
             data = file.read(LARGEST_BYTES + 1)
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
-        why = said(reason_of(error))
-        fault = ProfileFault(None, said(marked("{file} cannot be read: {why}."), file=path, why=why))
+        why = message(error_text(error))
+        fault = ProfileFault(None, message(marked("{file} cannot be read: {why}."), file=path, why=why))
         raise ProfileRefused((fault,)) from error
     profile = parse_profile(data)
-    return profile if profile.name.strip() else replace(profile, name=shortened(path.stem, LONGEST_NAME - 1))
+    return profile if profile.name.strip() else replace(profile, name=shortened(path.stem, MAX_NAME_LENGTH - 1))
 
 
 def save_profile(path: Path, profile: Profile) -> None:
@@ -128,45 +128,45 @@ def profile_text(profile: Profile) -> str:
 def parse_profile(data: bytes) -> Profile:
     """Raises `ProfileRefused` with all faults."""
     if len(data) > LARGEST_BYTES:
-        limit = said(marked("The file is larger than {kilobytes} KB."), kilobytes=LARGEST_BYTES // 1024)
+        limit = message(marked("The file is larger than {kilobytes} KB."), kilobytes=LARGEST_BYTES // 1024)
         raise ProfileRefused((ProfileFault(None, limit),))
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
-        raise ProfileRefused((ProfileFault(line, said(marked("not UTF-8 text."))),)) from error
+        raise ProfileRefused((ProfileFault(line, message(marked("not UTF-8 text."))),)) from error
     text = text.replace("\r\n", "\n")
     for number, row in enumerate(text.split("\n"), start=1):
-        if row.partition("=")[0].count(".") > MOST_DOTS:
-            raise ProfileRefused((ProfileFault(number, said(marked("nested too deeply."))),))
+        if row.partition("=")[0].count(".") > MAX_DOTS:
+            raise ProfileRefused((ProfileFault(number, message(marked("nested too deeply."))),))
     faults: list[ProfileFault] = []
     tables = _tables(text, faults)
     newer = tables.get("format")
     if isinstance(newer, int) and not isinstance(newer, bool) and newer > FORMAT:
         why = marked("Format {format} needs a newer version of this program.")
-        raise ProfileRefused((ProfileFault(None, said(why, format=number_text(newer), known=FORMAT)),))
+        raise ProfileRefused((ProfileFault(None, message(why, format=number_text(newer), known=FORMAT)),))
     reader = _Reader(key_lines(text), faults)
     profile = reader.profile(tables)
     if faults:
         ordered = sorted(faults, key=lambda fault: fault.line or 0)
-        raise ProfileRefused(tuple(ordered[:MOST_ERRORS]))
+        raise ProfileRefused(tuple(ordered[:MAX_ERRORS]))
     return profile
 
 
 def _tables(text: str, faults: list[ProfileFault]) -> dict[str, Any]:
     """Parses the TOML; a line with a syntax error becomes a fault and is left out."""
     lines = text.split("\n")
-    for _ in range(MOST_ERRORS):
+    for _ in range(MAX_ERRORS):
         try:
             return tomllib.loads("\n".join(lines))
         except RecursionError:
-            faults.append(ProfileFault(None, said(marked("nested too deeply."))))
+            faults.append(ProfileFault(None, message(marked("nested too deeply."))))
             return {}
         except (tomllib.TOMLDecodeError, ValueError) as error:
             found = _SYNTAX.match(str(error))
             line = int(found["line"]) if found is not None and found["line"] else None
             why = shortened(found["why"] if found is not None else str(error), 120)
-            faults.append(ProfileFault(line, said(marked("not TOML: {why}."), why=said(why))))
+            faults.append(ProfileFault(line, message(marked("not TOML: {why}."), why=message(why))))
             if line is None or not lines[line - 1]:
                 return {}
             lines[line - 1] = ""
@@ -186,15 +186,15 @@ class _Reader:
                 self._refuse_unknown(key)
         if tables.get("format", FORMAT) != FORMAT or isinstance(tables.get("format"), bool):
             self._expect(("format",), "1")
-        name = self._text(tables, "name", LONGEST_NAME)
-        fingerprint = self._text(tables, "approved_fingerprint", LONGEST_NAME) or None
+        name = self._text(tables, "name", MAX_NAME_LENGTH)
+        fingerprint = self._text(tables, "approved_fingerprint", MAX_NAME_LENGTH) or None
         if fingerprint is not None and not is_fingerprint(fingerprint):
             self._refuse(("approved_fingerprint",), marked("not a fingerprint."))
         self._flag(tables, ("expect_active",))
         return Profile(
             name=name,
-            airframe=self._text(tables, "airframe", LONGEST_NAME),
-            notes=self._text(tables, "notes", LONGEST_NOTES),
+            airframe=self._text(tables, "airframe", MAX_NAME_LENGTH),
+            notes=self._text(tables, "notes", MAX_NOTES_LENGTH),
             settings=self._all_settings(tables),
             limits=self._limits(self._table(tables, "limits")),
             manual=tuple(self._manual(tables.get("manual", []))),
@@ -232,7 +232,7 @@ class _Reader:
             elif not is_number or not allowed.low <= value <= allowed.high:
                 self._refuse(
                     ("limits", name), marked("{name}: {low} to {high}; {why}."),
-                    name=name, low=f"{allowed.low:g}", high=f"{allowed.high:g}", why=said(allowed.why),
+                    name=name, low=f"{allowed.low:g}", high=f"{allowed.high:g}", why=message(allowed.why),
                 )  # fmt: skip
             else:
                 limits[name] = value
@@ -253,14 +253,14 @@ class _Reader:
             is_number = isinstance(value, int) and not isinstance(value, bool)
             if kind is None:
                 self._refuse_unknown("tests", name)
-            elif not is_number or not 1 <= value <= MOST_TEST_DAYS:
-                self._expect(("tests", name), f"1 … {MOST_TEST_DAYS}")
+            elif not is_number or not 1 <= value <= MAX_TEST_DAYS:
+                self._expect(("tests", name), f"1 … {MAX_TEST_DAYS}")
             else:
                 yield kind, value
 
     def _manual(self, items: object) -> Iterator[ManualLine]:
-        if not isinstance(items, list) or len(items) > MOST_ITEMS:
-            self._expect(("manual",), f"[[manual]], ≤ {MOST_ITEMS}")
+        if not isinstance(items, list) or len(items) > MAX_ITEMS:
+            self._expect(("manual",), f"[[manual]], ≤ {MAX_ITEMS}")
             return
         for place, item in enumerate(items):
             path = ("manual", str(place))
@@ -269,7 +269,7 @@ class _Reader:
                 continue
             for key in item.keys() - {"text", "required"}:
                 self._refuse_unknown(*path, key)
-            text = self._text(item, "text", LONGEST_NAME, under=path)
+            text = self._text(item, "text", MAX_NAME_LENGTH, under=path)
             if isinstance(item.get("text", ""), str) and not text.strip():
                 self._refuse(path, marked("each [[manual]] needs a text."))
             yield ManualLine(text, self._flag(item, (*path, "required")))
@@ -278,7 +278,7 @@ class _Reader:
         self._refuse(path, marked("“{name}” is unknown."), name=shortened(path[-1]))
 
     def _expect(self, path: tuple[str, ...], expected: str) -> None:
-        why = said(marked("expected {expected}"), expected=expected)
+        why = message(marked("expected {expected}"), expected=expected)
         self._refuse(path, marked("{name}: {why}."), name=path[-1], why=why)
 
     def _table(self, tables: dict[str, Any], key: str) -> dict[str, Any]:
@@ -312,7 +312,7 @@ class _Reader:
 
     def _refuse(self, path: tuple[str, ...], text: str, **values: object) -> None:
         line = next((self._lines[path[:length]] for length in (3, 2, 1) if path[:length] in self._lines), None)
-        self._faults.append(ProfileFault(line, said(text, **values)))
+        self._faults.append(ProfileFault(line, message(text, **values)))
 
 
 def _is_odd(character: str) -> bool:

@@ -41,10 +41,10 @@ from protocol.fields import Value
 from protocol.translatable import marked
 
 FORMAT = 1
-LONGEST_NAME = 200
-LONGEST_NOTES = 8_000
-MOST_ITEMS = 40
-MOST_TEST_DAYS = 3650
+MAX_NAME_LENGTH = 200
+MAX_NOTES_LENGTH = 8_000
+MAX_ITEMS = 40
+MAX_TEST_DAYS = 3650
 
 SETTINGS_BY_KEY: Mapping[str, Command] = MappingProxyType({command.key: command for command in SETTINGS})
 

@@ -3,13 +3,13 @@
 import math
 from decimal import Decimal, InvalidOperation
 
-from app.text.messages import UserMessage, said
+from app.text.messages import UserMessage, message
 from protocol.catalogue import Command
 from protocol.fields import Choice, Field, Quantity, Value, ValueRefused
 from protocol.translatable import marked
 
 _WORDS = {"true": True, "on": True, "yes": True, "false": False, "off": False, "no": False}
-LONGEST_NUMBER = 32
+MAX_NUMBER_LENGTH = 32
 LARGEST_WHOLE = 10**15
 """Larger integers are shown by their order of magnitude; Python refuses to format more than 4,300 digits."""
 
@@ -49,7 +49,7 @@ def parse_value(wanted: Field, text: str) -> Value:
             raise NotAValue(_kind_needed(wanted))
         return fitting(wanted, _WORDS[text.lower()])
     try:
-        number = Decimal(text if len(text) <= LONGEST_NUMBER else "")
+        number = Decimal(text if len(text) <= MAX_NUMBER_LENGTH else "")
         if not number.is_finite():
             raise InvalidOperation
     except InvalidOperation:
@@ -62,24 +62,24 @@ def parse_value(wanted: Field, text: str) -> Value:
 
 def _kind_needed(wanted: Field) -> UserMessage:
     if isinstance(wanted, Quantity | Choice):
-        return said(marked("a number is needed"))
-    return said(marked("expected {expected}"), expected="true, false")
+        return message(marked("a number is needed"))
+    return message(marked("expected {expected}"), expected="true, false")
 
 
 def _why_refused(wanted: Field, value: object, error: ValueRefused | None) -> UserMessage:
     if isinstance(wanted, Choice):
         listed = ", ".join(map(str, sorted(wanted.values.values())))
-        return said(marked("{value} is not one of {values}"), value=value, values=listed)
+        return message(marked("{value} is not one of {values}"), value=value, values=listed)
     if not isinstance(wanted, Quantity) or isinstance(value, bool):
         return _kind_needed(wanted)
     if error is None:
-        return said(marked("{value} has too many digits"), value=shortened(str(value)))
+        return message(marked("{value} has too many digits"), value=shortened(str(value)))
     if len(error.neighbours) == 2:
         low, high = (wanted.text(wanted.encode(one)) for one in error.neighbours)
-        return said(marked("{value}: the nearest steps are {low} and {high}"), value=value, low=low, high=high)
+        return message(marked("{value}: the nearest steps are {low} and {high}"), value=value, low=low, high=high)
     if error.neighbours:
         low, high = wanted.text(0), wanted.text(255)
-        return said(marked("{value} is outside {low} to {high}"), value=value, low=low, high=high)
+        return message(marked("{value} is outside {low} to {high}"), value=value, low=low, high=high)
     return _kind_needed(wanted)
 
 

@@ -6,8 +6,8 @@ from app.simulator import defects
 from app.simulator.hardware import Hardware
 from app.simulator.memory import RECORD_DATA_LENGTH, record_frame
 from app.simulator.quirks import BaudChange, Delivery, EmptySlots, Rule, Streaming
-from app.simulator.settings import ACCEPTED, Kept, keep
-from protocol.catalogue import BY_CODE, FLAG, HEARTBEAT_REPLY, INVERTED, RECORDS_KEPT, TRIGGER_RECORDS, Request
+from app.simulator.settings import ACCEPTED, StoredSettings, store_setting
+from protocol.catalogue import BY_CODE, FLAG, HEARTBEAT_REPLY, INVERTED, MAX_RECORDS, TRIGGER_RECORDS, Request
 from protocol.fields import Flag
 from protocol.frame import encode_reply
 from protocol.messages import Source
@@ -38,7 +38,7 @@ def answer(module: Hardware, request: Request, now_s: float) -> None:
     for rule in foreign:
         if rule.after_ms:
             _insert(module, rule, now_s + rule.after_ms / 1000)
-    defects.follow(module, request, time, before, now_s)
+    defects.apply_side_effects(module, request, time, before, now_s)
 
 
 def _insert(module: Hardware, rule: Rule, at_s: float) -> None:
@@ -74,7 +74,7 @@ def _setting(attribute: str) -> Answer:
     def ask_or_set(module: Hardware, request: Request, now_s: float) -> None:
         value: int = getattr(module.memory, attribute)
         if request.is_set:
-            kept = keep(request.command, request.data, value, module.quirks)
+            kept = store_setting(request.command, request.data, value, module.quirks)
             setattr(module.memory, attribute, kept.value)
             value = kept.acknowledgement
         _reply(module, request.command.code, value, now_s)
@@ -86,7 +86,7 @@ def _flag(attribute: str, field: Flag) -> Answer:
     """Answer of a flag that can be set but not queried (E8)."""
 
     def set_flag(module: Hardware, request: Request, now_s: float) -> None:
-        kept = _keep_flag(module, request, attribute, field)
+        kept = _set_flag(module, request, attribute, field)
         code = request.command.code
         # E4: the table prints the acknowledgement of 17 with code 16.
         _reply(module, module.quirks.freefall_ack if code == 0x17 else code, kept.acknowledgement, now_s)
@@ -94,9 +94,9 @@ def _flag(attribute: str, field: Flag) -> Answer:
     return set_flag
 
 
-def _keep_flag(module: Hardware, request: Request, attribute: str, field: Flag) -> Kept:
+def _set_flag(module: Hardware, request: Request, attribute: str, field: Flag) -> StoredSettings:
     old = field.encode(getattr(module.state, attribute))
-    kept = keep(request.command, request.data, old, module.quirks)
+    kept = store_setting(request.command, request.data, old, module.quirks)
     setattr(module.state, attribute, kept.value == field.true)
     return kept
 
@@ -106,7 +106,7 @@ def _heartbeat(module: Hardware, _request: Request, now_s: float) -> None:
 
 
 def _activation(module: Hardware, request: Request, now_s: float) -> None:
-    kept = keep(request.command, request.data, int(module.state.is_active), module.quirks)
+    kept = store_setting(request.command, request.data, int(module.state.is_active), module.quirks)
     is_active = kept.value == FLAG.true
     if module.quirks.activates if is_active else module.quirks.locks:
         module.report_active_late(now_s)
@@ -135,7 +135,7 @@ def _serial_output(module: Hardware, request: Request, now_s: float) -> None:
     how = module.quirks.stream
     if how is Streaming.SILENT:
         return
-    kept = _keep_flag(module, request, "serial_output_is_on", FLAG)
+    kept = _set_flag(module, request, "serial_output_is_on", FLAG)
     _reply(module, request.command.code, kept.acknowledgement, now_s)
     if module.state.serial_output_is_on and how is Streaming.YES:
         module.start_stream(now_s)
@@ -144,7 +144,7 @@ def _serial_output(module: Hardware, request: Request, now_s: float) -> None:
 
 
 def _baud_rate(module: Hardware, request: Request, now_s: float) -> None:
-    kept = keep(request.command, request.data, module.memory.baud_code, module.quirks)
+    kept = store_setting(request.command, request.data, module.memory.baud_code, module.quirks)
     module.memory.baud_code = kept.value
     how = module.quirks.baud_ack
     if how is BaudChange.NEW:
@@ -180,7 +180,7 @@ def _trigger_records(module: Hardware, _request: Request, now_s: float) -> None:
     ]
     fill = {EmptySlots.ZEROS: b"\x00", EmptySlots.ONES: b"\xff"}.get(module.quirks.empty_slots)
     if fill is not None:
-        frames += [record_frame(fill * RECORD_DATA_LENGTH)] * (RECORDS_KEPT - len(frames))
+        frames += [record_frame(fill * RECORD_DATA_LENGTH)] * (MAX_RECORDS - len(frames))
     together = b"".join(frames)
     delivery = module.quirks.records
     if delivery is Delivery.PIECES:

@@ -181,7 +181,7 @@ class SimulatedBench:
             if "rate" in values:
                 self.module.rate_hz = values["rate"]
 
-    def heal(self) -> None:
+    def end_faults(self) -> None:
         """End all line faults."""
         with self._act():
             self.wire.faults = Faults()

@@ -15,7 +15,7 @@ from app.text.i18n import tr
 from protocol.translatable import marked
 
 READ_CHUNK = 4096
-LONGEST_LINE = 1000
+MAX_LINE_LENGTH = 1000
 
 
 class LineRefused(ValueError):
@@ -31,7 +31,7 @@ class Verb:
     obey: Callable[[SimulatedBench, list[str]], None]
 
 
-def obey(bench: SimulatedBench, line: str) -> str:
+def execute(bench: SimulatedBench, line: str) -> str:
     """Carry out a line; returns the answer. Raises `LineRefused`."""
     words = line.split()
     if not words:
@@ -91,7 +91,7 @@ def _pwm(bench: SimulatedBench, _words: list[str]) -> None:
 
 def _change(bench: SimulatedBench, words: list[str]) -> None:
     if words[0] == "none":
-        bench.heal()
+        bench.end_faults()
         return
     option = find_option(words[0])
     if option.target is OptionTarget.SETUP and option.name != "rate":
@@ -153,15 +153,15 @@ class ControlLines:
         if not data:
             self._file = None
         *lines, self._pending = (self._pending + data).split(b"\n")
-        self._pending = self._pending[-LONGEST_LINE:]
+        self._pending = self._pending[-MAX_LINE_LENGTH:]
         if not data and self._pending:
             lines, self._pending = [self._pending], b""
         for line in lines:
-            self._obey(line.decode("utf-8", "replace"))
+            self._execute(line.decode("utf-8", "replace"))
 
-    def _obey(self, line: str) -> None:
+    def _execute(self, line: str) -> None:
         try:
-            answer = obey(self._bench, line)
+            answer = execute(self._bench, line)
         except LineRefused as error:
             answer = str(error)
         if answer:

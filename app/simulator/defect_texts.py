@@ -8,9 +8,9 @@ from collections.abc import Iterable
 
 from app.simulator.defects import CHANGEABLE_CODES
 from app.simulator.quirks import RULES, Marks, Occasion, Rule
-from protocol.catalogue import BY_CODE, RECORDS_KEPT
+from protocol.catalogue import BY_CODE, MAX_RECORDS
 
-MOST_TIMES = 1_000_000
+MAX_TIMES = 1_000_000
 _RULE = re.compile(
     r"(?P<cause>[0-9a-f]{2}):(?P<effect>[0-9a-f]{2})(=(?P<value>[0-9a-f]{2}))?"
     r"(/(?P<time>[0-9]{1,6}))?(@(?P<after>[0-9]{1,7}(\.[0-9]{1,6})?))?",
@@ -52,7 +52,7 @@ def _marks(text: str, base: int, expected: str) -> Marks:
             found.add(Occasion(int(what, base), int(time)) if slash else int(what, base))
     except ValueError:
         raise ValueError(expected) from None
-    if any(isinstance(one, Occasion) and not 1 <= one.time <= MOST_TIMES for one in found):
+    if any(isinstance(one, Occasion) and not 1 <= one.time <= MAX_TIMES for one in found):
         raise ValueError(expected)
     return frozenset(found)
 
@@ -67,7 +67,7 @@ def marked_codes(text: str) -> Marks:
 def marked_records(text: str) -> Marks:
     """Record numbers, each the n-th time, such as 3,1/2; raises `ValueError`."""
     found = _marks(text, 10, "RECORD[/N],…")
-    _check((one.what if isinstance(one, Occasion) else one for one in found), range(1, RECORDS_KEPT + 1), form="d")
+    _check((one.what if isinstance(one, Occasion) else one for one in found), range(1, MAX_RECORDS + 1), form="d")
     return found
 
 

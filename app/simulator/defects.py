@@ -65,7 +65,7 @@ def settings_before(module: Hardware) -> dict[int, int]:
     return {code: read_raw(module, code) for code in _REVERTING} if module.quirks.revert_ms else {}
 
 
-def follow(module: Hardware, request: Request, time: int, before: dict[int, int], now_s: float) -> None:
+def apply_side_effects(module: Hardware, request: Request, time: int, before: dict[int, int], now_s: float) -> None:
     """Side effects of a request that was answered, now or later."""
     quirks, code = module.quirks, request.command.code
     if request.hazard is Hazard.NONE:

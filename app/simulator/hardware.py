@@ -16,7 +16,7 @@ from protocol.frame import encode_long
 from protocol.messages import Source
 
 BOOT_GAP_S = 0.05  # "间隔50ms"
-LONGEST_WATCH_S = 10.0
+MAX_WATCH_S = 10.0
 STREAM_BACKLOG_S = 5.0
 """Older frames of a stream that was not collected are lost, as in a full driver buffer."""
 HOST_SILENT_S = 30.0
@@ -252,7 +252,7 @@ class Hardware:
         self._do_planned(now_s)
         if not (self.is_on and self.state.is_active):
             self._sampled_s = now_s
-        watch_until_s = min(now_s, self._sampled_s + LONGEST_WATCH_S)
+        watch_until_s = min(now_s, self._sampled_s + MAX_WATCH_S)
         while self._sampled_s + SENSOR_PERIOD_S <= watch_until_s:
             self._sampled_s += SENSOR_PERIOD_S
             self._sense(self._sampled_s)

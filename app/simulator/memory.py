@@ -5,7 +5,7 @@ from collections import deque
 from dataclasses import dataclass, field
 
 from app.firing.judge import TriggerLimits
-from protocol.catalogue import BAUD, CENTISECOND, INVERTED, QUERY, RECORD_CODE, RECORD_PARTS, RECORDS_KEPT, TENTH_G
+from protocol.catalogue import BAUD, CENTISECOND, INVERTED, MAX_RECORDS, QUERY, RECORD_CODE, RECORD_PARTS, TENTH_G
 from protocol.frame import encode_long
 from protocol.messages import Source, encode_record_data
 
@@ -24,7 +24,7 @@ class Memory:
     baud_code: int = 6
     boot_count: int = 0
     zero_tilt_deg: float = 0.0
-    records: deque[bytes] = field(default_factory=lambda: deque(maxlen=RECORDS_KEPT))
+    records: deque[bytes] = field(default_factory=lambda: deque(maxlen=MAX_RECORDS))
     """Eleven data bytes each (D4 … D14), oldest first; the tenth replaces the first."""
 
     @property

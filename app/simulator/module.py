@@ -3,7 +3,7 @@
     power_on -> two heartbeats 50 ms apart -> answers, streams while serial output is on -> shut_down -> silence
 
 No clock and no thread: every method takes `now_s`, seconds of one monotonic clock. The sensor is evaluated 200 times a
-second, also afterwards, up to `LONGEST_WATCH_S` back.
+second, also afterwards, up to `MAX_WATCH_S` back.
 
 Where the table does not tell, this module: answers `11 01` with 00 while it is locked, and does not fire; ends
 "triggered" at the reset angle after an attitude trigger, and with `10 00`, `11 00` or a restart after others; blocks
@@ -34,13 +34,13 @@ class SimulatedModule(Hardware):
 
     def receive(self, data: bytes, now_s: float) -> bytes:
         """Take bytes from the host; returns the bytes that are sent at once, ignoring the baud rate."""
-        return b"".join(sent.data for sent in self.hear(data, now_s))
+        return b"".join(sent.data for sent in self.receive_bursts(data, now_s))
 
     def tick(self, now_s: float) -> bytes:
         """Bytes that are due by now."""
         return b"".join(sent.data for sent in self.collect(now_s))
 
-    def hear(self, data: bytes, now_s: float) -> list[SentBytes]:
+    def receive_bursts(self, data: bytes, now_s: float) -> list[SentBytes]:
         """Like `receive`, as bursts with their times and baud rates."""
         sent = self.collect(now_s)
         if not self.is_on:

@@ -17,7 +17,7 @@ _CLAMPS = {
 """Ranges that the vendor advises, or that the sensor can measure."""
 
 
-class Kept(NamedTuple):
+class StoredSettings(NamedTuple):
     value: int
     """New byte of the setting."""
     acknowledgement: int
@@ -30,10 +30,10 @@ def clamped(command: Command, raw: int) -> int:
     return min(max(raw, allowed.start), allowed.stop - 1)
 
 
-def keep(command: Command, wanted: int, old: int, quirks: Quirks) -> Kept:
+def store_setting(command: Command, wanted: int, old: int, quirks: Quirks) -> StoredSettings:
     """The outcome of a set of `command` from `old` to `wanted` (bytes)."""
     by_one = quirks.ack is Acknowledge.ONE and command.acknowledged_by_one
     if quirks.refuses and wanted != old:
-        return Kept(old, FAILED if by_one else old)
+        return StoredSettings(old, FAILED if by_one else old)
     value = clamped(command, wanted) if quirks.clamps else wanted
-    return Kept(value if quirks.keeps else old, ACCEPTED if by_one else value)
+    return StoredSettings(value if quirks.keeps else old, ACCEPTED if by_one else value)

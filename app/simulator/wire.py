@@ -19,13 +19,13 @@ from app.simulator.quirks import MILLISECONDS, Group, option
 from protocol.frame import HOST_FRAME_LENGTH
 from protocol.translatable import marked
 
-LONGEST_GARBAGE = 12
+MAX_GARBAGE_LENGTH = 12
 PART_S = 0.005
 """Longer bursts arrive in parts of this duration, as from an adapter."""
 ROUNDING_S = 1e-9
 """Times that differ by less are equal."""
-KEPT_SPANS = 16384
-KEPT_BYTES = 65536
+MAX_SPANS = 16384
+MAX_BYTES = 65536
 """Size of the driver's receive buffer."""
 
 
@@ -98,7 +98,7 @@ class Wire:
         self._down: deque[_Burst] = deque()
         self._up_free_s = -math.inf
         self._down_free_s = -math.inf
-        self._sending: deque[tuple[float, float]] = deque(maxlen=KEPT_SPANS)
+        self._sending: deque[tuple[float, float]] = deque(maxlen=MAX_SPANS)
         """Spans in which the module was sending, oldest first: from, to."""
         self._ready_s = -math.inf
         """When the module next heeds a request."""
@@ -132,7 +132,7 @@ class Wire:
                 arrived += burst.data[:count]
                 self._down[0] = _Burst(burst.begins_s + count * burst.byte_s, burst.data[count:], burst.byte_s)
             break
-        return bytes(arrived[-KEPT_BYTES:])
+        return bytes(arrived[-MAX_BYTES:])
 
     def next_due(self, now_s: float) -> float | None:
         """When a burst or a part of one arrives, or the module has something to do; None for never."""
@@ -157,15 +157,15 @@ class Wire:
         while self._up and self._up[0].ends_s <= now_s:
             burst = self._up.popleft()
             self._send_down(self.module.collect(burst.ends_s))
-            data = self._hears(burst)
+            data = self._heard_part(burst)
             if not data:
                 continue
             if self.host_baud is not None and self.host_baud != self.module.baud_rate:
                 data = _garble(data, self.host_baud, self.module.baud_rate, self._up_random)
-            self._send_down(self.module.hear(data, burst.ends_s))
+            self._send_down(self.module.receive_bursts(data, burst.ends_s))
         self._send_down(self.module.collect(now_s))
 
-    def _hears(self, burst: _Burst) -> bytes:
+    def _heard_part(self, burst: _Burst) -> bytes:
         """The bytes of a burst from the host that the module receives, with its gap and half duplex."""
         gap_s = self.faults.min_gap_ms / 1000
         is_too_soon = burst.begins_s < self._ready_s - ROUNDING_S
@@ -240,7 +240,7 @@ class Wire:
                 byte ^ (1 << source.randrange(8)) if source.random() < faults.corrupt else byte for byte in data
             )
         if faults.garbage and source.random() < faults.garbage:
-            data = source.randbytes(source.randint(1, LONGEST_GARBAGE)) + data
+            data = source.randbytes(source.randint(1, MAX_GARBAGE_LENGTH)) + data
         if not data:
             return []
         return [data, data] if faults.double and source.random() < faults.double else [data]

@@ -18,7 +18,7 @@ from app.system.files import write_whole
 from app.text.messages import clean
 
 KNOWN_FILE: Final = "stations.txt"
-LONGEST_NAME: Final = 60
+MAX_NAME_LENGTH: Final = 60
 _LARGEST_FILE: Final = 1_000_000
 
 
@@ -63,7 +63,7 @@ class Stations:
 
     def trust(self, public: bytes, name: str) -> KnownStation:
         """Believe this key under this name from now on; a key that is there gets the new name. Raises OSError."""
-        new = KnownStation(public, clean(name.strip(), longest=LONGEST_NAME) or fingerprint_of(public))
+        new = KnownStation(public, clean(name.strip(), longest=MAX_NAME_LENGTH) or fingerprint_of(public))
         self._write((*(one for one in self._others() if one.public != public), new))
         return new
 
@@ -85,7 +85,7 @@ class Stations:
             key, _, name = line.strip().partition(" ")
             public = decoded(key, KEY_BYTES)
             if public is not None:
-                found[public] = KnownStation(public, clean(name.strip(), longest=LONGEST_NAME))
+                found[public] = KnownStation(public, clean(name.strip(), longest=MAX_NAME_LENGTH))
         return tuple(found.values())
 
     def _write(self, stations: tuple[KnownStation, ...]) -> None:

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Final
 
 from app.system.files import draft_of, write_whole
 from app.text.i18n import tr
-from app.text.sentences import reason_of
+from app.text.sentences import error_text
 
 if TYPE_CHECKING:  # loaded when something is signed or verified, not when the program starts
     from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey, Ed25519PublicKey
@@ -26,7 +26,7 @@ if TYPE_CHECKING:  # loaded when something is signed or verified, not when the p
 _log = logging.getLogger(__name__)
 KEY_FILE: Final = "station.key"
 KEY_BYTES: Final = 32
-_LONGEST_KEY_FILE: Final = 4096
+_MAX_KEY_FILE_LENGTH: Final = 4096
 _GROUPS: Final = 5
 _GROUP: Final = 4
 
@@ -109,7 +109,7 @@ def _troubles() -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise StationTrouble(reason_of(error)) from error
+        raise StationTrouble(error_text(error)) from error
     except (ImportError, ValueError, TypeError) as error:
         raise StationTrouble(str(error)) from error
 
@@ -118,7 +118,7 @@ def _station(path: Path) -> Station:
     with suppress(OSError):
         path.chmod(0o600)
     with path.open("rb") as file:
-        seed = decoded(file.read(_LONGEST_KEY_FILE).decode("utf-8", "replace").strip(), KEY_BYTES)
+        seed = decoded(file.read(_MAX_KEY_FILE_LENGTH).decode("utf-8", "replace").strip(), KEY_BYTES)
     if seed is None:
         raise ValueError(tr("{file} is damaged", file=path))
     from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey

@@ -9,7 +9,7 @@
     not writable     the program goes on without; said
 
 Every commit is on the disk when the call returns (WAL, `synchronous=FULL`). Each waits for the disk, so what belongs
-together is committed together (`together`). One connection writes and one reads, each under a lock of its own: any
+together is committed together (`transaction`). One connection writes and one reads, each under a lock of its own: any
 thread may call, and reading waits for no commit. Two programs share the file through SQLite's own locks.
 """
 
@@ -30,13 +30,13 @@ from app.store.copies import Copier, copied_at, restore
 from app.store.schema import APPLICATION_ID, MIGRATIONS
 from app.system.files import draft_of
 from app.text.i18n import tr
-from app.text.sentences import together
+from app.text.sentences import join_sentences
 from protocol.translatable import marked
 
 FILE_NAME = "dps-s.sqlite"
 BUSY_S = 1.0
 """How long another program may hold the file before a call fails."""
-LEAST_FREE_BYTES = 64 * 1024
+MIN_FREE_BYTES = 64 * 1024
 """With less there is no room for a commit."""
 _MAGIC = b"SQLite format 3\x00"
 _COMPANIONS = ("", "-wal", "-shm")
@@ -92,9 +92,11 @@ class SetAside:
             text = marked("A file of another program was kept as {path}.")
         kept = (tr(text, path=self.path),) if self.path is not None else ()
         if self.restored_at is None:
-            return together((*kept, tr("New ones begin.")))
+            return join_sentences((*kept, tr("New ones begin.")))
         when = f"{self.restored_at.astimezone():%Y-%m-%d %H:%M}"
-        return together((*kept, tr("Records restored from the copy of {when}; later ones are missing.", when=when)))
+        return join_sentences(
+            (*kept, tr("Records restored from the copy of {when}; later ones are missing.", when=when))
+        )
 
 
 class Database:
@@ -117,7 +119,7 @@ class Database:
         self._lock = threading.RLock()
         self._reading_lock = threading.Lock()
         self._together_in: int | None = None
-        """The thread inside `together`; it also reads what it has not committed yet."""
+        """The thread inside `transaction`; it also reads what it has not committed yet."""
 
     def now(self) -> str:
         return self._clock().isoformat(timespec="milliseconds")
@@ -128,7 +130,7 @@ class Database:
             return self._execute(statement, values).lastrowid or 0
 
     def write_all(self, statement: str, rows: Iterable[Sequence[Any]]) -> None:
-        """One statement for each row; within `together` one commit."""
+        """One statement for each row; within `transaction` one commit."""
         with self._lock:
             try:
                 self._connection.executemany(statement, rows)
@@ -136,7 +138,7 @@ class Database:
                 raise trouble_of(error, self.path) from error
 
     def read(self, query: str, values: Sequence[Any] = ()) -> list[Any]:
-        """Everything that was committed; within `together` also what is not committed yet."""
+        """Everything that was committed; within `transaction` also what is not committed yet."""
         is_inside = self._together_in == threading.get_ident()
         lock, connection = (self._lock, self._connection) if is_inside else (self._reading_lock, self._reading)
         with lock:
@@ -146,7 +148,7 @@ class Database:
                 raise trouble_of(error, self.path) from error
 
     @contextmanager
-    def together(self) -> Iterator[None]:
+    def transaction(self) -> Iterator[None]:
         """One transaction: durable as a whole when it ends, or not at all. Other threads wait meanwhile.
 
         A nested one belongs to the outer one.
@@ -242,7 +244,7 @@ def trouble_of(error: sqlite3.Error, path: Path) -> StoreTrouble:
 
 def _is_full(path: Path) -> bool:
     with suppress(OSError):
-        return shutil.disk_usage(path.parent).free < LEAST_FREE_BYTES
+        return shutil.disk_usage(path.parent).free < MIN_FREE_BYTES
     return False
 
 
@@ -312,7 +314,7 @@ def _migrate(connection: sqlite3.Connection, path: Path, migrations: Sequence[Se
     if version == len(migrations):
         return
     if version:
-        _keep_copy(connection, path, version)
+        _save_copy(connection, path, version)
     connection.execute("BEGIN IMMEDIATE")
     try:
         # Another window may have migrated while this one waited for the lock.
@@ -332,7 +334,7 @@ def _version(connection: sqlite3.Connection) -> int:
     return int(connection.execute("PRAGMA user_version").fetchone()[0])
 
 
-def _keep_copy(connection: sqlite3.Connection, path: Path, version: int) -> None:
+def _save_copy(connection: sqlite3.Connection, path: Path, version: int) -> None:
     """The file as it was, whole or not at all. One that is there already is older and stays."""
     kept = path.with_name(f"{path.stem}.version-{version}{path.suffix}")
     if kept.exists():

@@ -87,7 +87,7 @@ class Store:
 
     # Modules
 
-    def meet_module(self, name: str, adapter: str = "") -> Module:
+    def register_module(self, name: str, adapter: str = "") -> Module:
         """The module of this name, made if it is new; it was seen now. An empty `adapter` keeps the last one."""
         now = self.database.now()
         self.database.write(
@@ -108,7 +108,7 @@ class Store:
         rows = self.database.read(f"{_MODULES} WHERE name = ?", (name,))
         return Module(*rows[0]) if rows else None
 
-    def keep_evidence(self, module_id: int, evidence: IdentityEvidence) -> None:
+    def store_evidence(self, module_id: int, evidence: IdentityEvidence) -> None:
         """Store what was last read of a module, to recognise it by."""
         self.database.write(
             "INSERT INTO module_states (module_id, at, boot_count, settings) VALUES (?, ?, ?, ?) "
@@ -130,14 +130,14 @@ class Store:
     # The serial output
 
     def note_stream_on(self, adapter: str, boot_count: int | None) -> None:
-        """The program is about to switch the serial output on; it stands until `forget_stream_on`. `boot_count`: on
+        """The program is about to switch the serial output on; it stands until `clear_stream_on`. `boot_count`: on
         which start of the module, where that is known."""
         self.database.write(
             "INSERT OR REPLACE INTO streams_left_on (adapter, at, boot_count) VALUES (?, ?, ?)",
             (adapter, self.database.now(), boot_count),
         )
 
-    def forget_stream_on(self, adapter: str) -> None:
+    def clear_stream_on(self, adapter: str) -> None:
         self.database.write("DELETE FROM streams_left_on WHERE adapter = ?", (adapter,))
 
     def is_stream_left_on(self, adapter: str) -> bool:
@@ -150,7 +150,7 @@ class Store:
 
     # Snapshots
 
-    def keep_snapshot(self, snapshot: Snapshot, *, port: str, module_id: int | None = None) -> int:
+    def store_snapshot(self, snapshot: Snapshot, *, port: str, module_id: int | None = None) -> int:
         return self.database.write(
             "INSERT INTO settings_snapshots (module_id, port, taken_at, reason, boot_count, settings) "
             "VALUES (?, ?, ?, ?, ?, ?)",

@@ -34,7 +34,7 @@ class StreamMemory:
         done.set_result(None)
         return done
 
-    def forget(self) -> None:
+    def clear(self) -> None:
         """The module has confirmed that it is off, or does not stream."""
 
 
@@ -52,9 +52,9 @@ class StoredStreamMemory(StreamMemory):
     def note_on(self, boot_count: int | None) -> Future[None]:
         return self._store.queue.submit(lambda: self._write(partial(self._store.note_stream_on, boot_count=boot_count)))
 
-    def forget(self) -> None:
+    def clear(self) -> None:
         self.was_left_on = False
-        self._store.queue.submit(lambda: self._write(self._store.forget_stream_on))
+        self._store.queue.submit(lambda: self._write(self._store.clear_stream_on))
 
     def _write(self, write: Callable[[str], None]) -> None:
         try:

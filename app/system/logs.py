@@ -21,10 +21,10 @@ from app.system.files import lock
 
 APP_NAME = "dps-s"
 FILE_BYTES = 1_000_000
-FILES_KEPT = 5
+MAX_FILES = 5
 """Besides the one that is written."""
-LINES_KEPT = 2000
-MOST_COPIES = 8
+MAX_LINES = 2000
+MAX_COPIES = 8
 """Copies of the program that run at once and each get a file."""
 _FORMAT = "%(asctime)s.%(msecs)03d %(levelname)-7s %(threadName)s %(name)s: %(message)s"
 _DATE_FORMAT = "%Y-%m-%d %H:%M:%S"
@@ -34,7 +34,7 @@ _log = logging.getLogger(__name__)
 class Recent(logging.Handler):
     """The last lines. `text` may be called from any thread."""
 
-    def __init__(self, kept: int = LINES_KEPT) -> None:
+    def __init__(self, kept: int = MAX_LINES) -> None:
         super().__init__()
         self._lines: deque[str] = deque(maxlen=kept)
 
@@ -50,7 +50,7 @@ class _File(RotatingFileHandler):
     """Falls silent at the first error, which goes to `on_error`: the disk is full, or the folder went away."""
 
     def __init__(self, path: Path, on_error: Callable[[OSError], None]) -> None:
-        super().__init__(path, maxBytes=FILE_BYTES, backupCount=FILES_KEPT, encoding="utf-8", errors="replace")
+        super().__init__(path, maxBytes=FILE_BYTES, backupCount=MAX_FILES, encoding="utf-8", errors="replace")
         self._on_error = on_error
         self._is_broken = False
 
@@ -125,7 +125,7 @@ def start_log(folder: Path | None = None, *, level: int = logging.INFO) -> Log:
 
 def _own_file(folder: Path) -> tuple[Path, IO[bytes]]:
     """A file that no other copy of the program writes: two of them would rotate each other's lines away."""
-    for number in range(1, MOST_COPIES + 1):
+    for number in range(1, MAX_COPIES + 1):
         name = APP_NAME if number == 1 else f"{APP_NAME}-{number}"
         lock_file = (folder / f"{name}.lock").open("ab")
         try:
@@ -134,7 +134,7 @@ def _own_file(folder: Path) -> tuple[Path, IO[bytes]]:
             lock_file.close()
         else:
             return folder / f"{name}.log", lock_file
-    raise OSError(f"{MOST_COPIES} copies of the program run already")
+    raise OSError(f"{MAX_COPIES} copies of the program run already")
 
 
 def text_of(log: Log, *, longest_bytes: int = FILE_BYTES) -> str:

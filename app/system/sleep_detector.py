@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 SHORTEST_S = 1.0
 """A sleep; less than that is two clocks that were not read at the same instant."""
-LONGEST_TURN_S = 5.0
+MAX_TURN_S = 5.0
 """A turn of the loop waits for 0.02 s, and works for a second where the disk is slow."""
 
 _INTERRUPT_TIMES_PER_S = 10_000_000
@@ -40,7 +40,7 @@ def slept_s(before: ClockReading, now: ClockReading) -> float:
         missed_s = now.with_sleep_s - before.with_sleep_s - turn_s
         if missed_s >= SHORTEST_S:
             return missed_s
-    return turn_s if turn_s >= LONGEST_TURN_S else 0.0
+    return turn_s if turn_s >= MAX_TURN_S else 0.0
 
 
 def sleepless_clock() -> Clock | None:

@@ -36,11 +36,11 @@ def catch_uncaught_errors(on_mishap: Hook) -> Callable[[], None]:
         if issubclass(kind, KeyboardInterrupt):
             before(kind, error, trace)
             return
-        _tell(on_mishap, error, trace, threading.current_thread().name)
+        _report(on_mishap, error, trace, threading.current_thread().name)
 
     def caught_in_thread(args: threading.ExceptHookArgs) -> None:
         if args.exc_value is not None:
-            _tell(on_mishap, args.exc_value, args.exc_traceback, args.thread.name if args.thread is not None else "")
+            _report(on_mishap, args.exc_value, args.exc_traceback, args.thread.name if args.thread is not None else "")
 
     def undo() -> None:
         global _on_mishap
@@ -53,17 +53,17 @@ def catch_uncaught_errors(on_mishap: Hook) -> Callable[[], None]:
 
 def report_uncaught_error(error: BaseException) -> None:
     """Log an exception that was caught so that its thread goes on, and tell it like one that nobody caught."""
-    _tell(_on_mishap, error, error.__traceback__, threading.current_thread().name)
+    _report(_on_mishap, error, error.__traceback__, threading.current_thread().name)
 
 
-def _tell_nobody(_mishap: UncaughtError) -> None:
+def _log_only(_mishap: UncaughtError) -> None:
     """Outside of `catch_uncaught_errors` the log is all there is."""
 
 
-_on_mishap: Hook = _tell_nobody
+_on_mishap: Hook = _log_only
 
 
-def _tell(on_mishap: Hook, error: BaseException, trace: TracebackType | None, thread: str) -> None:
+def _report(on_mishap: Hook, error: BaseException, trace: TracebackType | None, thread: str) -> None:
     details = "".join(traceback.format_exception(type(error), error, trace))
     _log.error("An error that nobody expected, in thread %s:\n%s", thread, details)
     try:

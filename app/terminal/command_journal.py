@@ -5,9 +5,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from app.terminal.console import say
+from app.terminal.console import notify
 from app.text.i18n import tr
-from app.text.sentences import together
+from app.text.sentences import join_sentences
 
 if TYPE_CHECKING:
     from concurrent.futures import Future
@@ -37,15 +37,15 @@ class Records:
             from app.store.database import StoreTrouble
 
             try:
-                return store.keep_snapshot(snapshot, port=self.port)
+                return store.store_snapshot(snapshot, port=self.port)
             except StoreTrouble as error:
-                say(error.sentence)
+                notify(error.sentence)
                 raise
 
         return store.queue.submit(keep)
 
 
-def open_store_or_say(consequence: str = "") -> "Store | None":
+def open_store_or_notify(consequence: str = "") -> "Store | None":
     """The store; None if it cannot be opened, which is reported with `consequence`."""
     from app.store.database import StoreTrouble
     from app.store.store import open_store
@@ -53,10 +53,10 @@ def open_store_or_say(consequence: str = "") -> "Store | None":
     try:
         store = open_store()
     except StoreTrouble as error:
-        say(together((error.sentence, consequence)))
+        notify(join_sentences((error.sentence, consequence)))
         return None
     if store.notice is not None:
-        say(store.notice)
+        notify(store.notice)
     return store
 
 
@@ -81,13 +81,13 @@ def records_of(port: str, adapter: str = "") -> Iterator[Records]:
     try:
         store = open_store()
         if store.notice is not None:
-            say(store.notice)
+            notify(store.notice)
         yield Records(journal_for(store, port=port, origin=ORIGIN, adapter=adapter), store, port)
     except StoreTrouble as error:
         if store is not None:
             raise
-        say(error.sentence)
+        notify(error.sentence)
         yield Records(journal_for(error, port=port, origin=ORIGIN), None, port)
     finally:
         if store is not None and store.close():
-            say(tr("The audit log is incomplete."))
+            notify(tr("The audit log is incomplete."))

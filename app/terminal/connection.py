@@ -15,11 +15,11 @@ from app.engine.procedure import LinkView, PortLost, Procedure, Report, Slept
 from app.engine.transport import PortError
 from app.engine.worker import Batch, Connection, Job, PortState, Worker
 from app.procedures.find import find_rate
-from app.procedures.greet import NoAnswer, greet
-from app.terminal.console import USUAL_RATE, end_passing, say_in_passing, verbosity
+from app.procedures.handshake import NoAnswer, handshake
+from app.terminal.console import USUAL_RATE, clear_progress, show_progress, verbosity
 from app.terminal.interruption import Interruption
 from app.text.i18n import tr
-from app.text.sentences import together
+from app.text.sentences import join_sentences
 from protocol.link_states import Presence
 
 if TYPE_CHECKING:
@@ -73,13 +73,13 @@ class Conversation:
         self._worker.open(port, baud_rate)
         deadline = time.monotonic() + OPENING_LIMIT_S
         while not self._is_open():
-            say_in_passing(tr("Opening…"))
+            show_progress(tr("Opening…"))
             self.wait()
             self._raise_trouble()
             if time.monotonic() > deadline and not self._is_open():
                 raise NoLink(tr("{port} does not open within {seconds:.0f} s. Unplug the adapter and plug it in again.",
                                 port=port, seconds=OPENING_LIMIT_S))  # fmt: skip
-        end_passing()
+        clear_progress()
         opened_at = time.monotonic()
         while time.monotonic() <= opened_at:  # Windows' clock has a resolution of 16 ms
             self.wait()
@@ -90,16 +90,16 @@ class Conversation:
         doing = tr("Waiting for the module")
         try:
             while not job.is_done:
-                say_in_passing(doing)
+                show_progress(doing)
                 self.wait()
                 doing = self._progress() or doing
         finally:
-            end_passing()
+            clear_progress()
         self.drain()
         return self._outcome(job)
 
-    def keep_running(self, procedure: Procedure[None]) -> None:
-        """Start a procedure that runs until `wind_up` or the end of the conversation."""
+    def start_background(self, procedure: Procedure[None]) -> None:
+        """Start a procedure that runs until `stop_background` or the end of the conversation."""
         self._running = self._worker.submit(Job(procedure))
 
     def check_running(self) -> None:
@@ -107,7 +107,7 @@ class Conversation:
         if self._running is not None and self._running.is_done:
             self._outcome(self._running)
 
-    def wind_up(self) -> None:
+    def stop_background(self) -> None:
         """Cancel the procedure that keeps running, after it undid what it changed. Never raises; 1.5 s at most."""
         job, self._running = self._running, None
         if job is not None:
@@ -120,25 +120,25 @@ class Conversation:
         """Wait for a batch, at most a tenth of a second. Raises `Interrupted`."""
         self._interruption.check()
         with suppress(queue.Empty):
-            self._take(self._batches.get(timeout=_WAIT_S))
+            self._receive(self._batches.get(timeout=_WAIT_S))
         self._interruption.check()
 
     def drain(self) -> None:
         """Take all batches that are there, without waiting."""
         while True:
             try:
-                self._take(self._batches.get_nowait())
+                self._receive(self._batches.get_nowait())
             except queue.Empty:
                 return
 
     def close(self) -> None:
         """Idempotent. Returns in bounded time, even if opening or closing the port hangs."""
-        self.wind_up()
+        self.stop_background()
         limit_s = 0.2 if self.connection.state is PortState.OPENING else STOP_LIMIT_S
         self._worker.stop(limit_s)
         self.drain()
 
-    def _take(self, batch: Batch) -> None:
+    def _receive(self, batch: Batch) -> None:
         self.connection = batch.connection
         if batch.link is not None:
             self.link = batch.link
@@ -204,30 +204,30 @@ def connected(
             try:
                 conversation.open(port, baud_rate or USUAL_RATE)
                 if is_greeted:
-                    _greet(conversation, port, baud_rate)
+                    _handshake(conversation, port, baud_rate)
                 yield conversation
             finally:
                 if interruption is None:
-                    watched.stand_down()
+                    watched.ignore_from_now()
         finally:
             # No signal raises here any more.
             conversation.close()
 
 
-def _greet(conversation: Conversation, port: str, baud_rate: int | None) -> None:
+def _handshake(conversation: Conversation, port: str, baud_rate: int | None) -> None:
     if baud_rate is None:
         found = conversation.run(find_rate(USUAL_RATE))
         if found.baud_rate is None:
-            raise NoLink(no_module_anywhere(port))
+            raise NoLink(no_module_found(port))
         return
-    greeting = conversation.run(greet())
+    greeting = conversation.run(handshake())
     if greeting.silence is not None:
         raise NoAnswer(port, baud_rate, greeting.silence)
 
 
-def no_module_anywhere(port: str) -> str:
+def no_module_found(port: str) -> str:
     what = tr("No module answers on {port} at any baud rate.", port=port)
-    return together((what, tr("Check power, ground and crossed TX and RX, or find the baud rate.")))
+    return join_sentences((what, tr("Check power, ground and crossed TX and RX, or find the baud rate.")))
 
 
 def module_is_silent(port: str) -> str:

@@ -19,19 +19,19 @@ from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING
 
 from app.text.i18n import CHINESE, language, tr
-from app.text.sentences import reason_of
+from app.text.sentences import error_text
 from app.text.visible_text import visible, visible_json
 
 if TYPE_CHECKING:
     from _typeshed import SupportsWrite
 
-DONE = 0
-SAID_NO = 1
+SUCCESS = 0
+ANSWER_NO = 1
 """Done, and the answer is no. Also the exit code of an unexpected error."""
-USED_WRONGLY = 2
+USAGE_ERROR = 2
 NO_LINK = 3
 """No such port, busy, no permission, no answer."""
-PARTLY = 4
+PARTIAL = 4
 """Done in part."""
 
 NEWLINE = "\n"
@@ -59,7 +59,7 @@ class Parser(argparse.ArgumentParser):
 class Refused(Exception):
     """The command ends with this message, which is in the language in use, and this exit code."""
 
-    def __init__(self, sentence: str, exit_code: int = USED_WRONGLY) -> None:
+    def __init__(self, sentence: str, exit_code: int = USAGE_ERROR) -> None:
         super().__init__(sentence)
         self.sentence, self.exit_code = sentence, exit_code
 
@@ -104,8 +104,8 @@ def add_seconds_argument(parser: argparse.ArgumentParser) -> None:
 
 def refuse_without_yes(*words: str) -> int:
     """Print the command that would do it; returns the exit code."""
-    say(tr("Nothing was done. To do it: {command}", command=" ".join(("dps-s", *words, "--yes"))))
-    return USED_WRONGLY
+    notify(tr("Nothing was done. To do it: {command}", command=" ".join(("dps-s", *words, "--yes"))))
+    return USAGE_ERROR
 
 
 def expected(what: str) -> argparse.ArgumentTypeError:
@@ -156,26 +156,26 @@ def verbosity() -> int:
 
 
 def note(sentence: str) -> None:
-    """Like `say`, for what is neither an error nor a warning: silent with --quiet."""
+    """Like `notify`, for what is neither an error nor a warning: silent with --quiet."""
     if _Verbosity.level >= 0:
-        say(sentence)
+        notify(sentence)
 
 
-def say(sentence: str) -> None:
+def notify(sentence: str) -> None:
     """Print a line on standard error; an error of writing it is ignored."""
-    _clear_passing()
+    _clear_progress_line()
     with _ignoring_errors():
         print(visible(sentence, keep=NEWLINE), file=sys.stderr, flush=True)
 
 
-class _Passing:
+class _ProgressLine:
     """State of the progress line."""
 
     began_at: float | None = None
     shown = ""
 
 
-def say_in_passing(words: str) -> None:
+def show_progress(words: str) -> None:
     """Show progress in one line on standard error, which the next call replaces.
 
     Shows nothing during the first half second, without a terminal, and in other threads than the main one.
@@ -185,26 +185,26 @@ def say_in_passing(words: str) -> None:
     if _Verbosity.level < 0 or sys.stderr is None or not sys.stderr.isatty():
         return
     now = time.monotonic()
-    if _Passing.began_at is None:
-        _Passing.began_at = now
+    if _ProgressLine.began_at is None:
+        _ProgressLine.began_at = now
     line = fitted(visible(words))
-    if now - _Passing.began_at >= PROGRESS_AFTER_S and line != _Passing.shown:
-        _Passing.shown = line
+    if now - _ProgressLine.began_at >= PROGRESS_AFTER_S and line != _ProgressLine.shown:
+        _ProgressLine.shown = line
         with _ignoring_errors():
             print(f"\r{line}\x1b[K", end="", file=sys.stderr, flush=True)
 
 
-def end_passing() -> None:
-    """Remove the line of `say_in_passing`."""
+def clear_progress() -> None:
+    """Remove the line of `show_progress`."""
     if threading.current_thread() is not threading.main_thread():
         return
-    _Passing.began_at = None
-    _clear_passing()
+    _ProgressLine.began_at = None
+    _clear_progress_line()
 
 
-def _clear_passing() -> None:
-    if _Passing.shown:
-        _Passing.shown = ""
+def _clear_progress_line() -> None:
+    if _ProgressLine.shown:
+        _ProgressLine.shown = ""
         with _ignoring_errors():
             print("\r\x1b[K", end="", file=sys.stderr, flush=True)
 
@@ -214,14 +214,14 @@ def write(text: str) -> None:
 
     Text from outside, which may contain control characters, goes through `write_lines`.
     """
-    _clear_passing()
+    _clear_progress_line()
     try:
         sys.stdout.write(text)
         sys.stdout.flush()
     except OSError as error:
         if is_closed_pipe(error):
             raise BrokenPipeError from error
-        raise OutputLost(reason_of(error)) from error
+        raise OutputLost(error_text(error)) from error
 
 
 def is_closed_pipe(error: OSError) -> bool:
@@ -243,7 +243,7 @@ def as_json(value: object) -> str:
     return visible_json(json.dumps(value, ensure_ascii=False))
 
 
-def abandon_output() -> None:
+def discard_output() -> None:
     """Discard what is still buffered for standard output, which has no reader or no space left."""
     try:
         nowhere = os.open(os.devnull, os.O_WRONLY)

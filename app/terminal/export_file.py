@@ -3,9 +3,9 @@
 from pathlib import Path
 from typing import NamedTuple
 
-from app.terminal.console import end_passing, expected, say, say_in_passing, write_lines
+from app.terminal.console import clear_progress, expected, notify, show_progress, write_lines
 from app.text.i18n import tr
-from app.text.sentences import reason_of
+from app.text.sentences import error_text
 
 CSV, MCAP, CAPTURE = ".csv", ".mcap", ".dpscap"
 ENDINGS = (CSV, MCAP, CAPTURE)
@@ -26,7 +26,7 @@ def export_path(text: str) -> Path:
     raise expected("|".join(ENDINGS))
 
 
-def why_not_writable(path: Path, *, appends: bool, replaces: bool) -> str | None:
+def unwritable_reason(path: Path, *, appends: bool, replaces: bool) -> str | None:
     """Checks the file before anything is recorded; a sentence if it cannot be used."""
     from app.captures.writer import MAGIC
     from app.recordings.table import HEAD
@@ -51,7 +51,7 @@ def why_not_writable(path: Path, *, appends: bool, replaces: bool) -> str | None
 
 def not_written(path: Path, error: Exception) -> str:
     """`error`: OSError, or ValueError for an invalid name."""
-    return tr("{file} cannot be written: {why}.", file=path, why=reason_of(error))
+    return tr("{file} cannot be written: {why}.", file=path, why=error_text(error))
 
 
 def export_and_report(folder: Path, path: Path, *, appends: bool = False) -> Exported | None:
@@ -59,11 +59,11 @@ def export_and_report(folder: Path, path: Path, *, appends: bool = False) -> Exp
     try:
         done = export_recording(folder, path, appends=appends)
     except (OSError, ValueError) as error:
-        say(not_written(path, error))
+        notify(not_written(path, error))
         return None
     write_lines([tr("Rows written to {file}: {count}.", count=done.rows, file=path)])
     for sentence in done.missing:
-        say(sentence)
+        notify(sentence)
     return done
 
 
@@ -88,9 +88,9 @@ def export_recording(folder: Path, path: Path, *, appends: bool = False) -> Expo
             if recording.damage is not None:
                 missing.append(recording.damage)
     finally:
-        end_passing()
+        clear_progress()
     return Exported(rows, tuple(missing))
 
 
 def _show(share: float) -> None:
-    say_in_passing(f"{share:.0%}")
+    show_progress(f"{share:.0%}")

@@ -12,7 +12,7 @@ from contextlib import AbstractContextManager, contextmanager
 from types import FrameType, TracebackType
 from typing import Any, Self
 
-from app.terminal.console import abandon_output
+from app.terminal.console import discard_output
 
 PATIENCE_S = 1.0
 _SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")
@@ -44,13 +44,13 @@ class Interruption(AbstractContextManager["Interruption"]):
                 if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
                     self._before[number] = signal.signal(number, self._note)
             if hasattr(signal, "SIGALRM"):
-                self._before[signal.SIGALRM] = signal.signal(signal.SIGALRM, self._break_in)
+                self._before[signal.SIGALRM] = signal.signal(signal.SIGALRM, self._interrupt)
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self.stand_down()
+        self.ignore_from_now()
         for number, handler in self._before.items():
             signal.signal(number, handler)
         self._before.clear()
@@ -60,7 +60,7 @@ class Interruption(AbstractContextManager["Interruption"]):
         if self._number is not None:
             raise Interrupted(self._number)
 
-    def stand_down(self) -> None:
+    def ignore_from_now(self) -> None:
         """From now on no alarm raises: the command cleans up, which takes a bounded time."""
         self._is_patient = False
         if self._before and hasattr(signal, "setitimer"):
@@ -72,20 +72,20 @@ class Interruption(AbstractContextManager["Interruption"]):
             if self._is_patient and hasattr(signal, "setitimer"):
                 signal.setitimer(signal.ITIMER_REAL, PATIENCE_S)
 
-    def _break_in(self, _number: int, _frame: FrameType | None) -> None:
+    def _interrupt(self, _number: int, _frame: FrameType | None) -> None:
         if self._is_patient and self._number is not None:
             self._is_patient = False
-            abandon_output()
+            discard_output()
             raise Interrupted(self._number)
 
 
 @contextmanager
-def last_words() -> Iterator[None]:
+def print_after_signal() -> Iterator[None]:
     """For output after a signal: discarded if a pipe does not take it within a second."""
     if threading.current_thread() is not threading.main_thread() or not hasattr(signal, "SIGALRM"):
         yield
         return
-    before = signal.signal(signal.SIGALRM, lambda _number, _frame: abandon_output())
+    before = signal.signal(signal.SIGALRM, lambda _number, _frame: discard_output())
     signal.setitimer(signal.ITIMER_REAL, PATIENCE_S)
     try:
         yield

@@ -4,7 +4,7 @@ import os
 
 from app.terminal.console import NO_LINK, Refused, note
 from app.text.i18n import tr
-from app.text.sentences import listed
+from app.text.sentences import join_names
 
 PORT = "DPS_S_PORT"
 """Environment variable: the port if --port is missing."""
@@ -25,7 +25,7 @@ def choose_port() -> str:
     if not adapters:
         raise Refused(tr("There is no USB adapter. Plug it in, or give --port."), NO_LINK)
     if len(adapters) > 1:
-        names = listed(port.device for port in adapters)
+        names = join_names(port.device for port in adapters)
         raise Refused(tr("There are several adapters: {names}. Give --port.", names=names))
     found = adapters[0]
     note(tr("Port {port} ({name})", port=found.device, name=found.description or found.identity))

@@ -7,28 +7,28 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from app.engine.device import LONGEST_LAG_S, STATUS_KEYS
+from app.engine.device import MAX_LAG_S, STATUS_KEYS
 from app.limits.out_of_limits import LimitsInUse, line_outside, outside_of
 from app.preflight.reading_object import LIVE_KEYS, SETTING_KEYS, reading_object
 from app.terminal.console import columns
 from app.text.i18n import tr
-from app.text.messages import UserMessage, said
-from app.text.sentences import aside, listed
+from app.text.messages import UserMessage, message
+from app.text.sentences import in_brackets, join_names
 from protocol.catalogue import BAUD_RATE, BY_NAME, SETTINGS, Command
 from protocol.events import Unanswered
 from protocol.fields import Choice, Done, Field, Flag, Quantity, Value
 from protocol.translatable import marked
 
-PORT_LOST = said(marked("port lost"))
-FELL_SILENT = said(marked("no reply"))
-RESTARTED = said(marked("the module restarted"))
+PORT_LOST = message(marked("port lost"))
+FELL_SILENT = message(marked("no reply"))
+RESTARTED = message(marked("the module restarted"))
 
 
-def why_unanswered(unanswered: Unanswered) -> UserMessage:
+def unanswered_reason(unanswered: Unanswered) -> UserMessage:
     if unanswered.attempts <= 1:
         return FELL_SILENT
     text = marked("no reply within {seconds:.1f} s, asked {attempts} times")
-    return said(text, seconds=unanswered.waited_s, attempts=unanswered.attempts)
+    return message(text, seconds=unanswered.waited_s, attempts=unanswered.attempts)
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,10 +98,10 @@ def page_of(findings: Findings) -> list[str]:
         in_use=LimitsInUse(),
     )
     head = tr("{port}, {rate} baud", port=findings.port, rate=findings.baud_rate)
-    if findings.lag_s is not None and findings.lag_s > LONGEST_LAG_S:
-        head = listed((head, f"{findings.lag_s:.1f} s"))
+    if findings.lag_s is not None and findings.lag_s > MAX_LAG_S:
+        head = join_names((head, f"{findings.lag_s:.1f} s"))
     elif findings.round_trip_s is not None:
-        head = listed((head, f"{1000 * findings.round_trip_s:.1f} ms"))
+        head = join_names((head, f"{1000 * findings.round_trip_s:.1f} ms"))
     if line is not None:
         head = line.beside(head)
     ordered = sorted(_SETTINGS, key=lambda shown: SETTING_KEYS.index(shown.key))
@@ -123,14 +123,14 @@ def _row(shown: _Shown, findings: Findings) -> tuple[str, str]:
 def _value(shown: _Shown, findings: Findings) -> str:
     value = findings.values.get(shown.key)
     if value is not None:
-        text = value_in_words(shown.key, shown.field, value)
+        text = value_text(shown.key, shown.field, value)
         outside = outside_of(shown.key, findings.values, LimitsInUse())
         return text if outside is None else outside.beside(text)
     why = findings.errors.get(shown.blamed)
-    return tr("unknown") + aside(tr("cannot be read") if why is None else why.in_words())
+    return tr("unknown") + in_brackets(tr("cannot be read") if why is None else why.translated())
 
 
-def value_in_words(key: str, shown_by: Field, value: Value) -> str:
+def value_text(key: str, shown_by: Field, value: Value) -> str:
     """A value in the language in use: "4.00 V", "60°", "yes"."""
     if isinstance(value, bool):
         words = _ON_OFF.get(key)

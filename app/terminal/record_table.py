@@ -9,7 +9,7 @@ from app.terminal.console import columns
 from app.text.csv_cells import BYTE_ORDER_MARK, csv_text
 from app.text.durations import stopwatch
 from app.text.i18n import tr
-from app.text.sentences import aside, listed
+from app.text.sentences import in_brackets, join_names
 from app.trigger_records.fields import FIELDS, fields_of, source_word
 from protocol.messages import TriggerRecord
 
@@ -63,11 +63,11 @@ def page_of(history: History) -> list[str]:
 def _row(record: TriggerRecord, *, is_certain: bool) -> tuple[str, ...]:
     cell, outside = f"{record.cell_voltage_v:.2f} V", record_outside(record)
     if outside is not None:
-        cell = f"{cell}{aside(tr(outside.fault.value))}"
+        cell = f"{cell}{in_brackets(tr(outside.fault.value))}"
     return (
-        str(record.boot_count) if is_certain else f"{record.boot_count}{aside('?')}",
+        str(record.boot_count) if is_certain else f"{record.boot_count}{in_brackets('?')}",
         stopwatch(record.uptime_s),
-        sources_in_words(record.sources),
+        sources_text(record.sources),
         f"{record.attitude_threshold_deg}°",
         f"{record.freefall_acceleration_g:.1f} g, {record.freefall_time_s:.2f} s",
         tr("yes") if record.serial_connected else tr("no"),
@@ -77,8 +77,8 @@ def _row(record: TriggerRecord, *, is_certain: bool) -> tuple[str, ...]:
     )
 
 
-def sources_in_words(sources: tuple[str, ...]) -> str:
-    return listed(source_word(name) for name in sources) or tr("unknown")
+def sources_text(sources: tuple[str, ...]) -> str:
+    return join_names(source_word(name) for name in sources) or tr("unknown")
 
 
 def _remarks(history: History) -> list[str]:
@@ -87,7 +87,7 @@ def _remarks(history: History) -> list[str]:
         remarks.append(f"(?) {tr('Seen in one reading only. Read again.')}")
     low = next((found for one in history.all if (found := record_outside(one)) is not None), None)
     if low is not None:
-        remarks.append(f"{aside(tr(low.fault.value)).strip()} < {low.limit}")
+        remarks.append(f"{in_brackets(tr(low.fault.value)).strip()} < {low.limit}")
     if history.empty_slots:
         remarks.append(tr("Empty slots: {count}.", count=history.empty_slots))
     return ["", *remarks] if remarks else []

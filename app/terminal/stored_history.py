@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING
 
 from app.engine.procedure import Procedure
 from app.procedures.history import History
-from app.terminal.command_journal import open_store_or_say
-from app.terminal.console import note, say
+from app.terminal.command_journal import open_store_or_notify
+from app.terminal.console import note, notify
 from app.text.i18n import tr
-from app.text.sentences import listed
+from app.text.sentences import join_names
 
 if TYPE_CHECKING:
     from app.engine.identity import IdentityEvidence
@@ -38,15 +38,15 @@ def may_be_another(conversation: "Conversation", store: "Store | None", module: 
         past = store.module_named(name) if store is not None else None
         known = store.evidence(past.id) if store is not None and past is not None else None
     except StoreTrouble as error:
-        say(error.sentence)
+        notify(error.sentence)
         return True
     if known is None or not went_back(known.boot_count, conversation.run(read_back(BOOT_COUNT)).raw):
         return False
-    _say_another(name, tr("Boot count"))
+    _notify_other_module(name, tr("Boot count"))
     return True
 
 
-def keep_visit(
+def store_visit(
     history: History, module: str, *, port: str, found: "IdentityEvidence", is_same_module: bool = False
 ) -> bool:
     """Store the records of this reading; False if the module may be another one. Errors are printed, never raised.
@@ -62,40 +62,40 @@ def keep_visit(
     if not name:
         return True
     if is_playback(port):
-        say(tr("A recording is played; nothing of it is stored."))
+        notify(tr("A recording is played; nothing of it is stored."))
         return True
     slots = [record.raw for record in history.records]
-    store = open_store_or_say()
+    store = open_store_or_notify()
     if store is None:
         return True
     try:
         with closing(store):
             checks, known = CheckStore(store.database), store.module_named(name)
             if known is not None and not is_same_module:
-                against = _against(store, known.id, name, slots, found, history)
+                against = _differences(store, known.id, name, slots, found, history)
                 if against:
-                    _say_another(name, listed(against))
+                    _notify_other_module(name, join_names(against))
                     return False
-            module_id = store.meet_module(name).id
-            visit = checks.visit(
+            module_id = store.register_module(name).id
+            visit = checks.store_visit(
                 module_id, slots, port=port, boot_count=found.boot_count, is_confirmed=history.is_confirmed
             )
             if found.is_complete:
-                store.keep_evidence(module_id, found)
+                store.store_evidence(module_id, found)
     except StoreTrouble as error:
-        say(error.sentence)
+        notify(error.sentence)
         return True
     new = visit.records if visit.new is None else visit.new
     note(tr("{module}: {new} new; records: {count}.", module=name, new=len(new), count=len(visit.records)))
     return True
 
 
-def _say_another(module: str, differences: str) -> None:
-    say(tr("Nothing was done: this may be another module than {module} ({differences}). Else add --same-module.",
+def _notify_other_module(module: str, differences: str) -> None:
+    notify(tr("Nothing was done: this may be another module than {module} ({differences}). Else add --same-module.",
            module=module, differences=differences))  # fmt: skip
 
 
-def _against(
+def _differences(
     store: "Store", module_id: int, name: str, slots: list[bytes], found: "IdentityEvidence", history: History
 ) -> list[str]:
     """Reasons to believe that it is not the module of that name."""

@@ -7,9 +7,9 @@ from contextlib import closing, contextmanager
 from app.engine.worker import Batch
 from app.procedures.stream import StreamSwitch, watch
 from app.store.stream_memory import StoredStreamMemory, StreamMemory
-from app.terminal.command_journal import adapter_of, open_store_or_say
+from app.terminal.command_journal import adapter_of, open_store_or_notify
 from app.terminal.connection import Conversation, LinkTrouble, connected, module_is_silent
-from app.terminal.console import note, say
+from app.terminal.console import note, notify
 from app.terminal.interruption import Interrupted
 from app.text.i18n import tr
 from protocol.link_states import Presence
@@ -75,14 +75,14 @@ def stream(
         ):
             on_begin(conversation)
             procedure = watch(span.switch, read_all=reads_all, memory=memory, listens_briefly=True)
-            conversation.keep_running(procedure)
+            conversation.start_background(procedure)
             silence = _wait(conversation, port, span, on_turn)
     except Interrupted:
         if not span.has_begun:
             raise
         span.was_interrupted = True
     if span.switch.is_unknown_before:
-        say(tr(UNKNOWN_BEFORE))
+        notify(tr(UNKNOWN_BEFORE))
     return link.sentence or silence
 
 
@@ -107,7 +107,7 @@ def _stream_memory(port: str) -> Iterator[StreamMemory]:
     if port.startswith(("sim:", "capture:", "loop:")):
         yield StreamMemory()
         return
-    store = open_store_or_say()
+    store = open_store_or_notify()
     if store is None:
         yield StreamMemory()
         return

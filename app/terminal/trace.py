@@ -4,7 +4,7 @@ from app.captures.explain import sentence
 from app.captures.explained import Explainer
 from app.captures.writer import entries_of
 from app.engine.worker import Batch, PortState
-from app.terminal.console import say
+from app.terminal.console import notify
 from app.text.i18n import tr
 from protocol.events import Answered, Event, OutcomeUnknown, Restarted, Unanswered, WentOffline, WentOnline
 
@@ -26,24 +26,24 @@ class Trace:
         if state != self._state:
             self._state = state
             if connection.state is PortState.OPEN:
-                self._say(batch.at, f"{connection.port}  {tr('{rate} baud', rate=connection.baud_rate)}")
+                self._print(batch.at, f"{connection.port}  {tr('{rate} baud', rate=connection.baud_rate)}")
             elif connection.state is PortState.CLOSED:
-                self._say(batch.at, f"{connection.port}  –")
+                self._print(batch.at, f"{connection.port}  –")
         for event in batch.events:
             if self._has_frames:
-                self._say_frames(event, self._started_at)
+                self._print_frames(event, self._started_at)
             words = _words(event)
             if words is not None:
-                self._say(event.at, words)
+                self._print(event.at, words)
 
-    def _say_frames(self, event: Event, started_at: float) -> None:
+    def _print_frames(self, event: Event, started_at: float) -> None:
         for entry in entries_of((event,), started_at):
             for row in self._explainer.feed(entry):
                 raw = row.piece.raw.hex(" ").upper()
-                say(f"{row.at_s:9.3f} {row.way.value} {raw}  {sentence(row.piece, row.asked)}")
+                notify(f"{row.at_s:9.3f} {row.way.value} {raw}  {sentence(row.piece, row.asked)}")
 
-    def _say(self, at: float, words: str) -> None:
-        say(f"{max(0.0, at - (self._started_at or at)):9.3f}   {words}")
+    def _print(self, at: float, words: str) -> None:
+        notify(f"{max(0.0, at - (self._started_at or at)):9.3f}   {words}")
 
 
 def _words(event: Event) -> str | None:

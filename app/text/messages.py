@@ -12,7 +12,7 @@ from typing import Union
 from app.text.i18n import tr
 from app.text.visible_text import visible
 
-LONGEST_TEXT = 400
+MAX_TEXT_LENGTH = 400
 """Characters of a name or a note that are shown."""
 _PLACE = re.compile(r"\{(\w{1,40})(?::([\w.]{1,6}))?\}")
 _DEEPEST = 4
@@ -29,17 +29,17 @@ class UserMessage:
         """The message in English, for JSON."""
         return _filled(self.text, {name: _english(value) for name, value in self.values})
 
-    def in_words(self) -> str:
+    def translated(self) -> str:
         """The message in the language in use."""
-        return _filled(tr(self.text), {name: _words(value) for name, value in self.values})
+        return _filled(tr(self.text), {name: _translated(value) for name, value in self.values})
 
-    def plain(self) -> dict[str, object]:
-        """As JSON for a record; `said_from` reverses it."""
-        values = {name: value.plain() if isinstance(value, UserMessage) else value for name, value in self.values}
+    def to_json(self) -> dict[str, object]:
+        """As JSON for a record; `message_from_json` reverses it."""
+        values = {name: value.to_json() if isinstance(value, UserMessage) else value for name, value in self.values}
         return {"text": self.text, "values": values} if values else {"text": self.text}
 
 
-def said(text: str, /, **values: object) -> UserMessage:
+def message(text: str, /, **values: object) -> UserMessage:
     """A message of `text`, which is `marked` if it is translatable. Values are formatted now ("{seconds:.1f} s old");
     those that are messages are translated later."""
     specs = {place[1]: place[2] or "" for place in _PLACE.finditer(text)} if values else {}
@@ -52,13 +52,13 @@ def said(text: str, /, **values: object) -> UserMessage:
     )
 
 
-def listed(parts: Sequence[UserMessage], between: str = ", ") -> UserMessage:
+def joined(parts: Sequence[UserMessage], between: str = ", ") -> UserMessage:
     """Joins messages into one."""
     places = [f"p{number}" for number in range(len(parts))]
     return UserMessage(between.join(f"{{{place}}}" for place in places), tuple(zip(places, parts, strict=True)))
 
 
-def said_from(plain: object, *, depth: int = 0) -> UserMessage:
+def message_from_json(plain: object, *, depth: int = 0) -> UserMessage:
     """The message from `UserMessage.plain`; from anything else the text in it, if any."""
     if not isinstance(plain, Mapping) or not isinstance(plain.get("text"), str):
         return UserMessage(plain if isinstance(plain, str) else "")
@@ -70,15 +70,15 @@ def said_from(plain: object, *, depth: int = 0) -> UserMessage:
 
 
 def _value_from(value: object, depth: int) -> Union[str, "UserMessage"]:
-    return said_from(value, depth=depth + 1) if isinstance(value, Mapping) else str(value)
+    return message_from_json(value, depth=depth + 1) if isinstance(value, Mapping) else str(value)
 
 
 def _english(value: Union[str, "UserMessage"]) -> str:
     return value.in_english() if isinstance(value, UserMessage) else value
 
 
-def _words(value: Union[str, "UserMessage"]) -> str:
-    return value.in_words() if isinstance(value, UserMessage) else value
+def _translated(value: Union[str, "UserMessage"]) -> str:
+    return value.translated() if isinstance(value, UserMessage) else value
 
 
 def _filled(text: str, values: Mapping[str, str]) -> str:
@@ -88,7 +88,7 @@ def _filled(text: str, values: Mapping[str, str]) -> str:
 # Text that people typed, or that came out of a file
 
 
-def clean(text: str, *, longest: int = LONGEST_TEXT) -> str:
+def clean(text: str, *, longest: int = MAX_TEXT_LENGTH) -> str:
     """`text` on one line, safe to display: control characters, direction marks and unpaired surrogates are shown as
     their code points. Cut at `longest` characters."""
     cut = text[: longest + 1]

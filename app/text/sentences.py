@@ -9,26 +9,26 @@ from app.text.i18n import CHINESE, language
 _WIDE_STOP_AND_SPACE: Final = re.compile("([。！？；：]) ")
 
 
-def begun(text: str) -> str:
+def capitalised(text: str) -> str:
     """`text` with a capital first letter."""
     return text[:1].upper() + text[1:]
 
 
-def together(sentences: Iterable[str]) -> str:
+def join_sentences(sentences: Iterable[str]) -> str:
     """Joins sentences; no space follows full-width Chinese punctuation."""
     return _WIDE_STOP_AND_SPACE.sub(r"\1", " ".join(one for one in sentences if one))
 
 
-def listed(names: Iterable[str]) -> str:
+def join_names(names: Iterable[str]) -> str:
     """Joins names with the comma of the language in use."""
     return ("、" if language() == CHINESE else ", ").join(names)
 
 
-def aside(text: str) -> str:
+def in_brackets(text: str) -> str:
     """`text` in the parentheses of the language in use, to be appended to a word."""
     return f"（{text}）" if language() == CHINESE else f" ({text})"
 
 
-def reason_of(error: Exception) -> str:
+def error_text(error: Exception) -> str:
     """The system's message without error number and path, else the text of the error."""
     return getattr(error, "strerror", None) or str(error)

@@ -1,7 +1,7 @@
 """Fields of a trigger record in JSON, CSV and the archive, and texts of its sources."""
 
 from app.text.i18n import tr
-from app.text.messages import UserMessage, said
+from app.text.messages import UserMessage, message
 from protocol.catalogue import RECORD_PART
 from protocol.messages import TriggerRecord
 from protocol.translatable import marked
@@ -22,7 +22,7 @@ SOURCE_WORDS = {
 def source_message(source: str) -> UserMessage:
     """Text of one source; a bit without a name of the vendor is shown as such."""
     text = SOURCE_WORDS.get(source)
-    return said(marked("unnamed ({bit})"), bit=source) if text is None else UserMessage(text)
+    return message(marked("unnamed ({bit})"), bit=source) if text is None else UserMessage(text)
 
 
 def record_values(record: TriggerRecord) -> dict[str, JsonValue]:

@@ -12,13 +12,13 @@ from enum import Enum
 from app.engine.device import BOOTS
 from app.limits.out_of_limits import record_outside
 from app.text.durations import stopwatch
-from app.text.messages import UserMessage, listed, said
+from app.text.messages import UserMessage, joined, message
 from app.trigger_records.fields import source_message
-from protocol.catalogue import RECORD_PART, RECORDS_KEPT
+from protocol.catalogue import MAX_RECORDS, RECORD_PART
 from protocol.messages import EmptySlot, TriggerRecord, decode_record
 from protocol.translatable import marked
 
-LONGEST_UPTIME_S = 65535
+MAX_UPTIME_S = 65535
 """Largest value of the counter ("最高记录65535秒")."""
 
 
@@ -71,7 +71,7 @@ def merge(
         fresh = _counted(last_slots, slots)
     kept = len(slots) - len(fresh)
     # Once all nine slots are full, each new record replaces one.
-    room = RECORDS_KEPT - len(last_slots)
+    room = MAX_RECORDS - len(last_slots)
     expected = len(last_slots) - max(0, len(fresh) - room)
     is_continuation = not is_confirmed or kept >= min(expected, len(last_slots))
     return Merged(tuple(known), in_order(fresh, boot_count), is_continuation)
@@ -82,11 +82,11 @@ def _lined_up(last: Sequence[bytes], now: Sequence[bytes]) -> list[bytes] | None
     found = []
     for turned in (1, -1):
         before, after = list(last)[::turned], list(now)[::turned]
-        least = max(0, len(after) - RECORDS_KEPT)
+        least = max(0, len(after) - MAX_RECORDS)
         for pushed_out in range(least, len(before) + 1):
             left = before[pushed_out:]
             fresh = after[len(left) :]
-            is_room_needed = len(before) + len(fresh) - RECORDS_KEPT
+            is_room_needed = len(before) + len(fresh) - MAX_RECORDS
             if left and after[: len(left)] == left and pushed_out == max(0, is_room_needed):
                 found.append(fresh)
                 break
@@ -130,12 +130,14 @@ def record_of(raw: bytes) -> TriggerRecord:
 
 def sentence(record: TriggerRecord) -> UserMessage:
     """ "tipped past 60° 1:48 after power-on of boot 1, serial link connected, 4.70 V (implausible)" """
-    return said(
+    return message(
         marked("{what} {uptime} after power-on of boot {boot}, {link}, {voltage}"),
         what=_what(record),
-        uptime=("≥ " if record.uptime_s >= LONGEST_UPTIME_S else "") + stopwatch(record.uptime_s),
+        uptime=("≥ " if record.uptime_s >= MAX_UPTIME_S else "") + stopwatch(record.uptime_s),
         boot=str(record.boot_count),
-        link=said(marked("serial link connected") if record.serial_connected else marked("serial link not connected")),
+        link=message(
+            marked("serial link connected") if record.serial_connected else marked("serial link not connected")
+        ),
         voltage=_voltage(record),
     )
 
@@ -143,31 +145,31 @@ def sentence(record: TriggerRecord) -> UserMessage:
 def _what(record: TriggerRecord) -> UserMessage:
     parts = [_cause(source, record) for source in record.sources]
     if not parts:
-        return said(marked("no cause stated"))
-    return listed(parts, " + ")
+        return message(marked("no cause stated"))
+    return joined(parts, " + ")
 
 
 def _cause(source: str, record: TriggerRecord) -> UserMessage:
     match source:
         case "attitude":
-            return said(marked("tipped past {threshold}"), threshold=f"{record.attitude_threshold_deg}°")
+            return message(marked("tipped past {threshold}"), threshold=f"{record.attitude_threshold_deg}°")
         case "freefall":
-            return said(
+            return message(
                 marked("fell (below {acceleration} for {seconds})"),
                 acceleration=f"{record.freefall_acceleration_g:.1f} g",
                 seconds=f"{record.freefall_time_s:.2f} s",
             )
         case _:
-            return said(marked("fired by {source}"), source=source_message(source))
+            return message(marked("fired by {source}"), source=source_message(source))
 
 
 def _voltage(record: TriggerRecord) -> UserMessage:
     volts = f"{record.cell_voltage_v:.2f} V"
     if record.charging:
-        return said(marked("on external power, {voltage}"), voltage=volts)
+        return message(marked("on external power, {voltage}"), voltage=volts)
     if "cell_voltage_v" in record.implausible:
-        return said(marked("{text} (implausible)"), text=volts)
+        return message(marked("{text} (implausible)"), text=volts)
     outside = record_outside(record)
     if outside is None:
         return UserMessage(volts)
-    return said(marked("{value}, {fault}"), value=volts, fault=said(outside.fault.value))
+    return message(marked("{value}, {fault}"), value=volts, fault=message(outside.fault.value))

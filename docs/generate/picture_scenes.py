@@ -55,7 +55,7 @@ MOST_CHECKS: Final = 6
 
 def connect(studio: Studio) -> None:
     window = studio.assembly.window
-    studio.until(lambda: window.panel.isVisible() and studio.assembly.ports.has_looked, "the ports are not listed")
+    studio.until(lambda: window.panel.isVisible() and studio.assembly.ports.has_listed, "the ports are not listed")
     studio.run(0.3)
     studio.take("connect", window.panel)
 
@@ -215,7 +215,7 @@ def recordings(studio: Studio) -> None:
     studio.until(lambda: len(page.work.entries) > 1, "nothing was recorded")
     page.table.selectRow(1)
     studio.press("recordings_keep")
-    studio.until(lambda: page.work.doing is None and page.work.entries[1].is_kept, "it is not kept")
+    studio.until(lambda: page.work.progress is None and page.work.entries[1].is_pinned, "it is not kept")
     page.work.dismiss()
     page.table.selectRow(1)
     page.refresh()

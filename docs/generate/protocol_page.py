@@ -17,9 +17,9 @@ from protocol.catalogue import (  # noqa: E402
     COMMANDS,
     DEFAULT_BAUD_RATE,
     HEARTBEAT_CODE,
+    MAX_RECORDS,
     RECORD_CODE,
     RECORD_PARTS,
-    RECORDS_KEPT,
     SET,
     STATUS_PARTS,
     Command,
@@ -60,7 +60,7 @@ def page() -> str:
         status_table=part_table(STATUS_EXAMPLE, STATUS_PARTS),
         record_example=spaced(RECORD_EXAMPLE),
         record_table=part_table(RECORD_EXAMPLE, RECORD_PARTS),
-        records_kept=RECORDS_KEPT,
+        records_kept=MAX_RECORDS,
     )
 
 

@@ -13,7 +13,7 @@ from enum import Enum
 from typing import Any, Final
 
 from app.simulator.memory import record_frame
-from app.terminal.console import DONE, NO_LINK, PARTLY, SAID_NO, USED_WRONGLY
+from app.terminal.console import ANSWER_NO, NO_LINK, PARTIAL, SUCCESS, USAGE_ERROR
 from protocol.fields import Value
 from tests.adversary.program import Ran
 from tests.adversary.truth import KEYS, Heard, Truth, settings_keys
@@ -92,7 +92,7 @@ def _conduct(case: Case) -> Iterator[Finding]:
         yield Finding(Breach.MISHAP, repr(mishap))
     if "Traceback" in ran.out + ran.err:
         yield Finding(Breach.MISHAP, "a traceback was printed")
-    if not ran.is_hung and not ran.mishaps and ran.code not in (DONE, SAID_NO, NO_LINK, PARTLY):
+    if not ran.is_hung and not ran.mishaps and ran.code not in (SUCCESS, ANSWER_NO, NO_LINK, PARTIAL):
         yield Finding(Breach.EXIT_CODE, f"exit code {ran.code}")
     allowed = Counter(case.acts)
     for frame, count in case.truth.acts_sent.items():
@@ -157,7 +157,7 @@ def stands(
 def judge_read(case: Case) -> Iterator[Finding]:
     answer, code = case.answer, case.ran.code
     if not answer:
-        if code in (DONE, PARTLY):
+        if code in (SUCCESS, PARTIAL):
             yield Finding(Breach.EXIT_CODE, f"exit code {code}, and nothing was printed")
         return
     values = {**answer["settings"], "boot_count": answer["boot_count"], **answer["status"]}
@@ -168,7 +168,7 @@ def judge_read(case: Case) -> Iterator[Finding]:
     for flag in ("attitude_trigger", "freefall_trigger"):
         if values.get(flag) is not None:
             yield Finding(Breach.WRONG_VALUE, f"{flag} is shown as {values[flag]}, and nobody can know it")
-    if code == DONE and (missing or answer["errors"]):
+    if code == SUCCESS and (missing or answer["errors"]):
         yield Finding(Breach.EXIT_CODE, f"exit code 0 without {missing or answer['errors']}")
     if code == NO_LINK and not missing:
         yield Finding(Breach.EXIT_CODE, "exit code 3 with everything read")
@@ -178,11 +178,11 @@ def judge_set(wanted: Mapping[str, Value]) -> Judge:
     def judge(case: Case) -> Iterator[Finding]:
         answer, code = case.answer, case.ran.code
         results = answer.get("results", {})
-        if code == DONE and set(results) != set(wanted):
+        if code == SUCCESS and set(results) != set(wanted):
             yield Finding(Breach.EXIT_CODE, f"exit code 0 with results for {sorted(results)}")
         for key, result in results.items():
             is_fine = result["error"] is None
-            if code == DONE and not is_fine:
+            if code == SUCCESS and not is_fine:
                 yield Finding(Breach.EXIT_CODE, f"exit code 0, and {key}: {result['error']}")
             if result["verified"]:
                 yield from stands(case, key, wanted[key], Breach.FALSE_VERIFIED, "verified")
@@ -192,7 +192,7 @@ def judge_set(wanted: Mapping[str, Value]) -> Judge:
                 yield from shown(case, key, result["read_back"])
             if result["acknowledged"] and not _was_acknowledged(case, key):
                 yield Finding(Breach.FALSE_VERIFIED, f"{key} is said to be acknowledged, and no answer came")
-        if code == DONE or any(result["verified"] for result in results.values()):
+        if code == SUCCESS or any(result["verified"] for result in results.values()):
             yield from _moved(case, wanted, {*answer.get("changed", {}), *answer.get("unread", [])})
 
     return judge
@@ -217,7 +217,7 @@ def _moved(case: Case, wanted: Mapping[str, Value], named: set[str]) -> Iterator
 def judge_baud(wanted: int) -> Judge:
     def judge(case: Case) -> Iterator[Finding]:
         result = case.answer.get("results", {}).get("baud_rate")
-        if case.ran.code == DONE and (result is None or not result["verified"]):
+        if case.ran.code == SUCCESS and (result is None or not result["verified"]):
             yield Finding(Breach.EXIT_CODE, "exit code 0 without a proven rate")
         if result is not None and result["verified"] and case.truth.now.baud_rate != wanted:
             rate = case.truth.now.baud_rate
@@ -237,9 +237,9 @@ def judge_history(case: Case) -> Iterator[Finding]:
     invented = Counter(record["raw"].upper() for record in records if record["confirmed"]) - Counter(own)
     if invented:
         yield Finding(Breach.LOST_RECORD, f"listed as certain and never was: {next(iter(invented))}")
-    if (code == DONE) != (answer.get("complete") is True):
+    if (code == SUCCESS) != (answer.get("complete") is True):
         yield Finding(Breach.EXIT_CODE, f"exit code {code} with complete: {answer.get('complete')}")
-    if code == DONE and not case.withholds and listed != own:
+    if code == SUCCESS and not case.withholds and listed != own:
         yield Finding(Breach.LOST_RECORD, f"exit code 0 with {len(listed)} records, and it keeps {len(own)}")
     if "keeps no trigger records" in case.ran.err + case.ran.out and own:
         yield Finding(Breach.LOST_RECORD, f"said to keep none, and it keeps {len(own)}")
@@ -250,7 +250,7 @@ def judge_find(case: Case) -> Iterator[Finding]:
     rates = {moment.baud_rate for moment in case.truth.moments}
     if found is not None and found not in rates:
         yield Finding(Breach.WRONG_VALUE, f"found at {found} baud, and it is at {case.truth.now.baud_rate}")
-    if (code == DONE) != (found is not None) and case.answer:
+    if (code == SUCCESS) != (found is not None) and case.answer:
         yield Finding(Breach.EXIT_CODE, f"exit code {code} with {found}")
 
 
@@ -263,7 +263,7 @@ def judge_monitor(case: Case) -> Iterator[Finding]:
         if sample not in known:
             yield Finding(Breach.WRONG_VALUE, f"a status that the module never sent: {sample}")
             break
-    if case.ran.code == DONE and not lines:
+    if case.ran.code == SUCCESS and not lines:
         yield Finding(Breach.EXIT_CODE, "exit code 0 without a status")
 
 
@@ -271,10 +271,10 @@ def judge_preflight(case: Case) -> Iterator[Finding]:
     answer, code = case.answer, case.ran.code
     verdict = answer.get("verdict")
     if verdict is None:
-        if code == DONE:
+        if code == SUCCESS:
             yield Finding(Breach.EXIT_CODE, "exit code 0 without a verdict")
         return
-    if (code in (DONE, PARTLY)) != (verdict in ("GO", "READY")):
+    if (code in (SUCCESS, PARTIAL)) != (verdict in ("GO", "READY")):
         yield Finding(Breach.EXIT_CODE, f"exit code {code} with {verdict}")
     if verdict in ("GO", "READY"):
         against = [one["id"] for one in answer["checks"] if one["result"] not in ("pass", "warn")]
@@ -310,7 +310,7 @@ MOST_TILT_DEG: Final = 10
 
 def judge_activation(*, is_wanted: bool) -> Judge:
     def judge(case: Case) -> Iterator[Finding]:
-        if case.ran.code == DONE:
+        if case.ran.code == SUCCESS:
             yield from stands(case, "active", is_wanted, Breach.FALSE_OUTCOME, "confirmed", settled_s=0.0)
         if "still reports LOCKED" in case.ran.err + case.ran.out and case.truth.now.is_active:
             yield Finding(Breach.FALSE_OUTCOME, "said to be still locked, and it is active")
@@ -319,15 +319,15 @@ def judge_activation(*, is_wanted: bool) -> Judge:
 
 
 def judge_zero(case: Case) -> Iterator[Finding]:
-    if case.ran.code == DONE and case.truth.now.tilt_deg:
+    if case.ran.code == SUCCESS and case.truth.now.tilt_deg:
         yield Finding(Breach.FALSE_OUTCOME, f"confirmed, and the tilt is still {case.truth.now.tilt_deg}°")
 
 
 def judge_shutdown(case: Case) -> Iterator[Finding]:
-    if case.ran.code == DONE and case.truth.now.is_on:
+    if case.ran.code == SUCCESS and case.truth.now.is_on:
         yield Finding(Breach.FALSE_OUTCOME, "confirmed, and the module is still on")
 
 
 def judge_nothing(case: Case) -> Iterator[Finding]:
-    if case.ran.code != USED_WRONGLY or case.truth.sent:
+    if case.ran.code != USAGE_ERROR or case.truth.sent:
         yield Finding(Breach.EXIT_CODE, f"without --yes: exit code {case.ran.code}, {len(case.truth.sent)} frames")

@@ -93,8 +93,8 @@ class Session:
         """Compare every value that is shown as certain."""
         case, view, now = self.case, self.desk.view, self.desk.clock()
         for row in self.desk.rows():
-            if row.command.key in settings_keys() and row.state in SURE and row.stands is not None:
-                self.findings += shown(case, row.command.key, row.stands.value)
+            if row.command.key in settings_keys() and row.state in SURE and row.module_value is not None:
+                self.findings += shown(case, row.command.key, row.module_value.value)
         for key in ("active", "triggered", "boot_count"):
             value = view.fresh(key, now)
             if value is not None:

@@ -35,7 +35,7 @@ BETWEEN_S: Final = 0.06
 def _block(store: Store, is_over: threading.Event) -> None:
     """As a disk that takes 3 s for each commit: the connection that writes is held."""
     while not is_over.is_set():
-        with store.database.together():
+        with store.database.transaction():
             is_over.wait(BLOCKED_S)
 
 

@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from app.simulator.bench import SimulatedBench
-from app.simulator.control_lines import LineRefused, obey
+from app.simulator.control_lines import LineRefused, execute
 from app.simulator.options import parse_options, setup_from
 from app.simulator.servers.endpoint import Loop
 from app.simulator.servers.pty_server import PtyEndpoint
@@ -97,7 +97,7 @@ def _answer(bench: SimulatedBench, locks: _LockTimes, line: str) -> str:
         with bench.changed:
             return str(bench.module.stream_frames_sent)
     try:
-        return obey(bench, line).replace("\n", " ")
+        return execute(bench, line).replace("\n", " ")
     except LineRefused as error:
         return f"refused: {error}"
 

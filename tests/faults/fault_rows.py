@@ -6,7 +6,7 @@ from typing import Any
 
 from app.procedures.ask_status import ask_status
 from app.procedures.find import WAITS_S, Found, answers_here, find_rate, proofs
-from app.procedures.greet import Greeting, greet
+from app.procedures.handshake import Handshake, handshake
 from app.procedures.history import History, read_history
 from app.procedures.lock import LOCK, Locked, lock
 from app.procedures.read import Everything, read_everything
@@ -25,7 +25,7 @@ def _says_status(is_known: bool) -> str:
     return "known" if is_known else "unknown"
 
 
-def _says_greeting(greeting: Greeting) -> str:
+def _says_greeting(greeting: Handshake) -> str:
     return "answered" if greeting.silence is None else greeting.silence.value
 
 
@@ -143,7 +143,7 @@ def _no_watch_lie(_result: Any, _cell: Cell) -> list[str]:
 
 
 ROWS: tuple[Row, ...] = (
-    Row("greet.greet", greet, _says_greeting, _nothing),
+    Row("handshake.handshake", handshake, _says_greeting, _nothing),
     Row("ask_status.ask_status", ask_status, _says_status, _nothing),
     Row("find.answers_here", lambda: answers_here(WAITS_S, proofs()), _says_here, _no_here_lie),
     Row("find.find_rate", lambda: find_rate(115200), _says_found, _no_found_lie),

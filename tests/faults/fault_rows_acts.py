@@ -10,7 +10,7 @@ from app.procedures.baud import BaudChanged, BaudEnd, change_baud, look_for
 from app.procedures.light_calibration import Band, measure_light
 from app.procedures.power_cycle import Ending, PowerCycleResult, Retention, survives_power_cycle
 from app.procedures.write import restarted_since
-from app.procedures.write_all import Leave, SettingChange, WriteReport, write_all
+from app.procedures.write_all import SettingChange, WriteContext, WriteReport, write_all
 from app.safety.acts import REQUESTS, Act
 from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
@@ -161,7 +161,7 @@ ACT_ROWS: tuple[Row, ...] = (
     ),
     Row(
         "write_all.write_all",
-        lambda: write_all(_changes(), Leave(journal=FakeJournal())),
+        lambda: write_all(_changes(), WriteContext(journal=FakeJournal())),
         _says_report,
         _no_report_lie,
     ),

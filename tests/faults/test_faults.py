@@ -153,4 +153,4 @@ def test_a_port_that_is_lost_says_how() -> None:
 
 def test_the_struck_request_is_the_act_where_there_is_one() -> None:
     assert target_index(ROW_BY_TITLE["lock.lock"]) == 0
-    assert target_index(ROW_BY_TITLE["greet.greet"]) == 0
+    assert target_index(ROW_BY_TITLE["handshake.handshake"]) == 0

@@ -69,7 +69,7 @@ class InlineWorker(Worker):
     def start(self) -> None: ...
 
     def stop(self, deadline_s: float = 2.0) -> bool:
-        self._leave()
+        self._close_in_order()
         return True
 
     def submit(self, job: Job, *, is_urgent: bool = False) -> Job:  # type: ignore[type-arg]
@@ -93,14 +93,14 @@ class InlineWorker(Worker):
         while True:
             try:
                 while True:
-                    self._obey(self._orders.get_nowait())
+                    self._execute(self._orders.get_nowait())
             except Empty:
                 pass
             if self._session is None or clock.now_s >= end_s:
                 break
             try:
                 self._session.step()
-                self._gather(self._session)
+                self._collect_batch(self._session)
                 self._collect_finished()
             except PortError as error:
                 self._lose_port(error)
@@ -342,7 +342,7 @@ def gesture_bench(
     with (
         patch("ui.main.Connector", partial(Connector, clock=clock)),
         patch("app.engine.worker.open_line", lambda _port, _rate: line),
-        patch.object(storage.sessions, "tapped", lambda: make),
+        patch.object(storage.sessions, "recorded_workers", lambda: make),
         patch.object(storage, "journal", lambda *_: journal),
     ):
         options = WindowOptions(language=language)

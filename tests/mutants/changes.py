@@ -32,7 +32,7 @@ _OPERATORS: dict[type[ast.operator], type[ast.operator]] = {
     ast.LShift: ast.RShift,
     ast.RShift: ast.LShift,
 }
-_LEFT_OUT_CALLS = frozenset({"marked", "tr", "said", "isinstance", "cast"})
+_LEFT_OUT_CALLS = frozenset({"marked", "tr", "message", "isinstance", "cast"})
 
 
 class Mutant(NamedTuple):

@@ -4,7 +4,7 @@ import pytest
 
 from protocol.catalogue import BY_CODE, BY_NAME, RECORD_CODE, STATUS_CODE
 from protocol.frame import (
-    LONGEST_FRAME,
+    MAX_FRAME_LENGTH,
     Direction,
     Frame,
     Reason,
@@ -83,7 +83,7 @@ def test_lengths_by_code() -> None:
     assert module_lengths(0x35) == (16, 6)
     assert module_lengths(0x34) == (6,)
     assert module_lengths(0x02) == ()
-    assert max(length for code in BY_CODE for length in module_lengths(code)) == LONGEST_FRAME
+    assert max(length for code in BY_CODE for length in module_lengths(code)) == MAX_FRAME_LENGTH
 
 
 @pytest.mark.parametrize("hex_text", ["", "42 61 34 01 00", "41 75 34 01 00 35", "42 61 34 01 00 35 00"])

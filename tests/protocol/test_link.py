@@ -171,7 +171,7 @@ def test_e06_a_record_after_half_a_second_of_silence_is_none_of_the_answer(
     bench.ask(TRIGGER_RECORDS.query())
     bench.hear(RECORD, after_s=0.1)
     bench.hear(TRAP, after_s=gap_s)
-    assert bench.roles() == [Role.ANSWER, Role.ANSWER if belongs else Role.UNASKED]
+    assert bench.roles() == [Role.ANSWER, Role.ANSWER if belongs else Role.UNSOLICITED]
     bench.wait(0.6)
     (answered,) = bench.taken(Answered)
     assert isinstance(answered, Answered)

@@ -65,7 +65,7 @@ ERRORS: dict[str, tuple[object, str, Any]] = {
     "no fence": (StaleReplies, "could_answer", lambda *_: False),
     "a fence before everything": (StaleReplies, "could_answer", lambda *_: True),
     "copies are not known": (StaleReplies, "is_copy", lambda *_: False),
-    "any answer passes everything": (StaleReplies, "pass_by", _passes_by_anything),
+    "any answer passes everything": (StaleReplies, "on_answered", _passes_by_anything),
     "any restart passes everything": (Link, "_restart", _forgets_at_any_restart),
     "what began before is believed": (Link, "_is_answer", _also_from_before),
     "answers are ignored": (Link, "_is_answer", lambda *_: False),

@@ -5,10 +5,10 @@ from typing import Any
 import pytest
 
 from app.procedures.read import READABLE, read_everything
-from app.procedures.write_all import Leave, SettingChange, write_all
+from app.procedures.write_all import SettingChange, WriteContext, write_all
 from protocol.catalogue import ACTIVATION, BY_NAME, HEARTBEAT, SERIAL_OUTPUT, SETTINGS
 from protocol.events import Sent
-from protocol.request_gap import LONGEST_S, PATIENCE, PAUSES_S, Gap
+from protocol.request_gap import MAX_S, PATIENCE, PAUSES_S, Gap
 from tests.support.journals import FakeJournal
 from tests.support.line.link_bench import PULSE, Bench, named
 from tests.support.line.sim_line import Rig
@@ -27,7 +27,7 @@ def read_and_write(rig: Rig) -> None:
 
 def write_values(rig: Rig) -> None:
     changes = [SettingChange(BY_NAME[name], value) for name, value in VALUES.items()]
-    report = rig.run(write_all(changes, Leave(journal=FakeJournal())))
+    report = rig.run(write_all(changes, WriteContext(journal=FakeJournal())))
     assert [written.verified for written in report.results] == [True] * len(VALUES), report
     memory = rig.bench.module.memory
     assert (memory.attitude_threshold, memory.freefall_time) == (70, 120)
@@ -87,7 +87,7 @@ def test_a_set_waits_less_once_a_quick_request_was_answered() -> None:
 
 def lose(gap: Gap, now: float, pause_s: float) -> float:
     """A question `pause_s` after a reply is lost, the second one after 200 ms is answered."""
-    gap.hear_reply(now)
+    gap.on_reply(now)
     gap.sent(is_repeated=False, now=now + pause_s)
     gap.sent(is_repeated=True, now=now + pause_s + 0.2)
     gap.answered()
@@ -95,7 +95,7 @@ def lose(gap: Gap, now: float, pause_s: float) -> float:
 
 
 def answer(gap: Gap, now: float, pause_s: float) -> float:
-    gap.hear_reply(now)
+    gap.on_reply(now)
     gap.sent(is_repeated=False, now=now + pause_s)
     gap.answered()
     return now + 1.0
@@ -104,7 +104,7 @@ def answer(gap: Gap, now: float, pause_s: float) -> float:
 def test_nothing_is_learnt_from_questions_that_are_never_answered() -> None:
     gap = Gap()
     for now in range(10):
-        gap.hear_reply(now)
+        gap.on_reply(now)
         gap.sent(is_repeated=False, now=now + 0.001)
         gap.sent(is_repeated=False, now=now + 0.3)
         gap.answered()
@@ -161,13 +161,13 @@ def test_nothing_is_held_back_for_longer_than_the_longest_pause() -> None:
         bench.now += 0.01
         sent = [event for event in bench.link.receive(PULSE, bench.now) if isinstance(event, Sent)]
         sent += [event for event in bench.link.tick(bench.now) if isinstance(event, Sent)]
-    assert sent[0].at - asked_at == pytest.approx(LONGEST_S, abs=0.011)
+    assert sent[0].at - asked_at == pytest.approx(MAX_S, abs=0.011)
 
 
 def test_every_setting_waits_for_a_quiet_line() -> None:
     for command in SETTINGS:
         gap = Gap()
-        gap.hear_reply(1.0)
+        gap.on_reply(1.0)
         value = next(iter(sorted(command.write.allowed))) if command.write is not None else 0
         request = command.set(command.write.decode(value)) if command.write is not None else QUESTION
         assert gap.due(request, 1.0, is_repeated=False, now=1.0) >= 1.01

@@ -127,7 +127,7 @@ def test_a_doubled_heartbeat_is_no_restart(bench: Bench) -> None:
     bench.hear(PULSE, PULSE)
     bench.wait(1)
     assert bench.taken(Restarted) == []
-    assert bench.roles() == [Role.ANSWER, Role.DOUBLED]
+    assert bench.roles() == [Role.ANSWER, Role.DUPLICATE]
 
 
 def test_a_restart_during_a_heartbeat_is_seen(bench: Bench) -> None:
@@ -196,7 +196,7 @@ def test_a_second_copy_of_a_reading_acknowledges_no_set(bench: Bench) -> None:
     bench.hear(encode_reply(0x20, 60))
     assert bench.ask(named("attitude_threshold").set(70)) == HEARTBEAT.query().encode()
     bench.hear(encode_reply(0x20, 60))
-    assert bench.roles() == [Role.ANSWER, Role.DOUBLED]
+    assert bench.roles() == [Role.ANSWER, Role.DUPLICATE]
 
 
 def test_a_copy_that_answers_the_same_question_again_passes_nothing_by(bench: Bench) -> None:
@@ -259,7 +259,7 @@ def test_a_copy_of_a_heartbeat_opens_no_fence(bench: Bench) -> None:
     bench.link.abandon(bench.now)
     assert bench.ask(named("freefall_time").set(1.8)) == named("boot_count").query().encode()
     assert bench.hear(PULSE, after_s=0.01) == b""
-    assert bench.roles() == [Role.ANSWER, Role.DOUBLED]
+    assert bench.roles() == [Role.ANSWER, Role.DUPLICATE]
     bench.hear(encode_reply(0x22, 180), after_s=0.02)
     assert bench.hear(encode_reply(0x23, 37)) == named("freefall_time").set(1.8).encode()
 

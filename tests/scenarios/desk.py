@@ -15,7 +15,7 @@ from app.procedures.baud import change_baud
 from app.procedures.lock import Locked, lock
 from app.procedures.power_cycle import PowerCycleResult, survives_power_cycle
 from app.procedures.read import read_everything
-from app.procedures.write_all import Leave, WriteReport, write_all
+from app.procedures.write_all import WriteContext, WriteReport, write_all
 from app.safety.acts import Act
 from app.safety.interlocks import Interlock, interlock_inputs, refusals
 from app.safety.permit import Origin, Permit
@@ -101,7 +101,7 @@ class Desk(DeskPort):
         )
         if any(one.condition is not Interlock.MAY_WRITE or now_is.active for one in refusals(Act.WRITE, now_is)):
             return
-        leave = Leave(
+        leave = WriteContext(
             journal=self.journal, armed=self.armed, is_unlocked=is_unlocked,
             keep_snapshot=self._keep if self.found is None else None,
         )  # fmt: skip
@@ -117,7 +117,7 @@ class Desk(DeskPort):
             self.form.abort_write()
             return
         self.on_write(run.result)
-        self.form.take_results(run.result.results)
+        self.form.on_written(run.result.results)
 
     def check_survival(self) -> None:
         if self.is_open and not self.is_busy and self.form.written:

@@ -71,7 +71,7 @@ class Judge:
                 self._judge_claim(one.command, one.wanted, one.stands.how, one.stands.at)
 
     def _judge_row(self, row: FormRow) -> None:
-        desk, stands = self._desk, row.stands
+        desk, stands = self._desk, row.module_value
         if row.state is RowState.WRITING:
             assert desk.is_busy, f"{row.command.name} is being written by nobody"
         if stands is None:

@@ -222,12 +222,12 @@ class DeskMachine(RuleBasedStateMachine):
     @rule(faults=FAULTS)
     def fault(self, faults: dict[str, Any]) -> None:
         self.judge.truth.disturb(self.desk.clock())
-        self.desk.bench.heal()
+        self.desk.bench.end_faults()
         self.desk.bench.change(**faults)
 
     @rule(seconds=st.sampled_from([0.0, 5.0]))
     def heal(self, seconds: float) -> None:
-        self.desk.bench.heal()
+        self.desk.bench.end_faults()
         self.judge.truth.calm(self.desk.clock())
         self.desk.wait(seconds)
 
@@ -280,7 +280,7 @@ class DeskMachine(RuleBasedStateMachine):
         if not bench.module.is_on:
             bench.press_switch()
             self.judge.restarted()
-        bench.heal()
+        bench.end_faults()
         self.judge.truth.calm(desk.clock())
         desk.disarm(Input.CANCEL)
         desk.cancel()

@@ -7,7 +7,7 @@ from app.engine.device import Device, DeviceView
 from app.engine.procedure import PortLost, Procedure
 from app.engine.session import Run, Session
 from app.engine.transport import PortError, PortTrouble
-from app.procedures.greet import greet
+from app.procedures.handshake import handshake
 from app.procedures.stream import StreamSwitch, watch
 from app.safety.acts import Act
 from app.safety.journal import Entry
@@ -110,7 +110,7 @@ class DeskPort:
         self._device = self.session.device
         if self._is_watching:
             self.session.run_in_background(watch(StreamSwitch()))
-        self.run(greet(), lambda _run: None)
+        self.run(handshake(), lambda _run: None)
 
     def make_line(self, baud_rate: int) -> "WatchedLine":
         """Raises `PortError` if nothing is plugged in."""

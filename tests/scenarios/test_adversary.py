@@ -147,7 +147,7 @@ def breaks(patch: pytest.MonkeyPatch) -> None:
 
 
 def all_is_well(patch: pytest.MonkeyPatch) -> None:
-    patch.setattr("app.terminal.console.SAID_NO", 0)
+    patch.setattr("app.terminal.console.ANSWER_NO", 0)
 
 
 def acknowledged_is_done(patch: pytest.MonkeyPatch) -> None:

@@ -197,7 +197,7 @@ def test_control_characters_are_shown_and_not_obeyed() -> None:
     ids=lambda words: words[0] if words[0].isprintable() else "no command",
 )
 def test_no_command_prints_typed_control_characters(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
-    assert program.main(words) in (console.USED_WRONGLY, console.NO_LINK)
+    assert program.main(words) in (console.USAGE_ERROR, console.NO_LINK)
     printed = capsys.readouterr()
     both = (printed.out + printed.err).replace("\n", "")
     assert both

@@ -102,12 +102,12 @@ def test_a_locked_store_refuses_acts_but_not_lock(store: Store, tmp_path: Path) 
 
 
 def test_reading_does_not_wait_for_a_commit(store: Store) -> None:
-    store.meet_module("M-07")
+    store.register_module("M-07")
     inside, release = threading.Event(), threading.Event()
 
     def write_slowly() -> None:
-        with store.database.together():
-            store.meet_module("M-08")
+        with store.database.transaction():
+            store.register_module("M-08")
             inside.set()
             release.wait(LIMIT_S)
 

@@ -43,7 +43,7 @@ def port() -> str:
 def hasty(monkeypatch: pytest.MonkeyPatch) -> None:
     """Shorten the waits, for tests of what follows them."""
     monkeypatch.setattr("protocol.link.Timing", partial(Timing, answer_s=0.6, records_quiet_s=0.1))
-    monkeypatch.setattr("app.procedures.greet.GREETING_WAITS_S", (0.2, 0.2))
+    monkeypatch.setattr("app.procedures.handshake.HANDSHAKE_WAITS_S", (0.2, 0.2))
     monkeypatch.setattr("app.procedures.stream.LISTEN_FIRST_S", 0.3)
 
 

@@ -13,7 +13,7 @@ from app.safety.acts import EFFECTS, TITLES, Act
 from app.safety.interlocks import Interlock
 from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
-from app.text.sentences import together
+from app.text.sentences import join_sentences
 from protocol.translatable import marked
 from ui.acts.confirm import Confirm
 from ui.acts.outcomes import ASKING, SameModule, motion_text, not_begun, open_conditions, outcome_notice
@@ -77,10 +77,10 @@ class ActRow(QFrame):
         # What is armed is visible on this page; another line in each row would move the button under the hand.
         told = [one for one in found if one.condition is not Interlock.NOTHING_ELSE_ARMED]
         # Without a module, or with perhaps another one, all other conditions follow from that.
-        first = [one for one in told if one.condition in (Interlock.ONLINE, Interlock.IS_THE_ONE_MEANT)][:1]
+        first = [one for one in told if one.condition in (Interlock.ONLINE, Interlock.IS_PROVEN_MODULE)][:1]
         if self.act is Act.ZERO:  # one condition at a time: a second line would move the rows below
             first = first or told[:1]
-        self.conditions.setText(together(one.sentence for one in first or told))
+        self.conditions.setText(join_sentences(one.sentence for one in first or told))
         # An old status does not disable the button: the engine asks for a new one before it decides.
         in_the_way = [one for one in found if one.condition is not Interlock.FRESH_STATUS]
         if self.act is Act.ZERO:
@@ -103,12 +103,12 @@ class ActRow(QFrame):
 
     def _end(self, job: Job[Performed]) -> None:
         if job.run.error is not None:
-            self._job.say(not_begun)
+            self._job.set_notice(not_begun)
         else:
             self._performed = done = job.outcome()
             if done.act is Act.SHUTDOWN and done.outcome is Outcome.CONFIRMED and not done.is_rehearsal:
                 self._connector.current.note_shutdown()
-            self._job.say(partial(outcome_notice, done, self._forget))
+            self._job.set_notice(partial(outcome_notice, done, self._forget))
         self.ended.emit(None if job.run.error is not None else self._performed)
 
     def _forget(self) -> None:

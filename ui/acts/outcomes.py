@@ -39,11 +39,11 @@ class SameModule:
 
     def __init__(self, connector: Connector) -> None:
         self._connector = connector
-        self._whose = connector.whose
+        self._whose = connector.adapter_key
 
     def is_another(self) -> bool:
         """Whether another module was connected since the last call."""
-        before, self._whose = self._whose, self._connector.whose
+        before, self._whose = self._whose, self._connector.adapter_key
         return before != self._whose
 
     def has_turned(self, done: Performed | None) -> bool:

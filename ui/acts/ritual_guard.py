@@ -24,7 +24,7 @@ class RitualGuard(QObject):
         self._hook_before: _Hook | None = None
         app = QApplication.instance()
         if isinstance(app, QApplication):
-            app.focusChanged.connect(self._follow_focus)
+            app.focusChanged.connect(self._on_focus_changed)
 
     @property
     def is_watching(self) -> bool:
@@ -33,7 +33,7 @@ class RitualGuard(QObject):
     def begin(self) -> None:
         if not self.is_watching:
             self._hook_before = sys.excepthook
-            sys.excepthook = self._take_fault
+            sys.excepthook = self._on_fault
             self._window = self._widget.window()
             self._window.installEventFilter(self)
 
@@ -42,15 +42,15 @@ class RitualGuard(QObject):
             self._window.removeEventFilter(self)
             self._window = None
             # A hook that was installed over this one stays; this one then only forwards.
-            if self._hook_before is not None and sys.excepthook == self._take_fault:
+            if self._hook_before is not None and sys.excepthook == self._on_fault:
                 sys.excepthook = self._hook_before
 
-    def _take_fault(self, kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
+    def _on_fault(self, kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
         self._break(Input.FAILED)
         if self._hook_before is not None:
             self._hook_before(kind, error, trace)
 
-    def _follow_focus(self, _old: QWidget | None, now: QWidget | None) -> None:
+    def _on_focus_changed(self, _old: QWidget | None, now: QWidget | None) -> None:
         if now is None:
             self._break(Input.WINDOW_LEFT)
         elif now is not self._widget and not self._widget.isAncestorOf(now):

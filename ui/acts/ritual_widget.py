@@ -22,7 +22,7 @@ from app.safety.permit import Permit
 from app.safety.ritual import ARMED_FOR_S, HOLD_S, Input, Ritual, Stage
 from app.system.sleep_detector import SleepDetector, sleepless_clock
 from app.text.i18n import tr
-from app.text.sentences import together
+from app.text.sentences import join_sentences
 from protocol.link_states import Presence
 from protocol.translatable import marked
 from ui.acts.hold_button import HoldButton
@@ -30,7 +30,7 @@ from ui.acts.outcomes import ASKING, SameModule, not_begun, open_conditions, out
 from ui.acts.ritual_guard import RitualGuard
 from ui.acts.step_mark import StepMark, StepPlace
 from ui.services.context import Services
-from ui.services.module_name import whose
+from ui.services.module_name import module_label
 from ui.services.running_job import RunningJob
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control
@@ -132,7 +132,7 @@ class RitualWidget(QFrame):
             self._job.dismiss()
         self._title.setText(self._heading())
         found = open_conditions(self._services, Act.DEPLOY)
-        self.conditions.setText(together(one.sentence for one in found))
+        self.conditions.setText(join_sentences(one.sentence for one in found))
         is_rehearsal = self.is_under_way and self.ritual.is_rehearsal
         self._reasons.setCurrentWidget(self.conditions if found and not is_rehearsal else self._effect)
         is_free = not self.is_under_way and not self._job.is_running
@@ -149,37 +149,37 @@ class RitualWidget(QFrame):
         """Disarm; nothing is sent."""
         if self.is_under_way:
             self.ritual.disarm(why)
-            self._follow()
+            self._on_stage()
 
     # The gestures
 
     def _choose(self, *, is_rehearsal: bool) -> None:
         self.ritual.choose(is_rehearsal=is_rehearsal)
-        self._take_focus()
+        self._focus_cancel()
         self._job.dismiss()
         self._begin_watching()
 
     def _arm(self) -> None:
         self.ritual.arm(self._connector.clock())
         self._services.armed.act = Act.DEPLOY
-        self._take_focus()
+        self._focus_cancel()
         self._show()
 
-    def _take_focus(self) -> None:
+    def _focus_cancel(self) -> None:
         """Move the focus before the button that has it is hidden: it would go elsewhere and disarm."""
         self.cancel.show()
         self.cancel.setFocus()
 
     def _press(self) -> None:
         self.ritual.press(self._connector.clock())
-        self._follow()
+        self._on_stage()
 
     def _release(self) -> None:
         if not self.isVisible():
             self.disarm(Input.WINDOW_LEFT)
         elif self.ritual.stage is Stage.HOLDING:
             self.ritual.release()
-            self._follow()
+            self._on_stage()
 
     # The watch
 
@@ -227,9 +227,9 @@ class RitualWidget(QFrame):
             raise
         if permit is not None:
             self._fire(permit)
-        self._follow()
+        self._on_stage()
 
-    def _follow(self) -> None:
+    def _on_stage(self) -> None:
         """Show the stage; clean up once it is IDLE or FIRED."""
         if not self.is_under_way and self._guard.is_watching:
             self._timer.stop()
@@ -239,7 +239,7 @@ class RitualWidget(QFrame):
             leave_focus(self)
             why = self.ritual.ended_by
             if self.ritual.stage is Stage.IDLE and why is not None and why in _ENDED:
-                self._job.say(partial(_ended_notice, why, self._job.dismiss))
+                self._job.set_notice(partial(_ended_notice, why, self._job.dismiss))
         self._show()
 
     # The end of it
@@ -247,7 +247,7 @@ class RitualWidget(QFrame):
     def _fire(self, permit: Permit) -> None:
         if permit.is_rehearsal:
             self.ritual.disarm(Input.FINISHED)
-            self._job.say(partial(outcome_notice, rehearse(Act.DEPLOY, permit), self._job.dismiss))
+            self._job.set_notice(partial(outcome_notice, rehearse(Act.DEPLOY, permit), self._job.dismiss))
             return
         journal = self._services.storage.journal(self._connector.target)
         self._job.run(perform(Act.DEPLOY, journal, permit=permit, armed=self._services.armed), self._end)
@@ -255,7 +255,7 @@ class RitualWidget(QFrame):
     def _end(self, job: Job[Performed]) -> None:
         self.ritual.disarm(Input.FINISHED)
         done = None if job.run.error is not None else job.outcome()
-        self._job.say(not_begun if done is None else partial(outcome_notice, done, self._job.dismiss))
+        self._job.set_notice(not_begun if done is None else partial(outcome_notice, done, self._job.dismiss))
 
     def _show(self) -> None:
         ritual, now = self.ritual, self._connector.clock()
@@ -307,7 +307,7 @@ class RitualWidget(QFrame):
         if target is None or not self._connector.is_open:
             return act
         port = target.device.removeprefix("/dev/").partition("?")[0]
-        return tr("{act}: {module} on {port}", act=act, module=whose(self._services.naming.name), port=port)
+        return tr("{act}: {module} on {port}", act=act, module=module_label(self._services.naming.name), port=port)
 
     # Qt
 

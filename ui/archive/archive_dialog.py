@@ -27,7 +27,7 @@ from app.archive.module_names import Conflict
 from app.store.store import Store
 from app.text.i18n import tr
 from app.text.messages import UserMessage, clean
-from app.text.sentences import together
+from app.text.sentences import join_sentences
 from ui.archive.archive_exchange import ArchiveExchange, last_time
 from ui.archive.archive_tables import life_table, modules_table, short_station
 from ui.core.background_task import BackgroundTask
@@ -131,7 +131,7 @@ class ArchiveDialog(QDialog):
         try:
             self._exchange.use_server(self.server.text())
         except ArchiveTrouble as error:
-            self._say(error.message.in_words(), Meaning.ATTENTION)
+            self._show_message(error.message.translated(), Meaning.ATTENTION)
             return
         self.server.setText(self._exchange.server or "")  # without its password
 
@@ -169,18 +169,18 @@ class ArchiveDialog(QDialog):
         for button in (self.export, self.import_, self.use, self.same, self.same_other, self.different):
             button.setEnabled(is_free)
         if not is_free:
-            self._say(tr("Exchanging…"), None)
+            self._show_message(tr("Exchanging…"), None)
             return
         if exchange.trouble is not None:
-            self._say(exchange.trouble.in_words(), Meaning.ATTENTION)
+            self._show_message(exchange.trouble.translated(), Meaning.ATTENTION)
         elif seen is not None:
             altered = seen.done is not None and not seen.done.is_whole
-            self._say(_state_words(seen.status.not_shared, seen.status.last_at, exchange.server, seen.done),
+            self._show_message(_state_text(seen.status.not_shared, seen.status.last_at, exchange.server, seen.done),
                       Meaning.ATTENTION if altered else None)  # fmt: skip
         if self.isVisible():
             self._load()
 
-    def _say(self, text: str, meaning: Meaning | None) -> None:
+    def _show_message(self, text: str, meaning: Meaning | None) -> None:
         self.state.setText(text)
         self.sign.show_icon(Icon.BUNDLE if meaning is None else Icon.WARNING, meaning, is_muted=meaning is None)
 
@@ -213,7 +213,7 @@ class ArchiveDialog(QDialog):
         first = self._conflicts[0]
         one, other = first.pair
         stations = tr("Stations: {one}, {other}.", one=short_station(one.station), other=short_station(other.station))
-        self.asked.setText(together((first.question().in_words(), stations)))
+        self.asked.setText(join_sentences((first.question().translated(), stations)))
         has_two_names = one.name != other.name
         self.same_other.setVisible(has_two_names)
         for button, module in ((self.same, one), (self.same_other, other)):
@@ -241,7 +241,7 @@ class ArchiveDialog(QDialog):
     def _fail(self, error: Exception) -> None:
         if not isinstance(error, ArchiveTrouble):
             raise error
-        self._say(error.message.in_words(), Meaning.ATTENTION)
+        self._show_message(error.message.translated(), Meaning.ATTENTION)
 
     def changeEvent(self, event: QEvent) -> None:
         super().changeEvent(event)
@@ -252,7 +252,7 @@ class ArchiveDialog(QDialog):
             self._refresh()
 
 
-def _state_words(not_shared: int, last_at: str | None, server: str | None, done: Exchanged | None) -> str:
+def _state_text(not_shared: int, last_at: str | None, server: str | None, done: Exchanged | None) -> str:
     parts = []
     if server is not None:
         parts.append(tr("Not shared: {count}. Last: {time}.", count=not_shared, time=last_time(last_at)))
@@ -260,10 +260,10 @@ def _state_words(not_shared: int, last_at: str | None, server: str | None, done:
         parts.append(tr("Sent: {sent}. Received: {received}.", sent=done.sent, received=done.received))
         if done.refused_count:
             text = tr("Altered and left out: {count}.", count=done.refused_count)
-            parts += [text, *(one.sentence().in_words() for one in done.refused[:3])]
+            parts += [text, *(one.sentence().translated() for one in done.refused[:3])]
         if done.damaged:
             parts.append(tr("Damaged and not sent: {count}.", count=len(done.damaged)))
-    return together(parts) or tr("No server is set.")
+    return join_sentences(parts) or tr("No server is set.")
 
 
 def _ask_save(parent: QWidget) -> Path | None:

@@ -70,18 +70,18 @@ class ArchiveExchange(QObject):
 
     def start(self) -> None:
         """The pages are made: from now on it is nobody's start that takes longer."""
-        from app.archive.server_setting import kept_server
+        from app.archive.server_setting import stored_server
 
-        self.server = kept_server(self.folder)
+        self.server = stored_server(self.folder)
         if self.server is not None:
             self._timer.start()
             self._exchange_if_due()
 
     def use_server(self, text: str) -> None:
         """Set it, and exchange at once with the address as typed; "" sets none. Raises `ArchiveTrouble`."""
-        from app.archive.server_setting import keep_server
+        from app.archive.server_setting import store_server
 
-        self.server = keep_server(self.folder, text)
+        self.server = store_server(self.folder, text)
         if self.server is None:
             self._timer.stop()
             self.refresh()
@@ -100,7 +100,7 @@ class ArchiveExchange(QObject):
     def run(self, act: Act) -> None:
         """One exchange; what came of it is in `seen` when `changed` is emitted."""
         server, storage = self.server, self._storage
-        self._task.run(lambda running: _work(storage, server, act, running), self._take, self._fail)
+        self._task.run(lambda running: _work(storage, server, act, running), self._on_exchanged, self._fail)
         self.changed.emit()
 
     def _sync(self, url: str, *, is_due: Callable[["Archive", str], bool] = lambda _archive, _url: True) -> None:
@@ -117,7 +117,7 @@ class ArchiveExchange(QObject):
         if self.server is not None and not self._task.is_running:
             self._sync(self.server, is_due=_is_due)
 
-    def _take(self, seen: Seen) -> None:
+    def _on_exchanged(self, seen: Seen) -> None:
         self.seen, self.trouble = seen, seen.trouble
         self.changed.emit()
 

@@ -43,7 +43,7 @@ class ArchiveLine(QToolButton):
         self.setIcon(icon(Icon.WARNING, Meaning.ATTENTION) if altered else icon(Icon.BUNDLE))
         self.setText(text)
         trouble = self._exchange.trouble
-        self.setToolTip("\n".join((text, *(() if trouble is None else (trouble.in_words(),)))))
+        self.setToolTip("\n".join((text, *(() if trouble is None else (trouble.translated(),)))))
         self.setAccessibleName(tr("Archive: {text}", text=text))
 
     def changeEvent(self, event: QEvent) -> None:

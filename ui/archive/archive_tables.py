@@ -12,7 +12,7 @@ from app.archive.module_life import LifeEvent
 from app.stations.station import KEY_BYTES, decoded, fingerprint_of
 from app.text.i18n import tr
 from app.text.messages import clean
-from app.text.sentences import together
+from app.text.sentences import join_sentences
 from protocol.translatable import marked
 from ui.forms.table_kit import RowsFilter, RowsModel, TableColumn, list_rows
 from ui.style.icons import Icon, icon
@@ -51,11 +51,13 @@ class ArchiveTable(Generic[Row]):
 
 
 def modules_table(parent: QObject) -> ArchiveTable[ModuleToday]:
-    return ArchiveTable(parent, "archive_modules", _MODULE_COLUMNS, lambda row: row.module.members, _told)
+    return ArchiveTable(parent, "archive_modules", _MODULE_COLUMNS, lambda row: row.module.members, _accessible_text)
 
 
 def life_table(parent: QObject) -> ArchiveTable[LifeEvent]:
-    return ArchiveTable(parent, "archive_life", _LIFE_COLUMNS, lambda row: row.fact.id, lambda row: row.text.in_words())
+    return ArchiveTable(
+        parent, "archive_life", _LIFE_COLUMNS, lambda row: row.fact.id, lambda row: row.text.translated()
+    )
 
 
 def short_station(public: str) -> str:
@@ -64,7 +66,7 @@ def short_station(public: str) -> str:
 
 
 def _verdict(row: ModuleToday) -> str:
-    return tr("none") if row.last_check is None else row.last_check.words.in_words()
+    return tr("none") if row.last_check is None else row.last_check.words.translated()
 
 
 def _is_no_go(row: ModuleToday) -> bool:
@@ -72,10 +74,10 @@ def _is_no_go(row: ModuleToday) -> bool:
 
 
 def _due(row: ModuleToday) -> str:
-    return together(one.text.in_words() for one in row.due)
+    return join_sentences(one.text.translated() for one in row.due)
 
 
-def _told(row: ModuleToday) -> str:
+def _accessible_text(row: ModuleToday) -> str:
     return f"{clean(row.module.name)}: " + (_due(row) or tr("nothing due"))
 
 
@@ -101,5 +103,5 @@ _MODULE_COLUMNS: Final = (
 _LIFE_COLUMNS: Final = (
     TableColumn[LifeEvent](marked("Time"), lambda row: _local(row.fact.made_at)),
     TableColumn[LifeEvent](marked("Station"), lambda row: short_station(row.fact.station)),
-    TableColumn[LifeEvent](marked("Record"), lambda row: row.text.in_words()),
+    TableColumn[LifeEvent](marked("Record"), lambda row: row.text.translated()),
 )

@@ -47,12 +47,12 @@ class BaudRecovery:
             "Changing {port} from {old} to {new} baud was interrupted: it may be at either.",
             old=pending.old_rate, new=pending.new_rate, port=pending.port,
         )  # fmt: skip
-        begin = partial(self._leave, partial(self._look, pending))
+        begin = partial(self._leave, partial(self._search, pending))
         look = Choice("look_for_baud", tr("Find my module"), begin, is_main=True)
         forget = Choice("forget_baud", tr("Dismiss"), lambda: self._forget(pending), is_step=True)
         return Notice(Meaning.ATTENTION, text, (look, forget))
 
-    def _look(self, pending: PendingBaud) -> None:
+    def _search(self, pending: PendingBaud) -> None:
         same = [port.device for port in self._ports.ports if pending.adapter and port.identity == pending.adapter]
         device = same[0] if len(same) == 1 else pending.port
         self._close()

@@ -17,7 +17,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.diagnosis.link_state import Phase, words
+from app.diagnosis.link_state import Phase, link_text
 from app.engine.ports import NOT_LISTED
 from app.engine.target import Target
 from app.text.i18n import tr
@@ -99,7 +99,7 @@ class ConnectPanel(QScrollArea):
     def refresh(self) -> None:
         if self.isHidden():
             return
-        target = self._connector.target if self._connector.is_wanted else None
+        target = self._connector.target if self._connector.is_requested else None
         choices = [
             choice_of(
                 port,
@@ -125,9 +125,9 @@ class ConnectPanel(QScrollArea):
         if self.list.chosen is None and not self.other.text():
             self._preselect()
         self.empty.setVisible(not self._ports.ports)
-        if self._ports.has_looked and not self._ports.is_current:
+        if self._ports.has_listed and not self._ports.is_current:
             self.empty.setText(tr(NOT_LISTED))
-        elif self._ports.has_looked:
+        elif self._ports.has_listed:
             self.empty.setText(tr("No serial port found. Plug the adapter in, or try another cable."))
         else:
             self.empty.setText(tr("Looking for ports…"))
@@ -227,13 +227,13 @@ class ConnectPanel(QScrollArea):
 
     def _show_state(self) -> None:
         state = self._connector.state
-        said = words(state, self._connector.clock())
+        said = link_text(state, self._connector.clock())
         is_closed = state.phase is Phase.CLOSED
         has_chosen = self.chosen_target() is not None
         next_step = tr("Connecting only reads the module.") if has_chosen else ""
         self.said.setText(next_step if is_closed else f"{said.what} {said.next_step}".strip())
         self.said.setVisible(bool(self.said.text()))
-        self.disconnect_button.setVisible(self._connector.is_wanted)
+        self.disconnect_button.setVisible(self._connector.is_requested)
         self.connect_button.setEnabled(has_chosen)
 
     # Qt

@@ -4,7 +4,7 @@ from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtWidgets import QComboBox, QLineEdit
 
 from ui.core.texts import Texts
-from ui.services.module_name import LONGEST_NAME, ModuleName
+from ui.services.module_name import MAX_NAME_LENGTH, ModuleName
 from ui.widgets.naming import named
 from ui.widgets.sliders import WheelGuard
 from ui.widgets.visibility_timer import VisibilityTimer
@@ -25,7 +25,7 @@ class ModuleField(QComboBox):
         edit = QLineEdit()
         self.setLineEdit(edit)
         edit.setObjectName(f"{name}_edit")
-        edit.setMaxLength(LONGEST_NAME)
+        edit.setMaxLength(MAX_NAME_LENGTH)
         edit.editingFinished.connect(self._apply)
         self.activated.connect(self._apply)
         texts.bind(self.setAccessibleName, "Module")

@@ -12,7 +12,7 @@ from ui.style.icons import Icon, draw
 from ui.style.theme import Meaning, Size, Space, current, font, scaled
 
 ROW_PX = 48
-MOST_ROWS = 6
+MAX_ROWS = 6
 """With more rows the list scrolls."""
 _CHOICE = Qt.ItemDataRole.UserRole
 _Index = QModelIndex | QPersistentModelIndex
@@ -103,7 +103,7 @@ class PortList(QListWidget):
         return False
 
     def sizeHint(self) -> QSize:
-        rows = min(MOST_ROWS, max(2, self.count()))
+        rows = min(MAX_ROWS, max(2, self.count()))
         return QSize(360, rows * scaled(ROW_PX) + 2 * Space.XS)
 
     def minimumSizeHint(self) -> QSize:

@@ -13,7 +13,7 @@ class Announcer(QObject):
     announced = Signal(str, bool)
     """The text, and whether it was urgent."""
 
-    def say(self, text: str, *, is_urgent: bool = False) -> None:
+    def announce(self, text: str, *, is_urgent: bool = False) -> None:
         """`text` in the language in use. `is_urgent`: it interrupts what is being read."""
         speaker = _speaker()
         if not text or speaker is None:

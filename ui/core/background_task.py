@@ -20,15 +20,15 @@ class Running:
 
     def __init__(self) -> None:
         self.share: float | None = None
-        self.is_wanted = True
+        self.is_requested = True
 
-    def tell(self, share: float) -> None:
+    def set_progress(self, share: float) -> None:
         """Set the progress, 0 … 1."""
         self.share = share
 
     def is_cancelled(self) -> bool:
         """Checked between two steps by long functions."""
-        return not self.is_wanted
+        return not self.is_requested
 
 
 class _Ended(NamedTuple):
@@ -52,7 +52,7 @@ class BackgroundTask(QObject, Generic[Result]):
         self._running: Running | None = None
         self._then: Callable[[Result], object] | None = None
         self._failed: Callable[[Exception], object] | None = None
-        self._ended.connect(self._take, Qt.ConnectionType.QueuedConnection)
+        self._ended.connect(self._on_ended, Qt.ConnectionType.QueuedConnection)
 
     @property
     def is_running(self) -> bool:
@@ -95,25 +95,25 @@ class BackgroundTask(QObject, Generic[Result]):
     def stop(self) -> None:
         """Ask the function to end; its result is still delivered."""
         if self._running is not None:
-            self._running.is_wanted = False
+            self._running.is_requested = False
 
     def cancel(self) -> None:
         """Ask the function to end and drop its result."""
         self.stop()
-        self._forget()
+        self._clear()
 
     def close(self) -> None:
         """The window closes."""
         if not self._finished_at_close:
             self.stop()
-        self._forget()
+        self._clear()
 
     def _begin(self, then: Callable[[Result], object], failed: Callable[[Exception], object]) -> Running:
         self.stop()
         self._running, self._then, self._failed = Running(), then, failed
         return self._running
 
-    def _forget(self) -> None:
+    def _clear(self) -> None:
         self._running = self._then = self._failed = None
 
     def _work(self, running: Running, act: Callable[[], Result]) -> None:
@@ -126,11 +126,11 @@ class BackgroundTask(QObject, Generic[Result]):
         except RuntimeError:  # the window was closed meanwhile, and this object deleted
             _log.debug("%s ended after the window had closed", self._name)
 
-    def _take(self, ended: _Ended) -> None:
+    def _on_ended(self, ended: _Ended) -> None:
         if ended.running is not self._running:
             return
         then, failed = self._then, self._failed
-        self._forget()
+        self._clear()
         if ended.error is not None:
             if failed is not None:
                 failed(ended.error)

@@ -18,14 +18,14 @@ class Bridge(QObject):
 
     batch = Signal(object)
     """A `Batch`, in the window's thread."""
-    _has_come = Signal()
+    _delivered = Signal()
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._lock = Lock()
         self._waiting: list[Batch] = []
         self._is_closed = self._is_held = False
-        self._has_come.connect(self._hand_on, Qt.ConnectionType.QueuedConnection)
+        self._delivered.connect(self._emit, Qt.ConnectionType.QueuedConnection)
 
     def deliver(self, batch: Batch) -> None:
         """The worker's callback; called from its thread."""
@@ -35,7 +35,7 @@ class Bridge(QObject):
             self._waiting.append(batch)
             if len(self._waiting) == 1:
                 # Under the lock, so that `close` cannot return while the signal is on its way out.
-                self._has_come.emit()
+                self._delivered.emit()
 
     def hold(self) -> None:
         """Pass nothing on until `release`: the pages that need every batch are still being made."""
@@ -43,7 +43,7 @@ class Bridge(QObject):
 
     def release(self) -> None:
         self._is_held = False
-        self._hand_on()
+        self._emit()
 
     def close(self) -> None:
         """Pass nothing on from now; waiting batches are dropped because the window closes."""
@@ -51,7 +51,7 @@ class Bridge(QObject):
             self._is_closed = True
             self._waiting.clear()
 
-    def _hand_on(self) -> None:
+    def _emit(self) -> None:
         if self._is_held:
             return
         with self._lock:

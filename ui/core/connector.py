@@ -35,7 +35,7 @@ class Connector(QObject):
     changed = Signal()
     """Of the current port; as the five below. See `PortConnection`."""
     batch = Signal(object)
-    forgotten = Signal()
+    invalidated = Signal()
     came_online = Signal(object)
     stream_left_on = Signal()
     slept = Signal(float)
@@ -105,7 +105,7 @@ class Connector(QObject):
             return
         self._connections.remove(connection)
         self._leaving.add(connection)
-        connection.batch.connect(partial(self._leave, connection))
+        connection.batch.connect(partial(self._on_removed_batch, connection))
         connection.disconnect_port()
         self.removed.emit(connection)
 
@@ -129,8 +129,8 @@ class Connector(QObject):
         return self._current.target
 
     @property
-    def whose(self) -> str:
-        return self._current.whose
+    def adapter_key(self) -> str:
+        return self._current.adapter_key
 
     @property
     def identity(self) -> Identity:
@@ -153,8 +153,8 @@ class Connector(QObject):
         return self.connection.state is PortState.OPEN
 
     @property
-    def is_wanted(self) -> bool:
-        return self._current.is_wanted
+    def is_requested(self) -> bool:
+        return self._current.is_requested
 
     @property
     def state(self) -> LinkState:
@@ -163,8 +163,8 @@ class Connector(QObject):
         return link_state(self._opening, DeviceView(), None, is_finding=False)
 
     @property
-    def is_recording(self) -> bool:
-        return self._current.is_recording
+    def is_playback(self) -> bool:
+        return self._current.is_playback
 
     @property
     def ports(self) -> PortWatcher:
@@ -178,7 +178,7 @@ class Connector(QObject):
 
     def connect_to(self, target: Target) -> None:
         """Open `target` in place of the current port; a port that is open already is chosen."""
-        others = (one for one in self._connections if one is not self._current and one.is_wanted)
+        others = (one for one in self._connections if one is not self._current and one.is_requested)
         same = next((one for one in others if one.target is not None and one.target.key == target.key), None)
         if same is not None:
             self.choose(same)
@@ -240,7 +240,7 @@ class Connector(QObject):
         return (
             (self.changed, connection.changed),
             (self.batch, connection.batch),
-            (self.forgotten, connection.forgotten),
+            (self.invalidated, connection.invalidated),
             (self.came_online, connection.came_online),
             (self.stream_left_on, connection.stream_left_on),
             (self.slept, connection.slept),
@@ -278,7 +278,7 @@ class Connector(QObject):
         finally:
             self._opening = None
 
-    def _leave(self, connection: PortConnection, batch: Batch) -> None:
+    def _on_removed_batch(self, connection: PortConnection, batch: Batch) -> None:
         if batch.connection.state is PortState.CLOSED and connection in self._leaving:
             self._leaving.remove(connection)
             QTimer.singleShot(0, self, partial(_end, connection))

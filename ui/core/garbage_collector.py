@@ -14,7 +14,7 @@ from typing import Final
 
 from PySide6.QtCore import QObject, QTimer
 
-LOOK_EVERY_MS: Final = 200
+POLL_EVERY_MS: Final = 200
 
 
 class GarbageCollector(QObject):
@@ -24,7 +24,7 @@ class GarbageCollector(QObject):
         super().__init__()
         self._was_enabled = False
         self._timer = QTimer(self)
-        self._timer.setInterval(LOOK_EVERY_MS)
+        self._timer.setInterval(POLL_EVERY_MS)
         self._timer.timeout.connect(self.collect)
 
     def begin(self) -> None:

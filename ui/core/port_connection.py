@@ -11,7 +11,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 
 from app.diagnosis.link_state import LinkState, link_state
 from app.engine.device import DeviceView
-from app.engine.identity import NOBODY_MEANT, Expected, Identity, IdentityEvidence, Trust, evidence_of
+from app.engine.identity import NO_EXPECTATION, Expected, Identity, IdentityEvidence, Trust, evidence_of
 from app.engine.ports import PortInfo
 from app.engine.procedure import Procedure, Report, Result, Slept
 from app.engine.reconnect import Absence, Address, Reconnection
@@ -19,7 +19,7 @@ from app.engine.target import Target
 from app.engine.transport import PortError
 from app.engine.worker import PUBLISH_EVERY_S, Batch, Connection, Job, PortState, Worker
 from app.procedures.find import Found, find_rate
-from app.procedures.greet import Greeting, greet
+from app.procedures.handshake import Handshake, handshake
 from app.procedures.stream import StreamSwitch, watch
 from app.safety.last_known import LastKnown, SeenActivation
 from app.store.stream_memory import StreamMemory
@@ -29,7 +29,7 @@ from ui.core.port_watcher import PortWatcher
 
 _log = logging.getLogger(__name__)
 
-PUBLISH_AT_MOST_EVERY_S = 1 / 30
+MIN_PUBLISH_EVERY_S = 1 / 30
 UNSEEN_PUBLISH_EVERY_S = 0.25
 FOLLOW_EVERY_MS = 100  # while a port is waited for: how often it is checked
 
@@ -41,7 +41,7 @@ class PortConnection(QObject):
     """The state of the link, the identity, or whether the module has triggered or is active, has changed."""
     batch = Signal(object)
     """Each `Batch`, after the state was updated from it."""
-    forgotten = Signal()
+    invalidated = Signal()
     """Another module than the expected one was connected: pages clear what they show of it."""
     came_online = Signal(object)
     """The `Target`, whenever a module answers on it."""
@@ -62,21 +62,21 @@ class PortConnection(QObject):
         self.clock = clock
         self.stream = StreamSwitch(is_wanted=False)
         self._bridge = Bridge(self)
-        self._bridge.batch.connect(self._take)
+        self._bridge.batch.connect(self._on_batch)
         self._worker = make_worker(self._bridge.deliver)
         self._ports = ports
-        self._ports.listed.connect(self._take_ports)
+        self._ports.listed.connect(self._on_ports)
         self._target: Target | None = None
         self._last: Batch | None = None
-        self._greeting: Greeting | None = None
+        self._greeting: Handshake | None = None
         self._endings: dict[Job[Any], Callable[[Job[Any]], None]] = {}
         self._finding: Job[Found] | None = None
-        self._greeter: Job[Greeting] | None = None
+        self._handshake_job: Job[Handshake] | None = None
         self._is_wanted = False
-        self._is_forgotten = False
+        self._is_invalidated = False
         self._last_known = LastKnown()
-        self.forgotten.connect(self._last_known.forget)
-        self._whose = ""
+        self.invalidated.connect(self._last_known.forget)
+        self._adapter_key = ""
         self._proven_rate: int | None = None
         """The baud rate at which the module last answered."""
         self._return = Reconnection()
@@ -85,8 +85,8 @@ class PortConnection(QObject):
         self._expected_of: Callable[[Target], Expected | None] = lambda _target: None
         self._memory_of: Callable[[Target], StreamMemory] = lambda _target: StreamMemory()
         self.stream_memory = StreamMemory()  # of the connection that was opened last
-        self._is_left_on_said = False
-        self._lost = NOBODY_MEANT
+        self._is_left_on_emitted = False
+        self._lost = NO_EXPECTATION
         """Identity of the module on the lost port; `now` holds what was last read of it where it was proven."""
         self._new_modules = 0
         """How many modules a person has called new on the port of another one."""
@@ -98,7 +98,7 @@ class PortConnection(QObject):
         """The port that was open last belongs to another adapter: the known values are another module's."""
         self._follow_up = QTimer(self)
         self._follow_up.setInterval(FOLLOW_EVERY_MS)
-        self._follow_up.timeout.connect(self._follow)
+        self._follow_up.timeout.connect(self._poll_absence)
         self._worker.start()
 
     # What is known
@@ -108,16 +108,16 @@ class PortConnection(QObject):
         return self._target
 
     @property
-    def whose(self) -> str:
+    def adapter_key(self) -> str:
         """Key of the connected adapter or port; unchanged when it returns under another name."""
-        return self._whose
+        return self._adapter_key
 
     @property
     def identity(self) -> Identity:
         """Whether this is the expected module; until that is proven only queries are sent."""
         if self._is_ordered:
             return Identity(Trust.OPEN)  # the last batch belongs to the opening before
-        return NOBODY_MEANT if self._last is None or not self.is_open else self._last.identity
+        return NO_EXPECTATION if self._last is None or not self.is_open else self._last.identity
 
     @property
     def absence(self) -> Absence | None:
@@ -135,7 +135,7 @@ class PortConnection(QObject):
 
     @property
     def device(self) -> DeviceView:
-        return DeviceView() if self._last is None or self._is_forgotten else self._last.device
+        return DeviceView() if self._last is None or self._is_invalidated else self._last.device
 
     @property
     def connection(self) -> Connection:
@@ -146,7 +146,7 @@ class PortConnection(QObject):
         return self.connection.state is PortState.OPEN
 
     @property
-    def is_wanted(self) -> bool:
+    def is_requested(self) -> bool:
         """A connection was requested and not ended, whether or not the port is open."""
         return self._is_wanted
 
@@ -168,15 +168,15 @@ class PortConnection(QObject):
         return self.absence is not None and self.absence.is_waiting
 
     @property
-    def is_recording(self) -> bool:
+    def is_playback(self) -> bool:
         """A capture is played instead of a module; only queries are sent."""
-        return self._target is not None and self._target.is_recording and self._is_wanted
+        return self._target is not None and self._target.is_playback and self._is_wanted
 
     @property
     def is_active(self) -> bool:
         """The module may fire by its thresholds, as far as is known. A stale "active" counts as active; that of a
         played capture does not."""
-        return not self.is_recording and self.activation.may_fire
+        return not self.is_playback and self.activation.may_fire
 
     @property
     def activation(self) -> SeenActivation:
@@ -192,12 +192,12 @@ class PortConnection(QObject):
     def connect_to(self, target: Target) -> None:
         """Open `target`; an open port is closed first."""
         self._is_wanted = True
-        whose, self._whose = self._whose, target.key
+        whose, self._adapter_key = self._adapter_key, target.key
         self._proven_rate = None
         self._is_listing = False
-        self._return.want(Address(target.device, target.identity))
-        expected = None if target.is_recording else self._expected_of(target)
-        self._open(target, is_another=whose != self._whose, expected=expected)
+        self._return.request(Address(target.device, target.identity))
+        expected = None if target.is_playback else self._expected_of(target)
+        self._open(target, is_another=whose != self._adapter_key, expected=expected)
 
     def disconnect_port(self) -> None:
         self._is_wanted = False
@@ -217,7 +217,7 @@ class PortConnection(QObject):
     def set_shown(self, *, is_shown: bool, every_s: float = PUBLISH_EVERY_S) -> None:
         """Whether the pages show this port; one that is not shown publishes unchanged state a few times a second.
         `every_s`: the interval that a moving picture needs."""
-        seen_s = min(PUBLISH_EVERY_S, max(PUBLISH_AT_MOST_EVERY_S, every_s))
+        seen_s = min(PUBLISH_EVERY_S, max(MIN_PUBLISH_EVERY_S, every_s))
         self._worker.publish_every_s = seen_s if is_shown else UNSEEN_PUBLISH_EVERY_S
 
     def find_rate(self) -> None:
@@ -235,17 +235,17 @@ class PortConnection(QObject):
         """`memory_of` returns where it is stored that the serial output was switched on."""
         self._memory_of = memory_of
 
-    def vouch(self, seen: Identity | None = None) -> None:
+    def confirm_identity(self, seen: Identity | None = None) -> None:
         """A person confirms that this is the expected module; `seen` is the identity that was shown to them."""
-        self._worker.vouch(seen)
+        self._worker.confirm_identity(seen)
 
-    def take_as_new(self, seen: Identity | None = None) -> None:
+    def treat_as_new(self, seen: Identity | None = None) -> None:
         """A person says that this is another module: what was known of the first one is dropped."""
         self._new_modules += 1
         target = self._target
-        self._whose = f"{target.key if target is not None else ''}#{self._new_modules}"
-        self.forgotten.emit()
-        self._worker.vouch(seen)
+        self._adapter_key = f"{target.key if target is not None else ''}#{self._new_modules}"
+        self.invalidated.emit()
+        self._worker.confirm_identity(seen)
         self.changed.emit()
 
     def run(
@@ -273,9 +273,9 @@ class PortConnection(QObject):
 
     def _open(self, target: Target, *, is_another: bool = False, expected: Expected | None = None) -> None:
         self._target = target
-        self._is_forgotten = self._was_mistaken = False
+        self._is_invalidated = self._was_mistaken = False
         self._greeting = None
-        self._finding = self._greeter = None
+        self._finding = self._handshake_job = None
         self._is_ordered = True
         self.stream_memory = self._memory_of(target)
         background = partial(watch, self.stream, memory=self.stream_memory)
@@ -283,21 +283,21 @@ class PortConnection(QObject):
         if target.finds_rate:
             self._finding = self.run(find_rate(target.baud_rate), self._end_finding)
         else:
-            self._greeter = self.run(greet(), self._end_greeting)
+            self._handshake_job = self.run(handshake(), self._end_handshake)
         self.changed.emit()
 
-    def _take(self, batch: Batch) -> None:
+    def _on_batch(self, batch: Batch) -> None:
         is_left_on = self.stream_memory.is_taken_over
-        if is_left_on and not self._is_left_on_said:
+        if is_left_on and not self._is_left_on_emitted:
             self.stream_left_on.emit()
-        self._is_left_on_said = is_left_on
+        self._is_left_on_emitted = is_left_on
         last, was_online, before = self._last, self._is_online(), (self.state, self.identity, self.device.reported)
         is_news = last is None or batch.connection != last.connection
         if is_news:
             _log.info("Port: %s", batch.connection)
         self._last = batch
         if self._target is not None and batch.connection.port == self._target.device:
-            self._last_known.feed(self.device, self._whose)
+            self._last_known.feed(self.device, self._adapter_key)
         if batch.connection.state is not PortState.CLOSED or batch.connection.trouble is not None:
             self._is_ordered = False
         for job in batch.finished:
@@ -305,7 +305,7 @@ class PortConnection(QObject):
             if then is not None:
                 then(job)
         if is_news:
-            self._take_connection(batch.connection)
+            self._on_connection(batch.connection)
         rate = batch.device.fresh("baud_rate", batch.at)
         self._proven_rate = rate if isinstance(rate, int) else self._proven_rate
         if self._is_online() and not was_online and self._target is not None:
@@ -323,7 +323,7 @@ class PortConnection(QObject):
 
     # Coming back
 
-    def _take_connection(self, connection: Connection) -> None:
+    def _on_connection(self, connection: Connection) -> None:
         self._trouble = connection.trouble or self._trouble
         address = self._return.address
         if address is None or connection.port != address.device:
@@ -337,7 +337,7 @@ class PortConnection(QObject):
         if self._return.absence is not None or connection.state is PortState.OPEN:
             self._follow_up.start()
 
-    def _follow(self) -> None:
+    def _poll_absence(self) -> None:
         """Scan the ports when `Reconnection` needs them."""
         if not self._is_returning and not self._return.is_due(self.clock()):
             self._follow_up.stop()
@@ -347,14 +347,14 @@ class PortConnection(QObject):
             if self._return.needs_ports:
                 self._is_listing = self._ports.refresh()  # a scan that is running may have begun before the loss
             else:
-                self._come_back(())
+                self._reopen(())
 
-    def _take_ports(self) -> None:
+    def _on_ports(self) -> None:
         is_ours, self._is_listing = self._is_listing, False
         if is_ours and self._ports.is_current:
-            self._come_back(self._ports.ports)
+            self._reopen(self._ports.ports)
 
-    def _come_back(self, ports: tuple[PortInfo, ...]) -> None:
+    def _reopen(self, ports: tuple[PortInfo, ...]) -> None:
         before, target = self.state, self._target
         found = self._return.poll(ports, self.clock())
         if found is not None and target is not None:
@@ -364,7 +364,7 @@ class PortConnection(QObject):
             back = replace(target, device=found.device, baud_rate=rate)
             self._open(back, is_another=self._was_mistaken, expected=expected)
         elif self._return.is_mistaken:
-            self._leave_mistaken()
+            self._close_mistaken()
         elif self.state != before:
             self.changed.emit()
 
@@ -378,17 +378,17 @@ class PortConnection(QObject):
             return None
         return Expected(lost.now, is_adapter_same=is_adapter_same)
 
-    def _leave_mistaken(self) -> None:
+    def _close_mistaken(self) -> None:
         _log.warning("Another adapter is at %s: closed", self.connection.port)
         self._worker.close()
         self._follow_up.start()
-        self._is_forgotten = self._was_mistaken = True
+        self._is_invalidated = self._was_mistaken = True
         self._proven_rate = None
-        self.forgotten.emit()
+        self.invalidated.emit()
         self.changed.emit()
 
-    def _end_greeting(self, job: Job[Greeting]) -> None:
-        if job is self._greeter and job.run.error is None:
+    def _end_handshake(self, job: Job[Handshake]) -> None:
+        if job is self._handshake_job and job.run.error is None:
             self._greeting = job.outcome()
 
     def _end_finding(self, job: Job[Found]) -> None:
@@ -397,4 +397,4 @@ class PortConnection(QObject):
         self._finding = None
         if isinstance(job.run.error, Slept) or (job.run.error is None and job.outcome().baud_rate is None):
             _log.info("No module was found at any baud rate: %s", job.run.error or job.outcome().tried)
-            self._greeter = self.run(greet(), self._end_greeting)  # says what is on the line instead
+            self._handshake_job = self.run(handshake(), self._end_handshake)  # says what is on the line instead

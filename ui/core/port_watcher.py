@@ -10,7 +10,7 @@ from app.engine.ports import PortInfo, PortsUnknown, list_ports
 
 _log = logging.getLogger(__name__)
 
-LOOK_EVERY_MS = 1500
+POLL_EVERY_MS = 1500
 LOOK_LIMIT_S = 3.0
 
 
@@ -27,7 +27,7 @@ class PortWatcher(QObject):
 
     listed = Signal()
     """After each look, whether or not something changed; in the window's thread."""
-    _has_come = Signal(object)
+    _arrived = Signal(object)
 
     def __init__(self, look: Callable[[float], Iterable[PortInfo]] = list_ports, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -38,12 +38,12 @@ class PortWatcher(QObject):
         """`ports` is the result of the last look; else of an earlier one."""
         self._seen: frozenset[str] | None = None
         self._timer = QTimer(self)
-        self._timer.setInterval(LOOK_EVERY_MS)
+        self._timer.setInterval(POLL_EVERY_MS)
         self._timer.timeout.connect(self.refresh)
-        self._has_come.connect(self._take, Qt.ConnectionType.QueuedConnection)
+        self._arrived.connect(self._on_listed, Qt.ConnectionType.QueuedConnection)
 
     @property
-    def has_looked(self) -> bool:
+    def has_listed(self) -> bool:
         return self._ports is not None
 
     @property
@@ -103,11 +103,11 @@ class PortWatcher(QObject):
             _log.exception("The ports could not be listed")
             found = None
         try:
-            self._has_come.emit(found)
+            self._arrived.emit(found)
         except RuntimeError:  # the window was closed meanwhile, and this object deleted
             _log.debug("A list of ports came after the window had closed")
 
-    def _take(self, found: tuple[PortInfo, ...] | None) -> None:
+    def _on_listed(self, found: tuple[PortInfo, ...] | None) -> None:
         if self._thread is not None:
             self._thread.join()  # it has emitted and is about to end
             self._thread = None

@@ -9,8 +9,8 @@ from PySide6.QtCore import QByteArray, QSettings
 from protocol.catalogue import DEFAULT_BAUD_RATE
 
 APPLICATION = "dps-s-configurator"
-MOST_ZOOM_PERCENT = 150
-MOST_RECENT = 8
+MAX_ZOOM_PERCENT = 150
+MAX_RECENT = 8
 """Profiles."""
 
 
@@ -57,7 +57,7 @@ class Preferences:
     def zoom_percent(self) -> int:
         """The size of text and controls."""
         text = self._text("zoom_percent") or ""
-        return int(text) if text.isdecimal() and 100 <= int(text) <= MOST_ZOOM_PERCENT else 100
+        return int(text) if text.isdecimal() and 100 <= int(text) <= MAX_ZOOM_PERCENT else 100
 
     @zoom_percent.setter
     def zoom_percent(self, percent: int) -> None:
@@ -115,7 +115,7 @@ class Preferences:
         """At the head of the recent ones; the oldest is dropped."""
         name = str(path.absolute())
         others = [one for one in self.recent_profiles if one != name]
-        self.recent_profiles = (name, *others)[:MOST_RECENT]
+        self.recent_profiles = (name, *others)[:MAX_RECENT]
 
     @property
     def recent_files(self) -> tuple[str, ...]:
@@ -125,7 +125,7 @@ class Preferences:
     def add_file(self, path: Path) -> None:
         """At the head of the recent ones; the oldest is dropped."""
         name = str(path.absolute())
-        names = (name, *(one for one in self.recent_files if one != name))[:MOST_RECENT]
+        names = (name, *(one for one in self.recent_files if one != name))[:MAX_RECENT]
         self._settings.setValue("files/recent", "\n".join(names))
 
     @property

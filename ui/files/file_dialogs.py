@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QFileDialog, QWidget
 
 from app.text.i18n import tr
 
-LONGEST_PORT: Final = 40
+MAX_PORT_LENGTH: Final = 40
 """Characters of a port in a file name; with up to four bytes each they fit into the 255 bytes of a name."""
 AskPath = Callable[[QWidget, str, Path, str], Path | None]
 """Parent, title, suggested path, filter; None if cancelled."""
@@ -59,5 +59,5 @@ def ask_path(parent: QWidget, title: str, suggested: Path, name_filter: str) -> 
 def default_name(port: str, suffix: str, when: datetime) -> str:
     """A file name such as "dps-s ttyUSB0 2026-11-21 09-30-05.csv", in characters that every system accepts."""
     short = port.removeprefix("/dev/").partition("?")[0].replace("://", "-")
-    safe = "".join(one if one.isalnum() or one in "-_." else "-" for one in short[:LONGEST_PORT])
+    safe = "".join(one if one.isalnum() or one in "-_." else "-" for one in short[:MAX_PORT_LENGTH])
     return " ".join(part for part in ("dps-s", safe, f"{when:%Y-%m-%d %H-%M-%S}") if part) + suffix

@@ -29,7 +29,7 @@ _ICON_PX: Final = 16
 _FOOT_PX: Final = 28
 
 
-def picture_with_foot(content: QWidget, foot: str) -> QImage:
+def picture_with_footer(content: QWidget, foot: str) -> QImage:
     """A picture of `content` with the line `foot` below."""
     pixmap = content.grab()
     ratio = pixmap.devicePixelRatio()
@@ -59,7 +59,7 @@ class Origin:
     module: str = ""
 
 
-def foot_text(origin: Origin, when: datetime) -> str:
+def footer_text(origin: Origin, when: datetime) -> str:
     """Time, module, port and program version; for a recording its time."""
     port = f"{origin.port} · {origin.baud_rate} baud" if origin.port else tr("Not connected")
     stamp = when.astimezone().isoformat(" ", "seconds")
@@ -94,7 +94,7 @@ class Note(QWidget):
     def text(self) -> str:
         return self._label.text()
 
-    def say(self, text: str, meaning: Meaning | None = None) -> None:
+    def show_message(self, text: str, meaning: Meaning | None = None) -> None:
         self.meaning = meaning
         self._label.setText(text)
         if meaning is None:
@@ -157,7 +157,7 @@ class SaveBar(QWidget):
         """Saves a picture of what is in sight."""
         if self.is_saving:
             return
-        image = self._take_picture(foot_text(self._find_origin(), datetime.now().astimezone()))
+        image = self._take_picture(footer_text(self._find_origin(), datetime.now().astimezone()))
         path = self._choose(tr("Save picture…"), ".png", tr("Picture (*.png)"))
         if path is None:
             return
@@ -166,13 +166,13 @@ class SaveBar(QWidget):
     def refresh(self) -> None:
         """Shows the progress of saving; called by the page's timer."""
         if self.is_saving:
-            self.note.say(tr("Saving… {percent} %", percent=f"{(self._saving.share or 0.0) * 100:.0f}"))
+            self.note.show_message(tr("Saving… {percent} %", percent=f"{(self._saving.share or 0.0) * 100:.0f}"))
 
     def _save(self, path: Path, parts: Iterable[bytes], count: int, saved: str) -> None:
         """`parts` is iterated in the background."""
 
         def write(running: Running) -> None:
-            write_parts(path, parts, count, on_progress=running.tell, is_cancelled=running.is_cancelled)
+            write_parts(path, parts, count, on_progress=running.set_progress, is_cancelled=running.is_cancelled)
 
         def fail(error: Exception) -> None:
             self._end(not_saved_text(path, error), None if isinstance(error, ExportCancelled) else Meaning.ATTENTION)
@@ -183,7 +183,7 @@ class SaveBar(QWidget):
 
     def _end(self, text: str, meaning: Meaning | None) -> None:
         self._set_busy(is_busy=False)
-        self.note.say(text, meaning)
+        self.note.show_message(text, meaning)
 
     def _set_busy(self, *, is_busy: bool) -> None:
         self.csv.setEnabled(not is_busy)

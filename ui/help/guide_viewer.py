@@ -34,7 +34,7 @@ class GuideViewer(DocumentWindow):
         self._folder = folder
         self._shown: Path | None = None
         self.text.setOpenLinks(False)
-        self.text.anchorClicked.connect(self.follow)
+        self.text.anchorClicked.connect(self.open_link)
         self.refresh()
         VisibilityTimer(self, self.refresh, restyle=self._colour_drawings)
 
@@ -49,7 +49,7 @@ class GuideViewer(DocumentWindow):
         self._colour_drawings()
         self.text.moveCursor(QTextCursor.MoveOperation.Start)
 
-    def follow(self, link: QUrl) -> None:
+    def open_link(self, link: QUrl) -> None:
         """Follows a link within the guide, or opens it in the system's browser."""
         if link.hasFragment() and not link.scheme().startswith("http"):
             self._go_to_heading(link.fragment())

@@ -25,18 +25,18 @@ class HelpActions(QObject):
         self._keys: ShortcutsView | None = None
         menus = window.menus
         menus.what.triggered.connect(self.ask_what)
-        menus.what_focused.triggered.connect(self.say_what_has_focus)
+        menus.what_focused.triggered.connect(self.show_focus_help)
         menus.guide.triggered.connect(self.show_guide)
         menus.keys.triggered.connect(self.show_keys)
         menus.about.triggered.connect(self.show_about)
         window.pages_made.connect(self.explain)
         window.retranslated.connect(self.explain)
-        window.port_opened.connect(self.say_what_is_next)
+        window.port_opened.connect(self.show_next_step)
 
-    def say_what_is_next(self, is_first: bool) -> None:
+    def show_next_step(self, is_first: bool) -> None:
         """Called when a module answers; `is_first`: for the first time on this computer."""
         if is_first:
-            self._window.say(tr("Next: Settings, then Pre-flight."))
+            self._window.show_message(tr("Next: Settings, then Pre-flight."))
 
     # What's this
 
@@ -52,9 +52,9 @@ class HelpActions(QObject):
         """Enters "What's this?" mode."""
         self._explainer().ask()
 
-    def say_what_has_focus(self) -> None:
-        if not self._explainer().say_what_has_focus():
-            self._window.say(tr("Nothing has the focus: press Tab."))
+    def show_focus_help(self) -> None:
+        if not self._explainer().show_focus_help():
+            self._window.show_message(tr("Nothing has the focus: press Tab."))
 
     def _explainer(self) -> "WhatsThis":
         from ui.help.whats_this import WhatsThis
@@ -69,7 +69,7 @@ class HelpActions(QObject):
         from ui.help.guide_viewer import GuideViewer, guide_page
 
         if guide_page() is None:
-            self._window.say(tr("The user guide is not installed."))
+            self._window.show_message(tr("The user guide is not installed."))
             return
         if self._guide is None:
             self._guide = GuideViewer(self._services.texts, self._window)

@@ -36,7 +36,7 @@ class WhatsThis(QObject):
         self._left: list[QWidget] = []
         self._timer = QTimer(self)
         self._timer.setInterval(_BREATH_MS)
-        self._timer.timeout.connect(self._go_on)
+        self._timer.timeout.connect(self._continue)
 
     @property
     def is_under_way(self) -> bool:
@@ -53,7 +53,7 @@ class WhatsThis(QObject):
             _program().installEventFilter(self)
             QWhatsThis.enterWhatsThisMode()
 
-    def say_what_has_focus(self) -> bool:
+    def show_focus_help(self) -> bool:
         """Shows the text of the focused control or its nearest parent with one; returns whether there is any."""
         widget = cast("QWidget | None", self._root.focusWidget())
         around = widget
@@ -65,7 +65,7 @@ class WhatsThis(QObject):
             around = around.parentWidget()
         return False
 
-    def _go_on(self) -> None:
+    def _continue(self) -> None:
         for _ in range(min(WIDGETS_AT_ONCE, len(self._left))):
             widget = self._left.pop()
             if isValid(widget):  # it may have been deleted since the last turn

@@ -12,7 +12,7 @@ from app.text.i18n import tr
 from ui.plots.paint import Picture, paint_back
 
 
-def _looks_of(picture: Picture, ratio: float) -> Hashable:
+def _appearance_key(picture: Picture, ratio: float) -> Hashable:
     """Everything that the background depends on."""
     boxes = tuple((box.x(), box.y(), box.width(), box.height()) for box in (lane.box for lane in picture.lanes))
     lanes = tuple((lane.scale, tr(lane.lane.title)) for lane in picture.lanes)
@@ -32,7 +32,7 @@ class PlotBackground:
 
     def paint(self, painter: QPainter, picture: Picture, size: QSize, ratio: float) -> None:
         """Paints directly at first, then from the pixmap until something changes."""
-        looks = _looks_of(picture, ratio)
+        looks = _appearance_key(picture, ratio)
         if looks != self._looks:
             self._looks, self._pixmap = looks, None
             painter.fillRect(QRect(QPoint(), size), picture.theme.surface)

@@ -28,8 +28,8 @@ from ui.plots.view import Lane, Span
 from ui.style.theme import Size, Theme, current, font
 
 _STRIP_PX = 22.0
-_LEAST_LANES = 2
-_LEAST_LINES = 1.5
+_MIN_LANES = 2
+_MIN_LINES = 1.5
 """Minimum height of a lane in lines of text, below which the labels of limits overlap; one line for the first two
 lanes."""
 
@@ -80,7 +80,7 @@ class Canvas(QWidget):
             self.lanes = self.all_lanes[:count]
             room = whole.height() - line - 8 - _STRIP_PX - count * title
             weights = sum(lane.lane.weight for lane in self.lanes)
-            least = _LEAST_LINES if count > _LEAST_LANES else 1.0
+            least = _MIN_LINES if count > _MIN_LANES else 1.0
             if room * self.lanes[-1].lane.weight / weights >= least * line:
                 break
         room = max(line, room)

@@ -17,9 +17,9 @@ from app.samples.ring_buffers import Envelope
 from ui.plots.view import Lane, Scale, Span, fitting_scale
 from ui.style.theme import Theme
 
-MOST_BUCKETS: Final = 1000
+MAX_BUCKETS: Final = 1000
 # One and a half logical pixels at 200 %; with a fourth copy a draw would take longer than 10 ms.
-_MOST_COPIES: Final = 3
+_MAX_COPIES: Final = 3
 
 
 class Points(NamedTuple):
@@ -89,7 +89,7 @@ class LaneCurve:
     def draw(self, span: Span) -> None:
         """Computes the lines of a time span."""
         lane = self.lane
-        buckets = min(MOST_BUCKETS, max(50, int(self.box.width())))
+        buckets = min(MAX_BUCKETS, max(50, int(self.box.width())))
         envelope = lane.series.decimated(span.start_s, span.end_s, buckets)
         what = points(envelope, origin_s=span.start_s, gap_s=lane.gap_s)
         newest = lane.series.last
@@ -109,7 +109,7 @@ class LaneCurve:
         painter.setClipRect(self.box)
         painter.setPen(self._pen)
         # Shifted copies of a line are far cheaper than a wider pen.
-        for _ in range(min(_MOST_COPIES, max(1, round(self._line_px * ratio)))):
+        for _ in range(min(_MAX_COPIES, max(1, round(self._line_px * ratio)))):
             for line in self._lines:
                 painter.drawPolyline(line)
             painter.translate(1 / ratio, 1 / ratio)

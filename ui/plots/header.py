@@ -85,15 +85,15 @@ class PlotHeader(QWidget):
             else:
                 control(self.pause, self._texts, "time-plot-pause", "Live", key="End", picture=Icon.TO_LIVE)
         if view.is_recorded:
-            self._say(tr("recorded"), tr("recorded"), Icon.HISTORY, Meaning.INFORMATION)
+            self._show_state(tr("recorded"), tr("recorded"), Icon.HISTORY, Meaning.INFORMATION)
             return
         if view.is_live:
-            self._say(tr("live"), tr("live"), Icon.LIVE, None)
+            self._show_state(tr("live"), tr("live"), Icon.LIVE, None)
         else:
             behind = tr("paused, {time} behind", time=duration(view.behind_s(now_s)))
-            self._say(behind, tr("paused"), Icon.PAUSE, Meaning.ATTENTION)
+            self._show_state(behind, tr("paused"), Icon.PAUSE, Meaning.ATTENTION)
 
-    def _say(self, whole: str, short: str, picture: Icon, meaning: Meaning | None) -> None:
+    def _show_state(self, whole: str, short: str, picture: Icon, meaning: Meaning | None) -> None:
         """Shows the whole text if the row has room for it, else the short one, else only the icon."""
         if (whole, self.width()) == self._said:
             return

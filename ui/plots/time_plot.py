@@ -26,7 +26,7 @@ from ui.style.theme import Space, current
 from ui.widgets.layouts import in_column
 
 # In ten hours one every 36 s.
-_MARKS_KEPT: Final = 1000
+_MAX_MARKS: Final = 1000
 # Room for the label of a tick.
 _TICK_PX: Final = 84
 
@@ -52,7 +52,7 @@ class TimePlot(QWidget):
         super().__init__()
         self.setObjectName("time-plot")
         self._view = TimeView(bounds=bounds)
-        self._marks: deque[Mark] = deque(maxlen=_MARKS_KEPT)
+        self._marks: deque[Mark] = deque(maxlen=_MAX_MARKS)
         self._wall_offset_s = time.time() - time.monotonic() if wall_offset_s is None else wall_offset_s
         self._now_s = 0.0
         self._shows_clock = False
@@ -145,7 +145,7 @@ class TimePlot(QWidget):
 
     def is_due(self, now_s: float) -> bool:
         """Whether `draw` would change the picture: it moved by a pixel, or something else changed."""
-        return self._looks(max(self._now_s, now_s)) != self._drawn
+        return self._appearance_key(max(self._now_s, now_s)) != self._drawn
 
     def show_age(self, now_s: float) -> None:
         """Updates how far a paused picture is behind, without drawing."""
@@ -164,13 +164,13 @@ class TimePlot(QWidget):
 
     def back_to_live(self) -> None:
         """Follows the newest samples in the chosen length, or shows all of a recording."""
-        self._view.follow()
+        self._view.follow_live()
         self._canvas.fit_scales()
         self._redraw()
 
-    def look_at(self, time_s: float) -> None:
+    def show_instant(self, time_s: float) -> None:
         """Pauses with `time_s` and the cursor in the middle."""
-        self._view.look_at(time_s, now_s=self._now_s)
+        self._view.show_instant(time_s, now_s=self._now_s)
         self.point_at(time_s)
         self._redraw()
 
@@ -217,7 +217,7 @@ class TimePlot(QWidget):
         self._canvas.fit_scales()
         self._redraw()
 
-    def _looks(self, now_s: float) -> Hashable:
+    def _appearance_key(self, now_s: float) -> Hashable:
         """What the picture depends on and may change by itself."""
         span = self._pixel_aligned(self._view.span(now_s))
         lanes = [lane.lane for lane in self._canvas.all_lanes]
@@ -232,7 +232,7 @@ class TimePlot(QWidget):
         return span, limits, tuple(None if one is None else min(one.time_s, span.end_s) for one in newest)
 
     def _redraw(self) -> None:
-        self._drawn = self._looks(self._now_s)
+        self._drawn = self._appearance_key(self._now_s)
         span = self._pixel_aligned(self.span)
         self._canvas.draw_curves(span)
         most = max(2, int(self._canvas.strip.width() / _TICK_PX))

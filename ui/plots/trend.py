@@ -14,7 +14,7 @@ from ui.style.shapes import pen
 from ui.style.theme import Size, Space, current, font
 
 _DOT_PX: Final = 3.5
-_MOST_POINTS: Final = 200
+_MAX_POINTS: Final = 200
 """Only the last ones: more could not be distinguished."""
 
 
@@ -33,7 +33,7 @@ class Trend(PaintedWidget):
     def show_points(self, title: str, unit: str, points: Sequence[Point], *, decimals: int) -> None:
         """`points` from the oldest to the newest."""
         self._title, self._unit, self._decimals = title, unit, decimals
-        self.points = tuple(points[-_MOST_POINTS:])
+        self.points = tuple(points[-_MAX_POINTS:])
         if self.points:
             values = [one.value for one in self.points]
             text = tr(

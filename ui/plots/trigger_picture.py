@@ -107,7 +107,7 @@ class TriggerPicture(PaintedWidget):
         self.setObjectName(name)
         self._record: TriggerRecord | None = None
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-        self.lie_on_surface()
+        self.use_card_background()
 
     def show_record(self, record: TriggerRecord | None, words: str) -> None:
         """`words`: the causes, for screen readers."""

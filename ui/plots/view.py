@@ -15,7 +15,7 @@ WINDOWS_S: Final = (10.0, 60.0, 600.0)
 # Limit of zooming in: some forty status frames at line rate.
 SHORTEST_S: Final = 0.03
 # Limit of panning back: what a series keeps.
-LONGEST_S: Final = 10 * 3600.0
+MAX_S: Final = 10 * 3600.0
 
 
 class Span(NamedTuple):
@@ -86,8 +86,8 @@ class Mark:
 class TimeView:
     """The span in sight: the last `window_s` while it is live, else the one that was held.
 
-    Pausing, zooming and panning hold the span until `follow`. With the `bounds` of a recording it is never live: at
-    first all of it is in sight, and nothing beyond.
+    Pausing, zooming and panning hold the span until `follow_live`. A recording (`bounds`) is never live; at first all
+    of it is in sight.
     """
 
     def __init__(self, window_s: float = WINDOWS_S[1], *, bounds: Span | None = None) -> None:
@@ -140,7 +140,7 @@ class TimeView:
         if self._held is None:
             self._held = self.span(now_s)
 
-    def follow(self) -> None:
+    def follow_live(self) -> None:
         """Goes back to live in the chosen length, or to all of a recording."""
         self._held = None
 
@@ -156,7 +156,7 @@ class TimeView:
         part = (at_s - start_s) / (end_s - start_s)
         self._hold(Span(at_s - part * length_s, at_s + (1 - part) * length_s), now_s)
 
-    def look_at(self, time_s: float, *, now_s: float) -> None:
+    def show_instant(self, time_s: float, *, now_s: float) -> None:
         """Holds the span with `time_s` in the middle, as far as the data go; the length stays."""
         length_s = self.span(now_s).length_s
         if self.is_whole:
@@ -165,11 +165,11 @@ class TimeView:
 
     @property
     def _longest_s(self) -> float:
-        return LONGEST_S if self._bounds is None else self._bounds.length_s
+        return MAX_S if self._bounds is None else self._bounds.length_s
 
     def _hold(self, wanted: Span, now_s: float) -> None:
         length_s = min(wanted.length_s, self._longest_s)
-        first_s, last_s = self._bounds or (now_s - LONGEST_S, now_s)
+        first_s, last_s = self._bounds or (now_s - MAX_S, now_s)
         end_s = max(min(wanted.end_s, last_s), first_s + length_s)
         self._held = Span(end_s - length_s, end_s)
 

@@ -43,7 +43,7 @@ class Services:
     exchange: DraftExchange = field(default_factory=DraftExchange)
     """Drafts that are tried on what was measured."""
     checks: "dict[str, tuple[Filed, Void | None]]" = field(default_factory=dict)
-    """The last check of each module on the Pre-flight page and what voids it, by `Connector.whose`."""
+    """The last check of each module on the Pre-flight page and what voids it, by `Connector.adapter_key`."""
 
 
 @dataclass(frozen=True, slots=True)

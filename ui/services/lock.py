@@ -32,7 +32,7 @@ class PortLock(QObject):
     """
 
     changed = Signal()
-    said = Signal(str)
+    notified = Signal(str)
     """A line for the status bar."""
 
     def __init__(
@@ -44,21 +44,21 @@ class PortLock(QObject):
         """The running repetition."""
         self._job: Job[Locked] | None = None
         self._then: list[Callable[[], object]] = []
-        self._whose = connector.whose
+        self._adapter_key = connector.adapter_key
         self._ended_at = 0.0
         self._shown_count = 0
         self.failed: Locked | None = None
         self.confirmed: Locked | None = None
         """The last confirmation; cleared when the module reports otherwise."""
         connector.changed.connect(self._watch)
-        connector.batch.connect(self._take)
+        connector.batch.connect(self._on_batch)
 
     @property
     def is_possible(self) -> bool:
-        return self._connector.is_open and not self._connector.is_recording
+        return self._connector.is_open and not self._connector.is_playback
 
     @property
-    def is_going_on(self) -> bool:
+    def is_repeating(self) -> bool:
         return self._repeat is not None
 
     @property
@@ -69,7 +69,7 @@ class PortLock(QObject):
     @property
     def is_unproven(self) -> bool:
         """LOCK was pressed, and the module has not reported that it is locked."""
-        return self.is_going_on or self.failed is not None
+        return self.is_repeating or self.failed is not None
 
     def press(self, _is_checked: bool = False, *, then: Callable[[], object] | None = None) -> None:
         """Send LOCK; pressed again, it is sent again at once and the time starts over. `then` is called when the module
@@ -79,9 +79,9 @@ class PortLock(QObject):
         if then is not None:
             self._then.append(then)
         self.failed = self.confirmed = None
-        self._whose, self._shown_count = self._connector.whose, 0
+        self._adapter_key, self._shown_count = self._connector.adapter_key, 0
         self._send(LockRepeat())
-        self.said.emit(waiting_sentence(1))
+        self.notified.emit(waiting_sentence(1))
         self.changed.emit()
 
     def ensure_locked(self) -> None:
@@ -90,7 +90,7 @@ class PortLock(QObject):
             self.press()
             return
         self.failed = self.confirmed = None
-        self._whose, self._shown_count, self._job = self._connector.whose, 0, None
+        self._adapter_key, self._shown_count, self._job = self._connector.adapter_key, 0, None
         self._repeat = LockRepeat()
         self._watch()
 
@@ -137,7 +137,7 @@ class PortLock(QObject):
             locked = Locked(outcome=outcome, sent=repeat.sent, is_port_lost=True)
         else:
             locked = job.outcome()
-        if locked.is_port_lost and self._may_go_on():
+        if locked.is_port_lost and self._can_continue():
             self.changed.emit()
             return
         self._finish(locked)
@@ -148,21 +148,21 @@ class PortLock(QObject):
         then, self._then = self._then, []
         if locked.is_locked:
             self.failed, self.confirmed = None, locked
-            self.said.emit(tr("LOCKED: the module says so."))
+            self.notified.emit(tr("LOCKED: the module says so."))
         else:
             self.failed = None if locked.is_replaced else locked
-            self.said.emit("")
+            self.notified.emit("")
         self.changed.emit()
         if locked.is_locked:
             for act in then:
                 act()
 
-    def _may_go_on(self) -> bool:
+    def _can_continue(self) -> bool:
         """The lost port may still come back in time."""
         repeat = self._repeat
-        return self._connector.is_wanted and repeat is not None and repeat.is_going_on(self._connector.clock())
+        return self._connector.is_requested and repeat is not None and repeat.is_repeating(self._connector.clock())
 
-    def _take(self, batch: Batch) -> None:
+    def _on_batch(self, batch: Batch) -> None:
         repeat = self._repeat
         if repeat is not None and repeat.sent != self._shown_count:
             self._shown_count = repeat.sent
@@ -180,17 +180,17 @@ class PortLock(QObject):
 
     def _watch(self) -> None:
         """React to a port that came back, was closed, or belongs to another module."""
-        if self._whose != self._connector.whose:
-            self._whose = self._connector.whose
+        if self._adapter_key != self._connector.adapter_key:
+            self._adapter_key = self._connector.adapter_key
             self.failed = self.confirmed = None
             if self._job is None:
                 self._repeat = None
                 self._then.clear()
         repeat = self._repeat
         if repeat is not None and self._job is None:
-            if self._connector.is_open and repeat.is_going_on(self._connector.clock()):
+            if self._connector.is_open and repeat.is_repeating(self._connector.clock()):
                 self._send(repeat)
-            elif not self._may_go_on():
+            elif not self._can_continue():
                 outcome = Outcome.UNKNOWN if repeat.sent else Outcome.NOT_SENT
                 self._finish(Locked(outcome=outcome, sent=repeat.sent, is_port_lost=True))
                 return
@@ -198,10 +198,10 @@ class PortLock(QObject):
 
 
 class LockControl(QObject):
-    """LOCK of the module that the pages show; `of` is that of any port. `changed` and `said` are the shown one's."""
+    """LOCK of the module that the pages show; `of` is that of any port. Its signals are those of the shown one."""
 
     changed = Signal()
-    said = Signal(str)
+    notified = Signal(str)
 
     def __init__(
         self, connector: Connector, journal_of: Callable[[Target | None], Journal], parent: QObject | None = None
@@ -213,7 +213,7 @@ class LockControl(QObject):
         self._relay(self._shown)
         connector.added.connect(self.of)
         connector.removed.connect(self._forget)
-        connector.chosen.connect(self._follow)
+        connector.chosen.connect(self._on_chosen)
 
     def of(self, connection: PortConnection) -> PortLock:
         if connection not in self._locks:
@@ -225,8 +225,8 @@ class LockControl(QObject):
         return self._shown.is_possible
 
     @property
-    def is_going_on(self) -> bool:
-        return self._shown.is_going_on
+    def is_repeating(self) -> bool:
+        return self._shown.is_repeating
 
     @property
     def is_unproven(self) -> bool:
@@ -281,11 +281,11 @@ class LockControl(QObject):
 
     def _relay(self, lock: PortLock) -> None:
         lock.changed.connect(self.changed)
-        lock.said.connect(self.said)
+        lock.notified.connect(self.notified)
 
-    def _follow(self) -> None:
+    def _on_chosen(self) -> None:
         self._shown.changed.disconnect(self.changed)
-        self._shown.said.disconnect(self.said)
+        self._shown.notified.disconnect(self.notified)
         self._shown = self.of(self._connector.current)
         self._relay(self._shown)
         self.changed.emit()

@@ -19,7 +19,7 @@ from ui.core.port_connection import PortConnection
 from ui.services.storage import Storage
 
 _log = logging.getLogger(__name__)
-LONGEST_NAME = 60
+MAX_NAME_LENGTH = 60
 KEEP_AGAIN_S = 1.0
 
 
@@ -35,10 +35,10 @@ class PortModule(QObject):
     def __init__(self) -> None:
         super().__init__()
         self.name = ""
-        self.meant = ""
+        self.expected_name = ""
         """Name of the expected module, while it is not proven that it is the one that answers."""
         self._connector: PortConnection | None = None
-        self._keeping: Storage | None = None
+        self._storage: Storage | None = None
         self._adapter = ""
         self._read: dict[str, IdentityEvidence] = {}
         """What was last read of the modules of this session, by name."""
@@ -48,8 +48,8 @@ class PortModule(QObject):
         self._meeting: BackgroundTask[None] = BackgroundTask("dps-s module", self)
         self._saving: BackgroundTask[bool] = BackgroundTask("dps-s evidence", self)
 
-    def follow(self, connector: PortConnection, storage: Storage) -> None:
-        self._connector, self._keeping = connector, storage
+    def bind(self, connector: PortConnection, storage: Storage) -> None:
+        self._connector, self._storage = connector, storage
         connector.expect(self._expected_at)
         connector.changed.connect(self._watch_identity)
         connector.batch.connect(self._on_batch)
@@ -73,27 +73,30 @@ class PortModule(QObject):
         return next((one.id for one in self.known if one.name == self.name), None)
 
     def choose(self, name: str) -> None:
-        name = clean(name.strip(), longest=LONGEST_NAME)
+        name = clean(name.strip(), longest=MAX_NAME_LENGTH)
         connector = self._connector
         if name and connector is not None and connector.is_open and not connector.identity.is_proven:
-            is_same, self.meant = name == self.meant, name  # it is the name as soon as the engine knows, too
+            is_same, self.expected_name = (
+                name == self.expected_name,
+                name,
+            )  # it is the name as soon as the engine knows, too
             if is_same:
-                connector.vouch()
+                connector.confirm_identity()
             else:
-                connector.take_as_new()
+                connector.treat_as_new()
         else:
             self._use(name)
 
-    def vouch(self) -> None:
+    def confirm_identity(self) -> None:
         """A person confirms that it is the expected module."""
         if self._connector is not None:
-            self._connector.vouch(self._connector.identity)
+            self._connector.confirm_identity(self._connector.identity)
 
-    def take_as_new(self) -> None:
+    def treat_as_new(self) -> None:
         """A person says that it is another module; it has no name yet."""
         if self._connector is not None:
-            self.meant = ""
-            self._connector.take_as_new(self._connector.identity)
+            self.expected_name = ""
+            self._connector.treat_as_new(self._connector.identity)
 
     @property
     def adapter(self) -> str:
@@ -106,25 +109,25 @@ class PortModule(QObject):
         if store is not None and self.name:
             self._meeting.run_in(
                 store.queue,
-                partial(_meet, store, self.name, self._adapter, evidence),
-                lambda _none: None if evidence is not None else self.keep_evidence(),
+                partial(_register, store, self.name, self._adapter, evidence),
+                lambda _none: None if evidence is not None else self.store_evidence(),
                 lambda trouble: _log.warning("The adapter of a module cannot be kept: %s", trouble),
             )
 
-    def keep_evidence(self) -> None:
+    def store_evidence(self) -> None:
         """Store what was last read of the module of this name, if the module is in the store by then."""
         store, evidence = self._store, self._read.get(self.name)
         if store is not None and evidence is not None and not self._saving.is_running:
             self._saving.run_in(
                 store.queue,
-                partial(_keep, store, self.name, evidence),
+                partial(_store_evidence, store, self.name, evidence),
                 partial(self._end_saving, self.name, evidence),
                 lambda trouble: _log.warning("What was read of a module cannot be kept: %s", trouble),
             )
 
     @property
     def _store(self) -> Store | None:
-        store = self._keeping.store if self._keeping is not None else None
+        store = self._storage.store if self._storage is not None else None
         return store if isinstance(store, Store) else None
 
     def _use(self, name: str) -> None:
@@ -138,11 +141,11 @@ class PortModule(QObject):
         """What was last read of the module that is known at this port; None where none is."""
         if target.key != self._adapter:
             self._adapter = target.key
-            self.meant = next((one.name for one in self.known if one.adapter == self._adapter), "")
+            self.expected_name = next((one.name for one in self.known if one.adapter == self._adapter), "")
         else:
-            self.meant = self.name or self.meant
+            self.expected_name = self.name or self.expected_name
         self._use("")
-        return Expected(self._evidence_of(self.meant)) if self.meant else None
+        return Expected(self._evidence_of(self.expected_name)) if self.expected_name else None
 
     def _evidence_of(self, name: str) -> IdentityEvidence:
         if name in self._read:
@@ -158,23 +161,23 @@ class PortModule(QObject):
         connector = self._connector
         if connector is None or connector.target is None:
             return
-        if connector.target.key != self._adapter and connector.target.is_recording:
-            self._adapter, self.meant = connector.target.key, ""
+        if connector.target.key != self._adapter and connector.target.is_playback:
+            self._adapter, self.expected_name = connector.target.key, ""
             self._use("")
         if not connector.is_open:
             return
         if not connector.identity.is_proven:
-            self.meant = self.name or self.meant
+            self.expected_name = self.name or self.expected_name
             self._use("")
-        elif self.meant:
-            meant, self.meant = self.meant, ""
+        elif self.expected_name:
+            meant, self.expected_name = self.expected_name, ""
             self._use(meant)
 
     # What was last read of it
 
     def _on_batch(self, batch: Batch) -> None:
         is_module = batch.connection.state is PortState.OPEN and batch.identity.is_proven and bool(self.name)
-        if not is_module or self._connector is None or self._connector.is_recording:
+        if not is_module or self._connector is None or self._connector.is_playback:
             return
         evidence = evidence_of(batch.device.values, is_fresh=True)
         if not evidence.is_complete:
@@ -183,13 +186,13 @@ class PortModule(QObject):
         # The store may be opened, and the module be in it, only after the module was read.
         if is_new or (self._kept.get(self.name) != evidence and batch.at - self._tried_at > KEEP_AGAIN_S):
             self._tried_at = batch.at
-            self.keep_evidence()
+            self.store_evidence()
 
     def _end_saving(self, name: str, evidence: IdentityEvidence, is_kept: bool) -> None:
         if is_kept:
             self._kept[name] = evidence
         if self._read.get(self.name) != evidence:
-            self.keep_evidence()
+            self.store_evidence()
 
 
 class ModuleName(QObject):
@@ -206,12 +209,12 @@ class ModuleName(QObject):
         self._shown.setParent(self)
         self._shown.changed.connect(self.changed)
 
-    def follow(self, connector: Connector, storage: Storage) -> None:
+    def bind(self, connector: Connector, storage: Storage) -> None:
         """Called once for a window; further calls do nothing."""
         if self._connector is None:
             self._connector, self._storage = connector, storage
             self._modules[connector.current] = self._shown
-            self._shown.follow(connector.current, storage)
+            self._shown.bind(connector.current, storage)
             connector.added.connect(self.of)
             connector.removed.connect(self._forget)
             connector.chosen.connect(self._show)
@@ -221,7 +224,7 @@ class ModuleName(QObject):
             module = self._modules[connection] = PortModule()
             module.setParent(self)
             if self._storage is not None:
-                module.follow(connection, self._storage)
+                module.bind(connection, self._storage)
         return self._modules[connection]
 
     @property
@@ -229,8 +232,8 @@ class ModuleName(QObject):
         return self._shown.name
 
     @property
-    def meant(self) -> str:
-        return self._shown.meant
+    def expected_name(self) -> str:
+        return self._shown.expected_name
 
     @property
     def known(self) -> tuple[Module, ...]:
@@ -247,17 +250,17 @@ class ModuleName(QObject):
     def choose(self, name: str) -> None:
         self._shown.choose(name)
 
-    def vouch(self) -> None:
-        self._shown.vouch()
+    def confirm_identity(self) -> None:
+        self._shown.confirm_identity()
 
-    def take_as_new(self) -> None:
-        self._shown.take_as_new()
+    def treat_as_new(self) -> None:
+        self._shown.treat_as_new()
 
     def remember_adapter(self) -> None:
         self._shown.remember_adapter()
 
-    def keep_evidence(self) -> None:
-        self._shown.keep_evidence()
+    def store_evidence(self) -> None:
+        self._shown.store_evidence()
 
     def _show(self) -> None:
         if self._connector is not None:
@@ -272,21 +275,21 @@ class ModuleName(QObject):
             module.deleteLater()
 
 
-def _meet(store: Store, name: str, adapter: str, evidence: IdentityEvidence | None) -> None:
+def _register(store: Store, name: str, adapter: str, evidence: IdentityEvidence | None) -> None:
     """Runs in the store's thread, as one piece of work: the window may be closed afterwards."""
-    module = store.meet_module(name, adapter)
+    module = store.register_module(name, adapter)
     if evidence is not None:
-        store.keep_evidence(module.id, evidence)
+        store.store_evidence(module.id, evidence)
 
 
-def _keep(store: Store, name: str, evidence: IdentityEvidence) -> bool:
+def _store_evidence(store: Store, name: str, evidence: IdentityEvidence) -> bool:
     """Runs in the store's thread, after the module was stored; False if it was not."""
     module = store.module_named(name)
     if module is not None:
-        store.keep_evidence(module.id, evidence)
+        store.store_evidence(module.id, evidence)
     return module is not None
 
 
-def whose(name: str) -> str:
+def module_label(name: str) -> str:
     """For sentences, in the language in use."""
     return name or tr("a module without a name")

@@ -10,7 +10,7 @@ from PySide6.QtCore import QObject, Signal
 
 from app.recordings.entry_texts import when_text
 from app.text.i18n import tr
-from app.text.sentences import reason_of, together
+from app.text.sentences import error_text, join_sentences
 from ui.core.background_task import BackgroundTask, Running
 from ui.services.session_recording import SessionRecording
 from ui.style.theme import Meaning
@@ -35,7 +35,7 @@ class JobEnded:
 
 
 @dataclass(frozen=True, slots=True)
-class Doing:
+class Progress:
     """The running job; `share` (0 … 1) is None if its progress is unknown."""
 
     text: str
@@ -76,8 +76,8 @@ class RecordingJobs(QObject):
         return self._sessions.library
 
     @property
-    def doing(self) -> Doing | None:
-        return Doing(self._doing, self._job.share) if self._doing else None
+    def progress(self) -> Progress | None:
+        return Progress(self._doing, self._job.share) if self._doing else None
 
     def refresh(self) -> None:
         """Read the list again."""
@@ -111,7 +111,7 @@ class RecordingJobs(QObject):
 
             export = export_csv if kind is ExportKind.CSV else export_mcap
             with open_recording(entry.folder) as recording:
-                count = export(recording, path, on_progress=running.tell, is_cancelled=running.is_cancelled)
+                count = export(recording, path, on_progress=running.set_progress, is_cancelled=running.is_cancelled)
                 return _Exported(count, recording.damage)
 
         def tell(done: object) -> None:
@@ -120,18 +120,18 @@ class RecordingJobs(QObject):
             self._end(
                 JobEnded(Meaning.GOOD, text)
                 if damage is None
-                else JobEnded(Meaning.ATTENTION, together([text, damage]))
+                else JobEnded(Meaning.ATTENTION, join_sentences([text, damage]))
             )
 
         self._begin(tr("Exporting {name}", name=path.name), work, tell, path=path)
 
-    def keep(self, entries: Iterable["RecordingEntry"], *, is_kept: bool) -> None:
+    def set_pinned(self, entries: Iterable["RecordingEntry"], *, is_pinned: bool) -> None:
         """Whether they are kept when old recordings are deleted automatically."""
         chosen = tuple(entries)
 
         def work(_running: Running) -> None:
             for one in chosen:
-                self.library.keep(one, is_kept=is_kept)
+                self.library.set_pinned(one, is_pinned=is_pinned)
 
         self._begin(tr("Saving…"), work, lambda _nothing: self._end(None))
 
@@ -145,7 +145,7 @@ class RecordingJobs(QObject):
                 if running.is_cancelled():
                     return count
                 self.library.delete(one)
-                running.tell((count + 1) / len(chosen))
+                running.set_progress((count + 1) / len(chosen))
             return len(chosen)
 
         def tell(count: object) -> None:
@@ -179,7 +179,7 @@ class RecordingJobs(QObject):
         if self._job.is_running:
             return
         self._doing, self.said = text, None
-        self._job.run(work, then, lambda error: self._end(JobEnded(Meaning.ATTENTION, _why_not(error, path))))
+        self._job.run(work, then, lambda error: self._end(JobEnded(Meaning.ATTENTION, _refusal(error, path))))
         self.changed.emit()
 
     def _end(self, said: JobEnded | None) -> None:
@@ -196,11 +196,11 @@ class RecordingJobs(QObject):
 
     def _fail_list(self, error: Exception) -> None:
         self.is_known = True
-        self.said = JobEnded(Meaning.ATTENTION, _why_not(error, None))
+        self.said = JobEnded(Meaning.ATTENTION, _refusal(error, None))
         self.changed.emit()
 
 
-def _why_not(error: Exception, path: Path | None) -> str:
+def _refusal(error: Exception, path: Path | None) -> str:
     from app.recordings.export import not_saved_text
     from app.recordings.library import RecordingInUse
     from app.recordings.recording import RecordingUnreadable
@@ -211,5 +211,5 @@ def _why_not(error: Exception, path: Path | None) -> str:
         return tr("It is being written: not deleted.")
     if path is not None:
         return not_saved_text(path, error)
-    why = reason_of(error)
+    why = error_text(error)
     return tr("That did not work: {why}.", why=why)

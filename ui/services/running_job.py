@@ -53,19 +53,19 @@ class RunningJob(QObject):
         """Drop the procedure; its end is not reported."""
         self._job = self.progress = None
 
-    def say(self, make: Callable[[], Notice | None] | None) -> None:
+    def set_notice(self, make: Callable[[], Notice | None] | None) -> None:
         """Set the notice; `make` is called whenever it is shown, None removes it. Screen readers hear it once."""
         self._notice = make
         said = None if make is None else make()
         if said is not None:
-            announcer().say(said.text, is_urgent=said.meaning is Meaning.DANGER)
+            announcer().announce(said.text, is_urgent=said.meaning is Meaning.DANGER)
         self.changed.emit()
 
-    def say_text(self, meaning: Meaning, make: Callable[[], str]) -> None:
-        self.say(lambda: Notice(meaning, make(), dismiss=self.dismiss))
+    def notify(self, meaning: Meaning, make: Callable[[], str]) -> None:
+        self.set_notice(lambda: Notice(meaning, make(), dismiss=self.dismiss))
 
     def dismiss(self) -> None:
-        self.say(None)
+        self.set_notice(None)
 
     def notice(self, waiting: str, *, can_cancel: bool = True) -> Notice | None:
         """The running procedure (`waiting`, English, until it reports progress), else the last notice."""

@@ -72,7 +72,7 @@ def _key_of(port: str, target: Target | None) -> str:
 
 
 @dataclass(frozen=True, slots=True)
-class Sign:
+class RecordingState:
     """State of the running recording as the window shows it. `trouble` is a sentence."""
 
     since: datetime | None = None
@@ -82,13 +82,13 @@ class Sign:
 
 
 class SessionRecording:
-    """`tapped` puts it in front of the window's bridge; `follow` is called once the window is assembled."""
+    """`recorded_workers` puts it in front of the window's bridge; `bind` is called once the window is assembled."""
 
     def __init__(self, folder: Path | None = None) -> None:
         self._folder = folder
         self._recorder: Recorder | None = None
         """From the first session on."""
-        self._sitting = SessionTracker()
+        self._session = SessionTracker()
         self._lock = threading.Lock()
         self._connector: PortConnection | None = None
         self._module = ""
@@ -103,13 +103,13 @@ class SessionRecording:
 
         return RecordingLibrary(self._folder)
 
-    def tapped(self, make: MakeWorker = Worker) -> MakeWorker:
+    def recorded_workers(self, make: MakeWorker = Worker) -> MakeWorker:
         """Makes workers whose batches are recorded before they are handed on."""
 
         def made(deliver: Callable[[Batch], None]) -> Worker:
             def both(batch: Batch) -> None:
                 try:
-                    self._take(batch)
+                    self._on_batch(batch)
                 except Exception:  # noqa: BLE001  recording must never end the link
                     _log.exception("A batch could not be recorded")
                 deliver(batch)
@@ -118,10 +118,10 @@ class SessionRecording:
 
         return made
 
-    def follow(self, connector: PortConnection) -> None:
+    def bind(self, connector: PortConnection) -> None:
         """Follow this connection: its adapter, and when a person closes its port."""
         self._connector = connector
-        connector.changed.connect(self._watch_wish)
+        connector.changed.connect(self._on_connection_changed)
 
     def of_another_port(self) -> "SessionRecording":
         """Records another port into the same library; stopped with this one."""
@@ -130,16 +130,16 @@ class SessionRecording:
         return other
 
     @property
-    def sign(self) -> Sign:
+    def sign(self) -> RecordingState:
         """State of the recording of the port that the pages show."""
         if self.shown is not None:
             return self.shown.sign
         recorder = self._recorder
         if recorder is None:
-            return Sign()
+            return RecordingState()
         entry = recorder.entry
         since = None if entry is None else entry.started_at
-        return Sign(since, recorder.dropped, None if recorder.is_recording else recorder.trouble)
+        return RecordingState(since, recorder.dropped, None if recorder.is_recording else recorder.trouble)
 
     def settle(self, deadline_s: float) -> bool:
         """Wait until all batches are on disk; whether that was so within the time."""
@@ -156,20 +156,20 @@ class SessionRecording:
         stopped = [one.stop(deadline_s) for one in every]
         return all(stopped)
 
-    def _take(self, batch: Batch) -> None:
+    def _on_batch(self, batch: Batch) -> None:
         """In the worker's thread."""
         connector, connection = self._connector, batch.connection
         with self._lock:
             if is_playback(connection.port):  # on disk already
-                self._sitting = SessionTracker()
+                self._session = SessionTracker()
                 self._end()
                 self._hold_stream(connector)
                 return
-            if self._sitting.begins(connection, None if connector is None else connector.target):
+            if self._session.begins(connection, None if connector is None else connector.target):
                 self._begin(connection)
             if self._recorder is not None:
                 self._recorder.on_batch(batch)
-            if self._sitting.is_over:
+            if self._session.is_over:
                 self._end()
             self._hold_stream(connector)
 
@@ -190,14 +190,14 @@ class SessionRecording:
         if self._recorder is not None:
             self._recorder.end()
 
-    def _watch_wish(self) -> None:
+    def _on_connection_changed(self) -> None:
         """A lost port that is no longer wanted ends the session."""
         connector = self._connector
-        if connector is None or connector.is_wanted or connector.is_open:
+        if connector is None or connector.is_requested or connector.is_open:
             return
         with self._lock:
-            self._sitting.end()
-            if self._sitting.is_over:
+            self._session.end()
+            if self._session.is_over:
                 self._end()
 
     def name_module(self, name: str) -> None:
@@ -205,5 +205,5 @@ class SessionRecording:
         connector = self._connector
         with self._lock:
             self._module = name
-            if self._recorder is not None and connector is not None and self._sitting.is_of(connector.target):
+            if self._recorder is not None and connector is not None and self._session.is_of(connector.target):
                 self._recorder.name_module(name)

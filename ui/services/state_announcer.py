@@ -5,12 +5,12 @@ from typing import Final
 
 from PySide6.QtCore import QObject
 
-from app.diagnosis.link_state import Phase, words
+from app.diagnosis.link_state import Phase, link_text
 from app.engine.worker import Batch
 from app.safety.last_known import Activation
 from app.system.tones import Tone
 from app.text.i18n import tr
-from app.text.sentences import together
+from app.text.sentences import join_sentences
 from ui.core.announcer import announcer
 from ui.core.connector import Connector
 from ui.core.port_connection import PortConnection
@@ -44,55 +44,55 @@ class StateAnnouncer(QObject):
         self._connection, self._lock, self._connector = connection, lock, connector
         self._is_linked = self._is_triggered = self._has_failed = False
         self._activation = Activation.UNKNOWN
-        connection.changed.connect(self._look)
-        connection.batch.connect(self._look_at_restarts)
-        lock.changed.connect(self._look)
+        connection.changed.connect(self._poll)
+        connection.batch.connect(self._announce_restarts)
+        lock.changed.connect(self._poll)
 
-    def _look(self) -> None:
-        if self._connection.is_recording:
+    def _poll(self) -> None:
+        if self._connection.is_playback:
             return  # nothing of it is so now
-        self._look_at_link()
-        self._look_at_trigger()
-        self._look_at_activation()
+        self._announce_link()
+        self._announce_trigger()
+        self._announce_activation()
         failed, had_failed = self._lock.failed, self._has_failed
         self._has_failed = failed is not None
         if failed is not None and not had_failed:
-            self._say(failed.sentence, is_urgent=True)
+            self._announce(failed.sentence, is_urgent=True)
 
-    def _look_at_link(self) -> None:
+    def _announce_link(self) -> None:
         connection = self._connection
         state = connection.state
         was, self._is_linked = self._is_linked, state.phase in _STANDS
         if was and state.phase in _LOST:
             self._activation, self._is_triggered = Activation.UNKNOWN, False  # told again when it answers again
-            parts = [words(state, connection.clock()).what]
+            parts = [link_text(state, connection.clock()).what]
             if connection.is_active:
                 parts.append(tr("Last heard ACTIVE: treat it as ready to fire."))
-            self._say(together(parts), is_urgent=True)
+            self._announce(join_sentences(parts), is_urgent=True)
             self._play(Tone.LOST)
 
-    def _look_at_trigger(self) -> None:
+    def _announce_trigger(self) -> None:
         is_triggered = self._connection.device.fresh("triggered", self._connection.clock())
         if is_triggered is None:
             return  # what was told stands until it is known
         was, self._is_triggered = self._is_triggered, is_triggered is True
         if self._is_triggered and not was:
-            self._say(tr("TRIGGERED"), is_urgent=True)
+            self._announce(tr("TRIGGERED"), is_urgent=True)
             self._play(Tone.TRIGGERED)
 
-    def _look_at_restarts(self, _batch: Batch) -> None:
+    def _announce_restarts(self, _batch: Batch) -> None:
         """By a tone alone: what it means stands in the notice of the window."""
         was, self._restarts = self._restarts, self._connection.device.restarts
         if self._restarts > was and self._is_linked:
             self._play(Tone.RESTARTED)
 
-    def _look_at_activation(self) -> None:
+    def _announce_activation(self) -> None:
         state = self._connection.activation.state
         if state in (Activation.ACTIVE, Activation.LOCKED) and state is not self._activation:
             self._activation = state
-            self._say(tr("ACTIVE") if state is Activation.ACTIVE else tr("LOCKED"))
+            self._announce(tr("ACTIVE") if state is Activation.ACTIVE else tr("LOCKED"))
 
-    def _say(self, text: str, *, is_urgent: bool = False) -> None:
+    def _announce(self, text: str, *, is_urgent: bool = False) -> None:
         if len(self._connector.connections) > 1 and self._connection.target is not None:
             text = f"{self._connection.target.device}: {text}"
-        announcer().say(text, is_urgent=is_urgent)
+        announcer().announce(text, is_urgent=is_urgent)

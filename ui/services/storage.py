@@ -87,20 +87,20 @@ class Storage:
 
     def journal(self, target: Target | None, module: str = "") -> Journal:
         """For one connection. `module`: its name, where it has one."""
-        if target is None or target.is_recording:
+        if target is None or target.is_playback:
             return NoJournal("")
         return journal_for(self.store, port=target.device, origin=ORIGIN, adapter=target.identity, module=module)
 
-    def keep_snapshot(self, snapshot: Snapshot, port: str) -> Future[int] | None:
+    def store_snapshot(self, snapshot: Snapshot, port: str) -> Future[int] | None:
         """Any thread may call; the future is done when the snapshot is on disk. None if there is no store."""
         store = self._store
         if self._is_closed or not isinstance(store, Store) or is_playback(port):
             return None
-        return store.queue.submit(lambda: store.keep_snapshot(snapshot, port=port))
+        return store.queue.submit(lambda: store.store_snapshot(snapshot, port=port))
 
     def stream_memory(self, target: Target) -> StreamMemory:
         """For one connection."""
-        if target.is_recording or target.is_simulated:
+        if target.is_playback or target.is_simulated:
             return StreamMemory()
         store = self.store
         return StoredStreamMemory(store, target.key) if isinstance(store, Store) else StreamMemory()

@@ -85,12 +85,12 @@ class Attention(QObject):
         self.leave(close, is_closing=True)
         return False
 
-    def tell(self, make: Callable[[], Notice]) -> None:
+    def queue_notice(self, make: Callable[[], Notice]) -> None:
         """Queues a notice, which is shown until it is closed, when nothing is more urgent."""
         self._queued.append(make)
         self.refresh()
 
-    def forget_told(self) -> None:
+    def dismiss_queued(self) -> None:
         """Removes the first queued notice."""
         del self._queued[:1]
         self.refresh()
@@ -161,7 +161,7 @@ class Attention(QObject):
         if state.phase is Phase.CLOSED and self.is_choosing and not self._queued:
             return None
         said = link_notice(state, connector.clock(), self._acts, was_active=connector.is_active)
-        if connector.is_recording and state.trouble is None:
+        if connector.is_playback and state.trouble is None:
             said = None  # its own bar says that the recording has ended
         locking = self._lock.notice(said.choices if said is not None else ())
         if locking is not None:
@@ -189,7 +189,7 @@ class Attention(QObject):
             return None
         text = tr("The module restarted: enable the triggers and check again.")
         check = Choice("after_restart", tr("Pre-flight"), lambda: self.go_to("preflight"), is_main=True)
-        return Notice(Meaning.ATTENTION, text, (check,), dismiss=self._forget_restart)
+        return Notice(Meaning.ATTENTION, text, (check,), dismiss=self._dismiss_restart)
 
     def _trigger_notice(self) -> Notice | None:
         """What comes next, as long as the module reports that it has triggered."""
@@ -198,17 +198,17 @@ class Attention(QObject):
         if known is not None and known.value is False:
             self._has_read_trigger = False
         is_triggered = connector.is_open and known is not None and known.value is True
-        if not is_triggered or self._has_read_trigger or connector.is_recording:
+        if not is_triggered or self._has_read_trigger or connector.is_playback:
             return None
         text = tr("The module has triggered: LOCK, read the record, pack, check again.")
         look = Choice("after_trigger", tr("Read the record"), lambda: self.go_to("triggers"), is_main=True)
-        return Notice(Meaning.DANGER, text, (look,), dismiss=self._forget_trigger)
+        return Notice(Meaning.DANGER, text, (look,), dismiss=self._dismiss_trigger)
 
-    def _forget_trigger(self) -> None:
+    def _dismiss_trigger(self) -> None:
         self._has_read_trigger = True
         self.refresh()
 
-    def _forget_restart(self) -> None:
+    def _dismiss_restart(self) -> None:
         self._restarts = self._connector.device.restarts
         self.refresh()
 

@@ -122,7 +122,7 @@ class MainWindow(QMainWindow):
         )
         self.attention.go_to = self.go_to
         self.attention.find_identity = lambda: identity_notice(self._connector.identity, services.naming)
-        self.files = FileOpener(self, self._file_pages, self.go_to, preferences=self._remembered, say=self.say)
+        self.files = FileOpener(self, self._file_pages, self.go_to, preferences=self._remembered, say=self.show_message)
         services.appearance.apply_theme(self, self.centre, *self.area.holders)
         self._wire()
         self._restore()
@@ -170,7 +170,7 @@ class MainWindow(QMainWindow):
         menus.quit.triggered.connect(self.close)
         self._services.lock.bind(menus.lock)
         self._services.lock.changed.connect(self._refresh_notice)
-        self._services.lock.said.connect(self.say)
+        self._services.lock.notified.connect(self.show_message)
         menus.find_rate.triggered.connect(connector.find_rate)
         menus.simulator.toggled.connect(self.simulator.setVisible)
         self.simulator.visibilityChanged.connect(self._tick_simulator)
@@ -209,7 +209,7 @@ class MainWindow(QMainWindow):
         self._connector.changed.emit()  # for pages made while it connected
 
     def _place(self, key: str, page: Page) -> None:
-        self._services.appearance.dress(page)
+        self._services.appearance.apply_to(page)
         self.stack.addWidget(page)
         page.connect_wanted.connect(self.connect_to)
         page.page_wanted.connect(self.go_to)
@@ -242,7 +242,7 @@ class MainWindow(QMainWindow):
         if self._unmade_hearers:
             self._connector.current.hold()
             for key in _HEARERS:
-                self._maker.want(key)
+                self._maker.request(key)
         self.attention.leave(partial(self._connector.connect_to, target))
 
     def disconnect_port(self) -> None:
@@ -252,9 +252,9 @@ class MainWindow(QMainWindow):
         self.panel.hide()
         self.navigation.choose(key)
 
-    def say(self, text: str) -> None:
+    def show_message(self, text: str) -> None:
         """Shows a message in the status bar for a while."""
-        self.status_bar.say(text)
+        self.status_bar.show_message(text)
 
     def close_now(self) -> None:
         """Closes without asking, as at a signal of the system."""
@@ -280,8 +280,8 @@ class MainWindow(QMainWindow):
         self.status_bar.refresh()
         self.recording_sign.refresh()
         connector = self._connector
-        self.menus.find_rate.setEnabled(connector.is_open and not connector.is_recording)
-        self.menus.disconnect.setEnabled(connector.is_wanted)
+        self.menus.find_rate.setEnabled(connector.is_open and not connector.is_playback)
+        self.menus.disconnect.setEnabled(connector.is_requested)
         self._refresh_notice()
 
     def _refresh_notice(self) -> None:
@@ -293,8 +293,8 @@ class MainWindow(QMainWindow):
 
     def _show_recording_trouble(self, sentence: str) -> None:
         """The recording failed; the link is not affected."""
-        look, forget = partial(self.go_to, "recordings"), self.attention.forget_told
-        self.attention.tell(lambda: trouble_notice(self.recording_sign.trouble or sentence, look, forget))
+        look, forget = partial(self.go_to, "recordings"), self.attention.dismiss_queued
+        self.attention.queue_notice(lambda: trouble_notice(self.recording_sign.trouble or sentence, look, forget))
 
     def _connect_again(self) -> None:
         if self._connector.target is not None:
@@ -306,7 +306,7 @@ class MainWindow(QMainWindow):
             self._pages["diagnosis"].go_to("why")
 
     def _remember_port(self, target: Target) -> None:
-        if not target.is_recording:
+        if not target.is_playback:
             self.port_opened.emit(self._remembered.last_port is None)
             self._remembered.last_port = LastPort(target.device, target.identity, self._connector.connection.baud_rate)
         self.panel.hide()
@@ -318,7 +318,7 @@ class MainWindow(QMainWindow):
         if page is not None and self.stack.indexOf(page) >= 0:
             self.stack.setCurrentWidget(page)
         else:
-            self._maker.want(key)
+            self._maker.request(key)
 
     def show_preferences(self) -> None:
         if self._preferences is None:

@@ -2,9 +2,9 @@
 
 from collections.abc import Callable
 
-from app.diagnosis.link_state import LinkState, NextStep, Phase, words
+from app.diagnosis.link_state import LinkState, NextStep, Phase, link_text
 from app.text.i18n import tr
-from app.text.sentences import together
+from app.text.sentences import join_sentences
 from protocol.translatable import marked
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice
@@ -24,7 +24,7 @@ def link_notice(
     """The trouble of the link and the step that helps; None while the link is fine."""
     if state.is_fine:
         return None
-    said = words(state, now)
+    said = link_text(state, now)
     parts = [said.what, said.next_step]
     if was_active and state.phase in (Phase.LATE, Phase.OFFLINE, Phase.LOST, Phase.FAILED):
         parts.append(tr("Last heard ACTIVE: treat it as ready to fire."))
@@ -39,7 +39,7 @@ def link_notice(
         for step in steps
     )
     meaning = Meaning.INFORMATION if is_calm else Meaning.ATTENTION
-    return Notice(meaning, together(parts), choices)
+    return Notice(meaning, join_sentences(parts), choices)
 
 
 def leaving_notice(

@@ -39,9 +39,9 @@ class PageMaker(QObject):
 
     def begin(self) -> None:
         """Starts with the next turn of the event loop."""
-        QTimer.singleShot(BREATH_MS, self, self._take_turn)
+        QTimer.singleShot(BREATH_MS, self, self._make_next)
 
-    def want(self, key: str) -> None:
+    def request(self, key: str) -> None:
         """Makes this page next."""
         if key in self._unmade:
             self._unmade.remove(key)
@@ -51,7 +51,7 @@ class PageMaker(QObject):
         """Stops."""
         self._is_over = True
 
-    def _take_turn(self) -> None:
+    def _make_next(self) -> None:
         if self._is_over:
             return
         if self.is_done:

@@ -7,7 +7,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QLabel, QWidget
 
 from app.text.i18n import tr
-from ui.services.session_recording import Sign
+from ui.services.session_recording import RecordingState
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.labels import IconLabel
@@ -25,7 +25,7 @@ class RecordingSign(QWidget):
     troubled = Signal(str)
     """Why recording stopped; emitted once."""
 
-    def __init__(self, find_sign: Callable[[], Sign]) -> None:
+    def __init__(self, find_sign: Callable[[], RecordingState]) -> None:
         super().__init__()
         self.setObjectName("session_sign")
         self._find_sign = find_sign
@@ -33,7 +33,7 @@ class RecordingSign(QWidget):
         self.label = named(QLabel(), "session_sign_text", "small")
         self.label.setTextFormat(Qt.TextFormat.PlainText)
         in_row(self._picture, self.label, of=self, spacing=Space.XS, margins=0)
-        self._shown: Sign | None = None
+        self._shown: RecordingState | None = None
         self._is_told = False
         VisibilityTimer(self, self._retranslate)
         self.refresh()
@@ -56,7 +56,7 @@ class RecordingSign(QWidget):
         self._shown = None
         self.refresh()
 
-    def _write(self, sign: Sign) -> None:
+    def _write(self, sign: RecordingState) -> None:
         if sign.trouble is not None:
             text, whole = tr("Not recorded"), sign.trouble
         elif sign.since is None:

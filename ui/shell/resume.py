@@ -12,7 +12,7 @@ from ui.acts.confirm import Confirm
 from ui.core.connector import Connector
 from ui.shell.status_bar import StatusBar
 
-SAID_FOR_S: Final = 60.0
+SHOWN_FOR_S: Final = 60.0
 """Long, since whoever opens the lid may not look at once."""
 
 
@@ -29,6 +29,6 @@ class ResumeWatcher(QObject):
         self._armed.act = None
         for question in self._window.findChildren(Confirm):
             question.withdraw()
-        self._said.say(
-            tr("The computer slept for {time}; everything is read again.", time=duration(slept_s)), SAID_FOR_S
+        self._said.show_message(
+            tr("The computer slept for {time}; everything is read again.", time=duration(slept_s)), SHOWN_FOR_S
         )

@@ -35,7 +35,7 @@ class Countdown:
         return max(0.0, self._ends_at - self._clock())
 
 
-class Chore:
+class BoundedThread:
     """Runs `act` in a daemon thread; logs its errors."""
 
     def __init__(self, name: str, act: Callable[[], object]) -> None:
@@ -62,11 +62,11 @@ class Chore:
 def close_down(connector: Connector, ports: PortWatcher, storage: Storage, preferences: Preferences) -> None:
     """Ends everything that is not a widget within `CLOSE_LIMIT_S`; the rest is left to the system."""
     countdown = Countdown(CLOSE_LIMIT_S)
-    saving = Chore("preferences", preferences.save)
+    saving = BoundedThread("preferences", preferences.save)
     ports.stop(0.0)
     if not connector.stop(countdown.left_s - STORE_SHARE_S):
         _log.warning("The port did not close in time; it is left to the system")
-    Chore("store", storage.close).wait(countdown.left_s)
+    BoundedThread("store", storage.close).wait(countdown.left_s)
     saving.wait(countdown.left_s)
 
 

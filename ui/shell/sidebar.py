@@ -25,8 +25,8 @@ NARROW_PX: Final = 84
 ICONS_PX: Final = 44
 WIDE_ROW_PX: Final = 40
 NARROW_ROW_PX: Final = 46
-_LEAST_NAMED_PX: Final = 39
-_LEAST_ROW_PX: Final = 34
+_MIN_NAMED_PX: Final = 39
+_MIN_ROW_PX: Final = 34
 """Height of a row without its name, in a window too low for the names."""
 _ICON_PX: Final = 20
 _ICON: Final = Qt.ItemDataRole.UserRole + 1
@@ -89,7 +89,7 @@ class Sidebar(QListWidget):
     @property
     def shows_names(self) -> bool:
         """Else there is no room for names, and only the tooltips have them."""
-        return not self._has_little_room and (self.is_wide or self._row_px() >= _LEAST_NAMED_PX)
+        return not self._has_little_room and (self.is_wide or self._row_px() >= _MIN_NAMED_PX)
 
     @property
     def scale(self) -> float:
@@ -106,7 +106,7 @@ class Sidebar(QListWidget):
         width = WIDE_PX if wide else ICONS_PX if self._has_little_room else NARROW_PX
         self.setFixedWidth(round(width * self.scale))
         row = round((WIDE_ROW_PX if self.is_wide else NARROW_ROW_PX) * self.scale)
-        row = min(row, max(_LEAST_ROW_PX, self._row_px()))
+        row = min(row, max(_MIN_ROW_PX, self._row_px()))
         for number in range(self.count()):
             if self.item(number).sizeHint().height() != row:
                 self.item(number).setSizeHint(QSize(0, row))

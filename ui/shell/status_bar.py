@@ -5,7 +5,7 @@ from PySide6.QtGui import QFontMetrics
 from PySide6.QtWidgets import QFrame, QLabel, QWidget
 
 from app.diagnosis.link_state import duration
-from app.engine.device import LONGEST_LAG_S
+from app.engine.device import MAX_LAG_S
 from app.engine.worker import Batch
 from app.limits.out_of_limits import DAMAGED_SHOWN_S, LimitsInUse, Outside, line_outside
 from app.text.i18n import tr
@@ -36,13 +36,13 @@ class StatusBar(QFrame):
         self._rejected = 0
         self._damaged_at: float | None = None
         self._frames = 0
-        self._heard_at: float | None = None
+        self._received_at: float | None = None
         self._counted_at: float | None = None
         self._counted_frames = 0
         self._frames_per_s: float | None = None
         self._written_at = 0.0
-        self._passing = ""
-        self._passing_until = 0.0
+        self._message = ""
+        self._message_until = 0.0
         self.figures = control(TickingLabel(), texts, "link_figures", says="Statistics")
         self.sign = IconLabel("line_fault_sign", _SIGN_PX, keeps_place=True)
         self.sign.show_icon(Icon.WARNING, Meaning.ATTENTION)
@@ -71,9 +71,9 @@ class StatusBar(QFrame):
         """Adds `widget` at the right, before the age."""
         self._row.insertWidget(self._row.indexOf(self.age), widget)
 
-    def say(self, text: str, seconds: float = 6.0) -> None:
+    def show_message(self, text: str, seconds: float = 6.0) -> None:
         """Shows a message for some seconds."""
-        self._passing, self._passing_until = text, self._connector.clock() + seconds
+        self._message, self._message_until = text, self._connector.clock() + seconds
         self._write()
 
     def on_batch(self, batch: Batch) -> None:
@@ -84,13 +84,13 @@ class StatusBar(QFrame):
             self._damaged_at = None
         self._rejected = rejected
         if batch.link is None:
-            self._counted_at, self._frames_per_s, self._heard_at, self._frames = None, None, None, 0
+            self._counted_at, self._frames_per_s, self._received_at, self._frames = None, None, None, 0
             return
         frames = batch.link.counters.frames
         if frames != self._frames:
             self._frames = frames
             if frames:
-                self._heard_at = batch.at
+                self._received_at = batch.at
         if self._counted_at is None:
             self._counted_at, self._counted_frames = batch.at, frames
         elif batch.at - self._counted_at >= RATE_OVER_S:
@@ -136,11 +136,11 @@ class StatusBar(QFrame):
                 in_use=self._in_use,
             )
         )
-        heard = "" if self._heard_at is None else tr("{time} ago", time=duration(now - self._heard_at))
-        if link is not None and link.lag_s is not None and link.lag_s > LONGEST_LAG_S:
+        heard = "" if self._received_at is None else tr("{time} ago", time=duration(now - self._received_at))
+        if link is not None and link.lag_s is not None and link.lag_s > MAX_LAG_S:
             heard = tr("{time} late", time=duration(link.lag_s))
         _write(self.age, heard)
-        _write(self.passing, self._passing if now < self._passing_until else "")
+        _write(self.passing, self._message if now < self._message_until else "")
 
     def _show_fault(self, outside: Outside | None) -> None:
         _write(self.fault, "" if outside is None else tr(outside.fault.value))

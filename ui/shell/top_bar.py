@@ -6,7 +6,7 @@ from PySide6.QtCore import QRect, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QFontMetrics, QPainter, QPaintEvent
 from PySide6.QtWidgets import QFrame, QPushButton, QSizePolicy, QToolButton, QWidget
 
-from app.diagnosis.link_state import LinkState, LinkWords, Phase, duration, words
+from app.diagnosis.link_state import LinkState, LinkText, Phase, duration, link_text
 from app.engine.device import DeviceView
 from app.engine.target import Target
 from app.limits.out_of_limits import LimitsInUse, value_outside
@@ -67,7 +67,7 @@ def port_title(state: LinkState, target: Target | None) -> str:
     device = target.device if target is not None else state.port
     if device.startswith("sim:"):
         return tr("Simulated module")
-    if target is not None and target.is_recording:
+    if target is not None and target.is_playback:
         return tr("RECORDING: {name}", name=recording_name(device))
     name = device.removeprefix("/dev/")
     return f"{name} · {state.baud_rate}" if state.baud_rate else name
@@ -79,7 +79,7 @@ class PortButton(QPushButton):
     def __init__(self, texts: Texts) -> None:
         super().__init__()
         self._title = ""
-        self._words: LinkWords | None = None
+        self._words: LinkText | None = None
         self._phase = Phase.CLOSED
         control(self, texts, "port_button", tip="Choose a port", key="Ctrl+K", role="quiet")
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Expanding)
@@ -92,7 +92,7 @@ class PortButton(QPushButton):
     def title(self) -> str:
         return self._title
 
-    def show_link(self, title: str, phase: Phase, said: LinkWords) -> None:
+    def show_link(self, title: str, phase: Phase, said: LinkText) -> None:
         if (title, phase, said) == (self._title, self._phase, self._words):
             return
         self._title, self._phase, self._words = title, phase, said
@@ -248,10 +248,10 @@ class TopBar(QFrame):
     def refresh(self) -> None:
         connector, now = self._connector, self._connector.clock()
         state, device = connector.state, connector.device
-        said = words(state, now)
+        said = link_text(state, now)
         recorded = recording_word(connector)
         if recorded:
-            said = LinkWords(recorded, tr("A recording is played; nothing is sent."), "", None)
+            said = LinkText(recorded, tr("A recording is played; nothing is sent."), "", None)
         phase = Phase.ASKING if recorded else state.phase  # never green, which is for a module that answers
         self.port.show_link(port_title(state, connector.target), phase, said)
         if self.name.text() != self._module:
@@ -267,7 +267,7 @@ class TopBar(QFrame):
     @property
     def _module(self) -> str:
         """The name given to the connected module, else ""."""
-        is_module = self._connector.is_wanted and not self._connector.is_recording
+        is_module = self._connector.is_requested and not self._connector.is_playback
         return self._naming.name if is_module else ""
 
     def _style_lock(self, button: QPushButton, *, is_main: bool) -> None:

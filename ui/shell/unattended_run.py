@@ -52,7 +52,7 @@ def values_seen(connector: Connector) -> dict[str, object]:
     return seen
 
 
-def leave_evidence(folder: Path, window: QWidget, connector: Connector) -> None:
+def write_evidence(folder: Path, window: QWidget, connector: Connector) -> None:
     """Writes both files into `folder`, which is created if needed. Raises OSError."""
     folder.mkdir(parents=True, exist_ok=True)
     text = json.dumps(values_seen(connector), indent=2, ensure_ascii=False)

@@ -15,7 +15,7 @@ from ui.widgets.notice_bar import Choice, Notice
 
 
 class UncaughtErrors(QObject):
-    """`tell` may be called from any thread. Repeated errors share one notice with a count."""
+    """`report` may be called from any thread. Repeated errors share one notice with a count."""
 
     _told = Signal(object)
 
@@ -29,7 +29,7 @@ class UncaughtErrors(QObject):
         # Queued also in the window's thread: the error may have happened while painting.
         self._told.connect(self._show, Qt.ConnectionType.QueuedConnection)
 
-    def tell(self, error: UncaughtError) -> None:
+    def report(self, error: UncaughtError) -> None:
         """Disarms at once, and shows the error from the event loop."""
         self._armed.act = None
         self._told.emit(error)
@@ -39,7 +39,7 @@ class UncaughtErrors(QObject):
         count = self._counts.get(error.details, 0)
         self._counts[error.details] = count + 1
         if not count:
-            self._attention.tell(lambda: self._notice(error))
+            self._attention.queue_notice(lambda: self._notice(error))
 
     def _notice(self, error: UncaughtError) -> Notice:
         count = self._counts.get(error.details, 1)
@@ -53,7 +53,7 @@ class UncaughtErrors(QObject):
 
         def dismiss() -> None:
             self._counts.pop(error.details, None)
-            self._attention.forget_told()
+            self._attention.dismiss_queued()
 
         choices = (Choice("copy_details", tr("Copy details"), copy_details),)
         return Notice(Meaning.ATTENTION, text, choices, dismiss=dismiss)

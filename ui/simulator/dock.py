@@ -29,7 +29,7 @@ class SimulatorDock(QDockWidget):
         self._panel: SimulatorPanel | None = None
         texts.bind(self.setWindowTitle, "Simulated module")
         texts.bind(self.setAccessibleName, "Simulated module")
-        connector.changed.connect(self._follow)
+        connector.changed.connect(self._update_panel)
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
@@ -38,9 +38,9 @@ class SimulatorDock(QDockWidget):
 
             self._panel = SimulatorPanel(self._texts)
             self.setWidget(self._panel)
-        self._follow()
+        self._update_panel()
 
-    def _follow(self) -> None:
+    def _update_panel(self) -> None:
         """Show the module of the chosen port, also while it is unplugged, so that it can be plugged in again."""
         panel = self._panel
         if panel is None:
@@ -48,7 +48,7 @@ class SimulatorDock(QDockWidget):
         from app.port_urls.protocol_sim import open_bench
         from app.simulator.options import OptionRefused
 
-        target = self._connector.target if self._connector.is_wanted else None
+        target = self._connector.target if self._connector.is_requested else None
         device = target.device if target is not None and target.is_simulated else None
         if device == self._device:
             return

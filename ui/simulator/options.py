@@ -171,7 +171,7 @@ class SimulatorOptions(QWidget):
             layout.addWidget(body)
             self.folds[name] = fold
             self._rows.append(body)
-        self.heal = control(QPushButton(), texts, "simulator_heal", "End all faults", slot=self._heal)
+        self.heal = control(QPushButton(), texts, "simulator_heal", "End all faults", slot=self._end_faults)
         self._rows[0].form.addRow(self.heal)
 
     @property
@@ -197,6 +197,6 @@ class SimulatorOptions(QWidget):
         if self._bench is not None:
             self._bench.change(**{name: value})
 
-    def _heal(self) -> None:
+    def _end_faults(self) -> None:
         if self._bench is not None:
-            self._bench.heal()
+            self._bench.end_faults()

@@ -108,7 +108,7 @@ class Appearance(QObject):
         self._app = app
         self._choice = choice
         self._holders: tuple[QWidget, ...] = ()
-        app.styleHints().colorSchemeChanged.connect(self._follow)
+        app.styleHints().colorSchemeChanged.connect(self._on_system_changed)
         self._apply()
 
     @property
@@ -126,9 +126,9 @@ class Appearance(QObject):
         for holder in self._holders:
             holder.installEventFilter(self)
         for part in self._parts():
-            self.dress(part)
+            self.apply_to(part)
 
-    def dress(self, part: QWidget) -> None:
+    def apply_to(self, part: QWidget) -> None:
         """Let a part wear the style sheet of the theme in use. By itself that happens when it is first shown: too late
         for one that is measured before."""
         worn = f"{self._applied.name} {scale_in_use()}"
@@ -155,7 +155,7 @@ class Appearance(QObject):
         zoom(percent)
         self._apply()
 
-    def _follow(self) -> None:
+    def _on_system_changed(self) -> None:
         if self._choice is Choice.AUTO and self._wanted() is not self._applied:
             self._apply()
 
@@ -170,7 +170,7 @@ class Appearance(QObject):
             _apply_without_sheet(self._app, self._applied)
             for part in self._parts():
                 if part.isVisible() or part.parentWidget() is not self._holders[-1]:
-                    self.dress(part)
+                    self.apply_to(part)
         else:
             apply(self._app, self._applied)
         self.changed.emit()
@@ -178,9 +178,9 @@ class Appearance(QObject):
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """A part that came later is dressed before it is first shown, one out of sight when it is shown again."""
         if event.type() == QEvent.Type.Show and isinstance(watched, QWidget) and watched not in self._holders:
-            self.dress(watched)
+            self.apply_to(watched)
         elif isinstance(event, QChildEvent) and event.type() == QEvent.Type.ChildPolished:
             part = event.child()
             if watched in self._holders and isinstance(part, QWidget) and part not in self._holders:
-                self.dress(part)
+                self.apply_to(part)
         return False

@@ -33,7 +33,7 @@ class PaintedWidget(QWidget):
             self.update()
         super().changeEvent(event)
 
-    def lie_on_surface(self) -> None:
+    def use_card_background(self) -> None:
         """Paint the surface of a card too: else all that lies below would be painted with each change."""
         self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
 

@@ -101,11 +101,11 @@ class Gestures(QObject):
     def on_pointer(self, position: QPointF, *, is_move: bool = True) -> None:
         """The pointer is at `position` (global); `is_move`: because it moved."""
         if self._pointer is not None:
-            self._arrive(self._find(self._pointer), is_move=False)
+            self._on_enter(self._find(self._pointer), is_move=False)
         self._pointer = QPointF(position)
-        self._arrive(self._find(position), is_move=is_move)
+        self._on_enter(self._find(position), is_move=is_move)
 
-    def _arrive(self, step: Step | None, *, is_move: bool) -> None:
+    def _on_enter(self, step: Step | None, *, is_move: bool) -> None:
         left, self._under = self._under, step
         if left is step:
             return
@@ -163,9 +163,9 @@ class Gestures(QObject):
             self._release = window, event.clone()
             self._release_timer.start()
             return True
-        return self._let_up(event.key())
+        return self._on_release(event.key())
 
-    def _let_up(self, key: int) -> bool:
+    def _on_release(self, key: int) -> bool:
         is_ignored = key in self._ignored
         self._keys.discard(key)
         self._ignored.discard(key)
@@ -178,7 +178,7 @@ class Gestures(QObject):
         if self._release is not None:
             (window, event), self._release = self._release, None
             self._release_timer.stop()
-            if not self._let_up(event.key()):
+            if not self._on_release(event.key()):
                 self._send(window, event)
 
     def _send(self, window: QWindow, event: QKeyEvent) -> None:

@@ -70,7 +70,7 @@ class NoticeBar(Banner):
             self.hide()
             return
         old = self.notice
-        if old is None or _looks_of(old) != _looks_of(notice):
+        if old is None or _appearance_key(old) != _appearance_key(notice):
             self._fill(notice)
         self.notice = notice
         self.show()
@@ -121,7 +121,7 @@ class NoticeBar(Banner):
             self.notice.dismiss()
 
 
-def _looks_of(notice: Notice) -> object:
+def _appearance_key(notice: Notice) -> object:
     return notice.meaning, notice.text, notice.dismiss is None, _buttons_of(notice)
 
 

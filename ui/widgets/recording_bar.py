@@ -41,7 +41,7 @@ def recording_name(device: str) -> str:
 
 def recording_word(connector: Connector) -> str:
     """The position in the recording, for the top bar; "" while none is played."""
-    player = playing(connector.target.device) if connector.is_recording and connector.target is not None else None
+    player = playing(connector.target.device) if connector.is_playback and connector.target is not None else None
     if player is None:
         return ""
     now = connector.clock()
@@ -78,7 +78,7 @@ class RecordingBar(Banner):
 
     def refresh(self) -> None:
         connector, target = self._connector, self._connector.target
-        is_played = connector.is_recording
+        is_played = connector.is_playback
         if is_played == self.isHidden():
             self.setVisible(is_played)
             self._show_target()
@@ -114,7 +114,7 @@ class RecordingBar(Banner):
     def _play(self) -> None:
         """Plays from the start at the chosen speed."""
         target = self._connector.target
-        if not self._connector.is_recording or target is None:
+        if not self._connector.is_playback or target is None:
             return
         speed = self.speed.currentData()
         url = parse_url(target.device)
@@ -122,5 +122,5 @@ class RecordingBar(Banner):
 
     def _show_target(self) -> None:
         self._texts.bind(self.window().setWindowTitle, _TITLE if self.isHidden() else _RECORDING_TITLE)
-        if self._connector.target is not None and self._connector.is_recording:
+        if self._connector.target is not None and self._connector.is_playback:
             self.choose_speed(self._connector.target)

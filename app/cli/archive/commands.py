@@ -58,12 +58,12 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
 
 def run_status(args: argparse.Namespace) -> int:
     from app.archive.chains import chains_in
-    from app.archive.server_setting import kept_server
+    from app.archive.server_setting import stored_server
     from app.stations.station import fingerprint_of
     from app.store.store import data_folder
 
     with opened_archive() as archive:
-        status = archive.status(kept_server(data_folder()))
+        status = archive.status(stored_server(data_folder()))
         fingerprint = fingerprint_of(archive.station.public)
         stations = {shown_station(key): count for key, count in status.stations.items()}
         chains = chains_in(archive.facts)
@@ -74,7 +74,7 @@ def run_status(args: argparse.Namespace) -> int:
             "server": status.place, "not_shared": status.not_shared, "last_sync_at": status.last_at,
             "conflicts": status.conflicts, "chains": [_chain_json(one) for one in chains],
         })  # fmt: skip
-        return console.DONE if is_sound else console.SAID_NO
+        return console.SUCCESS if is_sound else console.ANSWER_NO
     console.write_lines(console.columns((
         (tr("Records"), f"{status.facts} ({status.own})"),
         (tr("Stations"), f"{len(stations)}"),
@@ -86,41 +86,43 @@ def run_status(args: argparse.Namespace) -> int:
     console.write_lines([tr("This station: {fingerprint}", fingerprint=fingerprint), shared])
     for chain in chains:
         for fault in chain.faults:
-            console.write_lines([f"{shown_station(chain.station)} {chain.module or ''}: {fault.in_words()}"])
-    return console.DONE if is_sound else console.SAID_NO
+            console.write_lines([f"{shown_station(chain.station)} {chain.module or ''}: {fault.translated()}"])
+    return console.SUCCESS if is_sound else console.ANSWER_NO
 
 
 def run_sync(args: argparse.Namespace) -> int:
     from app.archive.fact_set import ArchiveTrouble
-    from app.archive.server_setting import keep_server, kept_server
+    from app.archive.server_setting import store_server, stored_server
     from app.archive.server_url import server_url
     from app.store.store import data_folder
 
     folder = data_folder()
     try:
         if args.forget:
-            keep_server(folder, "")
-            return console.DONE
-        url = args.url or kept_server(folder)
+            store_server(folder, "")
+            return console.SUCCESS
+        url = args.url or stored_server(folder)
         if url is None:
             raise console.Refused(tr("No server is set: give {example}.", example=EXAMPLE))
         shown = server_url(url).shown
         if args.remember:
-            keep_server(folder, url)
+            store_server(folder, url)
     except ArchiveTrouble as error:
-        raise console.Refused(error.message.in_words()) from error
+        raise console.Refused(error.message.translated()) from error
     return _exchange(args, "server", shown, lambda archive: archive.sync(url, on_page=_progress), console.NO_LINK)
 
 
 def run_export(args: argparse.Namespace) -> int:
-    return _exchange(args, "file", str(args.file), lambda one: one.export(args.file, on_page=_progress), console.PARTLY)
+    return _exchange(
+        args, "file", str(args.file), lambda one: one.export(args.file, on_page=_progress), console.PARTIAL
+    )
 
 
 def run_import(args: argparse.Namespace) -> int:
     def import_file(archive: "Archive") -> "Exchanged":
         return archive.import_file(args.file, on_page=_progress)
 
-    return _exchange(args, "file", str(args.file), import_file, console.USED_WRONGLY)
+    return _exchange(args, "file", str(args.file), import_file, console.USAGE_ERROR)
 
 
 def _exchange(
@@ -132,9 +134,9 @@ def _exchange(
         try:
             done = act(archive)
         except ArchiveTrouble as error:
-            console.end_passing()
-            raise console.Refused(error.message.in_words(), failed) from error
-    console.end_passing()
+            console.clear_progress()
+            raise console.Refused(error.message.translated(), failed) from error
+    console.clear_progress()
     if args.json:
         console.write_json({
             key: place, "sent": done.sent, "received": done.received,
@@ -145,12 +147,12 @@ def _exchange(
         text = tr("Sent: {sent}. Received: {received}.", sent=done.sent, received=done.received)
         console.write_lines([text])
     if done.refused_count:
-        console.say(tr("Altered and left out: {count}.", count=done.refused_count))
-        _say_refused(done.refused)
+        console.notify(tr("Altered and left out: {count}.", count=done.refused_count))
+        _notify_refused(done.refused)
     if done.damaged:
-        console.say(tr("Damaged and not sent: {count}.", count=len(done.damaged)))
-        _say_refused(done.damaged)
-    return console.DONE if done.is_whole else console.PARTLY
+        console.notify(tr("Damaged and not sent: {count}.", count=len(done.damaged)))
+        _notify_refused(done.damaged)
+    return console.SUCCESS if done.is_whole else console.PARTIAL
 
 
 def run_conflicts(args: argparse.Namespace) -> int:
@@ -161,13 +163,13 @@ def run_conflicts(args: argparse.Namespace) -> int:
         console.write_json({"conflicts": [
             {"kind": one.kind.value, "modules": [member_json(module) for module in one.pair]} for one in conflicts
         ]})  # fmt: skip
-        return console.DONE
+        return console.SUCCESS
     for one in conflicts:
         first, second = map(shown_member, one.pair)
         console.write_lines(
-            [one.question().in_words(), f'  dps-s archive settle "{first}" "{second}" --same|--different']
+            [one.question().translated(), f'  dps-s archive settle "{first}" "{second}" --same|--different']
         )
-    return console.DONE
+    return console.SUCCESS
 
 
 def run_settle(args: argparse.Namespace) -> int:
@@ -182,12 +184,12 @@ def run_settle(args: argparse.Namespace) -> int:
         try:
             archive.settle(one, other, is_same=args.same, name=args.name, who=args.who)
         except ArchiveTrouble as error:
-            raise console.Refused(error.message.in_words(), console.SAID_NO) from error
-    return console.DONE
+            raise console.Refused(error.message.translated(), console.ANSWER_NO) from error
+    return console.SUCCESS
 
 
 def _progress(done: "Exchanged") -> None:
-    console.say_in_passing(tr("Sent: {sent}. Received: {received}.", sent=done.sent, received=done.received))
+    console.show_progress(tr("Sent: {sent}. Received: {received}.", sent=done.sent, received=done.received))
 
 
 def _chain_json(one: "ChainState") -> dict[str, object]:
@@ -201,6 +203,6 @@ def _refused_json(one: "RefusedFact") -> dict[str, object]:
     return {"id": one.id, "kind": one.kind, "made_at": one.made_at, "why": one.why.in_english()}
 
 
-def _say_refused(refused: "list[RefusedFact]") -> None:
+def _notify_refused(refused: "list[RefusedFact]") -> None:
     for one in refused[:SHOWN_REFUSALS]:
-        console.say(f"  {one.sentence().in_words()}")
+        console.notify(f"  {one.sentence().translated()}")

@@ -27,11 +27,11 @@ def opened_archive() -> "Iterator[Archive]":
         try:
             archive = open_archive(store)
         except ArchiveTrouble as error:
-            raise console.Refused(error.message.in_words()) from error
+            raise console.Refused(error.message.translated()) from error
         with closing(archive):
             for notice in (store.notice, archive.facts.notice):
                 if notice is not None:
-                    console.say(notice)
+                    console.notify(notice)
             yield archive
 
 

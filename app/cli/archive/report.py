@@ -8,7 +8,7 @@ from app.cli.archive.opened import member_json, opened_archive, shown_station
 from app.terminal import console
 from app.text.csv_cells import csv_text
 from app.text.i18n import tr
-from app.text.sentences import together
+from app.text.sentences import join_sentences
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -54,8 +54,8 @@ def run(args: argparse.Namespace) -> int:
         if args.module is not None:
             lives = [life_of(archive.facts, one) for one in names.named(args.module)]
             if not lives:
-                console.say(tr("{file}: {why}", file=args.module, why=tr("none")))
-                return console.SAID_NO
+                console.notify(tr("{file}: {why}", file=args.module, why=tr("none")))
+                return console.ANSWER_NO
             return _print_lives(args, lives)
         now = datetime.now(UTC)
         states = fleet_state(archive.facts, names, now, check_days=args.check_days, test_days=args.test_days)
@@ -70,34 +70,34 @@ def _print_fleet(args: argparse.Namespace, states: "list[ModuleToday]", now: dat
     else:
         head = (tr("Module"), tr("Last check"), tr("Verdict"), tr("Trigger records"), tr("Due"))
         console.write_lines(console.columns([head, *map(_fleet_row, states)]))
-    return console.DONE
+    return console.SUCCESS
 
 
 def _fleet_row(state: "ModuleToday") -> tuple[str, ...]:
     check = state.last_check
-    at, verdict = (check.at[:16].replace("T", " "), check.words.in_words()) if check else ("", tr("none"))
+    at, verdict = (check.at[:16].replace("T", " "), check.words.translated()) if check else ("", tr("none"))
     return (state.module.name, at, verdict, f"{state.trigger_records}", _due(state))
 
 
 def _due(state: "ModuleToday") -> str:
-    return together(one.text.in_words() for one in state.due)
+    return join_sentences(one.text.translated() for one in state.due)
 
 
 def _print_lives(args: argparse.Namespace, lives: "list[ModuleLife]") -> int:
     if args.json:
         console.write_json({"lives": [life_json(one) for one in lives]})
-        return console.DONE
+        return console.SUCCESS
     if args.csv:
         console.write(csv_text(LIFE_HEAD, (row for life in lives for row in _life_rows(life))))
-        return console.DONE
+        return console.SUCCESS
     for life in lives:
         console.write_lines([life.module.name])
         rows = [
-            (event.fact.made_at[:19].replace("T", " "), shown_station(event.fact.station)[:9], event.text.in_words())
+            (event.fact.made_at[:19].replace("T", " "), shown_station(event.fact.station)[:9], event.text.translated())
             for event in life.events
         ]
         console.write_lines(console.columns([(tr("Time"), tr("Station"), ""), *rows]))
-    return console.DONE
+    return console.SUCCESS
 
 
 def state_json(state: "ModuleToday") -> dict[str, object]:
@@ -151,7 +151,7 @@ def _fleet_cells(state: "ModuleToday") -> tuple[object, ...]:
 
 def _life_rows(life: "ModuleLife") -> "Iterable[tuple[object, ...]]":
     for one in life.events:
-        yield (one.fact.made_at, shown_station(one.fact.station), one.fact.kind, one.text.in_words(), None, None)
+        yield (one.fact.made_at, shown_station(one.fact.station), one.fact.kind, one.text.translated(), None, None)
     for name, points in life.values.items():
         for point in points:
             yield (point.at, shown_station(point.station), "value", "", name, point.value)

@@ -51,15 +51,15 @@ def run(args: argparse.Namespace) -> int:
     """`args.parser` knows all commands; `app.__main__` sets it."""
     import shtab
 
-    settings = _setting_words()
+    settings = _setting_arguments()
     _add_choices(args.parser, settings)
     preamble = _PREAMBLES[args.shell].replace("WORDS", " ".join(settings))
     script = shtab.complete(args.parser, args.shell, preamble=preamble)
     console.write(script.replace("-F _shtab_dps_s dps-s", "-F _dps_s dps-s") + "\n")
-    return console.DONE
+    return console.SUCCESS
 
 
-def _setting_words() -> list[str]:
+def _setting_arguments() -> list[str]:
     """NAME=VALUE where the values are a short list, else NAME=."""
     from protocol.catalogue import SETTINGS
     from protocol.fields import Choice, Flag

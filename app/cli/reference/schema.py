@@ -16,4 +16,4 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
 
 def run(args: argparse.Namespace) -> int:
     console.write((FOLDER / f"{args.name}.json").read_text(encoding="utf-8"))
-    return console.DONE
+    return console.SUCCESS

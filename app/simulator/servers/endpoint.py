@@ -84,7 +84,7 @@ class Loop:
         try:
             while not self._is_stopped:
                 if (now := self._bench.plugged) != plug:
-                    self._follow_plug(plug, now)
+                    self._on_plug_changed(plug, now)
                     plug = now
                 ready = self._wait()
                 if self._wakes.fileno() in ready:
@@ -99,7 +99,7 @@ class Loop:
             self._waker.close()
             self._wakes.close()
 
-    def _follow_plug(self, before: int | None, now: int | None) -> None:
+    def _on_plug_changed(self, before: int | None, now: int | None) -> None:
         """The number also changes if it was unplugged and plugged in again meanwhile."""
         if before is not None:
             self._endpoint.unplug()
@@ -143,6 +143,6 @@ class Loop:
             self._endpoint.send(data)
 
 
-def complain(text: str) -> None:
+def print_error(text: str) -> None:
     """Print a line on standard error."""
     print(visible(text), file=sys.stderr, flush=True)

@@ -33,7 +33,7 @@ class TcpEndpoint:
 
     def unplug(self) -> None:
         """Idempotent."""
-        self._hang_up()
+        self._disconnect()
         if self._listener is not None:
             self._listener.close()
             self._listener = None
@@ -61,7 +61,7 @@ class TcpEndpoint:
         except OSError:
             data = b""
         if not data:
-            self._hang_up()
+            self._disconnect()
         return data
 
     def send(self, data: bytes) -> None:
@@ -73,7 +73,7 @@ class TcpEndpoint:
         except BlockingIOError:
             pass
         except OSError:
-            self._hang_up()
+            self._disconnect()
 
     def _listen(self) -> None:
         family, _, _, _, address = socket.getaddrinfo(self._host, self._port, type=socket.SOCK_STREAM)[0]
@@ -95,7 +95,7 @@ class TcpEndpoint:
             self._client.setblocking(False)
             self._client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
 
-    def _hang_up(self) -> None:
+    def _disconnect(self) -> None:
         if self._client is not None:
             self._client.close()
             self._client = None

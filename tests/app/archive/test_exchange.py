@@ -157,7 +157,7 @@ def test_whatever_was_altered_is_named_and_not_taken_over(stations: list[Archive
     for altered in bad:
         with pytest.raises(FactRefused) as caught:
             checked(tuple(altered.get(name) for name in line))
-        assert "\x1b" not in caught.value.refusal.sentence().in_words()
+        assert "\x1b" not in caught.value.refusal.sentence().translated()
     stick.write_text("\n".join((head, *map(json.dumps, bad), "no JSON", "{}", "[]", text[:50])), encoding="utf-8")
     assert len(FactFile(stick).refused) == len(bad) + 4
     assert _import(other, stick).received == 0

@@ -69,8 +69,8 @@ def test_what_was_altered_on_the_server_is_named_and_not_taken_over(
         done = _sync(station, server.url())
         assert (done.received, done.sent, done.refused_count) == (received, 0, 4)
     assert {one.kind for one in done.refused} == {"preflight_check", "module", "", "ü"}
-    assert "was altered" in " ".join(one.sentence().in_words() for one in done.refused)
-    assert max(len(one.sentence().in_words()) for one in done.refused) < 250
+    assert "was altered" in " ".join(one.sentence().translated() for one in done.refused)
+    assert max(len(one.sentence().translated()) for one in done.refused) < 250
     server.run(f"DELETE FROM {TABLE} WHERE length(id) <> 64 OR id LIKE 'fff%' OR kind = 'preflight_check'")
     assert _sync(one, server.url()).sent == 3
     assert _sync(other, server.url()).received == 1

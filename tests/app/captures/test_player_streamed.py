@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from app.captures.entries import CaptureEntry, Way
-from app.captures.player import AHEAD_S, KNOWN_AHEAD_S, LEAST_AHEAD_S, READ_EARLIER_S, Player, playing, url_of
+from app.captures.player import AHEAD_S, KNOWN_AHEAD_S, MIN_AHEAD_S, READ_EARLIER_S, Player, playing, url_of
 from app.captures.script import Script
 from app.captures.writer import entries_of
 from app.engine.worker import PortState, Worker
@@ -109,9 +109,9 @@ def test_the_captures_time_waits_for_the_reading() -> None:
     for tick in range(3000):
         player.read_ahead(tick)  # a tenth of a second of it in every second
         heard += len(player.read(tick)) // len(STATUS_FRAME)
-        assert heard <= max(1, source.taken - LEAST_AHEAD_S * 10 + 1)
-    assert player.position_s(2999) == pytest.approx(300 - LEAST_AHEAD_S, abs=0.5)
-    assert heard == pytest.approx(10 * (300 - LEAST_AHEAD_S), abs=10)
+        assert heard <= max(1, source.taken - MIN_AHEAD_S * 10 + 1)
+    assert player.position_s(2999) == pytest.approx(300 - MIN_AHEAD_S, abs=0.5)
+    assert heard == pytest.approx(10 * (300 - MIN_AHEAD_S), abs=10)
 
 
 def test_a_clock_that_leaps_makes_it_forget_nothing_that_is_still_to_come() -> None:

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from app.captures import survey as capture_survey
 from app.captures.entries import CaptureEntry, Way
 from app.captures.reader import OpenCapture
-from app.captures.survey import ENTRY_LINE, LONGEST_LINE, MAGIC_LINE, Survey
+from app.captures.survey import ENTRY_LINE, MAGIC_LINE, MAX_LINE_LENGTH, CaptureProbe
 from app.captures.writer import Header
 from tests.support.records.captures import ENTRIES, STATUS_FRAME, read_capture, written
 
@@ -31,8 +31,8 @@ LINES = st.sampled_from(
 )
 
 
-def surveyed(text: bytes, block_bytes: int) -> Survey:
-    survey = Survey()
+def surveyed(text: bytes, block_bytes: int) -> CaptureProbe:
+    survey = CaptureProbe()
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(capture_survey, "_BLOCK_BYTES", block_bytes)
         for _ in survey.steps(io.BytesIO(text)):
@@ -85,12 +85,12 @@ def test_a_file_of_which_nothing_is_read_is_left_in_small_steps_too(tmp_path: Pa
 
 def long_lines() -> Iterator[tuple[str, list[int], bytes]]:
     frames = STATUS_FRAME.hex(" ") + " "
-    many = LONGEST_LINE // len(frames) * 3
+    many = MAX_LINE_LENGTH // len(frames) * 3
     yield frames * many, [], STATUS_FRAME * many
     yield f"{frames * many}\n{frames}\n", [], STATUS_FRAME * (many + 1)
     yield f"# {frames * many}\n{frames}\n", [], STATUS_FRAME
-    yield f"{' ' * 2 * LONGEST_LINE}4\n{frames}", [1], STATUS_FRAME
-    yield f"{' ' * 2 * LONGEST_LINE}zz{frames * many}\n{frames}", [1], STATUS_FRAME
+    yield f"{' ' * 2 * MAX_LINE_LENGTH}4\n{frames}", [1], STATUS_FRAME
+    yield f"{' ' * 2 * MAX_LINE_LENGTH}zz{frames * many}\n{frames}", [1], STATUS_FRAME
 
 
 @pytest.mark.parametrize(
@@ -107,7 +107,7 @@ def test_an_endless_line_of_a_capture_is_one_fault(tmp_path: Path) -> None:
     path = tmp_path / "a"
     written(path)
     with path.open("a") as file:
-        file.write(f"4000.0 < {'41 75 ' * LONGEST_LINE}\n# {'x' * 3 * LONGEST_LINE}\n4001.0 < 41\n")
+        file.write(f"4000.0 < {'41 75 ' * MAX_LINE_LENGTH}\n# {'x' * 3 * MAX_LINE_LENGTH}\n4001.0 < 41\n")
     capture = read_capture(path)
     first = len(path.read_text(encoding="utf-8").splitlines()) - 2
     assert [(fault.line, fault.text) for fault in capture.faults] == [(first, "the line is too long")]

@@ -1,7 +1,7 @@
 """The buffer of the line's traffic is bounded."""
 
-from app.captures.traffic_buffer import ENTRY_BYTES, MOST_BYTES, TrafficBuffer
-from app.captures.writer import BYTES_A_LINE, LONGEST_FILE_BYTES, capture_parts
+from app.captures.traffic_buffer import ENTRY_BYTES, MAX_BYTES, TrafficBuffer
+from app.captures.writer import BYTES_A_LINE, MAX_FILE_BYTES, capture_parts
 from protocol.events import Event, Received, Rejected, Role
 from protocol.frame import Direction, Fault, Frame, Noise, Reason
 from protocol.messages import Status, decode
@@ -20,7 +20,7 @@ def noise(at: int) -> Event:
 
 
 def test_old_entries_are_dropped_and_times_begin_at_zero() -> None:
-    most = MOST_BYTES // (ENTRY_BYTES + len(FRAME.raw))
+    most = MAX_BYTES // (ENTRY_BYTES + len(FRAME.raw))
     buffer = TrafficBuffer()
     buffer.feed(status(at) for at in range(most))
     assert not buffer.has_dropped
@@ -33,8 +33,8 @@ def test_old_entries_are_dropped_and_times_begin_at_zero() -> None:
 
 def test_with_the_longest_entries_its_memory_is_bounded_and_its_capture_can_be_opened() -> None:
     buffer = TrafficBuffer()
-    buffer.feed(noise(at) for at in range(MOST_BYTES // BYTES_A_LINE))
+    buffer.feed(noise(at) for at in range(MAX_BYTES // BYTES_A_LINE))
     assert buffer.has_dropped
     entries = buffer.entries()
-    assert sum(len(entry.raw) for entry in entries) <= MOST_BYTES
-    assert sum(map(len, capture_parts(entries, buffer.header("/dev/ttyUSB0", 115200)))) <= LONGEST_FILE_BYTES
+    assert sum(len(entry.raw) for entry in entries) <= MAX_BYTES
+    assert sum(map(len, capture_parts(entries, buffer.header("/dev/ttyUSB0", 115200)))) <= MAX_FILE_BYTES

@@ -16,7 +16,7 @@ from app.cli import set as setting
 from app.engine.setting_changes import ChangedSetting
 from app.preflight.reading_object import SETTING_KEYS
 from app.procedures.history import History
-from app.procedures.write import Heard, Written
+from app.procedures.write import SetReply, Written
 from app.procedures.write_all import SettingChange, WriteReport
 from app.settings.values import NotAValue, parse_value
 from app.terminal import console
@@ -24,7 +24,7 @@ from app.terminal import read_report as found
 from app.terminal import record_table as records
 from app.text import i18n
 from app.text.durations import stopwatch
-from app.text.messages import said
+from app.text.messages import message
 from app.trigger_records.fields import fields_of
 from protocol.catalogue import BAUD_RATES, BY_NAME, SERIAL_OUTPUT, SETTINGS
 from protocol.events import Unanswered
@@ -73,7 +73,7 @@ def chinese(tmp_path: Path) -> Iterator[None]:
 
 def test_read_json_is_the_contract() -> None:
     values = {key: value for key, value in EVERYTHING.items() if key != "cell_voltage_v"}
-    why = found.why_unanswered(Unanswered(BY_NAME["cell_voltage"].query(), 3, 1.0, 0.0))
+    why = found.unanswered_reason(Unanswered(BY_NAME["cell_voltage"].query(), 3, 1.0, 0.0))
     findings = found.Findings("/dev/ttyUSB0", 115200, 0.00287, values, {"cell_voltage_v": why})
     assert console.as_json(found.json_of(findings)) == (
         '{"link": {"port": "/dev/ttyUSB0", "baud_rate": 115200, "round_trip_ms": 2.9}, '
@@ -111,7 +111,7 @@ def test_read_json_keeps_its_shape_with_nothing_known() -> None:
     ],
 )
 def test_errors_say_how_often_it_was_asked(attempts: int, text: str, chinese: None) -> None:
-    why = found.why_unanswered(Unanswered(BY_NAME["light"].query(), attempts, 0.4, 0.0))
+    why = found.unanswered_reason(Unanswered(BY_NAME["light"].query(), attempts, 0.4, 0.0))
     assert why.in_english() == text
 
 
@@ -127,7 +127,7 @@ def test_setting_keys_are_the_catalogues() -> None:
 def test_the_page_shows_units_and_says_unknown() -> None:
     values = EVERYTHING | {"serial_output": True, "triggered": True}
     del values["light_v"]
-    why = said("no reply within {seconds:.1f} s, asked {attempts} times", seconds=1.0, attempts=3)
+    why = message("no reply within {seconds:.1f} s, asked {attempts} times", seconds=1.0, attempts=3)
     page = "\n".join(found.page_of(found.Findings("/dev/ttyUSB0", 115200, 0.0029, values, {"light_v": why})))
     assert page == (
         "/dev/ttyUSB0, 115200 baud, 2.9 ms\n"
@@ -260,7 +260,7 @@ def test_durations(seconds: int, text: str) -> None:
 
 
 def test_set_json_is_the_contract() -> None:
-    written = Written(command=SERIAL_OUTPUT, wanted=True, heard=Heard.ECHO)
+    written = Written(command=SERIAL_OUTPUT, wanted=True, heard=SetReply.ECHO)
     found = WriteReport(results=(written,), changed=(ChangedSetting(BY_NAME["freefall_time"], 1.6, 0.2),))
     assert console.as_json(setting.json_of(found)) == (
         '{"results": {"serial_output": {"wanted": true, "acknowledged": true, "read_back": null, "verified": null, '

@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.cli import decode
-from app.cli.decode import LONGEST_RUN, CaptureDecoder, DecodedLine, as_json
+from app.cli.decode import MAX_RUN_LENGTH, CaptureDecoder, DecodedLine, as_json
 from app.terminal import console
 from app.text.hex_text import HexText, NotHex
 from protocol.catalogue import BY_NAME
@@ -36,7 +36,7 @@ def run(*words: str) -> int:
     try:
         code: int = args.run(args)
     except console.Refused as refused:
-        console.say(refused.sentence)
+        console.notify(refused.sentence)
         return refused.exit_code
     return code
 
@@ -219,9 +219,9 @@ def test_a_run_without_end_is_bounded(step: int) -> None:
     garbage = bytes(10_000)
     lines = lines_of(*(garbage[at : at + step] for at in range(0, len(garbage), step)))
     assert [(line.piece.offset, len(line.piece.raw)) for line in lines] == [
-        (0, LONGEST_RUN),
-        (LONGEST_RUN, LONGEST_RUN),
-        (2 * LONGEST_RUN, 10_000 - 2 * LONGEST_RUN),
+        (0, MAX_RUN_LENGTH),
+        (MAX_RUN_LENGTH, MAX_RUN_LENGTH),
+        (2 * MAX_RUN_LENGTH, 10_000 - 2 * MAX_RUN_LENGTH),
     ]
     assert all(isinstance(line.piece, Noise) for line in lines)
 

@@ -11,12 +11,12 @@ import pytest
 from app.diagnosis.adapter_facts import Access, AdapterFacts
 from app.diagnosis.causes import CAUSES, Cause, Diagnosis, diagnose
 from app.diagnosis.evidence import EvidenceCollector
-from app.diagnosis.symptoms import NOISE_KEPT_BYTES, PortEvidence
+from app.diagnosis.symptoms import MAX_NOISE_BYTES, PortEvidence
 from app.engine.procedure import Ask, Procedure
 from app.engine.session import Run
-from app.engine.transport import Holder, PortError, PortTrouble
+from app.engine.transport import PortError, PortHolder, PortTrouble
 from app.engine.worker import Batch, Connection, PortState
-from app.procedures.greet import Silence, greet
+from app.procedures.handshake import Silence, handshake
 from protocol.catalogue import BY_NAME
 from protocol.events import Counters, Role
 from protocol.frame import Reason
@@ -25,7 +25,7 @@ from tests.support.line.sim_line import Rig
 PORT = "/dev/ttyUSB0"
 
 
-def trouble(kind: PortTrouble, holder: Holder | None = None) -> PortEvidence:
+def trouble(kind: PortTrouble, holder: PortHolder | None = None) -> PortEvidence:
     return PortEvidence(port=PORT, trouble=PortError(kind, PORT, "driver's words", holder))
 
 
@@ -59,17 +59,17 @@ TABLE: tuple[tuple[str, PortEvidence, Cause], ...] = (
     ("checksum errors among frames", online(
         bytes_received=4000, counters=Counters(frames=400, **rejected(400, Reason.CHECKSUM))
     ), Cause.BAD_LINE),
-    ("held by a named program", trouble(PortTrouble.BUSY, Holder("minicom", 4711)), Cause.HELD),
+    ("held by a named program", trouble(PortTrouble.BUSY, PortHolder("minicom", 4711)), Cause.HELD),
     ("held by nobody knows whom", trouble(PortTrouble.BUSY), Cause.HELD),
-    ("held by ModemManager", trouble(PortTrouble.BUSY, Holder("ModemManager", 600)), Cause.MODEM_PROBER),
+    ("held by ModemManager", trouble(PortTrouble.BUSY, PortHolder("ModemManager", 600)), Cause.MODEM_PROBER),
     ("held, and ModemManager runs", with_facts(trouble(PortTrouble.BUSY), grabbers=("ModemManager",)),
      Cause.MODEM_PROBER),
     ("held by another, and ModemManager runs",
-     with_facts(trouble(PortTrouble.BUSY, Holder("minicom", 1)), grabbers=("ModemManager",)), Cause.HELD),
+     with_facts(trouble(PortTrouble.BUSY, PortHolder("minicom", 1)), grabbers=("ModemManager",)), Cause.HELD),
     ("AT in the noise", opened(bytes_received=30, noise=b"AT\rAT\rATE0\r", counters=rejected(30)), Cause.MODEM_PROBER),
     ("a modem's other question", opened(bytes_received=5, noise=b"\x7e\x00\x78\xf0\x7e", counters=rejected(5)),
      Cause.MODEM_PROBER),
-    ("held by brltty", trouble(PortTrouble.BUSY, Holder("brltty", 33)), Cause.BRAILLE),
+    ("held by brltty", trouble(PortTrouble.BUSY, PortHolder("brltty", 33)), Cause.BRAILLE),
     ("vanished, and brltty runs", with_facts(
         replace(trouble(PortTrouble.MISSING), short_visits=1), grabbers=("brltty",)
     ), Cause.BRAILLE),
@@ -158,7 +158,7 @@ def test_the_commands_are_exact() -> None:
     by_rule = found_for(with_facts(denied, access=Access(), rule_source="/a b/60-dps-s.rules")).command
     assert by_rule is not None
     assert by_rule.startswith("sudo cp '/a b/60-dps-s.rules' /etc/udev/rules.d/ && ")
-    prober = trouble(PortTrouble.BUSY, Holder("ModemManager", 600))
+    prober = trouble(PortTrouble.BUSY, PortHolder("ModemManager", 600))
     assert "60-dps-s.rules" in (found_for(prober).command or "")
     no_rule = with_facts(denied, access=Access(), rule_source="")
     assert found_for(no_rule).command == "sudo usermod -aG dialout $USER"
@@ -170,7 +170,7 @@ def test_the_commands_are_exact() -> None:
 
 
 def test_the_program_that_holds_the_port_is_named() -> None:
-    found = found_for(trouble(PortTrouble.BUSY, Holder("minicom", 4711)))
+    found = found_for(trouble(PortTrouble.BUSY, PortHolder("minicom", 4711)))
     assert found.what == "/dev/ttyUSB0 is in use by minicom (process 4711)."
     assert found.next_step == "Close it and connect again."
 
@@ -216,25 +216,25 @@ class Watched:
 
 def silent_line() -> Watched:
     watched = Watched({"mute": "yes"})
-    watched.run(greet())
+    watched.run(handshake())
     return watched
 
 
 def echoing_line() -> Watched:
     watched = Watched({"mute": "yes", "echo": "yes"})
-    watched.run(greet())
+    watched.run(handshake())
     return watched
 
 
 def wrong_rate() -> Watched:
     watched = Watched({"baud": "9600", "stream_at_boot": "yes"})
-    watched.run(greet())
+    watched.run(handshake())
     return watched
 
 
 def rate_changed_later() -> Watched:
     watched = Watched({})
-    watched.run(greet())
+    watched.run(handshake())
     watched.rig.bench.module.baud_rate = 19200
     watched.rig.bench.module.start_stream(watched.rig.clock.now_s)
     watched.wait(20)
@@ -243,20 +243,20 @@ def rate_changed_later() -> Watched:
 
 def bad_line() -> Watched:
     watched = Watched({"corrupt": "0.05", "rate": "200", "stream_at_boot": "yes", "uptime": "60"})
-    watched.run(greet())
+    watched.run(handshake())
     watched.wait(5)
     return watched
 
 
 def deaf_module() -> Watched:
     watched = Watched({"direction": "to-module", "drop": "1", "rate": "50", "stream_at_boot": "yes"})
-    watched.run(greet())
+    watched.run(handshake())
     return watched
 
 
 def pulled_from_the_adapter() -> Watched:
     watched = Watched({})
-    watched.run(greet())
+    watched.run(handshake())
     watched.rig.bench.change(mute=True)
     watched.wait(20)
     return watched
@@ -264,7 +264,7 @@ def pulled_from_the_adapter() -> Watched:
 
 def shut_down() -> Watched:
     watched = Watched({})
-    watched.run(greet())
+    watched.run(handshake())
 
     def act() -> Procedure[None]:
         yield Ask(BY_NAME["shutdown"].set(True), is_deliberate=True)
@@ -277,7 +277,7 @@ def shut_down() -> Watched:
 def slow_adapter() -> Watched:
     watched = Watched({"delay_ms": "15"})
     for _ in range(5):
-        watched.run(greet())
+        watched.run(handshake())
     return watched
 
 
@@ -319,4 +319,4 @@ def test_a_lost_port_is_the_cause_and_a_new_connection_resets_it() -> None:
 def test_stored_noise_is_bounded() -> None:
     watched = Watched({"garbage": "1", "rate": "1000", "stream_at_boot": "yes", "uptime": "60"})
     watched.wait(10)
-    assert 0 < len(watched.evidence_collector.evidence().noise) <= NOISE_KEPT_BYTES
+    assert 0 < len(watched.evidence_collector.evidence().noise) <= MAX_NOISE_BYTES

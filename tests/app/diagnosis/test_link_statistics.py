@@ -2,7 +2,7 @@
 
 from collections import Counter
 
-from app.diagnosis.link_statistics import BOUNDS_MS, COARSE_KEPT, FINE_KEPT, LinkStatistics
+from app.diagnosis.link_statistics import BOUNDS_MS, MAX_COARSE, MAX_FINE, LinkStatistics
 from app.engine.device import DeviceView
 from app.engine.procedure import LinkView
 from app.engine.session import Run
@@ -88,12 +88,12 @@ def test_a_reopened_port_without_a_batch_does_not_count_backwards() -> None:
 
 def test_both_series_are_bounded_even_when_the_clock_jumps() -> None:
     figures = LinkStatistics()
-    for number in range(2 * FINE_KEPT):
+    for number in range(2 * MAX_FINE):
         figures.on_batch(batch(float(number), view(number, sent=number)))
-    assert len(figures.seconds) == FINE_KEPT
-    for number in range(2 * COARSE_KEPT):
+    assert len(figures.seconds) == MAX_FINE
+    for number in range(2 * MAX_COARSE):
         figures.on_batch(batch(1e6 + number * 60.0, view(10_000 + number, sent=10_000 + number)))
-    assert len(figures.minutes) == COARSE_KEPT
+    assert len(figures.minutes) == MAX_COARSE
     figures.on_batch(batch(5.0, view(99_999, sent=99_999)))
     assert figures.minutes[-1].begins_s > 1e6
 

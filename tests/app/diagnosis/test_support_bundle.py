@@ -11,7 +11,7 @@ from app.captures.writer import Header
 from app.diagnosis.link_statistics import LinkStatistics
 from app.diagnosis.support_bundle import COMPUTER, USER, Contents, Names, SupportBundle, scrub
 from app.engine.device import DeviceView, How, Known
-from app.engine.transport import Holder, PortError, PortTrouble
+from app.engine.transport import PortError, PortHolder, PortTrouble
 from app.engine.worker import Connection, PortState
 from tests.support.records.captures import parse_capture
 
@@ -24,7 +24,7 @@ CONTENTS = Contents(
         PortState.CLOSED,
         "/dev/ttyUSB0",
         115200,
-        PortError(PortTrouble.BUSY, "/dev/ttyUSB0", "held by Wolfgang", Holder("minicom", 7)),
+        PortError(PortTrouble.BUSY, "/dev/ttyUSB0", "held by Wolfgang", PortHolder("minicom", 7)),
     ),
     device=DeviceView({"tilt_deg": Known(7, How.STREAMED, 10.0)}),
     now=12.0,

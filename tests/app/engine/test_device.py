@@ -6,7 +6,7 @@ import pytest
 
 from app.engine.device import (
     FRESH_FOR_S,
-    LONGEST_LAG_S,
+    MAX_LAG_S,
     SLOW_KEYS,
     STATUS_KEYS,
     STREAM_PROVES_S,
@@ -86,7 +86,7 @@ def test_an_answer_is_read_and_an_acknowledgement_acknowledged(device: Device) -
     values = view(device).values
     assert values["attitude_threshold_deg"] == Known(60, How.READ, NOW)
     assert values["attitude_trigger"] == Known(True, How.ACKNOWLEDGED, NOW)
-    assert values["active"] == Known(False, How.READ, NOW, said_after=NOW)
+    assert values["active"] == Known(False, How.READ, NOW, sent_after=NOW)
     assert values["baud_rate"] == Known(115200, How.READ, NOW), "a frame came at this rate"
 
 
@@ -150,7 +150,7 @@ def test_the_rate_of_a_stream_is_counted_over_three_seconds(device: Device) -> N
 
 @pytest.mark.parametrize("key", [*STATUS_KEYS, *SLOW_KEYS])
 def test_a_live_value_ages(key: str) -> None:
-    known = Known(1, How.READ, NOW, said_after=NOW)
+    known = Known(1, How.READ, NOW, sent_after=NOW)
     shown = DeviceView({key: known})
     limit_s = FRESH_FOR_S[key]
     assert limit_s == (1.0 if key in STATUS_KEYS else 5.0)
@@ -175,7 +175,7 @@ def test_a_report_of_unproven_age_proves_nothing() -> None:
     assert view(device).proven("active", NOW) is None
 
 
-@pytest.mark.parametrize(("lag_s", "is_late"), [(None, False), (LONGEST_LAG_S, False), (LONGEST_LAG_S + 0.01, True)])
+@pytest.mark.parametrize(("lag_s", "is_late"), [(None, False), (MAX_LAG_S, False), (MAX_LAG_S + 0.01, True)])
 def test_on_a_late_line_no_status_is_current(device: Device, lag_s: float | None, is_late: bool) -> None:
     known = view(device).values
     shown = DeviceView(known, lag_s=lag_s)
@@ -273,7 +273,7 @@ def test_the_boot_count_wraps() -> None:
 def test_a_heartbeat_that_may_be_a_restarts_is_decided_by_the_boot_count(
     device: Device, boots: int, is_known_again: bool
 ) -> None:
-    device.apply(heard(PULSE, Role.DOUBLED, NOW + 0.1, HEARTBEAT.query()))
+    device.apply(heard(PULSE, Role.DUPLICATE, NOW + 0.1, HEARTBEAT.query()))
     shown = view(device, NOW + 0.1)
     assert shown.is_restart_suspected
     assert shown.undecided == {TRIGGER.key}
@@ -301,7 +301,7 @@ def test_presence_follows_the_link(device: Device) -> None:
     assert (view(device).presence, view(device).presence_since) == (Presence.OFFLINE, NOW + 5)
 
 
-@pytest.mark.parametrize(("role", "is_kept"), [(Role.LATE, True), (Role.UNASKED, True), (Role.ANSWER, False)])
+@pytest.mark.parametrize(("role", "is_kept"), [(Role.LATE, True), (Role.UNSOLICITED, True), (Role.ANSWER, False)])
 def test_a_record_outside_an_answer_is_kept(device: Device, role: Role, is_kept: bool) -> None:
     device.apply(heard(RECORD, role))
     assert [one.raw for one in view(device).stray_records] == [RECORD] * is_kept

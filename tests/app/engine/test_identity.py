@@ -28,7 +28,7 @@ from app.procedures.act import perform
 from app.procedures.baud import change_baud
 from app.procedures.lock import lock
 from app.procedures.read import read_everything
-from app.procedures.write_all import Leave, SettingChange, write_all
+from app.procedures.write_all import SettingChange, WriteContext, write_all
 from app.safety.acts import REQUESTS, Act
 from app.safety.interlocks import Interlock
 from app.safety.permit import Origin, Permit
@@ -142,7 +142,7 @@ def test_an_act_that_is_refused_for_it_says_so(act: Act) -> None:
     rig.step_for(5)
     permit = Permit(act, Origin.RITUAL, rig.clock())
     done = rig.run(perform(act, FakeJournal(), permit=permit))
-    assert Interlock.IS_THE_ONE_MEANT in [one.condition for one in done.refusals]
+    assert Interlock.IS_PROVEN_MODULE in [one.condition for one in done.refusals]
     assert NOT_PROVEN in done.sentence
     assert changes(rig) == []
 
@@ -152,19 +152,19 @@ def test_a_write_that_is_refused_for_it_says_so() -> None:
     watched(rig)
     rig.step_for(5)
     wanted, journal = SettingChange(BY_NAME["attitude_threshold"], 70), FakeJournal()
-    report = rig.run(write_all([wanted], Leave(journal=journal, is_unlocked=True)))
+    report = rig.run(write_all([wanted], WriteContext(journal=journal, is_unlocked=True)))
     assert [one.sentence for one in report.refusals] == [NOT_PROVEN]
     (written,) = report.results
     why = why_not_verified(written, report.refusals)  # what `dps-s set` prints
     assert why is not None
-    assert why.in_words() == f"not sent: {NOT_PROVEN}"
+    assert why.translated() == f"not sent: {NOT_PROVEN}"
     permit = Permit(Act.CHANGE_BAUD, Origin.CONFIRMATION, rig.clock())
     changed = rig.run(change_baud(9600, journal, permit=permit))
     assert NOT_PROVEN in changed.sentence
     checked = PreflightEvidence()
     rig.run(run_preflight(checked, is_enabling=True, journal=journal))
     assert {flag.fate for flag in checked.flags.values()} == {FlagFate.NOT_SENT}
-    assert {one.in_words() for flag in checked.flags.values() for one in flag.why} == {NOT_PROVEN}
+    assert {one.translated() for flag in checked.flags.values() for one in flag.why} == {NOT_PROVEN}
     assert changes(rig) == []
     assert journal.intents == []
 
@@ -186,9 +186,9 @@ def test_what_a_person_says_counts_only_for_what_they_saw() -> None:
     seen = rig.session.identity.identity
     assert seen.is_for_a_person
     assert seen.is_boot_count_lower
-    rig.session.identity.vouch(replace(seen, now=IdentityEvidence(12)))
+    rig.session.identity.confirm(replace(seen, now=IdentityEvidence(12)))
     assert trust(rig) is Trust.ANOTHER
-    rig.session.identity.vouch(seen)
+    rig.session.identity.confirm(seen)
     assert trust(rig) is Trust.PROVEN
     rig.step_until(lambda: changes(rig) == [SERIAL_OUTPUT.set(True)], limit_s=10)
 
@@ -214,7 +214,7 @@ def test_what_a_person_says_stands_when_more_was_read_that_agrees(now: IdentityE
     rig.step_for(5)
     whole = rig.session.identity.identity
     assert whole.now == FOUND
-    rig.session.identity.vouch(replace(whole, now=IdentityEvidence(37)))
+    rig.session.identity.confirm(replace(whole, now=IdentityEvidence(37)))
     assert trust(rig) is Trust.PROVEN
 
 
@@ -299,7 +299,7 @@ def test_a_name_is_the_same_adapter_only_while_it_leads_to_the_same_file(
 ) -> None:
     nodes: dict[str, tuple[int, int, int] | None] = {address.device: (1, 8, 34821)}
     made = Reconnection(is_link=lambda _device: True, node=lambda device: nodes[device])
-    made.want(address)
+    made.request(address)
     made.feed(Connection(PortState.OPEN, address.device, 115200), 1.0)
     nodes[address.device] = again
     assert made.is_adapter_same is is_same_adapter

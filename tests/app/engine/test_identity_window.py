@@ -92,7 +92,7 @@ def test_another_module_that_comes_back_on_the_same_port_is_asked_about(
 ) -> None:
     with desk(qtbot, qapp, tmp_path, "back") as one:
         connector = one.assembly.connector
-        whose = connector.whose
+        whose = connector.adapter_key
         one.bench.unplug()
         one.wait(lambda: not connector.is_open)
         one.exchange(12)
@@ -106,7 +106,7 @@ def test_another_module_that_comes_back_on_the_same_port_is_asked_about(
         one.answer(answer)
         one.wait(lambda: one.asked == "" and connector.identity.is_proven)
         assert one.naming.name == name
-        assert (connector.whose == whose) is bool(name)
+        assert (connector.adapter_key == whose) is bool(name)
         one.wait(lambda: one.changes == [SERIAL_OUTPUT.set(True)])
 
 
@@ -125,7 +125,7 @@ def test_another_module_is_asked_about_at_connecting_and_the_same_is_known_by_it
         one.sent.clear()
         one.connect()
         one.wait(lambda: "boot count 12, was 37" in one.asked)
-        assert (one.naming.name, one.naming.meant) == ("", NAME)
+        assert (one.naming.name, one.naming.expected_name) == ("", NAME)
         services = one.assembly.window._services
         assert NOT_PROVEN in [refusal.sentence for refusal in open_conditions(services, Act.ACTIVATE)]
         settings = SettingsController(services)

@@ -14,7 +14,7 @@ from app.procedures.act import perform
 from app.procedures.ask_status import ask_status
 from app.procedures.baud import change_baud
 from app.procedures.read import read_everything
-from app.procedures.write_all import Leave, SettingChange, write_all
+from app.procedures.write_all import SettingChange, WriteContext, write_all
 from app.safety.acts import REQUESTS, Act
 from app.safety.interlocks import Interlock
 from app.safety.journal import Outcome
@@ -51,8 +51,8 @@ class Arrivals:
         self.active_for_s: list[tuple[str, float]] = []
         self._active_at: float | None = None
         self._rig = rig
-        self._hear = rig.bench.module.hear
-        rig.bench.module.hear = self._watch  # type: ignore[method-assign]
+        self._hear = rig.bench.module.receive_bursts
+        rig.bench.module.receive_bursts = self._watch  # type: ignore[method-assign]
 
     def activate(self) -> None:
         self._active_at = self._rig.clock()
@@ -85,7 +85,7 @@ WAYS: dict[str, Callable[[Rig], Procedure[Any]]] = {
     "zero": lambda rig: perform(Act.ZERO, FakeJournal(), permit=permit(rig, Act.ZERO)),
     "shutdown": lambda rig: perform(Act.SHUTDOWN, FakeJournal(), permit=permit(rig, Act.SHUTDOWN)),
     "activate": lambda rig: perform(Act.ACTIVATE, FakeJournal(), permit=permit(rig, Act.ACTIVATE)),
-    "write": lambda _rig: write_all(WANTED, Leave(journal=FakeJournal())),
+    "write": lambda _rig: write_all(WANTED, WriteContext(journal=FakeJournal())),
     "baud": lambda rig: change_baud(57600, FakeJournal(), permit=permit(rig, Act.CHANGE_BAUD)),
     "trigger": lambda _rig: _enable(BY_NAME["attitude_trigger"], FakeJournal()),
 }
@@ -202,10 +202,10 @@ def test_what_a_restart_says_unasked_proves_nothing() -> None:
     rig = lagging(0.0, 50.0)
     lag = rig.session._link.lag
     rig.run(ask_status())
-    before = lag.said_after
+    before = lag.sent_after
     lag.ask(BY_NAME["heartbeat"].query(), rig.clock())
     lag.answer(BY_NAME["heartbeat"].query(), rig.clock() + 0.01)
-    assert lag.said_after == before
+    assert lag.sent_after == before
 
 
 def test_an_answer_that_may_be_an_earlier_ones_proves_only_the_earlier_moment() -> None:
@@ -214,11 +214,11 @@ def test_an_answer_that_may_be_an_earlier_ones_proves_only_the_earlier_moment() 
     lag.ask(boot_count, 1.0)
     lag.ask(boot_count, 2.0)
     lag.answer(boot_count, 2.1)
-    assert lag.said_after == 1.0
+    assert lag.sent_after == 1.0
     assert lag.seconds(2.1) == pytest.approx(1.1)
     lag.ask(BY_NAME["charging"].query(), 3.0)
     lag.answer(BY_NAME["charging"].query(), 3.1)
-    assert lag.said_after == 3.0
+    assert lag.sent_after == 3.0
     assert lag.seconds(3.1) == pytest.approx(0.1)
 
 
@@ -238,7 +238,7 @@ def test_every_status_is_at_least_as_new_as_it_is_said_to_be() -> None:
                     if not isinstance(event, Received) or not isinstance(event.message, Status):
                         continue
                     if event.role in (Role.ANSWER, Role.STREAMED) and event.frame.raw in said:
-                        assert said[event.frame.raw] >= event.said_after, (lag_ms, hz, turn)
+                        assert said[event.frame.raw] >= event.sent_after, (lag_ms, hz, turn)
 
 
 def test_a_status_is_asked_for_behind_another_question() -> None:

@@ -9,10 +9,10 @@ import pytest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from app.diagnosis.link_state import Phase, link_state, words
+from app.diagnosis.link_state import Phase, link_state, link_text
 from app.engine.device import DeviceView, How, Known, StaleReason
 from app.engine.worker import Connection, PortState
-from app.procedures.greet import Greeting, Silence
+from app.procedures.handshake import Handshake, Silence
 from app.safety.acts import Act
 from app.safety.last_known import Activation, LastKnown
 from protocol.link_states import Presence
@@ -98,7 +98,7 @@ def test_the_chip_of_a_lost_active_is_amber_and_hatched(chip: StateChip) -> None
 OPEN = Connection(PortState.OPEN, "/dev/ttyUSB0", 115200)
 
 
-def offline(last: LastKnown, device: DeviceView, greeting: Greeting | None = None) -> Any:
+def offline(last: LastKnown, device: DeviceView, greeting: Handshake | None = None) -> Any:
     return link_state(OPEN, device, greeting, is_finding=False, switched_off_at=last.switched_off_at)
 
 
@@ -110,7 +110,7 @@ def test_a_shut_down_by_command_is_calm_until_it_answers() -> None:
     last.feed(DeviceView({"active": Known(False, How.READ, NOW + 2)}, Presence.OFFLINE, NOW + 2), "a")  # its answer
     last.feed(silent, "a")
     state = offline(last, silent)
-    said = words(state, NOW + 60)
+    said = link_text(state, NOW + 60)
     notice = link_notice(state, NOW + 60, {}, was_active=True)
     assert state.phase is Phase.SWITCHED_OFF
     assert said.what.startswith("Switched off at ")
@@ -135,7 +135,7 @@ def test_the_shut_down_of_one_module_is_not_that_of_another() -> None:
     last, nothing = LastKnown(), DeviceView()
     last.feed(nothing, "a")
     last.note_shutdown(NOW, 1_700_000_000.0)
-    garbage = Greeting(silence=Silence.GARBAGE)
+    garbage = Handshake(silence=Silence.GARBAGE)
     assert offline(last, nothing, garbage).phase is Phase.SILENT  # somebody speaks, at another rate
     assert offline(last, nothing).phase is Phase.SWITCHED_OFF
     last.feed(nothing, "b")

@@ -21,7 +21,7 @@ from app.procedures.lock import lock
 from app.procedures.power_cycle import survives_power_cycle
 from app.procedures.read import read_everything
 from app.procedures.stream import StreamSwitch, watch
-from app.procedures.write_all import Leave, SettingChange, write_all
+from app.procedures.write_all import SettingChange, WriteContext, write_all
 from app.safety.acts import Act
 from app.safety.journal import NoJournal
 from app.safety.permit import Origin, Permit
@@ -56,7 +56,7 @@ def _permit(act: Act, rig: Rig) -> Permit:
 CHANGES: dict[str, Callable[[Rig], Procedure[Any]]] = {
     "preflight": lambda rig: run_preflight(Evidence(port="capture://x")),
     "preflight, enabling": lambda rig: run_preflight(Evidence(port="capture://x"), is_enabling=True),
-    "write": lambda rig: write_all([SettingChange(BY_NAME["freefall_time"], 1.2)], Leave(journal=NoJournal())),
+    "write": lambda rig: write_all([SettingChange(BY_NAME["freefall_time"], 1.2)], WriteContext(journal=NoJournal())),
     "light": lambda rig: measure_light(),
     "power cycle": lambda rig: survives_power_cycle({"freefall_time_s": 1.6}, longest_wait_s=1.0),
     "baud": lambda rig: change_baud(9600, NoJournal(), permit=_permit(Act.CHANGE_BAUD, rig)),

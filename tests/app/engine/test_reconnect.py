@@ -38,7 +38,7 @@ def closed(trouble: PortTrouble | None = PortTrouble.LOST, device: str = MINE.de
 def lost(port: PortInfo = MINE, *, is_link: bool = False, now: float = 100.0) -> Reconnection:
     """A connection to `port` that has just gone."""
     made = Reconnection(is_link=lambda _device: is_link)
-    made.want(address_of(port.device, [port]))
+    made.request(address_of(port.device, [port]))
     made.feed(opened(port.device), now - 1)
     made.feed(closed(device=port.device), now)
     return made
@@ -55,7 +55,7 @@ def test_only_a_url_needs_no_list_of_ports() -> None:
     made = Reconnection()
     assert not made.needs_ports
     for device, needs_ports in ((MINE.device, True), ("/dev/ttyS0", True), ("socket://host:1", False)):
-        made.want(address_of(device, [MINE]))
+        made.request(address_of(device, [MINE]))
         assert made.needs_ports is needs_ports
 
 
@@ -69,7 +69,7 @@ def test_another_adapter_in_its_place_is_left_alone() -> None:
 
 def test_a_loss_that_is_told_again_is_no_news() -> None:
     made = Reconnection()
-    made.want(address_of(MINE.device, [MINE]))
+    made.request(address_of(MINE.device, [MINE]))
     loss = closed()
     made.feed(loss, 1.0)
     made.poll([replace(OTHER, device=MINE.device)], 1.0)
@@ -80,7 +80,7 @@ def test_a_loss_that_is_told_again_is_no_news() -> None:
 def test_an_adapter_is_recognised_while_its_port_is_open() -> None:
     """A person typed the name, or the list was not there yet."""
     made = Reconnection(is_link=lambda _device: False)
-    made.want(Address(MINE.device))
+    made.request(Address(MINE.device))
     assert not made.is_due(0.0)
     made.feed(opened(), 1.0)
     assert made.is_due(1.0)
@@ -94,7 +94,7 @@ def test_an_adapter_is_recognised_while_its_port_is_open() -> None:
 def test_another_adapter_that_has_the_name_by_the_time_of_opening_is_closed_again() -> None:
     """The list was older than the name, at the first opening as at any later one."""
     made = Reconnection(is_link=lambda _device: False)
-    made.want(address_of(MINE.device, [MINE]))
+    made.request(address_of(MINE.device, [MINE]))
     for now in (1.0, 11.0):
         made.feed(opened(), now)
         assert made.is_due(now)
@@ -121,7 +121,7 @@ def test_a_name_behind_which_nothing_is_listed_by_the_time_of_opening_is_closed_
 @pytest.mark.parametrize("end", [Reconnection.give_up, lambda made: made.want(Address("/dev/ttyUSB4"))])
 def test_what_somebody_leaves_is_no_mistake_any_more(end: Callable[[Reconnection], None]) -> None:
     made = Reconnection(is_link=lambda _device: False)
-    made.want(address_of(MINE.device, [MINE]))
+    made.request(address_of(MINE.device, [MINE]))
     made.feed(opened(), 1.0)
     made.poll([], 1.0)
     end(made)
@@ -147,7 +147,7 @@ def test_two_adapters_with_the_same_serial_number_are_told_apart_by_the_socket_o
 def test_the_twin_that_is_left_is_not_taken_for_the_one_that_went() -> None:
     twin = replace(MINE, device="/dev/ttyUSB1", location="1-2:1.0")
     made = Reconnection()
-    made.want(address_of(MINE.device, [MINE, twin]))
+    made.request(address_of(MINE.device, [MINE, twin]))
     made.feed(opened(), 1.0)
     made.poll([MINE, twin], 1.0)
     made.feed(closed(), 2.0)
@@ -165,7 +165,7 @@ def test_alone_with_its_serial_number_it_may_come_back_in_another_socket() -> No
 
 def test_a_bare_name_is_never_opened_again() -> None:
     made = Reconnection(is_link=lambda _device: False)
-    made.want(Address("/dev/ttyS0"))
+    made.request(Address("/dev/ttyS0"))
     made.feed(opened("/dev/ttyS0"), 1.0)
     made.feed(closed(device="/dev/ttyS0"), 2.0)
     assert made.absence is Absence.NAME_ONLY
@@ -176,7 +176,7 @@ def test_a_bare_name_is_never_opened_again() -> None:
 @pytest.mark.parametrize("device", ["socket://10.0.0.2:4000", "sim://bench", "/home/me/module"])
 def test_a_url_and_a_link_are_addresses_of_their_own(device: str) -> None:
     made = Reconnection(is_link=lambda device: device == "/home/me/module")
-    made.want(Address(device))
+    made.request(Address(device))
     made.feed(opened(device), 1.0)
     made.feed(closed(device=device), 2.0)
     assert made.poll([], 2.0) == Address(device)
@@ -194,7 +194,7 @@ def test_a_link_behind_which_an_adapter_has_come_is_left_alone(tmp_path: Path) -
     link = tmp_path / "module"
     link.symlink_to("/dev/pts/999")
     made = Reconnection()
-    made.want(Address(str(link)))
+    made.request(Address(str(link)))
     made.feed(opened(str(link)), 1.0)
     made.feed(closed(device=str(link)), 2.0)
     link.unlink()
@@ -206,7 +206,7 @@ def test_a_link_behind_which_an_adapter_has_come_is_left_alone(tmp_path: Path) -
 @pytest.mark.parametrize("trouble", [one for one in PortTrouble if one not in (PortTrouble.LOST, PortTrouble.STUCK)])
 def test_a_port_that_never_opened_is_not_tried_again(trouble: PortTrouble) -> None:
     made = Reconnection()
-    made.want(address_of(MINE.device, [MINE]))
+    made.request(address_of(MINE.device, [MINE]))
     made.feed(closed(trouble), 1.0)
     assert not made.is_waiting
 
@@ -232,7 +232,7 @@ def test_disconnecting_ends_the_waiting() -> None:
 
 def test_a_wanted_closing_is_no_loss() -> None:
     made = Reconnection()
-    made.want(address_of(MINE.device, [MINE]))
+    made.request(address_of(MINE.device, [MINE]))
     made.feed(opened(), 1.0)
     made.feed(closed(None), 2.0)
     assert not made.is_waiting

@@ -6,7 +6,7 @@ import pytest
 
 from app.engine.device import How
 from app.procedures.find import find_rate
-from app.procedures.greet import Silence, greet
+from app.procedures.handshake import Silence, handshake
 from app.procedures.history import read_history
 from app.procedures.read import READABLE, read_everything
 from protocol.catalogue import Hazard
@@ -38,7 +38,7 @@ def test_reading_everything_says_what_the_module_holds() -> None:
 
 def test_reading_everything_costs_its_exchanges_and_no_more() -> None:
     rig = settled_rig(delay_ms=3)
-    rig.run(greet())
+    rig.run(handshake())
     start_s = rig.clock.now_s
     rig.run(read_everything())
     took_s = rig.clock.now_s - start_s
@@ -47,7 +47,7 @@ def test_reading_everything_costs_its_exchanges_and_no_more() -> None:
     assert took_s <= 1.3 * len(READABLE) * trips.round_trip_median_s
 
 
-@pytest.mark.parametrize("procedure", [greet, read_everything, read_history, find_rate])
+@pytest.mark.parametrize("procedure", [handshake, read_everything, read_history, find_rate])
 @pytest.mark.parametrize("options", [{}, {"drop": 0.3}, {"corrupt": 0.05}, {"double": 0.5}, {"stream-at-boot": True}])
 def test_what_only_reads_sends_nothing_but_questions(procedure: Callable, options: dict) -> None:  # type: ignore[type-arg]
     rig = settled_rig(**options)
@@ -103,7 +103,7 @@ def test_a_code_that_is_not_answered_is_one_error_among_values() -> None:
 
 def test_a_module_that_falls_silent_ends_the_reading_soon() -> None:
     rig = settled_rig()
-    rig.run(greet())
+    rig.run(handshake())
     rig.bench.change(mute=True)
     start_s = rig.clock.now_s
     everything = rig.run(read_everything())
@@ -124,16 +124,16 @@ def test_a_module_that_falls_silent_ends_the_reading_soon() -> None:
 def test_no_answer_says_what_was_seen_instead(options: dict[str, object], silence: Silence) -> None:
     rig = settled_rig(**options)
     start_s = rig.clock.now_s
-    greeting = rig.run(greet())
+    greeting = rig.run(handshake())
     assert greeting.silence is silence
     assert rig.clock.now_s - start_s < 2
 
 
 def test_only_what_comes_after_the_question_tells_why_nothing_answers() -> None:
     rig = settled_rig(mute=True, echo=True)
-    assert rig.run(greet()).silence is Silence.ECHO
+    assert rig.run(handshake()).silence is Silence.ECHO
     rig.bench.change(echo=False)
-    assert rig.run(greet()).silence is Silence.NOTHING
+    assert rig.run(handshake()).silence is Silence.NOTHING
 
 
 @pytest.mark.parametrize("rate", [4800, 9600, 19200, 38400, 57600, 115200])

@@ -6,7 +6,7 @@ from app.engine.procedure import Ask, Cancelled, PortLost, Procedure
 from app.engine.session import Run
 from app.engine.transport import PortError, PortTrouble
 from app.procedures.find import find_rate
-from app.procedures.greet import greet
+from app.procedures.handshake import handshake
 from app.procedures.lock import lock
 from app.procedures.read import read_everything
 from protocol.catalogue import BY_NAME, HEARTBEAT
@@ -63,7 +63,7 @@ def test_a_lost_port_ends_every_procedure() -> None:
 
 def test_closing_without_a_reason_says_port_lost() -> None:
     rig = settled_rig(mute=True)
-    run = Run(greet())
+    run = Run(handshake())
     rig.session.run(run)
     rig.session.close()
     rig.session.close()
@@ -72,7 +72,7 @@ def test_closing_without_a_reason_says_port_lost() -> None:
 
 def test_a_second_procedure_waits_for_the_first() -> None:
     rig = settled_rig()
-    first, second = Run(read_everything()), Run(greet())
+    first, second = Run(read_everything()), Run(handshake())
     rig.session.run(first)
     rig.session.run(second)
     rig.step_until(lambda: first.is_done)
@@ -83,7 +83,7 @@ def test_a_second_procedure_waits_for_the_first() -> None:
 
 def test_an_urgent_procedure_goes_first_and_the_others_go_on() -> None:
     rig = settled_rig(active=True, **{"mute-codes": "14"})
-    rig.run(greet())
+    rig.run(handshake())
     reading, locking = Run(read_everything()), Run(lock())
     rig.session.run(reading)
     rig.step_until(lambda: rig.line.requests[-1].command.name == "light")
@@ -102,19 +102,19 @@ def test_the_background_does_not_hold_up_the_foreground() -> None:
     watched(rig)
     rig.step_for(0.05)
     start_s = rig.clock.now_s
-    assert rig.run(greet()).is_answered
+    assert rig.run(handshake()).is_answered
     assert rig.clock.now_s - start_s < 0.1
 
 
 def test_a_bug_in_a_procedure_ends_only_that_procedure() -> None:
     def broken() -> Procedure[None]:
-        yield from greet()
+        yield from handshake()
         raise ZeroDivisionError
 
     rig = settled_rig()
     with pytest.raises(ZeroDivisionError):
         rig.run(broken())
-    assert rig.run(greet()).is_answered
+    assert rig.run(handshake()).is_answered
 
 
 def test_a_dangerous_request_never_leaves_without_an_explicit_act() -> None:

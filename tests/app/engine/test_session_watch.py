@@ -7,7 +7,7 @@ import pytest
 from app.engine.device import How, StaleReason
 from app.engine.procedure import Ask, Procedure
 from app.engine.session import Run
-from app.procedures.greet import greet
+from app.procedures.handshake import handshake
 from app.procedures.read import read_everything
 from app.procedures.stream import StreamSwitch, watch
 from protocol.catalogue import BY_NAME, HEARTBEAT, SERIAL_OUTPUT
@@ -71,7 +71,7 @@ def test_while_streaming_the_slow_values_stay_fresh() -> None:
 
 def test_at_line_rate_no_status_is_lost() -> None:
     rig = settled_rig(rate=1440)
-    rig.run(greet())
+    rig.run(handshake())
     sent_before = rig.session.device.take_samples()
     assert sent_before == []
     rig.session.run_in_background(watch(StreamSwitch(), read_all=False))
@@ -115,7 +115,7 @@ def _hide_restart(rig: Rig) -> None:
     rig.bench.change(drop=1.0)
     rig.session.run(Run(_ask_heartbeat()))
     rig.step_until(lambda: rig.line.requests[-2:] == [HEARTBEAT.query()] * 2)
-    rig.bench.heal()
+    rig.bench.end_faults()
     rig.bench.restart()
     rig.step_for(0.2)
 
@@ -162,7 +162,7 @@ def test_a_late_heartbeat_takes_away_only_until_the_boot_count_is_known() -> Non
     rig.run(_ask_heartbeat())
     rig.step_for(2.0)
     assert "attitude_trigger" not in rig.session.device.view(rig.clock.now_s).values
-    rig.bench.heal()
+    rig.bench.end_faults()
     watched(rig)
     rig.step_for(1.0)
     view = rig.session.device.view(rig.clock.now_s)
@@ -179,7 +179,7 @@ def test_what_is_written_while_it_is_in_doubt_stays_as_written() -> None:
     rig.step_for(2.0)
     rig.bench.change(mute=True)
     rig.run(_set_trigger())
-    rig.bench.heal()
+    rig.bench.end_faults()
     rig.run(read_everything())
     view = rig.session.device.view(rig.clock.now_s)
     assert not view.is_restart_suspected
@@ -203,7 +203,7 @@ def test_a_silent_module_goes_offline_and_what_was_known_is_stale() -> None:
     view = rig.session.device.view(rig.clock.now_s)
     assert view.presence.value == "offline"
     assert all(known.stale_reason is StaleReason.LINK_LOST for known in view.values.values())
-    rig.bench.heal()
+    rig.bench.end_faults()
     rig.step_for(4)
     assert rig.session.device.view(rig.clock.now_s).fresh("freefall_time_s", rig.clock.now_s) == 1.6
 

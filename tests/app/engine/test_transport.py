@@ -11,10 +11,10 @@ import pytest
 import serial
 
 from app.engine import transport
-from app.engine.transport import Holder, PortError, PortTrouble, SerialLine, open_line
+from app.engine.transport import PortError, PortHolder, PortTrouble, SerialLine, open_line
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="pipes cannot be selected on Windows")
-HOLDER = Holder("other", 42)
+HOLDER = PortHolder("other", 42)
 
 
 class FakeSerial:
@@ -59,7 +59,7 @@ def fake() -> Iterator[FakeSerial]:
 
 @pytest.mark.parametrize(("number", "holder"), [(errno.EBUSY, HOLDER), (errno.EACCES, None)])
 def test_only_of_a_busy_port_it_is_looked_up_who_has_it(
-    number: int, holder: Holder | None, fake: FakeSerial, monkeypatch: pytest.MonkeyPatch
+    number: int, holder: PortHolder | None, fake: FakeSerial, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     fake.failures["open"] = serial.SerialException(number, os.strerror(number))
     monkeypatch.setattr(serial, "serial_for_url", lambda *_args, **_more: fake)

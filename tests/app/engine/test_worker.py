@@ -8,7 +8,7 @@ import pytest
 from app.engine.procedure import PortLost
 from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Batch, Job, PortState, Worker
-from app.procedures.greet import greet
+from app.procedures.handshake import handshake
 from app.procedures.history import read_history
 from app.procedures.read import READABLE, read_everything
 from app.procedures.stream import StreamSwitch, watch
@@ -46,14 +46,14 @@ def has_trouble(batch: Batch) -> bool:
 
 def test_a_procedure_runs_and_its_result_comes_in_a_batch(worker: Worker, batches: Batches, sim: str) -> None:
     worker.open(sim, 115200)
-    job = worker.submit(Job(greet()))
+    job = worker.submit(Job(handshake()))
     assert job.wait(3)
     assert job.outcome().is_answered
     batches.until(lambda batch: job in batch.finished)
 
 
 def test_a_job_without_a_port_ends_at_once(worker: Worker) -> None:
-    job = worker.submit(Job(greet()))
+    job = worker.submit(Job(handshake()))
     assert job.wait(1)
     with pytest.raises(PortLost):
         job.outcome()
@@ -64,7 +64,7 @@ def test_a_port_that_is_not_there_is_a_trouble_in_a_batch(worker: Worker, batche
     trouble = batches.until(has_trouble).connection.trouble
     assert trouble is not None
     assert trouble.trouble is PortTrouble.MISSING
-    job = worker.submit(Job(greet()))
+    job = worker.submit(Job(handshake()))
     assert job.wait(1)
     assert job.run.error is trouble
 
@@ -90,7 +90,7 @@ def test_the_port_can_be_opened_again_after_it_was_lost(worker: Worker, batches:
     batches.until(has_trouble)
     bench.module("worker-test").plug()
     worker.open(sim, 115200)
-    assert worker.submit(Job(greet())).wait(3)
+    assert worker.submit(Job(handshake())).wait(3)
 
 
 def test_what_runs_on_one_port_ends_before_another_is_opened(worker: Worker, batches: Batches, sim: str) -> None:

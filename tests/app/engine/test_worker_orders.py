@@ -7,7 +7,7 @@ import pytest
 
 from app.engine import transport, worker
 from app.engine.worker import Batch, Job, Worker
-from app.procedures.greet import greet
+from app.procedures.handshake import handshake
 from app.procedures.lock import lock
 from app.procedures.read import read_everything
 from app.simulator import bench
@@ -39,7 +39,7 @@ def test_orders_are_obeyed_while_the_port_is_quiet() -> None:
     with run_module() as module:
         worker.open(module.port, 115200)
         for _ in range(20):
-            job = worker.submit(Job(greet()))
+            job = worker.submit(Job(handshake()))
             assert job.wait(LIMIT_S)
             assert job.outcome().is_answered
         worker.close()
@@ -78,7 +78,7 @@ def test_a_lock_goes_out_although_the_port_is_closed_at_once(options: str, leave
     worker.start()
     try:
         worker.open(f"sim://lock-and-leave?active=yes&uptime=60{options}", 115200)
-        assert worker.submit(Job(greet())).wait(LIMIT_S)
+        assert worker.submit(Job(handshake())).wait(LIMIT_S)
         reading = worker.submit(Job(read_everything()))
         locking = worker.submit(Job(lock()), is_urgent=True)
         leave(worker)

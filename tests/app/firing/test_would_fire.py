@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from app.firing.judge import SensorSample, TriggerLimits
-from app.firing.what_if_series import MOST_AT_ONCE, BackgroundAnalysis, IncrementalAnalysis
-from app.firing.would_fire import FIRINGS_KEPT, WhatIfAnalysis, WhatIfFinding
+from app.firing.what_if_series import MAX_AT_ONCE, BackgroundAnalysis, IncrementalAnalysis
+from app.firing.would_fire import MAX_FIRINGS, WhatIfAnalysis, WhatIfFinding
 from app.recordings.excerpt import Excerpt
 from app.recordings.markers import Marker, MarkerKind
 from app.samples.ring_buffers import Series
@@ -163,8 +163,8 @@ def test_what_is_only_summed_up_is_told() -> None:
 
 
 def test_many_firings_are_counted_and_the_first_ones_kept() -> None:
-    found = found_in(tilted(*[0.0, 90.0] * (FIRINGS_KEPT + 10)))
-    assert (found.firing_count, len(found.firings)) == (FIRINGS_KEPT + 10, FIRINGS_KEPT)
+    found = found_in(tilted(*[0.0, 90.0] * (MAX_FIRINGS + 10)))
+    assert (found.firing_count, len(found.firings)) == (MAX_FIRINGS + 10, MAX_FIRINGS)
 
 
 # Keeping up
@@ -262,17 +262,17 @@ class Recorded:
 
 
 def test_a_recording_is_judged_in_pieces_in_the_background() -> None:
-    data = Recorded(3 * MOST_AT_ONCE)
+    data = Recorded(3 * MAX_AT_ONCE)
     data.may_go_on.set()
     judging = BackgroundAnalysis(data, TriggerLimits())
     judging.wait(10.0)
     assert judging.finding is not None
-    assert (judging.finding.firing_count, judging.finding.report_count) == (1, 3 * MOST_AT_ONCE)
+    assert (judging.finding.firing_count, judging.finding.report_count) == (1, 3 * MAX_AT_ONCE)
     assert (judging.progress, judging.error) == (1.0, None)
 
 
 def test_it_can_be_cancelled() -> None:
-    data = Recorded(3 * MOST_AT_ONCE)
+    data = Recorded(3 * MAX_AT_ONCE)
     judging = BackgroundAnalysis(data, TriggerLimits())
     assert not judging.cancel(0.0)
     data.may_go_on.set()

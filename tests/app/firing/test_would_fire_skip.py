@@ -5,7 +5,7 @@ from itertools import accumulate, cycle, pairwise, takewhile
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from app.firing.judge import LONGEST_GAP_S, ROUNDING_S, Firing, Judge, SensorSample, TriggerLimits
+from app.firing.judge import MAX_GAP_S, ROUNDING_S, Firing, Judge, SensorSample, TriggerLimits
 from app.firing.near_misses import KEPT, NearFall, NearTilt
 from app.firing.would_fire import WhatIfAnalysis, WhatIfFinding
 from protocol.messages import Source
@@ -118,7 +118,7 @@ def plain_falls(samples: list[SensorSample], limits: TriggerLimits) -> list[Near
     for place in range(len(samples) + 1):
         one = samples[place] if place < len(samples) else None
         if one is not None and one.acceleration_g < limits.freefall_acceleration_g:
-            is_new = not block or one.at_s - samples[place - 1].at_s > LONGEST_GAP_S
+            is_new = not block or one.at_s - samples[place - 1].at_s > MAX_GAP_S
             block.append([place]) if is_new else block[-1].append(place)
             continue
         lasted = [samples[run[-1]].at_s - samples[run[0]].at_s for run in block]

@@ -115,7 +115,7 @@ def test_a_verdict_holds_until_something_speaks_against_it_and_stays_void_then()
     rig, verdicts = found.rig, Verdicts()
     now, device = rig.clock(), rig.session.device.view(rig.clock())
     assert verdicts.held("a", device, now, is_open=True) is None
-    verdicts.keep("a", filed)
+    verdicts.store("a", filed)
     held = verdicts.held("a", device, now, is_open=True)
     assert held is not None
     assert held.verdict is Verdict.READY
@@ -123,7 +123,7 @@ def test_a_verdict_holds_until_something_speaks_against_it_and_stays_void_then()
     held = verdicts.held("a", device, now, is_open=True)
     assert held is not None
     assert (held.verdict, held.void) == (None, Void(Disturbance.DISCONNECTED))
-    verdicts.keep("a", filed)
+    verdicts.store("a", filed)
     assert verdicts.held("b", device, now, is_open=True) is None
     late = verdicts.held("a", device, now + 3600.0, is_open=True)
     assert late is not None
@@ -134,14 +134,14 @@ def test_ready_is_not_go_because_it_was_activated_and_go_is_ready_when_it_is_loc
     found, filed = checked()
     device, now, verdicts = found.rig.session.device.view(found.rig.clock()), found.rig.clock(), Verdicts()
     active = replace(device, values=MappingProxyType({**device.values, "active": Known(True, How.READ, now)}))
-    verdicts.keep("a", filed)
+    verdicts.store("a", filed)
     held = verdicts.held("a", active, now, is_open=True)
     assert held is not None
     assert held.verdict is None
     case = filed.assessment.case
     assert case.evidence.status is not None
     seen_active = replace(case, evidence=replace(case.evidence, status=replace(case.evidence.status, active=True)))
-    verdicts.keep("b", Filed(assess(seen_active), {}))
+    verdicts.store("b", Filed(assess(seen_active), {}))
     both = (verdicts.held("b", each, now, is_open=True) for each in (active, device))
     assert [one and one.verdict for one in both] == [Verdict.GO, Verdict.READY]
 
@@ -159,7 +159,7 @@ def test_no_go_names_what_stands_against_it(options: dict[str, str], manual: tup
     case = filed.assessment.case
     assessment = assess(replace(case, expectations=replace(case.expectations, manual=manual)))
     verdicts, now = Verdicts(), found.rig.clock()
-    verdicts.keep("a", Filed(assessment, {}))
+    verdicts.store("a", Filed(assessment, {}))
     held = verdicts.held("a", found.rig.session.device.view(now), now, is_open=True)
     card = card_of(replace(member(), verdict=held), NOW, LimitsInUse())
     assert card.need is Need.NO_GO

@@ -20,7 +20,7 @@ from app.limits.expectations import Expectations
 from app.preflight.evidence import FrameLog
 from app.preflight.verdict import Verdict
 from app.procedures.read import read_everything
-from app.procedures.write_all import Leave, write_all
+from app.procedures.write_all import WriteContext, write_all
 from app.records.filing import Filed, Person, file_check
 from app.records.report_files import ReportRefused
 from app.settings.profiles import Match, Profile
@@ -78,7 +78,7 @@ def test_a_profile_is_compared_written_and_verified_on_each() -> None:
         assert [one.command for one in table.rows] == list(settings_in(PROFILE))
         assert BAUD_RATE not in settings_in(PROFILE)
         assert {one.match for one in table.rows} <= {Match.DIFFERENT, Match.UNKNOWN}
-        report = rig.run(write_all(table.changes, Leave(journal=FakeJournal())))
+        report = rig.run(write_all(table.changes, WriteContext(journal=FakeJournal())))
         results[port] = outcome_of(report)
     assert results["a"].state is Applied.ACKNOWLEDGED  # the trigger cannot be read back, and that is said
     assert tr_title("attitude_trigger") in results["a"].why

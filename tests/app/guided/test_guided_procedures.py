@@ -180,7 +180,7 @@ def test_a_plug_that_loses_answers_fails() -> None:
         if start + 8 < rig.clock.now_s < start + 8.1:
             rig.bench.change(drop=0.5)
         elif rig.clock.now_s > start + 10:
-            rig.bench.heal()
+            rig.bench.end_faults()
 
     done = rows(guided(rig, GuidedKind.LINK, each=shake))
     assert done["Lost at rest"][1] == "passed"

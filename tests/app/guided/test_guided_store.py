@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from app.guided.guided_store import GuidedStore
-from app.guided.kept_test import KeptTest
+from app.guided.kept_test import StoredTest
 from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue
 from app.limits.expectations import Expectations, LastTested, Past, expectations_of, settings_code
 from app.preflight.evidence import FrameLog
@@ -24,7 +24,7 @@ from app.settings.profile_file import ProfileRefused, parse_profile, profile_tex
 from app.store.database import StoreTrouble
 from app.store.schema import MIGRATIONS
 from app.store.store import Store, open_store
-from app.text.messages import said
+from app.text.messages import message
 from tests.support.records.preflight_rig import check
 
 NOW = datetime(2026, 5, 1, 12, tzinfo=UTC)
@@ -32,8 +32,8 @@ PASSED, FAILED, UNCLEAR = GuidedVerdict.PASSED, GuidedVerdict.FAILED, GuidedVerd
 
 
 def result(kind: GuidedKind, verdict: GuidedVerdict = PASSED) -> GuidedResult:
-    shown, tolerance = said("{angle:.0f}°", angle=61), said("{angle:.0f}°", angle=60)
-    return GuidedResult(kind, (MeasuredValue(said("Fires"), shown, tolerance, verdict, 61.0),))
+    shown, tolerance = message("{angle:.0f}°", angle=61), message("{angle:.0f}°", angle=60)
+    return GuidedResult(kind, (MeasuredValue(message("Fires"), shown, tolerance, verdict, 61.0),))
 
 
 @pytest.fixture
@@ -45,14 +45,14 @@ def store(tmp_path: Path) -> Iterator[Store]:
 def add(
     store: Store, kind: GuidedKind, verdict: GuidedVerdict = PASSED, *, module: str = "M-07", sim: bool = False
 ) -> None:
-    module_id = store.meet_module(module).id if module else None
+    module_id = store.register_module(module).id if module else None
     GuidedStore(store.database).add(
         result(kind, verdict), module_id=module_id, adapter="usb", who="Li", is_simulated=sim, program="1"
     )
 
 
 def last(store: Store, *, sim: bool = False) -> dict[GuidedKind, GuidedVerdict]:
-    module_id = store.meet_module("M-07").id
+    module_id = store.register_module("M-07").id
     found = GuidedStore(store.database).last(module_id, counts_simulated=sim)
     return {kind: one.verdict for kind, one in found.items()}
 
@@ -129,7 +129,7 @@ def test_tests_must_be_a_table() -> None:
 
 
 def _tested(kind: GuidedKind, days: float | None, verdict: GuidedVerdict = PASSED) -> dict[GuidedKind, LastTested]:
-    return {kind: LastTested(KeptTest(kind=kind, verdict=verdict, at="2026-01-01", who="Li"), days)}
+    return {kind: LastTested(StoredTest(kind=kind, verdict=verdict, at="2026-01-01", who="Li"), days)}
 
 
 @pytest.mark.parametrize(
@@ -161,9 +161,9 @@ def test_a_demanded_test_that_is_missing_failed_or_too_old_fails_the_check(
     ("ahead", "age"), [(timedelta(hours=3), 0.0), (timedelta(days=2), None), (-timedelta(days=2), 2.0)]
 )
 def test_a_time_that_lies_ahead_is_no_age(ahead: timedelta, age: float | None) -> None:
-    kept = KeptTest(kind=GuidedKind.TILT, verdict=PASSED, at=(NOW + ahead).isoformat(), who="")
+    kept = StoredTest(kind=GuidedKind.TILT, verdict=PASSED, at=(NOW + ahead).isoformat(), who="")
     assert kept.age_days(NOW) == age
-    assert KeptTest(kind=GuidedKind.TILT, verdict=PASSED, at="soon", who="").age_days(NOW) is None
+    assert StoredTest(kind=GuidedKind.TILT, verdict=PASSED, at="soon", who="").age_days(NOW) is None
 
 
 @pytest.mark.parametrize(

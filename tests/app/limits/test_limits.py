@@ -9,7 +9,7 @@ from app.limits.limits import SETTING_BOUNDS, SOFT_LIMITS, softened
 from app.preflight.findings import CheckResult
 from app.preflight.verdict import Verdict
 from app.records.filing import local_now
-from app.records.record import Circumstances, caveats, make_record
+from app.records.record import RecordContext, caveats, make_record
 from app.records.report_html import body
 from app.settings.profile_file import ProfileRefused, parse_profile
 from app.settings.profiles import LIMITS
@@ -65,7 +65,7 @@ def test_a_softer_limit_is_said_beside_the_verdict_on_the_record_and_on_the_repo
     assert (cell.result, cell.limit.in_english()) == (
         CheckResult.WARN, "≥ 3.60 V, advised ≥ 3.80 V",
     )  # fmt: skip
-    about = Circumstances(at=local_now(), program_version="1", who="Li Wei", module="M", aircraft="B")
+    about = RecordContext(at=local_now(), program_version="1", who="Li Wei", module="M", aircraft="B")
     record = make_record(checked.assessment, about, checked.log)
     assert record["softer_limits"] == ["tilt", "cell_voltage"]
     assert [one.in_english() for one in caveats(record)] == ["Softer than advised: Tilt: level, Cell voltage."]

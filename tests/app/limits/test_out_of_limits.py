@@ -128,7 +128,7 @@ def test_a_recording_marks_them_under_the_cursor(
         desk.storage.recordings.open(desk.library.entries()[0])
         desk.wait(lambda: desk.live.recording is not None)
         plot, panel = desk.live.plot, desk.live.panel
-        plot.look_at(1005.0)
+        plot.show_instant(1005.0)
         desk.live.refresh()
         bay_open, low = ("伞仓打开", "电压低") if is_chinese else ("bay open", "low")
         assert panel.light.meaning is panel.cell.meaning is Meaning.ATTENTION
@@ -160,7 +160,7 @@ def test_a_trigger_record_marks_a_low_cell_and_not_the_chargers() -> None:
     kept = replace(RECORD, cell_voltage_v=3.52)
     assert records_page(History((kept,)))[1].endswith("3.52 V (low)")
     assert "(low) < 3.80 V" in records_page(History((kept,)))
-    assert "3.52 V, low" in sentence(kept).in_words()
+    assert "3.52 V, low" in sentence(kept).translated()
     assert records_page(History((replace(kept, cell_voltage_v=3.9),)))[1].endswith("3.90 V")
     assert record_outside(replace(kept, cell_voltage_v=4.7)) is None  # implausible, and marked as that
     assert record_outside(replace(kept, cell_voltage_v=4.7, charging=True)) is None

@@ -12,7 +12,7 @@ from pytestqt.qtbot import QtBot
 from app.preflight.evidence import Disturbance, Evidence, FlagFate, TriggerFlag
 from app.preflight.logged_flags import with_logged_flags
 from app.preflight.verdict import Void
-from app.procedures.write_all import Leave, SettingChange, write_all
+from app.procedures.write_all import SettingChange, WriteContext, write_all
 from app.safety.acts import Act
 from app.safety.journal import Outcome
 from app.store.store import Store, open_store
@@ -183,6 +183,8 @@ def test_in_the_window_it_becomes_go_and_an_unconfirmed_set_ends_it(
         monkeypatch.setattr(
             bench.bench.wire, "write", lambda data, now_s: None if data[2] == TRIGGER.code else write(data, now_s)
         )
-        connector.run(write_all([SettingChange(TRIGGER, False)], Leave(journal=FakeJournal())), lambda _job: None)
+        connector.run(
+            write_all([SettingChange(TRIGGER, False)], WriteContext(journal=FakeJournal())), lambda _job: None
+        )
         bench.wait_standing(Standing.VOID)
         assert work.void == Void(Disturbance.CHANGED, UserMessage(TRIGGER.title))

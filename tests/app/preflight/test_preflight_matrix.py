@@ -8,7 +8,7 @@ import pytest
 
 from app.limits.expectations import CheckLimits, Expectations, ManualItem, Past, expectations_of
 from app.preflight.checks import CHECKS
-from app.preflight.evidence import STILL_S, Disturbance, Evidence, Trial
+from app.preflight.evidence import STILL_S, Disturbance, Evidence, StatusSampleAt
 from app.preflight.findings import Case, CheckResult, Finding
 from app.preflight.line_checks import TRIALS_NEEDED, acceleration_still, status_fresh, tilt_level, tilt_still
 from app.preflight.run import TRIGGERS, run_preflight
@@ -87,7 +87,7 @@ def test_go_is_of_an_active_module_whose_triggers_were_enabled_before() -> None:
     before = len(enabled.rig.line.requests)
     enabled.rig.run(run_preflight(evidence, is_enabling=True))
     assessment = assess(replace(enabled.assessment.case, evidence=evidence))
-    assert (assessment.verdict, assessment.against) == (Verdict.GO, ())
+    assert (assessment.verdict, assessment.open_checks) == (Verdict.GO, ())
     # Nothing is written on an active module.
     assert not [one for one in enabled.rig.line.requests[before:] if one.hazard is not Hazard.NONE]
 
@@ -159,9 +159,12 @@ def test_the_last_status_counts_for_a_second(age_s: float | None, result: CheckR
 def test_a_module_may_move_up_to_the_limit(
     check_of: Callable[[Case], Finding], at_limit: Status, beyond: Status
 ) -> None:
-    trials = [Trial(STILL_S * number / TRIALS_NEEDED, Status(0, 1.0, False, False)) for number in range(TRIALS_NEEDED)]
+    trials = [
+        StatusSampleAt(STILL_S * number / TRIALS_NEEDED, Status(0, 1.0, False, False))
+        for number in range(TRIALS_NEEDED)
+    ]
     for last, result in ((at_limit, CheckResult.PASS), (beyond, CheckResult.FAIL)):
-        evidence = Evidence(port="sim", trials=[*trials, Trial(STILL_S, last)])
+        evidence = Evidence(port="sim", trials=[*trials, StatusSampleAt(STILL_S, last)])
         assert check_of(Case(evidence=evidence, expectations=Expectations(), past=Past())).result is result
 
 

@@ -13,7 +13,7 @@ from app.engine.procedure import Slept
 from app.limits.expectations import Expectations, expectations_of
 from app.preflight.evidence import Disturbance, Evidence, FrameLog
 from app.preflight.run import run_preflight
-from app.preflight.verdict import Verdict, stands_against
+from app.preflight.verdict import Verdict, blocks_go
 from app.records.filing import Person, file_check
 from app.records.record import caveats
 from app.records.report_html import body
@@ -146,4 +146,4 @@ def test_two_manual_items_with_one_text_are_two() -> None:
     item = '[[manual]]\ntext = "Look again"\nrequired = true\n'
     expectations = expectations_of(parse_profile((item * 2).encode()), {1: True})
     assert [one.is_done for one in expectations.manual] == [True, None]
-    assert [stands_against(one) for one in expectations.manual] == [False, True]
+    assert [blocks_go(one) for one in expectations.manual] == [False, True]

@@ -17,7 +17,7 @@ from app.preflight.evidence import Disturbance, Evidence
 from app.preflight.findings import Case
 from app.preflight.run import run_preflight
 from app.preflight.verdict import Assessment, assess, void_reason
-from app.procedures.greet import greet
+from app.procedures.handshake import handshake
 from app.system.sleep_detector import SleepDetector
 from tests.support.check_pace import hurry_check
 from tests.support.line.sim_line import INSTANT_S, Rig
@@ -56,13 +56,13 @@ def test_a_module_that_answers_again_at_once_after_the_sleep_is_checked_again() 
     assert rig.void(assessment) is None
     rig.asleep_s += NIGHT_S
     rig.session.step()
-    rig.run(greet())
+    rig.run(handshake())
     assert rig.void(assessment) is Disturbance.SLEPT
 
 
 def test_a_sleep_before_the_check_does_not_matter() -> None:
     rig = NightRig()
-    rig.run(greet())
+    rig.run(handshake())
     rig.asleep_s += NIGHT_S
     rig.step_for(1)
     assert rig.void(rig.checked()) is None
@@ -73,8 +73,8 @@ def test_a_silence_that_is_over_before_anybody_looked_voids_too() -> None:
     assessment = rig.checked()
     rig.bench.change(mute=True)
     rig.step_for(15)
-    rig.bench.heal()
-    rig.run(greet())
+    rig.bench.end_faults()
+    rig.run(handshake())
     assert rig.void(assessment) is Disturbance.SILENT
 
 

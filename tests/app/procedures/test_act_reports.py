@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from app.procedures.act import LOOKS, REPORTS_EVERY_S, WATCH_S, perform
+from app.procedures.act import READINGS, REPORTS_EVERY_S, WATCH_S, perform
 from app.safety.acts import REQUESTS, Act
 from app.safety.permit import Origin, Permit
 from protocol.catalogue import STATUS
@@ -25,7 +25,7 @@ def test_only_the_first_report_after_an_unanswered_act_waits_behind_another_ques
     sent = rig.line.requests
     afterwards = sent[sent.index(REQUESTS[Act.ACTIVATE]) + 1 :]
     assert len([request for request in afterwards if request != STATUS.query()]) == fences
-    assert afterwards[fences:] == [STATUS.query()] * LOOKS
+    assert afterwards[fences:] == [STATUS.query()] * READINGS
 
 
 def test_before_zeroing_reports_are_asked_for_at_a_steady_pace() -> None:

@@ -8,7 +8,7 @@ import pytest
 from app.engine.procedure import PortLost
 from app.engine.session import Run
 from app.procedures.baud import SENTENCES, BaudChanged, BaudEnd, change_baud, look_for
-from app.procedures.write import Heard
+from app.procedures.write import SetReply
 from app.safety.acts import Act
 from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
@@ -44,15 +44,15 @@ def answers(rig: Rig) -> bool:
 @pytest.mark.parametrize(
     ("how", "ack", "end", "heard"),
     [
-        ("old", "echo", BaudEnd.CHANGED, Heard.ECHO),
-        ("old", "one", BaudEnd.CHANGED, Heard.ONE),
-        ("new", "echo", BaudEnd.CHANGED, Heard.NOTHING),
-        ("new", "one", BaudEnd.CHANGED, Heard.NOTHING),
-        ("restart", "echo", BaudEnd.AT_RESTART, Heard.ECHO),
-        ("restart", "one", BaudEnd.AT_RESTART, Heard.ONE),
+        ("old", "echo", BaudEnd.CHANGED, SetReply.ECHO),
+        ("old", "one", BaudEnd.CHANGED, SetReply.ONE),
+        ("new", "echo", BaudEnd.CHANGED, SetReply.NOTHING),
+        ("new", "one", BaudEnd.CHANGED, SetReply.NOTHING),
+        ("restart", "echo", BaudEnd.AT_RESTART, SetReply.ECHO),
+        ("restart", "one", BaudEnd.AT_RESTART, SetReply.ONE),
     ],
 )
-def test_every_behaviour_is_said_as_what_it_is(how: str, ack: str, end: BaudEnd, heard: Heard) -> None:
+def test_every_behaviour_is_said_as_what_it_is(how: str, ack: str, end: BaudEnd, heard: SetReply) -> None:
     rig, journal = Rig({"baud_ack": how, "ack": ack}), FakeJournal()
     journal.line_length = lambda: len(rig.line.sent)
     changed = change(rig, 9600, journal)
@@ -120,7 +120,7 @@ def test_a_lost_module_says_how_to_get_it_back_and_stays_written_down() -> None:
     assert rig.line.baud_rate == 115200
     assert journal.settled_rates == {}
     assert journal.outcomes == {0: Outcome.UNKNOWN}
-    rig.bench.heal()
+    rig.bench.end_faults()
     assert rig.run(look_for(*reversed(journal.rates[0]))) == 9600
 
 
@@ -146,7 +146,7 @@ def test_what_is_not_allowed_is_not_sent(what: str) -> None:
     journal.is_broken = what == "log"
     rig.bench.change(mute=what == "silent")
     changed = rig.run(change_baud(9600, journal, permit=permit))
-    assert (changed.end, changed.heard) == (BaudEnd.NOT_SENT, Heard.NOT_SENT)
+    assert (changed.end, changed.heard) == (BaudEnd.NOT_SENT, SetReply.NOT_SENT)
     assert changed.refusals
     assert changed.sentence.startswith("Nothing was sent. ")
     assert sets(rig) == 0

@@ -5,8 +5,8 @@ import pytest
 from app.procedures.light_calibration import (
     ENOUGH_SAMPLES,
     Band,
+    CalibrationFault,
     LightDirection,
-    Obstacle,
     Proposal,
     measure_light,
     propose,
@@ -38,18 +38,18 @@ def test_the_direction_is_found_and_the_threshold_lies_between(inverted: bool, d
 @pytest.mark.parametrize(
     ("closed", "opened", "found"),
     [
-        (band(3, 5), band(5, 9), Obstacle.TOO_CLOSE),
-        (band(5, 9), band(3, 5), Obstacle.TOO_CLOSE),
-        (band(3, 9), band(5, 6), Obstacle.TOO_CLOSE),
-        (band(3, 5), band(6, 9), Obstacle.TOO_CLOSE),
-        (band(6, 9), band(3, 5), Obstacle.TOO_CLOSE),
-        (band(3, 5, 9), band(20, 21), Obstacle.TOO_FEW),
-        (band(3, 5), band(20, 21, 9), Obstacle.TOO_FEW),
-        (Band(band(3, 5).raws, has_restarted=True), band(20, 21), Obstacle.TOO_FEW),
-        (Band(()), Band(()), Obstacle.TOO_FEW),
+        (band(3, 5), band(5, 9), CalibrationFault.TOO_CLOSE),
+        (band(5, 9), band(3, 5), CalibrationFault.TOO_CLOSE),
+        (band(3, 9), band(5, 6), CalibrationFault.TOO_CLOSE),
+        (band(3, 5), band(6, 9), CalibrationFault.TOO_CLOSE),
+        (band(6, 9), band(3, 5), CalibrationFault.TOO_CLOSE),
+        (band(3, 5, 9), band(20, 21), CalibrationFault.TOO_FEW),
+        (band(3, 5), band(20, 21, 9), CalibrationFault.TOO_FEW),
+        (Band(band(3, 5).raws, has_restarted=True), band(20, 21), CalibrationFault.TOO_FEW),
+        (Band(()), Band(()), CalibrationFault.TOO_FEW),
     ],
 )
-def test_no_threshold_where_there_is_no_gap(closed: Band, opened: Band, found: Obstacle) -> None:
+def test_no_threshold_where_there_is_no_gap(closed: Band, opened: Band, found: CalibrationFault) -> None:
     assert propose(closed, opened) is found
 
 

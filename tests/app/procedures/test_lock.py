@@ -61,8 +61,8 @@ def test_it_is_not_repeated_beyond_its_limit_from_the_first_frame_on() -> None:
     repeat = LockRepeat()
     for now in (100.0, 105.0):
         repeat.note_sent(now)
-    assert repeat.is_going_on(100.0 + LOCKS_FOR_S - 0.01)
-    assert not repeat.is_going_on(100.0 + LOCKS_FOR_S)
+    assert repeat.is_repeating(100.0 + LOCKS_FOR_S - 0.01)
+    assert not repeat.is_repeating(100.0 + LOCKS_FOR_S)
 
 
 def test_on_a_good_line_it_is_sent_once_and_asked_for_twice() -> None:

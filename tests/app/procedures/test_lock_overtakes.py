@@ -9,7 +9,7 @@ from app.engine.session import Run
 from app.procedures.act import Performed, perform
 from app.procedures.baud import BaudEnd, change_baud
 from app.procedures.lock import Locked, lock
-from app.procedures.write import Heard, write_verified
+from app.procedures.write import SetReply, write_verified
 from app.safety.acts import REQUESTS, Act
 from app.safety.interlocks import Interlock, InterlockInputs, refusals
 from app.safety.journal import Outcome
@@ -86,8 +86,8 @@ def test_an_act_that_waits_for_the_line_is_withheld() -> None:
     rig.session._link._probe_at = rig.clock()
     rig.session._link.tick(rig.clock())
     rig.session.step(0.0)
-    assert performing.wants_to_ask is not None
-    assert performing.wants_to_ask.request == REQUESTS[Act.SHUTDOWN]
+    assert performing.pending_ask is not None
+    assert performing.pending_ask.request == REQUESTS[Act.SHUTDOWN]
     press_lock(rig)
     rig.step_until(lambda: performing.is_done)
     assert REQUESTS[Act.SHUTDOWN] not in rig.line.requests
@@ -161,7 +161,7 @@ def test_lock_pressed_again_leaves_at_once_and_takes_the_place_of_the_first() ->
     second = press_lock(rig)
     rig.step_until(lambda: rig.line.requests.count(REQUESTS[Act.LOCK]) == 2)
     assert rig.clock.now_s - began < 0.03
-    rig.bench.heal()
+    rig.bench.end_faults()
     rig.step_until(lambda: first.is_done and second.is_done)
     assert first.result is not None
     assert first.result.is_replaced
@@ -178,7 +178,7 @@ def test_a_set_that_lock_overtakes_is_not_sent_again_and_is_read_back() -> None:
     rig.step_until(lambda: writing.is_done)
     assert rig.line.requests.count(LIGHT_THRESHOLD.set(2.0)) == 1
     assert writing.result is not None
-    assert (writing.result.heard, writing.result.verified) == (Heard.NOTHING, True)
+    assert (writing.result.heard, writing.result.verified) == (SetReply.NOTHING, True)
 
 
 def test_an_act_that_lock_overtakes_is_of_unknown_outcome_until_the_module_tells() -> None:
@@ -204,7 +204,7 @@ def test_what_is_dangerous_and_waits_behind_a_fence_is_withheld() -> None:
     rig.session.run(again)
     rig.step_until(lambda: rig.session._link.exchange is Exchange.FENCING)
     assert rig.line.requests.count(REQUESTS[Act.ACTIVATE]) == 1
-    rig.bench.heal()
+    rig.bench.end_faults()
     press_lock(rig)
     rig.step_until(lambda: again.is_done)
     rig.step_for(3.0)

@@ -74,7 +74,7 @@ def test_off_for_a_while_and_heartbeats_that_nobody_heard() -> None:
         rig.bench.change(mute=True)
         rig.bench.press_switch()
         rig.step_for(3.0)
-        rig.bench.heal()
+        rig.bench.end_faults()
 
     survival = survive(rig, goes_away)
     assert survival.ending is Ending.RESTARTED

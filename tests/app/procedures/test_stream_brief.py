@@ -2,8 +2,8 @@
 
 import pytest
 
-from app.procedures.greet import greet
-from app.procedures.stream import BRIEF_LISTEN_S, LEAST_EXPECTED, StreamSwitch, watch
+from app.procedures.handshake import handshake
+from app.procedures.stream import BRIEF_LISTEN_S, MIN_EXPECTED, StreamSwitch, watch
 from protocol.catalogue import SERIAL_OUTPUT
 from tests.support.line.sim_line import Rig, end_watch
 
@@ -13,7 +13,7 @@ ON, OFF = SERIAL_OUTPUT.set(True), SERIAL_OUTPUT.set(False)
 def begun(**options: object) -> tuple[Rig, StreamSwitch]:
     """Greeted and watched as the command line does; half a second after the port was opened."""
     rig, switch = Rig({"uptime": 60, **options}), StreamSwitch(is_recorded=True)
-    rig.run(greet())
+    rig.run(handshake())
     rig.session.run_in_background(watch(switch, read_all=False, listens_briefly=True))
     rig.step_for(rig.session.opened_at + 0.5 - rig.clock.now_s)
     return rig, switch
@@ -40,7 +40,7 @@ def test_it_streams_at_its_full_rate_within_half_a_second(rate: int) -> None:
 
 @pytest.mark.parametrize("rate", [20, 50, 200, 1440])
 def test_one_that_was_on_is_left_on(rate: int) -> None:
-    assert rate * BRIEF_LISTEN_S > LEAST_EXPECTED
+    assert rate * BRIEF_LISTEN_S > MIN_EXPECTED
     rig, switch = begun(rate=rate, **{"stream-at-boot": True})
     assert switch.began_at == rig.session.opened_at
     rig.step_for(3)
@@ -85,7 +85,7 @@ def test_one_that_does_not_stream_is_polled(stream: str) -> None:
 def test_it_goes_on_listening_where_it_is_not_asked_for() -> None:
     """The window, where a page shows the polled status meanwhile."""
     rig = Rig({"uptime": 60})
-    rig.run(greet())
+    rig.run(handshake())
     rig.session.run_in_background(watch(StreamSwitch(), read_all=False))
     rig.step_for(2.0)
     assert sets(rig) == []

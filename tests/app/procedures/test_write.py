@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from app.procedures.write import Heard, WriteFault, Written, write_verified
+from app.procedures.write import SetReply, WriteFault, Written, write_verified
 from protocol.catalogue import BY_NAME, Command
 from protocol.fields import Value, ValueRefused
 from tests.support.line.sim_line import Rig
@@ -39,14 +39,14 @@ def write(rig: Rig, name: str, value: Value) -> Written:
 
 
 @pytest.mark.parametrize("name", READABLE)
-@pytest.mark.parametrize(("ack", "heard"), [("echo", Heard.ECHO), ("one", Heard.ONE)])
-def test_a_value_that_stands_is_verified(name: str, ack: str, heard: Heard) -> None:
+@pytest.mark.parametrize(("ack", "heard"), [("echo", SetReply.ECHO), ("one", SetReply.ONE)])
+def test_a_value_that_stands_is_verified(name: str, ack: str, heard: SetReply) -> None:
     rig = Rig({"ack": ack})
     written = write(rig, name, READABLE[name])
     assert written.verified is True
     assert written.is_fine
     assert written.stands == READABLE[name] == held(rig, BY_NAME[name])
-    assert written.heard is (heard if BY_NAME[name].acknowledged_by_one else Heard.ECHO)
+    assert written.heard is (heard if BY_NAME[name].acknowledged_by_one else SetReply.ECHO)
     assert written.acknowledged is None, "01 is no value"
 
 
@@ -91,13 +91,13 @@ def test_a_module_that_goes_its_own_way_is_shown_as_what_it_is(
 
 def test_a_flag_that_is_refused_says_so() -> None:
     written = write(Rig({"refuses": True}), "attitude_trigger", False)
-    assert (written.heard, written.acknowledged, written.fault) == (Heard.OTHER, True, WriteFault.REFUSED)
+    assert (written.heard, written.acknowledged, written.fault) == (SetReply.OTHER, True, WriteFault.REFUSED)
 
 
 def test_a_module_that_does_not_know_the_command() -> None:
     for name, fault in (("freefall_time", WriteFault.NO_READ_BACK), ("attitude_trigger", WriteFault.NO_REPLY)):
         written = write(Rig({"mute_codes": frozenset((0x16, 0x22))}), name, READABLE.get(name, False))
-        assert (written.heard, written.fault) == (Heard.NOTHING, fault)
+        assert (written.heard, written.fault) == (SetReply.NOTHING, fault)
         assert not written.is_fine
 
 
@@ -106,7 +106,7 @@ def test_a_set_that_was_lost_on_the_way_is_found_by_reading_back() -> None:
     rig.run(write_verified(BY_NAME["freefall_time"], 1.5))
     _change_at(rig, "freefall_time", drop=1.0)
     written = write(rig, "freefall_time", 1.2)
-    assert (written.heard, written.stands, written.fault) == (Heard.NOTHING, 1.5, WriteFault.LOST)
+    assert (written.heard, written.stands, written.fault) == (SetReply.NOTHING, 1.5, WriteFault.LOST)
 
 
 def _change_at(rig: Rig, name: str, **faults: Any) -> None:
@@ -115,7 +115,7 @@ def _change_at(rig: Rig, name: str, **faults: Any) -> None:
 
     def watched(data: bytes) -> None:
         is_set = data[2] == BY_NAME[name].code and data[3] == 0x02
-        rig.bench.change(**faults, direction="to-module") if is_set else rig.bench.heal()
+        rig.bench.change(**faults, direction="to-module") if is_set else rig.bench.end_faults()
         line_write(data)
 
     rig.line.write = watched  # type: ignore[method-assign]
@@ -127,7 +127,7 @@ def test_nothing_is_sent_to_a_module_that_does_not_answer_the_fence() -> None:
     rig.bench.change(mute=True)
     for _ in range(2):
         written = write(rig, "freefall_time", 1.4)
-        assert (written.heard, written.fault, written.verified) == (Heard.NOT_SENT, WriteFault.NOT_SENT, False)
+        assert (written.heard, written.fault, written.verified) == (SetReply.NOT_SENT, WriteFault.NOT_SENT, False)
     assert held(rig, BY_NAME["freefall_time"]) == 1.5
 
 

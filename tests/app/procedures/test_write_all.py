@@ -9,8 +9,8 @@ from app.engine.snapshots import Snapshot
 from app.procedures.act import Armed
 from app.procedures.lock import lock
 from app.procedures.stream import StreamSwitch, watch
-from app.procedures.write import Heard, WriteFault
-from app.procedures.write_all import Leave, SettingChange, WriteReport, write_all
+from app.procedures.write import SetReply, WriteFault
+from app.procedures.write_all import SettingChange, WriteContext, WriteReport, write_all
 from app.safety.acts import Act
 from app.safety.interlocks import Interlock
 from app.safety.journal import NoJournal, Outcome
@@ -25,8 +25,8 @@ def changes(**values: Value) -> list[SettingChange]:
     return [SettingChange(BY_NAME[name], value) for name, value in values.items()]
 
 
-def write(rig: Rig, leave: Leave | None = None, **values: Value) -> WriteReport:
-    return rig.run(write_all(changes(**values), leave or Leave(journal=FakeJournal())))
+def write(rig: Rig, leave: WriteContext | None = None, **values: Value) -> WriteReport:
+    return rig.run(write_all(changes(**values), leave or WriteContext(journal=FakeJournal())))
 
 
 def sets(rig: Rig) -> list[str]:
@@ -37,7 +37,7 @@ def test_all_are_verified_and_the_baud_rate_comes_last() -> None:
     rig, journal = Rig(), FakeJournal()
     permit = Permit(Act.CHANGE_BAUD, Origin.COMMAND_LINE, rig.clock())
     report = write(
-        rig, Leave(journal=journal, permit=permit),
+        rig, WriteContext(journal=journal, permit=permit),
         baud_rate=9600, freefall_time=1.2, attitude_trigger=False, attitude_threshold=70,
     )  # fmt: skip
     assert [written.command.name for written in report.results] == sets(rig)
@@ -66,7 +66,9 @@ def test_one_bad_value_and_nothing_is_sent() -> None:
 @pytest.mark.parametrize("is_unlocked", [False, True])
 def test_an_active_module_is_not_changed_unless_unlocked(is_unlocked: bool) -> None:
     rig = Rig({"active": True})
-    report = write(rig, Leave(journal=FakeJournal(), is_unlocked=is_unlocked), freefall_time=1.2, light_threshold=2.0)
+    report = write(
+        rig, WriteContext(journal=FakeJournal(), is_unlocked=is_unlocked), freefall_time=1.2, light_threshold=2.0
+    )
     assert sets(rig) == (["freefall_time", "light_threshold"] if is_unlocked else [])
     if not is_unlocked:
         assert [refusal.condition for refusal in report.refusals] == [Interlock.MAY_WRITE]
@@ -96,11 +98,11 @@ def test_the_module_is_asked_again_after_a_wait_for_the_disk(what: str) -> None:
     rig, journal = Rig(), FakeJournal()
     kept: Future[int] = Future()
     journal.is_held = what == "log"
-    leave = Leave(journal=journal, keep_snapshot=(lambda _snapshot: kept) if what == "snapshot" else None)
+    leave = WriteContext(journal=journal, keep_snapshot=(lambda _snapshot: kept) if what == "snapshot" else None)
     run = Run(write_all(changes(freefall_time=1.2), leave))
     rig.session.run(run)
     rig.session.run_in_background(watch(StreamSwitch(is_wanted=False)))
-    rig.step_until(lambda: run.awaits_since() is not None)
+    rig.step_until(lambda: run.waiting_since() is not None)
     rig.step_for(0.3)
     rig.bench.module.activate(is_active=True)
     kept.set_result(1)
@@ -119,14 +121,16 @@ def test_a_report_that_came_unasked_does_not_allow_writing() -> None:
         rig.run(lock())
         rig.bench.module.activate(is_active=True)
         rig.step_for(1.1)
-        report = rig.run(write_all([SettingChange(BY_NAME["light_threshold"], 2.0)], Leave(journal=FakeJournal())))
+        report = rig.run(
+            write_all([SettingChange(BY_NAME["light_threshold"], 2.0)], WriteContext(journal=FakeJournal()))
+        )
         assert BY_NAME["light_threshold"].set(2.0) not in rig.line.requests
         assert report.refusals
 
 
 def test_nothing_is_written_while_something_is_armed() -> None:
     rig = Rig()
-    report = write(rig, Leave(journal=FakeJournal(), armed=Armed(Act.DEPLOY)), freefall_time=1.2)
+    report = write(rig, WriteContext(journal=FakeJournal(), armed=Armed(Act.DEPLOY)), freefall_time=1.2)
     assert sets(rig) == []
     assert [refusal.sentence for refusal in report.refusals] == ["Already armed: Deploy."]
 
@@ -139,7 +143,7 @@ def test_the_settings_are_kept_before_the_first_write() -> None:
         assert not sets(rig)
         kept.append(snapshot)
 
-    write(rig, Leave(journal=FakeJournal(), keep_snapshot=keep), freefall_time=1.2)
+    write(rig, WriteContext(journal=FakeJournal(), keep_snapshot=keep), freefall_time=1.2)
     assert kept == [
         Snapshot(
             settings={
@@ -157,7 +161,7 @@ def test_the_settings_are_kept_before_the_first_write() -> None:
 def test_a_setting_is_written_also_where_nothing_can_be_logged_but_not_the_baud_rate() -> None:
     rig = Rig()
     permit = Permit(Act.CHANGE_BAUD, Origin.COMMAND_LINE, rig.clock())
-    report = write(rig, Leave(journal=NoJournal("no disk"), permit=permit), freefall_time=1.2, baud_rate=9600)
+    report = write(rig, WriteContext(journal=NoJournal("no disk"), permit=permit), freefall_time=1.2, baud_rate=9600)
     assert sets(rig) == ["freefall_time"]
     assert [refusal.condition for refusal in report.refusals] == [Interlock.INTENT_DURABLE]
 
@@ -188,8 +192,8 @@ def test_what_was_written_before_a_restart_is_claimed_no_longer() -> None:
 def test_a_silent_module_is_asked_no_further() -> None:
     rig, journal = Rig(), FakeJournal()
     rig.bench.change(mute=True)
-    report = write(rig, Leave(journal=journal, is_unlocked=True), freefall_time=1.2, light_threshold=2.0)
-    assert {written.heard for written in report.results} == {Heard.NOT_SENT}
+    report = write(rig, WriteContext(journal=journal, is_unlocked=True), freefall_time=1.2, light_threshold=2.0)
+    assert {written.heard for written in report.results} == {SetReply.NOT_SENT}
     assert {refusal.condition for refusal in report.refusals} == {Interlock.ONLINE}
     assert sets(rig) == []
     assert not report.is_fine

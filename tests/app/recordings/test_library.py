@@ -98,8 +98,8 @@ def test_the_trash_is_limited_by_size_and_recordings_can_be_restored(tmp_path: P
     assert [one.sequence for one in library.trashed()] == [4, 3, 2, 1]
     library.prune(NOON + timedelta(days=10_000))
     assert [one.sequence for one in library.trashed()] == [4, 3, 2, 1]
-    back = library.keep(library.trashed()[-1], is_kept=True)
-    assert (back.is_kept, back.is_trashed) == (True, False)
+    back = library.set_pinned(library.trashed()[-1], is_pinned=True)
+    assert (back.is_pinned, back.is_trashed) == (True, False)
     assert [one.sequence for one in library.entries()] == [5, 1]
     library.most_bytes = 4 * (2 * size + 1000)
     library.prune(NOON)
@@ -132,12 +132,12 @@ def test_the_oldest_recordings_beyond_the_size_are_pruned(tmp_path: Path) -> Non
 def test_pinned_recordings_stay_and_do_not_count(tmp_path: Path) -> None:
     library = library_of(tmp_path, 1, 2, 400, most_days=2)
     oldest = library.entries()[-1]
-    assert library.keep(oldest, is_kept=True).is_kept
-    assert library.entries()[-1].is_kept
+    assert library.set_pinned(oldest, is_pinned=True).is_pinned
+    assert library.entries()[-1].is_pinned
     library.most_bytes = sum(one.size_bytes for one in library.entries()[:2])
     assert library.prune(NOON) == ()
-    assert not library.keep(oldest, is_kept=False).is_kept
-    library.keep(oldest, is_kept=False)
+    assert not library.set_pinned(oldest, is_pinned=False).is_pinned
+    library.set_pinned(oldest, is_pinned=False)
     library.prune(NOON)
     assert ages(library) == [1, 2]
 
@@ -152,11 +152,11 @@ def test_what_is_being_written_is_neither_pruned_nor_deleted(tmp_path: Path) -> 
         bench.library.most_bytes = 1 << 30
         with pytest.raises(RecordingInUse):
             bench.library.delete(entry)
-        kept = bench.library.keep(entry, is_kept=True)
+        kept = bench.library.set_pinned(entry, is_pinned=True)
         bench.feed(batch(1001.0, report(1001.0)))
-        assert kept.is_kept
+        assert kept.is_pinned
         assert bench.recorder.entry is not None
-        assert bench.recorder.entry.is_kept
+        assert bench.recorder.entry.is_pinned
         bench.finish()
         bench.library.delete(entry)
         assert bench.library.entries() == ()
@@ -179,7 +179,7 @@ def test_nothing_outside_of_the_library_is_deleted(tmp_path: Path) -> None:
         with pytest.raises(ValueError):
             library.delete(replace(entry, folder=folder))
         with pytest.raises(ValueError):
-            library.keep(replace(entry, folder=folder), is_kept=True)
+            library.set_pinned(replace(entry, folder=folder), is_pinned=True)
     assert other.is_dir()
     assert len(library.entries()) == 1
 
@@ -245,7 +245,7 @@ def test_the_list_for_people_and_for_programs(kept_at: Path, capsys: pytest.Capt
     assert program.main(["recordings", "list"]) == 0
     assert Printed(capsys).err == "No recordings yet\n"
     folder = recorded(kept_at, 2.0)
-    RecordingLibrary().keep(RecordingLibrary().entries()[0], is_kept=True)
+    RecordingLibrary().set_pinned(RecordingLibrary().entries()[0], is_pinned=True)
     assert program.main(["recordings", "list"]) == 0
     page = Printed(capsys).out
     assert folder.name in page

@@ -78,7 +78,7 @@ def test_the_entry_of_a_session(tmp_path: Path) -> None:
         assert (entry.sample_count, entry.part, entry.trouble) == (4320, 1, None)
         assert entry.duration_s == pytest.approx(3.0, abs=0.01)
         assert entry.size_bytes == sum(one.stat().st_size for one in folder.iterdir())
-        flags = (entry.is_running, entry.was_cut_off, entry.is_kept, entry.is_simulated)
+        flags = (entry.is_running, entry.was_cut_off, entry.is_pinned, entry.is_simulated)
         assert flags == (False, False, False, False)
         assert recording.start_s == 1000.0
         assert recording.start_s + recording.wall_offset_s == NOON.timestamp()

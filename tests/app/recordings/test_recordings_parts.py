@@ -11,7 +11,7 @@ import pytest
 from app.engine.device import Sleep
 from app.recordings import file_layout as layout
 from app.recordings.library import RecordingLibrary
-from app.recordings.recorder import DISK_CHECK_EVERY_S, LONGEST_PART_S, SYNC_EVERY_S, Recorder
+from app.recordings.recorder import DISK_CHECK_EVERY_S, MAX_PART_S, SYNC_EVERY_S, Recorder
 from app.recordings.recording import Traffic, open_recording
 from app.recordings.writer import SessionWriter
 from tests.support.records.recordings_made import HEADING, NOON, WAIT_S, batch, received, recorder_in, report, stream
@@ -42,8 +42,8 @@ def test_a_long_session_continues_in_further_parts(tmp_path: Path) -> None:
 def test_a_day_is_a_part(tmp_path: Path) -> None:
     with recorder_in(tmp_path) as bench:
         bench.record(batch(1000.0, report(1000.0)))
-        bench.feed(batch(1001.0 + LONGEST_PART_S, report(1001.0 + LONGEST_PART_S)))
-        bench.feed(batch(1002.0 + LONGEST_PART_S, report(1002.0 + LONGEST_PART_S)))
+        bench.feed(batch(1001.0 + MAX_PART_S, report(1001.0 + MAX_PART_S)))
+        bench.feed(batch(1002.0 + MAX_PART_S, report(1002.0 + MAX_PART_S)))
         assert [(one.part, one.sample_count) for one in bench.library.entries()] == [(2, 1), (1, 2)]
 
 

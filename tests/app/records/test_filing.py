@@ -112,7 +112,7 @@ def test_a_record_that_could_not_be_kept_has_no_number(tmp_path: Path, monkeypat
         def full(*_: object) -> int:
             raise StoreTrouble(StoreFault.FULL, tmp_path)
 
-        monkeypatch.setattr(CheckStore, "_keep_check", full)
+        monkeypatch.setattr(CheckStore, "_store_check", full)
         filed = file_one(store, "M-07")
         assert filed.trouble is not None
         assert (filed.record["number"], filed.record["previous"]) == (0, None)

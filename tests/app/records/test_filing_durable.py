@@ -61,6 +61,6 @@ def test_kill_loses_nothing_that_was_acknowledged(tmp_path: Path, after: int) ->
     # An interrupted visit may be half written; the next one repairs it.
     life = [one.raw for one in store.records(1)]
     assert len(life) >= len(acknowledged)
-    store.visit(1, life[-9:], port="p", boot_count=len(life) % 256, is_confirmed=True)
+    store.store_visit(1, life[-9:], port="p", boot_count=len(life) % 256, is_confirmed=True)
     assert [one.raw for one in store.records(1)] == life
     opened.database.close()

@@ -15,14 +15,14 @@ import pytest
 from app import version
 from app.limits.expectations import Expectations, ManualItem
 from app.records.page_seal import sealed_pdf
-from app.records.record import Circumstances, Record, as_text, canonical, is_simulated, make_record, seal
+from app.records.record import Record, RecordContext, as_text, canonical, is_simulated, make_record, seal
 from app.records.report_files import ReportRefused, check_target, suggested_name, write_report
 from app.records.report_html import body, page
 from app.records.verification import Chain, RecordState, Verification
 from app.records.verification import verify as verify_record
 from app.records.verification import verify_bytes as verify_file_bytes
 from app.text.i18n import set_language
-from app.text.messages import UserMessage, clean, said, said_from
+from app.text.messages import UserMessage, clean, message, message_from_json
 from tests.support.records.preflight_rig import FAULTS, Fault, check
 from tests.support.records.stations_made import find_station, station
 
@@ -47,10 +47,10 @@ def _checked(kind: str) -> Any:
     return check(manual, options={"mute": "yes"})
 
 
-def known_circumstances(**circumstances: Any) -> Circumstances:
+def known_circumstances(**circumstances: Any) -> RecordContext:
     known: dict[str, Any] = {"at": AT, "program_version": version(), "who": "Li Wei"}
     known |= {"module": "M-07", "aircraft": "B-1234"}
-    return Circumstances(**(known | circumstances))
+    return RecordContext(**(known | circumstances))
 
 
 def checked_record(kind: str = "go", **circumstances: Any) -> Record:
@@ -209,7 +209,7 @@ def test_hostile_names_do_no_harm(qapp: object, tmp_path: Path) -> None:
     for text in HOSTILE:
         items = (ManualItem(text, is_done=True),)
         checked = check(Fault(frozenset(), expectations={"manual": items, "profile": text}))
-        circumstances = Circumstances(
+        circumstances = RecordContext(
             at=AT, program_version="1", who=text, module=text, aircraft=text, remarks=text, number=1
         )
         record = make_record(checked.assessment, circumstances, checked.log, station())
@@ -240,7 +240,7 @@ def test_a_hostile_record_prints_and_is_not_trusted(qapp: object) -> None:
     deep: dict[str, object] = {"text": "{a}"}
     for _ in range(300):
         deep = {"text": "{a}", "values": {"a": deep}}
-    assert len(said_from(deep).in_words()) < 10
+    assert len(message_from_json(deep).translated()) < 10
 
 
 def test_ten_megabytes_are_verified_quickly() -> None:
@@ -269,7 +269,7 @@ def test_forty_manual_items_and_every_check_failed_fit_one_page(qapp: object, te
 
     items = tuple(ManualItem(text) for _ in range(40))
     checked = check(Fault(frozenset(), {"mute": "yes"}, expectations={"manual": items, "profile": text}))
-    about = Circumstances(at=AT, program_version="1", who=text, module=text, aircraft=text, remarks=text * 2)
+    about = RecordContext(at=AT, program_version="1", who=text, module=text, aircraft=text, remarks=text * 2)
     record = make_record(checked.assessment, about, checked.log)
     assert print_report(body(record), b"{}").count(b"/Type /Page\n") == 1
 
@@ -306,11 +306,11 @@ def test_a_printer_that_fails_loses_nothing(tmp_path: Path) -> None:
 
 
 def test_placeholders_in_a_records_texts_are_not_formatted() -> None:
-    assert said("{a} {b}", a="{b}", b="2").in_words() == "{b} 2"
+    assert message("{a} {b}", a="{b}", b="2").translated() == "{b} 2"
     assert UserMessage("{missing}").in_english() == "{missing}"
-    assert said("{seconds:.1f} s old", seconds=3.14).in_english() == "3.1 s old"
-    both = said("{one} {other}", one=said("x"), other="y")
-    assert said_from(both.plain()) == both
+    assert message("{seconds:.1f} s old", seconds=3.14).in_english() == "3.1 s old"
+    both = message("{one} {other}", one=message("x"), other="y")
+    assert message_from_json(both.to_json()) == both
     assert clean("\u202eabc\n") == "[U+202E]abc "
     assert len(clean("x" * 1000)) == 400
 

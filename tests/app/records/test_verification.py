@@ -50,7 +50,7 @@ def _verified(record: Mapping[str, object]) -> Verification:
 
 
 def _words(verification: Verification) -> str:
-    return " ".join(one.in_words() for one in verification.sentences())
+    return " ".join(one.translated() for one in verification.sentences())
 
 
 # The forgeries
@@ -113,7 +113,7 @@ def test_a_consistent_forgery_is_not_signed_by_a_known_station() -> None:
     assert _verified(claimed).altered == ("signature",)
     assert "Station: invalid signature." in _words(_verified(claimed))
     for state in (RecordState.NOT_SIGNED, RecordState.UNKNOWN_STATION):
-        assert "INTACT" not in Verification(state=state, record=forged).sentences()[0].in_words()
+        assert "INTACT" not in Verification(state=state, record=forged).sentences()[0].translated()
 
 
 def test_a_second_record_with_the_same_number_is_found(tmp_path: Path) -> None:

@@ -18,7 +18,7 @@ from protocol.link_states import Presence
 NOW = 1000.0
 WORDS = {
     "online": Interlock.ONLINE,
-    "meant": Interlock.IS_THE_ONE_MEANT,
+    "meant": Interlock.IS_PROVEN_MODULE,
     "fresh": Interlock.FRESH_STATUS,
     "locked": Interlock.IS_LOCKED,
     "active": Interlock.IS_ACTIVE,
@@ -114,11 +114,11 @@ def test_every_open_condition_is_named_whatever_else_is_open(act: Act) -> None:
     for row in rows_of(act):
         status, tilt, permit, motion = (str(row[name]) for name in ("status", "tilt", "permit", "motion"))
         now_is = InterlockInputs(
-            now=NOW, presence=row["presence"], status_at=STATUS[status][0], status_doubt=STATUS[status][1],
+            now=NOW, presence=row["presence"], status_at=STATUS[status][0], status_fault=STATUS[status][1],
             active=row["active"], triggered=row["triggered"], tilt_deg=TILT[tilt][0],
             attitude_threshold_deg=TILT[tilt][1], armed=row["armed"], permit=given[permit],
             is_unlocked=row["is_unlocked"], is_audit_ready=row["is_audit_ready"], motion=MOTIONS[motion],
-            is_the_one_meant=row["is_meant"],
+            is_proven_module=row["is_meant"],
         )  # fmt: skip
         holds = {
             "online": row["presence"] is Presence.ONLINE,

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from app.safety.acts import Act
 from app.safety.permit import Origin, Permit
-from app.safety.ritual import ARMED_FOR_S, DISARMING, HOLD_S, LONGEST_GAP_S, TRANSITIONS, Input, Ritual, Stage
+from app.safety.ritual import ARMED_FOR_S, DISARMING, HOLD_S, MAX_GAP_S, TRANSITIONS, Input, Ritual, Stage
 
 T0 = 500.0
 
@@ -94,7 +94,7 @@ def test_a_window_that_hung_cannot_know_that_it_was_held() -> None:
     ritual = armed()
     ritual.press(T0)
     assert hold(ritual, T0, 1.0) == []
-    assert ritual.tick(T0 + 1.0 + LONGEST_GAP_S + 1.5) is None
+    assert ritual.tick(T0 + 1.0 + MAX_GAP_S + 1.5) is None
     assert (ritual.stage, ritual.ended_by) == (Stage.IDLE, Input.HOLD_BROKEN)
 
 
@@ -184,7 +184,7 @@ def test_no_sequence_fires_without_two_seconds_held(steps: list[str | Input | fl
         if isinstance(step, float):
             now += step
             permit = ritual.tick(now)
-            if step > LONGEST_GAP_S:
+            if step > MAX_GAP_S:
                 pressed_at = None
             if permit is not None:
                 permits += 1

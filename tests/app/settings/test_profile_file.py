@@ -154,7 +154,7 @@ def test_a_newer_format_is_the_only_error_reported() -> None:
 def test_hostile_files_are_refused_with_short_printable_errors(data: bytes) -> None:
     with pytest.raises(ProfileRefused) as refused:
         parse_profile(data)
-    assert 1 <= len(refused.value.sentences) <= profile_file.MOST_ERRORS
+    assert 1 <= len(refused.value.sentences) <= profile_file.MAX_ERRORS
     for sentence in refused.value.sentences:
         assert sentence.isprintable()
         assert len(sentence) < 300

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from app.engine.device import DeviceView, How, Known, StaleReason
 from app.procedures.power_cycle import Retention, SettingRetention
-from app.procedures.write import Heard, WriteFault, Written
+from app.procedures.write import SetReply, WriteFault, Written
 from app.settings.form import FORM_COMMANDS, FormRow, RowState, SettingsForm
 from app.settings.setting_texts import DEFAULTS, plain_text, value_text
 from protocol.catalogue import BAUD_RATE, BY_NAME, SETTINGS
@@ -35,12 +35,12 @@ def row(form: SettingsForm, key: str, view: DeviceView | None = None) -> FormRow
 def written(key: str, wanted: Value, **more: Any) -> Written:
     command = BY_KEY[key]
     more.setdefault("verified", more.get("fault") is None if command.reads_back else None)
-    return Written(command=command, wanted=wanted, heard=Heard.ECHO, **more)
+    return Written(command=command, wanted=wanted, heard=SetReply.ECHO, **more)
 
 
 def write(form: SettingsForm, *results: Written, view: DeviceView | None = None) -> None:
     form.begin_write(form.changes(view or device(), NOW))
-    form.take_results(results)
+    form.on_written(results)
 
 
 def test_the_rows_are_all_settings_but_the_baud_rate() -> None:
@@ -51,7 +51,7 @@ def test_the_rows_are_all_settings_but_the_baud_rate() -> None:
 def test_unknown_values_are_never_replaced_by_defaults() -> None:
     rows = SettingsForm().rows(DeviceView(), NOW)
     assert {one.state for one in rows} == {RowState.UNKNOWN}
-    assert all(one.wanted is None and one.stands is None and not one.is_pending for one in rows)
+    assert all(one.edited is None and one.module_value is None and not one.is_pending for one in rows)
 
 
 @pytest.mark.parametrize(
@@ -101,7 +101,7 @@ def test_invalid_values_are_refused_while_typing(key: str, text: str, why: str) 
 def test_a_comma_is_a_decimal_point() -> None:
     form = SettingsForm()
     form.type_text(TIME, "1,2")
-    assert row(form, TIME).wanted == 1.2
+    assert row(form, TIME).edited == 1.2
 
 
 def test_typing_is_one_undo_step_until_the_field_is_left() -> None:
@@ -114,11 +114,11 @@ def test_typing_is_one_undo_step_until_the_field_is_left() -> None:
     seen = []
     while form.can_undo:
         form.undo()
-        seen.append((row(form, TILT).wanted, row(form, TIME).wanted))
+        seen.append((row(form, TILT).edited, row(form, TIME).edited))
     assert seen == [(76, None), (75, None), (None, None)]
     while form.can_redo:
         form.redo()
-    assert (row(form, TILT).wanted, row(form, TIME).wanted) == (76, 1)
+    assert (row(form, TILT).edited, row(form, TIME).edited) == (76, 1)
 
 
 def test_a_new_edit_ends_redo() -> None:
@@ -132,13 +132,13 @@ def test_a_new_edit_ends_redo() -> None:
 def test_defaults_and_revert_are_steps_too() -> None:
     form = SettingsForm()
     form.fill_defaults()
-    wanted = {one.command.key: one.wanted for one in form.rows(DeviceView(), NOW) if one.wanted is not None}
+    wanted = {one.command.key: one.edited for one in form.rows(DeviceView(), NOW) if one.edited is not None}
     assert wanted == {key: value for key, value in DEFAULTS.items() if key != BAUD_RATE.key}
     assert LIGHT not in wanted  # the table names no default for it
     form.revert()
     assert not form.has_drafts
     form.undo()
-    assert row(form, TILT).wanted == 60
+    assert row(form, TILT).edited == 60
 
 
 def test_nothing_can_be_edited_while_writing() -> None:
@@ -147,7 +147,7 @@ def test_nothing_can_be_edited_while_writing() -> None:
     form.begin_write(form.changes(device(), NOW))
     form.choose(TILT, 80)
     form.undo()
-    assert (row(form, TILT).state, row(form, TILT).wanted) == (RowState.WRITING, 70)
+    assert (row(form, TILT).state, row(form, TILT).edited) == (RowState.WRITING, 70)
     assert not form.changes(device(), NOW)
 
 
@@ -179,7 +179,7 @@ def test_a_row_stays_failed_until_the_module_has_the_value(fault: WriteFault) ->
     held = device(changes={TILT: 90})
     for _ in range(3):
         red = row(form, TILT, held)
-        assert (red.state, red.is_pending, red.wanted) == (RowState.FAILED, True, 130)
+        assert (red.state, red.is_pending, red.edited) == (RowState.FAILED, True, 130)
         assert fault.value in red.reason
         assert red.reason.endswith("It holds 90°.")
     assert row(form, TILT, device(changes={TILT: 130})).state is RowState.READ
@@ -227,7 +227,7 @@ def test_undo_skips_values_that_were_written() -> None:
     write(form, written(TILT, 70, stands=70), written(TIME, 1.2, stands=1.6, fault=WriteFault.NOT_KEPT))
     while form.can_undo:
         form.undo()
-        assert row(form, TILT, device(changes={TILT: 70})).wanted is None
+        assert row(form, TILT, device(changes={TILT: 70})).edited is None
     assert not form.has_drafts
 
 
@@ -308,7 +308,7 @@ def test_undo_leads_back_to_the_beginning_and_redo_to_the_end(steps: list[tuple[
             case _:
                 form.end_typing()
         for one in form.rows(view, NOW):
-            assert one.is_pending == (one.wanted is not None and view.fresh(one.command.key, NOW) != one.wanted)
+            assert one.is_pending == (one.edited is not None and view.fresh(one.command.key, NOW) != one.edited)
             assert one.state is not RowState.VERIFIED
     while form.can_redo:
         form.redo()

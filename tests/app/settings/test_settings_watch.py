@@ -1,6 +1,6 @@
 """Verified settings are read again while connected, and changes without a write are reported."""
 
-from app.procedures.write_all import Leave, SettingChange, write_all
+from app.procedures.write_all import SettingChange, WriteContext, write_all
 from app.settings.form import RowState, SettingsForm
 from protocol.catalogue import BY_NAME
 from tests.support.journals import FakeJournal
@@ -21,7 +21,7 @@ def verified_rig() -> tuple[Rig, SettingsForm]:
     rig.step_for(4.0)
     states(form, rig)
     form.begin_write([WRITTEN])
-    form.take_results(rig.run(write_all([WRITTEN], Leave(journal=FakeJournal()))).results)
+    form.on_written(rig.run(write_all([WRITTEN], WriteContext(journal=FakeJournal()))).results)
     assert states(form, rig)[KEY] is RowState.VERIFIED
     return rig, form
 
@@ -33,8 +33,8 @@ def test_verified_is_read_again_every_ten_seconds() -> None:
         row = next(row for row in form.rows(rig.session.device.view(rig.clock.now_s), rig.clock.now_s)
                    if row.command.key == KEY)  # fmt: skip
         assert row.state is RowState.VERIFIED
-        assert row.stands is not None
-        assert rig.clock.now_s - row.stands.at < 10.5
+        assert row.module_value is not None
+        assert rig.clock.now_s - row.module_value.at < 10.5
 
 
 def test_a_later_change_takes_verified_away_and_says_so() -> None:
@@ -63,9 +63,9 @@ def test_a_side_effect_of_a_write_is_reported() -> None:
     rig.step_for(4.0)
     states(form, rig)
     form.begin_write([WRITTEN])
-    report = rig.run(write_all([WRITTEN], Leave(journal=FakeJournal())))
+    report = rig.run(write_all([WRITTEN], WriteContext(journal=FakeJournal())))
     assert [(one.command.key, one.before, one.after) for one in report.changed] == [("attitude_threshold_deg", 60, 200)]
-    form.take_results(report.results)
+    form.on_written(report.results)
     found = states(form, rig)
     assert (found[KEY], found["attitude_threshold_deg"]) == (RowState.VERIFIED, RowState.CHANGED)
 

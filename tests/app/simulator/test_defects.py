@@ -253,7 +253,7 @@ def test_a_code_falls_silent_from_the_third_time_on() -> None:
 @pytest.mark.parametrize(("after_ms", "second_s"), [("0", 0.0), ("50", 0.05)])
 def test_chosen_answers_come_twice(after_ms: str, second_s: float) -> None:
     module = running(double_codes="01,20", double_ms=after_ms)
-    sent = module.hear(bytes.fromhex(HEARTBEAT), 0.0) + module.collect(1.0)
+    sent = module.receive_bursts(bytes.fromhex(HEARTBEAT), 0.0) + module.collect(1.0)
     assert [one.data.hex(" ") for one in sent] == ["41 75 01 a5 5a 00"] * 2
     assert sent[1].at_s == pytest.approx(second_s, abs=0.002)
     assert len(module.receive(bytes.fromhex(ASK_BOOTS), 2.0) + module.tick(3.0)) == 6

@@ -58,7 +58,7 @@ def test_e4_acknowledgement_of_17_by_either_code(code: str, answer: str) -> None
 
 
 def bursts(module: SimulatedModule) -> list[tuple[float, bytes]]:
-    sent = module.hear(TRIGGER_RECORDS.query().encode(), 0.0)
+    sent = module.receive_bursts(TRIGGER_RECORDS.query().encode(), 0.0)
     return [(round(one.at_s, 4), one.data) for one in sent + module.collect(10.0)]
 
 
@@ -95,7 +95,7 @@ def test_e7_slots_never_used(how: str, records: int, empty: int) -> None:
 )
 def test_e9_when_a_new_rate_begins(how: str, acknowledged_at: int, afterwards: int, after_restart: int) -> None:
     module = running(baud_ack=how)
-    (sent,) = module.hear(bytes.fromhex("42 61 24 02 02 28"), 0.0)
+    (sent,) = module.receive_bursts(bytes.fromhex("42 61 24 02 02 28"), 0.0)
     assert sent.baud_rate == acknowledged_at
     assert module.baud_rate == afterwards
     module.restart(1.0)

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 import pytest
 
 from app.simulator.bench import SimulatedBench
-from app.simulator.control_lines import VERBS, ControlLines, LineRefused, help_text, obey
+from app.simulator.control_lines import VERBS, ControlLines, LineRefused, execute, help_text
 from app.simulator.options import (
     OPTIONS,
     OptionRefused,
@@ -99,49 +99,49 @@ def test_a_module_that_is_just_switched_on_shows_its_heartbeats(clock: FakeClock
 
 def test_control_lines_move_the_module(bench: SimulatedBench, clock: FakeClock) -> None:
     for line in ("tilt 30", "bay open", "cell 3.6", "charger on", "active on", "noise 0", "lifelike off", ""):
-        obey(bench, line)
+        execute(bench, line)
     state = bench.state()
     assert (state.tilt_deg, state.bay_is_open, state.cell_v, state.has_external_power) == (30, True, 3.6, True)
     assert state.is_active
-    obey(bench, "drop 20")
+    execute(bench, "drop 20")
     clock.now_s += 1.0
     assert bench.state().is_falling
     clock.now_s += 1.0
     assert bench.state().is_triggered
-    obey(bench, "restart")
+    execute(bench, "restart")
     assert not bench.state().is_triggered
     assert bench.state().boot_count == 38
 
 
 def test_control_lines_switch_power_faults_and_quirks(bench: SimulatedBench, clock: FakeClock) -> None:
-    obey(bench, "off")
+    execute(bench, "off")
     assert not bench.state().is_on
-    obey(bench, "press")
+    execute(bench, "press")
     assert bench.state().is_on
-    obey(bench, "fault drop 0.2")
-    obey(bench, "set ack one")
-    obey(bench, "set rate 100")
+    execute(bench, "fault drop 0.2")
+    execute(bench, "set ack one")
+    execute(bench, "set rate 100")
     assert bench.state().values["drop"] == 0.2
     assert bench.state().values["ack"] == "one"
     assert bench.state().rate_hz == 100
-    obey(bench, "fault none")
+    execute(bench, "fault none")
     assert bench.state().values["drop"] == 0
-    obey(bench, "unplug 2")
+    execute(bench, "unplug 2")
     assert not bench.state().is_plugged_in
     clock.now_s += 2.1
     assert bench.state().is_plugged_in
-    obey(bench, "unplug")
+    execute(bench, "unplug")
     clock.now_s += 100
     assert not bench.state().is_plugged_in
-    obey(bench, "plug")
+    execute(bench, "plug")
     assert bench.state().is_plugged_in
 
 
 def test_pwm_fires_only_an_active_module(bench: SimulatedBench) -> None:
     with pytest.raises(LineRefused, match="not triggered"):
-        obey(bench, "pwm")
-    obey(bench, "active on")
-    obey(bench, "pwm")
+        execute(bench, "pwm")
+    execute(bench, "active on")
+    execute(bench, "pwm")
     assert bench.state().is_triggered
     assert bench.state().record_count == 1
 
@@ -152,14 +152,14 @@ def test_pwm_fires_only_an_active_module(bench: SimulatedBench) -> None:
 def test_a_line_that_means_nothing_is_refused_and_changes_nothing(bench: SimulatedBench, line: str) -> None:
     before = bench.state()
     with pytest.raises(LineRefused):
-        obey(bench, line)
+        execute(bench, line)
     assert bench.state() == before
 
 
 def test_help_names_every_line(bench: SimulatedBench) -> None:
-    assert obey(bench, "help") == help_text()
+    assert execute(bench, "help") == help_text()
     assert all(verb.usage in help_text() for verb in VERBS.values())
-    assert "is_on=yes" in obey(bench, "state")
+    assert "is_on=yes" in execute(bench, "state")
 
 
 @pytest.fixture

@@ -20,7 +20,7 @@ import serial
 from app.cli import simulate
 from app.simulator import bench as benches
 from app.simulator.bench import SimulatedBench
-from app.simulator.control_lines import obey
+from app.simulator.control_lines import execute
 from app.simulator.options import OPTIONS
 from app.simulator.servers.endpoint import Endpoint, Loop
 from app.simulator.servers.tcp_server import TcpEndpoint
@@ -169,7 +169,7 @@ def test_pty_link_follows_the_port_and_goes_with_it(tmp_path: Path) -> None:
         bench.unplug()
         loop.wake()
         until(lambda: not link.is_symlink())
-        obey(bench, "plug")
+        execute(bench, "plug")
         loop.wake()
         addresses.get(timeout=5)
         assert exchange(str(link)) == ANSWER

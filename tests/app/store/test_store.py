@@ -55,13 +55,13 @@ def test_an_outcome_is_written_once(folder: Path) -> None:
 
 def test_modules_and_snapshots(folder: Path) -> None:
     with closing(open_store(folder)) as store:
-        module = store.meet_module("M-07", "usb 1")
-        assert store.meet_module("M-07", "usb 2").id == module.id
+        module = store.register_module("M-07", "usb 1")
+        assert store.register_module("M-07", "usb 2").id == module.id
         assert [(one.name, one.adapter) for one in store.modules()] == [("M-07", "usb 2")]
-        store.meet_module("M-07")  # who does not know the adapter takes away nothing
+        store.register_module("M-07")  # who does not know the adapter takes away nothing
         assert [(one.name, one.adapter) for one in store.modules()] == [("M-07", "usb 2")]
         found = Snapshot(settings={"freefall_time_s": 1.6, "attitude_trigger": True}, boot_count=37)
-        store.keep_snapshot(found, port="sim://", module_id=module.id)
+        store.store_snapshot(found, port="sim://", module_id=module.id)
         assert kept_settings(store) == [found.settings]
         assert store.database.read("SELECT module_id, boot_count FROM settings_snapshots") == [(module.id, 37)]
 
@@ -198,7 +198,7 @@ def test_a_store_that_takes_nothing_any_more_says_so(folder: Path, pragma: str, 
         entry = journal.begin(Act.ZERO, FRAME, {})
         rate = journal.begin_baud(115200, 9600)
         rate.result(LIMIT_S)
-        with store.database.together():
+        with store.database.transaction():
             store.database.read(f"PRAGMA {pragma}")
         with pytest.raises(StoreTrouble) as trouble:
             store.begin(Act.ZERO, FRAME, {"much": "x" * 100_000}, port="p", origin="window")
@@ -228,23 +228,23 @@ def test_what_is_written_together_is_there_whole_or_not_at_all(folder: Path) -> 
         def names() -> list[str]:
             return [name for (name,) in other.execute("SELECT name FROM modules ORDER BY name")]
 
-        with store.database.together():
-            store.meet_module("M-07")
-            with store.database.together():
-                store.meet_module("M-08")
+        with store.database.transaction():
+            store.register_module("M-07")
+            with store.database.transaction():
+                store.register_module("M-08")
             assert names() == []
         assert names() == ["M-07", "M-08"]
 
         def break_off(statement: str) -> None:
-            with store.database.together():
-                store.meet_module("M-09")
+            with store.database.transaction():
+                store.register_module("M-09")
                 store.database.write(statement, (1,))
 
         with pytest.raises(StoreTrouble):
             break_off("INSERT INTO nowhere VALUES (?)")
         with pytest.raises(TypeError):
             break_off(None)  # type: ignore[arg-type]
-        store.meet_module("M-10")
+        store.register_module("M-10")
         assert names() == ["M-07", "M-08", "M-10"]
 
 
@@ -254,8 +254,8 @@ def test_a_closed_store_says_so_and_closing_twice_is_fine(folder: Path) -> None:
     store.close()
     with pytest.raises(StoreTrouble):
         store.audit()
-    with pytest.raises(StoreTrouble), store.database.together():
-        store.meet_module("M-07")
+    with pytest.raises(StoreTrouble), store.database.transaction():
+        store.register_module("M-07")
 
 
 # Killed

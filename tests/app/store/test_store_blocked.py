@@ -79,13 +79,13 @@ def test_the_window_goes_on_while_trigger_records_and_judgements_are_kept(
         with held_by_another(qtbot, store) as release:
             bench.click(page.read)
             qtbot.waitUntil(lambda: page.work.reading is not None, timeout=WAIT_MS)
-            assert [row.is_kept for row in page.work.rows] == [False]
+            assert [row.is_stored for row in page.work.rows] == [False]
             page.table.selectRow(0)
             assert page.detail.seen.text() == "Saving…"
             assert store.modules() == ()
             release()
         qtbot.waitUntil(lambda: not page.work.is_busy, timeout=WAIT_MS)
-        assert [row.is_kept for row in page.work.rows] == [True]
+        assert [row.is_stored for row in page.work.rows] == [True]
         page.table.selectRow(0)
         (module,) = store.modules()
         with held_by_another(qtbot, store) as release:

@@ -42,7 +42,7 @@ def filled(folder: Path, clock: Clock, *modules: str) -> Path:
     """A store with these modules and a copy of it, closed."""
     with closing(open_store(folder, clock=clock)) as store:
         for one in modules:
-            store.meet_module(one)
+            store.register_module(one)
         copy = copy_store(folder / FILE_NAME, clock(), is_good=_check_copy)
         assert copy is not None
         return copy
@@ -56,7 +56,7 @@ def test_a_damaged_store_is_restored_from_the_newest_good_copy_and_that_is_said(
     before = copy.read_bytes()
     path = folder / FILE_NAME
     with closing(open_store(folder, clock=clock)) as store:
-        store.meet_module("after the copy")
+        store.register_module("after the copy")
     data = bytearray(path.read_bytes())
     match damage:
         case "middle":
@@ -75,7 +75,7 @@ def test_a_damaged_store_is_restored_from_the_newest_good_copy_and_that_is_said(
         assert store.notice is not None
         when = f"{START.astimezone():%Y-%m-%d %H:%M}"
         assert f"restored from the copy of {when}; later ones are missing" in store.notice
-        store.meet_module("goes on")
+        store.register_module("goes on")
     assert copy.read_bytes() == before
     if damage in ("middle", "head"):
         kept = [one for one in folder.iterdir() if "20260102-170000" in one.name and one.suffix == ".sqlite"]
@@ -128,7 +128,7 @@ def test_four_copies_and_one_a_day_for_a_week_are_kept() -> None:
 
 def test_the_copies_are_made_beside_while_the_store_is_written(folder: Path, clock: Clock) -> None:
     with closing(open_store(folder, clock=clock)) as store:
-        store.meet_module("M-07")
+        store.register_module("M-07")
         assert not copies_of(folder / FILE_NAME)
         for hours in range(1, 4):
             clock.now = START + timedelta(hours=1.5 * hours)
@@ -136,7 +136,7 @@ def test_the_copies_are_made_beside_while_the_store_is_written(folder: Path, clo
             while len(copies_of(folder / FILE_NAME)) < hours:
                 assert time.monotonic() < deadline
                 store.database.copy_if_due()  # as the window's timer does: the thread of the last copy may still end
-                store.meet_module("M-07")
+                store.register_module("M-07")
             for _ in range(3):
                 store.database.copy_if_due()  # nothing is due
         assert len(copies_of(folder / FILE_NAME)) == 3
@@ -147,13 +147,13 @@ def test_a_store_that_is_written_all_the_time_is_copied_as_it_was_at_the_beginni
 ) -> None:
     monkeypatch.setattr(copies, "PAGES_AT_ONCE", 4)
     with closing(open_store(folder, clock=clock)) as store:
-        store.meet_module("M-0")
+        store.register_module("M-0")
         lots = 0
 
         def write_between_lots() -> bool:
             nonlocal lots
             lots += 1
-            store.meet_module(f"M-{lots}")
+            store.register_module(f"M-{lots}")
             return lots < 500
 
         copy = copy_store(folder / FILE_NAME, clock(), is_good=_check_copy, is_wanted=write_between_lots)

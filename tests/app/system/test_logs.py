@@ -11,7 +11,7 @@ import pytest
 
 from app.system import logs
 from app.system.logs import (
-    LINES_KEPT,
+    MAX_LINES,
     Log,
     start_log,
     text_of,
@@ -64,16 +64,16 @@ def test_the_file_is_rotated(begin: Callable[[Path], Log], tmp_path: Path, monke
     for number in range(300):
         SAID.info("line %d", number)
     files = sorted(path.name for path in tmp_path.glob("dps-s.log*"))
-    assert files == ["dps-s.log", *(f"dps-s.log.{number}" for number in range(1, logs.FILES_KEPT + 1))]
+    assert files == ["dps-s.log", *(f"dps-s.log.{number}" for number in range(1, logs.MAX_FILES + 1))]
     assert all(path.stat().st_size <= 2000 for path in tmp_path.glob("dps-s.log*"))
     assert "line 299" in text_of(log)
 
 
 def test_the_lines_in_memory_are_bounded(begin: Callable[[Path], Log], tmp_path: Path) -> None:
     log = begin(tmp_path)
-    for number in range(LINES_KEPT + 50):
+    for number in range(MAX_LINES + 50):
         SAID.info("line %d", number)
-    assert len(log.recent.text().splitlines()) == LINES_KEPT
+    assert len(log.recent.text().splitlines()) == MAX_LINES
 
 
 def test_a_folder_that_cannot_be_made_is_said_and_the_program_goes_on(

@@ -19,7 +19,7 @@ from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
 from app.simulator import bench
 from app.system.sleep_detector import (
-    LONGEST_TURN_S,
+    MAX_TURN_S,
     SHORTEST_S,
     ClockReading,
     SleepDetector,
@@ -83,8 +83,8 @@ class SleepyRig(Rig):
         (ClockReading(10.0, 100.0), ClockReading(10.02, 100.02 + SHORTEST_S / 2), 0.0),
         (ClockReading(10.0, 100.0), ClockReading(10.0 + NIGHT_S, 100.0 + NIGHT_S), NIGHT_S),
         (ClockReading(10.0), ClockReading(10.0 + NIGHT_S), NIGHT_S),
-        (ClockReading(10.0), ClockReading(10.0 + LONGEST_TURN_S / 2), 0.0),
-        (ClockReading(10.0, 100.0), ClockReading(10.0 + LONGEST_TURN_S / 2, 100.0 + LONGEST_TURN_S / 2), 0.0),
+        (ClockReading(10.0), ClockReading(10.0 + MAX_TURN_S / 2), 0.0),
+        (ClockReading(10.0, 100.0), ClockReading(10.0 + MAX_TURN_S / 2, 100.0 + MAX_TURN_S / 2), 0.0),
     ],
     ids=["awake", "slept", "blinked", "stopped as a whole", "no second clock", "slow disk", "slow disk, two clocks"],
 )
@@ -119,7 +119,7 @@ def test_a_sleep_shorter_than_a_long_turn_is_seen_by_what_two_clocks_disagree_ab
         return awake_s + asleep_s * goes_on_asleep
 
     sleeps = SleepDetector(clock, plus_time_asleep(clock, lambda: 7 + awake_s + asleep_s, lambda: 3 + awake_s))
-    awake_s += LONGEST_TURN_S / 2
+    awake_s += MAX_TURN_S / 2
     assert sleeps.poll() == 0
     asleep_s += SHORTEST_S
     assert sleeps.poll() == pytest.approx(SHORTEST_S)
@@ -172,7 +172,7 @@ def test_a_module_that_is_gone_after_the_sleep_stays_doubted() -> None:
     rig.lid.close_for(NIGHT_S)
     rig.step_for(3)
     assert rig.stale() == EVERYTHING
-    rig.bench.heal()
+    rig.bench.end_faults()
     rig.step_for(4)
     assert rig.stale() == set()
 

@@ -11,7 +11,7 @@ import pytest
 
 from app.terminal import interruption
 from app.terminal.console import OutputLost, write
-from app.terminal.interruption import last_words
+from app.terminal.interruption import print_after_signal
 
 MORE_THAN_A_PIPE_HOLDS = "x" * 2_000_000
 
@@ -24,7 +24,7 @@ def test_a_pipe_that_nobody_reads_is_given_up(monkeypatch: pytest.MonkeyPatch) -
     before = signal.getsignal(signal.SIGALRM)
     with open(writing, "w", encoding="utf-8") as out:  # noqa: PTH123
         monkeypatch.setattr(sys, "stdout", out)
-        with last_words():
+        with print_after_signal():
             write(MORE_THAN_A_PIPE_HOLDS)
         monkeypatch.undo()
     assert signal.getsignal(signal.SIGALRM) is before
@@ -48,6 +48,6 @@ def test_windows_calls_a_closed_pipe_an_invalid_argument(
 
 
 def test_what_is_read_arrives_whole(capfd: pytest.CaptureFixture[str]) -> None:
-    with last_words():
+    with print_after_signal():
         write("the end\n")
     assert capfd.readouterr().out == "the end\n"

@@ -29,7 +29,7 @@ class Terminal(io.StringIO):
 @pytest.fixture
 def terminal() -> Terminal:
     console.set_verbosity(Namespace())
-    console.end_passing()
+    console.clear_progress()
     return Terminal()
 
 
@@ -43,48 +43,48 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
 def test_what_is_done_soon_shows_nothing(terminal: Terminal, clock: list[float]) -> None:
     with redirect_stderr(terminal):
         for _ in range(4):
-            console.say_in_passing("reading")
+            console.show_progress("reading")
             clock[0] += 0.1
-        console.end_passing()
+        console.clear_progress()
         clock[0] += 1.0
-        console.say_in_passing("something else")
+        console.show_progress("something else")
         assert terminal.getvalue() == ""
-        console.end_passing()
+        console.clear_progress()
 
 
 def test_what_takes_longer_is_shown_and_taken_away(terminal: Terminal, clock: list[float]) -> None:
     with redirect_stderr(terminal):
-        console.say_in_passing("reading")
+        console.show_progress("reading")
         clock[0] += 0.5
-        console.say_in_passing("reading")
+        console.show_progress("reading")
         assert terminal.left == "reading"
         shown = terminal.getvalue()
-        console.say_in_passing("reading")
+        console.show_progress("reading")
         assert terminal.getvalue() == shown
-        console.say_in_passing("writing")
+        console.show_progress("writing")
         assert terminal.left == "writing"
-        console.end_passing()
+        console.clear_progress()
         assert terminal.left == ""
 
 
 def test_a_sentence_takes_its_place(terminal: Terminal, clock: list[float], capsys: pytest.CaptureFixture[str]) -> None:
     with redirect_stderr(terminal):
-        console.say_in_passing("reading")
+        console.show_progress("reading")
         clock[0] += 1.0
-        console.say_in_passing("reading")
-        console.say("There is no port.")
+        console.show_progress("reading")
+        console.notify("There is no port.")
         assert terminal.getvalue().endswith("\r\x1b[KThere is no port.\n")
-        console.say_in_passing("reading")
+        console.show_progress("reading")
         console.write_lines(["a result"])
         assert terminal.left == ""
-        console.end_passing()
+        console.clear_progress()
 
 
 def test_elsewhere_there_is_none(clock: list[float], capsys: pytest.CaptureFixture[str]) -> None:
-    console.say_in_passing("reading")
+    console.show_progress("reading")
     clock[0] += 1.0
-    console.say_in_passing("reading")
-    console.end_passing()
+    console.show_progress("reading")
+    console.clear_progress()
     assert capsys.readouterr() == ("", "")
 
 

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import pytest
 
 from app.text.i18n import CHINESE, ENGLISH, set_language
-from app.text.sentences import begun, listed, together
+from app.text.sentences import capitalised, join_names, join_sentences
 
 
 @pytest.fixture(autouse=True)
@@ -15,16 +15,16 @@ def in_english_again() -> Iterator[None]:
 
 
 def test_sentences_are_joined_as_in_their_language() -> None:
-    assert together(["Fires at 20°.", "", "Rearms at 10°."]) == "Fires at 20°. Rearms at 10°."
-    assert together(["在 20° 开伞。", "在 10° 复位。"]) == "在 20° 开伞。在 10° 复位。"
+    assert join_sentences(["Fires at 20°.", "", "Rearms at 10°."]) == "Fires at 20°. Rearms at 10°."
+    assert join_sentences(["在 20° 开伞。", "在 10° 复位。"]) == "在 20° 开伞。在 10° 复位。"
 
 
 def test_names_are_joined_with_the_comma_of_the_language() -> None:
-    assert listed(["Tilt", "Light"]) == "Tilt, Light"
+    assert join_names(["Tilt", "Light"]) == "Tilt, Light"
     set_language(CHINESE)
-    assert listed(["倾角", "光线"]) == "倾角、光线"
+    assert join_names(["倾角", "光线"]) == "倾角、光线"
 
 
 def test_the_first_letter_becomes_a_capital() -> None:
-    assert begun("advised: 55° or more.") == "Advised: 55° or more."
-    assert begun("") == ""
+    assert capitalised("advised: 55° or more.") == "Advised: 55° or more."
+    assert capitalised("") == ""

@@ -57,7 +57,7 @@ _RECORDS = (WORKED, raw(7, 9, 8, serial=1), raw(200, 65535, 5, charge=0), raw(0,
 
 @pytest.mark.parametrize(("record", "told"), list(zip(_RECORDS, _TOLD, strict=True)))
 def test_each_is_told_in_one_sentence(record: bytes, told: str) -> None:
-    assert sentence(record_of(record)).in_words() == told
+    assert sentence(record_of(record)).translated() == told
 
 
 def test_no_record_is_refused() -> None:
@@ -137,30 +137,30 @@ def test_another_module_is_detected_but_not_by_a_lossy_reading() -> None:
 def test_the_tenth_trigger_removes_no_stored_record(database: Database) -> None:
     store, number = CheckStore(database), module(database)
     life = [raw(boot, 100 + boot) for boot in range(9)]
-    first = store.visit(number, life, port="p", boot_count=9, is_confirmed=True)
+    first = store.store_visit(number, life, port="p", boot_count=9, is_confirmed=True)
     assert first.new is None
     assert len(first.records) == 9
     store.judge(first.records[0].id, Judgement.BENCH_TEST, "on the table\n\u202e=1+1")
     life.append(raw(10, 3))
-    second = store.visit(number, life[-9:], port="p", boot_count=10, is_confirmed=True)
+    second = store.store_visit(number, life[-9:], port="p", boot_count=10, is_confirmed=True)
     assert [one.raw for one in second.records] == life
     assert second.new == {second.records[-1].id}
     assert second.records[0].judgement is Judgement.BENCH_TEST
     assert second.records[0].note == "on the table [U+202E]=1+1"
     store.judge(second.records[0].id, None, "")
     assert store.records(number)[0].judgement is None
-    third = store.visit(number, life[-9:], port="p", boot_count=10, is_confirmed=True)
+    third = store.store_visit(number, life[-9:], port="p", boot_count=10, is_confirmed=True)
     assert third.new == frozenset()
 
 
 def test_an_interrupted_visit_is_not_counted_twice(database: Database) -> None:
     store, number = CheckStore(database), module(database)
-    store.visit(number, [raw(1, 1)], port="p", boot_count=1, is_confirmed=True)
+    store.store_visit(number, [raw(1, 1)], port="p", boot_count=1, is_confirmed=True)
     database.write(
         "INSERT INTO trigger_records (module_id, place, raw, first_seen_at) VALUES (?, 1, ?, '')",
         (number, raw(2, 2).hex()),
     )
-    visit = store.visit(number, [raw(1, 1), raw(2, 2)], port="p", boot_count=2, is_confirmed=True)
+    visit = store.store_visit(number, [raw(1, 1), raw(2, 2)], port="p", boot_count=2, is_confirmed=True)
     assert [one.raw for one in visit.records] == [raw(1, 1), raw(2, 2)]
     assert len(visit.new or ()) == 1
 
@@ -168,9 +168,9 @@ def test_an_interrupted_visit_is_not_counted_twice(database: Database) -> None:
 def test_a_lossy_reading_removes_no_record(database: Database) -> None:
     store, number = CheckStore(database), module(database)
     life = [raw(boot, 5) for boot in range(4)]
-    store.visit(number, life, port="p", boot_count=4, is_confirmed=True)
-    store.visit(number, [life[0], life[2]], port="p", boot_count=4, is_confirmed=False)
-    visit = store.visit(number, life, port="p", boot_count=4, is_confirmed=True)
+    store.store_visit(number, life, port="p", boot_count=4, is_confirmed=True)
+    store.store_visit(number, [life[0], life[2]], port="p", boot_count=4, is_confirmed=False)
+    visit = store.store_visit(number, life, port="p", boot_count=4, is_confirmed=True)
     assert [one.raw for one in visit.records] == life
 
 
@@ -179,7 +179,7 @@ def test_an_older_store_gets_the_tables_and_keeps_its_data(tmp_path: Path) -> No
     number = module(old)
     old.close()
     new = open_database(tmp_path).database
-    CheckStore(new).visit(number, [raw(1, 1)], port="p", boot_count=1, is_confirmed=True)
+    CheckStore(new).store_visit(number, [raw(1, 1)], port="p", boot_count=1, is_confirmed=True)
     assert [one.raw for one in CheckStore(new).records(number)] == [raw(1, 1)]
     new.close()
     assert (tmp_path / "dps-s.version-1.sqlite").exists()
@@ -187,9 +187,9 @@ def test_an_older_store_gets_the_tables_and_keeps_its_data(tmp_path: Path) -> No
 
 def test_modules_with_and_without_a_name_are_kept_apart(database: Database) -> None:
     store, one, other = CheckStore(database), module(database), module(database, "M-08")
-    store.visit(one, [raw(1, 1)], port="p", boot_count=1, is_confirmed=True)
-    store.visit(other, [raw(2, 2)], port="p", boot_count=2, is_confirmed=True)
-    store.visit(None, [raw(3, 3)], port="p", boot_count=3, is_confirmed=True)
+    store.store_visit(one, [raw(1, 1)], port="p", boot_count=1, is_confirmed=True)
+    store.store_visit(other, [raw(2, 2)], port="p", boot_count=2, is_confirmed=True)
+    store.store_visit(None, [raw(3, 3)], port="p", boot_count=3, is_confirmed=True)
     assert [record.raw for record in store.records(one)] == [raw(1, 1)]
     assert [record.raw for record in store.records(other)] == [raw(2, 2)]
     assert store.past(None, None) == Past()
@@ -203,7 +203,7 @@ def test_modules_with_and_without_a_name_are_kept_apart(database: Database) -> N
 
 def test_the_csv_contains_no_formulas(database: Database, tmp_path: Path) -> None:
     store, number = CheckStore(database), module(database)
-    visit = store.visit(number, [WORKED, raw(2, 2)], port="p", boot_count=2, is_confirmed=True)
+    visit = store.store_visit(number, [WORKED, raw(2, 2)], port="p", boot_count=2, is_confirmed=True)
     for formula in ("=1+1", " =1+1", "＝1+1", "@SUM(A1)", "-2+3", "\t=1", "'=1", '=HYPERLINK("x";"y"),"', "\r\n=1"):
         store.judge(visit.records[0].id, Judgement.REAL, formula)
         path = tmp_path / "all.csv"

@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from app.simulator.bench import SimulatedBench
-from app.simulator.control_lines import LineRefused, obey
+from app.simulator.control_lines import LineRefused, execute
 from app.simulator.options import parse_options, setup_from
 from app.simulator.servers.endpoint import Loop
 from app.simulator.servers.pty_server import PtyEndpoint
@@ -88,7 +88,7 @@ class _Module:
 
     def obey(self, line: str) -> str:
         try:
-            return obey(self.bench, line).replace("\n", " ")
+            return execute(self.bench, line).replace("\n", " ")
         except LineRefused as error:
             return f"refused: {error}"
         finally:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from itertools import product
 from typing import Any
 
-from app.procedures.write_all import Leave, SettingChange, WriteReport, write_all
+from app.procedures.write_all import SettingChange, WriteContext, WriteReport, write_all
 from protocol.catalogue import BY_NAME
 from protocol.fields import Value
 from tests.faults.fault_table import truth
@@ -97,7 +97,7 @@ def write_to(options: dict[str, Any], wanted: dict[str, Value]) -> Write:
     boots = rig.bench.module.memory.boot_count
     before = truth(rig.bench, rig.clock.now_s)
     changes = [SettingChange(BY_NAME[name], value) for name, value in wanted.items()]
-    report = rig.run(write_all(changes, Leave(journal=FakeJournal())), limit_s=300.0)
+    report = rig.run(write_all(changes, WriteContext(journal=FakeJournal())), limit_s=300.0)
     has_restarted = rig.bench.module.memory.boot_count != boots
     rig.step_for(SETTLED_S)
     holds = truth(rig.bench, rig.clock.now_s)

@@ -14,7 +14,7 @@ from app.engine.snapshots import Snapshot
 from app.guided.guided_store import GuidedStore
 from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue
 from app.records.check_store import CheckStore
-from app.records.record import Circumstances, Record, seal
+from app.records.record import Record, RecordContext, seal
 from app.safety.acts import Act
 from app.safety.journal import Outcome
 from app.stations.station import Station, own_station
@@ -54,12 +54,12 @@ class ArchiveStation:
     # Events at a station
 
     def meet(self, module: str, adapter: str = "usb 1") -> int:
-        return self.store.meet_module(module, adapter).id
+        return self.store.register_module(module, adapter).id
 
     def visit(self, module: str, *numbers: int) -> None:
         checks = CheckStore(self.store.database)
         slots = [slot(one) for one in numbers]
-        checks.visit(self.meet(module), slots, port="p", boot_count=7, is_confirmed=True)
+        checks.store_visit(self.meet(module), slots, port="p", boot_count=7, is_confirmed=True)
 
     def judge(self, module: str, judgement: Judgement) -> None:
         checks = CheckStore(self.store.database)
@@ -68,7 +68,7 @@ class ArchiveStation:
 
     def snapshot(self, module: str, threshold: int = 60) -> None:
         found = Snapshot(settings={"attitude_threshold_deg": threshold}, boot_count=7)
-        self.store.keep_snapshot(found, port="p", module_id=self.meet(module))
+        self.store.store_snapshot(found, port="p", module_id=self.meet(module))
 
     def test(self, module: str, verdict: GuidedVerdict = GuidedVerdict.PASSED) -> None:
         text = UserMessage("x")
@@ -105,7 +105,7 @@ def _base_record() -> str:
         from app.records.record import make_record
 
         checked = check()
-        circumstances = Circumstances(at=NOON, program_version=version(), who="Li", module="M", aircraft="A")
+        circumstances = RecordContext(at=NOON, program_version=version(), who="Li", module="M", aircraft="A")
         _base.append(json.dumps(make_record(checked.assessment, circumstances, checked.log)))
     return _base[0]
 

@@ -28,7 +28,7 @@ class Checked:
 
     @property
     def against(self) -> set[str]:
-        return set(self.assessment.against) | {"manual" for item in self.assessment.manual if item.is_done is False}
+        return set(self.assessment.open_checks) | {"manual" for item in self.assessment.manual if item.is_done is False}
 
 
 @dataclass(frozen=True, slots=True)

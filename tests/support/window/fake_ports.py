@@ -5,7 +5,7 @@ from types import MappingProxyType
 from typing import Any
 
 from app.engine.device import DeviceView, How, Known, StaleReason
-from app.engine.identity import NOBODY_MEANT, Identity
+from app.engine.identity import NO_EXPECTATION, Identity
 from app.engine.procedure import PortLost
 from app.engine.target import Target
 from app.engine.transport import PortError, PortTrouble
@@ -91,7 +91,7 @@ class FakeWorker:
             job.finish()
         self.hand_over(finished=ended)
 
-    def hand_over(self, *, finished: tuple[Job[Any], ...] = (), identity: Identity = NOBODY_MEANT) -> None:
+    def hand_over(self, *, finished: tuple[Job[Any], ...] = (), identity: Identity = NO_EXPECTATION) -> None:
         view = DeviceView(MappingProxyType(dict(self.values)), self.presence, self._clock(), restarts=self.restarts)
         self.callback(Batch(self._clock(), self.connection, view, None, finished=finished, identity=identity))
 
@@ -115,7 +115,7 @@ class FakePorts:
     def plug_in(self, device: str, **values: Value) -> tuple[PortConnection, FakeWorker]:
         """Connect a module to the first port that is free, and publish its values."""
         first = self.connector.connections[0]
-        connection = first if not first.is_wanted else self.connector.add(self.make)
+        connection = first if not first.is_requested else self.connector.add(self.make)
         worker = self.workers[self.connector.connections.index(connection)]
         connection.connect_to(Target(device, 115200))
         worker.say(**VALUES | values)

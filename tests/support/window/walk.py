@@ -81,7 +81,7 @@ class Walk:
     def before_connecting(self) -> Iterator[Stop]:
         """Yield the pages before a module is connected."""
         self.qtbot.waitUntil(self.window.panel.isVisible, timeout=WAIT_MS)
-        self.qtbot.waitUntil(lambda: self.assembly.ports.has_looked, timeout=WAIT_MS)
+        self.qtbot.waitUntil(lambda: self.assembly.ports.has_listed, timeout=WAIT_MS)
         yield self._stop("connect panel")
         self.window.panel.hide()
         for entry in PAGES:

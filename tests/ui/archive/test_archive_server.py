@@ -7,7 +7,7 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.archive.archive import Archive
-from app.archive.server_setting import keep_server
+from app.archive.server_setting import store_server
 from app.store.store import data_folder
 from tests.support.archive_server import archive_server
 from tests.support.records.archive_stations import archive_station
@@ -27,7 +27,7 @@ def test_records_are_exchanged_by_themselves_and_what_was_altered_is_named(
         here.act()
         other.check("M-07")
         Archive(other.store, other.facts, other.station).sync(server.url())
-        keep_server(data_folder(), server.url())
+        store_server(data_folder(), server.url())
         with window(qapp, tmp_path) as assembly:
             exchange, line = assembly.archive.exchange, assembly.archive.line
             qtbot.waitUntil(line.isVisible, timeout=WAIT_MS)

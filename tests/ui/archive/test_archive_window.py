@@ -11,7 +11,7 @@ from pytestqt.qtbot import QtBot
 
 from app.archive.archive import Archive
 from app.archive.exchange import Exchanged
-from app.archive.server_setting import keep_server
+from app.archive.server_setting import store_server
 from app.store.store import data_folder
 from tests.support.processes import ENVIRONMENT, ROOT
 from tests.support.records.archive_stations import ArchiveStation, archive_station
@@ -68,7 +68,7 @@ def test_without_a_server_nothing_is_shown_and_a_file_carries_everything(
         assert not assembly.archive.line.isVisible()
         assert not dialog.sync.isEnabled()
         assert [row.module.name for row in dialog.modules.model.rows] == ["M-07"]
-        assert "Pre-flight check 1: GO" in " ".join(row.text.in_words() for row in dialog.life.model.rows)
+        assert "Pre-flight check 1: GO" in " ".join(row.text.translated() for row in dialog.life.model.rows)
         dialog.ask_open = lambda parent: stick
         dialog.import_.click()
         _wait(qtbot, dialog)
@@ -95,7 +95,7 @@ def test_a_server_that_is_away_is_a_quiet_line_and_its_password_is_kept_nowhere(
     here: ArchiveStation, qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:
     here.act()
-    keep_server(data_folder(), NOWHERE)
+    store_server(data_folder(), NOWHERE)
     with window(qapp, tmp_path) as assembly:
         line = assembly.archive.line
         qtbot.waitUntil(line.isVisible, timeout=WAIT_MS)
@@ -124,7 +124,7 @@ def test_an_exchange_that_runs_by_itself_shows_what_was_altered_on_the_server(
 ) -> None:
     here.act()
     monkeypatch.setattr(Archive, "sync", lambda *_args, **_more: Exchanged(refused_count=2))
-    keep_server(data_folder(), NOWHERE)
+    store_server(data_folder(), NOWHERE)
     with window(qapp, tmp_path) as assembly:
         line = assembly.archive.line
         qtbot.waitUntil(line.isVisible, timeout=WAIT_MS)

@@ -11,13 +11,13 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from app.diagnosis.link_state import NextStep, Phase, duration, link_state, words
+from app.diagnosis.link_state import NextStep, Phase, duration, link_state, link_text
 from app.engine.device import DeviceView, How, Known
 from app.engine.identity import Identity, Trust
 from app.engine.target import Target
 from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Batch, Connection, PortState
-from app.procedures.greet import Greeting, Silence
+from app.procedures.handshake import Handshake, Silence
 from protocol.link_states import Presence
 from tests.support.window.fakes_ui import ADAPTER, SECOND_ADAPTER, WAIT_MS, Ports, simulated, wait_online, window
 from tests.support.window.steps import notice_text, press
@@ -47,7 +47,7 @@ def test_each_port_error_has_a_sentence_and_a_next_step() -> None:
         error = PortError(trouble, "/dev/ttyUSB0", "driver's words")
         closed = Connection(PortState.CLOSED, "/dev/ttyUSB0", 115200, error)
         state = link_state(closed, DeviceView(), None, is_finding=False)
-        said = words(state, 0.0)
+        said = link_text(state, 0.0)
         assert state.phase is Phase.FAILED
         assert said.what
         assert said.next_step
@@ -58,22 +58,22 @@ def test_each_port_error_has_a_sentence_and_a_next_step() -> None:
 def test_each_silence_has_its_own_words() -> None:
     said = set()
     for silence in Silence:
-        state = link_state(OPEN, DeviceView(), Greeting(silence), is_finding=False)
+        state = link_state(OPEN, DeviceView(), Handshake(silence), is_finding=False)
         assert state.phase is Phase.SILENT
-        said.add(words(state, 0.0).what)
+        said.add(link_text(state, 0.0).what)
     assert len(said) == len(Silence)
 
 
 def test_garbage_offers_to_find_the_rate() -> None:
-    state = link_state(OPEN, DeviceView(), Greeting(Silence.GARBAGE), is_finding=False)
-    assert words(state, 0.0).step is NextStep.FIND_RATE
+    state = link_state(OPEN, DeviceView(), Handshake(Silence.GARBAGE), is_finding=False)
+    assert link_text(state, 0.0).step is NextStep.FIND_RATE
 
 
 def test_offline_says_since_when() -> None:
     device = DeviceView({"active": Known(value=True, how=How.READ, at=1.0)}, Presence.OFFLINE, 10.0)
     state = link_state(OPEN, device, None, is_finding=False)
     assert state.phase is Phase.OFFLINE
-    assert "12 s" in words(state, 22.0).word
+    assert "12 s" in link_text(state, 22.0).word
 
 
 def test_a_module_that_answers_late_is_not_called_connected() -> None:
@@ -81,7 +81,7 @@ def test_a_module_that_answers_late_is_not_called_connected() -> None:
     state = link_state(OPEN, device, None, is_finding=False)
     assert state.phase is Phase.LATE
     assert not state.is_fine
-    assert "1.5 s" in words(state, 22.0).word
+    assert "1.5 s" in link_text(state, 22.0).word
     assert device.fresh("active", 22.0) is None
     quick = replace(device, lag_s=0.9)
     assert link_state(OPEN, quick, None, is_finding=False).phase is Phase.ONLINE
@@ -237,7 +237,7 @@ def test_after_disconnect_it_stays_disconnected(qtbot: QtBot, qapp: QApplication
         assembly.window.disconnect_port()
         bench.plug()
         qtbot.waitUntil(lambda: phase(assembly) is Phase.CLOSED, timeout=WAIT_MS)
-        assert not assembly.connector.is_wanted
+        assert not assembly.connector.is_requested
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")

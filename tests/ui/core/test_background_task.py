@@ -41,7 +41,7 @@ def test_the_result_is_told_in_the_window_s_thread(qtbot: QtBot) -> None:
     go_on = threading.Event()
 
     def count(running: Running) -> int:
-        running.tell(0.5)
+        running.set_progress(0.5)
         go_on.wait()
         return 3
 
@@ -83,7 +83,7 @@ def test_a_file_is_finished_when_the_window_closes(qtbot: QtBot, *, finished_at_
 
     def write(running: Running) -> None:
         go_on.wait()
-        found.append((running.is_wanted, threading.current_thread().daemon))
+        found.append((running.is_requested, threading.current_thread().daemon))
 
     task.run(write, lambda _none: None, lambda _error: None)
     task.close()

@@ -51,7 +51,7 @@ def test_the_pages_see_a_chosen_module_as_a_new_connection(qtbot: QtBot, ports: 
     connector.choose(second)
     assert seen == [("/dev/two", PortState.OPENING, None), ("/dev/two", PortState.OPEN, 23)]
     assert online == [second.target]
-    assert (connector.whose, connector.current) == ("/dev/two", second)
+    assert (connector.adapter_key, connector.current) == ("/dev/two", second)
     assert (worker.opened, other.opened) == (["/dev/one"], ["/dev/two"])  # neither was opened again
     assert first.is_open
     worker.say(tilt_deg=12)
@@ -69,13 +69,13 @@ def test_what_a_page_does_ends_before_another_module_is_shown(qtbot: QtBot, port
     wait_for(qtbot, lambda: second.is_open and connector.is_open)
 
     def end(_job: Job[Any]) -> None:
-        ended.append(connector.whose)
+        ended.append(connector.adapter_key)
 
     connector.run(forever(), end)
     connector.choose(second)
-    assert connector.whose == "/dev/one"
+    assert connector.adapter_key == "/dev/one"
     worker.end_jobs()
-    wait_for(qtbot, lambda: connector.whose == "/dev/two")
+    wait_for(qtbot, lambda: connector.adapter_key == "/dev/two")
     assert ended == ["/dev/one"]
 
 
@@ -100,14 +100,14 @@ def test_lock_all_reaches_every_open_port_and_waits_for_none(qtbot: QtBot, ports
     assert connector.is_any_active
     lock.press_all()  # none of the jobs ends: all three hang
     assert [len(one.wanted(is_urgent=True)) for one in ports.workers] == [1, 1, 1]
-    assert lock.is_going_on
+    assert lock.is_repeating
     connector.choose(connector.connections[1])
     assert not any(job.run.is_done for one in ports.workers for job in one.wanted(is_urgent=True))
     ports.workers[0].unplug()
     wait_for(qtbot, lambda: not connector.connections[0].is_open)
     assert lock.of(connector.connections[0]).is_unproven  # it waits for the port
     assert lock.failed is None
-    assert lock.is_going_on
+    assert lock.is_repeating
 
 
 def test_a_port_that_is_removed_is_closed_and_another_stays(qtbot: QtBot, ports: FakePorts) -> None:

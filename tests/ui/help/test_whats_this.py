@@ -30,7 +30,7 @@ from pytestqt.qtbot import QtBot
 
 from app.settings.setting_texts import advice_text, what_is
 from app.text.i18n import CHINESE
-from app.text.sentences import begun
+from app.text.sentences import capitalised
 from protocol.catalogue import BY_NAME, SETTINGS
 from tests.support.window.fakes_ui import WAIT_MS, Ports, window
 from ui.core.texts import Texts
@@ -152,7 +152,7 @@ def test_each_turn_explains_only_a_few_widgets(
             QPushButton(group).setToolTip("told")
     told: list[int] = []
     work = WhatsThis(root)
-    turn = work._go_on
+    turn = work._continue
 
     def counted() -> None:
         before = len(seen)
@@ -223,7 +223,7 @@ def test_advice_is_shown_beside_the_chosen_row(qtbot: QtBot, qapp: QApplication,
         page.refresh()
         for key, row in page.rows.items():
             page.choose(key)
-            told, advice = begun(advice_text(row.command)), page.pane.advice
+            told, advice = capitalised(advice_text(row.command)), page.pane.advice
             assert advice.text() == told, key
             if told:
                 assert advice.isVisible(), key
@@ -290,7 +290,7 @@ def test_the_guide_is_read_in_the_language_in_use(qtbot: QtBot, tmp_path: Path) 
     shown = view.text.document().resource(2, QUrl("images/live.png"))
     assert shown.width() / shown.devicePixelRatio() <= 700
     assert view.text.verticalScrollBar().value() == 0
-    view.follow(QUrl("#what-to-do"))
+    view.open_link(QUrl("#what-to-do"))
     assert view.text.verticalScrollBar().value() > 0
     (tmp_path / "zh_CN.md").write_text("# 指南\n", encoding="utf-8")
     from app.text import i18n

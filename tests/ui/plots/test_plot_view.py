@@ -18,7 +18,7 @@ def test_a_view_is_live_until_it_is_paused() -> None:
     view.hold(101)
     assert view.span(113) == Span(41, 101)
     assert (view.is_live, view.behind_s(113)) == (False, 12)
-    view.follow()
+    view.follow_live()
     assert view.span(113) == Span(53, 113)
     assert view.behind_s(113) == 0
 
@@ -58,13 +58,13 @@ def test_a_recording_is_shown_whole_and_bounds_the_view() -> None:
     assert view.span(0) == Span(1000, 1060)
     view.pan(9999, now_s=0)
     assert view.span(0) == Span(1240, 1300)
-    view.look_at(1100, now_s=0)
+    view.show_instant(1100, now_s=0)
     assert view.span(0) == Span(1070, 1130)
     view.zoom(1000, at_s=1100, now_s=0)
     assert view.span(0) == Span(1000, 1300)
     assert view.is_whole
     view.zoom(0.1, at_s=1000, now_s=0)
-    view.follow()
+    view.follow_live()
     assert view.span(0) == Span(1000, 1300)
 
 

@@ -44,7 +44,7 @@ def made() -> tuple[RunningJob, Line, list[Job[int]]]:
 
 def test_progress_is_said_until_it_ends(qtbot: QtBot) -> None:
     job, line, ended = made()
-    job.say_text(Meaning.GOOD, lambda: "before")
+    job.notify(Meaning.GOOD, lambda: "before")
     with qtbot.waitSignal(job.changed):
         job.run(reading(), ended.append)
     assert not job.can_run
@@ -62,7 +62,7 @@ def test_progress_is_said_until_it_ends(qtbot: QtBot) -> None:
 
 def test_what_is_said_at_its_end_stands_until_it_is_closed(qtbot: QtBot) -> None:
     job, line, _ended = made()
-    job.run(reading(), lambda _job: job.say_text(Meaning.GOOD, lambda: "done"))
+    job.run(reading(), lambda _job: job.notify(Meaning.GOOD, lambda: "done"))
     line.end()
     notice = job.notice("Asking")
     assert notice is not None

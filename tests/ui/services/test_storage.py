@@ -19,12 +19,12 @@ def test_a_closed_storage_opens_no_store_again(tmp_path: Path) -> None:
     storage = Storage(tmp_path)
     store = storage.store
     assert isinstance(store, Store)
-    kept = storage.keep_snapshot(SNAPSHOT, "/dev/ttyUSB0")
+    kept = storage.store_snapshot(SNAPSHOT, "/dev/ttyUSB0")
     assert kept is not None
     storage.close()
     assert kept.result(0) > 0
     assert isinstance(storage.store, StoreTrouble)
-    assert storage.keep_snapshot(SNAPSHOT, "/dev/ttyUSB0") is None
+    assert storage.store_snapshot(SNAPSHOT, "/dev/ttyUSB0") is None
     assert not isinstance(storage.store, Store)
     storage.close()
 

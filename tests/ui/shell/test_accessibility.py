@@ -220,7 +220,7 @@ def test_painted_values_update_their_accessible_names(qtbot: QtBot) -> None:
 @pytest.mark.parametrize(
     ("states", "looks"),
     [
-        pytest.param(tuple(RowState), settings_row.LOOKS, id="settings"),
+        pytest.param(tuple(RowState), settings_row.STYLES, id="settings"),
         pytest.param(tuple(profile_compare._CHIPS), profile_compare._CHIPS, id="profile"),
         pytest.param(tuple(Phase), top_bar._PHASE_ICONS, id="link"),
         pytest.param(tuple(Meaning), MEANING_ICONS, id="meanings"),

@@ -9,7 +9,7 @@ from pytestqt.qtbot import QtBot
 from app.diagnosis.link_state import LinkState, NextStep, Phase
 from app.engine.target import Target
 from app.engine.transport import PortError, PortTrouble
-from app.procedures.greet import Silence
+from app.procedures.handshake import Silence
 from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
 from tests.support.window.moved import covered, moved, places
 from ui.core.texts import Texts

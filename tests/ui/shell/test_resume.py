@@ -132,7 +132,7 @@ def test_it_comes_back_under_another_name(
 ) -> None:
     first_name = desk.name
     with connected(qtbot, qapp, tmp_path, desk, identity) as assembly:
-        connector, whose = assembly.connector, assembly.connector.whose
+        connector, whose = assembly.connector, assembly.connector.adapter_key
         desk.module.tell("unplug")
         qtbot.waitUntil(lambda: phase(assembly) is Phase.LOST, timeout=WAIT_MS)
         assert all(known.is_stale for known in connector.device.values.values())
@@ -144,7 +144,7 @@ def test_it_comes_back_under_another_name(
             qtbot.waitUntil(lambda: connector.is_open, timeout=WAIT_MS)
             assert time.monotonic() - back_s < RETURN_LIMIT_S + MACHINE_S
         assert connector.connection.port not in (first_name, str(desk.link))
-        assert connector.whose == whose
+        assert connector.adapter_key == whose
         qtbot.waitUntil(lambda: fresh(assembly) == KEYS, timeout=WAIT_MS)
         assert {request for request in desk.sent if not request.is_repeatable} <= {SERIAL_OUTPUT.set(True)}
         assert {command.query() for command in READABLE} <= set(desk.sent)
@@ -251,7 +251,7 @@ def test_a_list_from_before_the_loss_opens_nothing(qtbot: QtBot, qapp: QApplicat
 
     ports = SlowPorts(replace(ADAPTER, device="sim://old"))
     with simulated("old") as bench, window(qapp, tmp_path, ports=ports) as assembly:
-        qtbot.waitUntil(lambda: assembly.ports.has_looked, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: assembly.ports.has_listed, timeout=WAIT_MS)
         assembly.connector.connect_to(Target("sim://old", 115200, ADAPTER.identity))
         wait_online(qtbot, assembly)
         assembly.window.panel.hide()
@@ -315,7 +315,7 @@ def test_no_page_misses_data_of_a_port_opened_early(
         connector, batches = assembly.connector, list[Batch]()
         connector.batch.connect(batches.append)
         assembly.window.connect_to(Target("sim://early", 115200))
-        assert not connector.is_wanted  # the store is not open yet
+        assert not connector.is_requested  # the store is not open yet
         qtbot.waitUntil(lambda: bool(ends), timeout=WAIT_MS)
         wait_online(qtbot, assembly)  # the last page is not waited for
         end(assembly.window)
@@ -330,7 +330,7 @@ def test_no_page_misses_data_of_a_port_opened_early(
         assert pages["live"].data.has_samples
         assert pages["settings"].work.can_write
         for key in ("settings", "triggers", "tests"):
-            assert pages[key].work._whose == connector.whose, key
+            assert pages[key].work._whose == connector.adapter_key, key
         assert [one.target for one in pages["fleet"].members.connections] == [connector.target]
 
 

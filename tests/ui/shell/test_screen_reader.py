@@ -43,7 +43,7 @@ class Session:
         known["attitude_threshold_deg"] = Known(60, How.READ, 1000.0)  # its age grows
         view = DeviceView(MappingProxyType(known), Presence.ONLINE, 1000.0, True, 10.0)
         sample = StatusSample(self.now_s, noise, 1 + noise / 10, False, False)
-        self._connection._take(Batch(self.now_s, Connection(PortState.OPEN, USB, 115200), view, None, (sample,)))
+        self._connection._on_batch(Batch(self.now_s, Connection(PortState.OPEN, USB, 115200), view, None, (sample,)))
 
 
 def test_nothing_that_ticks_is_told(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:

@@ -32,7 +32,7 @@ from tests.support.window.fakes_ui import WAIT_MS, Ports, simulated, wait_online
 from ui.core.preferences import Preferences
 from ui.main import Assembly, WindowOptions, _memory
 from ui.services.storage import Storage
-from ui.shell.shutdown import CLOSE_LIMIT_S, Chore, Countdown
+from ui.shell.shutdown import CLOSE_LIMIT_S, BoundedThread, Countdown
 
 CALLS = ("open", "reset_input_buffer", "read", "write", "close")
 PROCESS_LIMIT_S = 30.0
@@ -223,7 +223,7 @@ def test_a_failing_chore_is_logged(caplog: pytest.LogCaptureFixture) -> None:
     def fail() -> None:
         raise OSError("the disk is gone")
 
-    assert Chore("store", fail).wait(5.0)
+    assert BoundedThread("store", fail).wait(5.0)
     assert "the disk is gone" in caplog.text
 
 

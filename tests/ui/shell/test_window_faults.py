@@ -58,10 +58,10 @@ def test_a_blocked_list_of_ports_blocks_nothing_else(qtbot: QtBot, qapp: QApplic
         wait_online(qtbot, assembly)
         qtbot.waitUntil(lambda: len(beats) > 50, timeout=WAIT_MS)
         timer.stop()
-        assert not assembly.ports.has_looked
+        assert not assembly.ports.has_listed
         assert ports.looks == 1
         ports.release()
-        qtbot.waitUntil(lambda: assembly.ports.has_looked, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: assembly.ports.has_listed, timeout=WAIT_MS)
     assert max(after - before for before, after in itertools.pairwise(beats)) < LONGEST_STALL_S
 
 
@@ -105,7 +105,7 @@ def test_a_port_without_permission(
 
 def fill(store: Store) -> None:
     """As on a full disk: not one page more."""
-    with store.database.together():  # of the connection that writes
+    with store.database.transaction():  # of the connection that writes
         store.database.read("PRAGMA max_page_count = 1")
     for size in (4000, 400, 40, 0):
         with suppress(StoreTrouble):

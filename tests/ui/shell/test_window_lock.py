@@ -120,7 +120,7 @@ def test_a_lock_that_fails_is_said_on_every_page_until_the_module_reports_that_i
         assembly.window.attention.stay()
         qtbot.keyClick(assembly.window, Qt.Key.Key_Escape)
         assert "treat the module as ACTIVE" in notice_text(bar)
-        bench.heal()
+        bench.end_faults()
         bench.change(mute=False)
         bench.module.activate(is_active=False)  # somebody locks it in another way
         qtbot.waitUntil(lambda: bar.notice is None, timeout=WAIT_MS)
@@ -153,12 +153,12 @@ def test_it_is_sent_again_when_the_port_comes_back_in_time(qtbot: QtBot, qapp: Q
     with active_module(qtbot, qapp, tmp_path, "returns") as (assembly, bench):
         bench.change(mute=True)
         press(qtbot, assembly.window.top_bar.lock)
-        qtbot.waitUntil(lambda: assembly.lock.is_going_on, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: assembly.lock.is_repeating, timeout=WAIT_MS)
         bench.unplug()
         qtbot.waitUntil(lambda: not assembly.connector.is_open, timeout=WAIT_MS)
-        assert assembly.lock.is_going_on
+        assert assembly.lock.is_repeating
         assert "when the port is back" in notice_text(assembly.window.notice_bar)
-        bench.heal()
+        bench.end_faults()
         bench.change(mute=False)
         bench.plug()
         qtbot.waitUntil(lambda: not bench.state().is_active, timeout=WAIT_MS)
@@ -171,7 +171,7 @@ def test_what_is_activated_on_purpose_is_not_locked_again(qtbot: QtBot, qapp: QA
         press(qtbot, assembly.window.top_bar.lock)
         qtbot.waitUntil(lambda: len(times) >= 2, timeout=WAIT_MS)
         assembly.lock.end()
-        qtbot.waitUntil(lambda: not assembly.lock.is_going_on, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: not assembly.lock.is_repeating, timeout=WAIT_MS)
         assert not assembly.lock.is_unproven
         count = len(times)
         qtbot.wait(400)

@@ -78,9 +78,9 @@ class Lines(QAbstractListModel):
 
 
 class BundlePreview(QWidget):
-    """Makes the bundle each time it is shown. `said`: a `Notice`, or None to remove it."""
+    """Makes the bundle each time it is shown. `notified`: a `Notice`, or None to remove it."""
 
-    said = Signal(object)
+    notified = Signal(object)
 
     def __init__(self, services: Services, figures: LinkStatistics, traffic: TrafficBuffer, log: Log | None) -> None:
         super().__init__()
@@ -127,7 +127,7 @@ class BundlePreview(QWidget):
         def pack(_running: Running) -> SupportBundle:
             return SupportBundle(contents if log is None else replace(contents, log=text_of(log)))
 
-        self._making.run(pack, self._show, self._tell_failure)
+        self._making.run(pack, self._show, self._notify_failure)
 
     def _contents(self) -> Contents:
         """Copies what belongs to the window's thread; without the log."""
@@ -153,13 +153,13 @@ class BundlePreview(QWidget):
         if path is None:
             return
         self._folder = path.parent
-        self.said.emit(Notice(Meaning.INFORMATION, tr("Saving…")))
+        self.notified.emit(Notice(Meaning.INFORMATION, tr("Saving…")))
 
         def fail(error: Exception) -> None:
-            self._say(Meaning.ATTENTION, not_saved_text(path, error))
+            self._notify(Meaning.ATTENTION, not_saved_text(path, error))
 
         saved = tr("Saved as {path}.", path=path)
-        self._saving.run(lambda _running: bundle.write(path), lambda _none: self._say(Meaning.GOOD, saved), fail)
+        self._saving.run(lambda _running: bundle.write(path), lambda _none: self._notify(Meaning.GOOD, saved), fail)
 
     def _show(self, bundle: SupportBundle) -> None:
         self.bundle = bundle
@@ -188,11 +188,11 @@ class BundlePreview(QWidget):
         if where is not None:  # an empty label must not take the focus
             self._where.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
 
-    def _tell_failure(self, error: Exception) -> None:
-        self._say(Meaning.ATTENTION, tr("That did not work: {why}.", why=error))
+    def _notify_failure(self, error: Exception) -> None:
+        self._notify(Meaning.ATTENTION, tr("That did not work: {why}.", why=error))
 
-    def _say(self, meaning: Meaning, text: str) -> None:
-        self.said.emit(Notice(meaning, text, dismiss=lambda: self.said.emit(None)))
+    def _notify(self, meaning: Meaning, text: str) -> None:
+        self.notified.emit(Notice(meaning, text, dismiss=lambda: self.notified.emit(None)))
 
     # Making
 

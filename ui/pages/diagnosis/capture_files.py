@@ -16,7 +16,7 @@ from app.captures.writer import capture_part_count, capture_parts
 from app.recordings.export import ExportCancelled, not_saved_text, write_parts
 from app.system.gil_yield import GilYield
 from app.text.i18n import tr
-from app.text.sentences import reason_of
+from app.text.sentences import error_text
 from ui.core.background_task import BackgroundTask, Running
 from ui.files.file_dialogs import AskOpen, AskPath, ask_open, ask_path, default_name
 from ui.services.context import Services
@@ -57,7 +57,7 @@ def load_capture(path: Path, running: Running) -> Opened:
             for entry in entries:
                 for row in explainer.feed(entry):
                     rows.append(row)
-            running.tell(capture.share_read)
+            running.set_progress(capture.share_read)
             pace.checkpoint()
         for row in explainer.end():
             rows.append(row)
@@ -66,10 +66,10 @@ def load_capture(path: Path, running: Running) -> Opened:
 
 
 class CaptureFiles(QWidget):
-    """Buttons to open and save captures. `opened`: an `Opened`. `said`: a `Notice`, or None to remove it."""
+    """Buttons to open and save captures. `opened`: an `Opened`. `notified`: a `Notice`, or None to remove it."""
 
     opened = Signal(object)
-    said = Signal(object)
+    notified = Signal(object)
 
     def __init__(self, services: Services, buffer: TrafficBuffer) -> None:
         super().__init__()
@@ -88,7 +88,7 @@ class CaptureFiles(QWidget):
         self.save = control(QPushButton(), texts, "capture_save", "Save capture…", key="Ctrl+S", picture=Icon.SAVE,
                             slot=self.choose_and_save)  # fmt: skip
         in_row(self.open, self.save, of=self, spacing=Space.S, margins=0)
-        VisibilityTimer(self, self._say_progress, every_ms=_PROGRESS_EVERY_MS)
+        VisibilityTimer(self, self._show_progress, every_ms=_PROGRESS_EVERY_MS)
 
     def refresh(self) -> None:
         self.save.setEnabled(len(self._buffer) > 0 and not self._saving.is_running)
@@ -99,13 +99,15 @@ class CaptureFiles(QWidget):
             self.open_file(path)
 
     def open_file(self, path: Path) -> None:
-        """Reads a file in the background; emits `opened` or `said`."""
+        """Reads a file in the background; emits `opened` or `notified`."""
         self._folder = path.parent
         self._opening = path.name
         self._loading.run(
-            partial(load_capture, path), self._show, lambda error: self._say(Meaning.ATTENTION, _refusal(path, error))
+            partial(load_capture, path),
+            self._show,
+            lambda error: self._notify(Meaning.ATTENTION, _refusal(path, error)),
         )
-        self._say_progress()
+        self._show_progress()
 
     def choose_and_save(self) -> None:
         """Saves the traffic up to now, not up to when the file is chosen."""
@@ -127,23 +129,23 @@ class CaptureFiles(QWidget):
 
         def write(running: Running) -> None:
             parts, count = capture_parts(entries, header), capture_part_count(entries)
-            write_parts(path, parts, count, on_progress=running.tell, is_cancelled=running.is_cancelled)
+            write_parts(path, parts, count, on_progress=running.set_progress, is_cancelled=running.is_cancelled)
 
         def end(error: Exception | None = None) -> None:
             self.refresh()
             is_cancelled = isinstance(error, ExportCancelled)
             bad = Meaning.INFORMATION if is_cancelled else Meaning.ATTENTION
-            self._say(Meaning.GOOD, saved) if error is None else self._say(bad, not_saved_text(path, error))
+            self._notify(Meaning.GOOD, saved) if error is None else self._notify(bad, not_saved_text(path, error))
 
         self._saving.run(write, lambda _none: end(), end)
         self.refresh()
-        self._say_progress()
+        self._show_progress()
 
     def _cancel_loading(self) -> None:
         self._loading.cancel()
-        self.said.emit(None)
+        self.notified.emit(None)
 
-    def _say_progress(self) -> None:
+    def _show_progress(self) -> None:
         """Progress of reading, else of writing."""
         if self._loading.is_running:
             share, cancel = self._loading.share or 0.0, self._cancel_loading
@@ -152,19 +154,19 @@ class CaptureFiles(QWidget):
             text, cancel = tr("Saving…"), self._saving.stop
         else:
             return
-        self.said.emit(Notice(Meaning.INFORMATION, text, (Choice("capture_cancel", tr("Cancel"), cancel),)))
+        self.notified.emit(Notice(Meaning.INFORMATION, text, (Choice("capture_cancel", tr("Cancel"), cancel),)))
 
     def _show(self, opened: Opened) -> None:
         if not opened.rows:
-            self._say(Meaning.ATTENTION, tr("{name} is empty.", name=opened.path.name))
+            self._notify(Meaning.ATTENTION, tr("{name} is empty.", name=opened.path.name))
             return
-        self.said.emit(None)
+        self.notified.emit(None)
         self.opened.emit(opened)
 
-    def _say(self, meaning: Meaning, text: str) -> None:
-        self.said.emit(Notice(meaning, text, dismiss=lambda: self.said.emit(None)))
+    def _notify(self, meaning: Meaning, text: str) -> None:
+        self.notified.emit(Notice(meaning, text, dismiss=lambda: self.notified.emit(None)))
 
 
 def _refusal(path: Path, error: Exception) -> str:
-    why = tr(error.args[0]) if isinstance(error, CaptureRefused) else reason_of(error)
+    why = tr(error.args[0]) if isinstance(error, CaptureRefused) else error_text(error)
     return tr("{file} cannot be read: {why}.", file=path.name, why=why)

@@ -5,8 +5,8 @@ from typing import Final
 from PySide6.QtCore import QSize, Qt
 from PySide6.QtWidgets import QFrame, QLabel, QScrollArea, QWidget
 
-from app.diagnosis.link_statistics import COARSE_KEPT, COARSE_S, FINE_KEPT, FINE_S, LinkStatistics
-from app.text.sentences import aside
+from app.diagnosis.link_statistics import COARSE_S, FINE_S, MAX_COARSE, MAX_FINE, LinkStatistics
+from app.text.sentences import in_brackets
 from protocol.translatable import marked
 from ui.plots.link_charts import Histogram, OverTime, ReasonBars, Stretch, percent_text
 from ui.services.context import Services
@@ -92,7 +92,7 @@ class LinkStatisticsView(QScrollArea):
         shown = self.totals
         shown["sent"].show_total(f"{totals.sent:,}")
         share = min(1.0, totals.time_outs / totals.sent) if totals.sent else 0.0
-        lost = f"{totals.time_outs:,}{aside(percent_text(share))}" if totals.sent else "–"
+        lost = f"{totals.time_outs:,}{in_brackets(percent_text(share))}" if totals.sent else "–"
         shown["lost"].show_total(lost, needs_look=share > LOSS_ATTENTION)
         for key, quantile in (("trip", 0.5), ("late", 0.95)):
             trip_s = figures.quantile_s(quantile)
@@ -104,9 +104,9 @@ class LinkStatisticsView(QScrollArea):
         self.reasons.show_counts(totals.rejected_bytes.most_common())
         now = self._connector.clock()
         if self.fine.isChecked():
-            slices, shortest_s, longest_s = figures.seconds, 60.0, FINE_S * FINE_KEPT
+            slices, shortest_s, longest_s = figures.seconds, 60.0, FINE_S * MAX_FINE
         else:
-            slices, shortest_s, longest_s = figures.minutes, 3600.0, COARSE_S * COARSE_KEPT
+            slices, shortest_s, longest_s = figures.minutes, 3600.0, COARSE_S * MAX_COARSE
         # No longer than there is data.
         past_s = now - slices[0].begins_s if slices else 0.0
         self.over_time.show_stretch(Stretch(now, min(longest_s, max(shortest_s, past_s)), slices))

@@ -10,12 +10,12 @@ from typing import Final
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QStackedWidget, QTabBar, QToolButton, QWidget
 
-from app.captures.reader import FAULTS_KEPT
+from app.captures.reader import MAX_FAULTS
 from app.captures.traffic_buffer import TrafficBuffer
 from app.diagnosis.link_statistics import LinkStatistics
 from app.engine.worker import Batch
 from app.text.i18n import tr
-from app.text.sentences import together
+from app.text.sentences import join_sentences
 from protocol.translatable import marked
 from ui.pages.diagnosis.bundle_preview import BundlePreview
 from ui.pages.diagnosis.capture_files import OPENED_SUFFIXES, CaptureFiles, Opened
@@ -57,7 +57,7 @@ class DiagnosisPage(StreamPage):
         self.bundle = BundlePreview(services, self.live_figures, self.traffic_buffer, services.log)
         self.files = CaptureFiles(services, self.traffic_buffer)
         self.strip = named(NoticeBar(services.texts), "diagnosis_notice")
-        self._said: Notice | None = None
+        self._notice: Notice | None = None
         self.stack = named(QStackedWidget(), "diagnosis_views")
         for view in (self.why, self.traffic, self.figures, self.bundle):
             self.stack.addWidget(view)
@@ -65,8 +65,8 @@ class DiagnosisPage(StreamPage):
         self.tabs.currentChanged.connect(self.stack.setCurrentIndex)
         self._lay_out()
         self.files.opened.connect(self._show_capture)
-        self.files.said.connect(self._say)
-        self.bundle.said.connect(self._say)
+        self.files.notified.connect(self._show_notice)
+        self.bundle.notified.connect(self._show_notice)
         self.why.connect_wanted.connect(self.connect_wanted)
         self.why.choose_wanted.connect(self.ports_wanted)
         self._connector.changed.connect(self._refresh_strip)
@@ -77,7 +77,7 @@ class DiagnosisPage(StreamPage):
 
     def on_batch(self, batch: Batch) -> None:
         """Collects a batch. The data of a playback is kept apart from the module's."""
-        is_played = self._connector.is_recording
+        is_played = self._connector.is_playback
         if is_played != self._is_played:
             self._change_over(is_played=is_played)
         if batch.events and not is_played:
@@ -114,10 +114,10 @@ class DiagnosisPage(StreamPage):
     def _play(self) -> None:
         if self.opened is not None:
             path = self.opened.path
-            self._leave_capture()
+            self._close_capture()
             self.connect_wanted.emit(recording_target(path))
 
-    def _leave_capture(self) -> None:
+    def _close_capture(self) -> None:
         self.opened = None
         self.traffic.show_recorded(None)
         self._refresh_strip()
@@ -125,33 +125,33 @@ class DiagnosisPage(StreamPage):
     def _capture_notice(self, opened: Opened) -> Notice:
         parts = [
             tr("{name}; rows: {rows}.", name=opened.path.name, rows=f"{len(opened.rows):,}"),
-            *(self._faults_said(opened)),
+            *(self._reporting_faults(opened)),
         ]
         choices = (
             Choice("capture_play", tr("Play"), self._play, is_main=True),
-            Choice("capture_leave", tr("Back to live"), self._leave_capture),
+            Choice("capture_leave", tr("Back to live"), self._close_capture),
         )
-        return Notice(Meaning.INFORMATION, together(parts), choices)
+        return Notice(Meaning.INFORMATION, join_sentences(parts), choices)
 
     @staticmethod
-    def _faults_said(opened: Opened) -> list[str]:
+    def _reporting_faults(opened: Opened) -> list[str]:
         said = []
         if not opened.is_timed:
             said.append(tr("Times are estimated."))
         faults = opened.faults
         if faults:
-            many = f"{len(faults)}+" if len(faults) == FAULTS_KEPT else str(len(faults))
+            many = f"{len(faults)}+" if len(faults) == MAX_FAULTS else str(len(faults))
             said.append(tr("Unreadable lines: {count}.", count=many))
             said.append(tr("Line {line}: {what}", line=faults[0].line, what=tr(faults[0].text)))
         return said
 
-    def _say(self, notice: Notice | None) -> None:
-        self._said = notice
+    def _show_notice(self, notice: Notice | None) -> None:
+        self._notice = notice
         self._refresh_strip()
 
     def _refresh_strip(self) -> None:
-        if self._said is not None:
-            self.strip.show_notice(self._said)
+        if self._notice is not None:
+            self.strip.show_notice(self._notice)
         elif self.opened is not None:
             self.strip.show_notice(self._capture_notice(self.opened))
         else:

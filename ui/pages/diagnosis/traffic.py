@@ -22,7 +22,7 @@ from app.text.i18n import tr
 from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.forms.table_kit import list_rows
-from ui.pages.diagnosis.traffic_model import KEPT_MARKS, Column, Filter, TrafficModel
+from ui.pages.diagnosis.traffic_model import MAX_MARKS, Column, Filter, TrafficModel
 from ui.pages.diagnosis.traffic_search import TrafficSearch
 from ui.pages.diagnosis.traffic_texts import hex_of, kind_of, meaning_of, raw_of
 from ui.services.context import Services
@@ -36,7 +36,7 @@ from ui.widgets.visibility_timer import VisibilityTimer
 
 DRAW_EVERY_MS = 160
 """Interval of adding rows; a person cannot read more."""
-MOST_COPIED = 10_000
+MAX_COPIED = 10_000
 """Rows copied at once, since a capture may have a million."""
 _ROW_PX = 24
 _FILTERS = (
@@ -113,7 +113,7 @@ class TrafficPage(QWidget):
     def _notice_scrolling(self, position: int) -> None:
         self._follows = position >= self.table.verticalScrollBar().maximum()
 
-    def _keep_following(self, _lowest: int, highest: int) -> None:
+    def _stay_at_end(self, _lowest: int, highest: int) -> None:
         """Stays at the end when rows are added or the table shrinks."""
         if self._follows:
             self.table.verticalScrollBar().setValue(highest)
@@ -132,7 +132,7 @@ class TrafficPage(QWidget):
         columns.setStretchLastSection(True)
         bar = table.verticalScrollBar()
         bar.valueChanged.connect(self._notice_scrolling)
-        bar.rangeChanged.connect(self._keep_following)
+        bar.rangeChanged.connect(self._stay_at_end)
         table.selectionModel().selectionChanged.connect(self._show_detail)
         self.model.modelReset.connect(self._show_detail)  # a reset clears the selection without a signal
         return table
@@ -164,9 +164,9 @@ class TrafficPage(QWidget):
         )
 
     def copy_rows(self) -> None:
-        """Copies the selected rows, else all, as tab-separated text; at most `MOST_COPIED`."""
+        """Copies the selected rows, else all, as tab-separated text; at most `MAX_COPIED`."""
         wanted = self._selected() or [range(self.model.rowCount())]
-        rows = list(islice(chain.from_iterable(wanted), MOST_COPIED))
+        rows = list(islice(chain.from_iterable(wanted), MAX_COPIED))
         QGuiApplication.clipboard().setText(self.model.as_text(rows))
         count = sum(map(len, wanted))
         if count > len(rows):
@@ -174,8 +174,8 @@ class TrafficPage(QWidget):
             self.detail.setText(said)
 
     def mark_rows(self) -> None:
-        """Marks or unmarks the selected rows, at most `KEPT_MARKS`."""
-        rows = list(islice(chain.from_iterable(self._selected()), KEPT_MARKS))
+        """Marks or unmarks the selected rows, at most `MAX_MARKS`."""
+        rows = list(islice(chain.from_iterable(self._selected()), MAX_MARKS))
         if rows:
             self.model.mark(rows)
         self._show_count()

@@ -12,7 +12,7 @@ from PySide6.QtGui import QFont
 from app.captures.rows import CaptureRows, ChosenRows, Rows
 from app.system.wall_clock import WallClock
 from app.text.i18n import tr
-from app.text.sentences import aside
+from app.text.sentences import in_brackets
 from protocol.events import Answered, Event, Rejected
 from protocol.frame import Noise
 from protocol.translatable import marked
@@ -35,9 +35,9 @@ from ui.pages.diagnosis.traffic_texts import (
 from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning
 
-KEPT_ROWS = 10_000
-KEPT_MARKS = 1000
-LONGEST_ROW_BYTES = 1024
+MAX_ROWS = 10_000
+MAX_MARKS = 1000
+MAX_ROW_BYTES = 1024
 """A longer run of rejected bytes takes several rows, which bounds the memory."""
 SHOWN_BYTES = 32
 _ANY_INDEX = QModelIndex()
@@ -74,7 +74,7 @@ def is_shown(row: Row, wanted: Filter) -> bool:
 
 
 class TrafficModel(RowsModel[Row]):
-    """The rows are the last `KEPT_ROWS` events that pass the filter, or those of a capture (`show_recorded`).
+    """The rows are the last `MAX_ROWS` events that pass the filter, or those of a capture (`show_recorded`).
 
     `keep` only stores events; `show_new` makes rows of them and is called when the view is drawn.
     """
@@ -88,9 +88,9 @@ class TrafficModel(RowsModel[Row]):
         )
         super().__init__(columns, id, words_of, parent)
         self.bytes_font: QFont | None = None
-        self._kept: deque[Event] = deque(maxlen=KEPT_ROWS)
+        self._kept: deque[Event] = deque(maxlen=MAX_ROWS)
         self._recorded: CaptureRows | None = None
-        self._live: deque[Row] = deque(maxlen=KEPT_ROWS)
+        self._live: deque[Row] = deque(maxlen=MAX_ROWS)
         """The rows of the live traffic."""
         self.rows = self._live
         self._keys: Sequence[int] | None = None
@@ -130,7 +130,7 @@ class TrafficModel(RowsModel[Row]):
         fresh = [event for event in newest if is_shown(event, self._filter)]
         if not fresh:
             return 0
-        surplus = max(0, len(self._live) + len(fresh) - KEPT_ROWS)
+        surplus = max(0, len(self._live) + len(fresh) - MAX_ROWS)
         dropped = min(surplus, len(self._live))
         if dropped:
             self.beginRemoveRows(_ANY_INDEX, 0, dropped - 1)
@@ -201,7 +201,7 @@ class TrafficModel(RowsModel[Row]):
                 del self._marks[key]
         else:
             new = [(key, row) for key, row in zip(keys, rows, strict=True) if key not in self._marks]
-            for key, row in new[: KEPT_MARKS - len(self._marks)]:
+            for key, row in new[: MAX_MARKS - len(self._marks)]:
                 self._marks[key] = self.rows[row]
         if self._filter is Filter.MARKED:
             self.rebuild()
@@ -210,9 +210,9 @@ class TrafficModel(RowsModel[Row]):
 
     # Texts
 
-    def said_at(self, row: int) -> Hashable | None:
+    def same_text_key(self, row: int) -> Hashable | None:
         """Key that is equal for rows of equal text; None for live rows."""
-        return self.rows.said(row) if isinstance(self.rows, Rows) else None
+        return self.rows.same_text_key(row) if isinstance(self.rows, Rows) else None
 
     def time_of(self, row: Row) -> str:
         """Time of day to the millisecond; in a capture the seconds since its beginning."""
@@ -230,7 +230,7 @@ class TrafficModel(RowsModel[Row]):
         told: dict[Hashable, str] = {}
         lines = []
         for number in rows:
-            said = recorded.said(number)
+            said = recorded.same_text_key(number)
             words = told.get(said)
             if words is None:
                 words = told[said] = words_of(recorded[number])
@@ -252,7 +252,7 @@ class TrafficModel(RowsModel[Row]):
         if role == _TOLD and column is Column.BYTES:
             return hex_of(raw_of(row))
         if role == _SPOKEN and column is Column.TIME and self.is_marked(index.row()):
-            return f"{text}{aside(tr('Marked'))}"
+            return f"{text}{in_brackets(tr('Marked'))}"
         return text
 
     def _picture(self, row: Row, column: Column, *, is_marked: bool) -> Any:
@@ -267,10 +267,10 @@ _MARK = icon(Icon.BOOKMARK, Meaning.INFORMATION)
 def _rows_of(events: Iterable[Event]) -> Iterator[Event]:
     """Yields an event per row; splits long runs of rejected bytes."""
     for event in events:
-        if isinstance(event, Rejected) and len(event.noise.raw) > LONGEST_ROW_BYTES:
+        if isinstance(event, Rejected) and len(event.noise.raw) > MAX_ROW_BYTES:
             noise = event.noise
-            for first in range(0, len(noise.raw), LONGEST_ROW_BYTES):
-                raw = noise.raw[first : first + LONGEST_ROW_BYTES]
+            for first in range(0, len(noise.raw), MAX_ROW_BYTES):
+                raw = noise.raw[first : first + MAX_ROW_BYTES]
                 yield Rejected(Noise(raw, noise.fault, noise.offset + first), event.at)
         elif not isinstance(event, Answered):  # its frame has a row already
             yield event

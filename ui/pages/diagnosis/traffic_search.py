@@ -18,7 +18,7 @@ from ui.widgets.layouts import in_row
 _SLICE_S = 0.01
 """Time slice of the search in the window's thread."""
 _ROWS_AT_ONCE = 100
-_KNOWN_AT_MOST = 50_000
+_MAX_KNOWN = 50_000
 
 
 def matches(row: Row, wanted: str, wanted_hex: str) -> bool:
@@ -74,7 +74,7 @@ class TrafficSearch(QWidget):
         self._place = 0
         self._step = 1
         self._known: dict[Hashable, bool] = {}
-        """Matches by `said_at`: the many rows of a capture have few different texts."""
+        """Matches by `same_text_key`: the many rows of a capture have few different texts."""
         self._timer = QTimer(self)
         self._timer.setInterval(0)
         self._timer.timeout.connect(self._search_slice)
@@ -128,12 +128,12 @@ class TrafficSearch(QWidget):
             self._say(False)
 
     def _fits(self, place: int, wanted: str, wanted_hex: str) -> bool:
-        said = self._model.said_at(place)
+        said = self._model.same_text_key(place)
         if said is None:
             return matches(self._model.event_at(place), wanted, wanted_hex)
         fits = self._known.get(said)
         if fits is None:
-            if len(self._known) >= _KNOWN_AT_MOST:
+            if len(self._known) >= _MAX_KNOWN:
                 self._known.clear()
             fits = self._known[said] = matches(self._model.event_at(place), wanted, wanted_hex)
         return fits

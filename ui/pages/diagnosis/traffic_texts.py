@@ -34,8 +34,8 @@ _ROLES = {
     Role.ANSWER: marked("answer"),
     Role.STREAMED: marked("stream"),
     Role.LATE: marked("late"),
-    Role.DOUBLED: marked("doubled"),
-    Role.UNASKED: marked("unasked"),
+    Role.DUPLICATE: marked("doubled"),
+    Role.UNSOLICITED: marked("unasked"),
     Role.ECHO: marked("echo"),
 }
 
@@ -126,7 +126,7 @@ def _asked(received: Received) -> Asked:
     match received.message:
         case Acknowledgement(request=request):
             return request
-        case Reading(command=command) if received.role is not Role.UNASKED and command.can_be_asked:
+        case Reading(command=command) if received.role is not Role.UNSOLICITED and command.can_be_asked:
             return command.query()
         case _:
             return None
@@ -176,7 +176,7 @@ def emphasis_of(row: Row) -> Meaning | None:
             return Meaning.ATTENTION if isinstance(row.piece, Noise) else None
         case Rejected() | OutcomeUnknown() | Unanswered() | WentOffline():
             return Meaning.ATTENTION
-        case Received(role=Role.LATE | Role.DOUBLED | Role.ECHO) | Restarted():
+        case Received(role=Role.LATE | Role.DUPLICATE | Role.ECHO) | Restarted():
             return Meaning.INFORMATION
         case _:
             return None

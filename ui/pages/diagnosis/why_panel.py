@@ -14,7 +14,7 @@ from PySide6.QtWidgets import QFrame, QLabel, QPushButton, QScrollArea, QWidget
 from app.diagnosis.adapter_facts import AdapterFacts, PortHistory, facts_about
 from app.diagnosis.causes import Cause, Diagnosis, diagnose
 from app.diagnosis.evidence import EvidenceCollector
-from app.diagnosis.link_state import Phase, words
+from app.diagnosis.link_state import Phase, link_text
 from app.diagnosis.symptoms import PortEvidence
 from app.engine.target import Target
 from app.engine.worker import Batch
@@ -134,7 +134,7 @@ class WhyPanel(QScrollArea):
         evidence = self.evidence()
         state = self._connector.state
         is_asked = state.phase not in (Phase.CLOSED, Phase.OPENING, Phase.FINDING)
-        self.diagnosis = diagnose(evidence) if is_asked and not self._connector.is_recording else None
+        self.diagnosis = diagnose(evidence) if is_asked and not self._connector.is_playback else None
         if self.diagnosis is not None:
             meaning = Meaning.INFORMATION if self.diagnosis.cause is Cause.SLOW_ADAPTER else Meaning.ATTENTION
             self._show(meaning, self.diagnosis.what, self.diagnosis.next_step, self.diagnosis.command)
@@ -144,11 +144,11 @@ class WhyPanel(QScrollArea):
         self._show_seen(evidence)
 
     def _show_without_cause(self, phase: Phase) -> None:
-        if self._connector.is_recording:
+        if self._connector.is_playback:
             self._show(Meaning.INFORMATION, tr("A recording is played."), tr("Nothing is sent."), None)
             self._offer(None)
             return
-        said = words(self._connector.state, self._connector.clock())
+        said = link_text(self._connector.state, self._connector.clock())
         meaning, remedy = _WITHOUT_CAUSE.get(phase, (Meaning.ATTENTION, Remedy.CONNECT_AGAIN))
         self._show(meaning, said.what, said.next_step, None)
         self._offer(remedy)
@@ -179,9 +179,9 @@ class WhyPanel(QScrollArea):
         port = target.device
         self._facts_at = now
         find = self._find_facts
-        self._asking.run(lambda _running: find(port), partial(self._take_facts, port), lambda _error: None)
+        self._asking.run(lambda _running: find(port), partial(self._on_facts, port), lambda _error: None)
 
-    def _take_facts(self, port: str, facts: AdapterFacts) -> None:
+    def _on_facts(self, port: str, facts: AdapterFacts) -> None:
         self._facts, self._facts_port = facts, port
         self.refresh()
 

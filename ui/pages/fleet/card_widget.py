@@ -7,12 +7,12 @@ from PySide6.QtCore import QRectF, Qt, Signal
 from PySide6.QtGui import QAccessible, QColor, QKeyEvent, QMouseEvent, QPainter, QPainterPath, QPaintEvent
 from PySide6.QtWidgets import QFrame, QMenu, QPushButton, QSizePolicy, QToolButton, QWidget
 
-from app.diagnosis.link_state import duration, words
+from app.diagnosis.link_state import duration, link_text
 from app.fleet.card import Card, Need
 from app.fleet.check_set import word_of
 from app.preflight.verdict import Verdict
 from app.text.i18n import tr
-from app.text.sentences import begun
+from app.text.sentences import capitalised
 from ui.core.texts import Texts
 from ui.style.icons import MEANING_ICONS, Icon
 from ui.style.shapes import pen
@@ -43,7 +43,7 @@ NEED_MEANINGS: Final[Mapping[Need, Meaning]] = {
     Need.WAIT: Meaning.UNKNOWN,
     Need.NOTHING: Meaning.GOOD,
 }
-_VERDICT_LOOKS: Final[Mapping[Verdict, tuple[Icon, Meaning]]] = {
+_VERDICT_STYLES: Final[Mapping[Verdict, tuple[Icon, Meaning]]] = {
     Verdict.GO: (Icon.CHECK, Meaning.GOOD),
     Verdict.READY: (Icon.LOCK, Meaning.INFORMATION),
     Verdict.NO_GO: (Icon.DANGER, Meaning.DANGER),
@@ -101,7 +101,7 @@ class CardWidget(QFrame):
         age = ""
         if card.verdict is not None and not card.is_checking:
             age = tr("{time} ago", time=duration(now - card.verdict.at))
-        link = words(card.link, now).word
+        link = link_text(card.link, now).word
         shown = (card, need, age, link, tr("Activation"))
         if shown == self._shown and not card.has_age:
             return
@@ -143,13 +143,13 @@ class CardWidget(QFrame):
     def _show_verdict(self, card: Card, age: str) -> None:
         held = card.verdict
         if card.is_checking:
-            self.verdict.show_state(begun(tr("checking…")), Icon.CONNECTING, Meaning.INFORMATION)
+            self.verdict.show_state(capitalised(tr("checking…")), Icon.CONNECTING, Meaning.INFORMATION)
         elif held is None:
             self.verdict.show_state(word_of(None), Icon.UNKNOWN, Meaning.UNKNOWN)
         elif held.verdict is None:
             self.verdict.show_state(tr("void"), MEANING_ICONS[Meaning.ATTENTION], Meaning.ATTENTION)
         else:
-            picture, meaning = _VERDICT_LOOKS[held.verdict]
+            picture, meaning = _VERDICT_STYLES[held.verdict]
             self.verdict.show_state(word_of(held.verdict), picture, meaning)
         self.verdict.set_age(age)
 

@@ -15,7 +15,7 @@ from app.limits.expectations import Expectations, expectations_of
 from app.preflight.evidence import Evidence, FrameLog
 from app.preflight.run import run_preflight
 from app.procedures.write import Written
-from app.procedures.write_all import Leave, WriteReport, write_all
+from app.procedures.write_all import WriteContext, WriteReport, write_all
 from app.records.filing import Filed, Person
 from app.settings.profiles import Profile
 from app.text.i18n import tr
@@ -108,11 +108,12 @@ class GroupChecks(QObject):
         check.filing = BackgroundTask("dps-s check", self)
         file_in_background(
             check.filing, evidence, expectations, Person(module=name or None), check.log, is_kept=evidence.is_complete,
-            store=self._services.storage.store, target=connection.target, then=partial(self._take, connection, name),
+            store=self._services.storage.store, target=connection.target,
+            then=partial(self._on_filed, connection, name),
         )  # fmt: skip
 
-    def _take(self, connection: PortConnection, name: str, filed: Filed) -> None:
-        self._members.verdicts.keep(connection.whose, filed)
+    def _on_filed(self, connection: PortConnection, name: str, filed: Filed) -> None:
+        self._members.verdicts.store(connection.adapter_key, filed)
         trouble = "" if filed.trouble is None else filed.trouble.sentence
         self._finish(connection, name, filed, trouble)
 
@@ -184,10 +185,10 @@ class GroupProfile(QObject):
             return
         heard: list[Written] = []
         storage, port = self._services.storage, connection.connection.port
-        leave = Leave(
+        leave = WriteContext(
             journal=storage.journal(connection.target, self._members.name_of(connection)),
             armed=self._services.armed,
-            keep_snapshot=lambda snapshot: storage.keep_snapshot(snapshot, port),
+            keep_snapshot=lambda snapshot: storage.store_snapshot(snapshot, port),
             on_written=heard.append,
         )
         self.applied[connection] = AppliedProfile(Applied.WRITING)

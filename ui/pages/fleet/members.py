@@ -32,7 +32,7 @@ class FleetMembers(QObject):
         self.is_checking: set[PortConnection] = set()
         self._leaving: set[PortConnection] = set()
         """To be removed once another one is current."""
-        self._connector.chosen.connect(self._follow_chosen)
+        self._connector.chosen.connect(self._on_chosen)
         self._connector.added.connect(self._watch)
         self._connector.removed.connect(self._forget)
         for connection in self._connector.connections:
@@ -41,7 +41,7 @@ class FleetMembers(QObject):
     @property
     def connections(self) -> tuple[PortConnection, ...]:
         """All that a person connected, except played captures."""
-        return tuple(one for one in self._connector.connections if one.is_wanted and not one.is_recording)
+        return tuple(one for one in self._connector.connections if one.is_requested and not one.is_playback)
 
     @property
     def reachable(self) -> tuple[PortConnection, ...]:
@@ -58,13 +58,13 @@ class FleetMembers(QObject):
             if one.target is not None and one.target.key == target.key:
                 return one
         current = self._connector.current
-        if not current.is_wanted and not current.is_open:
+        if not current.is_requested and not current.is_open:
             current.connect_to(target)
             self.changed.emit()
             return current
         recording = self._services.storage.sessions.of_another_port()
-        connection = self._connector.add(recording.tapped())
-        recording.follow(connection)
+        connection = self._connector.add(recording.recorded_workers())
+        recording.bind(connection)
         self._recordings[connection] = recording
         name = self._services.naming.of(connection)
         name.changed.connect(lambda: recording.name_module(name.name))
@@ -87,7 +87,7 @@ class FleetMembers(QObject):
             connection.disconnect_port()
         else:
             self._leaving.add(connection)
-            self._connector.choose(other)  # `_follow_chosen` removes it
+            self._connector.choose(other)  # `_on_chosen` removes it
 
     def name_of(self, connection: PortConnection) -> str:
         return self._services.naming.of(connection).name
@@ -96,7 +96,7 @@ class FleetMembers(QObject):
         now, device = self._connector.clock(), connection.device
         self._adopt_page_check(connection)
         lock = self._services.lock.of(connection)
-        held = self.verdicts.held(connection.whose, device, now, is_open=self._is_steady(connection))
+        held = self.verdicts.held(connection.adapter_key, device, now, is_open=self._is_steady(connection))
         target = connection.target
         member = Member(
             port=port_text(target),
@@ -115,14 +115,14 @@ class FleetMembers(QObject):
 
     def _adopt_page_check(self, connection: PortConnection) -> None:
         """A check of the Pre-flight page counts here too, and so does what voids it."""
-        whose = connection.whose
+        whose = connection.adapter_key
         found = self._services.checks.get(whose)
         if found is None or found is self._seen.get(whose):
             return
         self._seen[whose] = found
         (filed, void), kept = found, self.verdicts.filed(whose)
         if void is None or kept is None or kept is filed:
-            self.verdicts.keep(whose, filed, void)
+            self.verdicts.store(whose, filed, void)
 
     @staticmethod
     def _is_steady(connection: PortConnection) -> bool:
@@ -135,9 +135,9 @@ class FleetMembers(QObject):
     def _poll(self, connection: PortConnection) -> None:
         self._adopt_page_check(connection)
         is_open = self._is_steady(connection)
-        self.verdicts.poll(connection.whose, connection.device, self._connector.clock(), is_open=is_open)
+        self.verdicts.poll(connection.adapter_key, connection.device, self._connector.clock(), is_open=is_open)
 
-    def _follow_chosen(self) -> None:
+    def _on_chosen(self) -> None:
         self._services.storage.sessions.shown = self._recordings.get(self._connector.current)
         for connection in [one for one in self._leaving if one is not self._connector.current]:
             self._leaving.discard(connection)
@@ -146,8 +146,8 @@ class FleetMembers(QObject):
 
     def _forget(self, connection: PortConnection) -> None:
         self.is_checking.discard(connection)
-        self.verdicts.forget(connection.whose)
-        self._services.checks.pop(connection.whose, None)
+        self.verdicts.forget(connection.adapter_key)
+        self._services.checks.pop(connection.adapter_key, None)
         self._recordings.pop(connection, None)
         self.changed.emit()
 

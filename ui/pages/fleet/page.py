@@ -18,7 +18,7 @@ from app.safety.last_known import Activation
 from app.settings.profile_file import ProfileRefused, read_profile
 from app.stations.station import station_to_sign
 from app.text.i18n import tr
-from app.text.sentences import begun, listed, reason_of
+from app.text.sentences import capitalised, error_text, join_names
 from protocol.catalogue import DEFAULT_BAUD_RATE
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
@@ -58,7 +58,7 @@ class FleetPage(Page):
         self.checks = GroupChecks(services, self.members, self)
         self.profile = GroupProfile(services, self.members, self)
         self._widgets: dict[PortConnection, CardWidget] = {}
-        self._said: Notice | None = None
+        self._last_notice: Notice | None = None
         self._report: BackgroundTask[tuple[Path, ...]] = BackgroundTask("dps-s set report", self)
         self._make_controls()
         self._lay_out()
@@ -190,12 +190,12 @@ class FleetPage(Page):
             return locking
         if self.checks.is_running:
             done, total = len(self.checks.results), self.checks.total
-            text = tr("{what} ({done} of {total})", what=begun(tr("checking…")), done=done, total=total)
+            text = tr("{what} ({done} of {total})", what=capitalised(tr("checking…")), done=done, total=total)
             return Notice(Meaning.INFORMATION, text, (Choice("cancel", tr("Cancel"), self.checks.cancel),))
         if self.profile.is_running:
             cancel = Choice("cancel", tr("Cancel"), self.profile.cancel)
             return Notice(Meaning.INFORMATION, result_line(self.profile.applied.values()), (cancel,))
-        return self._said
+        return self._last_notice
 
     def _lock_notice(self, cards: list[Card]) -> Notice | None:
         """LOCK of all modules, until every one has reported."""
@@ -206,9 +206,9 @@ class FleetPage(Page):
         locked = sum(card.activation.state is Activation.LOCKED for card in cards)
         parts = [tr("{count} report LOCKED", count=locked)]
         if going:
-            parts.append(tr("LOCK goes on: {names}", names=listed(card.title for card in going)))
+            parts.append(tr("LOCK goes on: {names}", names=join_names(card.title for card in going)))
         if failed:
-            parts.append(tr("NOT reported, treat as ACTIVE: {names}", names=listed(card.title for card in failed)))
+            parts.append(tr("NOT reported, treat as ACTIVE: {names}", names=join_names(card.title for card in failed)))
         return Notice(Meaning.DANGER if failed else Meaning.ATTENTION, " · ".join(parts))
 
     # What a person does
@@ -218,7 +218,7 @@ class FleetPage(Page):
         count = self._services.pending_edits.count()
         if connection is self._connector.current:
             return
-        if count and self._connector.is_wanted:
+        if count and self._connector.is_requested:
             discard = partial(self._discard_and_choose, connection)
             choices = (
                 Choice("stay", tr("Cancel"), self._clear, is_main=True),
@@ -246,7 +246,7 @@ class FleetPage(Page):
     def _on_finished(self) -> None:
         members = tuple(self.checks.results.values())
         is_fine = not any(one.why for one in members)
-        self._say(Meaning.INFORMATION if is_fine else Meaning.ATTENTION, summary(members))
+        self._notify(Meaning.INFORMATION if is_fine else Meaning.ATTENTION, summary(members))
 
     def _connect_all(self) -> None:
         self.members.connect_all(self._connector.ports.ports)
@@ -283,7 +283,7 @@ class FleetPage(Page):
         try:
             profile = read_profile(path)
         except ProfileRefused as refusal:
-            self._say(Meaning.ATTENTION, " ".join(refusal.sentences))
+            self._notify(Meaning.ATTENTION, " ".join(refusal.sentences))
             return
         self._clear()
         self.profile.open(profile)
@@ -293,7 +293,7 @@ class FleetPage(Page):
         if states and not self.profile.is_running:
             has_failed, is_fine = Applied.FAILED in states, all(state.is_fine for state in states)
             meaning = Meaning.DANGER if has_failed else Meaning.GOOD if is_fine else Meaning.ATTENTION
-            self._say(meaning, result_line(self.profile.applied.values()))
+            self._notify(meaning, result_line(self.profile.applied.values()))
         self._timer.refresh_seen()
 
     def _choose_report(self) -> None:
@@ -306,7 +306,7 @@ class FleetPage(Page):
         try:
             check_set_target(path)
         except ReportRefused as refusal:
-            self._say(Meaning.ATTENTION, str(refusal))
+            self._notify(Meaning.ATTENTION, str(refusal))
             return
         station = station_to_sign(self._services.storage.folder)
         self._report.run(
@@ -316,16 +316,16 @@ class FleetPage(Page):
         )
 
     def _show_written(self, written: tuple[Path, ...]) -> None:
-        self._say(Meaning.INFORMATION, tr("Written: {names}.", names=listed(one.name for one in written)))
+        self._notify(Meaning.INFORMATION, tr("Written: {names}.", names=join_names(one.name for one in written)))
 
     def _show_unwritten(self, error: Exception) -> None:
-        self._say(Meaning.DANGER, tr("The report cannot be written: {why}.", why=reason_of(error)))
+        self._notify(Meaning.DANGER, tr("The report cannot be written: {why}.", why=error_text(error)))
 
-    def _say(self, meaning: Meaning, text: str) -> None:
+    def _notify(self, meaning: Meaning, text: str) -> None:
         self._show_notice(Notice(meaning, text, dismiss=self._clear))
 
     def _show_notice(self, notice: Notice | None) -> None:
-        self._said = notice
+        self._last_notice = notice
         self._timer.refresh_seen()
 
     def _clear(self) -> None:

@@ -16,7 +16,7 @@ from PySide6.QtWidgets import (
 from app.flight_logs.csv_columns import ATTITUDES, FORCES, CsvColumns, CsvRole
 from app.flight_logs.flight_log import LogUnreadable
 from app.text.i18n import tr
-from app.text.messages import said
+from app.text.messages import message
 from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.pages.flights.texts import short_name
@@ -42,7 +42,7 @@ _AXES: Final = {
     "tilt_deg": marked("Tilt"), "roll_deg": marked("Roll"), "pitch_deg": marked("Pitch"), "roll_rad": marked("Roll"),
     "pitch_rad": marked("Pitch"), "acceleration_g": marked("Acceleration"), "acceleration_m_s2": marked("Acceleration"),
 }  # fmt: skip
-_MOST_PARTS: Final = 4
+_MAX_PARTS: Final = 4
 _CARD_PX: Final = 560
 
 
@@ -68,9 +68,9 @@ class ColumnForm(QWidget):
         self.altitude = self._box("csv_altitude", marked("Altitude"))
         self.armed = self._box("csv_armed", marked("Arming state"))
         self.attitude_parts = [self._box(f"csv_attitude_{one}", marked("Attitude"))
-                               for one in range(_MOST_PARTS)]  # fmt: skip
+                               for one in range(_MAX_PARTS)]  # fmt: skip
         self.force_parts = [self._box(f"csv_force_{one}", marked("Acceleration"))
-                            for one in range(_MOST_PARTS - 1)]  # fmt: skip
+                            for one in range(_MAX_PARTS - 1)]  # fmt: skip
         self._labels = {box: named(QLabel(), f"{box.objectName()}_label")
                         for box in (*self.attitude_parts, *self.force_parts)}  # fmt: skip
         self.read = control(QPushButton(), texts, "csv_read", "Read", picture=Icon.CHECK, role="primary",
@@ -109,7 +109,7 @@ class ColumnForm(QWidget):
             if box.currentData():
                 names[role] = box.currentData()
         if None in names.values():
-            raise LogUnreadable(said(marked("Choose a column in each row.")))
+            raise LogUnreadable(message(marked("Choose a column in each row.")))
         return CsvColumns(names)
 
     # What happens
@@ -118,7 +118,7 @@ class ColumnForm(QWidget):
         try:
             columns = self.columns()
         except LogUnreadable as error:
-            self.fault.setText(error.why.in_words())
+            self.fault.setText(error.why.translated())
             self.fault.show()
             return
         self.chosen.emit(self._name, columns)

@@ -121,7 +121,7 @@ class FlightsWork(QObject):
         logs = self.loading.poll()
         if logs:
             for one in logs:
-                self._take(one)
+                self._on_loaded(one)
             self._maps = None
             self.flights_changed.emit()
 
@@ -155,7 +155,7 @@ class FlightsWork(QObject):
                 self.flights.remove(name)
         self._change()
 
-    def _take(self, one: LoadedLog) -> None:
+    def _on_loaded(self, one: LoadedLog) -> None:
         name, flight, why = str(one.log.path), one.log.flight, one.log.why_not
         before = self._unread.pop(name, None)
         group = FlightGroup.MUST_NOT if before is None else before.group
@@ -185,10 +185,10 @@ class FlightsWork(QObject):
         mine = FlightSet()
         for group in GROUPS:
             mine.add(self.flights.flights(group), group)
-        self._proposing.run(lambda _running: propose(mine), self._take_proposal, self._fail)
+        self._proposing.run(lambda _running: propose(mine), self._on_proposal, self._fail)
         self.proposal_changed.emit()
 
-    def _take_proposal(self, proposal: ThresholdProposal) -> None:
+    def _on_proposal(self, proposal: ThresholdProposal) -> None:
         self.proposal = proposal
         self.proposal_changed.emit()
 

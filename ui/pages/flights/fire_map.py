@@ -24,7 +24,7 @@ _TIMES_S: Final = (0.5, 1.0, 1.5, 2.0, 2.5)
 _SWATCH_PX: Final = 12
 _HATCH_PX: Final = 8
 _DOT_PX: Final = 6
-_LEAST_SHADE: Final = 0.35
+_MIN_SHADE: Final = 0.35
 _HANDLE_PX: Final = 5.0
 _FAST: Final = 10
 """Degrees for Page Up and Page Down."""
@@ -108,7 +108,7 @@ def _rgb(colour: str) -> int:
 def _mixed(wash: str, fill: str, share: float) -> str:
     """Mixes the two colours."""
     ends = (QColor(wash), QColor(fill))
-    part = _LEAST_SHADE + (1 - _LEAST_SHADE) * share
+    part = _MIN_SHADE + (1 - _MIN_SHADE) * share
     parts = [
         round(one + (other - one) * part)
         for one, other in zip(ends[0].getRgb()[:3], ends[1].getRgb()[:3], strict=True)  # type: ignore[index]

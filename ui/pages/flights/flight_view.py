@@ -9,7 +9,7 @@ import numpy as np
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QPushButton, QVBoxLayout, QWidget
 
-from app.firing.judge import LONGEST_GAP_S, TriggerLimits
+from app.firing.judge import MAX_GAP_S, TriggerLimits
 from app.flight_analysis.flight_set import FlightOutcome
 from app.flight_logs.csv_columns import CsvColumns
 from app.flight_logs.flight_log import FlightLog, Floats, LogUnreadable
@@ -22,7 +22,7 @@ from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
 from ui.core.texts import Texts
 from ui.pages.flights.texts import outcome_lines, short_name
-from ui.pages.flights.verdicts import look_of, verdict_of
+from ui.pages.flights.verdicts import appearance_of, verdict_of
 from ui.plots.time_plot import TimePlot
 from ui.plots.view import Lane, Limit, Mark, Scale, Span
 from ui.services.page_header import HEIGHT_PX
@@ -88,11 +88,11 @@ class FlightView(QWidget):
         outcome = self._outcome
         if outcome is None:
             return
-        look = look_of(outcome.group, verdict_of(outcome))
+        look = appearance_of(outcome.group, verdict_of(outcome))
         self.picture.show_icon(look.icon, look.meaning)
         self.name.setText(f"{short_name(outcome.flight.name)} · {tr(outcome.group.value)}")
         self.verdict.setText("\n".join(outcome_lines(outcome)))
-        problems = [one.in_words() for one in outcome.flight.problems]
+        problems = [one.translated() for one in outcome.flight.problems]
         shown = problems[:_PROBLEMS_SHOWN]
         if len(problems) > len(shown):
             shown.append(tr("and {count} more", count=len(problems) - len(shown)))
@@ -112,13 +112,13 @@ class FlightView(QWidget):
         moment_s = _moment(self._outcome)
         if moment_s is not None and end_s > _WINDOW_S:
             plot.choose_window(_WINDOW_S)
-            plot.look_at(moment_s)
+            plot.show_instant(moment_s)
         plot.draw(end_s)
 
     def _fail(self, error: Exception) -> None:
         if not isinstance(error, LogUnreadable):
             raise error
-        self.waiting.setText(tr("{file}: {why}", file=self.name.text(), why=error.why.in_words()))
+        self.waiting.setText(tr("{file}: {why}", file=self.name.text(), why=error.why.translated()))
 
     def _remove_plot(self) -> None:
         if self.plot is not None:
@@ -138,14 +138,14 @@ def lanes_of(log: FlightLog, limits: TriggerLimits) -> Sequence[Lane]:
                 Limit(_standing(start_s, limits.attitude_threshold_deg), marked("{value}° fires"), Meaning.DANGER),
                 Limit(_standing(start_s, limits.reset_angle_deg), marked("{value}° rearms"), Meaning.INFORMATION),
             ),
-            weight=3, gap_s=LONGEST_GAP_S,
+            weight=3, gap_s=MAX_GAP_S,
         ),
         Lane(
             marked("Acceleration"), "g", _series(log.time_s, log.specific_force_g),
             (Scale(0, 2, 1), Scale(0, 4, 2), Scale(0, 8, 4), Scale(0, 16, 8), Scale(0, 26, 13)),
             (Limit(_standing(start_s, limits.freefall_acceleration_g), marked("{value} g free fall"), Meaning.DANGER,
                    1),),
-            decimals=1, weight=2, gap_s=LONGEST_GAP_S,
+            decimals=1, weight=2, gap_s=MAX_GAP_S,
         ),
     ]  # fmt: skip
     if log.altitude_m is not None and np.isfinite(log.altitude_m).any():
@@ -158,7 +158,7 @@ def lanes_of(log: FlightLog, limits: TriggerLimits) -> Sequence[Lane]:
 def marks_of(outcome: FlightOutcome, resets_s: Sequence[float] = ()) -> list[Mark]:
     """Marks in order of time."""
     flight = outcome.flight
-    meaning = look_of(outcome.group, verdict_of(outcome)).meaning
+    meaning = appearance_of(outcome.group, verdict_of(outcome)).meaning
     marks = [Mark(at_s, marked("restarted"), Icon.RESTART, Meaning.ATTENTION) for at_s in resets_s]
     direct_s, damped_s = outcome.direct.at_s, outcome.damped.at_s
     is_one = bool(outcome.direct.sources and outcome.damped.sources) and abs(direct_s - damped_s) < _SAME_S

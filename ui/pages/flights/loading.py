@@ -11,7 +11,7 @@ from app.flight_logs.csv_columns import CsvColumns
 from app.flight_logs.csv_log import read_head
 from app.flight_logs.flight_log import LogUnreadable
 from app.flight_logs.read_log import find_logs
-from app.text.sentences import reason_of
+from app.text.sentences import error_text
 from ui.core.background_task import BackgroundTask, Running
 
 
@@ -114,7 +114,7 @@ class FlightLoading(QObject):
 
     def _end(self, *, was_cancelled: bool = False, error: Exception | None = None) -> None:
         self._collect()
-        why = "" if error is None else reason_of(error)
+        why = "" if error is None else error_text(error)
         self.ended.emit(LoadEnded(self.read, self.total, was_cancelled, why))
         if self._waiting:
             self._begin()

@@ -11,8 +11,8 @@ from app.text.durations import stopwatch
 from protocol.translatable import marked
 from ui.forms.table_kit import RowsModel, TableColumn
 from ui.pages.flights.controller import FlightRow
-from ui.pages.flights.texts import problem_count, short_name, told, verdict_text
-from ui.pages.flights.verdicts import look_of, order_of, verdict_of
+from ui.pages.flights.texts import problem_count, row_text, short_name, verdict_text
+from ui.pages.flights.verdicts import appearance_of, order_of, verdict_of
 from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning
 
@@ -27,12 +27,12 @@ class FlightColumn(IntEnum):
 
 
 def _fires_icon(row: FlightRow) -> QIcon:
-    look = look_of(row.group, verdict_of(row.outcome))
+    look = appearance_of(row.group, verdict_of(row.outcome))
     return icon(look.icon, look.meaning)
 
 
 def _fires_ink(row: FlightRow) -> Meaning | None:
-    return look_of(row.group, verdict_of(row.outcome)).meaning
+    return appearance_of(row.group, verdict_of(row.outcome)).meaning
 
 
 def _tilt(row: FlightRow) -> float:
@@ -89,4 +89,4 @@ COLUMNS: Final = (
 
 
 def flights_model(parent: QObject) -> RowsModel[FlightRow]:
-    return RowsModel(COLUMNS, lambda row: row.name, told, parent, aligns_heads=True)
+    return RowsModel(COLUMNS, lambda row: row.name, row_text, parent, aligns_heads=True)

@@ -18,7 +18,7 @@ from app.flight_logs.csv_columns import CsvColumns
 from app.flight_logs.read_log import SUFFIXES
 from app.text.i18n import tr
 from app.text.messages import clean
-from app.text.sentences import together
+from app.text.sentences import join_sentences
 from protocol.translatable import marked
 from ui.files.file_dialogs import AskMany, ask_flight_logs, ask_folder
 from ui.pages.flights.column_form import ColumnForm
@@ -58,7 +58,7 @@ class FlightsPage(Page):
         self.ask_files: AskMany = ask_flight_logs
         self.ask_folder: AskMany = ask_folder
         self._folder = Path.home()
-        self._said: Notice | None = None
+        self._last_notice: Notice | None = None
         self._ended: LoadEnded | None = None
         texts = services.texts
         self.fired_only = control(QCheckBox(), texts, "flights_fired_only", "Only fired")
@@ -98,7 +98,7 @@ class FlightsPage(Page):
         if not paths:
             return
         self._folder = paths[0].parent
-        self._said = self._ended = None
+        self._last_notice = self._ended = None
         self.work.open(paths, columns)
         self.refresh()
 
@@ -135,7 +135,7 @@ class FlightsPage(Page):
             first.table.selectRow(0)
 
     def _dismiss(self) -> None:
-        self._said = self._ended = None
+        self._last_notice = self._ended = None
         self._refresh_notice()
 
     # Showing
@@ -175,8 +175,8 @@ class FlightsPage(Page):
             if loading.total is not None:
                 text = tr("{what} ({done} of {total})", what=text, done=loading.read, total=loading.total)
             return Notice(Meaning.INFORMATION, text, (Choice("cancel_flights", tr("Cancel"), self._cancel),))
-        if self._said is not None:
-            return self._said
+        if self._last_notice is not None:
+            return self._last_notice
         return None if self._ended is None else self._ended_notice(self._ended)
 
     def _ended_notice(self, ended: LoadEnded) -> Notice | None:
@@ -185,7 +185,7 @@ class FlightsPage(Page):
             return Notice(Meaning.ATTENTION, tr("That did not work: {why}.", why=ended.why), dismiss=self._dismiss)
         if ended.was_cancelled:
             read = [] if ended.total is None else [tr("{count} of {total} logs", count=ended.read, total=ended.total)]
-            return Notice(Meaning.INFORMATION, together((tr("Cancelled."), *read)), dismiss=self._dismiss)
+            return Notice(Meaning.INFORMATION, join_sentences((tr("Cancelled."), *read)), dismiss=self._dismiss)
         unread = self.work.unread()
         if ended.total == 0:
             return Notice(Meaning.INFORMATION, tr("No new flight logs."), dismiss=self._dismiss)
@@ -193,15 +193,15 @@ class FlightsPage(Page):
             return None
         first = unread[0]
         text = tr("{count} not read. {name}: {why}", count=len(unread), name=short_name(first.name),
-                  why=clean(first.why.in_words()))  # fmt: skip
+                  why=clean(first.why.translated()))  # fmt: skip
         table = next((one for one in unread if one.head), None)
         choices = () if table is None else (
             Choice("columns", tr("Choose columns…"), partial(self._show_form, table)),
         )  # fmt: skip
         return Notice(Meaning.ATTENTION, text, choices, dismiss=self._dismiss)
 
-    def _say(self, notice: Notice | None) -> None:
-        self._said = notice
+    def _show_notice(self, notice: Notice | None) -> None:
+        self._last_notice = notice
         self._refresh_notice()
 
     def _show_overview(self) -> None:
@@ -228,7 +228,7 @@ class FlightsPage(Page):
         self.refresh()
 
     def _retranslate(self) -> None:
-        self._said = None
+        self._last_notice = None
         for one in self.lists.of.values():
             one.model.retranslate()
             one.table.measure()
@@ -259,7 +259,7 @@ class FlightsPage(Page):
         self.flight.closed.connect(self._show_overview)
         self.form.closed.connect(self._show_overview)
         self.form.chosen.connect(self._read_with)
-        self.proposal.said.connect(self._say)
+        self.proposal.notified.connect(self._show_notice)
         self.proposal.settings_wanted.connect(lambda: self.page_wanted.emit("settings"))
         Shortcut("flights_open_key", self, self.open_files, self.choose_files)
 
@@ -297,7 +297,7 @@ class FlightsPage(Page):
             self._show_overview()
         elif self.work.loading.is_running:
             self._cancel()
-        elif self._said is not None or self._ended is not None:
+        elif self._last_notice is not None or self._ended is not None:
             self._dismiss()
         elif self.fired_only.isChecked():
             self.fired_only.setChecked(False)

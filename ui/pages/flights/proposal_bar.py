@@ -28,7 +28,7 @@ _LINES: Final = 2
 
 
 class ProposalBar(QFrame):
-    said = Signal(object)
+    notified = Signal(object)
     """A `Notice`, or None."""
     settings_wanted = Signal()
 
@@ -43,7 +43,7 @@ class ProposalBar(QFrame):
         self.head = named(ElidedLabel(), "flights_proposal_head", "strong")
         self.lines = [named(ElidedLabel(), f"flights_proposal_line_{one}", "small") for one in range(_LINES)]
         self.take = control(QPushButton(), texts, "flights_take", "Try proposal", picture=Icon.CHECK,
-                            slot=self._take)  # fmt: skip
+                            slot=self._use_proposal)  # fmt: skip
         self.use = control(QPushButton(), texts, "flights_use", "Use in Settings", tip="Nothing is sent.",
                            picture=Icon.SETTINGS, slot=self._use)  # fmt: skip
         said = in_column(self.head, *self.lines, spacing=0)
@@ -70,7 +70,7 @@ class ProposalBar(QFrame):
         self.take.setEnabled(limits is not None and limits != work.limits)
         self.use.setEnabled(self._exchange.can_use())
 
-    def _take(self) -> None:
+    def _use_proposal(self) -> None:
         proposal = self._work.proposal
         if proposal is not None and proposal.limits is not None:
             self._work.choose(proposal.limits)
@@ -93,7 +93,7 @@ class ProposalBar(QFrame):
         try:
             profile = read_profile(path)
         except ProfileRefused as refusal:
-            self._say(Meaning.ATTENTION, tr("{file}: {why}", file=path.name, why=refusal.sentences[0]))
+            self._notify(Meaning.ATTENTION, tr("{file}: {why}", file=path.name, why=refusal.sentences[0]))
             return
         settings = {**profile.settings, **self._work.settings()}
         loses_approval = profile.approved_fingerprint is not None and settings != dict(profile.settings)
@@ -107,13 +107,13 @@ class ProposalBar(QFrame):
         try:
             save_profile(path, profile)
         except (OSError, ProfileRefused) as error:
-            self._say(Meaning.DANGER, tr("{file} cannot be written: {why}.", file=path, why=error))
+            self._notify(Meaning.DANGER, tr("{file} cannot be written: {why}.", file=path, why=error))
             return
         self._remembered.add_profile(path)
-        self._say(Meaning.GOOD, f"{tr('Saved as {path}.', path=path)} {note}".strip())
+        self._notify(Meaning.GOOD, f"{tr('Saved as {path}.', path=path)} {note}".strip())
 
-    def _say(self, meaning: Meaning, text: str) -> None:
-        self.said.emit(Notice(meaning, text, dismiss=lambda: self.said.emit(None)))
+    def _notify(self, meaning: Meaning, text: str) -> None:
+        self.notified.emit(Notice(meaning, text, dismiss=lambda: self.notified.emit(None)))
 
     def _folder(self) -> Path:
         recent = self._remembered.recent_profiles

@@ -12,7 +12,7 @@ from app.flight_logs.module_view import RuleReading
 from app.text.durations import stopwatch
 from app.text.i18n import tr
 from app.text.messages import clean
-from app.text.sentences import begun, listed
+from app.text.sentences import capitalised, join_names
 from protocol.messages import Source
 from protocol.translatable import marked
 from ui.pages.flights.controller import FlightRow
@@ -60,10 +60,10 @@ def sources_text(sources: Source) -> str:
 def fire_text(fire: FirstFire) -> str:
     """When and why it fires under one reading, how late and how much lower."""
     if not fire.sources:
-        return begun(tr("no trigger"))
+        return capitalised(tr("no trigger"))
     text = tr("Fires at {time}: {why}", time=moment_text(fire.at_s), why=sources_text(fire.sources))
     late = late_text(fire.delay_s, fire.drop_m) if fire.is_in_time else tr("after the impact")
-    return listed(filter(None, (text, late)))
+    return join_names(filter(None, (text, late)))
 
 
 def late_text(delay_s: float, drop_m: float) -> str:
@@ -94,15 +94,15 @@ def outcome_lines(outcome: FlightOutcome) -> tuple[str, ...]:
     )
 
 
-def told(row: FlightRow) -> str:
+def row_text(row: FlightRow) -> str:
     """The row as text, for the tooltip and screen readers."""
     name = clean(row.name, longest=200)
     if row.unread is not None:
-        return tr("{file}: {why}", file=name, why=row.unread.why.in_words())
+        return tr("{file}: {why}", file=name, why=row.unread.why.translated())
     lines = [f"{name} ({tr(row.group.value)})"]
     if row.outcome is not None:
         lines.append(tr("{reason}: {what}", reason=tr("Duration"), what=stopwatch(row.outcome.flight.duration_s)))
-        lines += [*outcome_lines(row.outcome), *(one.in_words() for one in row.outcome.flight.problems)]
+        lines += [*outcome_lines(row.outcome), *(one.translated() for one in row.outcome.flight.problems)]
     return "\n".join(lines)
 
 
@@ -115,7 +115,7 @@ def problem_count(row: FlightRow) -> int:
 
 def list_caption(group: FlightGroup, outcomes: list[FlightOutcome]) -> tuple[str, Meaning | None]:
     """Caption of a list; where the readings disagree, the worse one counts."""
-    total, name = len(outcomes), begun(tr(group.value))
+    total, name = len(outcomes), capitalised(tr(group.value))
     if not total:
         return name, None
     if group is FlightGroup.MUST_NOT:
@@ -166,7 +166,7 @@ def proposal_text(proposal: ThresholdProposal | None, *, is_busy: bool, counts: 
     if proposal is None or not any(counts):
         return ProposalText(Icon.INFORMATION, None, tr("No proposal yet"))
     if proposal.limits is None:
-        lines = [tr("{file}: {why}", file=short_name(one.name), why=one.why.in_words()) for one in proposal.conflicts]
+        lines = [tr("{file}: {why}", file=short_name(one.name), why=one.why.translated()) for one in proposal.conflicts]
         return ProposalText(Icon.WARNING, Meaning.ATTENTION, tr("No thresholds separate the lists"), tuple(lines))
     lines = [
         _margin_text(margin)
@@ -183,5 +183,5 @@ def _margin_text(margin: FlightMargin) -> str:
     """Smallest margin of a list."""
     parts = [f"{margin.attitude_deg}°"] * (margin.attitude_deg >= 0)
     parts += [f"{margin.freefall_s:.2f} s"] * (margin.freefall_s >= 0)
-    return tr("{group}: {what} to spare ({name})", group=begun(tr(margin.group.value)), what=" · ".join(parts),
+    return tr("{group}: {what} to spare ({name})", group=capitalised(tr(margin.group.value)), what=" · ".join(parts),
               name=short_name(margin.name))  # fmt: skip

@@ -36,7 +36,7 @@ def verdict_of(outcome: FlightOutcome | None) -> Verdict:
     return Verdict.FIRES if outcome.direct.is_in_time or outcome.group is not FlightGroup.MUST else Verdict.LATE
 
 
-def look_of(group: FlightGroup, verdict: Verdict) -> Look:
+def appearance_of(group: FlightGroup, verdict: Verdict) -> Look:
     """Only what is not as expected is coloured."""
     match verdict:
         case Verdict.UNREAD:
@@ -55,7 +55,7 @@ def look_of(group: FlightGroup, verdict: Verdict) -> Look:
 
 def order_of(group: FlightGroup, outcome: FlightOutcome | None) -> float:
     """Sort key: what is not as expected first, then by time."""
-    is_fine = look_of(group, verdict_of(outcome)).meaning is None
+    is_fine = appearance_of(group, verdict_of(outcome)).meaning is None
     at_s = _NEVER_S if outcome is None else min(outcome.direct.at_s, outcome.damped.at_s, _NEVER_S)
     return (10 * _NEVER_S if is_fine else 0.0) + at_s
 

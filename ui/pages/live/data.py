@@ -23,7 +23,7 @@ from ui.style.theme import Meaning
 
 # Ten hours, polled once a second.
 _SLOW_SAMPLES: Final = 36_000
-_MARKERS_KEPT: Final = 1000
+_MAX_MARKERS: Final = 1000
 _RATE_OVER_S: Final = 2.0
 # Voltage and light count as fresh for 5 s.
 SLOW_GAP_S: Final = 5.0
@@ -108,7 +108,7 @@ class LiveData(LimitSteps):
         self.light = Series(_SLOW_SAMPLES, summary_buckets=_SLOW_SAMPLES)
         self.stale = LimitSteps()
         """The last known limits, while they are stale."""
-        self.markers: deque[Marker] = deque(maxlen=_MARKERS_KEPT)
+        self.markers: deque[Marker] = deque(maxlen=_MAX_MARKERS)
         # One entry for each sample of tilt and acceleration; its summary is not used.
         self._flags = Series(summary_buckets=2)
         self._first_s: float | None = None

@@ -5,7 +5,7 @@ from typing import Final
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QLabel, QPushButton, QWidget
 
-from app.diagnosis.link_state import Phase, words
+from app.diagnosis.link_state import Phase, link_text
 from app.engine.target import Target
 from app.text.i18n import tr
 from protocol.catalogue import DEFAULT_BAUD_RATE
@@ -20,7 +20,7 @@ from ui.widgets.layouts import Gap, in_column, in_row, retain_size
 from ui.widgets.naming import named
 
 _TEXT_PX: Final = 500
-_LEAST_TEXT_PX: Final = 240
+_MIN_TEXT_PX: Final = 240
 _BUSY: Final = (Phase.OPENING, Phase.FINDING, Phase.ASKING, Phase.ONLINE, Phase.LATE)
 
 
@@ -58,7 +58,7 @@ class EmptyPage(QWidget):
 
     def refresh(self) -> None:
         state = self._connector.state
-        said = words(state, self._connector.clock())
+        said = link_text(state, self._connector.clock())
         is_idle = state.phase is Phase.CLOSED
         self._title.setText(tr("No module connected") if is_idle else said.word)
         self.text.setText(said.next_step if is_idle else f"{said.what}\n{said.next_step}".strip())
@@ -66,7 +66,7 @@ class EmptyPage(QWidget):
         margins = self._column.contentsMargins()
         if margins.left() != panel_px:
             self._column.setContentsMargins(panel_px, 0, 0, 0)
-        width_px = max(_LEAST_TEXT_PX, min(_TEXT_PX, self.width() - panel_px - 2 * Space.S))
+        width_px = max(_MIN_TEXT_PX, min(_TEXT_PX, self.width() - panel_px - 2 * Space.S))
         for label in (self._title, self.text, self._way):
             label.setFixedWidth(width_px)
         for button in (self.choose, self.simulate, self.recordings):

@@ -17,7 +17,7 @@ from app.recordings.recording import Recording
 from app.system.wall_clock import WallClock
 from protocol.translatable import marked
 from ui.core.bridge import joined
-from ui.files.save_bar import Origin, SaveBar, picture_with_foot
+from ui.files.save_bar import Origin, SaveBar, picture_with_footer
 from ui.pages.live.data import LiveData, lanes
 from ui.pages.live.empty import EmptyPage
 from ui.pages.live.panel import LivePanel, PanelLimits
@@ -85,16 +85,16 @@ class LivePage(StreamPage):
             self, self._show_now, every_ms=DRAW_EVERY_MS, tick=self._tick_alone, retranslate=self._retranslate,
             hidden=lambda: self._connector.current.set_shown(is_shown=True),
         )  # fmt: skip
-        self._connector.changed.connect(self._follow_link)
-        self._connector.forgotten.connect(self._reset)
+        self._connector.changed.connect(self._on_link_changed)
+        self._connector.invalidated.connect(self._reset)
         self.banner.left.connect(self.back_to_live)
         self._recordings.opened.connect(self.show_recording)
         self._recordings.closing.connect(self._leave_folders)
-        self.fired.panel.look_wanted.connect(self._look)
+        self.fired.panel.instant_chosen.connect(self._show_instant)
         self.fired.panel.lines_changed.connect(self.draw)
         self.fired.panel.settings_wanted.connect(lambda: self.page_wanted.emit("settings"))
-        self.source_changed.connect(self._follow_source)
-        self._follow_source()
+        self.source_changed.connect(self._on_source_changed)
+        self._on_source_changed()
         self.refresh()
 
     @property
@@ -151,7 +151,7 @@ class LivePage(StreamPage):
         if self.recording is None:
             return
         self.fired.panel.release()  # it reads from the recording
-        self._recorded.put_away()
+        self._recorded.close()
         self._recordings.is_shown = False
         if not self.data.has_samples:
             self._stack.setCurrentWidget(self.empty)
@@ -224,23 +224,23 @@ class LivePage(StreamPage):
             self._refresh_empty()
         self.source_changed.emit()
 
-    def _follow_source(self) -> None:
+    def _on_source_changed(self) -> None:
         if self.recording is None:
-            self.fired.follow_module(self.data, wall_offset_s=self.wall.offset_s)
+            self.fired.bind_module(self.data, wall_offset_s=self.wall.offset_s)
         else:
-            self.fired.follow_recording(self.recording)
+            self.fired.bind_recording(self.recording)
 
-    def _look(self, at_s: float) -> None:
+    def _show_instant(self, at_s: float) -> None:
         if self.plot.span.length_s > _CLOSE_UP_S:
             self.plot.choose_window(_CLOSE_UP_S)
-        self.plot.look_at(at_s)
+        self.plot.show_instant(at_s)
 
     def _leave_folders(self, folders: object) -> None:
         if self.recording is not None and isinstance(folders, frozenset) and self.recording.entry.folder in folders:
             self.back_to_live()
 
-    def _follow_link(self) -> None:
-        if not self._connector.is_wanted and not self._connector.is_open:
+    def _on_link_changed(self) -> None:
+        if not self._connector.is_requested and not self._connector.is_open:
             self._session.end()
         self._refresh_empty()
 
@@ -260,7 +260,7 @@ class LivePage(StreamPage):
         return Origin(connection.port, connection.baud_rate, self.wall.offset_s)
 
     def _picture(self, foot: str) -> QImage:
-        return picture_with_foot(self._seen, foot)
+        return picture_with_footer(self._seen, foot)
 
     # Shortcuts
 

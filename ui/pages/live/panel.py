@@ -31,7 +31,7 @@ _COUNT_EVERY_S: Final = 0.5
 _TALL_FROM_PX: Final = 600
 """Height of the page from which the gauge is larger."""
 _GAUGES_PX: Final = (76, 112)
-_MOST_APART_PX: Final = 56
+_MAX_APART_PX: Final = 56
 _RESIZING: Final = (
     QEvent.Type.FontChange,
     QEvent.Type.StyleChange,
@@ -79,7 +79,7 @@ class LivePanel(QFrame):
         self.activation = named(StateChip("", size=Size.SMALL), "live_activation")
         self.trigger = named(StateChip("", size=Size.SMALL), "live_trigger")
         for widget in (self.gauge, *self._tiles):
-            widget.lie_on_surface()
+            widget.use_card_background()
         self._stream_kind: tuple[bool, Presence, str] | None = None
         self._counted_at = 0.0
         self._is_recorded = False
@@ -121,7 +121,7 @@ class LivePanel(QFrame):
             if fits:
                 here.append(tile)
                 px += tile_px
-        self._row.setSpacing(max(int(Space.M), min(_MOST_APART_PX, (room - px) // (len(here) - 1))))
+        self._row.setSpacing(max(int(Space.M), min(_MAX_APART_PX, (room - px) // (len(here) - 1))))
 
     def show_device(
         self, device: DeviceView, now_s: float, *, limits: PanelLimits, in_use: LimitsInUse, reports_per_s: float

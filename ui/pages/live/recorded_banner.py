@@ -4,7 +4,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QPushButton
 
 from app.diagnosis.link_state import duration
-from app.recordings.entry_texts import remarks, told
+from app.recordings.entry_texts import entry_text, remarks
 from app.recordings.recording import Recording
 from app.text.i18n import tr
 from ui.core.texts import Texts
@@ -50,7 +50,7 @@ class RecordedBanner(Banner):
         )
         parts = (damage, began, entry.module, entry.port, remarks(entry), tr("not live"))
         self.label.setText(" · ".join(filter(None, parts)))
-        self.label.set_tip("\n".join(filter(None, (damage, told(entry)))))
+        self.label.set_tip("\n".join(filter(None, (damage, entry_text(entry)))))
         self.setAccessibleName(self.label.text())
         if damage is None:
             self.show_meaning(Meaning.INFORMATION, Icon.HISTORY)

@@ -29,7 +29,7 @@ class RecordedView:
 
     def show(self, recording: Recording, lanes: Sequence[Lane]) -> None:
         """Shows all of `recording`, with the cursor at its last report."""
-        self.put_away()
+        self.close()
         self.recording = recording
         bounds = Span(recording.start_s, recording.end_s)
         plot = self.plot = TimePlot(lanes, self._texts, wall_offset_s=recording.wall_offset_s, bounds=bounds)
@@ -42,7 +42,7 @@ class RecordedView:
         self.banner.show_recording(recording)
         self._panel.be_recorded(is_recorded=True)
 
-    def put_away(self) -> None:
+    def close(self) -> None:
         """Closes the recording, after the widgets that read from it."""
         plot, recording = self.plot, self.recording
         self.plot = self.recording = self._read_s = None

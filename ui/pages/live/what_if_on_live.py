@@ -32,15 +32,15 @@ class WhatIfOnLive(QObject):
         self.panel.closed.connect(lambda: self.button.setChecked(False))
         services.exchange.tried.connect(self._try)
 
-    def follow_module(self, data: LiveData, *, wall_offset_s: float) -> None:
+    def bind_module(self, data: LiveData, *, wall_offset_s: float) -> None:
         """Judges the values of the module."""
         self._recording = None
-        self.panel.follow(data, wall_offset_s=wall_offset_s, is_recorded=False)
+        self.panel.bind(data, wall_offset_s=wall_offset_s, is_recorded=False)
 
-    def follow_recording(self, recording: Recording) -> None:
+    def bind_recording(self, recording: Recording) -> None:
         """Judges the values of `recording`."""
         self._recording = recording
-        self.panel.follow(recording, wall_offset_s=recording.wall_offset_s, is_recorded=True)
+        self.panel.bind(recording, wall_offset_s=recording.wall_offset_s, is_recorded=True)
 
     def refresh(self) -> None:
         """Called a few times a second while the page is visible."""

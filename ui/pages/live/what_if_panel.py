@@ -37,11 +37,11 @@ from ui.widgets.sliders import WheelGuard
 
 WIDTH_PX: Final = 376
 _LIST_PX: Final = 116
-_LOOKS: Final = {
+_STYLES: Final = {
     WhatIfKind.JUDGING: (Icon.CLOCK, Meaning.INFORMATION),
     WhatIfKind.UNJUDGED: (Icon.UNKNOWN, Meaning.UNKNOWN),
     WhatIfKind.UNANSWERED: (Icon.UNKNOWN, Meaning.ATTENTION),
-    WhatIfKind.DOUBTFUL: (Icon.WARNING, Meaning.ATTENTION),
+    WhatIfKind.UNCERTAIN: (Icon.WARNING, Meaning.ATTENTION),
     WhatIfKind.FIRES: (Icon.PARACHUTE, Meaning.DANGER),
     WhatIfKind.HOLDS: (Icon.NOT_TRIGGERED, None),
     WhatIfKind.NEAR: (Icon.INFORMATION, None),
@@ -53,7 +53,7 @@ _ROW_ROLE: Final = Qt.ItemDataRole.UserRole
 class WhatIfPanel(QFrame):
     """See the module docstring. Call `refresh` a few times a second while it is visible."""
 
-    look_wanted = Signal(float)
+    instant_chosen = Signal(float)
     """To show this monotonic time in the plots."""
     lines_changed = Signal()
     """`lines` changed: draw the plots."""
@@ -69,15 +69,15 @@ class WhatIfPanel(QFrame):
         self.judgement = WhatIfJudgement()
         self._wall_offset_s = 0.0
         self._rows: tuple[WhatIfRow, ...] = ()
-        self._said: WhatIfVerdict | None = None
+        self._verdict: WhatIfVerdict | None = None
         self._make(services)
         self._wire(services)
 
     # Data
 
-    def follow(self, measured: Measured, *, wall_offset_s: float, is_recorded: bool) -> None:
+    def bind(self, measured: Measured, *, wall_offset_s: float, is_recorded: bool) -> None:
         """Judges `measured` from now on."""
-        self.judgement.follow(measured, is_recorded=is_recorded)
+        self.judgement.bind(measured, is_recorded=is_recorded)
         self._wall_offset_s = wall_offset_s
 
     def release(self) -> None:
@@ -99,7 +99,7 @@ class WhatIfPanel(QFrame):
             said = WhatIfVerdict(WhatIfKind.UNREADABLE, tr("The recording is unreadable."))
         else:
             said = fired_words.verdict(finding, question, clock=clock, progress=self.judgement.progress)
-        self._say(said)
+        self._show_verdict(said)
         self._list(fired_words.rows(finding, clock=clock))
         self.as_module.setEnabled(self.wanted.has_drafts)
         self.from_settings.setEnabled(bool(self._exchange.find_drafts()))
@@ -115,13 +115,13 @@ class WhatIfPanel(QFrame):
         self._exchange.used.emit(self.wanted.values)
         self.settings_wanted.emit()
 
-    def _take_from_settings(self) -> None:
+    def _load_from_settings(self) -> None:
         self.open_with(self._exchange.find_drafts())
 
-    def _look(self, item: QListWidgetItem) -> None:
+    def _on_row_chosen(self, item: QListWidgetItem) -> None:
         row = item.data(_ROW_ROLE)
         if isinstance(row, float):
-            self.look_wanted.emit(row)
+            self.instant_chosen.emit(row)
 
     def _close(self) -> None:
         if self.lines.show(None, None):
@@ -142,16 +142,16 @@ class WhatIfPanel(QFrame):
         standing, value = self.wanted.standing.get(command.key), self.wanted.values.get(command.key)
         return None if value is None or (standing is not None and standing.value == value) else float(value)
 
-    def _say(self, said: WhatIfVerdict) -> None:
-        if said == self._said:
+    def _show_verdict(self, said: WhatIfVerdict) -> None:
+        if said == self._verdict:
             return
-        self._said = said
+        self._verdict = said
         self.head.setText(said.head)
         self.details.setText("\n".join(said.lines))
         self.details.setVisible(bool(said.lines))
         self.head.setAccessibleName(said.head)
         self.details.setAccessibleName("\n".join(said.lines))
-        self._icon.show_icon(*_LOOKS[said.kind])
+        self._icon.show_icon(*_STYLES[said.kind])
 
     def _list(self, rows: tuple[WhatIfRow, ...]) -> None:
         """Keeps unchanged rows, so that a selected one stays selected."""
@@ -165,7 +165,7 @@ class WhatIfPanel(QFrame):
             while self.list.count() > common:
                 self.list.takeItem(common)
             for row in rows[common:]:
-                item = QListWidgetItem(icon(*_LOOKS[row.kind]), row.text)
+                item = QListWidgetItem(icon(*_STYLES[row.kind]), row.text)
                 item.setData(_ROW_ROLE, row.at_s)
                 item.setToolTip(row.text)
                 self.list.addItem(item)
@@ -189,7 +189,7 @@ class WhatIfPanel(QFrame):
         self.locked.setChecked(True)
         self.as_module = control(QPushButton(), texts, "fired_as_module", "As on the module")
         self.from_settings = control(QPushButton(), texts, "fired_from_settings", "From Settings",
-                                     slot=self._take_from_settings)  # fmt: skip
+                                     slot=self._load_from_settings)  # fmt: skip
         self.use = control(QPushButton(), texts, "fired_use", "Use in Settings", slot=self._use)
         self.about = control(QToolButton(), texts, "fired_about", "How this is judged", picture=Icon.INFORMATION,
                              role="quiet", is_checkable=True)  # fmt: skip
@@ -198,8 +198,8 @@ class WhatIfPanel(QFrame):
         self._lay_out(services)
 
     def _wire(self, services: Services) -> None:
-        self.list.itemClicked.connect(self._look)
-        self.list.itemActivated.connect(self._look)
+        self.list.itemClicked.connect(self._on_row_chosen)
+        self.list.itemActivated.connect(self._on_row_chosen)
         self.as_module.clicked.connect(partial(self.open_with, {}))
         self.about.toggled.connect(self.rules.setVisible)
         services.texts.bind(self._retranslate, "How this is judged")
@@ -230,7 +230,7 @@ class WhatIfPanel(QFrame):
 
     def _retranslate(self, _text: str) -> None:
         self.rules.setText("\n".join(f"• {tr(one)}" for one in fired_words.ABOUT))
-        self._said = None
+        self._verdict = None
 
     # Qt
 

@@ -15,7 +15,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.preflight.verdict import VERDICT_WORDS, Verdict, verdict_named
-from app.records.check_store import CheckStore, KeptCheck, Point
+from app.records.check_store import CheckStore, Point, StoredCheck
 from app.store.database import StoreTrouble
 from app.store.store import Store
 from app.system.wall_clock import local_time
@@ -53,7 +53,7 @@ TRENDED: Final = (
 )
 
 
-_LOOKS: Final = {
+_STYLES: Final = {
     Verdict.GO: (Icon.CHECK, Meaning.GOOD),
     Verdict.READY: (Icon.LOCK, Meaning.INFORMATION),
     Verdict.NO_GO: (Icon.CROSS, Meaning.DANGER),
@@ -61,25 +61,25 @@ _LOOKS: Final = {
 _VOID_LOOK: Final = (Icon.CROSS, Meaning.UNKNOWN)
 
 
-def _verdict(check: KeptCheck) -> str:
+def _verdict(check: StoredCheck) -> str:
     return tr("void") if check.is_void else tr(VERDICT_WORDS[verdict_named(check.verdict)])
 
 
-def _verdict_icon(check: KeptCheck) -> QIcon:
-    return icon(*_VOID_LOOK if check.is_void else _LOOKS[verdict_named(check.verdict)])
+def _verdict_icon(check: StoredCheck) -> QIcon:
+    return icon(*_VOID_LOOK if check.is_void else _STYLES[verdict_named(check.verdict)])
 
 
 _COLUMNS: Final = (
-    TableColumn[KeptCheck](marked("When"), lambda check: local_time(check.at)),
-    TableColumn[KeptCheck](marked("Verdict"), _verdict, picture=_verdict_icon),
-    TableColumn[KeptCheck](marked("Module"), lambda check: check.module or "—"),
-    TableColumn[KeptCheck](marked("Aircraft"), lambda check: check.aircraft or "—"),
-    TableColumn[KeptCheck](marked("Checked by"), lambda check: check.who or "—"),
-    TableColumn[KeptCheck](marked("Settings code"), lambda check: check.fingerprint or "—"),
+    TableColumn[StoredCheck](marked("When"), lambda check: local_time(check.at)),
+    TableColumn[StoredCheck](marked("Verdict"), _verdict, picture=_verdict_icon),
+    TableColumn[StoredCheck](marked("Module"), lambda check: check.module or "—"),
+    TableColumn[StoredCheck](marked("Aircraft"), lambda check: check.aircraft or "—"),
+    TableColumn[StoredCheck](marked("Checked by"), lambda check: check.who or "—"),
+    TableColumn[StoredCheck](marked("Settings code"), lambda check: check.fingerprint or "—"),
 )
 
 
-def _row_sentence(check: KeptCheck) -> str:
+def _row_sentence(check: StoredCheck) -> str:
     return " · ".join(column.text(check) for column in _COLUMNS)
 
 
@@ -93,7 +93,7 @@ class CheckHistory(QWidget):
         super().__init__()
         self.setObjectName("check_history")
         self._services = services
-        self.checks: tuple[KeptCheck, ...] = ()
+        self.checks: tuple[StoredCheck, ...] = ()
         texts = services.texts
         self.filter = control(QComboBox(), texts, "check_history_filter", says="Past checks")
         self.filter.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
@@ -170,7 +170,7 @@ class CheckHistory(QWidget):
         chosen = self._chosen()
         self.print.setEnabled(chosen is not None and not chosen.is_void)
 
-    def _chosen(self) -> KeptCheck | None:
+    def _chosen(self) -> StoredCheck | None:
         rows = [index.row() for index in self.table.selectionModel().selectedRows()]
         return self.checks[rows[0]] if len(rows) == 1 and rows[0] < len(self.checks) else None
 

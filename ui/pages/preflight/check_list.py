@@ -94,7 +94,7 @@ class CheckList(QScrollArea):
         judged = {} if assessment is None else {one.check.id: one for one in assessment.checks}
         is_checking, is_void = standing is Standing.CHECKING, standing is Standing.VOID
         failed = [id_ for id_, one in judged.items() if one.finding.result is not CheckResult.PASS]
-        failed.sort(key=lambda id_: not judged[id_].stands_against)  # warnings after what is against GO
+        failed.sort(key=lambda id_: not judged[id_].blocks_go)  # warnings after what is against GO
         self._sort(failed)
         for id_, row in self.rows.items():
             found = judged.get(id_)
@@ -105,7 +105,7 @@ class CheckList(QScrollArea):
         for item in self.manual:
             item.show_state(self.ticks.get(item.number), can_tick=not is_checking)
         passed = len(self.rows) - len(failed)
-        against = sum(judged[id_].stands_against for id_ in failed)
+        against = sum(judged[id_].blocks_go for id_ in failed)
         titles = [tr("Not met: {names}", names=against)] if against else []
         if len(failed) > against:
             titles.append(tr("Warnings: {count}", count=len(failed) - against))

@@ -25,7 +25,7 @@ from app.records.record import Record
 from app.safety.interlocks import interlock_inputs
 from app.settings.profiles import ActivatedBy, Profile
 from app.store.database import StoreTrouble
-from app.text.messages import said
+from app.text.messages import message
 from protocol.link_states import Presence
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
@@ -137,7 +137,7 @@ class PreflightController(QObject):
     @property
     def can_check(self) -> bool:
         is_settled = self._connector.state.phase not in (Phase.OPENING, Phase.FINDING)
-        is_there = self._connector.is_open and not self._connector.is_recording
+        is_there = self._connector.is_open and not self._connector.is_playback
         return is_there and is_settled and not self._job.is_running and not self._filing.is_running
 
     @property
@@ -204,7 +204,7 @@ class PreflightController(QObject):
     def enter(self) -> None:
         """An entry of the record changed: the check, also a running one, is void."""
         if self.void is None and (self._is_checking or self.filed is not None):
-            self._set_void(Void(Disturbance.CHANGED, said(marked("entries"))))
+            self._set_void(Void(Disturbance.CHANGED, message(marked("entries"))))
         self.changed.emit()
 
     def _on_name(self) -> None:
@@ -240,7 +240,7 @@ class PreflightController(QObject):
     def _publish(self) -> None:
         """Let the Fleet page show the same verdict."""
         if self.filed is not None:
-            self._services.checks[self._connector.whose] = (self.filed, self.void)
+            self._services.checks[self._connector.adapter_key] = (self.filed, self.void)
 
     # While GO or READY stands
 
@@ -292,7 +292,7 @@ class PreflightController(QObject):
 
     def _end(self, job: Job[Any]) -> None:
         if self._connector.last is not None:
-            self._keep_frames(self._connector.last)
+            self._log_frames(self._connector.last)
         self._evidence.note_error(job.run.error)
         if self._is_port_broken or not self._connector.is_open:
             self._evidence.note_error(PortLost())
@@ -334,11 +334,11 @@ class PreflightController(QObject):
 
     def _on_batch(self, batch: Batch) -> None:
         if self._job.is_running:
-            self._keep_frames(batch)
+            self._log_frames(batch)
         else:
             self.poll()
 
-    def _keep_frames(self, batch: Batch) -> None:
+    def _log_frames(self, batch: Batch) -> None:
         if self._evidence.began_at is not None:
             self._log.feed(batch.events, since=self._evidence.began_at)
 

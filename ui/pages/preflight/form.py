@@ -25,8 +25,8 @@ from ui.widgets.controls import control
 from ui.widgets.naming import named
 from ui.widgets.sliders import WheelGuard
 
-LONGEST_NAME: Final = 80
-_MOST_AIRCRAFT: Final = 30
+MAX_NAME_LENGTH: Final = 80
+_MAX_AIRCRAFT: Final = 30
 
 
 class PreflightForm(QWidget):
@@ -47,7 +47,7 @@ class PreflightForm(QWidget):
         """Of the profile."""
         texts, preferences = services.texts, services.preferences
         self.who = control(QLineEdit(preferences.who), texts, "preflight_who", says="Checked by")
-        self.who.setMaxLength(LONGEST_NAME)
+        self.who.setMaxLength(MAX_NAME_LENGTH)
         self.module = ModuleField("preflight_module", services.naming, texts, guard)
         self.aircraft = control(QComboBox(), texts, "preflight_aircraft", says="Aircraft")
         self.aircraft.setEditable(True)
@@ -59,7 +59,7 @@ class PreflightForm(QWidget):
         edit = control(QLineEdit(), texts, "preflight_aircraft_edit", says="Aircraft")
         self.aircraft.setLineEdit(edit)
         self.aircraft.setEditText(preferences.aircraft)
-        edit.setMaxLength(LONGEST_NAME)
+        edit.setMaxLength(MAX_NAME_LENGTH)
         self.choose = control(QToolButton(), texts, "preflight_profile", picture=Icon.CHEVRON_DOWN)
         self.choose.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self.choose.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
@@ -70,9 +70,9 @@ class PreflightForm(QWidget):
         self.choose.setMenu(self.menu)
         texts.bind(self.who.setPlaceholderText, "your name")
         self._saved = self._entered()
-        self.who.editingFinished.connect(self._take)
-        edit.editingFinished.connect(self._take)
-        self.aircraft.activated.connect(self._take)
+        self.who.editingFinished.connect(self._commit)
+        edit.editingFinished.connect(self._commit)
+        self.aircraft.activated.connect(self._commit)
         row = captioned_row(
             self._services.texts,
             (marked("Checked by"), self.who),
@@ -91,10 +91,10 @@ class PreflightForm(QWidget):
     def aircraft_name(self) -> str:
         return clean(self.aircraft.currentText().strip())
 
-    def take_open_edits(self) -> None:
+    def commit_edits(self) -> None:
         """Commit what is typed in a field that still has the focus, as when a key starts the check."""
         self._services.naming.choose(self.module.currentText())
-        self._take()
+        self._commit()
 
     def use_profile(self, path: Path) -> None:
         try:
@@ -125,7 +125,7 @@ class PreflightForm(QWidget):
         if path is not None:
             self.use_profile(path)
 
-    def _take(self) -> None:
+    def _commit(self) -> None:
         entered = self._entered()
         if entered != self._saved:
             self._saved = entered
@@ -141,7 +141,7 @@ class PreflightForm(QWidget):
         if not isinstance(store, Store):
             return []
         try:
-            return known_aircraft(store)[:_MOST_AIRCRAFT]
+            return known_aircraft(store)[:_MAX_AIRCRAFT]
         except StoreTrouble:
             return []
 

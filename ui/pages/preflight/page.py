@@ -14,7 +14,7 @@ from app.safety.acts import Act
 from app.store.database import StoreTrouble
 from app.store.store import Store
 from app.text.i18n import tr
-from app.text.sentences import together
+from app.text.sentences import join_sentences
 from protocol.translatable import marked
 from ui.acts.act_row import ActRow
 from ui.core.announcer import announcer
@@ -48,7 +48,7 @@ class PreflightPage(Page):
     def __init__(self, services: Services, parent: QWidget | None = None) -> None:
         super().__init__("preflight", parent)
         self._services, self._connector = services, services.connector
-        services.naming.follow(services.connector, services.storage)
+        services.naming.bind(services.connector, services.storage)
         guard = WheelGuard(self)
         self.work = PreflightController(services, self)
         self.files = RecordFiles(services.storage, self)
@@ -112,7 +112,7 @@ class PreflightPage(Page):
     # What a person does
 
     def check(self, statement: Statement | None = None) -> None:
-        self.form.take_open_edits()
+        self.form.commit_edits()
         self.list.forget_old_ticks()
         self._copy_entries()
         if self.work.can_check:
@@ -121,7 +121,7 @@ class PreflightPage(Page):
 
     def print(self) -> None:
         """Export the check that is shown, while it holds."""
-        self.form.take_open_edits()
+        self.form.commit_edits()
         self.work.poll()
         record = self.work.record
         if record is not None:
@@ -144,7 +144,7 @@ class PreflightPage(Page):
         self.show_check()
         self.form.use_profile(path)
 
-    def say(self, notice: Notice) -> None:
+    def show_notice(self, notice: Notice) -> None:
         self._notice = Notice(notice.meaning, notice.text, notice.choices, self.dismiss)
         self.strip.show_notice(self._notice)
 
@@ -158,7 +158,7 @@ class PreflightPage(Page):
         try:
             record = CheckStore(store.database).record(hash_) if isinstance(store, Store) else None
         except StoreTrouble as trouble:
-            self.say(Notice(Meaning.DANGER, trouble.sentence))
+            self.show_notice(Notice(Meaning.DANGER, trouble.sentence))
             return
         if record is not None and record.get("void") is None:
             self.show_check()
@@ -199,7 +199,7 @@ class PreflightPage(Page):
         self._announce()
         standing, trouble = self.work.standing, self.work.trouble
         if trouble is not None and standing in (Standing.GO, Standing.READY, Standing.NO_GO):
-            self.say(Notice(Meaning.ATTENTION, f"{trouble.sentence} {tr('Not kept.')}"))
+            self.show_notice(Notice(Meaning.ATTENTION, f"{trouble.sentence} {tr('Not kept.')}"))
         if standing in (Standing.CHECKING, Standing.GO, Standing.READY):
             self.list.verticalScrollBar().setValue(0)
         if standing is Standing.NO_GO:
@@ -210,24 +210,24 @@ class PreflightPage(Page):
         standing = self.work.standing
         if standing is not self._announced and standing in SPOKEN:
             shown = announcement(self.work)
-            announcer().say(f"{shown.word}. {shown.head}")
+            announcer().announce(f"{shown.word}. {shown.head}")
         self._announced = standing
 
     def _offer_level(self) -> None:
         assessment = self.work.assessment
-        against = () if assessment is None else assessment.against
+        against = () if assessment is None else assessment.open_checks
         notice = rest_notice(self._connector.target, against, self.check)
         if notice is not None and self._notice is None:
-            self.say(notice)
+            self.show_notice(notice)
 
     def _show_first_fault(self) -> None:
         assessment = self.work.assessment
-        if assessment is not None and assessment.against:
-            self.list.show_row(assessment.against[0])
+        if assessment is not None and assessment.open_checks:
+            self.list.show_row(assessment.open_checks[0])
 
     def _show_faults(self, path: Path, sentences: tuple[str, ...]) -> None:
-        text = tr("{file} is no profile: {why}", file=path.name, why=together(sentences[:3]))
-        self.say(Notice(Meaning.ATTENTION, text))
+        text = tr("{file} is no profile: {why}", file=path.name, why=join_sentences(sentences[:3]))
+        self.show_notice(Notice(Meaning.ATTENTION, text))
 
     # Construction
 
@@ -246,14 +246,14 @@ class PreflightPage(Page):
         self.form.edit_wanted.connect(self.edit_profile)
         self.editor.saved.connect(self._use_profile)
         self.editor.closed.connect(self.show_check)
-        self.files.said.connect(self.say)
+        self.files.notified.connect(self.show_notice)
         self.files.stations_changed.connect(self.history.stations.refresh)
         self.history.closed.connect(self.show_check)
         self.history.print_wanted.connect(self._print_kept)
         work.changed.connect(self._on_work)
         self._services.naming.changed.connect(self._forget_module)
         self._connector.changed.connect(self._timer.refresh_seen)
-        self._connector.forgotten.connect(self._forget_check)
+        self._connector.invalidated.connect(self._forget_check)
         Shortcut("preflight_run_key", self, buttons.run)
         Shortcut("preflight_print_key", self, buttons.print)
         Shortcut("preflight_history_key", self, buttons.history, self.show_history)

@@ -24,9 +24,9 @@ from app.limits.expectations import CheckLimits
 from app.limits.limits import SOFT_LIMITS
 from app.preflight.checks import CHECKS
 from app.settings.profile_file import ProfileRefused, parse_profile, profile_text, save_profile
-from app.settings.profiles import LIMITS, LONGEST_NAME, MOST_ITEMS, MOST_TEST_DAYS, ActivatedBy, ManualLine, Profile
+from app.settings.profiles import LIMITS, MAX_ITEMS, MAX_NAME_LENGTH, MAX_TEST_DAYS, ActivatedBy, ManualLine, Profile
 from app.text.i18n import tr
-from app.text.sentences import reason_of
+from app.text.sentences import error_text
 from protocol.translatable import marked
 from ui.files.file_dialogs import AskPath, ask_path
 from ui.pages.preflight.profile_fields import ManualEditor, OptionalNumber, captioned_row
@@ -65,7 +65,7 @@ class ProfileEditor(QWidget):
         self.name = control(QLineEdit(), texts, "profile_editor_name", says="Name")
         self.airframe = control(QLineEdit(), texts, "profile_editor_airframe", says="Airframe")
         for line in (self.name, self.airframe):
-            line.setMaxLength(LONGEST_NAME)
+            line.setMaxLength(MAX_NAME_LENGTH)
             line.textEdited.connect(self.refresh)
         self.activated_by = control(QComboBox(), texts, "profile_editor_activated_by", says="Activated by")
         for who in _ACTIVATED:
@@ -78,7 +78,7 @@ class ProfileEditor(QWidget):
                                  unit=SOFT_LIMITS[name].shown.partition("}")[2], guard=guard)
             for name, bound in LIMITS.items()
         }  # fmt: skip
-        days = _USUAL_TEST_DAYS, 1, MOST_TEST_DAYS
+        days = _USUAL_TEST_DAYS, 1, MAX_TEST_DAYS
         self.tests = {
             test.kind: OptionalNumber(f"profile_test_{test.kind.value}", *days, guard=guard) for test in GUIDED_TESTS
         }
@@ -141,7 +141,7 @@ class ProfileEditor(QWidget):
         try:
             parse_profile(profile_text(self.profile).encode("utf-8", "surrogatepass"))
         except ProfileRefused as refusal:
-            return tuple(fault.message.in_words() for fault in refusal.faults)
+            return tuple(fault.message.translated() for fault in refusal.faults)
         return ()
 
     def refresh(self) -> None:
@@ -150,7 +150,7 @@ class ProfileEditor(QWidget):
         for name, number in self.limits.items():
             soft, bound = SOFT_LIMITS[name], LIMITS[name]
             check = tr(_CHECK_TITLES[soft.check])
-            title = f"{check} {'≤' if soft.is_most else '≥'}"
+            title = f"{check} {'≤' if soft.is_maximum else '≥'}"
             number.show_title(title, tr(bound.why))
         for test in GUIDED_TESTS:
             number = self.tests[test.kind]
@@ -160,7 +160,7 @@ class ProfileEditor(QWidget):
             self.activated_by.setItemText(place, tr(who))
         for row in self.manual:
             row.show_texts()
-        self.add.setEnabled(len(self.manual) < MOST_ITEMS)
+        self.add.setEnabled(len(self.manual) < MAX_ITEMS)
         faults = self.faults()
         if faults:
             self.strip.show_notice(Notice(Meaning.ATTENTION, "\n".join(faults[:3])))
@@ -199,7 +199,7 @@ class ProfileEditor(QWidget):
         try:
             save_profile(path, replace(profile, name=profile.name or path.stem))
         except (OSError, ProfileRefused) as error:
-            why = reason_of(error) if isinstance(error, OSError) else " ".join(error.sentences)
+            why = error_text(error) if isinstance(error, OSError) else " ".join(error.sentences)
             text = tr("{path} was not saved: {why}.", path=path, why=why)
             self.strip.show_notice(Notice(Meaning.DANGER, text, dismiss=lambda: self.strip.show_notice(None)))
             return

@@ -3,7 +3,7 @@
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtWidgets import QCheckBox, QDoubleSpinBox, QGridLayout, QLabel, QLineEdit, QToolButton, QWidget
 
-from app.settings.profiles import LONGEST_NAME, ManualLine
+from app.settings.profiles import MAX_NAME_LENGTH, ManualLine
 from app.text.i18n import tr
 from ui.core.texts import Texts
 from ui.style.icons import Icon
@@ -104,7 +104,7 @@ class ManualEditor(QWidget):
         self.setObjectName(name)
         self.number = number
         self.text = named(QLineEdit(line.text), f"{name}_text")
-        self.text.setMaxLength(LONGEST_NAME)
+        self.text.setMaxLength(MAX_NAME_LENGTH)
         self.required = control(QCheckBox(), texts, f"{name}_required", "Required")
         self.required.setChecked(line.is_required)
         self.remove = control(QToolButton(), texts, f"{name}_remove", says="Remove", tip="Remove", picture=Icon.CROSS,

@@ -19,7 +19,7 @@ from app.stations.station import fingerprint_of, station_to_sign
 from app.store.store import Store
 from app.text.i18n import tr
 from app.text.messages import clean
-from app.text.sentences import reason_of, together
+from app.text.sentences import error_text, join_sentences
 from ui.core.background_task import BackgroundTask
 from ui.files.file_dialogs import AskPath, ask_path
 from ui.files.report_printer import print_report
@@ -42,9 +42,9 @@ def ask_record(parent: QWidget) -> Path | None:
 
 
 class RecordFiles(QObject):
-    """`said`: a `Notice`. `stations_changed`: one more station is trusted."""
+    """`notified`: a `Notice`. `stations_changed`: one more station is trusted."""
 
-    said = Signal(object)
+    notified = Signal(object)
     stations_changed = Signal()
 
     def __init__(self, storage: Storage, parent: QWidget) -> None:
@@ -69,14 +69,14 @@ class RecordFiles(QObject):
             check_target(path)
             written = write_report(path, record, self.printer, station_to_sign(self._storage.folder))
         except ReportRefused as refused:
-            self._say(Meaning.ATTENTION, str(refused))
+            self._notify(Meaning.ATTENTION, str(refused))
         except (OSError, RuntimeError) as error:
-            why = reason_of(error)
-            self._say(Meaning.DANGER, tr("The report cannot be written: {why}.", why=why))
+            why = error_text(error)
+            self._notify(Meaning.DANGER, tr("The report cannot be written: {why}.", why=why))
         else:
             self._folder = path.parent
             names = ", ".join(one.name for one in reversed(written))
-            self._say(Meaning.GOOD, tr("Written to {folder}: {names}.", folder=path.parent, names=names))
+            self._notify(Meaning.GOOD, tr("Written to {folder}: {names}.", folder=path.parent, names=names))
 
     # Verifying
 
@@ -89,29 +89,29 @@ class RecordFiles(QObject):
         """Verify a file in a background thread: it may be large, and on a slow disk."""
         if self._verifying.is_running:
             return
-        self._say(Meaning.INFORMATION, tr("Reading {file}…", file=path.name))
+        self._notify(Meaning.INFORMATION, tr("Reading {file}…", file=path.name))
         store = self._storage.store
         kept = CheckStore(store.database) if isinstance(store, Store) else None
         stations = Stations(self._storage.folder)
 
         self._verifying.run(
             lambda _running: verify_file(path, kept, stations.find),
-            partial(self._say_verified, path),
-            partial(self._say_unread, path),
+            partial(self._notify_verified, path),
+            partial(self._notify_unread, path),
         )
 
-    def _say_unread(self, path: Path, error: Exception) -> None:
+    def _notify_unread(self, path: Path, error: Exception) -> None:
         if isinstance(error, OSError | ValueError):  # ValueError: a NUL in the name
-            why = reason_of(error)
+            why = error_text(error)
         else:
             _log.error("%s could not be verified", path, exc_info=error)
             why = type(error).__name__
         file = clean(path.name, longest=60)
-        self._say(Meaning.ATTENTION, tr("{file} cannot be read: {why}.", file=file, why=why))
+        self._notify(Meaning.ATTENTION, tr("{file} cannot be read: {why}.", file=file, why=why))
 
-    def _say_verified(self, path: Path, done: Verification) -> None:
+    def _notify_verified(self, path: Path, done: Verification) -> None:
         file = clean(path.name, longest=60)
-        told = together(one.in_words() for one in done.sentences())
+        told = join_sentences(one.translated() for one in done.sentences())
         meaning = _MEANINGS[done.state]
         if meaning is Meaning.GOOD and recorded_verdict(done.record or {}) is not Verdict.GO:
             meaning = Meaning.INFORMATION  # an intact NO-GO is not shown in green
@@ -122,7 +122,7 @@ class RecordFiles(QObject):
                     "trust_station", tr("Trust this station…"), partial(self._ask_to_trust, path, done.signer_to_trust)
                 ),
             )
-        self.said.emit(Notice(meaning, f"{file} — {told}", choices))
+        self.notified.emit(Notice(meaning, f"{file} — {told}", choices))
 
     def _ask_to_trust(self, path: Path, public: bytes | None) -> None:
         name = None if public is None else self.ask_name(self._window, fingerprint_of(public))
@@ -131,13 +131,13 @@ class RecordFiles(QObject):
         try:
             Stations(self._storage.folder).trust(public, name)
         except OSError as error:
-            self._say(Meaning.DANGER, tr("Known stations cannot be written: {why}.", why=reason_of(error)))
+            self._notify(Meaning.DANGER, tr("Known stations cannot be written: {why}.", why=error_text(error)))
             return
         self.stations_changed.emit()
         self.verify(path)
 
-    def _say(self, meaning: Meaning, text: str) -> None:
-        self.said.emit(Notice(meaning, text))
+    def _notify(self, meaning: Meaning, text: str) -> None:
+        self.notified.emit(Notice(meaning, text))
 
 
 _MEANINGS: Final = {

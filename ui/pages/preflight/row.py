@@ -31,7 +31,7 @@ class _Look(NamedTuple):
     meaning: Meaning | None
 
 
-LOOKS: Final = {
+STYLES: Final = {
     CheckResult.PASS: _Look(Icon.CHECK, Meaning.GOOD),
     CheckResult.FAIL: _Look(Icon.CROSS, Meaning.DANGER),
     CheckResult.WARN: _Look(Icon.INFORMATION, Meaning.INFORMATION),
@@ -101,19 +101,19 @@ class CheckRow(QFrame):
 
     def show_judged(self, judged: Judged, *, is_void: bool, can_act: bool) -> None:
         finding = judged.finding
-        look = LOOKS[finding.result]
+        look = STYLES[finding.result]
         word = tr(RESULT_WORDS[finding.result])
         # A void result can still be read, but is dimmed and marked as void.
         self.chip.show_state(word, look.icon, look.meaning, stale_age=tr("void") if is_void else "")
         self.chip.setMinimumWidth(max(CHIP_PX, self.chip.sizeHint().width()))
-        self.measured.setText(finding.shown.in_words())
-        self.limit.setText(finding.limit.in_words())
+        self.measured.setText(finding.shown.translated())
+        self.limit.setText(finding.limit.translated())
         is_fine = finding.result is CheckResult.PASS
-        do = "" if is_fine else f" → {judged.do.in_words()}"
+        do = "" if is_fine else f" → {judged.do.translated()}"
         self._show_texts(f"{tr(self.check.why)}{do}", is_explained=not is_fine)
-        self._show_act(is_shown=self.check.id in ACTS and judged.stands_against)
+        self._show_act(is_shown=self.check.id in ACTS and judged.blocks_go)
         self.act.setEnabled(can_act)
-        set_role(self, "row-failed" if judged.stands_against and not is_void else "row")
+        set_role(self, "row-failed" if judged.blocks_go and not is_void else "row")
         set_role(self.measured, "muted" if is_void else ("strong" if not is_fine else ""))
 
     def _show_act(self, *, is_shown: bool) -> None:

@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QComboBox, QInputDialog, QLabel, QPushButton, QWid
 from app.stations.known import KnownStation, Stations
 from app.stations.station import StationTrouble
 from app.text.i18n import tr
-from app.text.sentences import reason_of
+from app.text.sentences import error_text
 from ui.core.texts import Texts
 from ui.style.theme import Space
 from ui.widgets.controls import control
@@ -69,6 +69,6 @@ class StationsRow(QWidget):
             try:
                 Stations(self._folder()).forget(chosen.fingerprint)
             except OSError as error:
-                self.own.setText(reason_of(error))
+                self.own.setText(error_text(error))
                 return
             self.refresh()

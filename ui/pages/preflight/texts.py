@@ -6,11 +6,11 @@ from app.preflight.findings import CheckResult
 from app.preflight.verdict import VERDICT_WORDS, Assessment, Verdict, meaning_of
 from app.records.record import caveats
 from app.text.i18n import tr
-from app.text.sentences import begun, listed, together
+from app.text.sentences import capitalised, join_names, join_sentences
 from ui.pages.preflight.controller import PreflightController, Standing
 from ui.pages.preflight.verdict import Announcement
 
-MOST_NAMED = 5
+MAX_NAMED = 5
 """Checks named in the banner; the rows name all."""
 
 
@@ -21,7 +21,7 @@ def announcement(work: PreflightController) -> Announcement:
             return _checking(work)
         case Standing.VOID if work.void is not None:
             lines = (tr("The results below are void. Check again."),)
-            return Announcement(standing, tr("VOID"), begun(work.void.said.in_words()), lines)
+            return Announcement(standing, tr("VOID"), capitalised(work.void.message.translated()), lines)
         case Standing.GO | Standing.READY if assessment is not None:
             return _passed(work, assessment)
         case Standing.NO_GO if assessment is not None:
@@ -53,30 +53,30 @@ def _checking(work: PreflightController) -> Announcement:
 
 def _passed(work: PreflightController, assessment: Assessment) -> Announcement:
     verdict = assessment.verdict
-    head = begun(meaning_of(verdict, assessment.case.expectations.activated_by).in_words())
+    head = capitalised(meaning_of(verdict, assessment.case.expectations.activated_by).translated())
     if verdict is Verdict.READY and work.reported_active is not False:
         head = tr("Reading again…")  # it may be active by now
     warnings = sum(one.finding.result is CheckResult.WARN for one in assessment.checks)
     what = tr("All {count} checks hold; warnings: {looks}.", count=len(CHECKS), looks=warnings)
     skipped = sum(item.is_done is None for item in assessment.manual)
     if skipped:
-        what = together((what, tr("Skipped: {count}.", count=skipped)))
-    caveat, signature = _foot(work)
+        what = join_sentences((what, tr("Skipped: {count}.", count=skipped)))
+    caveat, signature = _footer(work)
     return Announcement(work.standing, tr(VERDICT_WORDS[verdict]), head, (*filter(None, (caveat,)), what, signature))
 
 
 def _failed(work: PreflightController, assessment: Assessment) -> Announcement:
-    names = [one.in_words() for one in assessment.titles_against]
-    named = listed(names[:MOST_NAMED])
-    if len(names) > MOST_NAMED:
-        named = tr("{names} and {count} more", names=named, count=len(names) - MOST_NAMED)
-    head = begun(meaning_of(Verdict.NO_GO, assessment.case.expectations.activated_by).in_words())
+    names = [one.translated() for one in assessment.titles_against]
+    named = join_names(names[:MAX_NAMED])
+    if len(names) > MAX_NAMED:
+        named = tr("{names} and {count} more", names=named, count=len(names) - MAX_NAMED)
+    head = capitalised(meaning_of(Verdict.NO_GO, assessment.case.expectations.activated_by).translated())
     # Checks are named by what must hold: "Parachute bay closed" alone would be read as the opposite of the fault.
-    lines = (tr("Not met: {names}", names=named), *filter(None, _foot(work)))
+    lines = (tr("Not met: {names}", names=named), *filter(None, _footer(work)))
     return Announcement(Standing.NO_GO, tr(VERDICT_WORDS[Verdict.NO_GO]), head, lines)
 
 
-def _foot(work: PreflightController) -> tuple[str, str]:
+def _footer(work: PreflightController) -> tuple[str, str]:
     """Caveats of the record, may be empty; then whose record it is, and how long a GO or READY holds."""
     if work.filed is None:
         return "", ""
@@ -86,4 +86,4 @@ def _foot(work: PreflightController) -> tuple[str, str]:
     if left_s is not None:
         unit_s = 1 if left_s < 120 else 60
         parts.append(tr("holds for {time}", time=duration(left_s // unit_s * unit_s)))  # never longer than it does
-    return together(one.in_words() for one in caveats(record)), " · ".join(parts)
+    return join_sentences(one.translated() for one in caveats(record)), " · ".join(parts)

@@ -23,7 +23,7 @@ HEIGHT_PX: Final = 128
 WORD_PX: Final = 96
 QUIET_PX: Final = 44
 """For a word that is no verdict."""
-_LEAST_TEXT_PX: Final = 300
+_MIN_TEXT_PX: Final = 300
 _LOUD: Final = {
     Standing.GO: Meaning.GOOD,
     Standing.READY: Meaning.INFORMATION,
@@ -80,7 +80,7 @@ class VerdictBanner(PaintedWidget):
         shape = QRectF(Space.L, (self.height() - side) / 2, side, side)
         _paint_shape(painter, one.standing, shape, ink, QColor(self._ground(theme)))
         left = shape.right() + Space.L
-        word_font = self._word_font(self.width() - left - _LEAST_TEXT_PX)
+        word_font = self._word_font(self.width() - left - _MIN_TEXT_PX)
         metrics = QFontMetricsF(word_font)
         width = metrics.horizontalAdvance(one.word)
         room = QRectF(left, 0, width + 2, self.height())

@@ -40,7 +40,7 @@ class OutlinePicture(PaintedWidget):
         self.setObjectName("recordings_outline")
         self._outline: Outline = ()
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
-        self.lie_on_surface()
+        self.use_card_background()
 
     def show_outline(self, outline: Outline) -> None:
         self._outline = outline
@@ -87,7 +87,7 @@ class RecordingsButtons(QWidget):
             button.setEnabled(is_idle and is_one)
         self.keep.setEnabled(is_idle and bool(chosen))
         self.delete.setEnabled(is_idle and bool(chosen) and not any(one.is_running for one in chosen))
-        rename(self.keep, self._texts, marked("Unpin") if chosen and all(one.is_kept for one in chosen) else "Pin")
+        rename(self.keep, self._texts, marked("Unpin") if chosen and all(one.is_pinned for one in chosen) else "Pin")
 
 
 class RecordingsDetail(QFrame):

@@ -7,7 +7,7 @@ from typing import Final
 from PySide6.QtCore import QObject
 from PySide6.QtGui import QIcon
 
-from app.recordings.entry_texts import remarks, size_text, told
+from app.recordings.entry_texts import entry_text, remarks, size_text
 from app.recordings.library import RecordingEntry
 from app.text.durations import stopwatch
 from app.text.i18n import tr
@@ -25,7 +25,7 @@ class Column(IntEnum):
     DURATION = 4
     SAMPLES = 5
     SIZE = 6
-    KEPT = 7
+    PINNED = 7
     REMARKS = 8
 
 
@@ -79,8 +79,8 @@ COLUMNS: Final = (
     ),
     TableColumn[RecordingEntry](
         marked("Pin"),
-        lambda entry: tr("pinned") if entry.is_kept else "",
-        picture=lambda entry: icon(Icon.BOOKMARK) if entry.is_kept else None,
+        lambda entry: tr("pinned") if entry.is_pinned else "",
+        picture=lambda entry: icon(Icon.BOOKMARK) if entry.is_pinned else None,
         ink=_ink,
     ),
     TableColumn[RecordingEntry](marked("Remarks"), remarks, picture=_remark_icon, ink=_ink),
@@ -88,4 +88,4 @@ COLUMNS: Final = (
 
 
 def recordings_model(parent: QObject) -> RowsModel[RecordingEntry]:
-    return RowsModel(COLUMNS, lambda entry: entry.folder, told, parent, aligns_heads=True)
+    return RowsModel(COLUMNS, lambda entry: entry.folder, entry_text, parent, aligns_heads=True)

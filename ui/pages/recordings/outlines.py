@@ -46,9 +46,9 @@ class Outlines(QObject):
             if one.trouble is None and self._known.get(one.folder, (-1, ()))[0] != one.sample_count
         ][:_AT_ONCE]
         if missing:
-            self._reading.run(lambda running: _outlines(missing, running), self._take, lambda _error: None)
+            self._reading.run(lambda running: _outlines(missing, running), self._on_found, lambda _error: None)
 
-    def _take(self, found: dict[Path, tuple[int, Outline]]) -> None:
+    def _on_found(self, found: dict[Path, tuple[int, Outline]]) -> None:
         self._known |= found
         self.changed.emit()
 

@@ -6,10 +6,10 @@ from typing import Final
 
 from PySide6.QtWidgets import QLabel, QLineEdit, QStackedWidget, QWidget
 
-from app.recordings.entry_texts import size_text, told, when_text
+from app.recordings.entry_texts import entry_text, size_text, when_text
 from app.recordings.library import RecordingEntry
 from app.text.i18n import tr
-from app.text.sentences import begun, listed, together
+from app.text.sentences import capitalised, join_names, join_sentences
 from protocol.translatable import marked
 from ui.files.file_dialogs import AskPath, ask_path, default_name
 from ui.forms.table_kit import RowsFilter
@@ -98,7 +98,7 @@ class RecordingsPage(Page):
         self.strip.show_notice(self._notice())
 
     def _refresh_buttons(self) -> None:
-        self.detail.show_chosen(self.table.chosen(), is_idle=self.work.doing is None)
+        self.detail.show_chosen(self.table.chosen(), is_idle=self.work.progress is None)
 
     def _refresh_outlines(self) -> None:
         self._refresh_buttons()
@@ -111,7 +111,7 @@ class RecordingsPage(Page):
                   days=library.most_days)  # fmt: skip
 
     def _notice(self) -> Notice | None:
-        doing, said = self.work.doing, self.work.said
+        doing, said = self.work.progress, self.work.said
         if doing is not None:
             text = doing.text
             if doing.share is not None:
@@ -125,13 +125,13 @@ class RecordingsPage(Page):
 
     def _question(self) -> Notice:
         entries = self._to_delete
-        what = told(entries[0])
+        what = entry_text(entries[0])
         if len(entries) > 1:
             size = size_text(sum(one.size_bytes for one in entries))
-            what = listed((tr("Recordings: {count}", count=len(entries)), size))
-        kept = sum(one.is_kept for one in entries) if len(entries) > 1 else 0
-        pinned = [tr("{reason}: {what}", reason=begun(tr("pinned")), what=kept)] if kept else []
-        text = together((tr("Delete for good? {what}", what=what), *pinned))
+            what = join_names((tr("Recordings: {count}", count=len(entries)), size))
+        kept = sum(one.is_pinned for one in entries) if len(entries) > 1 else 0
+        pinned = [tr("{reason}: {what}", reason=capitalised(tr("pinned")), what=kept)] if kept else []
+        text = join_sentences((tr("Delete for good? {what}", what=what), *pinned))
         choices = (
             Choice("delete_recordings", tr("Delete for good"), self._delete, is_step=True),
             Choice("keep_recordings", tr("Cancel"), self._cancel_deletion, is_main=True),
@@ -155,9 +155,9 @@ class RecordingsPage(Page):
             self._folder = path.parent
             self.work.export(entry, path, kind)
 
-    def _keep(self) -> None:
+    def _toggle_pin(self) -> None:
         chosen = self.table.chosen()
-        self.work.keep(chosen, is_kept=not all(one.is_kept for one in chosen))
+        self.work.set_pinned(chosen, is_pinned=not all(one.is_pinned for one in chosen))
 
     def _ask_to_delete(self) -> None:
         if self.buttons.delete.isEnabled():
@@ -195,7 +195,7 @@ class RecordingsPage(Page):
         self.buttons.open.clicked.connect(self._open_chosen)
         self.buttons.csv.clicked.connect(partial(self._export, ExportKind.CSV))
         self.buttons.mcap.clicked.connect(partial(self._export, ExportKind.MCAP))
-        self.buttons.keep.clicked.connect(self._keep)
+        self.buttons.keep.clicked.connect(self._toggle_pin)
         self.buttons.delete.clicked.connect(self._ask_to_delete)
         self.table.opened.connect(self._open_chosen)
         self.table.remove_wanted.connect(self._ask_to_delete)
@@ -217,7 +217,7 @@ class RecordingsPage(Page):
 
     def on_escape(self) -> bool:
         """Cancels a job or the question, or closes a message."""
-        if self.work.doing is not None:
+        if self.work.progress is not None:
             self.work.cancel()
         elif self._to_delete:
             self._cancel_deletion()

@@ -53,7 +53,7 @@ class RecordingsTable(RowsTable[RecordingEntry]):
         self.fit_columns(
             {
                 Column.WHEN: "0000-00-00 00:00", Column.MODULE: "M-00", Column.DURATION: "00:00:00",
-                Column.KEPT: tr("pinned"),
+                Column.PINNED: tr("pinned"),
             },
-            with_icon=(Column.KEPT, Column.WHEN), fixed_px={Column.TILT: _OUTLINE_PX},
+            with_icon=(Column.PINNED, Column.WHEN), fixed_px={Column.TILT: _OUTLINE_PX},
         )  # fmt: skip

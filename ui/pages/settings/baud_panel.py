@@ -11,7 +11,7 @@ from app.safety.acts import Act
 from app.safety.interlocks import Interlock
 from app.safety.permit import Origin, Permit
 from app.text.i18n import tr
-from app.text.sentences import together
+from app.text.sentences import join_sentences
 from protocol.catalogue import BAUD_RATE
 from protocol.translatable import marked
 from ui.acts.confirm import Confirm
@@ -65,7 +65,7 @@ class BaudPanel(QFrame):
         now = connector.clock()
         self.stands.show_known(connector.device.known("baud_rate", now), now)
         found = open_conditions(self._services, Act.CHANGE_BAUD)
-        self.conditions.setText(together(one.sentence for one in found))
+        self.conditions.setText(join_sentences(one.sentence for one in found))
         blocking = [one for one in found if one.condition is not Interlock.FRESH_STATUS]
         is_another = self.editor.value is not None and self.editor.value != connector.connection.baud_rate
         is_free = self._job.can_run
@@ -88,9 +88,9 @@ class BaudPanel(QFrame):
     def _end(self, rate: int, job: Job[BaudChanged]) -> None:
         self.editor.show_draft(None, None)
         if job.run.error is not None:
-            self._job.say(partial(_interrupted_notice, rate, self._job.dismiss))
+            self._job.set_notice(partial(_interrupted_notice, rate, self._job.dismiss))
         else:
-            self._job.say(partial(self._ended, job.outcome()))
+            self._job.set_notice(partial(self._ended, job.outcome()))
 
     def _ended(self, changed: BaudChanged) -> Notice:
         meaning = {

@@ -6,9 +6,9 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFrame, QLabel, QPushButton, QWidget
 
 from app.engine.worker import Job
-from app.procedures.light_calibration import Band, Obstacle, Proposal, measure_light, propose
+from app.procedures.light_calibration import Band, CalibrationFault, Proposal, measure_light, propose
 from app.text.i18n import tr
-from app.text.sentences import together
+from app.text.sentences import join_sentences
 from protocol.translatable import marked
 from ui.acts.outcomes import SameModule
 from ui.core.texts import Texts
@@ -56,14 +56,14 @@ class CalibrationPanel(QWidget):
         self.result = text_label("calibration_result", "strong")
         self.detail = text_label("calibration_detail", "small")
         self.take = control(QPushButton(), texts, "calibration_take", "Use this threshold", role="primary",
-                            slot=self._take)  # fmt: skip
+                            slot=self._use_proposal)  # fmt: skip
         self.back = control(QPushButton(), texts, "calibration_back", "Back", key="Esc",
                             slot=self._leave)  # fmt: skip
         self._lay_out()
         self._job.changed.connect(self.refresh)
 
     @property
-    def proposal(self) -> Proposal | Obstacle | None:
+    def proposal(self) -> Proposal | CalibrationFault | None:
         if len(self._bands) < len(self.sides):
             return None
         return propose(self._bands[CLOSED], self._bands[OPEN])
@@ -87,8 +87,8 @@ class CalibrationPanel(QWidget):
                 parts = [tr(found.direction.value), tr("Vendor's advice: {volts:.1f} V.", volts=found.vendors_v)]
                 if not found.is_steady:
                     parts.append(tr("The readings scatter: measure again in steady light."))
-                self.detail.setText(together(parts))
-            case Obstacle():
+                self.detail.setText(join_sentences(parts))
+            case CalibrationFault():
                 self.result.setText(tr(found.value))
                 self.detail.setText("")
             case _:
@@ -118,7 +118,7 @@ class CalibrationPanel(QWidget):
         else:
             self._is_link_lost = True
 
-    def _take(self) -> None:
+    def _use_proposal(self) -> None:
         found = self.proposal
         if isinstance(found, Proposal):
             self.proposed.emit(found.threshold_v)

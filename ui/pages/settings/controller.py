@@ -13,12 +13,12 @@ from app.engine.snapshots import Snapshot
 from app.engine.worker import Job
 from app.procedures.power_cycle import Ending, PowerCycleResult, Retention, survives_power_cycle
 from app.procedures.read import Everything, read_everything
-from app.procedures.write_all import Leave, WriteReport, write_all
+from app.procedures.write_all import WriteContext, WriteReport, write_all
 from app.safety.acts import Act
 from app.safety.interlocks import Interlock, Refusal, interlock_inputs, refusals
 from app.settings.form import RowState, SettingsForm
 from app.text.i18n import tr
-from app.text.sentences import together
+from app.text.sentences import join_sentences
 from protocol.link_states import Presence
 from protocol.translatable import marked
 from ui.services.context import Services
@@ -42,7 +42,7 @@ class SettingsController(QObject):
         services.pending_edits.changed = self._changed_settings
         self.job = RunningJob(services.connector, self)
         self.job.changed.connect(self.changed)
-        self._whose: str | None = None
+        self._adapter_key: str | None = None
         self._connector.changed.connect(self._watch_module)
         services.pending_edits.count = self.count_unsent
         services.pending_edits.discard = self.discard
@@ -50,7 +50,7 @@ class SettingsController(QObject):
     @property
     def can_edit(self) -> bool:
         """There is a module to write to, or one is expected back."""
-        return self._connector.is_wanted and not self.form.is_writing
+        return self._connector.is_requested and not self.form.is_writing
 
     @property
     def can_write(self) -> bool:
@@ -63,11 +63,11 @@ class SettingsController(QObject):
         return self._connector.is_open and self._connector.identity.trust is Trust.OPEN
 
     def count_unsent(self) -> int:
-        return self.form.count_unsent(self._connector.device, self._connector.clock()) if self._whose else 0
+        return self.form.count_unsent(self._connector.device, self._connector.clock()) if self._adapter_key else 0
 
     def _changed_settings(self) -> tuple[ChangedSetting, ...]:
         """Settings that changed without being written here."""
-        if self._whose:
+        if self._adapter_key:
             self.form.rows(self._connector.device, self._connector.clock())
         return tuple(self.form.watch.changed.values())
 
@@ -92,15 +92,15 @@ class SettingsController(QObject):
         if not changes or not self.can_write:
             return
         if not is_warned and self._warnings():
-            self.job.say(self._warning_notice)
+            self.job.set_notice(self._warning_notice)
         elif open_conditions := self._refusals(is_unlocked=is_unlocked):
-            self.job.say(partial(self._refused_notice, open_conditions))
+            self.job.set_notice(partial(self._refused_notice, open_conditions))
         else:
-            leave = Leave(
+            leave = WriteContext(
                 journal=self._services.storage.journal(connector.target),
                 armed=self._services.armed,
                 is_unlocked=is_unlocked,
-                keep_snapshot=self._keep_snapshot if self.initial is None else None,
+                keep_snapshot=self._store_snapshot if self.initial is None else None,
             )
             self.form.begin_write(changes)
             self.job.run(write_all(changes, leave), self._end_writing)
@@ -123,45 +123,45 @@ class SettingsController(QObject):
 
     def _end_reading(self, job: Job[Everything]) -> None:
         if job.run.error is not None:
-            self.job.say(partial(_interrupted_notice, job.run.error))
+            self.job.set_notice(partial(_interrupted_notice, job.run.error))
             return
         self.form.watch.accept()  # the user asked for the current values
         missing = len(job.outcome().errors)
         if missing:
-            self.job.say(partial(self._unread_notice, missing))
+            self.job.set_notice(partial(self._unread_notice, missing))
 
     def _end_writing(self, job: Job[WriteReport]) -> None:
         if job.run.error is not None:
             self.form.abort_write()
             interrupted = partial(_interrupted_notice, job.run.error)
-            self.job.say(interrupted)
+            self.job.set_notice(interrupted)
             if isinstance(job.run.error, Cancelled) and self.job.can_run:
-                self.job.run(read_everything(), lambda _job: self.job.say(interrupted))
+                self.job.run(read_everything(), lambda _job: self.job.set_notice(interrupted))
             return
         report = job.outcome()
-        self.form.take_results(report.results)
+        self.form.on_written(report.results)
         if report.refusals:
-            self.job.say(partial(self._refused_notice, report.refusals))
+            self.job.set_notice(partial(self._refused_notice, report.refusals))
         else:
-            self.job.say(partial(self._written_notice, report))
+            self.job.set_notice(partial(self._written_notice, report))
 
     def _end_power_cycle(self, job: Job[PowerCycleResult]) -> None:
         if job.run.error is not None:
-            self.job.say(partial(_interrupted_notice, job.run.error))
+            self.job.set_notice(partial(_interrupted_notice, job.run.error))
             return
         result = job.outcome()
         self.form.set_retentions(result.stamps)
-        self.job.say(partial(_power_cycle_notice, result))
+        self.job.set_notice(partial(_power_cycle_notice, result))
 
-    def _keep_snapshot(self, snapshot: Snapshot) -> Future[int] | None:
+    def _store_snapshot(self, snapshot: Snapshot) -> Future[int] | None:
         """Called in the worker's thread."""
         self.initial = snapshot
-        return self._services.storage.keep_snapshot(snapshot, self._connector.connection.port)
+        return self._services.storage.store_snapshot(snapshot, self._connector.connection.port)
 
     def _watch_module(self) -> None:
-        whose = self._connector.whose if self._connector.is_wanted else None
-        if whose != self._whose:
-            self._whose, self.initial = whose, None
+        whose = self._connector.adapter_key if self._connector.is_requested else None
+        if whose != self._adapter_key:
+            self._adapter_key, self.initial = whose, None
             self.form.reset()
             self.job.dismiss()
         self.changed.emit()
@@ -171,13 +171,17 @@ class SettingsController(QObject):
     def _warnings(self) -> list[tuple[str, str]]:
         connector = self._connector
         rows = self.form.rows(connector.device, connector.clock())
-        return [(tr(row.command.title), together(one.sentence for one in row.warnings)) for row in rows if row.warnings]
+        return [
+            (tr(row.command.title), join_sentences(one.sentence for one in row.warnings))
+            for row in rows
+            if row.warnings
+        ]
 
     def _warning_notice(self) -> Notice | None:
         warnings = self._warnings()
         if not warnings:
             return None
-        text = together(tr("{setting}: {why}", setting=setting, why=why) for setting, why in warnings)
+        text = join_sentences(tr("{setting}: {why}", setting=setting, why=why) for setting, why in warnings)
         return Notice(Meaning.ATTENTION, text, self._choices(is_locked=True))
 
     def _choices(self, *, is_locked: bool) -> tuple[Choice, ...]:
@@ -206,7 +210,7 @@ class SettingsController(QObject):
         return tuple(one for one in found if one.condition is not Interlock.MAY_WRITE or now_is.active)
 
     def _refused_notice(self, open_conditions: tuple[Refusal, ...]) -> Notice:
-        text = together([tr("Nothing was written."), *(one.sentence for one in open_conditions)])
+        text = join_sentences([tr("Nothing was written."), *(one.sentence for one in open_conditions)])
         can_unlock = all(one.condition is Interlock.MAY_WRITE for one in open_conditions)
         choices = self._choices(is_locked=False) if can_unlock else ()
         return Notice(Meaning.ATTENTION, text, choices, None if can_unlock else self.job.dismiss)
@@ -237,7 +241,7 @@ class SettingsController(QObject):
         test = Choice("survives", tr("Survives a power cycle?"), self.test_power_cycle)
         is_bad = bad or moved or report.unread
         meaning = Meaning.DANGER if is_bad else (Meaning.GOOD if verified else Meaning.INFORMATION)
-        return Notice(meaning, together(parts), (test,) if verified else (), self.job.dismiss)
+        return Notice(meaning, join_sentences(parts), (test,) if verified else (), self.job.dismiss)
 
     def _unread_notice(self, missing: int) -> Notice:
         text = tr("Could not be read: {count}; see the rows.", count=missing)

@@ -22,7 +22,7 @@ from PySide6.QtWidgets import (
 
 from app.settings.form import FORM_COMMANDS, RowState
 from app.text.i18n import tr
-from app.text.sentences import together
+from app.text.sentences import join_sentences
 from protocol.catalogue import BY_NAME
 from protocol.fields import Flag, Value
 from protocol.link_states import Presence
@@ -121,7 +121,7 @@ class SettingsPage(Page):
         self.calibration.refresh()
 
     def _idle_notice(self) -> Notice | None:
-        if not self._connector.is_wanted:
+        if not self._connector.is_requested:
             return None
         now = self._connector.clock()
         invalid = [row for row in self.work.form.rows(self._connector.device, now) if row.state is RowState.INVALID]
@@ -131,7 +131,7 @@ class SettingsPage(Page):
             said.append(
                 tr("Checking whether it is the same module…") if is_online else tr("The module does not answer.")
             )
-        return Notice(Meaning.ATTENTION, together(said)) if said else None
+        return Notice(Meaning.ATTENTION, join_sentences(said)) if said else None
 
     # The chosen row
 
@@ -178,15 +178,15 @@ class SettingsPage(Page):
         self._stack.setCurrentWidget(self.calibration)
         self.refresh()
 
-    def _take_threshold(self, threshold_v: float) -> None:
+    def _use_threshold(self, threshold_v: float) -> None:
         self.work.edit(partial(self.work.form.choose, "light_threshold_v", threshold_v))
         self.show_form()
 
     def _try_out(self) -> None:
-        self._services.exchange.tried.emit(self.work.form.wanted)
+        self._services.exchange.tried.emit(self.work.form.edited)
         self.page_wanted.emit("live")
 
-    def _take_drafts(self, values: Mapping[str, Value]) -> None:
+    def _use_drafts(self, values: Mapping[str, Value]) -> None:
         """Takes the values tried on recorded data."""
         self.show_form()
         self.work.edit(partial(self.work.form.fill, values))
@@ -238,18 +238,18 @@ class SettingsPage(Page):
         self.files.opened.connect(self.compare.show_profile)
         self.files.refused.connect(self.compare.show_faults)
         self.compare.shown.connect(self._show_compare)
-        self.files.said.connect(self._say)
+        self.files.notified.connect(self._show_notice)
         self.compare.applied.connect(self._apply_profile)
         self.compare.closed.connect(self.show_form)
         self.calibration.closed.connect(self.show_form)
-        self.calibration.proposed.connect(self._take_threshold)
+        self.calibration.proposed.connect(self._use_threshold)
         exchange = self._services.exchange
-        exchange.find_drafts = lambda: form.wanted
+        exchange.find_drafts = lambda: form.edited
         exchange.can_use = lambda: work.can_edit
-        exchange.used.connect(self._take_drafts)
+        exchange.used.connect(self._use_drafts)
 
-    def _say(self, notice: Notice) -> None:
-        self.work.job.say(lambda: Notice(notice.meaning, notice.text, notice.choices, self.work.job.dismiss))
+    def _show_notice(self, notice: Notice) -> None:
+        self.work.job.set_notice(lambda: Notice(notice.meaning, notice.text, notice.choices, self.work.job.dismiss))
 
     def _lay_out(self) -> QWidget:
         texts = self._services.texts

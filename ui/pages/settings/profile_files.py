@@ -22,13 +22,13 @@ SUFFIX = ".toml"
 
 
 class ProfileFiles(QObject):
-    """Entries of the page's menu. `said` carries a `Notice`."""
+    """Entries of the page's menu. `notified` carries a `Notice`."""
 
     opened = Signal(object, object)
     """`Profile` and path."""
     refused = Signal(object, object)
     """Path and one sentence for each error."""
-    said = Signal(object)
+    notified = Signal(object)
 
     def __init__(self, services: Services, page: QWidget, header: PageHeader) -> None:
         super().__init__(page)
@@ -68,7 +68,7 @@ class ProfileFiles(QObject):
         now = self._connector.clock()
         profile = profile_of(self._connector.device, now, name=tr("Profile"))
         if not profile.settings:
-            self._say(Meaning.ATTENTION, tr("No settings known: read them first."))
+            self._notify(Meaning.ATTENTION, tr("No settings known: read them first."))
             return
         suggested = self._folder() / f"profile{SUFFIX}"
         path = self.ask_save(self._page, tr("Save as profile…"), suggested, tr("Profile (*.toml)"))
@@ -77,14 +77,14 @@ class ProfileFiles(QObject):
         try:
             save_profile(path, Profile(name=path.stem or tr("Profile"), settings=profile.settings))
         except (OSError, ProfileRefused) as error:
-            self._say(Meaning.DANGER, tr("{path} was not saved: {why}.", path=path, why=error))
+            self._notify(Meaning.DANGER, tr("{path} was not saved: {why}.", path=path, why=error))
             return
         self._remember(path)
         missing = [tr(one.title) for one in SETTINGS if one.key not in profile.settings and one is not SERIAL_OUTPUT]
-        self._say(Meaning.GOOD, _saved_text(path, missing))
+        self._notify(Meaning.GOOD, _saved_text(path, missing))
 
-    def _say(self, meaning: Meaning, text: str) -> None:
-        self.said.emit(Notice(meaning, text))
+    def _notify(self, meaning: Meaning, text: str) -> None:
+        self.notified.emit(Notice(meaning, text))
 
     def _folder(self) -> Path:
         recent = self._remembered.recent_profiles

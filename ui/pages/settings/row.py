@@ -12,7 +12,7 @@ from app.settings.consequences import Weight
 from app.settings.form import FormRow, RowState
 from app.settings.setting_texts import value_text, what_is
 from app.text.i18n import tr
-from app.text.sentences import together
+from app.text.sentences import join_sentences
 from protocol.catalogue import Command
 from ui.core.texts import Texts
 from ui.forms.field_editors import FieldEditor, FlagEditor, make_editor
@@ -41,7 +41,7 @@ class _Look(NamedTuple):
     meaning: Meaning | None
 
 
-LOOKS: Final = {
+STYLES: Final = {
     RowState.UNKNOWN: _Look(Icon.UNKNOWN, Meaning.UNKNOWN),
     RowState.READ: _Look(Icon.INFORMATION, None),
     RowState.ACKNOWLEDGED: _Look(Icon.INFORMATION, None),
@@ -94,10 +94,10 @@ class SettingsRow(QFrame):
 
     def show_row(self, row: FormRow, now: float, *, is_editable: bool, is_chosen: bool) -> None:
         self.row = row
-        self.stands.show_known(row.stands, now)
-        self.editor.show_draft(row.draft, None if row.stands is None else row.stands.value)
+        self.stands.show_known(row.module_value, now)
+        self.editor.show_draft(row.draft, None if row.module_value is None else row.module_value.value)
         self.editor.setEnabled(is_editable)
-        look = LOOKS[row.state]
+        look = STYLES[row.state]
         self.state.set_caption(tr("State of {setting}", setting=tr(self.command.title)))
         self.state.show_state(tr(row.state.value), look.icon, look.meaning)
         reason, warning = reason_text(row), warning_text(row)
@@ -133,7 +133,7 @@ def aligned_cells(name: QLabel, stands: QWidget, editor: QWidget, state: QWidget
 
 def warning_text(row: FormRow) -> str:
     """The consequences that nobody should overlook."""
-    return together(one.sentence for one in row.consequences if one.weight is not Weight.PLAIN)
+    return join_sentences(one.sentence for one in row.consequences if one.weight is not Weight.PLAIN)
 
 
 def reason_text(row: FormRow) -> str:
@@ -148,6 +148,6 @@ def reason_text(row: FormRow) -> str:
             stands = value_text(row.command, retention.stands)
             return tr("LOST at the power cycle: it holds {stands}.", stands=stands)
         return tr("Power cycle: {fate}.", fate=tr(retention.fate.value))
-    if row.state is RowState.ACKNOWLEDGED and row.stands is not None and row.stands.how is How.ACKNOWLEDGED:
+    if row.state is RowState.ACKNOWLEDGED and row.module_value is not None and row.module_value.how is How.ACKNOWLEDGED:
         return tr("cannot be read")
     return ""

@@ -6,7 +6,7 @@ from app.settings.consequences import Weight
 from app.settings.form import FormRow
 from app.settings.setting_texts import advice_text
 from app.text.i18n import tr
-from app.text.sentences import begun, together
+from app.text.sentences import capitalised, join_sentences
 from ui.core.texts import Texts
 from ui.pages.settings.row import WRONG, reason_text
 from ui.style.theme import Space
@@ -43,8 +43,8 @@ class SettingPane(QFrame):
             (self.term, "" if term == title else term),  # in Chinese it is the title
             (self.reason, reason),
             (self.what, tr(command.explanation)),
-            (self.meaning, together(one.sentence for one in row.consequences)),
-            (self.advice, begun(advice_text(command))),
+            (self.meaning, join_sentences(one.sentence for one in row.consequences)),
+            (self.advice, capitalised(advice_text(command))),
         ):
             label.setText(text)
             label.setVisible(bool(text))

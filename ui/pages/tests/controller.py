@@ -19,14 +19,14 @@ from app.engine.transport import PortError
 from app.engine.worker import Batch, Job
 from app.guided.catalogue import GUIDED_BY_KIND, GuidedTest, measure, prepare
 from app.guided.guided_store import GuidedStore
-from app.guided.kept_test import KeptTest
+from app.guided.kept_test import StoredTest
 from app.guided.results import BrokenOff, GuidedKind, GuidedResult
 from app.guided.status_watch import GuidedSetup, PersonSteps
 from app.procedures.act import Performed
 from app.safety.journal import Outcome
 from app.store.database import StoreTrouble
 from app.store.store import Store
-from app.text.messages import said
+from app.text.messages import message
 from protocol.link_states import Presence
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
@@ -72,16 +72,16 @@ class GuidedController(QObject):
         self.trouble: StoreTrouble | None = None
         """Why the last result was not kept."""
         self.owes_lock = False
-        self.last: Mapping[GuidedKind, KeptTest] = {}
+        self.last: Mapping[GuidedKind, StoredTest] = {}
         """The module's last results."""
         self._shown: Report | None = None
         self._job = RunningJob(services.connector, self)
-        self._whose = services.connector.whose
-        self._keeping: BackgroundTask[int] = BackgroundTask("dps-s guided test", self)
-        self._loading: BackgroundTask[Mapping[GuidedKind, KeptTest]] = BackgroundTask("dps-s last tests", self)
+        self._adapter_key = services.connector.adapter_key
+        self._storing: BackgroundTask[int] = BackgroundTask("dps-s guided test", self)
+        self._loading: BackgroundTask[Mapping[GuidedKind, StoredTest]] = BackgroundTask("dps-s last tests", self)
         self._connector.changed.connect(self._watch)
         self._connector.batch.connect(self._on_batch)
-        self._connector.forgotten.connect(self._forget)
+        self._connector.invalidated.connect(self._forget)
         self._connector.leaving.connect(self.cancel)
         self._lock.changed.connect(self._on_lock)
         services.naming.changed.connect(self.load_last)
@@ -117,7 +117,7 @@ class GuidedController(QObject):
     @property
     def can_start(self) -> bool:
         connector = self._connector
-        is_there = connector.is_open and not connector.is_recording and connector.device.presence is Presence.ONLINE
+        is_there = connector.is_open and not connector.is_playback and connector.device.presence is Presence.ONLINE
         is_safe = self.is_made_safe or not self.test.statement
         return is_there and is_safe and not self.is_running and not self.owes_lock and not connector.is_active
 
@@ -180,7 +180,7 @@ class GuidedController(QObject):
                 self._finish(_broken_off(UNPROVEN))
 
     def _end_preparing(self, job: Job[GuidedSetup | BrokenOff]) -> None:
-        found = self._taken(job)
+        found = self._result_of(job)
         if isinstance(found, GuidedSetup):
             self.setup = found
             if self.test.act is not None:
@@ -197,11 +197,11 @@ class GuidedController(QObject):
             self.changed.emit()
 
     def _end_measuring(self, job: Job[GuidedResult | BrokenOff]) -> None:
-        found = self._taken(job)
+        found = self._result_of(job)
         if isinstance(found, GuidedResult):
             self._finish(found)
 
-    def _taken(self, job: Job[Any]) -> object:
+    def _result_of(self, job: Job[Any]) -> object:
         """The result of the job; None if the test ended with it."""
         error = job.run.error
         if error is not None:
@@ -222,7 +222,7 @@ class GuidedController(QObject):
         if self.owes_lock:
             self._lock.ensure_locked()
         if isinstance(outcome, GuidedResult):
-            self._keep(outcome)
+            self._store_result(outcome)
         self.changed.emit()
 
     # The lock
@@ -244,7 +244,7 @@ class GuidedController(QObject):
             self.changed.emit()
 
     def _watch(self) -> None:
-        is_another, self._whose = self._whose != self._connector.whose, self._connector.whose
+        is_another, self._adapter_key = self._adapter_key != self._connector.adapter_key, self._connector.adapter_key
         if is_another:
             self.owes_lock = False  # LOCK is not for another module
             self.cancel(LOST)
@@ -265,12 +265,12 @@ class GuidedController(QObject):
         store, name = self._services.storage.store, self._services.naming.name
         if not isinstance(store, Store) or not name:
             self._loading.cancel()
-            self._take_last({})
+            self._on_last_tests({})
             return
         work = partial(_last, store, name, counts_simulated=self._is_simulated)
-        self._loading.run_in(store.queue, work, self._take_last, lambda _trouble: self._take_last({}))
+        self._loading.run_in(store.queue, work, self._on_last_tests, lambda _trouble: self._on_last_tests({}))
 
-    def _take_last(self, last: Mapping[GuidedKind, KeptTest]) -> None:
+    def _on_last_tests(self, last: Mapping[GuidedKind, StoredTest]) -> None:
         self.last = last
         self.changed.emit()
 
@@ -279,7 +279,7 @@ class GuidedController(QObject):
         target = self._connector.target
         return target is not None and target.is_simulated
 
-    def _keep(self, result: GuidedResult) -> None:
+    def _store_result(self, result: GuidedResult) -> None:
         store, target = self._services.storage.store, self._connector.target
         if not isinstance(store, Store):
             self.trouble = store
@@ -289,15 +289,15 @@ class GuidedController(QObject):
             _keep, store, result, name=self._services.naming.name, adapter=adapter,
             who=self._services.preferences.who, is_simulated=self._is_simulated,
         )  # fmt: skip
-        self._keeping.run_in(store.queue, work, lambda _number: self.load_last(), self._say_trouble)
+        self._storing.run_in(store.queue, work, lambda _number: self.load_last(), self._show_trouble)
 
-    def _say_trouble(self, trouble: StoreTrouble) -> None:
+    def _show_trouble(self, trouble: StoreTrouble) -> None:
         self.trouble = trouble
         self.changed.emit()
 
 
 def _broken_off(why: str) -> BrokenOff:
-    return BrokenOff(said(marked("No result: {why}."), why=said(why)))
+    return BrokenOff(message(marked("No result: {why}."), why=message(why)))
 
 
 def _why(error: BaseException) -> str:
@@ -312,7 +312,7 @@ def _why(error: BaseException) -> str:
             return FAILED
 
 
-def _last(store: Store, name: str, *, counts_simulated: bool) -> Mapping[GuidedKind, KeptTest]:
+def _last(store: Store, name: str, *, counts_simulated: bool) -> Mapping[GuidedKind, StoredTest]:
     module = store.module_named(name)
     return GuidedStore(store.database).last(
         module.id if module is not None else None, counts_simulated=counts_simulated
@@ -320,7 +320,7 @@ def _last(store: Store, name: str, *, counts_simulated: bool) -> Mapping[GuidedK
 
 
 def _keep(store: Store, result: GuidedResult, *, name: str, adapter: str, who: str, is_simulated: bool) -> int:
-    module_id = store.meet_module(name).id if name else None
+    module_id = store.register_module(name).id if name else None
     return GuidedStore(store.database).add(
         result, module_id=module_id, adapter=adapter, who=who, is_simulated=is_simulated, program=version()
     )

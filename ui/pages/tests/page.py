@@ -48,7 +48,7 @@ from ui.widgets.step_button import StepButton
 from ui.widgets.visibility_timer import VisibilityTimer
 
 REFRESH_EVERY_MS: Final = 100
-LONGEST_NAME: Final = 80
+MAX_NAME_LENGTH: Final = 80
 _LIST_PX: Final = 216
 _FIELD_PX: Final = 148
 
@@ -59,14 +59,14 @@ class TestsPage(Page):
     def __init__(self, services: Services, parent: QWidget | None = None) -> None:
         super().__init__("tests", parent)
         self._services, self._connector = services, services.connector
-        services.naming.follow(services.connector, services.storage)
+        services.naming.bind(services.connector, services.storage)
         texts, guard = services.texts, WheelGuard(self)
         self.work = GuidedController(services, self)
         self._guard = RitualGuard(self)
         self._watched: QWidget | None = None
         self.list = control(QListWidget(), texts, "tests_list", says="Guided tests")
         self.who = control(QLineEdit(), texts, "tests_who", says="Tested by")
-        self.who.setMaxLength(LONGEST_NAME)
+        self.who.setMaxLength(MAX_NAME_LENGTH)
         texts.bind(self.who.setPlaceholderText, "your name")
         self.module = ModuleField("tests_module", services.naming, texts, guard)
         self.title = named(ElidedLabel(), "tests_chosen", "title")
@@ -82,7 +82,7 @@ class TestsPage(Page):
                               tip="Locks an activated module", key="Esc",
                               slot=self.work.cancel)  # fmt: skip
         self.primary = control(StepButton(), texts, "tests_run", "Start", key="Ctrl+Return", role="primary",
-                               slot=self._go_on)  # fmt: skip
+                               slot=self._continue)  # fmt: skip
         self._timer = VisibilityTimer(
             self, self.refresh, every_ms=REFRESH_EVERY_MS, tick=self.tick, retranslate=self._retranslate,
             hidden=self.work.cancel,
@@ -106,10 +106,10 @@ class TestsPage(Page):
         if work.stage is Stage.CONFIRMING and work.test.act is not None:
             self.acts[work.test.act].refresh()
         self.said.show_notice(self._notice())
-        self.primary.setEnabled(self._can_go_on)
+        self.primary.setEnabled(self._can_continue)
 
     @property
-    def _can_go_on(self) -> bool:
+    def _can_continue(self) -> bool:
         work = self.work
         is_asked_again = work.stage is Stage.DONE and bool(work.test.statement) and not work.owes_lock
         return work.can_start or bool(work.confirm_words) or is_asked_again
@@ -130,12 +130,12 @@ class TestsPage(Page):
     def _show_stage(self) -> None:
         work, test = self.work, self.work.test
         self.title.setText(tr(TITLES[test.kind]))
-        steps = tuple(step.in_words() for step in test.steps)
+        steps = tuple(step.translated() for step in test.steps)
         step = work.step
         shown = steps[min(step, len(steps) - 1)]
         self.picture.show_step(work.kind, min(step, len(steps) - 1), shown)
         self.steps.show_steps(steps, step, is_running=work.is_running)
-        self.instruction.say(instruction(work))
+        self.instruction.set_text(instruction(work))
         self._show_safety()
         places = {Stage.READY: self._ready, Stage.PREPARING: self.live, Stage.MEASURING: self.live}
         act = None if test.act is None else self.acts[test.act]
@@ -179,7 +179,7 @@ class TestsPage(Page):
         texts.bind(self.primary.setText, words)
         texts.bind(self.primary.setAccessibleName, words)
         self.cancel.setEnabled(work.is_running)
-        self.primary.setEnabled(self._can_go_on)
+        self.primary.setEnabled(self._can_continue)
         if self.isVisible() and self.primary.isEnabled() and QApplication.focusWidget() is None:
             self.primary.setFocus()
 
@@ -208,16 +208,16 @@ class TestsPage(Page):
         if 0 <= row < len(GUIDED_TESTS):
             self.work.choose(GUIDED_TESTS[row].kind)
 
-    def _go_on(self) -> None:
+    def _continue(self) -> None:
         if self.work.stage is Stage.DONE and self.work.test.statement:
             self.work.choose(self.work.kind)  # the statement has to be made again
         elif self.work.confirm_words:
             self.work.confirm()
         else:
-            self._take_who()
+            self._commit_names()
             self.work.start()
 
-    def _take_who(self) -> None:
+    def _commit_names(self) -> None:
         self._services.naming.choose(self.module.currentText())
         self._services.preferences.who = clean(self.who.text().strip())
 
@@ -260,7 +260,7 @@ class TestsPage(Page):
         work = self.work
         self.list.currentRowChanged.connect(self._choose)
         self.made_safe.toggled.connect(work.state_safe)
-        self.who.editingFinished.connect(self._take_who)
+        self.who.editingFinished.connect(self._commit_names)
         for row in self.acts.values():
             row.begun.connect(work.act_begun)
             row.ended.connect(work.act_ended)
@@ -283,7 +283,7 @@ class TestsPage(Page):
             field.setFixedWidth(_FIELD_PX)
             header.add(label)
             header.add(field)
-        self._make_doing()
+        self._make_step_area()
         content = named(QWidget(), "tests_content")
         self._views = QStackedLayout(content)
         self._views.addWidget(self._doing)
@@ -294,7 +294,7 @@ class TestsPage(Page):
         body = in_row(self.list, (pane, 1), spacing=Space.M)
         in_column(header, (body, 1), of=self, spacing=0, margins=(Space.M, 0, Space.M, Space.S))
 
-    def _make_doing(self) -> None:
+    def _make_step_area(self) -> None:
         """Picture, steps and instruction, and below them the part for the stage."""
         self._safety_mark = IconLabel("tests_safety_mark", 20)
         self._ready = named(QFrame(), "tests_ready", "card")

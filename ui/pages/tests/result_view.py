@@ -21,9 +21,9 @@ from ui.widgets.naming import named, set_role
 _ROW_PX: Final = 28
 
 COLUMNS: Final[tuple[TableColumn[MeasuredValue], ...]] = (
-    TableColumn(marked("Value"), lambda one: one.name.in_words()),
-    TableColumn(marked("Measured"), lambda one: one.shown.in_words()),
-    TableColumn(marked("Tolerance"), lambda one: one.tolerance.in_words()),
+    TableColumn(marked("Value"), lambda one: one.name.translated()),
+    TableColumn(marked("Measured"), lambda one: one.shown.translated()),
+    TableColumn(marked("Tolerance"), lambda one: one.tolerance.translated()),
     TableColumn(
         marked("Result"),
         lambda one: tr(VERDICT_WORDS[one.verdict]),
@@ -67,7 +67,7 @@ class ResultView(QWidget):
         self.table.setVisible(bool(measured))
         self.table.setFixedHeight(self.table.horizontalHeader().sizeHint().height() + _ROW_PX * len(measured) + 4)
         advice = outcome.advice if isinstance(outcome, GuidedResult) else None
-        self.advice.setText("" if advice is None else advice.in_words())
+        self.advice.setText("" if advice is None else advice.translated())
         self.advice.setVisible(advice is not None)
 
 

@@ -2,11 +2,11 @@
 
 from datetime import datetime
 
-from app.guided.kept_test import KeptTest
+from app.guided.kept_test import StoredTest
 from app.guided.results import VERDICT_WORDS, BrokenOff, GuidedKind, GuidedResult, GuidedVerdict
 from app.text.i18n import tr
 from app.text.messages import UserMessage
-from app.text.sentences import begun, listed
+from app.text.sentences import capitalised, join_names
 from protocol.catalogue import RESET_BELOW_THRESHOLD_DEG
 from ui.core.connector import Connector
 from ui.pages.tests.controller import GuidedController, Stage
@@ -25,25 +25,25 @@ def instruction(work: GuidedController) -> str:
     """What to do now."""
     if work.stage in (Stage.PREPARING, Stage.MEASURING):
         report = work.report
-        return _said(report.doing, report.values) if report is not None else tr("Asking the module…")
-    return work.test.steps[work.step].in_words() if work.stage is Stage.CONFIRMING else ""
+        return _formatted(report.doing, report.values) if report is not None else tr("Asking the module…")
+    return work.test.steps[work.step].translated() if work.stage is Stage.CONFIRMING else ""
 
 
-def _said(text: str, values: tuple[tuple[str, object], ...]) -> str:
-    words = {name: value.in_words() if isinstance(value, UserMessage) else value for name, value in values}
+def _formatted(text: str, values: tuple[tuple[str, object], ...]) -> str:
+    words = {name: value.translated() if isinstance(value, UserMessage) else value for name, value in values}
     return tr(text, **words) if "{" in text else tr(text)
 
 
 def outcome_text(outcome: GuidedResult | BrokenOff | None) -> tuple[Meaning, str]:
     """The verdict in a line."""
     if isinstance(outcome, GuidedResult):
-        return VERDICT_MEANINGS[outcome.verdict], begun(tr(VERDICT_WORDS[outcome.verdict]))
+        return VERDICT_MEANINGS[outcome.verdict], capitalised(tr(VERDICT_WORDS[outcome.verdict]))
     if isinstance(outcome, BrokenOff):
-        return Meaning.ATTENTION, outcome.reason.in_words()
+        return Meaning.ATTENTION, outcome.reason.translated()
     return Meaning.UNKNOWN, ""
 
 
-def last_text(last: KeptTest | None) -> str:
+def last_text(last: StoredTest | None) -> str:
     """Result, date and person of the last test."""
     if last is None:
         return tr("never tested")
@@ -90,7 +90,7 @@ def _tilt(connector: Connector, threshold: float | None) -> LiveReading:
         LiveMark(threshold, tr("fires at {angle:.0f}°", angle=threshold), Meaning.DANGER),
     )
     has_fired = connector.device.fresh("triggered", connector.clock())
-    caption = listed((tr("Tilt"), tr("TRIGGERED") if has_fired else tr("not triggered")))
+    caption = join_names((tr("Tilt"), tr("TRIGGERED") if has_fired else tr("not triggered")))
     return LiveReading(caption, shown, value, 120.0, marks)
 
 
@@ -117,7 +117,7 @@ def _charge(connector: Connector) -> LiveReading:
     voltage, charging = _value(connector, "cell_voltage_v"), connector.device.fresh("charging", connector.clock())
     shown = _UNKNOWN if voltage is None else f"{voltage:.2f} V"
     if charging is None:
-        return LiveReading(listed((tr("Charging"), tr("unknown"))), shown, voltage)
+        return LiveReading(join_names((tr("Charging"), tr("unknown"))), shown, voltage)
     return LiveReading(tr("charging") if charging else tr("not charging"), shown, voltage)
 
 

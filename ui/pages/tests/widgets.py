@@ -19,7 +19,7 @@ from ui.widgets.naming import named, set_role
 
 _MARK_PX: Final = 18
 _BAR_PX: Final = 12
-_MOST_STEPS: Final = 6
+_MAX_STEPS: Final = 6
 
 
 class GuidedPicture(PaintedWidget):
@@ -63,14 +63,14 @@ class StepList(QWidget):
         grid.setVerticalSpacing(Space.XS)
         grid.setColumnStretch(1, 1)
         self.rows: list[tuple[IconLabel, QLabel]] = []
-        for number in range(_MOST_STEPS):
+        for number in range(_MAX_STEPS):
             mark = IconLabel(f"tests_step_{number}_mark", _MARK_PX)
             mark.setFixedWidth(_MARK_PX)
             text = text_label(f"tests_step_{number}")
             grid.addWidget(mark, number, 0, Qt.AlignmentFlag.AlignTop)
             grid.addWidget(text, number, 1)
             self.rows.append((mark, text))
-        grid.setRowStretch(_MOST_STEPS, 1)
+        grid.setRowStretch(_MAX_STEPS, 1)
 
     def show_steps(self, steps: tuple[str, ...], step: int, *, is_running: bool) -> None:
         """`steps`: translated; those before `step` are done."""
@@ -104,7 +104,7 @@ class Instruction(QLabel):
         self.setWordWrap(True)
         self.setTextFormat(Qt.TextFormat.PlainText)
 
-    def say(self, text: str) -> None:
+    def set_text(self, text: str) -> None:
         if text != self.text():
             self.setText(text)
             self.setAccessibleName(text)

@@ -12,11 +12,11 @@ from app.engine.worker import Job
 from app.procedures.history import read_history
 from app.procedures.write import read_back
 from app.records.check_store import CheckStore, SeenRecord, Visit
-from app.records.trigger_filing import Doubtful, TriggersReading, file_triggers
+from app.records.trigger_filing import PossiblyOther, TriggersReading, file_triggers
 from app.store.database import StoreTrouble, utc_now
 from app.store.store import Store
 from app.text.i18n import tr
-from app.text.sentences import together
+from app.text.sentences import join_sentences
 from app.trigger_records.history import Judgement, in_order, record_of
 from protocol.catalogue import BY_NAME
 from protocol.link_states import Presence
@@ -33,16 +33,16 @@ BOOT_COUNT = BY_NAME["boot_count"]
 
 @dataclass(frozen=True, slots=True)
 class TriggerRow:
-    """One trigger. `is_kept`: it is in the store and can be judged. `is_being_kept`: it is being stored.
+    """One trigger. `is_stored`: it is in the store and can be judged. `is_being_kept`: it is being stored.
     `is_seen_once`: it came in one reading only, so it is uncertain."""
 
     seen: SeenRecord
     record: TriggerRecord
     is_new: bool
     is_on_module: bool
-    is_kept: bool
+    is_stored: bool
     is_seen_once: bool = False
-    is_being_kept: bool = False
+    is_being_stored: bool = False
 
 
 def read_triggers() -> Procedure[TriggersReading]:
@@ -72,17 +72,17 @@ class TriggersController(QObject):
         self._is_kept = False
         self.job = RunningJob(services.connector, self)
         self.job.changed.connect(self.changed)
-        self._whose: str | None = None
+        self._adapter_key: str | None = None
         self.reads_by_itself = True
         """Reads each module once as soon as the page is visible."""
         self._read_of: str | None = None
-        self._filing: BackgroundTask[Visit | Doubtful] = BackgroundTask("dps-s triggers", self)
+        self._filing: BackgroundTask[Visit | PossiblyOther] = BackgroundTask("dps-s triggers", self)
         self._judging: dict[int, tuple[Judgement | None, str]] = {}
         """Judgements that are not stored yet, by record."""
         self._keepers: dict[int, BackgroundTask[None]] = {}
         """Tasks that store them, by record."""
         self._connector.changed.connect(self._watch_port)
-        self._naming.changed.connect(self._take_name)
+        self._naming.changed.connect(self._on_name_changed)
         self._show_archive()
 
     @property
@@ -112,8 +112,8 @@ class TriggersController(QObject):
         is_online = connector.is_open and connector.device.presence is Presence.ONLINE
         if not (self.reads_by_itself and is_online and self.can_read and self.reading is None):
             return
-        if not (connector.is_busy or connector.is_recording or self._read_of == self._whose):
-            self._read_of = self._whose
+        if not (connector.is_busy or connector.is_playback or self._read_of == self._adapter_key):
+            self._read_of = self._adapter_key
             self.read()
 
     def judge(self, record_id: int, judgement: Judgement | None, note: str) -> None:
@@ -140,20 +140,22 @@ class TriggersController(QObject):
     def _end(self, job: Job[TriggersReading]) -> None:
         if job.run.error is not None:
             meaning = Meaning.INFORMATION if isinstance(job.run.error, Cancelled) else Meaning.DANGER
-            self.job.say_text(meaning, partial(_broken_off, job.run.error))
+            self.job.notify(meaning, partial(_broken_off, job.run.error))
         elif job.outcome().history.is_line_dead:
-            self._forget_visit()
+            self._clear_visit()
             self.reading = job.outcome()
             self._show_archive()
-            self.job.say_text(Meaning.DANGER, lambda: together((tr("The module does not answer."), tr("Not kept."))))
+            self.job.notify(
+                Meaning.DANGER, lambda: join_sentences((tr("The module does not answer."), tr("Not kept.")))
+            )
         else:
             self.reading = job.outcome()
-            self._keep()
+            self._store_reading()
 
-    def _keep(self, *, is_same_module: bool = False) -> None:
+    def _store_reading(self, *, is_same_module: bool = False) -> None:
         """Stores the reading if the module has a name."""
         reading, store, name = self.reading, self._store, self._naming.name
-        self._forget_visit()
+        self._clear_visit()
         if reading is not None and reading.history.is_answered and store is not None and name:
             self.job.dismiss()
             port = self._connector.connection.port
@@ -161,37 +163,37 @@ class TriggersController(QObject):
                            is_same_module=is_same_module)  # fmt: skip
             self._filing.run_in(store.queue, work, partial(self._end_filing, reading), self._fail_filing)
         if reading is not None and not reading.history.is_confirmed:
-            self.job.say_text(Meaning.ATTENTION, lambda: tr("The readings differ: records may be missing. Read again."))
+            self.job.notify(Meaning.ATTENTION, lambda: tr("The readings differ: records may be missing. Read again."))
         if reading is not None and not reading.history.is_answered:
-            self.job.say_text(Meaning.ATTENTION, lambda: tr("No answer: the records are unknown."))
+            self.job.notify(Meaning.ATTENTION, lambda: tr("No answer: the records are unknown."))
         self._show_archive()
 
-    def _forget_visit(self) -> None:
+    def _clear_visit(self) -> None:
         self._filing.cancel()
         self._is_kept, self._new = False, frozenset()
 
-    def _end_filing(self, reading: TriggersReading, filed: Visit | Doubtful) -> None:
-        if isinstance(filed, Doubtful):
-            self.job.say(partial(self._ask_whose, reading.boot_count, filed.boot_count))
+    def _end_filing(self, reading: TriggersReading, filed: Visit | PossiblyOther) -> None:
+        if isinstance(filed, PossiblyOther):
+            self.job.set_notice(partial(self._ask_which_module, reading.boot_count, filed.boot_count))
         else:
             self._is_kept, self.is_first_visit, self._new = True, filed.new is None, filed.new or frozenset()
-            self._naming.keep_evidence()
+            self._naming.store_evidence()
         self._show_archive()
         self.changed.emit()
 
     def _fail_filing(self, trouble: StoreTrouble) -> None:
-        self.job.say_text(Meaning.DANGER, partial(_not_kept, trouble))
+        self.job.notify(Meaning.DANGER, partial(_not_kept, trouble))
         self._show_archive()
         self.changed.emit()
 
     def _end_judging(self, record_id: int, offer: Callable[[], Notice] | None = None) -> None:
         del self._judging[record_id]
         if offer is not None:
-            self.job.say(offer)
+            self.job.set_notice(offer)
         self._show_archive()
         self.changed.emit()
 
-    def _ask_whose(self, boots: int | None, before: int | None) -> Notice:
+    def _ask_which_module(self, boots: int | None, before: int | None) -> Notice:
         name = self._naming.name
         if before is not None:
             text = tr("Boot {now}, but {module} was at {before}: is it the same module?", now=boots,
@@ -200,13 +202,13 @@ class TriggersController(QObject):
             text = tr("The records do not follow those of {module}: is it the same module?", module=name)
         choices = (
             Choice("another_module", tr("New module"), lambda: self._naming.choose(""), is_step=True),
-            Choice("same_module", tr("It is {module}", module=name), self._keep_anyway, is_step=True),
+            Choice("same_module", tr("It is {module}", module=name), self._store_anyway, is_step=True),
         )
         return Notice(Meaning.ATTENTION, text, choices)
 
-    def _keep_anyway(self) -> None:
+    def _store_anyway(self) -> None:
         self.job.dismiss()
-        self._keep(is_same_module=True)
+        self._store_reading(is_same_module=True)
         self.changed.emit()
 
     def _offer_to_judge_again(
@@ -219,17 +221,17 @@ class TriggersController(QObject):
         choices = (Choice("judge_again", tr("Try again"), again),)
         return Notice(Meaning.DANGER, _not_kept(trouble), choices, dismiss=self.job.dismiss)
 
-    def _take_name(self) -> None:
+    def _on_name_changed(self) -> None:
         """The name changed, so the reading belongs to that name."""
         self.job.dismiss()
-        self._keep()
+        self._store_reading()
         self.changed.emit()
 
     def _watch_port(self) -> None:
-        whose = self._connector.whose if self._connector.is_wanted else None
-        if whose != self._whose:
-            self._forget_visit()
-            self._whose, self.reading, self._read_of = whose, None, None
+        whose = self._connector.adapter_key if self._connector.is_requested else None
+        if whose != self._adapter_key:
+            self._clear_visit()
+            self._adapter_key, self.reading, self._read_of = whose, None, None
             self._show_archive()
         self.changed.emit()
 
@@ -243,16 +245,16 @@ class TriggersController(QObject):
             try:
                 kept = CheckStore(store.database).records(module_id)
             except StoreTrouble as trouble:
-                self.job.say_text(Meaning.DANGER, partial(_not_kept, trouble))
+                self.job.notify(Meaning.DANGER, partial(_not_kept, trouble))
         if not kept and self.reading is not None:
             is_filing, unkept = self._filing.is_running, self._unkept_rows(self.reading)
-            self.rows = tuple(replace(row, is_being_kept=is_filing) for row in unkept)
+            self.rows = tuple(replace(row, is_being_stored=is_filing) for row in unkept)
             return
         rows = []
         for seen in reversed(self._as_judged(kept)):  # of two equal records the later one is on the module
             is_on_module = slots[seen.raw] > 0
             slots[seen.raw] -= is_on_module
-            rows.append(TriggerRow(seen, record_of(seen.raw), seen.id in self._new, is_on_module, is_kept=True))
+            rows.append(TriggerRow(seen, record_of(seen.raw), seen.id in self._new, is_on_module, is_stored=True))
         seen_once = () if self.reading is None else self.reading.history.seen_once
         unknown = [one for one in seen_once if slots[one.raw] > 0]  # known from an earlier visit: certain
         self.rows = (*reversed(rows), *(_unkept_row(-1 - place, one.raw, is_seen_once=True)
@@ -278,13 +280,13 @@ class TriggersController(QObject):
 
 def _unkept_row(number: int, raw: bytes, *, is_seen_once: bool) -> TriggerRow:
     seen = SeenRecord(number, -1 - number, raw, utc_now().isoformat(timespec="seconds"), None, "")
-    return TriggerRow(seen, record_of(raw), is_new=False, is_on_module=True, is_kept=False, is_seen_once=is_seen_once)
+    return TriggerRow(seen, record_of(raw), is_new=False, is_on_module=True, is_stored=False, is_seen_once=is_seen_once)
 
 
 def _broken_off(error: BaseException) -> str:
     what = tr("Cancelled.") if isinstance(error, Cancelled) else tr("The link was lost.")
-    return together((what, tr("Not kept.")))
+    return join_sentences((what, tr("Not kept.")))
 
 
 def _not_kept(trouble: StoreTrouble) -> str:
-    return together((trouble.sentence, tr("Not kept.")))
+    return join_sentences((trouble.sentence, tr("Not kept.")))

@@ -7,14 +7,14 @@ from PySide6.QtCore import Signal
 from PySide6.QtGui import QFontDatabase, QFontMetrics
 from PySide6.QtWidgets import QFrame, QLineEdit, QToolButton
 
-from app.records.check_store import LONGEST_NOTE
+from app.records.check_store import MAX_NOTE_LENGTH
 from app.system.wall_clock import local_time
 from app.text.i18n import tr
 from app.trigger_records.history import JUDGEMENT_WORDS, Judgement, sentence
 from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.pages.triggers.controller import TriggerRow
-from ui.pages.triggers.model import sources_in_words
+from ui.pages.triggers.model import sources_text
 from ui.plots.trigger_picture import TriggerPicture
 from ui.style.theme import Size, Space, font
 from ui.widgets.controls import control
@@ -53,9 +53,9 @@ class TriggersDetail(QFrame):
             self.buttons[judgement] = control(QToolButton(), texts, f"triggers_judge_{name}", text, role="segment",
                                               is_checkable=True, slot=partial(self._judge, judgement))  # fmt: skip
         self.note = control(QLineEdit(), texts, "triggers_note", says="Note", tip="Note")
-        self.note.setMaxLength(LONGEST_NOTE)
+        self.note.setMaxLength(MAX_NOTE_LENGTH)
         texts.bind(self.note.setPlaceholderText, "Note")
-        self.note.editingFinished.connect(self._take_note)
+        self.note.editingFinished.connect(self._commit_note)
         self._lay_out()
         self.show_row(None, "")
 
@@ -72,17 +72,17 @@ class TriggersDetail(QFrame):
             self.told.setText(otherwise)
             self._note_of = None
             return
-        self.told.setText(sentence(row.record).in_words())
-        self.picture.show_record(row.record, sources_in_words(row.record.sources))
+        self.told.setText(sentence(row.record).translated())
+        self.picture.show_record(row.record, sources_text(row.record.sources))
         self.bytes.setText(row.record.raw.hex(" ").upper())
         fixed = QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont)
         fixed.setPixelSize(Size.SMALL)
         self.bytes.setFont(fixed)
         self.seen.setText(self._seen_text(row))
         for judgement, button in self.buttons.items():
-            button.setChecked(row.is_kept and row.seen.judgement is judgement)
-            button.setEnabled(row.is_kept)
-        self.note.setEnabled(row.is_kept)
+            button.setChecked(row.is_stored and row.seen.judgement is judgement)
+            button.setEnabled(row.is_stored)
+        self.note.setEnabled(row.is_stored)
         if self._note_of != row.seen.id or not self.note.hasFocus():
             self.note.setText(row.seen.note)
         self._note_of = row.seen.id
@@ -91,23 +91,23 @@ class TriggersDetail(QFrame):
     def _seen_text(row: TriggerRow) -> str:
         if row.is_seen_once:
             return tr("Seen in one reading only. Read again.")
-        if row.is_being_kept:
+        if row.is_being_stored:
             return tr("Saving…")
-        if not row.is_kept:
+        if not row.is_stored:
             return tr("Not kept.")
         where = tr("On the module") if row.is_on_module else tr("No longer on the module")
         return f"{tr('First seen {time}', time=local_time(row.seen.first_seen_at))} · {where}"
 
     def _judge(self, judgement: Judgement | None, _is_checked: bool = False) -> None:
         row = self.row
-        if row is not None and row.is_kept:
+        if row is not None and row.is_stored:
             self.judged.emit(row.seen.id, judgement, self.note.text())
             for one, button in self.buttons.items():
                 button.setChecked(one is judgement)
 
-    def _take_note(self) -> None:
+    def _commit_note(self) -> None:
         row = self.row
-        if row is not None and row.is_kept and self.note.text() != row.seen.note:
+        if row is not None and row.is_stored and self.note.text() != row.seen.note:
             self.judged.emit(row.seen.id, row.seen.judgement, self.note.text())
 
     def fit_height(self, page_px: int) -> None:

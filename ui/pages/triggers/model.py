@@ -10,7 +10,7 @@ from PySide6.QtGui import QIcon
 from app.limits.out_of_limits import record_outside
 from app.text.durations import stopwatch
 from app.text.i18n import tr
-from app.text.sentences import begun
+from app.text.sentences import capitalised
 from app.trigger_records.fields import source_message
 from app.trigger_records.history import JUDGEMENT_WORDS, sentence
 from protocol.translatable import marked
@@ -41,18 +41,18 @@ class Show(Enum):
     UNJUDGED = marked("not reviewed")
 
 
-def told(row: TriggerRow) -> str:
+def record_text(row: TriggerRow) -> str:
     """The record as a sentence, with its note and whether it is new."""
-    text = sentence(row.record).in_words()
+    text = sentence(row.record).translated()
     words = [tr("seen once")] * row.is_seen_once + [tr("new")] * row.is_new
     for word in words:
-        text = tr("{reason}: {what}", reason=begun(word), what=text)
+        text = tr("{reason}: {what}", reason=capitalised(word), what=text)
     return f"{text} — {row.seen.note}" if row.seen.note else text
 
 
-def sources_in_words(sources: tuple[str, ...]) -> str:
+def sources_text(sources: tuple[str, ...]) -> str:
     """All sources, joined with a plus."""
-    return " + ".join(source_message(name).in_words() for name in sources) or tr("no cause stated")
+    return " + ".join(source_message(name).translated() for name in sources) or tr("no cause stated")
 
 
 def _settings(row: TriggerRow) -> str:
@@ -92,7 +92,7 @@ COLUMNS: Final = (
         lambda row: float(row.seen.place),
         picture=_news_icon,
     ),
-    TableColumn[TriggerRow](marked("Why"), lambda row: sources_in_words(row.record.sources)),
+    TableColumn[TriggerRow](marked("Why"), lambda row: sources_text(row.record.sources)),
     TableColumn[TriggerRow](marked("Settings"), _settings, lambda row: float(row.record.attitude_threshold_deg)),
     TableColumn[TriggerRow](marked("Link"), lambda row: tr("connected") if row.record.serial_connected else tr("no")),
     TableColumn[TriggerRow](marked("Charger"), lambda row: tr("charging") if row.record.charging else tr("no")),
@@ -111,7 +111,7 @@ COLUMNS: Final = (
 
 
 def triggers_model(parent: QObject) -> RowsModel[TriggerRow]:
-    return RowsModel(COLUMNS, lambda row: row.seen.id, told, parent)
+    return RowsModel(COLUMNS, lambda row: row.seen.id, record_text, parent)
 
 
 def is_chosen(show: Show, row: TriggerRow) -> bool:
@@ -133,7 +133,7 @@ def as_text(rows: Iterable[TriggerRow]) -> str:
     lines = ["\t".join([*(tr(column.title) for column in COLUMNS), tr("Meaning"), tr("Raw bytes")])]
     for row in rows:
         cells = [column.text(row) for column in COLUMNS]
-        lines.append("\t".join([*cells, told(row).replace("\t", " "), row.record.raw.hex(" ").upper()]))
+        lines.append("\t".join([*cells, record_text(row).replace("\t", " "), row.record.raw.hex(" ").upper()]))
     return "\n".join(lines) + "\n"
 
 

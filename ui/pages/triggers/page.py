@@ -19,7 +19,7 @@ from app.recordings.export import not_saved_text
 from app.records.trigger_archive import write_archive
 from app.store.database import StoreTrouble
 from app.text.i18n import tr
-from app.text.sentences import begun, together
+from app.text.sentences import capitalised, join_sentences
 from protocol.translatable import marked
 from ui.connect.module_field import ModuleField
 from ui.files.file_dialogs import AskPath, ask_path
@@ -52,7 +52,7 @@ class TriggersPage(Page):
     def __init__(self, services: Services, parent: QWidget | None = None) -> None:
         super().__init__("triggers", parent)
         self._services, self._connector, self._naming = services, services.connector, services.naming
-        services.naming.follow(services.connector, services.storage)
+        services.naming.bind(services.connector, services.storage)
         self.ask_path: AskPath = ask_path
         self._folder = Path.home()
         self.work = TriggersController(services, self)
@@ -108,14 +108,14 @@ class TriggersPage(Page):
 
     def _idle_notice(self) -> Notice | None:
         """Why the records are not stored."""
-        if not self.work.rows or self.work.rows[0].is_kept:
+        if not self.work.rows or self.work.rows[0].is_stored:
             return None
         if not self._naming.name:
             text = tr("Name the module to keep these records.")
             return Notice(Meaning.INFORMATION, text, (Choice("name_it", tr("Name it"), self.module.setFocus),))
         store = self._services.storage.store
         if isinstance(store, StoreTrouble):
-            return Notice(Meaning.ATTENTION, together((store.sentence, tr("Not kept."))))
+            return Notice(Meaning.ATTENTION, join_sentences((store.sentence, tr("Not kept."))))
         return None
 
     def _show_detail(self) -> None:
@@ -143,11 +143,11 @@ class TriggersPage(Page):
             write_archive(path, name, [row.seen for row in rows], new=new if has_past else None, seen_once=once)
         except OSError as error:
             text = not_saved_text(path, error)
-            self.work.job.say_text(Meaning.DANGER, lambda: text)
+            self.work.job.notify(Meaning.DANGER, lambda: text)
             return
         self._folder = path.parent
         text = tr("Saved to {path}. Rows: {rows}.", rows=len(rows), path=path)
-        self.work.job.say_text(Meaning.GOOD, lambda: text)
+        self.work.job.notify(Meaning.GOOD, lambda: text)
 
     def _use_filter(self) -> None:
         self.filter.use(self.search.text(), partial(is_chosen, self.show_box.currentData()))
@@ -156,7 +156,7 @@ class TriggersPage(Page):
     # Making
 
     def _name_entry(self, number: int, text: str) -> None:
-        self.show_box.setItemText(number, begun(text))
+        self.show_box.setItemText(number, capitalised(text))
 
     def _make_show(self, guard: WheelGuard) -> None:
         box = self.show_box

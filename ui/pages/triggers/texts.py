@@ -1,9 +1,9 @@
 """Texts of the Triggers page."""
 
 from app.text.i18n import tr
-from app.text.sentences import begun
+from app.text.sentences import capitalised
 from ui.pages.triggers.controller import TriggersController
-from ui.services.module_name import whose
+from ui.services.module_name import module_label
 
 
 def is_known_empty(work: TriggersController) -> bool:
@@ -20,8 +20,8 @@ def count_text(work: TriggersController) -> str:
 
 
 def news_text(work: TriggersController, name: str) -> str:
-    module, rows = whose(name), work.rows
-    if work.reading is None or (rows and not rows[0].is_kept):
+    module, rows = module_label(name), work.rows
+    if work.reading is None or (rows and not rows[0].is_stored):
         return module
     if work.is_first_visit:
         return f"{module} · {tr('no earlier visit')}"
@@ -33,7 +33,7 @@ def empty_title(work: TriggersController) -> str:
         return tr("Reading the trigger records")
     if is_known_empty(work):
         return tr("Trigger records: {count}", count=0)
-    return begun(tr("not read yet") if work.reading is None else tr("unknown"))
+    return capitalised(tr("not read yet") if work.reading is None else tr("unknown"))
 
 
 def empty_text(work: TriggersController, *, is_open: bool) -> str:

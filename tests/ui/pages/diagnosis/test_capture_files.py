@@ -18,8 +18,8 @@ from tests.ui.pages.diagnosis.test_diagnosis_page import click, diagnosis
 from tests.ui.pages.diagnosis.test_traffic import cell, sent, streamed
 from ui.core.background_task import Running
 from ui.pages.diagnosis.capture_files import SUFFIX, Opened, load_capture
-from ui.pages.diagnosis.traffic import MOST_COPIED
-from ui.pages.diagnosis.traffic_model import KEPT_MARKS, KEPT_ROWS, Column, Filter, TrafficModel
+from ui.pages.diagnosis.traffic import MAX_COPIED
+from ui.pages.diagnosis.traffic_model import MAX_MARKS, MAX_ROWS, Column, Filter, TrafficModel
 from ui.pages.diagnosis.traffic_search import hex_part, matches
 
 # Search and marks
@@ -74,7 +74,7 @@ def test_marks_are_seen_filtered_and_outlive_the_list(qapp: QApplication) -> Non
     assert model.index(1, Column.TIME.value).data(Qt.ItemDataRole.DecorationRole) is None
     model.mark([2])
     assert not model.is_marked(2)
-    model.keep(streamed(KEPT_ROWS))
+    model.keep(streamed(MAX_ROWS))
     model.show_new()
     model.use_filter(Filter.MARKED)
     assert model.rowCount() == 1
@@ -184,15 +184,15 @@ def test_all_rows_of_a_long_capture_are_shown_and_a_few_of_them_copied(
         page.open_file(path)
         qtbot.waitUntil(lambda: page.opened is not None, timeout=WAIT_MS)
         traffic = page.traffic
-        assert traffic.model.rowCount() > MOST_COPIED + 1000
+        assert traffic.model.rowCount() > MAX_COPIED + 1000
         traffic.table.selectAll()
         assert traffic.detail.text() == f"{traffic.model.rowCount():,} selected"
         qtbot.keyClick(traffic.table, Qt.Key.Key_C, Qt.KeyboardModifier.ControlModifier)
-        assert len(QApplication.clipboard().text().split("\n")) == MOST_COPIED
-        assert traffic.detail.text() == f"{MOST_COPIED:,} of {traffic.model.rowCount():,} rows copied."
+        assert len(QApplication.clipboard().text().split("\n")) == MAX_COPIED
+        assert traffic.detail.text() == f"{MAX_COPIED:,} of {traffic.model.rowCount():,} rows copied."
         traffic.mark_rows()
         traffic.filter.setCurrentIndex(traffic.filter.findData(Filter.MARKED))
-        assert traffic.model.rowCount() == KEPT_MARKS
+        assert traffic.model.rowCount() == MAX_MARKS
 
 
 def test_marks_of_a_capture_stay_with_their_rows(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -220,7 +220,7 @@ def test_opening_shows_progress_and_can_be_cancelled(
     seen, may_go_on = threading.Event(), threading.Event()
 
     def held(path: Path, running: Running) -> Opened:
-        running.tell(0.43)
+        running.set_progress(0.43)
         seen.set()
         may_go_on.wait(WAIT_MS / 1000)
         return load_capture(path, running)
@@ -247,7 +247,7 @@ def test_opening_ends_with_the_window(
     def held(_path: Path, running: Running) -> Opened:
         begun.set()
         may_go_on.wait(WAIT_MS / 1000)
-        still_wanted.append(running.is_wanted)
+        still_wanted.append(running.is_requested)
         raise ExportCancelled
 
     monkeypatch.setattr("ui.pages.diagnosis.capture_files.load_capture", held)

@@ -130,9 +130,9 @@ def test_an_active_module_is_not_left_for_a_recording_unasked(qtbot: QtBot, qapp
         qtbot.waitUntil(lambda: page.opened is not None, timeout=WAIT_MS)
         click(qtbot, strip_button(page, "capture_play"))
         bar = assembly.window.notice_bar
-        assert not assembly.connector.is_recording
+        assert not assembly.connector.is_playback
         leave = bar.button("leave_active")
         assert leave is not None
         click(qtbot, leave)
-        qtbot.waitUntil(lambda: assembly.connector.is_recording, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: assembly.connector.is_playback, timeout=WAIT_MS)
         assert bench.module("armed").state().is_active

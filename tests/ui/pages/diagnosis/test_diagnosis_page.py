@@ -139,7 +139,7 @@ def test_a_command_is_shown_and_copied(qtbot: QtBot, qapp: QApplication, tmp_pat
         refused = Connection(
             PortState.CLOSED, target.device, 115200, PortError(PortTrouble.NOT_ALLOWED, target.device, "denied")
         )
-        assembly.connector.current._take(Batch(time.monotonic(), refused, DeviceView(), None))
+        assembly.connector.current._on_batch(Batch(time.monotonic(), refused, DeviceView(), None))
         qtbot.waitUntil(lambda: cause_of(page) is Cause.NO_PERMISSION, timeout=WAIT_MS)
         if sys.platform.startswith("linux"):
             assert page.why.command.text() == "sudo usermod -aG dialout $USER"
@@ -151,7 +151,7 @@ def test_a_command_is_shown_and_copied(qtbot: QtBot, qapp: QApplication, tmp_pat
 def test_an_adapter_that_comes_and_goes(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     ports = Ports()
     with diagnosis(qtbot, qapp, tmp_path, ports=ports) as (assembly, page):
-        qtbot.waitUntil(lambda: assembly.ports.has_looked, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: assembly.ports.has_listed, timeout=WAIT_MS)
         for present in ([ADAPTER], [], [ADAPTER], []):
             ports.now = list(present)
 

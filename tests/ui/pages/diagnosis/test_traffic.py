@@ -19,7 +19,7 @@ from protocol.stream import StreamParser
 from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
 from ui.main import Assembly
 from ui.pages.diagnosis.traffic import TrafficPage
-from ui.pages.diagnosis.traffic_model import KEPT_ROWS, LONGEST_ROW_BYTES, Column, Filter, TrafficModel
+from ui.pages.diagnosis.traffic_model import MAX_ROW_BYTES, MAX_ROWS, Column, Filter, TrafficModel
 from ui.pages.diagnosis.traffic_texts import at_of
 from ui.shell.page_maker import PageMaker
 
@@ -122,13 +122,13 @@ def test_filters(qapp: QApplication) -> None:
 
 def test_the_oldest_rows_are_dropped(qapp: QApplication) -> None:
     model = TrafficModel()
-    model.keep(streamed(KEPT_ROWS - 1))
+    model.keep(streamed(MAX_ROWS - 1))
     model.show_new()
-    model.keep(streamed(11, first=KEPT_ROWS))
+    model.keep(streamed(11, first=MAX_ROWS))
     assert model.show_new() == 10
-    assert model.rowCount() == KEPT_ROWS
+    assert model.rowCount() == MAX_ROWS
     assert at_of(model.event_at(0)) == 10.0
-    assert at_of(model.event_at(KEPT_ROWS - 1)) == KEPT_ROWS + 10
+    assert at_of(model.event_at(MAX_ROWS - 1)) == MAX_ROWS + 10
 
 
 def test_a_long_run_of_garbage_takes_several_rows_and_loses_nothing(qapp: QApplication) -> None:
@@ -140,7 +140,7 @@ def test_a_long_run_of_garbage_takes_several_rows_and_loses_nothing(qapp: QAppli
     assert model.rowCount() > 1
     raws = [event.noise.raw for row in range(model.rowCount()) if isinstance(event := model.event_at(row), Rejected)]
     assert b"".join(raws) == garbage
-    assert max(map(len, raws)) <= LONGEST_ROW_BYTES
+    assert max(map(len, raws)) <= MAX_ROW_BYTES
 
 
 def test_frames_of_a_real_exchange_appear(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -191,13 +191,13 @@ def test_the_visible_rows_stay_in_place_when_old_rows_are_dropped(
 ) -> None:
     with window(qapp, tmp_path) as assembly:
         traffic = page(qtbot, assembly)
-        traffic.on_batch(batch(streamed(KEPT_ROWS)))
+        traffic.on_batch(batch(streamed(MAX_ROWS)))
         traffic.draw()
         bar = traffic.table.verticalScrollBar()
         qtbot.waitUntil(lambda: bar.maximum() > 0 and bar.value() == bar.maximum(), timeout=WAIT_MS)
         bar.setValue(bar.maximum() // 2)
         top = traffic.model.event_at(traffic.table.rowAt(0))
-        traffic.on_batch(batch(streamed(100, first=KEPT_ROWS)))
+        traffic.on_batch(batch(streamed(100, first=MAX_ROWS)))
         traffic.draw()
         QApplication.processEvents()
         assert traffic.model.event_at(traffic.table.rowAt(0)) is top
@@ -247,7 +247,7 @@ def test_a_second_of_the_fastest_stream_costs_little(qtbot: QtBot, qapp: QApplic
     """Hidden it costs almost nothing; visible it draws at its own rate."""
     with window(qapp, tmp_path) as assembly:
         traffic = page(qtbot, assembly)
-        traffic.on_batch(batch(streamed(KEPT_ROWS)))
+        traffic.on_batch(batch(streamed(MAX_ROWS)))
         traffic.draw()
         began = time.process_time()
         for part in range(60):

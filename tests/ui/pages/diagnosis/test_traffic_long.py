@@ -47,7 +47,7 @@ def page(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[TrafficPa
 
 def test_a_slice_of_the_search_ends_on_time(page: TrafficPage, monkeypatch: pytest.MonkeyPatch) -> None:
     looked_at: list[int] = []
-    monkeypatch.setattr(page.model, "said_at", looked_at.append)  # None: the row itself is compared
+    monkeypatch.setattr(page.model, "same_text_key", looked_at.append)  # None: the row itself is compared
     clock = count(0.0, traffic_search._SLICE_S / 2)
     monkeypatch.setattr(time, "perf_counter", lambda: next(clock))
     page.search.field.setText("nowhere")
@@ -136,4 +136,4 @@ def test_rows_of_equal_text_have_equal_keys() -> None:
     for one in range(100):
         for other in range(100):
             is_same = (rows[one].way, rows[one].piece.raw) == (rows[other].way, rows[other].piece.raw)
-            assert (rows.said(one) == rows.said(other)) is is_same
+            assert (rows.same_text_key(one) == rows.same_text_key(other)) is is_same

@@ -75,7 +75,7 @@ def desk(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Desk]:
     lock = LockControl(ports.connector, lambda _target: NoJournal(""))
     appearance = Appearance(qapp, Choice.LIGHT)
     services = Services(ports.connector, Texts(), appearance, lock, storage)
-    services.naming.follow(ports.connector, storage)
+    services.naming.bind(ports.connector, storage)
     page = FleetPage(services)
     qtbot.addWidget(page)
     page.resize(1000, 700)
@@ -142,7 +142,7 @@ def test_no_card_ever_shows_anything_of_another_module_or_of_before(desk: Desk, 
                 if card.activation.state is Activation.LOCKED:
                     assert said[one]["active"] is False
         shown = [card for card in (desk.page._widgets[one].card for one, _ in desk.modules) if card and card.is_shown]
-        assert [card.port for card in shown] == [desk.ports.connector.whose.removeprefix("/dev/")]
+        assert [card.port for card in shown] == [desk.ports.connector.adapter_key.removeprefix("/dev/")]
 
 
 def filed(desk: Desk) -> Filed:
@@ -157,9 +157,9 @@ def test_a_bay_that_was_open_while_the_page_was_hidden_voids_the_check(desk: Des
     connection, worker = desk.modules[1]
     desk.page.hide()
     if is_of_page:
-        desk.services.checks[connection.whose] = (filed(desk), None)
+        desk.services.checks[connection.adapter_key] = (filed(desk), None)
     else:
-        desk.page.members.verdicts.keep(connection.whose, filed(desk))
+        desk.page.members.verdicts.store(connection.adapter_key, filed(desk))
     for light_v in (9.0, 0.3):
         worker.say(light_v=light_v)
         QApplication.processEvents()
@@ -173,7 +173,7 @@ def test_a_check_that_is_void_on_its_page_is_void_here(desk: Desk) -> None:
     desk.plug_in(1)
     (connection, _), one = desk.modules[0], filed(desk)
     for void, need in ((None, Need.NO_GO), (Void(Disturbance.CHANGED, UserMessage("entries")), Need.VOID)):
-        desk.services.checks[connection.whose] = (one, void)
+        desk.services.checks[connection.adapter_key] = (one, void)
         desk.settle()
         card = desk.page._widgets[connection].card
         assert card is not None

@@ -68,7 +68,7 @@ def test_a_turn_makes_or_places_one_page(
     made: list[str] = []
     done: list[int] = []
     placed: list[str] = []
-    turn, place = PageMaker._take_turn, MainWindow._place
+    turn, place = PageMaker._make_next, MainWindow._place
 
     def counted(maker: PageMaker) -> None:
         before = len(made) + len(placed)
@@ -79,7 +79,7 @@ def test_a_turn_makes_or_places_one_page(
         placed.append(key)
         place(main, key, page)
 
-    monkeypatch.setattr(PageMaker, "_take_turn", counted)
+    monkeypatch.setattr(PageMaker, "_make_next", counted)
     monkeypatch.setattr(MainWindow, "_place", noted)
     with window(qapp, tmp_path, entries=leaves(made)) as assembly:
         qtbot.waitSignal(assembly.window.pages_made, timeout=WAIT_MS).wait()

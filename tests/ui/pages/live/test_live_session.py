@@ -85,11 +85,11 @@ class Bench:
         self.handed_on: list[Batch] = []
         self.sessions = SessionRecording(folder)
         self.link = Link()
-        self.sessions.follow(self.link)  # type: ignore[arg-type]
+        self.sessions.bind(self.link)  # type: ignore[arg-type]
         self.sessions.name_module("Left wing")
         made: list[Callable[[Batch], None]] = []
         make: Any = made.append
-        self.sessions.tapped(make)(self.handed_on.append)
+        self.sessions.recorded_workers(make)(self.handed_on.append)
         self.say = made[0]
 
     def listed(self) -> list[tuple[str, str, int]]:
@@ -178,7 +178,7 @@ def test_an_error_in_the_recorder_does_not_reach_the_worker(
     def fail(_batch: Batch) -> None:
         raise RuntimeError("a bug")
 
-    monkeypatch.setattr(bench.sessions, "_take", fail)
+    monkeypatch.setattr(bench.sessions, "_on_batch", fail)
     bench.say(some(1.0))
     assert len(bench.handed_on) == 1
     assert "could not be recorded" in caplog.text

@@ -20,7 +20,7 @@ from pytestqt.qtbot import QtBot
 
 from app.engine.device import StatusSample
 from app.engine.target import Target
-from app.firing.would_fire import FIRINGS_KEPT
+from app.firing.would_fire import MAX_FIRINGS
 from app.recordings.recording import open_recording
 from app.settings.form import RowState
 from app.text.i18n import CHINESE, ENGLISH, set_language
@@ -171,11 +171,11 @@ def test_while_it_was_locked(live: Bench) -> None:
 
 
 def test_only_the_first_results_are_listed(live: Bench) -> None:
-    tell(live, *[0, 70] * (FIRINGS_KEPT + 1))
+    tell(live, *[0, 70] * (MAX_FIRINGS + 1))
     toggle(live)
-    assert head(live) == f"Would have fired {FIRINGS_KEPT + 1}×."
-    assert f"First {FIRINGS_KEPT} only." in details(live)
-    assert len(rows(live)) == FIRINGS_KEPT
+    assert head(live) == f"Would have fired {MAX_FIRINGS + 1}×."
+    assert f"First {MAX_FIRINGS} only." in details(live)
+    assert len(rows(live)) == MAX_FIRINGS
 
 
 def test_pauses_are_named(live: Bench) -> None:
@@ -362,7 +362,7 @@ def test_drafts_move_between_settings_and_live_without_sending(
         qtbot.waitUntil(settings.isVisible, timeout=WAIT_MS)
         states = {row.command.key: row for row in settings.work.form.rows(connector.device, connector.clock())}
         row = states["attitude_threshold_deg"]
-        assert (row.state, row.wanted) == (RowState.EDITED, 71)
+        assert (row.state, row.edited) == (RowState.EDITED, 71)
         assert not changes
         settings.work.discard()
         connector.disconnect_port()

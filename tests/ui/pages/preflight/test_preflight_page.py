@@ -167,7 +167,7 @@ def test_records_and_boot_count_need_a_word_of_a_person(
         def is_vouched() -> bool:
             """A word that was given while more was read of the module does not count: a person gives it again."""
             if bench.assembly.connector.identity.is_for_a_person:
-                naming.vouch()
+                naming.confirm_identity()
             return naming.name == "M-07"
 
         qtbot.waitUntil(is_vouched, timeout=WAIT_MS)

@@ -143,7 +143,7 @@ def test_the_numbers_are_those_under_the_cursor(opened: Desk) -> None:
     panel = live.panel
     assert panel.tilt.accessibleName() == "Tilt: 10°, limit 60°"  # of the last report
     assert panel.activation.accessibleName() == "Activation: ACTIVE"
-    live.plot.look_at(1000.0 + SECONDS / 2 + 0.5)
+    live.plot.show_instant(1000.0 + SECONDS / 2 + 0.5)
     live.refresh()
     assert panel.tilt.accessibleName() == "Tilt: 75°, limit 60°, over 60°"
     assert panel.trigger.accessibleName() == "Trigger: TRIGGERED"
@@ -152,7 +152,7 @@ def test_the_numbers_are_those_under_the_cursor(opened: Desk) -> None:
     at = f"{NOON.astimezone():%H:%M}"[:2]
     assert panel.moment.accessibleName().startswith(f"Time under the cursor: {at}:01:00.5")
     assert not panel.stream.isVisible()
-    live.plot.look_at(1010.0)
+    live.plot.show_instant(1010.0)
     live.refresh()
     assert panel.activation.accessibleName() == "Activation: LOCKED"
 
@@ -264,11 +264,11 @@ def test_a_recording_is_pinned_and_unpinned(one: Desk) -> None:
     one.page.table.selectRow(0)
     assert one.page.buttons.keep.text() == "Pin"
     one.click(one.page.buttons.keep)
-    one.wait(lambda: one.texts(Column.KEPT) == ["pinned"])
+    one.wait(lambda: one.texts(Column.PINNED) == ["pinned"])
     assert one.page.buttons.keep.text() == "Unpin"  # still selected
     one.wait(one.page.buttons.keep.isEnabled)
     one.click(one.page.buttons.keep)
-    one.wait(lambda: one.texts(Column.KEPT) == [""])
+    one.wait(lambda: one.texts(Column.PINNED) == [""])
 
 
 def test_deleting_asks_first_in_the_window(one: Desk) -> None:

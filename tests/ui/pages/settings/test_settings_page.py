@@ -104,7 +104,7 @@ def test_on_a_bad_line_verified_is_what_the_module_holds(
             write(one)
             one.until(lambda: not one.settings.work.form.is_writing, 30_000)
             said = state(one, TIME)
-            one.bench.heal()
+            one.bench.end_faults()
             one.until(lambda: one.assembly.connector.device.presence is Presence.ONLINE)
             assert said in (RowState.VERIFIED, RowState.READ, RowState.FAILED, RowState.EDITED, RowState.STALE)
             if said in (RowState.VERIFIED, RowState.READ):
@@ -120,7 +120,7 @@ def test_a_restart_in_the_middle_claims_nothing(qtbot: QtBot, qapp: QApplication
         write(one)
         one.until(lambda: len(one.changes("freefall_time")) == 1)
         one.bench.restart()
-        one.bench.heal()
+        one.bench.end_faults()
         one.until(lambda: not one.settings.work.form.is_writing, 30_000)
         assert state(one, TIME) is not RowState.VERIFIED
         assert len(one.changes("freefall_time")) == 1
@@ -301,10 +301,10 @@ def test_the_light_threshold_by_measurement(
         one.click("calibration_take")
         row = one.settings.rows[LIGHT].row
         assert row is not None
-        assert row.wanted is not None
+        assert row.edited is not None
         write(one)
         one.until(lambda: state(one, LIGHT) in (RowState.VERIFIED, RowState.READ))
-        assert one.held("light_threshold") == row.wanted
+        assert one.held("light_threshold") == row.edited
 
 
 def test_the_vendors_term_is_in_the_chinese_help(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:

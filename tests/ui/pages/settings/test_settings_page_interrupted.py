@@ -105,12 +105,12 @@ def test_writing_can_be_cancelled_at_once(qtbot: QtBot, qapp: QApplication, tmp_
         write(one)
         choose(one, "cancel")
         one.until(lambda: not one.settings.work.form.is_writing, 1000)
-        one.bench.heal()
+        one.bench.end_faults()
         one.until(lambda: not one.settings.work.job.is_running)
         assert state(one, TILT) is not RowState.VERIFIED
         for name, key in (("freefall_time", TIME), ("attitude_threshold", TILT)):
             row = one.settings.rows[key].row
             assert row is not None
-            assert row.stands is not None
-            assert row.stands.value == one.held(name)
+            assert row.module_value is not None
+            assert row.module_value.value == one.held(name)
         assert len(one.changes()) <= 1

@@ -27,7 +27,7 @@ def test_acknowledged_is_not_cut_off(qtbot: QtBot, qapp: QApplication, tmp_path:
         page = assembly.window.findChild(SettingsPage)
         assert page is not None
         known = Known(value=True, how=How.ACKNOWLEDGED, at=assembly.connector.clock())
-        row = FormRow(command=SERIAL_OUTPUT, stands=known, draft=None, state=RowState.ACKNOWLEDGED)
+        row = FormRow(command=SERIAL_OUTPUT, module_value=known, draft=None, state=RowState.ACKNOWLEDGED)
         for _ in range(2):  # a layout asks for another one
             page.rows["serial_output"].show_row(row, known.at, is_editable=True, is_chosen=False)
             QApplication.processEvents()

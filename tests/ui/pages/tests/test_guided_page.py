@@ -339,7 +339,7 @@ def test_another_module_gets_no_lock_of_this_test(bench: GestureBench) -> None:
     bench.bench.unplug()
     bench.wait(1.0)
     assert bench.guided.work.owes_lock
-    bench.assembly.connector.current.take_as_new()
+    bench.assembly.connector.current.treat_as_new()
     bench.wait(0.5)
     assert not bench.guided.work.owes_lock
 

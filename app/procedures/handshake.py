@@ -7,7 +7,7 @@ from app.engine.procedure import Ask, EngineView, Inspect, Procedure
 from protocol.catalogue import HEARTBEAT
 from protocol.events import Answered, Role
 
-GREETING_WAITS_S = (0.5, 1.0)
+HANDSHAKE_WAITS_S = (0.5, 1.0)
 """Two heartbeats, the second with the vendor's full second."""
 
 
@@ -34,7 +34,7 @@ class NoAnswer(Exception):
 
 
 @dataclass(frozen=True, slots=True)
-class Greeting:
+class Handshake:
     """`silence` is None if the module answered; `round_trip_s`: if it answered the first heartbeat."""
 
     silence: Silence | None
@@ -45,13 +45,13 @@ class Greeting:
         return self.silence is None
 
 
-def greet() -> Procedure[Greeting]:
+def handshake() -> Procedure[Handshake]:
     before: EngineView = yield Inspect()
-    outcome = yield Ask(HEARTBEAT.query(), GREETING_WAITS_S)
+    outcome = yield Ask(HEARTBEAT.query(), HANDSHAKE_WAITS_S)
     if isinstance(outcome, Answered):
-        return Greeting(None, outcome.round_trip_s)
+        return Handshake(None, outcome.round_trip_s)
     after: EngineView = yield Inspect()
-    return Greeting(_silence(before, after))
+    return Handshake(_silence(before, after))
 
 
 def _silence(before: EngineView, after: EngineView) -> Silence:
