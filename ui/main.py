@@ -273,13 +273,9 @@ def run(options: WindowOptions) -> int:
     with _memory(options) as folder, _logging(folder) as log:
         preferences = Preferences() if folder is None else Preferences(folder / "window.ini")
         assembly = assemble(app, options, preferences=preferences, storage=Storage(folder), log=log)
-        window = assembly.window
-        need_fonts(
-            assembly.language_switch,
-            window.choices,
-            tell=window.attention.queue_notice,
-            dismiss=window.attention.dismiss_queued,
-        )
+        choices, attention = assembly.window.choices, assembly.window.attention
+        tell, dismiss = attention.queue_notice, attention.dismiss_queued
+        need_fonts(assembly.language_switch, choices, tell=tell, dismiss=dismiss)
         _stay(app, assembly, options)
     end_process(assembly.exit_code)
     return assembly.exit_code
@@ -297,7 +293,7 @@ def _memory(options: WindowOptions) -> Iterator[Path | None]:
 
 
 def _stay(app: QApplication, assembly: Assembly, options: WindowOptions) -> None:
-    with _errors_shown(assembly.window, assembly.armed), _signals_close(assembly.window), kept_tidy(assembly):
+    with _errors_shown(assembly.window, assembly.armed), _signals_close(assembly.window), collecting_garbage(assembly):
         start(assembly, options)
         if options.offscreen_seconds is not None:
             _end_after(options.offscreen_seconds, assembly, options)
@@ -305,7 +301,7 @@ def _stay(app: QApplication, assembly: Assembly, options: WindowOptions) -> None
 
 
 @contextmanager
-def kept_tidy(assembly: Assembly) -> Iterator[None]:
+def collecting_garbage(assembly: Assembly) -> Iterator[None]:
     """Frees garbage only in the window's thread; enter it before `start`."""
     with garbage_freed_here():
         # Freezing modules and pages halves the longest pause of the collector.

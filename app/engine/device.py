@@ -35,7 +35,6 @@ from protocol.fields import Value
 from protocol.lag import Lag
 from protocol.link_states import Presence
 from protocol.messages import Acknowledgement, Heartbeat, Reading, Status, TriggerRecord
-from protocol.round_trips import Timing
 
 
 class How(Enum):
@@ -194,8 +193,6 @@ class Device:
         self._restarts = 0
         self._restarts_not_read = 0
         """Restarts since the boot count was last read: it grows by these without a further restart."""
-        self._restart_read_at = -inf
-        """When the boot count last showed a restart; the second of its two heartbeats may follow."""
         self._last_sleep: Sleep | None = None
         self._is_restart_suspected = False
         self._suspected: dict[str, Known] = {}
@@ -221,7 +218,7 @@ class Device:
             case OutcomeUnknown():
                 self._invalidate_write(event.request)
             case Restarted():
-                self._on_restart(is_counted=event.at - self._restart_read_at <= Timing().restart_s)
+                self._on_restart()
             case WentOnline():
                 self._set_presence(Presence.ONLINE, event.at)
                 if self._baud_rate is not None:
@@ -331,7 +328,6 @@ class Device:
             boots = 0 if before is None else (reading.raw - int(before.value)) % BOOTS
             if boots > self._restarts_not_read:
                 self._on_restart()  # it was switched off and on while nobody listened
-                self._restart_read_at = at
             elif before is not None and not boots:
                 self._dismiss_suspicion()
             self._clear_suspicion()
@@ -387,9 +383,9 @@ class Device:
         self._is_restart_suspected = False
         self._suspected.clear()
 
-    def _on_restart(self, *, is_counted: bool = False) -> None:
-        self._restarts += not is_counted
-        self._restarts_not_read += not is_counted
+    def _on_restart(self) -> None:
+        self._restarts += 1
+        self._restarts_not_read += 1
         self.mark_all_stale(StaleReason.RESTARTED)
         for key in UNREADABLE:
             self._values.pop(key, None)

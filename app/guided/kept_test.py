@@ -11,7 +11,7 @@ SECONDS_A_DAY = 86_400.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StoredTest:
-    """One result. `at`: ISO 8601 in UTC; `measured`: as `MeasuredValue.plain` gives it."""
+    """One result. `at`: ISO 8601 in UTC; `measured`: as `MeasuredValue.to_json` gives it."""
 
     kind: GuidedKind
     verdict: GuidedVerdict

@@ -4,6 +4,7 @@ A port that goes away while it is shaken is a result, not an accident.
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 from app.engine.procedure import Ask, EngineView, Inspect, Pause, PortLost, Procedure, Report
 from app.engine.transport import PortError
@@ -12,6 +13,7 @@ from app.guided.status_watch import GuidedSetup, PersonSteps, require_locked
 from app.text.messages import UserMessage, message
 from protocol.catalogue import BY_NAME
 from protocol.events import Answered
+from protocol.messages import Reading
 from protocol.translatable import marked
 
 REST_S, SHAKEN_S = 3.0, 15.0
@@ -34,10 +36,10 @@ class _Counts:
 
 
 def measure_link(setup: GuidedSetup, _steps: PersonSteps) -> Procedure[GuidedResult]:
-    rest, shaken = _Counts(), _Counts()
+    rest, shaken, boots = _Counts(), _Counts(), list[int]()
     try:
-        yield from _count(rest, 0, REST, REST_S, setup.restarts)
-        yield from _count(shaken, 1, SHAKE, SHAKEN_S, setup.restarts)
+        yield from _count(rest, 0, REST, REST_S, setup.restarts, boots)
+        yield from _count(shaken, 1, SHAKE, SHAKEN_S, setup.restarts, boots)
     except (PortLost, PortError):
         shaken.is_port_lost = True
     else:
@@ -45,7 +47,8 @@ def measure_link(setup: GuidedSetup, _steps: PersonSteps) -> Procedure[GuidedRes
     return _result(rest, shaken)
 
 
-def _count(counts: _Counts, number: int, text: str, seconds: float, restarts: int) -> Procedure[None]:
+def _count(counts: _Counts, number: int, text: str, seconds: float, restarts: int, boots: list[int]) -> Procedure[None]:
+    """`boots` collects the boot counts that are read."""
     view: EngineView = yield Inspect()
     ends_at, rejected = view.now + seconds, view.link.counters.rejected
     while view.now < ends_at:
@@ -53,9 +56,12 @@ def _count(counts: _Counts, number: int, text: str, seconds: float, restarts: in
         outcome = yield Ask(QUESTION, WAITS_S, attempts=1)
         counts.asked += 1
         counts.lost += not isinstance(outcome, Answered)
+        if isinstance(outcome, Answered):
+            boots += [one.raw for one in outcome.messages if isinstance(one, Reading)]
         view = yield Inspect()
         counts.rejected = view.link.counters.rejected - rejected
-        counts.restarts = view.device.restarts - restarts
+        # The device counts a restart twice if the boot count is read between its two heartbeats.
+        counts.restarts = sum(one != other for one, other in pairwise(boots)) or view.device.restarts - restarts
         yield Pause(ASK_EVERY_S)
 
 

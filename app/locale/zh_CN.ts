@@ -4046,8 +4046,8 @@
         <translation>读数太少：请重新测量。</translation>
     </message>
     <message>
-        <source>Too high, it fires in a descent; too low, it never fires.</source>
-        <translation>过高会在下降时触发，过低则不会触发。</translation>
+        <source>Too high, it fires in a descent; too low, it misses falls.</source>
+        <translation>过高会在下降时触发，过低会漏掉坠落。</translation>
     </message>
     <message>
         <source>Too low, it fires in a turn; too high, it fires too late.</source>

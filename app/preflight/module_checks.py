@@ -192,7 +192,7 @@ MODULE_CHECKS: Final = (
           marked("Too low, it fires in a turn; too high, it fires too late."), _SETTING),
     Check("freefall_acceleration", marked("Free-fall acceleration threshold"),
           _setting("freefall_acceleration", "0.1–0.6 g"),
-          marked("Too high, it fires in a descent; too low, it never fires."), _SETTING),
+          marked("Too high, it fires in a descent; too low, it misses falls."), _SETTING),
     Check("freefall_time", marked("Free-fall time"), _setting("freefall_time", "0.50–2.55 s"),
           marked("Too short, it fires without need; too long, it costs height."), _SETTING),
     Check("light_threshold", marked("Light threshold"), light_threshold,

@@ -59,7 +59,7 @@ def joined(parts: Sequence[UserMessage], between: str = ", ") -> UserMessage:
 
 
 def message_from_json(plain: object, *, depth: int = 0) -> UserMessage:
-    """The message from `UserMessage.plain`; from anything else the text in it, if any."""
+    """The message from `UserMessage.to_json`; from anything else the text in it, if any."""
     if not isinstance(plain, Mapping) or not isinstance(plain.get("text"), str):
         return UserMessage(plain if isinstance(plain, str) else "")
     values = plain.get("values")

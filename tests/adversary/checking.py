@@ -38,8 +38,8 @@ class _Connector(QObject):
 
     changed = Signal()
     batch = Signal(object)
-    is_recording = False
-    whose = ""
+    is_playback = False
+    adapter_key = ""
     last = target = None
 
     def __init__(self, desk: WindowDesk) -> None:

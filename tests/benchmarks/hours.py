@@ -29,7 +29,7 @@ from tests.benchmarks.window.window import (
     resident_mb,
     turn_until,
 )
-from ui.main import Assembly, WindowOptions, kept_tidy, start
+from ui.main import Assembly, WindowOptions, collecting_garbage, start
 
 _LINE_HZ: Final = 1440
 _STEP_S: Final = 1 / 120
@@ -122,7 +122,7 @@ def main(words: list[str]) -> int:
     with tempfile.TemporaryDirectory() as folder:
         options = WindowOptions(language="en", offscreen_seconds=1)
         assembly = assemble_apart(app, options, Path(folder))
-        with kept_tidy(assembly):
+        with collecting_garbage(assembly):
             start(assembly, options)
             turn_until(lambda: assembly.window.findChild(QWidget, "diagnosis_page") is not None, LIMIT_S)
             turn_until(lambda: live_page(assembly) is not None, LIMIT_S)

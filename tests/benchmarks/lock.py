@@ -24,7 +24,7 @@ from tests.benchmarks.figures import Figure, quantile
 from tests.benchmarks.module import streaming_module
 from tests.benchmarks.runs import measured
 from tests.benchmarks.window.window import LIMIT_S, WARM_UP_S, assemble_apart, turn_for, turn_until
-from ui.main import WindowOptions, kept_tidy, start
+from ui.main import WindowOptions, collecting_garbage, start
 
 AIM_S: Final = 0.050
 BLOCKED_S: Final = 3.0
@@ -47,7 +47,7 @@ def measure(presses: int) -> dict[str, list[float]]:
         module = stack.enter_context(streaming_module(Path(folder) / "module", "rate=100"))
         options = WindowOptions(port=module.port, language="en")
         assembly = assemble_apart(app, options, Path(folder))
-        stack.enter_context(kept_tidy(assembly))
+        stack.enter_context(collecting_garbage(assembly))
         start(assembly, options)
         button = assembly.window.top_bar.lock
         if not turn_until(lambda: button.isEnabled() and assembly.connector.is_open, LIMIT_S):

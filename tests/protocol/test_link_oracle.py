@@ -48,7 +48,7 @@ def _changed_by_one(raw: bytes, asked: Request | None = None) -> Message:
 
 
 def _forgets_at_any_restart(link: Any, events: list[Event], now: float, *, is_certain: bool) -> None:
-    link._earlier = StaleReplies(link.timing)
+    link._stale = StaleReplies(link.timing)
     _restart(link, events, now, is_certain=is_certain)
 
 

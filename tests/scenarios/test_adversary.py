@@ -159,7 +159,7 @@ def acknowledged_is_done(patch: pytest.MonkeyPatch) -> None:
 def lock_is_believed(patch: pytest.MonkeyPatch) -> None:
     from app.safety.journal import Outcome
 
-    patch.setattr("app.procedures.lock._Proof.outcome", property(lambda _proof: Outcome.CONFIRMED))
+    patch.setattr("app.procedures.lock._Reports.outcome", property(lambda _proof: Outcome.CONFIRMED))
 
 
 @pytest.mark.parametrize(

@@ -48,7 +48,7 @@ from tests.soak.stateful import run_for
 from ui.core.connector import Connector
 from ui.core.port_watcher import PortWatcher
 from ui.core.preferences import Preferences
-from ui.main import Assembly, WindowOptions, assemble, kept_tidy, start
+from ui.main import Assembly, WindowOptions, assemble, collecting_garbage, start
 from ui.services.storage import Storage
 
 CLEAN_S: Final = 5.0
@@ -223,7 +223,7 @@ def _run(seconds: float, seed: int) -> Outcome:
             ports=_listed(link),
         )
         pages = QSignalSpy(assembly.window.pages_made)
-        with kept_tidy(assembly):
+        with collecting_garbage(assembly):
             start(assembly, options)
             turn_until(lambda: pages.count() > 0, LIMIT_S)
             turn_for(0.5)

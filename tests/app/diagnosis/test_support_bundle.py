@@ -115,7 +115,7 @@ def test_a_bundle_of_a_version_alone_can_be_made() -> None:
 
 
 def test_the_end_of_a_long_log_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("app.diagnosis.support_bundle.LONGEST_PART", 100)
+    monkeypatch.setattr("app.diagnosis.support_bundle.MAX_PART_LENGTH", 100)
     log = "".join(f"line {number}\n" for number in range(100))
     parts = {part.name: part.text for part in SupportBundle(Contents(version="1", log=log), names=NAMES).preview()}
     assert parts["log.txt"].startswith("…\nline ")

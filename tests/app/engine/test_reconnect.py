@@ -118,7 +118,7 @@ def test_a_name_behind_which_nothing_is_listed_by_the_time_of_opening_is_closed_
     assert (made.is_mistaken, made.absence, made.returns) == (True, Absence.AWAY, 0)
 
 
-@pytest.mark.parametrize("end", [Reconnection.give_up, lambda made: made.want(Address("/dev/ttyUSB4"))])
+@pytest.mark.parametrize("end", [Reconnection.give_up, lambda made: made.request(Address("/dev/ttyUSB4"))])
 def test_what_somebody_leaves_is_no_mistake_any_more(end: Callable[[Reconnection], None]) -> None:
     made = Reconnection(is_link=lambda _device: False)
     made.request(address_of(MINE.device, [MINE]))

@@ -29,7 +29,7 @@ def ignore(_: Batch) -> None:
 def patient_reads(monkeypatch: pytest.MonkeyPatch) -> None:
     """A read of a quiet port would wait far longer than the tests do."""
     monkeypatch.setattr(transport, "READ_SLICE_S", _FOR_EVER_S)
-    monkeypatch.setattr(worker, "LONGEST_STEP_S", _FOR_EVER_S)
+    monkeypatch.setattr(worker, "MAX_STEP_S", _FOR_EVER_S)
 
 
 @pytest.mark.usefixtures("patient_reads")

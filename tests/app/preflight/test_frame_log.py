@@ -16,14 +16,14 @@ def received(role: Role, count: int) -> list[Received]:
 
 
 def test_of_a_stream_only_the_first_reports_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(evidence, "KEPT_STREAMED", 3)
+    monkeypatch.setattr(evidence, "MAX_STREAMED", 3)
     log = FrameLog()
     log.feed([*received(Role.ANSWER, 2), *received(Role.STREAMED, 7), *received(Role.ANSWER, 2)])
     assert (len(log.frames), log.left_out) == (7, 4)
 
 
 def test_no_more_frames_are_kept_than_the_bound(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(evidence, "KEPT_FRAMES", 5)
+    monkeypatch.setattr(evidence, "MAX_FRAMES", 5)
     log = FrameLog()
     log.feed(received(Role.ANSWER, 7))
     assert (len(log.frames), log.left_out) == (5, 2)

@@ -15,7 +15,7 @@ _WRITER = """
 import sys
 from datetime import UTC, datetime
 from pathlib import Path
-from app.records.record import Circumstances, make_record
+from app.records.record import RecordContext, make_record
 from app.records.check_store import CheckStore
 from app.store.database import open_database
 from tests.support.records.preflight_rig import check
@@ -27,13 +27,13 @@ module = database.write("INSERT INTO modules (name, adapter, first_seen_at, last
 checked, number, life = check(), 0, []
 
 def make(number, previous):
-    about = Circumstances(at=datetime.now(UTC), program_version="1", module="M", number=number, previous=previous)
+    about = RecordContext(at=datetime.now(UTC), program_version="1", module="M", number=number, previous=previous)
     return make_record(checked.assessment, about, checked.log)
 
 while True:
     number += 1
     life.append(raw(number, 7))
-    store.visit(module, life[-9:], port="p", boot_count=number % 256, is_confirmed=True)
+    store.store_visit(module, life[-9:], port="p", boot_count=number % 256, is_confirmed=True)
     print(number, store.append_check(make, module)["hash"], flush=True)
 """
 

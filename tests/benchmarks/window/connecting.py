@@ -25,7 +25,7 @@ from tests.benchmarks.figures import Figure
 from tests.benchmarks.module import streaming_module
 from tests.benchmarks.runs import measured
 from tests.benchmarks.window.window import LIMIT_S, assemble_apart, turn_until
-from ui.main import Assembly, WindowOptions, kept_tidy, start
+from ui.main import Assembly, WindowOptions, collecting_garbage, start
 from ui.style.painted_widget import Freshness
 
 AIMS_S: Final = {"the first value": 0.200, "everything read": 0.400}
@@ -116,7 +116,7 @@ def main(words: list[str]) -> int:
         assembly = assemble_apart(app, options, Path(folder))
         made: list[bool] = []
         assembly.window.pages_made.connect(lambda: made.append(True))
-        with kept_tidy(assembly):
+        with collecting_garbage(assembly):
             start(assembly, options)
             turn_until(lambda: bool(made), LIMIT_S)
             found = measure(assembly, port)

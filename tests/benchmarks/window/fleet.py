@@ -32,7 +32,7 @@ from tests.benchmarks.window.window import (
     turn_for,
     turn_until,
 )
-from ui.main import Assembly, WindowOptions, kept_tidy, start
+from ui.main import Assembly, WindowOptions, collecting_garbage, start
 from ui.pages.fleet.page import FleetPage
 
 COUNT: Final = 32
@@ -126,7 +126,7 @@ def main(words: list[str]) -> int:
     app, watch = QApplication(sys.argv[:1]), LoopWatch()
     with tempfile.TemporaryDirectory() as folder, many_modules(Path(folder), count, RATE_HZ) as modules:
         assembly = assemble_apart(app, WindowOptions(language="en", offscreen_seconds=1), Path(folder))
-        with kept_tidy(assembly):
+        with collecting_garbage(assembly):
             page, traffic = _connect(assembly, modules)
             beats = QTimer()
             beats.setTimerType(beats.timerType().PreciseTimer)

@@ -23,7 +23,7 @@ from tests.benchmarks.figures import Figure, quantile
 from tests.benchmarks.runs import measured
 from tests.benchmarks.window.window import LIMIT_S, assemble_apart, turn_for, turn_until
 from tests.support.flights.many_flights import crash, ordinary_flight
-from ui.main import Assembly, WindowOptions, kept_tidy, start
+from ui.main import Assembly, WindowOptions, collecting_garbage, start
 from ui.pages.flights.page import FlightsPage
 
 FLIGHTS: Final = 500
@@ -95,7 +95,7 @@ def main(count: int, drags: int) -> int:
     options = WindowOptions(language="en", offscreen_seconds=1)
     with tempfile.TemporaryDirectory() as folder:
         assembly = assemble_apart(app, options, Path(folder))
-        with kept_tidy(assembly):
+        with collecting_garbage(assembly):
             start(assembly, options)
             if not turn_until(lambda: assembly.window.findChild(FlightsPage) is not None, LIMIT_S):
                 raise RuntimeError("the pages were not made")

@@ -23,7 +23,7 @@ from tests.benchmarks.runs import measured
 from tests.benchmarks.window.window import BEAT_MS, LoopWatch, live_page, turn_for, turn_until
 from tests.support.records.recordings_made import written_at_once
 from ui.core.preferences import Preferences
-from ui.main import WindowOptions, assemble, kept_tidy, start
+from ui.main import WindowOptions, assemble, collecting_garbage, start
 from ui.services.storage import RECORDINGS, Storage
 
 ROWS: Final = 10_000_000
@@ -75,7 +75,7 @@ def measure(folder: Path) -> dict[str, float]:
     beat.setInterval(BEAT_MS)
     beat.timeout.connect(watch.beat)
     stack = ExitStack()
-    stack.enter_context(kept_tidy(assembly))
+    stack.enter_context(collecting_garbage(assembly))
     start(assembly, options)
     try:
         page = _list_of(assembly, window)

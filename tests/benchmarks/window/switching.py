@@ -21,7 +21,7 @@ from app.text.i18n import CHINESE, ENGLISH
 from tests.benchmarks.figures import Figure
 from tests.benchmarks.runs import measured
 from tests.benchmarks.window.window import LIMIT_S, assemble_apart, turn_for, turn_until
-from ui.main import Assembly, WindowOptions, kept_tidy, start
+from ui.main import Assembly, WindowOptions, collecting_garbage, start
 from ui.style.theme import Choice
 
 AIMS_S: Final = {"theme": 0.150, "language": 0.250}
@@ -87,7 +87,7 @@ def main(pages: list[str]) -> int:
         assembly = assemble_apart(app, options, Path(folder))
         made: list[bool] = []
         assembly.window.pages_made.connect(lambda: made.append(True))
-        with kept_tidy(assembly):
+        with collecting_garbage(assembly):
             start(assembly, options)
             if not turn_until(lambda: bool(made) and assembly.connector.device.is_streaming, LIMIT_S):
                 raise RuntimeError("the module did not stream")

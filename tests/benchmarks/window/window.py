@@ -29,7 +29,7 @@ from protocol.frame import Direction, Frame
 from protocol.messages import Status
 from tests.benchmarks.figures import quantile
 from ui.core.preferences import Preferences
-from ui.main import Assembly, WindowOptions, assemble, kept_tidy, start
+from ui.main import Assembly, WindowOptions, assemble, collecting_garbage, start
 from ui.services.storage import Storage
 
 BEAT_MS: Final = 5
@@ -170,7 +170,7 @@ def measure(port: str, seconds: float, watched_s: float | None) -> dict[str, obj
         assembly = assemble_apart(app, options, Path(folder))
         connector = assembly.connector
         connector.batch.connect(traffic.on_batch)
-        stack.enter_context(kept_tidy(assembly))
+        stack.enter_context(collecting_garbage(assembly))
         start(assembly, options)
         beats = QTimer()
         if watched_s is not None:

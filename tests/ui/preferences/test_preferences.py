@@ -70,7 +70,8 @@ folder = Path(sys.argv[1])
 options = WindowOptions(language="zh_CN")
 assembly = assemble(app, options, preferences=Preferences(folder / "w.ini"), storage=Storage(folder), entries=())
 window = assembly.window
-need_fonts(assembly.language_switch, window.choices, tell=window.attention.tell, dismiss=window.attention.forget_told)
+attention = window.attention
+need_fonts(assembly.language_switch, window.choices, tell=attention.queue_notice, dismiss=attention.dismiss_queued)
 print(language(), window.windowTitle(), window.notice_bar.notice.text)
 window.choices.use_language("zh_CN")
 print(language(), sep="")

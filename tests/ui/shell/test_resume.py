@@ -330,7 +330,7 @@ def test_no_page_misses_data_of_a_port_opened_early(
         assert pages["live"].data.has_samples
         assert pages["settings"].work.can_write
         for key in ("settings", "triggers", "tests"):
-            assert pages[key].work._whose == connector.adapter_key, key
+            assert pages[key].work._adapter_key == connector.adapter_key, key
         assert [one.target for one in pages["fleet"].members.connections] == [connector.target]
 
 

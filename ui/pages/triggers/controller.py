@@ -33,7 +33,7 @@ BOOT_COUNT = BY_NAME["boot_count"]
 
 @dataclass(frozen=True, slots=True)
 class TriggerRow:
-    """One trigger. `is_stored`: it is in the store and can be judged. `is_being_kept`: it is being stored.
+    """One trigger. `is_stored`: it is in the store and can be judged. `is_being_stored`: it is being stored.
     `is_seen_once`: it came in one reading only, so it is uncertain."""
 
     seen: SeenRecord

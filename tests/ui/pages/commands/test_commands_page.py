@@ -27,7 +27,7 @@ DISARMS_WITHIN_TICKS = 5
 @pytest.fixture(autouse=True)
 def patient_hold(monkeypatch: pytest.MonkeyPatch) -> None:
     """A busy machine delays the ticks for longer than a hold may go without; test_ritual shows that one breaks then."""
-    monkeypatch.setattr("app.safety.ritual.LONGEST_GAP_S", 5.0)
+    monkeypatch.setattr("app.safety.ritual.MAX_GAP_S", 5.0)
 
 
 def wait_disarmed(one: Desk, ritual: RitualWidget, ticks: int = DISARMS_WITHIN_TICKS) -> None:

@@ -80,7 +80,7 @@ def test_repeated_texts_are_formatted_once(qtbot: QtBot, page: TrafficPage, monk
 
 
 def test_the_cache_of_the_search_is_bounded(qtbot: QtBot, page: TrafficPage, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(traffic_search, "_KNOWN_AT_MOST", 3)
+    monkeypatch.setattr(traffic_search, "_MAX_KNOWN", 3)
     page.search.field.setText("query")
     page.search.find_next()
     while page.search.is_searching:

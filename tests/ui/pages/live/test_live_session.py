@@ -74,7 +74,7 @@ class Link(QObject):
     changed = Signal()
     target: Target | None = ADAPTER
     stream = StreamSwitch(is_wanted=False)
-    is_wanted = True
+    is_requested = True
     is_open = True
 
 
@@ -132,7 +132,7 @@ def test_disconnecting_a_lost_port_ends_the_session(bench: Bench) -> None:
     bench.say(some(2.0, connection=LOST))
     bench.listed()
     assert bench.sessions.sign.since is not None
-    bench.link.is_wanted = bench.link.is_open = False
+    bench.link.is_requested = bench.link.is_open = False
     bench.link.changed.emit()
     bench.listed()
     assert bench.sessions.sign.since is None
