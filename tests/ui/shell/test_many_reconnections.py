@@ -1,6 +1,7 @@
 """Nothing in the window grows with each unplugged and returned port, visited page or changed language."""
 
 import gc
+import logging
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -37,6 +38,7 @@ def connected(qtbot: QtBot, qapp: QApplication, folder: Path) -> Iterator[tuple[
     with (
         patch("ui.main.Connector", made),
         patch("ui.core.port_connection.FOLLOW_EVERY_MS", 0),
+        patch.object(logging.root.manager, "disable", logging.CRITICAL),  # pytest keeps the records of a test
     ):
         assembly = assemble(
             qapp,
