@@ -38,7 +38,6 @@ def connected(qtbot: QtBot, qapp: QApplication, folder: Path) -> Iterator[tuple[
     with (
         patch("ui.main.Connector", made),
         patch("ui.core.port_connection.FOLLOW_EVERY_MS", 0),
-        patch.object(logging.root.manager, "disable", logging.CRITICAL),  # pytest keeps the records of a test
     ):
         assembly = assemble(
             qapp,
@@ -48,6 +47,7 @@ def connected(qtbot: QtBot, qapp: QApplication, folder: Path) -> Iterator[tuple[
             storage=storage,
         )
         window = assembly.window
+        logging.disable()  # pytest keeps the records of a test
         try:
             window.make_pages()
             window.show()
@@ -57,6 +57,7 @@ def connected(qtbot: QtBot, qapp: QApplication, folder: Path) -> Iterator[tuple[
             worker.say(**VALUES)
             yield assembly, worker, fakes
         finally:
+            logging.disable(logging.NOTSET)
             window.close_now()
             assembly.connector.stop(2.0)
             assembly.ports.stop(2.0)
