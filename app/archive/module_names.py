@@ -190,7 +190,7 @@ def _open(
     by_record: dict[str, list[NamedModule]] = {}
     for one in members:
         by_name.setdefault(_folded(one.name), []).append(one)
-        for raw in records.get(one, ()):
+        for raw in sorted(records.get(one, ())):  # the same questions on every station
             by_record.setdefault(raw, []).append(one)
     asked = _Groups(groups)
     for kind, parts in ((ConflictKind.SAME_NAME, by_name), (ConflictKind.SAME_RECORDS, by_record)):

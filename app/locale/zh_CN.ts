@@ -1066,8 +1066,8 @@
         <translation>空位：{count} 个。</translation>
     </message>
     <message>
-        <source>Enable it now (--enable-triggers).</source>
-        <translation>立即启用（--enable-triggers）。</translation>
+        <source>Enable it now.</source>
+        <translation>立即启用。</translation>
     </message>
     <message>
         <source>Enable now</source>

@@ -116,9 +116,10 @@ def _link_sentence(event: Event) -> str:
 
 
 @lru_cache(maxsize=4096)
-def _sentence(direction: Direction, raw: bytes, asked: Asked, _language: str) -> str:
+def _sentence(direction: Direction, raw: bytes, asked: Asked, language: str) -> str:
     """Cached, since few frames differ and a search needs all rows."""
-    return sentence(Frame(direction, raw), asked)
+    with i18n.speaking(language):  # a background thread may be here while the language is switched
+        return sentence(Frame(direction, raw), asked)
 
 
 def _asked(received: Received) -> Asked:

@@ -11,6 +11,7 @@ from pytestqt.qtbot import QtBot
 from app.engine.device import DeviceView
 from app.engine.target import Target
 from app.engine.worker import Batch, Connection
+from app.text import i18n
 from protocol.catalogue import BY_NAME, HEARTBEAT
 from protocol.events import Event, OutcomeUnknown, Received, Rejected, Restarted, Role, Sent, Unanswered
 from protocol.frame import Direction, Frame
@@ -18,6 +19,7 @@ from protocol.messages import Status, decode
 from protocol.stream import StreamParser
 from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
 from ui.main import Assembly
+from ui.pages.diagnosis import traffic_texts
 from ui.pages.diagnosis.traffic import TrafficPage
 from ui.pages.diagnosis.traffic_model import MAX_ROW_BYTES, MAX_ROWS, Column, Filter, TrafficModel
 from ui.pages.diagnosis.traffic_texts import at_of
@@ -277,3 +279,12 @@ def test_rows_during_a_pause_are_counted(qtbot: QtBot, qapp: QApplication, tmp_p
         traffic.on_batch(batch(streamed(1234)))
         traffic.draw()
         assert traffic._count.text() == "1,234 new"
+
+
+def test_a_cached_text_is_in_the_language_that_it_was_asked_in() -> None:
+    """A background thread asks for it while the window's thread switches the language."""
+    light = BY_NAME["light"].query().encode()
+    traffic_texts._sentence.cache_clear()
+    i18n.set_language(i18n.CHINESE)
+    english = traffic_texts._sentence(Direction.HOST_TO_MODULE, light, None, i18n.ENGLISH)
+    assert english.startswith("query")
