@@ -83,7 +83,7 @@ class LinkText:
 def link_state(
     connection: Connection,
     device: DeviceView,
-    greeting: Handshake | None,
+    handshake: Handshake | None,
     *,
     is_finding: bool,
     absence: Absence | None = None,
@@ -109,13 +109,13 @@ def link_state(
         return LinkState(Phase.LATE, port, rate, lag_s=round((device.lag_s or 0.0) * 2) / 2)
     if device.presence is Presence.ONLINE:
         return LinkState(Phase.ONLINE, port, rate)
-    is_mute = greeting is None or greeting.silence in (None, Silence.NOTHING)
+    is_mute = handshake is None or handshake.silence in (None, Silence.NOTHING)
     if switched_off_at is not None and (device.values or is_mute):
         return LinkState(Phase.SWITCHED_OFF, port, rate, off_at=switched_off_at)
     if device.values:
         return LinkState(Phase.OFFLINE, port, rate, since=device.presence_since)
-    if greeting is not None and greeting.silence is not None:
-        return LinkState(Phase.SILENT, port, rate, silence=greeting.silence)
+    if handshake is not None and handshake.silence is not None:
+        return LinkState(Phase.SILENT, port, rate, silence=handshake.silence)
     return LinkState(Phase.ASKING, port, rate)
 
 

@@ -32,7 +32,7 @@ class PortEvidence:
     baud_rate: int = 115200
     trouble: PortError | None = None
     silence: Silence | None = None
-    """What a greeting received instead of an answer, where that is the only evidence."""
+    """What a handshake received instead of an answer, where that is the only evidence."""
     is_open: bool = False
     is_answering: bool = False
     """A module answers requests; one that only sends unasked does not."""

@@ -220,9 +220,9 @@ def _handshake(conversation: Conversation, port: str, baud_rate: int | None) -> 
         if found.baud_rate is None:
             raise NoLink(no_module_found(port))
         return
-    greeting = conversation.run(handshake())
-    if greeting.silence is not None:
-        raise NoAnswer(port, baud_rate, greeting.silence)
+    answer = conversation.run(handshake())
+    if answer.silence is not None:
+        raise NoAnswer(port, baud_rate, answer.silence)
 
 
 def no_module_found(port: str) -> str:

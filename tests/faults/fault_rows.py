@@ -25,8 +25,8 @@ def _says_status(is_known: bool) -> str:
     return "known" if is_known else "unknown"
 
 
-def _says_greeting(greeting: Handshake) -> str:
-    return "answered" if greeting.silence is None else greeting.silence.value
+def _silence_text(done: Handshake) -> str:
+    return "answered" if done.silence is None else done.silence.value
 
 
 def _says_found(found: Found) -> str:
@@ -143,7 +143,7 @@ def _no_watch_lie(_result: Any, _cell: Cell) -> list[str]:
 
 
 ROWS: tuple[Row, ...] = (
-    Row("handshake.handshake", handshake, _says_greeting, _nothing),
+    Row("handshake.handshake", handshake, _silence_text, _nothing),
     Row("ask_status.ask_status", ask_status, _says_status, _nothing),
     Row("find.answers_here", lambda: answers_here(WAITS_S, proofs()), _says_here, _no_here_lie),
     Row("find.find_rate", lambda: find_rate(115200), _says_found, _no_found_lie),

@@ -68,7 +68,7 @@ class PortConnection(QObject):
         self._ports.listed.connect(self._on_ports)
         self._target: Target | None = None
         self._last: Batch | None = None
-        self._greeting: Handshake | None = None
+        self._handshake: Handshake | None = None
         self._endings: dict[Job[Any], Callable[[Job[Any]], None]] = {}
         self._finding: Job[Found] | None = None
         self._handshake_job: Job[Handshake] | None = None
@@ -159,7 +159,7 @@ class PortConnection(QObject):
             connection = replace(connection, trouble=self._trouble)
         elif not self._is_wanted and connection.state is PortState.CLOSED:
             connection = replace(connection, trouble=None)  # that port is no longer wanted
-        known, off_at = (self.device, self._greeting), self._last_known.switched_off_at
+        known, off_at = (self.device, self._handshake), self._last_known.switched_off_at
         is_finding = self._finding is not None
         return link_state(connection, *known, is_finding=is_finding, absence=self.absence, switched_off_at=off_at)
 
@@ -274,7 +274,7 @@ class PortConnection(QObject):
     def _open(self, target: Target, *, is_another: bool = False, expected: Expected | None = None) -> None:
         self._target = target
         self._is_invalidated = self._was_mistaken = False
-        self._greeting = None
+        self._handshake = None
         self._finding = self._handshake_job = None
         self._is_ordered = True
         self.stream_memory = self._memory_of(target)
@@ -389,7 +389,7 @@ class PortConnection(QObject):
 
     def _end_handshake(self, job: Job[Handshake]) -> None:
         if job is self._handshake_job and job.run.error is None:
-            self._greeting = job.outcome()
+            self._handshake = job.outcome()
 
     def _end_finding(self, job: Job[Found]) -> None:
         if job is not self._finding:

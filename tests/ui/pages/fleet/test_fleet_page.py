@@ -242,7 +242,7 @@ def test_a_group_act_sends_questions_and_settings_only_where_it_may(desk: Desk) 
     desk.modules[1][1].hand_over(identity=Identity(Trust.ANOTHER))
     desk.settle()
     desk.click(desk.page.check)
-    assert [len(worker.jobs) for _, worker in desk.modules] == [2, 2, 2]  # the greeting, and the check
+    assert [len(worker.jobs) for _, worker in desk.modules] == [2, 2, 2]  # the handshake, and the check
     assert not any(worker.wanted(is_urgent=True) for _, worker in desk.modules)
     desk.modules[0][1].unplug()
     desk.settle()
