@@ -32,16 +32,8 @@ class SimulatedModule(Hardware):
         super()._clear()
         self._heard, self._last_byte_s = b"", -math.inf
 
-    def receive(self, data: bytes, now_s: float) -> bytes:
-        """Take bytes from the host; returns the bytes that are sent at once, ignoring the baud rate."""
-        return b"".join(sent.data for sent in self.receive_bursts(data, now_s))
-
-    def tick(self, now_s: float) -> bytes:
-        """Bytes that are due by now."""
-        return b"".join(sent.data for sent in self.collect(now_s))
-
-    def receive_bursts(self, data: bytes, now_s: float) -> list[SentBytes]:
-        """Like `receive`, as bursts with their times and baud rates."""
+    def receive(self, data: bytes, now_s: float) -> list[SentBytes]:
+        """Takes bytes from the host; returns what is sent by now."""
         sent = self.collect(now_s)
         if not self.is_on:
             return sent

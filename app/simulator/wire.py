@@ -162,7 +162,7 @@ class Wire:
                 continue
             if self.host_baud is not None and self.host_baud != self.module.baud_rate:
                 data = _garble(data, self.host_baud, self.module.baud_rate, self._up_random)
-            self._send_down(self.module.receive_bursts(data, burst.ends_s))
+            self._send_down(self.module.receive(data, burst.ends_s))
         self._send_down(self.module.collect(now_s))
 
     def _heard_part(self, burst: _Burst) -> bytes:

@@ -51,8 +51,8 @@ class Arrivals:
         self.active_for_s: list[tuple[str, float]] = []
         self._active_at: float | None = None
         self._rig = rig
-        self._hear = rig.bench.module.receive_bursts
-        rig.bench.module.receive_bursts = self._watch  # type: ignore[method-assign]
+        self._hear = rig.bench.module.receive
+        rig.bench.module.receive = self._watch  # type: ignore[method-assign]
 
     def activate(self) -> None:
         self._active_at = self._rig.clock()

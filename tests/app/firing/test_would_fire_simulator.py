@@ -60,7 +60,7 @@ def session(memory: Memory, done: list[Deed], *, attitude: bool, freefall: bool)
     module = SimulatedModule(Physics(drain_v_per_h=0.0), memory=memory, rate_hz=RATE_HZ)
     module.power_on(0.0)
     module.state.attitude_is_enabled, module.state.freefall_is_enabled = attitude, freefall
-    module.tick(1.0)
+    module.collect(1.0)
     module.receive(SERIAL_OUTPUT.set(True).encode(), 1.0)
     module.activate(is_active=True)
     samples: list[SensorSample] = []

@@ -14,6 +14,7 @@ from protocol.frame import Frame, encode_reply
 from protocol.messages import decode_record
 from protocol.stream import StreamParser
 from tests.support.line.sim_line import FakeClock, SimulatedLine
+from tests.support.line.simulated import booted, receive, say, tick
 
 HEARTBEAT = "42 61 01 a5 5a 00"
 SET_ACCELERATION_4 = "42 61 21 02 04 27"
@@ -32,19 +33,12 @@ def running(*, history: int = 0, **options: str) -> SimulatedModule:
     memory = Memory(boot_count=36)
     invent_records(memory, history, seed=1, has_odd_voltage=False)
     quirks = setup_from(parse_options({"empty_slots": "none"} | options)).quirks
-    module = SimulatedModule(Physics(drain_v_per_h=0.0), quirks, memory=memory)
-    module.power_on(-60.0)
-    module.tick(0.0)
-    return module
-
-
-def say(module: SimulatedModule, frame: str, now_s: float = 0.0) -> str:
-    return module.receive(bytes.fromhex(frame), now_s).hex(" ")
+    return booted(SimulatedModule(Physics(drain_v_per_h=0.0), quirks, memory=memory))
 
 
 def values(module: SimulatedModule, code: int, count: int, now_s: float = 0.0) -> list[int]:
     """D4 of that many answers to the same query."""
-    return [module.receive(BY_CODE[code].query().encode(), now_s)[4] for _ in range(count)]
+    return [receive(module, BY_CODE[code].query().encode(), now_s)[4] for _ in range(count)]
 
 
 @pytest.mark.parametrize(
@@ -90,7 +84,7 @@ def test_writing_one_setting_changes_any_other(cause: str, effect: int) -> None:
     module = running(cross_talk=f"{cause}:{effect:02X}=01")
     before = read_raw(module, effect)
     frame = Request(BY_CODE[int(cause, 16)], 0x02, 0x00).encode()
-    answer = module.receive(frame, 0.0)
+    answer = receive(module, frame, 0.0)
     assert answer[-2] == 0x00, "the acknowledgement says nothing of it"
     assert read_raw(module, effect) == 0x01 != before or before == 0x01
 
@@ -107,12 +101,12 @@ def test_cross_talk_without_a_value_writes_the_same_byte() -> None:
 def test_cross_talk_only_the_second_time_and_later() -> None:
     module = running(cross_talk="21:20=14/2@500")
     say(module, SET_ACCELERATION_4, 0.0)
-    module.tick(1.0)
+    tick(module, 1.0)
     assert module.memory.attitude_threshold == 60
     say(module, SET_ACCELERATION_4, 1.0)
-    module.tick(1.499)
+    tick(module, 1.499)
     assert module.memory.attitude_threshold == 60
-    module.tick(1.501)
+    tick(module, 1.501)
     assert module.memory.attitude_threshold == 20
 
 
@@ -140,7 +134,7 @@ def test_a_trigger_flag_goes_back() -> None:
     module = running(revert_ms="20")
     say(module, "42 61 16 02 01 19")
     assert not module.state.attitude_is_enabled
-    module.tick(0.03)
+    tick(module, 0.03)
     assert module.state.attitude_is_enabled
 
 
@@ -160,20 +154,20 @@ def test_a_setting_changes_after_it_was_read_the_second_time() -> None:
 
 def test_a_setting_changes_after_something_else_was_read() -> None:
     module = running(read_changes="32:20=C8/2")
-    module.receive(STATUS.query().encode(), 0.0)
+    receive(module, STATUS.query().encode(), 0.0)
     assert module.memory.attitude_threshold == 60
-    module.receive(STATUS.query().encode(), 0.0)
+    receive(module, STATUS.query().encode(), 0.0)
     assert module.memory.attitude_threshold == 200
 
 
 def test_a_silent_restart_after_an_acknowledgement() -> None:
     module = running(silent_restart_ms="30")
     say(module, ACTIVATE, -1.0)
-    module.tick(-0.9)
+    tick(module, -0.9)
     say(module, "42 61 16 02 01 19", -0.5)
     assert not module.state.attitude_is_enabled
     boots = module.memory.boot_count
-    assert module.tick(0.0) == b"", "it says nothing of it"
+    assert tick(module, 0.0) == b"", "it says nothing of it"
     assert module.memory.boot_count == boots + 1
     assert module.state.attitude_is_enabled, "what does not survive is gone"
     assert say(module, ASK_BOOTS, 1.0) == encode_reply(0x23, boots + 1).hex(" ")
@@ -182,33 +176,33 @@ def test_a_silent_restart_after_an_acknowledgement() -> None:
 def test_a_query_restarts_nothing() -> None:
     module = running(silent_restart_ms="30")
     say(module, ASK_BOOTS)
-    module.tick(1.0)
+    tick(module, 1.0)
     assert module.memory.boot_count == 37
 
 
 def test_what_it_had_to_say_is_lost_with_a_silent_restart() -> None:
     module = running(silent_restart_ms="5", double_codes="20", double_ms="10")
     assert say(module, SET_THRESHOLD_70) == "41 75 20 01 46 67"
-    assert module.tick(1.0) == b""
+    assert tick(module, 1.0) == b""
 
 
 def test_a_silent_restart_at_a_given_time_loses_the_activation() -> None:
     module = running(restart_at_s="70")
     module.activate(is_active=True)
-    assert module.tick(9.99) == b""
+    assert tick(module, 9.99) == b""
     assert module.state.is_active
-    assert module.tick(10.01) == b""
+    assert tick(module, 10.01) == b""
     assert not module.state.is_active
     assert module.memory.boot_count == 38
-    module.tick(81.0)
+    tick(module, 81.0)
     assert module.memory.boot_count == 39, "each time that it has run this long"
 
 
 def test_a_restart_time_that_has_passed_already_restarts_once() -> None:
     module = running()
-    module.tick(500.0)
+    tick(module, 500.0)
     module.quirks = setup_from(parse_options({"restart_at_s": "100"})).quirks
-    module.tick(501.0)
+    tick(module, 501.0)
     assert module.memory.boot_count == 38
 
 
@@ -226,7 +220,7 @@ def test_a_restart_that_loses_the_settings() -> None:
 
 
 def record_boots(module: SimulatedModule) -> list[int]:
-    raw = module.receive(TRIGGER_RECORDS.query().encode(), 0.0)
+    raw = receive(module, TRIGGER_RECORDS.query().encode(), 0.0)
     records = [decode_record(piece.raw) for piece in StreamParser().feed(raw)]
     return [record.raw[4] for record in records]
 
@@ -253,10 +247,10 @@ def test_a_code_falls_silent_from_the_third_time_on() -> None:
 @pytest.mark.parametrize(("after_ms", "second_s"), [("0", 0.0), ("50", 0.05)])
 def test_chosen_answers_come_twice(after_ms: str, second_s: float) -> None:
     module = running(double_codes="01,20", double_ms=after_ms)
-    sent = module.receive_bursts(bytes.fromhex(HEARTBEAT), 0.0) + module.collect(1.0)
+    sent = module.receive(bytes.fromhex(HEARTBEAT), 0.0) + module.collect(1.0)
     assert [one.data.hex(" ") for one in sent] == ["41 75 01 a5 5a 00"] * 2
     assert sent[1].at_s == pytest.approx(second_s, abs=0.002)
-    assert len(module.receive(bytes.fromhex(ASK_BOOTS), 2.0) + module.tick(3.0)) == 6
+    assert len(receive(module, bytes.fromhex(ASK_BOOTS), 2.0) + tick(module, 3.0)) == 6
 
 
 def test_a_doubled_shutdown_is_said_twice_and_done_once() -> None:
@@ -286,8 +280,8 @@ def test_a_foreign_answer_comes_first(rule: str, answers: str) -> None:
 def test_a_foreign_answer_comes_later() -> None:
     module = running(foreign_replies="20:22@500")
     assert say(module, ASK_THRESHOLD) == "41 75 20 01 3c 5d"
-    assert module.tick(0.499) == b""
-    assert module.tick(0.501).hex(" ") == "41 75 22 01 a0 c3"
+    assert tick(module, 0.499) == b""
+    assert tick(module, 0.501).hex(" ") == "41 75 22 01 a0 c3"
 
 
 def frame_times(jitter_ms: str) -> list[float]:
@@ -356,13 +350,13 @@ def test_an_honest_module_needs_no_plans() -> None:
 def test_lies_can_be_told_while_it_runs_and_count_from_then_on() -> None:
     clock = FakeClock()
     bench = SimulatedBench(clock=clock)
-    bench.module.receive(bytes.fromhex(ASK_THRESHOLD), clock())
+    receive(bench.module, bytes.fromhex(ASK_THRESHOLD), clock())
     bench.change(mute_codes=frozenset((Occasion(0x20, 2),)))
-    answers = [bench.module.receive(bytes.fromhex(ASK_THRESHOLD), clock()) for _ in range(2)]
+    answers = [receive(bench.module, bytes.fromhex(ASK_THRESHOLD), clock()) for _ in range(2)]
     assert [bool(answer) for answer in answers] == [True, False]
 
 
 def test_an_inserted_record_is_a_whole_frame() -> None:
     module = running(history=1, foreign_replies="20:35")
-    pieces = StreamParser().feed(module.receive(bytes.fromhex(ASK_THRESHOLD), 0.0))
+    pieces = StreamParser().feed(receive(module, bytes.fromhex(ASK_THRESHOLD), 0.0))
     assert [len(piece.raw) for piece in pieces if isinstance(piece, Frame)] == [16, 6]

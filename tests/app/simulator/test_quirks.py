@@ -13,6 +13,7 @@ from protocol.catalogue import CELL_VOLTAGE, TRIGGER_RECORDS
 from protocol.frame import Frame
 from protocol.messages import EmptySlot, TriggerRecord, decode_record
 from protocol.stream import StreamParser
+from tests.support.line.simulated import booted, receive, say, tick
 
 
 def running(*, history: int = 0, **options: str) -> SimulatedModule:
@@ -20,14 +21,7 @@ def running(*, history: int = 0, **options: str) -> SimulatedModule:
     quirks: Quirks = setup_from(parse_options(options)).quirks
     memory = Memory(boot_count=36)
     invent_records(memory, history, seed=1, has_odd_voltage=quirks.odd_voltage)
-    module = SimulatedModule(Physics(cell_v=4.0, drain_v_per_h=0.0), quirks, memory=memory)
-    module.power_on(-60.0)
-    module.tick(0.0)
-    return module
-
-
-def say(module: SimulatedModule, frame: str, now_s: float = 0.0) -> str:
-    return module.receive(bytes.fromhex(frame), now_s).hex(" ")
+    return booted(SimulatedModule(Physics(cell_v=4.0, drain_v_per_h=0.0), quirks, memory=memory))
 
 
 @pytest.mark.parametrize(
@@ -58,7 +52,7 @@ def test_e4_acknowledgement_of_17_by_either_code(code: str, answer: str) -> None
 
 
 def bursts(module: SimulatedModule) -> list[tuple[float, bytes]]:
-    sent = module.receive_bursts(TRIGGER_RECORDS.query().encode(), 0.0)
+    sent = module.receive(TRIGGER_RECORDS.query().encode(), 0.0)
     return [(round(one.at_s, 4), one.data) for one in sent + module.collect(10.0)]
 
 
@@ -75,7 +69,7 @@ def test_e6_records_together_spaced_or_in_pieces(how: str, count: int) -> None:
 def test_e6_no_status_falls_between_the_pieces_of_a_record() -> None:
     module = running(history=9, records="pieces")
     say(module, "42 61 13 02 01 16")
-    sent = module.receive(TRIGGER_RECORDS.query().encode(), 0.005) + module.tick(2.0)
+    sent = receive(module, TRIGGER_RECORDS.query().encode(), 0.005) + tick(module, 2.0)
     pieces = StreamParser().feed(sent)
     assert all(isinstance(piece, Frame) for piece in pieces)
     assert {len(piece.raw) for piece in pieces} == {8, 16}
@@ -83,7 +77,7 @@ def test_e6_no_status_falls_between_the_pieces_of_a_record() -> None:
 
 @pytest.mark.parametrize(("how", "records", "empty"), [("none", 2, 0), ("zeros", 2, 7), ("ones", 2, 7)])
 def test_e7_slots_never_used(how: str, records: int, empty: int) -> None:
-    raw = running(history=2, empty_slots=how).receive(TRIGGER_RECORDS.query().encode(), 0.0)
+    raw = receive(running(history=2, empty_slots=how), TRIGGER_RECORDS.query().encode(), 0.0)
     frames = [decode_record(piece.raw) for piece in StreamParser().feed(raw)]
     kinds = [type(frame) for frame in frames]
     assert kinds == [TriggerRecord] * records + [EmptySlot] * empty
@@ -95,7 +89,7 @@ def test_e7_slots_never_used(how: str, records: int, empty: int) -> None:
 )
 def test_e9_when_a_new_rate_begins(how: str, acknowledged_at: int, afterwards: int, after_restart: int) -> None:
     module = running(baud_ack=how)
-    (sent,) = module.receive_bursts(bytes.fromhex("42 61 24 02 02 28"), 0.0)
+    (sent,) = module.receive(bytes.fromhex("42 61 24 02 02 28"), 0.0)
     assert sent.baud_rate == acknowledged_at
     assert module.baud_rate == afterwards
     module.restart(1.0)
@@ -113,7 +107,7 @@ def test_e12_records_with_a_voltage_that_no_cell_has() -> None:
     module = running(history=1, odd_voltage="yes")
     say(module, "42 61 10 02 01 13")
     say(module, "42 61 11 02 01 14")
-    raw = module.receive(TRIGGER_RECORDS.query().encode(), 0.0)
+    raw = receive(module, TRIGGER_RECORDS.query().encode(), 0.0)
     found = [decode_record(raw[at : at + 16]) for at in (0, 16)]
     assert all(isinstance(one, TriggerRecord) and one.implausible for one in found)
 
@@ -163,13 +157,13 @@ def test_a_module_that_refuses(ack: str, answer: str) -> None:
 def test_a_module_that_will_not_stream(how: str, answer: str) -> None:
     module = running(stream=how)
     assert say(module, "42 61 13 02 01 16") == answer
-    assert module.tick(10.0) == b""
+    assert tick(module, 10.0) == b""
 
 
 def test_a_module_that_streams_after_every_start() -> None:
     module = running(stream_at_boot="yes")
     assert module.is_streaming
-    assert len(module.tick(1.0)) > 40 * 8
+    assert len(tick(module, 1.0)) > 40 * 8
     say(module, "42 61 13 02 00 15", 1.0)
     assert not module.is_streaming
 
@@ -177,5 +171,5 @@ def test_a_module_that_streams_after_every_start() -> None:
 def test_commands_that_it_does_not_know() -> None:
     module = running(mute_codes="14,34")
     assert say(module, "42 61 14 01 01 16") == ""
-    assert module.receive(CELL_VOLTAGE.query().encode(), 0.0) == b""
+    assert receive(module, CELL_VOLTAGE.query().encode(), 0.0) == b""
     assert say(module, "42 61 23 01 00 24") == "41 75 23 01 25 49"

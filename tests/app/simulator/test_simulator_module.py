@@ -10,24 +10,18 @@ from protocol.catalogue import BY_NAME, COMMANDS, HEARTBEAT, SERIAL_OUTPUT, STAT
 from protocol.frame import Direction, Frame
 from protocol.messages import Status, TriggerRecord, decode, decode_record
 from protocol.stream import StreamParser
+from tests.support.line.simulated import booted, receive, say, tick
 
 HEARTBEAT_REPLY = "41 75 01 a5 5a 00"
 
 
 def running(world: Physics | None = None, memory: Memory | None = None) -> SimulatedModule:
     """A module that has booted a while ago, at time 0."""
-    module = SimulatedModule(world or Physics(), Quirks(empty_slots=EmptySlots.NONE), memory=memory)
-    module.power_on(-60.0)
-    module.tick(0.0)
-    return module
-
-
-def say(module: SimulatedModule, frame: str, now_s: float = 0.0) -> str:
-    return module.receive(bytes.fromhex(frame), now_s).hex(" ")
+    return booted(SimulatedModule(world or Physics(), Quirks(empty_slots=EmptySlots.NONE), memory=memory))
 
 
 def records(module: SimulatedModule, now_s: float) -> list[TriggerRecord]:
-    raw = module.receive(TRIGGER_RECORDS.query().encode(), now_s)
+    raw = receive(module, TRIGGER_RECORDS.query().encode(), now_s)
     found = [decode_record(raw[at : at + 16]) for at in range(0, len(raw), 16)]
     assert all(isinstance(one, TriggerRecord) for one in found)
     return [one for one in found if isinstance(one, TriggerRecord)]
@@ -82,21 +76,21 @@ def test_every_command_of_the_catalogue_is_answered() -> None:
         memory = Memory()
         invent_records(memory, 1, seed=1, has_odd_voltage=False)
         if command.query_data is not None:
-            assert running(memory=memory).receive(command.query().encode(), 0.0), command.name
+            assert receive(running(memory=memory), command.query().encode(), 0.0), command.name
         if command.write is not None:
             for value in command.write.allowed:
                 request = command.set(command.write.decode(value))
-                assert running(memory=memory).receive(request.encode(), 0.0), command.name
+                assert receive(running(memory=memory), request.encode(), 0.0), command.name
 
 
 def test_two_heartbeats_50_ms_apart_after_power_up_and_then_silence() -> None:
     module = SimulatedModule(Physics())
     module.power_on(10.0)
-    assert module.tick(10.0).hex(" ") == HEARTBEAT_REPLY
-    assert module.tick(10.049) == b""
+    assert tick(module, 10.0).hex(" ") == HEARTBEAT_REPLY
+    assert tick(module, 10.049) == b""
     assert module.next_due(10.049) == pytest.approx(10.05)
-    assert module.tick(10.06).hex(" ") == HEARTBEAT_REPLY
-    assert module.tick(3600.0) == b""
+    assert tick(module, 10.06).hex(" ") == HEARTBEAT_REPLY
+    assert tick(module, 3600.0) == b""
     assert module.next_due(3600.0) is None
 
 
@@ -112,7 +106,7 @@ def test_settings_survive_a_restart_and_the_rest_does_not() -> None:
     for frame in ("42 61 20 02 46 68", "42 61 10 02 01 13", "42 61 13 02 01 16", "42 61 16 02 01 19"):
         assert say(module, frame)
     module.restart(1.0)
-    module.tick(2.0)
+    tick(module, 2.0)
     assert say(module, "42 61 20 01 00 21", 2.0) == "41 75 20 01 46 67"
     assert say(module, "42 61 30 01 00 31", 2.0) == "41 75 30 01 00 31"
     assert module.state.attitude_is_enabled
@@ -128,7 +122,7 @@ def test_after_shutdown_it_is_silent_until_its_switch_is_pressed() -> None:
     assert say(module, "42 61 12 02 01 15") == "41 75 12 01 01 14"
     assert say(module, HEARTBEAT.query().encode().hex(), 1.0) == ""
     module.press_switch(2.0)
-    assert module.tick(3.0).hex(" ") == f"{HEARTBEAT_REPLY} {HEARTBEAT_REPLY}"
+    assert tick(module, 3.0).hex(" ") == f"{HEARTBEAT_REPLY} {HEARTBEAT_REPLY}"
     module.press_switch(4.0)
     assert module.memory.boot_count == 2, "pressing the switch of a running module is no restart"
 
@@ -151,15 +145,15 @@ def test_with_external_power_the_charging_voltage_is_read() -> None:
 
 def decode_voltage(module: SimulatedModule, now_s: float) -> float:
     request = BY_NAME["cell_voltage"].query()
-    return float(module.receive(request.encode(), now_s)[4] / 50)
+    return float(receive(module, request.encode(), now_s)[4] / 50)
 
 
 def test_the_cell_drains_and_charges() -> None:
     module = running(Physics(cell_v=3.8, drain_v_per_h=0.1))
-    module.tick(7200.0)
+    tick(module, 7200.0)
     assert module.world.cell_v == pytest.approx(3.6, abs=0.01)
     module.plug_charger(7200.0)
-    module.tick(3 * 7200.0)
+    tick(module, 3 * 7200.0)
     assert module.world.cell_v == pytest.approx(4.2)
 
 
@@ -176,11 +170,11 @@ def test_the_stream_keeps_its_rate_and_ends() -> None:
     module = running()
     module.rate_hz = 100
     say(module, "42 61 13 02 01 16")
-    frames = StreamParser().feed(module.tick(2.0))
+    frames = StreamParser().feed(tick(module, 2.0))
     assert len(frames) == 200
     assert {decode(frame.raw) for frame in frames if isinstance(frame, Frame)} == {Status(0, 1.0, False, False)}
     assert say(module, "42 61 13 02 00 15", 2.0) == "41 75 13 01 00 14"
-    assert module.tick(10.0) == b""
+    assert tick(module, 10.0) == b""
 
 
 def test_a_line_that_is_full_leaves_frames_out_and_never_queues_them() -> None:
@@ -196,14 +190,14 @@ def test_at_1440_hz_the_default_line_carries_every_frame() -> None:
     module = running()
     module.rate_hz = 1440
     say(module, "42 61 13 02 01 16")
-    assert len(StreamParser().feed(module.tick(1.0))) in (1439, 1440)
+    assert len(StreamParser().feed(tick(module, 1.0))) in (1439, 1440)
 
 
 def test_a_host_that_reads_seldom_gets_a_bounded_backlog() -> None:
     module = running()
     module.rate_hz = 10
     say(module, "42 61 13 02 01 16")
-    assert len(module.tick(3600.0)) <= 51 * 8
+    assert len(tick(module, 3600.0)) <= 51 * 8
 
 
 def test_tilting_an_active_module_fires_and_it_resets_ten_degrees_below() -> None:
@@ -222,7 +216,7 @@ def test_a_locked_module_does_not_fire() -> None:
     module = running(Physics(tilt_deg=90))
     module.world.drop(100, 0.0)
     assert say(module, "42 61 11 02 01 14") == "41 75 11 01 00 12"
-    module.tick(10.0)
+    tick(module, 10.0)
     assert records(module, 10.0) == []
     assert not module.is_triggered
 
@@ -231,10 +225,10 @@ def test_a_drop_of_20_m_fires_by_free_fall_and_a_low_one_does_not() -> None:
     module = running()
     say(module, "42 61 10 02 01 13")
     module.world.drop(10, 0.0)
-    module.tick(5.0)
+    tick(module, 5.0)
     assert not module.is_triggered
     module.world.drop(20, 5.0)
-    module.tick(10.0)
+    tick(module, 10.0)
     assert [one.sources for one in records(module, 10.0)] == [("freefall",)]
     assert module.is_triggered
     assert say(module, "42 61 10 02 00 12", 10.0)
@@ -247,7 +241,7 @@ def test_a_disabled_or_forbidden_attitude_trigger_does_not_fire(frame: str) -> N
     say(module, "42 61 10 02 01 13")
     say(module, frame)
     module.world.tilt_deg = 90
-    module.tick(1.0)
+    tick(module, 1.0)
     assert not module.is_triggered
 
 
@@ -269,7 +263,7 @@ def test_a_record_holds_the_settings_and_readings_of_its_moment() -> None:
         say(module, frame)
     module.plug_charger(1.0)
     module.world.tilt_deg = 75
-    module.tick(40.0)
+    tick(module, 40.0)
     module.world.tilt_deg = 0
     say(module, "42 61 20 02 3c 5e", 50.0)
     (record,) = records(module, 50.0)
@@ -280,9 +274,9 @@ def test_a_record_holds_the_settings_and_readings_of_its_moment() -> None:
     assert record.light_v == 0.3, "the bay was still closed"
     assert record.cell_voltage_v == pytest.approx(4.1)
     assert record.serial_connected
-    module.tick(90.0)
+    tick(module, 90.0)
     module.world.tilt_deg = 75
-    module.tick(300.0)
+    tick(module, 300.0)
     assert not records(module, 300.0)[-1].serial_connected, "nobody had asked for more than 30 s"
 
 
@@ -292,7 +286,7 @@ def test_triggers_at_the_same_moment_share_a_record() -> None:
     say(module, "42 61 22 02 00 24")
     module.world.tilt_deg = 80
     module.world.drop(20, 0.0)
-    module.tick(1.0)
+    tick(module, 1.0)
     assert [one.sources for one in records(module, 1.0)] == [("attitude", "freefall")]
 
 
@@ -304,7 +298,7 @@ def test_the_last_nine_records_are_kept_oldest_first() -> None:
     found = records(module, 200.0)
     assert [one.uptime_s for one in found] == [60 + 10 * number for number in range(3, 12)]
     module.restart(300.0)
-    module.tick(301.0)
+    tick(module, 301.0)
     assert records(module, 301.0) == found
 
 
@@ -336,7 +330,7 @@ def test_half_a_frame_is_completed_soon_or_never() -> None:
 
 
 def test_requests_sent_together_are_answered_in_order() -> None:
-    replies = running().receive((STATUS.query().encode() + SERIAL_OUTPUT.set(False).encode()) * 2, 0.0)
+    replies = receive(running(), (STATUS.query().encode() + SERIAL_OUTPUT.set(False).encode()) * 2, 0.0)
     frames = [piece for piece in StreamParser().feed(replies) if isinstance(piece, Frame)]
     assert [frame.code for frame in frames] == [0x32, 0x13, 0x32, 0x13]
     assert {frame.direction for frame in frames} == {Direction.MODULE_TO_HOST}

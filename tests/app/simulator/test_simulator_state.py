@@ -11,6 +11,7 @@ from protocol.catalogue import BY_NAME, COMMANDS, HEARTBEAT, STATUS, TRIGGER_REC
 from protocol.frame import Frame
 from protocol.messages import decode_status
 from protocol.stream import StreamParser
+from tests.support.line.simulated import booted, receive, tick
 
 BYTE = st.integers(0, 255)
 FRAMES = [command.query().encode() for command in COMMANDS if command.query_data is not None]
@@ -23,39 +24,36 @@ FRAMES += [
 
 
 def running() -> SimulatedModule:
-    module = SimulatedModule(Physics(), Quirks(empty_slots=EmptySlots.NONE))
-    module.power_on(-60.0)
-    module.tick(0.0)
-    return module
+    return booted(SimulatedModule(Physics(), Quirks(empty_slots=EmptySlots.NONE)))
 
 
 @given(st.lists(st.one_of(st.binary(max_size=40), st.sampled_from(FRAMES)), max_size=30))
 def test_any_bytes_never_raise_and_a_module_that_is_on_answers_the_next_request(pieces: list[bytes]) -> None:
     module = running()
     for number, piece in enumerate(pieces):
-        module.receive(piece, number * 0.01)
+        receive(module, piece, number * 0.01)
     module.press_switch(10.0)
-    module.tick(11.0)
-    answer = module.receive(HEARTBEAT.query().encode(), 12.0)
+    tick(module, 11.0)
+    answer = receive(module, HEARTBEAT.query().encode(), 12.0)
     assert answer.endswith(bytes.fromhex("41 75 01 a5 5a 00"))
 
 
 @given(st.binary(max_size=200), st.lists(st.integers(1, 7), max_size=60))
 def test_how_requests_are_cut_makes_no_difference(noise: bytes, cuts: list[int]) -> None:
     data = noise.replace(b"B", b"") + b"".join(BY_NAME[name].query().encode() for name in ("boot_count", "active"))
-    whole = running().receive(data, 0.0)
+    whole = receive(running(), data, 0.0)
     module = running()
     pieces = b""
     for cut in cuts:
-        pieces += module.receive(data[:cut], 0.0)
+        pieces += receive(module, data[:cut], 0.0)
         data = data[cut:]
-    assert pieces + module.receive(data, 0.0) == whole
+    assert pieces + receive(module, data, 0.0) == whole
 
 
 @given(st.binary(max_size=20), st.integers(1, 5))
 def test_only_frames_come_out(noise: bytes, times: int) -> None:
     module = running()
-    out = module.receive((noise + b"".join(FRAMES[:12])) * times, 0.0) + module.tick(1.0)
+    out = receive(module, (noise + b"".join(FRAMES[:12])) * times, 0.0) + tick(module, 1.0)
     assert all(isinstance(piece, Frame) for piece in StreamParser().feed(out))
 
 
@@ -75,8 +73,8 @@ class ModuleMachine(RuleBasedStateMachine):
 
     def say(self, raw: bytes) -> bytes:
         self.now_s += 0.2
-        self.module.tick(self.now_s)
-        return self.module.receive(raw, self.now_s)
+        tick(self.module, self.now_s)
+        return receive(self.module, raw, self.now_s)
 
     @rule(name=st.sampled_from(["attitude_threshold", "freefall_acceleration", "freefall_time", "light_threshold"]),
           value=BYTE)  # fmt: skip

@@ -11,6 +11,7 @@ from app.simulator.wire import FaultDirection, Faults, Wire
 from protocol.catalogue import BY_NAME, STATUS
 from protocol.frame import Frame
 from protocol.stream import StreamParser
+from tests.support.line.simulated import tick
 
 ASK = STATUS.query().encode()
 ANSWER = bytes.fromhex("41 75 32 00 0a 00 00 3c")
@@ -20,7 +21,7 @@ BYTE_S = 10 / 115200
 def wire(*, seed: int = 1, host_baud: int | None = None, **faults: Any) -> Wire:
     module = SimulatedModule(Physics())
     module.power_on(-60.0)
-    module.tick(0.0)
+    tick(module, 0.0)
     return Wire(module, Faults(**faults), seed=seed, host_baud=host_baud)
 
 

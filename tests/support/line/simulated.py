@@ -1,0 +1,25 @@
+"""Bytes of a simulated module without a line between."""
+
+from app.simulator.module import SimulatedModule
+
+
+def booted(module: SimulatedModule) -> SimulatedModule:
+    """Switched on a minute before time 0."""
+    module.power_on(-60.0)
+    module.collect(0.0)
+    return module
+
+
+def receive(module: SimulatedModule, data: bytes, now_s: float) -> bytes:
+    """What it sends by now, ignoring the baud rate."""
+    return b"".join(sent.data for sent in module.receive(data, now_s))
+
+
+def tick(module: SimulatedModule, now_s: float) -> bytes:
+    """Bytes that are due by now."""
+    return b"".join(sent.data for sent in module.collect(now_s))
+
+
+def say(module: SimulatedModule, frame: str, now_s: float = 0.0) -> str:
+    """The replies to `frame`, in hexadecimal."""
+    return receive(module, bytes.fromhex(frame), now_s).hex(" ")
