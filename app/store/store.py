@@ -5,6 +5,7 @@ import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from app.engine.identity import IdentityEvidence
 from app.engine.snapshots import Snapshot, restorable
@@ -51,6 +52,12 @@ class AuditEntry:
     settled_at: str | None
     outcome: Outcome
     result: Mapping[str, object]
+
+
+class StreamLeftOn(NamedTuple):
+    """The program switched a stream on, and the module has not confirmed "off"; `boot_count` where it is known."""
+
+    boot_count: int | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,13 +147,10 @@ class Store:
     def clear_stream_on(self, adapter: str) -> None:
         self.database.write("DELETE FROM streams_left_on WHERE adapter = ?", (adapter,))
 
-    def is_stream_left_on(self, adapter: str) -> bool:
-        return bool(self.database.read("SELECT 1 FROM streams_left_on WHERE adapter = ?", (adapter,)))
-
-    def stream_left_on_at(self, adapter: str) -> int | None:
-        """The boot count given to `note_stream_on`."""
+    def stream_left_on(self, adapter: str) -> StreamLeftOn | None:
+        """What `note_stream_on` stored; None once it is cleared."""
         rows = self.database.read("SELECT boot_count FROM streams_left_on WHERE adapter = ?", (adapter,))
-        return rows[0][0] if rows else None
+        return StreamLeftOn(*rows[0]) if rows else None
 
     # Snapshots
 

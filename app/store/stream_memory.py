@@ -44,10 +44,12 @@ class StoredStreamMemory(StreamMemory):
     def __init__(self, store: Store, adapter: str) -> None:
         self._store, self._adapter = store, adapter
         try:
-            self.was_left_on = store.is_stream_left_on(adapter)
-            self.boot_count = store.stream_left_on_at(adapter)
+            left_on = store.stream_left_on(adapter)
         except StoreTrouble as error:
             _log.warning("Whether a stream was left on cannot be read: %s", error)
+            return
+        self.was_left_on = left_on is not None
+        self.boot_count = None if left_on is None else left_on.boot_count
 
     def note_on(self, boot_count: int | None) -> Future[None]:
         return self._store.queue.submit(lambda: self._write(partial(self._store.note_stream_on, boot_count=boot_count)))

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from app.procedures.stream import LISTEN_FIRST_S, StreamSwitch, watch
-from app.store.store import Store, open_store
+from app.store.store import Store, StreamLeftOn, open_store
 from app.store.stream_memory import StoredStreamMemory, StreamMemory
 from app.terminal.streaming import LEFT_ON
 from protocol.catalogue import SERIAL_OUTPUT, Request
@@ -40,7 +40,7 @@ def changes(rig: Rig) -> list[Request]:
 
 def wait_kept(store: Store, is_on: bool) -> None:
     deadline = time.monotonic() + 10
-    while store.is_stream_left_on(ADAPTER) is not is_on:
+    while (store.stream_left_on(ADAPTER) is not None) is not is_on:
         assert time.monotonic() < deadline
         time.sleep(0.005)
 
@@ -72,9 +72,8 @@ def test_it_is_remembered_until_the_module_confirms_off(store: Store) -> None:
     while changes(rig) != [ON]:
         assert time.monotonic() < deadline
         rig.session.step()
-    assert store.is_stream_left_on(ADAPTER)
-    assert store.stream_left_on_at(ADAPTER) == 37
-    assert not store.is_stream_left_on("another adapter")
+    assert store.stream_left_on(ADAPTER) == StreamLeftOn(boot_count=37)
+    assert store.stream_left_on("another adapter") is None
     end_watch(rig)
     assert changes(rig) == [ON, OFF]
     wait_kept(store, is_on=False)
@@ -151,7 +150,7 @@ def test_after_a_kill_the_next_session_switches_the_stream_off(user_files: Path)
             assert first.stdout is not None
             deadline = time.monotonic() + 30
             with closing(open_store()) as store:
-                while not store.is_stream_left_on(module.port):
+                while store.stream_left_on(module.port) is None:
                     assert time.monotonic() < deadline
                     time.sleep(0.05)
             while json.loads(first.stdout.readline())["t_s"] < LISTEN_FIRST_S + 1.5:
@@ -168,4 +167,4 @@ def test_after_a_kill_the_next_session_switches_the_stream_off(user_files: Path)
         )
         assert LEFT_ON in again.stderr
         with closing(open_store()) as store:
-            assert not store.is_stream_left_on(module.port)
+            assert store.stream_left_on(module.port) is None
