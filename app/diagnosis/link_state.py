@@ -10,6 +10,7 @@ from app.engine.reconnect import LOSSES, Absence
 from app.engine.transport import PortError
 from app.engine.worker import Connection, PortState
 from app.procedures.handshake import Handshake, NoAnswer, Silence
+from app.text.durations import duration
 from app.text.i18n import tr
 from app.text.sentences import capitalised
 from protocol.link_states import Presence
@@ -184,14 +185,3 @@ def _failed_text(trouble: PortError | None, absence: Absence | None) -> LinkText
     word = tr("Not connected") if trouble.trouble not in LOSSES else tr("Port lost")
     next_step = explanation.next_step if absence is None else tr(absence.value)
     return LinkText(word, explanation.what, next_step, NextStep.CONNECT_AGAIN)
-
-
-def duration(seconds: float) -> str:
-    """ "0.4 s", "12 s", "3 min", "2 h"."""
-    if seconds < 2:
-        return tr("{value} s", value=f"{max(0.0, seconds):.1f}")
-    if seconds < 120:
-        return tr("{value} s", value=f"{seconds:.0f}")
-    if seconds < 7200:
-        return tr("{value:.0f} min", value=seconds / 60)
-    return tr("{value:.0f} h", value=seconds / 3600)

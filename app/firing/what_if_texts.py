@@ -4,11 +4,11 @@ from collections.abc import Callable
 from enum import Enum
 from typing import Final, NamedTuple
 
-from app.diagnosis.link_state import duration
 from app.firing.judge import ASSUMPTIONS, RULES, Firing
 from app.firing.near_misses import NearFall, NearTilt
 from app.firing.what_if_drafts import ATTITUDE_THRESHOLD, ATTITUDE_TRIGGER, FREEFALL_TRIGGER, Question
 from app.firing.would_fire import WhatIfFinding
+from app.text.durations import duration
 from app.text.i18n import tr
 from protocol.catalogue import Command
 from protocol.messages import Source

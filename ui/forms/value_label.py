@@ -7,9 +7,9 @@ from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPaintEvent
 from PySide6.QtWidgets import QSizePolicy
 
-from app.diagnosis.link_state import duration
 from app.engine.device import How, Known, StaleReason
 from app.settings.setting_texts import value_text
+from app.text.durations import duration
 from app.text.i18n import tr
 from protocol.catalogue import Command
 from protocol.translatable import marked

@@ -6,7 +6,7 @@ from PySide6.QtCore import QSize, Signal
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QButtonGroup, QPushButton, QToolButton, QWidget
 
-from app.diagnosis.link_state import duration
+from app.text.durations import duration
 from app.text.i18n import tr
 from protocol.translatable import marked
 from ui.core.texts import Texts

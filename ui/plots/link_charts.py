@@ -8,8 +8,8 @@ from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QAccessible, QColor, QFontMetricsF, QPainter, QPaintEvent, QPen, QPolygonF
 from PySide6.QtWidgets import QSizePolicy
 
-from app.diagnosis.link_state import duration
 from app.diagnosis.link_statistics import Slice, TripClass
+from app.text.durations import duration
 from app.text.i18n import tr
 from protocol.frame import Reason
 from protocol.translatable import marked

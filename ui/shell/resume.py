@@ -5,8 +5,8 @@ from typing import Final
 from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QWidget
 
-from app.diagnosis.link_state import duration
 from app.procedures.act import Armed
+from app.text.durations import duration
 from app.text.i18n import tr
 from ui.acts.confirm import Confirm
 from ui.core.connector import Connector

@@ -4,10 +4,10 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QFontMetrics
 from PySide6.QtWidgets import QFrame, QLabel, QWidget
 
-from app.diagnosis.link_state import duration
 from app.engine.device import MAX_LAG_S
 from app.engine.worker import Batch
 from app.limits.out_of_limits import DAMAGED_SHOWN_S, LimitsInUse, Outside, line_outside
+from app.text.durations import duration
 from app.text.i18n import tr
 from ui.core.connector import Connector
 from ui.core.texts import Texts

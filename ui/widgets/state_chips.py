@@ -1,8 +1,8 @@
 """Shows activation and trigger in state chips."""
 
-from app.diagnosis.link_state import duration
 from app.engine.device import Known
 from app.safety.last_known import Activation, SeenActivation
+from app.text.durations import duration
 from app.text.i18n import tr
 from ui.style.icons import Icon
 from ui.style.theme import Meaning

@@ -11,13 +11,14 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from app.diagnosis.link_state import NextStep, Phase, duration, link_state, link_text
+from app.diagnosis.link_state import NextStep, Phase, link_state, link_text
 from app.engine.device import DeviceView, How, Known
 from app.engine.identity import Identity, Trust
 from app.engine.target import Target
 from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Batch, Connection, PortState
 from app.procedures.handshake import Handshake, Silence
+from app.text.durations import duration
 from protocol.link_states import Presence
 from tests.support.window.fakes_ui import ADAPTER, SECOND_ADAPTER, WAIT_MS, Ports, simulated, wait_online, window
 from tests.support.window.steps import notice_text, press

@@ -9,9 +9,9 @@ from PySide6.QtCore import QLocale
 from PySide6.QtWidgets import QApplication, QDoubleSpinBox
 from pytestqt.qtbot import QtBot
 
-from app.diagnosis.link_state import duration
 from app.settings.setting_texts import value_text
 from app.system.wall_clock import local_time
+from app.text.durations import duration
 from app.text.i18n import CHINESE, ENGLISH, PSEUDO, set_language, tr
 from protocol.catalogue import BY_NAME
 from ui.core.language_switch import LanguageSwitch

@@ -7,10 +7,11 @@ from PySide6.QtCore import QRectF, Qt, Signal
 from PySide6.QtGui import QAccessible, QColor, QKeyEvent, QMouseEvent, QPainter, QPainterPath, QPaintEvent
 from PySide6.QtWidgets import QFrame, QMenu, QPushButton, QSizePolicy, QToolButton, QWidget
 
-from app.diagnosis.link_state import duration, link_text
+from app.diagnosis.link_state import link_text
 from app.fleet.card import Card, Need
 from app.fleet.check_set import word_of
 from app.preflight.verdict import Verdict
+from app.text.durations import duration
 from app.text.i18n import tr
 from app.text.sentences import capitalised
 from ui.core.texts import Texts

@@ -11,9 +11,9 @@ from PySide6.QtCore import QEvent
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QFrame, QWidget
 
-from app.diagnosis.link_state import duration
 from app.engine.device import DeviceView, Known
 from app.limits.out_of_limits import LimitsInUse, OutOfLimit, Outside, value_outside
+from app.text.durations import duration
 from app.text.i18n import tr
 from protocol.catalogue import BY_NAME, RESET_BELOW_THRESHOLD_DEG
 from protocol.link_states import Presence

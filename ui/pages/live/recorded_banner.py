@@ -3,9 +3,9 @@
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QPushButton
 
-from app.diagnosis.link_state import duration
 from app.recordings.entry_texts import entry_text, remarks
 from app.recordings.recording import Recording
+from app.text.durations import duration
 from app.text.i18n import tr
 from ui.core.texts import Texts
 from ui.style.icons import Icon

@@ -1,10 +1,10 @@
 """Texts of the verdict banner."""
 
-from app.diagnosis.link_state import duration
 from app.preflight.checks import CHECKS
 from app.preflight.findings import CheckResult
 from app.preflight.verdict import VERDICT_WORDS, Assessment, Verdict, meaning_of
 from app.records.record import caveats
+from app.text.durations import duration
 from app.text.i18n import tr
 from app.text.sentences import capitalised, join_names, join_sentences
 from ui.pages.preflight.controller import PreflightController, Standing
