@@ -13,7 +13,8 @@ from app.engine.device import DeviceView
 from app.engine.identity import Identity, Trust
 from app.engine.procedure import Procedure, Report, Result
 from app.engine.target import Target
-from app.engine.worker import Batch, Connection, Job, PortState, Worker
+from app.engine.worker import PUBLISH_EVERY_S, Batch, Connection, Job, PortState, Worker
+from app.safety.last_known import LastKnown, SeenActivation
 from app.store.stream_memory import StreamMemory
 from protocol.link_states import Presence
 from ui.core.port_connection import PortConnection
@@ -174,6 +175,12 @@ class Connector(QObject):
     def is_active(self) -> bool:
         return self._current.is_active
 
+    @property
+    def activation(self) -> SeenActivation:
+        if self._opening is None:
+            return self._current.activation
+        return LastKnown().activation(DeviceView(), self.clock())
+
     # What can be done: see `PortConnection`
 
     def connect_to(self, target: Target) -> None:
@@ -188,8 +195,25 @@ class Connector(QObject):
     def disconnect_port(self) -> None:
         self._current.disconnect_port()
 
+    def hold(self) -> None:
+        self._current.hold()
+
+    def release(self) -> None:
+        self._current.release()
+
     def find_rate(self) -> None:
         self._current.find_rate()
+
+    def want_stream(self, *, is_wanted: bool) -> None:
+        """Whether the shown page needs the serial output."""
+        self._current.stream.is_wanted = is_wanted
+
+    def set_drawing_interval(self, every_s: float = PUBLISH_EVERY_S) -> None:
+        """How often the shown page draws the current port."""
+        self._current.set_shown(is_shown=True, every_s=every_s)
+
+    def note_shutdown(self) -> None:
+        self._current.note_shutdown()
 
     def remember_stream(self, memory_of: Callable[[Target], StreamMemory]) -> None:
         self._memory_of = memory_of

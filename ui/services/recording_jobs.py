@@ -1,10 +1,9 @@
 """Background jobs on recordings: list, open, export, pin, delete; one at a time."""
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from PySide6.QtCore import QObject, Signal
 
@@ -12,11 +11,15 @@ from app.recordings.entry_texts import when_text
 from app.text.i18n import tr
 from app.text.sentences import error_text, join_sentences
 from ui.core.background_task import BackgroundTask, Running
+from ui.services.job_notice import JobNotice, progress_notice
 from ui.services.session_recording import SessionRecording
 from ui.style.theme import Meaning
+from ui.widgets.notice_bar import Notice
 
 if TYPE_CHECKING:  # they load numpy, which the window's first paint does not wait for
     from app.recordings.library import RecordingEntry, RecordingLibrary
+
+Result = TypeVar("Result")
 
 
 class ExportKind(Enum):
@@ -26,22 +29,6 @@ class ExportKind(Enum):
     MCAP = ".mcap"
 
 
-@dataclass(frozen=True, slots=True)
-class JobEnded:
-    """The result of the last job."""
-
-    meaning: Meaning
-    text: str
-
-
-@dataclass(frozen=True, slots=True)
-class Progress:
-    """The running job; `share` (0 … 1) is None if its progress is unknown."""
-
-    text: str
-    share: float | None = None
-
-
 class _Exported(NamedTuple):
     """`damage`: what is missing in the file, because it was damaged in the recording."""
 
@@ -49,10 +36,9 @@ class _Exported(NamedTuple):
     damage: str | None
 
 
-class RecordingJobs(QObject):
-    """`changed`: the list, the running job or its result changed. `opened` passes a `Recording` to look at."""
+class RecordingJobs(JobNotice):
+    """`changed`: also when the list changed. `opened` passes a `Recording` to look at."""
 
-    changed = Signal()
     opened = Signal(object)
     closing = Signal(object)
     """These folders (`frozenset` of paths) are about to be deleted: close what is shown of them."""
@@ -65,19 +51,27 @@ class RecordingJobs(QObject):
         """The list was read at least once."""
         self.is_shown = False
         """A recording is shown on the Live page."""
-        self.said: JobEnded | None = None
         self._is_list_old = False
-        self._doing = ""
+        self._doing: Callable[[], str] = lambda: ""
         self._listing: BackgroundTask[tuple[RecordingEntry, ...]] = BackgroundTask("dps-s recordings", self)
-        self._job: BackgroundTask[object] = BackgroundTask("dps-s recording", self)
+        self._job: BackgroundTask[Any] = BackgroundTask("dps-s recording", self)
 
     @property
     def library(self) -> "RecordingLibrary":
         return self._sessions.library
 
     @property
-    def progress(self) -> Progress | None:
-        return Progress(self._doing, self._job.share) if self._doing else None
+    def is_running(self) -> bool:
+        return self._job.is_running
+
+    def notice(self) -> Notice | None:
+        """The running job, else the last result."""
+        if not self.is_running:
+            return self.result_notice()
+        text, share = self._doing(), self._job.share
+        if share is not None:
+            text = tr("{what}: {percent} %", what=text, percent=f"{share * 100:.0f}")
+        return progress_notice(text, self.cancel)
 
     def refresh(self) -> None:
         """Read the list again."""
@@ -97,10 +91,10 @@ class RecordingJobs(QObject):
             return open_recording(entry.folder)
 
         def show(recording: object) -> None:
-            self._end(None)
+            self._end_silently()
             self.opened.emit(recording)
 
-        self._begin(tr("Opening {when}…", when=when_text(entry)), work, show)
+        self._begin(lambda: tr("Opening {when}…", when=when_text(entry)), work, show)
 
     def export(self, entry: "RecordingEntry", path: Path, kind: ExportKind) -> None:
         """Export the recording into one file, written whole or not at all."""
@@ -114,16 +108,14 @@ class RecordingJobs(QObject):
                 count = export(recording, path, on_progress=running.set_progress, is_cancelled=running.is_cancelled)
                 return _Exported(count, recording.damage)
 
-        def tell(done: object) -> None:
-            count, damage = done if isinstance(done, _Exported) else (0, None)
-            text = tr("Saved to {path}. Rows: {rows}.", rows=f"{count:,}", path=path)
-            self._end(
-                JobEnded(Meaning.GOOD, text)
-                if damage is None
-                else JobEnded(Meaning.ATTENTION, join_sentences([text, damage]))
-            )
+        def notify(done: _Exported) -> None:
+            def text() -> str:
+                saved = tr("Saved to {path}. Rows: {rows}.", rows=f"{done.rows:,}", path=path)
+                return join_sentences([saved, done.damage or ""])
 
-        self._begin(tr("Exporting {name}", name=path.name), work, tell, path=path)
+            self._end(Meaning.GOOD if done.damage is None else Meaning.ATTENTION, text)
+
+        self._begin(lambda: tr("Exporting {name}", name=path.name), work, notify, path=path)
 
     def set_pinned(self, entries: Iterable["RecordingEntry"], *, is_pinned: bool) -> None:
         """Whether they are kept when old recordings are deleted automatically."""
@@ -133,7 +125,7 @@ class RecordingJobs(QObject):
             for one in chosen:
                 self.library.set_pinned(one, is_pinned=is_pinned)
 
-        self._begin(tr("Saving…"), work, lambda _nothing: self._end(None))
+        self._begin(lambda: tr("Saving…"), work, lambda _none: self._end_silently())
 
     def delete(self, entries: Iterable["RecordingEntry"]) -> None:
         """Delete permanently."""
@@ -148,20 +140,16 @@ class RecordingJobs(QObject):
                 running.set_progress((count + 1) / len(chosen))
             return len(chosen)
 
-        def tell(count: object) -> None:
-            self._end(JobEnded(Meaning.INFORMATION, tr("Recordings deleted: {count}.", count=count)))
+        def notify(count: int) -> None:
+            self._end(Meaning.INFORMATION, lambda: tr("Recordings deleted: {count}.", count=count))
 
-        self._begin(tr("Deleting…"), work, tell)
+        self._begin(lambda: tr("Deleting…"), work, notify)
 
     def cancel(self) -> None:
         """Stop the running job; an export leaves no file."""
         if self._job.is_running:
             self._job.cancel()
-            self._end(JobEnded(Meaning.INFORMATION, tr("Cancelled.")))
-
-    def dismiss(self) -> None:
-        self.said = None
-        self.changed.emit()
+            self._end(Meaning.INFORMATION, lambda: tr("Cancelled."))
 
     def stop(self) -> None:
         """Cancel everything: the window closes."""
@@ -170,21 +158,24 @@ class RecordingJobs(QObject):
 
     def _begin(
         self,
-        text: str,
-        work: Callable[[Running], object],
-        then: Callable[[object], None],
+        doing: Callable[[], str],
+        work: Callable[[Running], Result],
+        then: Callable[[Result], None],
         *,
         path: Path | None = None,
     ) -> None:
         if self._job.is_running:
             return
-        self._doing, self.said = text, None
-        self._job.run(work, then, lambda error: self._end(JobEnded(Meaning.ATTENTION, _refusal(error, path))))
-        self.changed.emit()
+        self._doing = doing
+        self._job.run(work, then, lambda error: self._end(Meaning.ATTENTION, lambda: _refusal(error, path)))
+        self.dismiss()
 
-    def _end(self, said: JobEnded | None) -> None:
-        self._doing, self.said = "", said
-        self.changed.emit()
+    def _end(self, meaning: Meaning, text: Callable[[], str]) -> None:
+        self.notify(meaning, text)
+        self.refresh()
+
+    def _end_silently(self) -> None:
+        self.dismiss()
         self.refresh()
 
     def _show_list(self, entries: tuple["RecordingEntry", ...]) -> None:
@@ -196,8 +187,7 @@ class RecordingJobs(QObject):
 
     def _fail_list(self, error: Exception) -> None:
         self.is_known = True
-        self.said = JobEnded(Meaning.ATTENTION, _refusal(error, None))
-        self.changed.emit()
+        self.notify(Meaning.ATTENTION, lambda: _refusal(error, None))
 
 
 def _refusal(error: Exception, path: Path | None) -> str:

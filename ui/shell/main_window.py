@@ -205,7 +205,7 @@ class MainWindow(QMainWindow):
 
     def _end_making(self) -> None:
         self.pages_made.emit()
-        self._connector.current.release()
+        self._connector.release()
         self._connector.changed.emit()  # for pages made while it connected
 
     def _place(self, key: str, page: Page) -> None:
@@ -218,7 +218,7 @@ class MainWindow(QMainWindow):
             self.stack.setCurrentWidget(page)
         self._unmade_hearers.discard(key)
         if not self._unmade_hearers:
-            self._connector.current.release()
+            self._connector.release()
 
     def _file_pages(self) -> list[FilePage]:
         pages = ((key, self._pages[key]) for key in self._entries if key in self._pages)
@@ -240,7 +240,7 @@ class MainWindow(QMainWindow):
             self._waiting_target = target
             return
         if self._unmade_hearers:
-            self._connector.current.hold()
+            self._connector.hold()
             for key in _HEARERS:
                 self._maker.request(key)
         self.attention.leave(partial(self._connector.connect_to, target))
@@ -312,7 +312,7 @@ class MainWindow(QMainWindow):
         self.panel.hide()
 
     def _show_page(self, key: str) -> None:
-        self._connector.current.stream.is_wanted = self._entries[key].wants_stream
+        self._connector.want_stream(is_wanted=self._entries[key].wants_stream)
         self.panel.hide()
         page = self._pages.get(key)
         if page is not None and self.stack.indexOf(page) >= 0:

@@ -6,10 +6,11 @@ from PySide6.QtCore import QRect, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QFontMetrics, QPainter, QPaintEvent
 from PySide6.QtWidgets import QFrame, QPushButton, QSizePolicy, QToolButton, QWidget
 
-from app.diagnosis.link_state import LinkState, LinkText, Phase, duration, link_text
+from app.diagnosis.link_state import LinkState, LinkText, Phase, link_text
 from app.engine.device import DeviceView
 from app.engine.target import Target
 from app.limits.out_of_limits import LimitsInUse, value_outside
+from app.text.durations import duration
 from app.text.i18n import tr
 from protocol.catalogue import BY_NAME, Command
 from ui.core.connector import Connector
@@ -257,7 +258,7 @@ class TopBar(QFrame):
         if self.name.text() != self._module:
             self.name.setText(self._module)
             self._fit_name()
-        show_activation(self.activation, connector.current.activation, now)
+        show_activation(self.activation, connector.activation, now)
         show_known_trigger(self.trigger, device.known("triggered", now), now)
         self._show_cell(device, now)
         is_main = connector.is_open and connector.is_active

@@ -10,6 +10,7 @@ from app.engine.procedure import Pause, Procedure
 from app.engine.target import Target
 from app.engine.worker import Batch, Job, PortState
 from app.safety.journal import NoJournal
+from app.safety.last_known import Activation
 from tests.support.window.fake_ports import FakePorts
 from ui.core.connector import SETTLE_MS
 from ui.services.lock import LockControl
@@ -60,6 +61,16 @@ def test_the_pages_see_a_chosen_module_as_a_new_connection(qtbot: QtBot, ports: 
     connector.connect_to(Target("/dev/one", 115200))  # open already
     assert connector.current is first
     assert worker.opened == ["/dev/one"]
+
+
+def test_activation_is_unknown_while_another_module_comes_into_view(qtbot: QtBot, ports: FakePorts) -> None:
+    ports.plug_in("/dev/one")
+    second, _ = ports.plug_in("/dev/two", active=True)
+    connector, seen = ports.connector, list[Activation]()
+    wait_for(qtbot, lambda: second.activation.state is Activation.ACTIVE and connector.is_open)
+    connector.batch.connect(lambda _batch: seen.append(connector.activation.state))
+    connector.choose(second)
+    assert seen[:2] == [Activation.UNKNOWN, Activation.ACTIVE]
 
 
 def test_what_a_page_does_ends_before_another_module_is_shown(qtbot: QtBot, ports: FakePorts) -> None:

@@ -76,8 +76,8 @@ class CommandsPage(Page):
         device, now = self._connector.device, self._connector.clock()
         self.activation.set_caption(tr("Activation"))
         self.trigger.set_caption(tr("Trigger"))
-        show_activation(self.activation, self._connector.current.activation, now)
-        self.meaning.setText(tr(STATE_WORDS[self._connector.current.activation.state]))
+        show_activation(self.activation, self._connector.activation, now)
+        self.meaning.setText(tr(STATE_WORDS[self._connector.activation.state]))
         show_known_trigger(self.trigger, device.known("triggered", now), now)
 
     def _notice(self) -> Notice | None:

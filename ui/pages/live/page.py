@@ -83,7 +83,7 @@ class LivePage(StreamPage):
         self._last: Batch | None = None
         self._timer = VisibilityTimer(
             self, self._show_now, every_ms=DRAW_EVERY_MS, tick=self._tick_alone, retranslate=self._retranslate,
-            hidden=lambda: self._connector.current.set_shown(is_shown=True),
+            hidden=self._connector.set_drawing_interval,
         )  # fmt: skip
         self._connector.changed.connect(self._on_link_changed)
         self._connector.invalidated.connect(self._reset)
@@ -134,7 +134,7 @@ class LivePage(StreamPage):
         self._process_waiting()
         if not self.is_empty:
             self.plot.draw(self._connector.clock())
-            self._connector.current.set_shown(is_shown=True, every_s=self.plot.pixel_s)
+            self._connector.set_drawing_interval(self.plot.pixel_s)
 
     def show_recording(self, recording: Recording) -> None:
         """Shows `recording` in place of the module, which stays connected."""

@@ -98,7 +98,7 @@ class RecordingsPage(Page):
         self.strip.show_notice(self._notice())
 
     def _refresh_buttons(self) -> None:
-        self.detail.show_chosen(self.table.chosen(), is_idle=self.work.progress is None)
+        self.detail.show_chosen(self.table.chosen(), is_idle=not self.work.is_running)
 
     def _refresh_outlines(self) -> None:
         self._refresh_buttons()
@@ -111,17 +111,7 @@ class RecordingsPage(Page):
                   days=library.most_days)  # fmt: skip
 
     def _notice(self) -> Notice | None:
-        doing, said = self.work.progress, self.work.said
-        if doing is not None:
-            text = doing.text
-            if doing.share is not None:
-                text = tr("{what}: {percent} %", what=doing.text, percent=f"{doing.share * 100:.0f}")
-            return Notice(Meaning.INFORMATION, text, (Choice("cancel_recordings", tr("Cancel"), self.work.cancel),))
-        if self._to_delete:
-            return self._question()
-        if said is not None:
-            return Notice(said.meaning, said.text, dismiss=self.work.dismiss)
-        return None
+        return self._question() if self._to_delete and not self.work.is_running else self.work.notice()
 
     def _question(self) -> Notice:
         entries = self._to_delete
@@ -217,11 +207,11 @@ class RecordingsPage(Page):
 
     def on_escape(self) -> bool:
         """Cancels a job or the question, or closes a message."""
-        if self.work.progress is not None:
+        if self.work.is_running:
             self.work.cancel()
         elif self._to_delete:
             self._cancel_deletion()
-        elif self.work.said is not None:
+        elif self.work.notice() is not None:
             self.work.dismiss()
         else:
             return False

@@ -254,7 +254,7 @@ def test_a_long_export_shows_progress_and_can_be_cancelled(
     one.click(one.page.buttons.csv)
     one.wait(lambda: one.said() == "Exporting all.csv: 40 %")
     assert not one.page.buttons.delete.isEnabled()
-    one.answer("cancel_recordings")
+    one.answer("cancel")
     assert one.said() == "Cancelled."
     assert ended.wait(WAIT_MS / 1000)
     assert list(tmp_path.glob("*.csv")) == []

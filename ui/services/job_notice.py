@@ -1,0 +1,44 @@
+"""What a page says of a job: its progress with "Cancel" while it runs, then its result until it is dismissed."""
+
+from collections.abc import Callable
+
+from PySide6.QtCore import QObject, Signal
+
+from app.text.i18n import tr
+from ui.core.announcer import announcer
+from ui.style.theme import Meaning
+from ui.widgets.notice_bar import Choice, Notice
+
+
+class JobNotice(QObject):
+    """`changed`: a job began or ended, or the notice changed."""
+
+    changed = Signal()
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._notice: Callable[[], Notice | None] | None = None
+
+    def set_notice(self, make: Callable[[], Notice | None] | None) -> None:
+        """Set the notice; `make` is called whenever it is shown, None removes it. Screen readers hear it once."""
+        self._notice = make
+        said = self.result_notice()
+        if said is not None:
+            announcer().announce(said.text, is_urgent=said.meaning is Meaning.DANGER)
+        self.changed.emit()
+
+    def notify(self, meaning: Meaning, make: Callable[[], str]) -> None:
+        self.set_notice(lambda: Notice(meaning, make(), dismiss=self.dismiss))
+
+    def dismiss(self) -> None:
+        self.set_notice(None)
+
+    def result_notice(self) -> Notice | None:
+        """The last result; None if there is none, or it was dismissed."""
+        return None if self._notice is None else self._notice()
+
+
+def progress_notice(text: str, cancel: Callable[[], None] | None) -> Notice:
+    """Of a running job."""
+    choices = () if cancel is None else (Choice("cancel", tr("Cancel"), cancel),)
+    return Notice(Meaning.INFORMATION, text, choices)
