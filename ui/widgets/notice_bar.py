@@ -44,6 +44,11 @@ class Notice:
     dismiss: Callable[[], None] | None = None
 
 
+def notify(show: Callable[[Notice | None], None], meaning: Meaning, text: str) -> None:
+    """Shows a notice that its close button removes again; `show(None)` removes it."""
+    show(Notice(meaning, text, dismiss=lambda: show(None)))
+
+
 class NoticeBar(Banner):
     """Shows one notice; hidden while there is none."""
 

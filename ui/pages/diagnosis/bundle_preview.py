@@ -26,6 +26,7 @@ from app.recordings.export import not_saved_text
 from app.system.logs import Log, text_of
 from app.text import i18n
 from app.text.i18n import tr
+from app.text.sentences import error_text
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask, Running
 from ui.files.file_dialogs import AskPath, ask_path, default_name
@@ -36,7 +37,7 @@ from ui.widgets.controls import control
 from ui.widgets.labels import TickingLabel
 from ui.widgets.layouts import in_column, in_row
 from ui.widgets.naming import named
-from ui.widgets.notice_bar import Notice
+from ui.widgets.notice_bar import Notice, notify
 from ui.widgets.visibility_timer import VisibilityTimer
 
 CAPTURE_ENTRIES: Final = 20_000
@@ -156,10 +157,12 @@ class BundlePreview(QWidget):
         self.notified.emit(Notice(Meaning.INFORMATION, tr("Saving…")))
 
         def fail(error: Exception) -> None:
-            self._notify(Meaning.ATTENTION, not_saved_text(path, error))
+            notify(self.notified.emit, Meaning.ATTENTION, not_saved_text(path, error))
 
-        saved = tr("Saved as {path}.", path=path)
-        self._saving.run(lambda _running: bundle.write(path), lambda _none: self._notify(Meaning.GOOD, saved), fail)
+        def tell(_none: None) -> None:
+            notify(self.notified.emit, Meaning.GOOD, tr("Saved as {path}.", path=path))
+
+        self._saving.run(lambda _running: bundle.write(path), tell, fail)
 
     def _show(self, bundle: SupportBundle) -> None:
         self.bundle = bundle
@@ -189,10 +192,7 @@ class BundlePreview(QWidget):
             self._where.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
 
     def _notify_failure(self, error: Exception) -> None:
-        self._notify(Meaning.ATTENTION, tr("That did not work: {why}.", why=error))
-
-    def _notify(self, meaning: Meaning, text: str) -> None:
-        self.notified.emit(Notice(meaning, text, dismiss=lambda: self.notified.emit(None)))
+        notify(self.notified.emit, Meaning.ATTENTION, tr("That did not work: {why}.", why=error_text(error)))
 
     # Making
 

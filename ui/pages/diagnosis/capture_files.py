@@ -24,7 +24,7 @@ from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control
 from ui.widgets.layouts import in_row
-from ui.widgets.notice_bar import Choice, Notice
+from ui.widgets.notice_bar import Choice, Notice, notify
 from ui.widgets.visibility_timer import VisibilityTimer
 
 SUFFIX = ".dpscap"
@@ -105,7 +105,7 @@ class CaptureFiles(QWidget):
         self._loading.run(
             partial(load_capture, path),
             self._show,
-            lambda error: self._notify(Meaning.ATTENTION, _refusal(path, error)),
+            lambda error: notify(self.notified.emit, Meaning.ATTENTION, _refusal(path, error)),
         )
         self._show_progress()
 
@@ -133,9 +133,11 @@ class CaptureFiles(QWidget):
 
         def end(error: Exception | None = None) -> None:
             self.refresh()
-            is_cancelled = isinstance(error, ExportCancelled)
-            bad = Meaning.INFORMATION if is_cancelled else Meaning.ATTENTION
-            self._notify(Meaning.GOOD, saved) if error is None else self._notify(bad, not_saved_text(path, error))
+            meaning = Meaning.INFORMATION if isinstance(error, ExportCancelled) else Meaning.ATTENTION
+            if error is None:
+                notify(self.notified.emit, Meaning.GOOD, saved)
+            else:
+                notify(self.notified.emit, meaning, not_saved_text(path, error))
 
         self._saving.run(write, lambda _none: end(), end)
         self.refresh()
@@ -158,13 +160,10 @@ class CaptureFiles(QWidget):
 
     def _show(self, opened: Opened) -> None:
         if not opened.rows:
-            self._notify(Meaning.ATTENTION, tr("{name} is empty.", name=opened.path.name))
+            notify(self.notified.emit, Meaning.ATTENTION, tr("{name} is empty.", name=opened.path.name))
             return
         self.notified.emit(None)
         self.opened.emit(opened)
-
-    def _notify(self, meaning: Meaning, text: str) -> None:
-        self.notified.emit(Notice(meaning, text, dismiss=lambda: self.notified.emit(None)))
 
 
 def _refusal(path: Path, error: Exception) -> str:

@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QFrame, QPushButton
 from app.settings.profile_file import ProfileRefused, read_profile, save_profile
 from app.settings.profiles import Profile
 from app.text.i18n import tr
+from app.text.sentences import error_text
 from ui.files.file_dialogs import AskOpen, AskPath, ask_path, ask_profile
 from ui.pages.flights.controller import FlightsWork
 from ui.pages.flights.texts import proposal_text
@@ -20,7 +21,7 @@ from ui.widgets.controls import control
 from ui.widgets.labels import ElidedLabel, IconLabel
 from ui.widgets.layouts import FlowRow, in_column, in_row
 from ui.widgets.naming import named
-from ui.widgets.notice_bar import Notice
+from ui.widgets.notice_bar import notify
 
 SUFFIX: Final = ".toml"
 _ICON_PX: Final = 20
@@ -93,7 +94,7 @@ class ProposalBar(QFrame):
         try:
             profile = read_profile(path)
         except ProfileRefused as refusal:
-            self._notify(Meaning.ATTENTION, tr("{file}: {why}", file=path.name, why=refusal.sentences[0]))
+            notify(self.notified.emit, Meaning.ATTENTION, tr("{file}: {why}", file=path.name, why=refusal.sentences[0]))
             return
         settings = {**profile.settings, **self._work.settings()}
         loses_approval = profile.approved_fingerprint is not None and settings != dict(profile.settings)
@@ -107,13 +108,11 @@ class ProposalBar(QFrame):
         try:
             save_profile(path, profile)
         except (OSError, ProfileRefused) as error:
-            self._notify(Meaning.DANGER, tr("{file} cannot be written: {why}.", file=path, why=error))
+            why = error.sentences[0] if isinstance(error, ProfileRefused) else error_text(error)
+            notify(self.notified.emit, Meaning.DANGER, tr("{file} cannot be written: {why}.", file=path, why=why))
             return
         self._remembered.add_profile(path)
-        self._notify(Meaning.GOOD, f"{tr('Saved as {path}.', path=path)} {note}".strip())
-
-    def _notify(self, meaning: Meaning, text: str) -> None:
-        self.notified.emit(Notice(meaning, text, dismiss=lambda: self.notified.emit(None)))
+        notify(self.notified.emit, Meaning.GOOD, f"{tr('Saved as {path}.', path=path)} {note}".strip())
 
     def _folder(self) -> Path:
         recent = self._remembered.recent_profiles

@@ -37,7 +37,7 @@ from ui.widgets.controls import control
 from ui.widgets.labels import text_label
 from ui.widgets.layouts import in_column, in_row, scroll_area
 from ui.widgets.naming import named
-from ui.widgets.notice_bar import Choice, Notice, NoticeBar
+from ui.widgets.notice_bar import Choice, Notice, NoticeBar, notify
 from ui.widgets.sliders import WheelGuard
 from ui.widgets.visibility_timer import VisibilityTimer
 
@@ -201,7 +201,7 @@ class ProfileEditor(QWidget):
         except (OSError, ProfileRefused) as error:
             why = error_text(error) if isinstance(error, OSError) else " ".join(error.sentences)
             text = tr("{path} was not saved: {why}.", path=path, why=why)
-            self.strip.show_notice(Notice(Meaning.DANGER, text, dismiss=lambda: self.strip.show_notice(None)))
+            notify(self.strip.show_notice, Meaning.DANGER, text)
             return
         self.saved.emit(path)
 
