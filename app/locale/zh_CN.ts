@@ -2174,6 +2174,10 @@
         <translation>配置文件中没有第 {number} 个人工检查项。</translation>
     </message>
     <message>
+        <source>No matches</source>
+        <translation>没有匹配项</translation>
+    </message>
+    <message>
         <source>No module answers on {port} at any baud rate.</source>
         <translation>{port} 上没有模块以任何波特率应答。</translation>
     </message>

@@ -23,12 +23,14 @@ from ui.widgets.layouts import in_column, in_row, scroll_area
 from ui.widgets.naming import named
 
 WIDTH_PX: Final = 304
+_LOWEST_PX: Final = 24
+_HIGHEST_PX: Final = 160
 _FACTS: Final = (
+    ("when", marked("When")),
     ("port", marked("Port")),
     ("duration", marked("Duration")),
     ("samples", marked("Samples")),
     ("size", marked("Size")),
-    ("remarks", marked("Remarks")),
 )
 
 
@@ -39,7 +41,8 @@ class OutlinePicture(PaintedWidget):
         super().__init__()
         self.setObjectName("recordings_outline")
         self._outline: Outline = ()
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+        self.setMaximumHeight(_HIGHEST_PX)
         self.use_card_background()
 
     def show_outline(self, outline: Outline) -> None:
@@ -51,10 +54,13 @@ class OutlinePicture(PaintedWidget):
         return QSize(200, 72)
 
     def minimumSizeHint(self) -> QSize:
-        return QSize(120, 24)
+        return QSize(120, 0)  # rather none than a scroll bar beside the facts
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         painter = self.begin_paint()
+        if self.height() < _LOWEST_PX:
+            painter.end()
+            return
         draw_outline(painter, QRectF(self.rect()).adjusted(1, 6, -1, -2), self._outline, current())
         painter.end()
 
@@ -97,39 +103,52 @@ class RecordingsDetail(QFrame):
         self._outlines = outlines
         self.buttons = RecordingsButtons(texts)
         self.picture = OutlinePicture()
-        self.title = text_label("recordings_detail_title", "strong", is_selectable=True)
+        self.title = named(ElidedLabel(), "recordings_detail_title", "strong")
         self.facts = {key: text_label(f"recordings_{key}", "", is_selectable=True) for key, _ in _FACTS}
         self.facts["port"] = named(ElidedLabel(), "recordings_port")  # a simulated one may have a long name
-        rows = []
+        self.remarks = text_label("recordings_remarks", is_selectable=True)
+        self._rows: dict[str, QWidget] = {}
         for key, english in _FACTS:
             name = control(QLabel(), texts, f"recordings_{key}_name", english, role="muted")
             name.setFixedWidth(88)
             texts.bind(self.facts[key].setAccessibleDescription, english)
-            rows.append(in_row(name, (self.facts[key], 1), spacing=Space.S))
+            row = self._rows[key] = named(QWidget(), f"recordings_{key}_row")
+            in_row(name, (self.facts[key], 1), of=row, spacing=Space.S, margins=0)
         self.setFixedWidth(WIDTH_PX)
         content = named(QWidget(), "recordings_facts")
-        in_column(self.title, self.picture, *rows, 1, of=content, spacing=Space.XS, margins=0)
+        in_column(*self._rows.values(), self.remarks, (self.picture, 1), of=content, spacing=Space.XS, margins=0)
         scroll = scroll_area(content, texts, "recordings_facts_scroll", "Recordings", is_transparent=True)
-        in_column((scroll, 1), self.buttons, of=self, spacing=Space.XS, margins=Space.M)
+        # The buttons stay where they are when a notice below makes the page shorter.
+        in_column(self.title, self.buttons, (scroll, 1), of=self, spacing=Space.S, margins=Space.M)
 
     def show_chosen(self, chosen: Sequence[RecordingEntry], *, is_idle: bool) -> None:
-        """Shows one recording, or how many are selected."""
+        """Shows one recording, or how many are selected and their sums."""
         self.buttons.show_chosen(chosen, is_idle=is_idle)
         one = chosen[0] if len(chosen) == 1 else None
         self.picture.show_outline(() if one is None else self._outlines.of(one))
-        if one is None:
-            self.title.setText(tr("{count} selected", count=len(chosen)) if chosen else "")
-            for label in self.facts.values():
-                label.setText("")
-            return
-        is_known = one.trouble is None
-        self.title.setText(" · ".join(filter(None, (when_text(one), one.module))))
-        shown = {
-            "port": one.port or "—",
-            "duration": stopwatch(one.duration_s) if is_known else "—",
-            "samples": f"{one.sample_count:,}" if is_known else "—",
-            "size": size_text(one.size_bytes),
-            "remarks": one.trouble or remarks(one) or "—",
-        }
+        readable = [entry for entry in chosen if entry.trouble is None]
+        shown = {key: "" for key, _ in _FACTS}
+        if chosen:
+            shown["size"] = size_text(sum(entry.size_bytes for entry in chosen))
+        if readable:
+            shown["duration"] = stopwatch(sum(entry.duration_s for entry in readable))
+            shown["samples"] = f"{sum(entry.sample_count for entry in readable):,}"
+        if one is not None:
+            shown |= {"when": when_text(one), "port": one.port}
+        self.title.setText(_title(chosen))
+        self.remarks.setText("" if one is None else one.trouble or remarks(one))
+        self.remarks.setVisible(bool(self.remarks.text()))
+        self.picture.setVisible(one is not None and one.trouble is None)
         for key, text in shown.items():
             self.facts[key].setText(text)
+            self._rows[key].setVisible(bool(text))
+
+
+def _title(chosen: Sequence[RecordingEntry]) -> str:
+    match chosen:
+        case []:
+            return ""
+        case [one]:
+            return one.module or (when_text(one) if one.trouble is None else one.folder.name)
+        case _:
+            return tr("{count} selected", count=len(chosen))

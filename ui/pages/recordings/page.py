@@ -4,7 +4,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtWidgets import QLabel, QLineEdit, QStackedWidget, QWidget
+from PySide6.QtWidgets import QLineEdit, QStackedWidget, QWidget
 
 from app.recordings.entry_texts import entry_text, size_text, when_text
 from app.recordings.library import RecordingEntry
@@ -24,6 +24,7 @@ from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import Shortcut, control
 from ui.widgets.empty_state import EmptyState
+from ui.widgets.labels import ElidedLabel
 from ui.widgets.layouts import in_column, in_row
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
@@ -52,8 +53,7 @@ class RecordingsPage(Page):
         self.outlines = Outlines(self)
         self.table = RecordingsTable(self.filter, self.outlines)
         self.strip = named(NoticeBar(services.texts), "recordings_notice")
-        self.count = named(QLabel(), "recordings_count", "strong")
-        self.bounds = named(QLabel(), "recordings_bounds", "small")
+        self.bounds = named(ElidedLabel(), "recordings_bounds", "small")
         self.search = control(QLineEdit(), services.texts, "recordings_search", says="Search", key="Ctrl+F")
         self.search.setFixedWidth(_SEARCH_PX)
         self.search.setClearButtonEnabled(True)
@@ -66,8 +66,10 @@ class RecordingsPage(Page):
         bind(self.empty.title.setText, "No recordings yet")
         bind(self.empty.text.setText, "Every session is recorded automatically.")
         self._stack = QStackedWidget()
-        self._stack.addWidget(self.empty)
-        self._stack.addWidget(self.table)
+        self.no_match = EmptyState("recordings_no_match", Icon.RECORDINGS)
+        bind(self.no_match.title.setText, "No matches")
+        for widget in (self.empty, self.table, self.no_match):
+            self._stack.addWidget(widget)
         self._lay_out()
         VisibilityTimer(self, self.work.refresh, every_ms=_LIST_EVERY_MS)
         timer = VisibilityTimer(
@@ -88,11 +90,21 @@ class RecordingsPage(Page):
         self.detail.setVisible(has_entries)
         if has_entries and not self.table.chosen() and not self._to_delete:
             self.table.selectRow(0)
-        self._stack.setCurrentWidget(self.table if has_entries else self.empty)
-        self.count.setText(tr("Recordings: {count}", count=f"{len(work.entries):,}"))
+        self._show_list()
         self.bounds.setText(self._bounds_text())
         self._refresh_notice()
         self._refresh_buttons()
+
+    def _show_list(self) -> None:
+        """The list, or why it is empty."""
+        if not self.work.entries:
+            self._stack.setCurrentWidget(self.empty)
+        else:
+            self._stack.setCurrentWidget(self.table if self.filter.rowCount() else self.no_match)
+
+    def _search(self, text: str) -> None:
+        self.filter.use(text)
+        self._show_list()
 
     def _refresh_notice(self) -> None:
         self.strip.show_notice(self._notice())
@@ -107,8 +119,9 @@ class RecordingsPage(Page):
     def _bounds_text(self) -> str:
         library = self.work.library
         used = size_text(sum(one.size_bytes for one in self.work.entries))
-        return tr("{used} of {size} used; kept for {days} days.", used=used, size=size_text(library.most_bytes),
+        text = tr("{used} of {size} used; kept for {days} days.", used=used, size=size_text(library.most_bytes),
                   days=library.most_days)  # fmt: skip
+        return f"{len(self.work.entries):,} · {text}"
 
     def _notice(self) -> Notice | None:
         return self._question() if self._to_delete and not self.work.is_running else self.work.notice()
@@ -189,7 +202,7 @@ class RecordingsPage(Page):
         self.buttons.delete.clicked.connect(self._ask_to_delete)
         self.table.opened.connect(self._open_chosen)
         self.table.remove_wanted.connect(self._ask_to_delete)
-        self.search.textChanged.connect(self.filter.use)
+        self.search.textChanged.connect(self._search)
         self.table.selectionModel().selectionChanged.connect(self._on_selection_changed)
         self._services.appearance.changed.connect(self.table.measure)
         Shortcut("recordings_csv_key", self, self.buttons.csv)
@@ -199,9 +212,10 @@ class RecordingsPage(Page):
 
     def _lay_out(self) -> None:
         head = self.make_header(self._services.texts, marked("Recordings"), self.search)
-        says = in_row(self.count, self.bounds, 1, spacing=Space.M)
+        head.row.setStretchFactor(head.title, 0)
+        head.row.insertWidget(1, self.bounds, 1)
         lists = in_row((self._stack, 1), self.detail, spacing=Space.S)
-        in_column(head, says, (lists, 1), self.strip, of=self, spacing=Space.S, margins=(Space.M, 0, Space.M, Space.S))
+        in_column(head, (lists, 1), self.strip, of=self, spacing=Space.S, margins=(Space.M, 0, Space.M, Space.S))
 
     # Qt
 

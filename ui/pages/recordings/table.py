@@ -7,7 +7,6 @@ from PySide6.QtGui import QPainter
 from PySide6.QtWidgets import QStyledItemDelegate, QStyleOptionViewItem, QTableView
 
 from app.recordings.library import RecordingEntry
-from app.text.i18n import tr
 from ui.forms.rows_table import RowsTable
 from ui.forms.table_kit import ROW_ROLE, Index, RowsFilter
 from ui.pages.recordings.model import Column
@@ -15,7 +14,7 @@ from ui.pages.recordings.outlines import Outlines, draw_outline
 from ui.style.theme import current
 
 ROW_PX: Final = 44
-_OUTLINE_PX: Final = 112
+_OUTLINE_PX: Final = 88
 _BESIDE: Final = (Column.PORT, Column.SAMPLES, Column.SIZE, Column.REMARKS)
 """Hidden columns, shown in the details; rows are searched with them."""
 _FRAME_PX: Final = 8
@@ -39,12 +38,21 @@ class OutlineDelegate(QStyledItemDelegate):
             painter.restore()
 
 
+class PinDelegate(QStyledItemDelegate):
+    """Paints the icon only, since the header says the word; the model's text is for search and screen readers."""
+
+    def initStyleOption(self, option: QStyleOptionViewItem, index: Index) -> None:
+        super().initStyleOption(option, index)
+        option.text = ""
+
+
 class RecordingsTable(RowsTable[RecordingEntry]):
     def __init__(self, model: RowsFilter[RecordingEntry], outlines: Outlines) -> None:
         super().__init__("recordings_table", model, row_px=ROW_PX, sorted_by=Column.WHEN, stretched=Column.MODULE,
                          hidden=_BESIDE, spare=Column.DURATION)  # fmt: skip
         self.setAlternatingRowColors(True)
         self.setItemDelegateForColumn(Column.TILT, OutlineDelegate(outlines, self))
+        self.setItemDelegateForColumn(Column.PINNED, PinDelegate(self))
         outlines.changed.connect(self.viewport().update)
         self.measure()
 
@@ -53,7 +61,7 @@ class RecordingsTable(RowsTable[RecordingEntry]):
         self.fit_columns(
             {
                 Column.WHEN: "0000-00-00 00:00", Column.MODULE: "M-00", Column.DURATION: "00:00:00",
-                Column.PINNED: tr("pinned"),
+                Column.PINNED: "",
             },
             with_icon=(Column.PINNED, Column.WHEN), fixed_px={Column.TILT: _OUTLINE_PX},
         )  # fmt: skip

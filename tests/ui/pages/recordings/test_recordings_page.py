@@ -8,8 +8,8 @@ from shutil import copytree
 from typing import Any
 
 import pytest
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QApplication, QToolButton, QWidget
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtWidgets import QApplication, QLabel, QToolButton, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.engine.target import Target
@@ -94,6 +94,38 @@ def test_a_damaged_recording_is_listed_with_its_reason(one: Desk) -> None:
     one.page.table.selectRow(one.texts(Column.REMARKS).index("cannot be read"))
     assert not one.page.buttons.open.isEnabled()
     assert one.page.buttons.delete.isEnabled()
+    detail = one.page.detail
+    assert detail.title.text() == broken.name
+    assert detail.remarks.text().startswith(f"{broken.name} cannot be read")
+    assert not detail.facts["duration"].isVisible()
+    assert detail.remarks.width() >= detail.remarks.sizeHint().width()  # no part of the name is cut off
+
+
+def test_several_selected_recordings_are_summed_up(one: Desk) -> None:
+    record(one.library.folder, seconds=60)
+    one.list_again(2)
+    one.page.table.selectAll()
+    detail = one.page.detail
+    assert detail.title.text() == "2 selected"
+    assert (detail.facts["duration"].text(), detail.facts["samples"].text()) == ("3:00", "1,800")
+    assert not detail.facts["port"].isVisible()
+
+
+def test_a_search_without_a_match_says_so(one: Desk) -> None:
+    one.page.search.setText("nothing like it")
+    assert one.page.no_match.isVisible()
+    assert not one.page.detail.facts["when"].isVisible()
+    one.page.search.clear()
+    assert one.page.table.isVisible()
+
+
+def test_the_buttons_stay_where_they_are_when_a_notice_is_shown(one: Desk) -> None:
+    button = one.page.buttons.delete
+    before = button.mapTo(one.page, QPoint())
+    one.click(button)
+    one.wait(one.page.strip.isVisible)
+    QApplication.processEvents()
+    assert button.mapTo(one.page, QPoint()) == before
 
 
 def test_each_recording_has_an_outline_of_its_tilt(one: Desk) -> None:
@@ -320,8 +352,7 @@ def test_from_the_empty_page_to_a_recording_and_back_while_a_module_goes_on(
         desk.click(live.empty.recordings)
         desk.wait(lambda: page.isVisible() and page.work.is_known)
         assert page.empty.isVisible()
-        assert page.count.text() == "Recordings: 0"
-        assert "of 2.0 GB used; kept for 90 days" in page.bounds.text()
+        assert page.bounds.text() == "0 · 0 kB of 2.0 GB used; kept for 90 days."
         assert not page.buttons.open.isEnabled()
         copytree(template, desk.library.folder / template.name)
 
@@ -356,7 +387,7 @@ def test_from_the_empty_page_to_a_recording_and_back_while_a_module_goes_on(
 def test_the_language_changes_while_it_is_open(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, template: Path
 ) -> None:
-    words = {"not live": "nicht jetzt", "Module": "Modul", "Recordings: {count}": "{count} Stück"}
+    words = {"not live": "nicht jetzt", "Module": "Modul", "Recordings": "Aufnahmen"}
     messages = "".join(
         f"<message><source>{word}</source><translation>{other}</translation></message>" for word, other in words.items()
     )
@@ -368,10 +399,16 @@ def test_the_language_changes_while_it_is_open(
         language_switch.use(str(path))
         try:
             both.wait(lambda: both.live.banner.label.text().endswith("nicht jetzt"))
-            assert both.page.count.text() == "1 Stück"
+            assert _label(both.page, "recordings_title").text() == "Aufnahmen"
             assert both.page.model.headerData(Column.MODULE, Qt.Orientation.Horizontal) == "Modul"
         finally:
             language_switch.use("en")
+
+
+def _label(parent: QWidget, name: str) -> QLabel:
+    found = parent.findChild(QLabel, name)
+    assert found is not None
+    return found
 
 
 def _tool(parent: QWidget, name: str) -> QToolButton:
