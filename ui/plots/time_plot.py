@@ -65,7 +65,7 @@ class TimePlot(QWidget):
         self._head = PlotHeader(texts, self._view)
         self.header, self.pause = self._head.row, self._head.pause
         in_column(self._head, (self._canvas, 1), of=self, spacing=Space.XS, margins=0)
-        self.setMinimumHeight(160)
+        self.setMinimumHeight(144)
         self._connect(texts)
         self.apply_theme()
 

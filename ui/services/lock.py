@@ -1,6 +1,7 @@
 """LOCK control: one path from every button, key and menu entry, and one state shown everywhere."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 
 from PySide6.QtCore import QObject, Signal
@@ -118,8 +119,10 @@ class PortLock(QObject):
             return Notice(Meaning.ATTENTION, text, more)
         if self.failed is None:
             return None
-        again = (Choice("lock_again", tr("LOCK again"), self.press, is_main=True),) if self.is_possible else ()
-        return Notice(Meaning.DANGER, self.failed.sentence, (*again, *more))
+        if self.is_possible:
+            others = (replace(one, is_main=False) for one in more)
+            more = (Choice("lock_again", tr("LOCK again"), self.press, is_main=True), *others)
+        return Notice(Meaning.DANGER, self.failed.sentence, more)
 
     # What happens
 

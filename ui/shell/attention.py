@@ -7,6 +7,7 @@ from PySide6.QtCore import QObject
 
 from app.diagnosis.link_state import NextStep, Phase
 from app.text.i18n import tr
+from app.text.sentences import join_sentences
 from ui.core.connector import Connector
 from ui.services.lock import LockControl
 from ui.services.storage import PendingEdits
@@ -155,17 +156,18 @@ class Attention(QObject):
         if asked is not None:
             if locking is None:
                 return asked
-            return replace(asked, meaning=locking.meaning, text=f"{locking.text} {asked.text}")
+            return replace(asked, meaning=locking.meaning, text=join_sentences([locking.text, asked.text]))
         connector = self._connector
         state = connector.state
         if state.phase is Phase.CLOSED and self.is_choosing and not self._queued:
             return None
-        said = link_notice(state, connector.clock(), self._acts, was_active=connector.is_active)
+        was_active = connector.is_active and self._lock.failed is None  # which says so itself
+        said = link_notice(state, connector.clock(), self._acts, was_active=was_active)
         if connector.is_playback and state.trouble is None:
             said = None  # its own bar says that the recording has ended
         locking = self._lock.notice(said.choices if said is not None else ())
         if locking is not None:
-            return locking if said is None else replace(locking, text=f"{locking.text} {said.text}")
+            return locking if said is None else replace(locking, text=join_sentences([locking.text, said.text]))
         if self._queued and (said is None or state.phase is Phase.CLOSED):
             return self._queued[0]()
         return said or self._trigger_notice() or self._module_notice()
@@ -220,4 +222,4 @@ class Attention(QObject):
             is_active=self._connector.is_any_active if is_closing else self._connector.is_active,
         )
         locking = self._lock.notice()
-        return notice if locking is None else replace(notice, text=f"{locking.text} {notice.text}")
+        return notice if locking is None else replace(notice, text=join_sentences([locking.text, notice.text]))

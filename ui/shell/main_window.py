@@ -1,4 +1,4 @@
-"""Main window: assembles and connects top bar, notices, sidebar, pages and status bar."""
+"""Main window: assembles and connects top bar, sidebar, pages and status bar."""
 
 import logging
 from functools import partial
@@ -87,13 +87,13 @@ class MainWindow(QMainWindow):
         texts = services.texts
         texts.bind(self.setWindowTitle, "DPS-S Configurator")
         self.top_bar = TopBar(self._connector, texts, services.lock, services.naming, services.in_use)
-        self.notice_bar = NoticeBar(texts)
+        self.notice_bar = NoticeBar(texts, is_foot=True)
         self.recording_bar = RecordingBar(self._connector, texts)
         self.navigation = Sidebar(entries, texts)
         self.area = PageArea()
         self.stack = self.area.stack
         self.panel = ConnectPanel(self._connector, ports, texts)
-        self.status_bar = StatusBar(self._connector, texts, services.in_use)
+        self.status_bar = StatusBar(self._connector, texts, services.in_use, self.notice_bar)
         sessions = services.storage.sessions
         self.recording_sign = RecordingSign(lambda: sessions.sign)
         self.status_bar.add(self.recording_sign)
@@ -136,8 +136,7 @@ class MainWindow(QMainWindow):
 
     def _lay_out(self) -> None:
         centre = self.centre = named(QWidget(), "centre")
-        pages = in_row((self.area, 1), (self.panel, 1), spacing=0)
-        body = in_row(self.navigation, (in_column(self.notice_bar, (pages, 1), spacing=0), 1), spacing=0)
+        body = in_row(self.navigation, (self.area, 1), (self.panel, 1), spacing=0)
         in_column(self.recording_bar, (body, 1), of=centre, spacing=0, margins=0)
         self.setMenuWidget(self.top_bar)  # like the foot as wide as the window, docks included
         self.setCentralWidget(centre)
@@ -211,6 +210,7 @@ class MainWindow(QMainWindow):
     def _place(self, key: str, page: Page) -> None:
         self._services.appearance.apply_to(page)
         self.stack.addWidget(page)
+        self.notice_bar.order_tabs()
         page.connect_wanted.connect(self.connect_to)
         page.page_wanted.connect(self.go_to)
         page.ports_wanted.connect(self.show_panel)

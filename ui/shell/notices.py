@@ -27,10 +27,8 @@ def link_notice(
     said = link_text(state, now)
     parts = [said.what, said.next_step]
     if was_active and state.phase in (Phase.LATE, Phase.OFFLINE, Phase.LOST, Phase.FAILED):
-        parts.append(tr("Last heard ACTIVE: treat it as ready to fire."))
+        parts.insert(0, tr("Last heard ACTIVE: treat it as ready to fire."))
     steps: tuple[NextStep, ...] = () if said.step is None else (said.step,)
-    if said.step is NextStep.CONNECT_AGAIN:
-        steps = (NextStep.CONNECT_AGAIN, NextStep.CHOOSE_PORT)
     if NextStep.WHY in acts and state.phase in _ASKS_WHY:
         steps = (*steps, NextStep.WHY)
     is_calm = state.phase in (Phase.CLOSED, Phase.SWITCHED_OFF)

@@ -1,8 +1,8 @@
-"""Status bar: link statistics."""
+"""Status bar: link statistics, or the notice that needs attention."""
 
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QFontMetrics
-from PySide6.QtWidgets import QFrame, QLabel, QWidget
+from PySide6.QtGui import QFontMetrics, QResizeEvent
+from PySide6.QtWidgets import QAbstractButton, QFrame, QLabel, QWidget
 
 from app.engine.device import MAX_LAG_S
 from app.engine.worker import Batch
@@ -12,22 +12,30 @@ from app.text.i18n import tr
 from ui.core.connector import Connector
 from ui.core.texts import Texts
 from ui.style.icons import Icon
-from ui.style.theme import Meaning, Size, Space, font
+from ui.style.theme import Meaning, Size, Space, font, scaled
 from ui.widgets.controls import control
 from ui.widgets.labels import ElidedLabel, IconLabel, TickingLabel
 from ui.widgets.layouts import in_row
 from ui.widgets.naming import named
+from ui.widgets.notice_bar import NoticeBar
 from ui.widgets.visibility_timer import VisibilityTimer
 
+HEIGHT_PX = 40
+"""That of a button with the gaps around it."""
+WIDE_PX = 1180
+"""Width from which there is room for more than the notice."""
 RATE_OVER_S = 1.0
 WRITE_EVERY_S = 0.3
 _SIGN_PX = 14
 
 
 class StatusBar(QFrame):
-    """Shows link statistics, passing messages, and the time since the last frame."""
+    """Shows link statistics, passing messages, and the time since the last frame.
 
-    def __init__(self, connector: Connector, texts: Texts, in_use: LimitsInUse) -> None:
+    A notice takes their place, so that nothing else in the window moves when it appears; its height is the same.
+    """
+
+    def __init__(self, connector: Connector, texts: Texts, in_use: LimitsInUse, notice_bar: NoticeBar) -> None:
         super().__init__()
         self.setObjectName("status_line")
         self.setProperty("role", "bar")
@@ -53,23 +61,43 @@ class StatusBar(QFrame):
         texts.bind(self.passing.setAccessibleDescription, "Message")
         marked = in_row(self.figures, self.sign, self.fault, spacing=Space.XS)
         self.passing.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        row = in_row(marked, (self.passing, 1), self.age, of=self, spacing=Space.L, margins=(Space.M, Space.XS))
-        self._row = row
+        self._figures = named(QWidget(), "status_figures")
+        in_row(marked, (self.passing, 1), of=self._figures, spacing=Space.L, margins=(Space.M, 0, 0, 0))
+        self._notice_bar = notice_bar
+        self._ages = named(QWidget(), "status_ages")
+        self._ages_row = in_row(self.age, of=self._ages, spacing=Space.L, margins=(0, 0, Space.M, 0))
+        self._row = in_row((self._figures, 1), (notice_bar, 1), self._ages, of=self, spacing=0, margins=0)
+        notice_bar.changed.connect(self._share)
         for label in (self.figures, self.passing, self.age):
             label.setProperty("role", "small")
         self._show_fault(None)
         self._reserve()
+        self._share()
         VisibilityTimer(self, self._write, retranslate=self._retranslate, restyle=self._reserve)
 
     def _reserve(self) -> None:
-        """Reserves room for the longest age, so that nothing beside it moves."""
+        """Reserves room for the longest age, so that nothing beside it moves, and for two lines of a notice."""
+        self.setFixedHeight(max(scaled(HEIGHT_PX), 2 * QFontMetrics(font()).lineSpacing() + 2 * Space.XS))
         longest = max((tr("{time} ago", time=duration(99)), tr("{time} ago", time=duration(1.9))), key=len)
         self.age.setMinimumWidth(QFontMetrics(font(Size.SMALL)).horizontalAdvance(longest) + Space.XS)
         self.age.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
 
     def add(self, widget: QWidget) -> None:
-        """Adds `widget` at the right, before the age."""
-        self._row.insertWidget(self._row.indexOf(self.age), widget)
+        """Adds `widget` at the right: a control at the end, where it stays, anything else before the age."""
+        if isinstance(widget, QAbstractButton):
+            self._row.addWidget(widget)
+        else:
+            self._ages_row.insertWidget(self._ages_row.indexOf(self.age), widget)
+
+    def _share(self) -> None:
+        """Shows the notice in place of the figures, and of what is at the right where the window is narrow."""
+        is_noticed = self._notice_bar.notice is not None
+        self._figures.setVisible(not is_noticed)
+        self._ages.setVisible(not is_noticed or self.width() >= scaled(WIDE_PX))
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._share()
 
     def show_message(self, text: str, seconds: float = 6.0) -> None:
         """Shows a message for some seconds."""
@@ -140,7 +168,9 @@ class StatusBar(QFrame):
         if link is not None and link.lag_s is not None and link.lag_s > MAX_LAG_S:
             heard = tr("{time} late", time=duration(link.lag_s))
         _write(self.age, heard)
-        _write(self.passing, self._message if now < self._message_until else "")
+        message = self._message if now < self._message_until else ""
+        _write(self.passing, message)
+        self._notice_bar.show_note(message)
 
     def _show_fault(self, outside: Outside | None) -> None:
         _write(self.fault, "" if outside is None else tr(outside.fault.value))

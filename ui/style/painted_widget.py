@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QWidget
 from ui.style.theme import Meaning, current
 
 _EDGE_PX = 4
+_FOOT_EDGE_PX = 2
 
 
 class Freshness(Enum):
@@ -57,13 +58,17 @@ class PaintedWidget(QWidget):
         return self._spoken or super().accessibleName()
 
 
-def paint_banner(widget: QWidget, meaning: Meaning) -> None:
-    """The ground of a bar that tells something, from its `paintEvent`: washed, with a strong edge at its left."""
+def paint_banner(widget: QWidget, meaning: Meaning, *, is_foot: bool = False) -> None:
+    """The ground of a bar that tells something, from its `paintEvent`: washed, with a strong edge at its left, and at
+    its top where it `is_foot` of the window."""
     theme = current()
     tint = theme.tint(meaning)
     painter = QPainter(widget)
     painter.fillRect(widget.rect(), QColor(tint.wash))
     painter.fillRect(0, 0, _EDGE_PX, widget.height(), QColor(tint.ink))
-    bottom = widget.height() - theme.border_px
-    painter.fillRect(0, bottom, widget.width(), theme.border_px, QColor(theme.divider))
+    if is_foot:
+        painter.fillRect(0, 0, widget.width(), _FOOT_EDGE_PX, QColor(tint.ink))
+    else:
+        bottom = widget.height() - theme.border_px
+        painter.fillRect(0, bottom, widget.width(), theme.border_px, QColor(theme.divider))
     painter.end()

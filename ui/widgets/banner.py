@@ -12,6 +12,9 @@ from ui.widgets.labels import IconLabel
 class Banner(QWidget):
     """An icon, followed in `row` by the widgets of the subclass. Hidden at first."""
 
+    is_foot = False
+    """At the foot of the window."""
+
     def __init__(self, name: str, icon_name: str, *, icon_px: int = 16) -> None:
         super().__init__()
         self.setObjectName(name)
@@ -29,4 +32,4 @@ class Banner(QWidget):
         self.update()
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        paint_banner(self, self.meaning)
+        paint_banner(self, self.meaning, is_foot=self.is_foot)

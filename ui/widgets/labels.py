@@ -1,13 +1,15 @@
-"""Labels: wrapping text, one elided line, a ticking figure, and an icon in the colours of the theme."""
+"""Labels: wrapping text, one elided line, text in a fixed height, a ticking figure, and an icon of the theme."""
 
+from functools import partial
 from typing import ClassVar, Final
 
-from PySide6.QtCore import QEvent, QSize, Qt
+from PySide6.QtCore import QEvent, QRect, QSize, Qt
 from PySide6.QtGui import QAccessible, QFontMetrics, QPainter, QPaintEvent, QResizeEvent
-from PySide6.QtWidgets import QLabel
+from PySide6.QtWidgets import QLabel, QSizePolicy
 
+from app.text.sentences import join_sentences
 from ui.style.icons import Icon, pixmap
-from ui.style.theme import Meaning, current, scaled
+from ui.style.theme import Meaning, Size, current, font, scaled
 from ui.widgets.naming import named
 
 _REDRAWN_AT: Final = (QEvent.Type.PaletteChange, QEvent.Type.StyleChange, QEvent.Type.DevicePixelRatioChange)
@@ -59,6 +61,53 @@ class ElidedLabel(QLabel):
 
     def _update_tip(self) -> None:
         self.setToolTip(self._tip or ("" if self._elided() == self.text() else self.text()))
+
+
+class FittedLabel(QLabel):
+    """Plain text that wraps within the height the layout gives: in small text, and at last elided, where it is long."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._texts = ("", "")
+        self.setWordWrap(True)
+        self.setTextFormat(Qt.TextFormat.PlainText)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Ignored)
+
+    def show_text(self, text: str, note: str = "") -> None:
+        """Shows `text`, and below or after it a `note`, which is elided first."""
+        if self._texts != (text, note):
+            self._texts = (text, note)
+            self._fit()
+
+    def minimumSizeHint(self) -> QSize:
+        return QSize(0, 0)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._fit()
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() is QEvent.Type.PaletteChange:
+            self._fit()
+
+    def _fit(self) -> None:
+        text, note = self._texts
+        whole = join_sentences([text, note])
+        below = f"{text}\n{note}".strip()
+        sizes = [(below, Size.BODY), (whole, Size.BODY), (below, Size.SMALL), (whole, Size.SMALL)]
+        shown, size = next(((one, size) for one, size in sizes if self._has_room(one, size)), ("", Size.SMALL))
+        if not shown:
+            fits = partial(self._has_room, size=size)
+            shown = next((one for end in range(len(whole), 0, -1) if fits(one := f"{whole[:end].rstrip()}…")), "…")
+        self.setFont(font(size))
+        self.setText(shown)
+        self.setToolTip("" if shown in (whole, below) else whole)
+
+    def _has_room(self, text: str, size: Size) -> bool:
+        room, metrics = self.contentsRect(), QFontMetrics(font(size))
+        needed = metrics.boundingRect(QRect(0, 0, room.width(), 0), Qt.TextFlag.TextWordWrap.value, text)
+        return needed.height() <= room.height() and needed.width() <= room.width()
 
 
 class TickingLabel(QLabel):

@@ -4,8 +4,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QPushButton, QSizePolicy, QToolButton, QWidget
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QLabel, QPushButton, QSizePolicy, QToolButton, QWidget
 
 from app.text.i18n import tr
 from ui.core.texts import Texts
@@ -13,8 +13,9 @@ from ui.style.icons import MEANING_ICONS, Icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.banner import Banner
 from ui.widgets.controls import control
-from ui.widgets.labels import text_label
+from ui.widgets.labels import FittedLabel, text_label
 from ui.widgets.layouts import retain_size
+from ui.widgets.naming import named
 from ui.widgets.step_button import StepButton, leave_focus
 
 _ICON_PX: Final = 20
@@ -50,35 +51,51 @@ def notify(show: Callable[[Notice | None], None], meaning: Meaning, text: str) -
 
 
 class NoticeBar(Banner):
-    """Shows one notice; hidden while there is none."""
+    """Shows one notice; hidden while there is none. The foot of the window fits the text into its height."""
 
-    def __init__(self, texts: Texts) -> None:
+    changed = Signal()
+    """Another notice is shown, or none."""
+
+    def __init__(self, texts: Texts, *, is_foot: bool = False) -> None:
         super().__init__("notice_bar", "notice_icon", icon_px=_ICON_PX)
         self.notice: Notice | None = None
-        self._text = text_label("notice_text")
-        self._text.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
+        self._note = ""
+        self.is_foot = is_foot
+        self._text: QLabel = named(FittedLabel(), "notice_text") if is_foot else text_label("notice_text")
+        if not is_foot:
+            self._text.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
         self._text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._dismiss = control(QToolButton(), texts, "notice_dismiss", says="Close",
                                 picture=Icon.CROSS, role="quiet",
                                 slot=self._close)  # fmt: skip
         retain_size(self._dismiss)  # so that no other button is ever in its place
         self._buttons: list[QPushButton] = []
-        self.row.setContentsMargins(Space.M, Space.XS, Space.M, Space.XS)
+        around = 0 if is_foot else Space.XS
+        self.row.setContentsMargins(Space.M, around, Space.M, around)
         self.row.addWidget(self._text, 1)
         self.row.addWidget(self._dismiss)
 
     def show_notice(self, notice: Notice | None) -> None:
         """Replaces the notice; None hides the bar. An equal notice changes nothing."""
+        old = self.notice
         if notice is None:
             self.notice = None
             leave_focus(self)
             self.hide()
-            return
-        old = self.notice
-        if old is None or _appearance_key(old) != _appearance_key(notice):
-            self._fill(notice)
-        self.notice = notice
-        self.show()
+        else:
+            if old is None or _appearance_key(old) != _appearance_key(notice):
+                self._fill(notice)
+            self.notice = notice
+            self.show()
+        if (old is None) != (notice is None):
+            self.changed.emit()
+
+    def show_note(self, note: str) -> None:
+        """Shows a passing message after the text of the notice."""
+        if note != self._note:
+            self._note = note
+            if self.notice is not None:
+                self._show_text(self.notice.text)
 
     def button(self, key: str) -> QPushButton | None:
         """The button of the choice with this key, if the notice has it."""
@@ -87,10 +104,16 @@ class NoticeBar(Banner):
     def _fill(self, notice: Notice) -> None:
         if self.notice is None or _buttons_of(self.notice) != _buttons_of(notice):
             self._make_buttons(notice)
-        self._text.setText(notice.text)
+        self._show_text(notice.text)
         self._dismiss.setVisible(notice.dismiss is not None)
         self.setAccessibleName(tr("Message: {text}", text=notice.text))
         self.show_meaning(notice.meaning, MEANING_ICONS[notice.meaning])
+
+    def _show_text(self, text: str) -> None:
+        if isinstance(self._text, FittedLabel):
+            self._text.show_text(text, self._note)
+        else:
+            self._text.setText(text)
 
     def _make_buttons(self, notice: Notice) -> None:
         """Called only where the choices differ: a new button under the pointer would swallow a click in progress."""
@@ -101,14 +124,20 @@ class NoticeBar(Banner):
             button.hide()
             button.deleteLater()
         self._buttons = [self._make_button(choice, number) for number, choice in enumerate(notice.choices)]
-        before: QWidget = self._text
         for number, button in enumerate(self._buttons):
             self.row.insertWidget(2 + number, button)
             button.setVisible(notice.choices[number].is_shown)
-            self.setTabOrder(before, button)  # else Tab would reach it after everything made earlier
-            before = button
             if button.objectName() == had_focus:
                 button.setFocus()
+        self.order_tabs()
+
+    def order_tabs(self) -> None:
+        """Tab reaches the buttons from the text on, not after everything made earlier; the foot is at the end."""
+        before: QWidget | None = self.window().previousInFocusChain() if self.is_foot else self._text
+        for button in (*self._buttons, self._dismiss):
+            if before is not None and button is not before:
+                self.setTabOrder(before, button)
+            before = button
 
     def _make_button(self, choice: Choice, number: int) -> QPushButton:
         # By number: an equal notice may have replaced this one, with other acts.

@@ -1,21 +1,32 @@
 """Notices: texts, main buttons, and that no button takes the place of another."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from PySide6.QtWidgets import QApplication, QToolButton
+from PySide6.QtCore import QEvent, QPoint, QRect, QSize
+from PySide6.QtWidgets import QApplication, QToolButton, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.diagnosis.link_state import LinkState, NextStep, Phase
+from app.diagnosis.link_state import LinkState, NextStep, Phase, link_text
+from app.engine.reconnect import Absence
 from app.engine.target import Target
 from app.engine.transport import PortError, PortTrouble
 from app.procedures.handshake import Silence
+from app.procedures.lock import Locked
+from app.safety.journal import Outcome
+from app.text.i18n import tr
+from app.text.sentences import join_sentences
+from tests.support.window.cut_off import cut_off
 from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
 from tests.support.window.moved import covered, moved, places
 from ui.core.texts import Texts
-from ui.main import PAGES
+from ui.main import PAGES, WindowOptions
+from ui.shell.main_window import MainWindow
 from ui.shell.notices import link_notice
-from ui.style.theme import Meaning
+from ui.style.theme import Choice as Theme
+from ui.style.theme import Meaning, Size, scaled
+from ui.widgets.labels import FittedLabel
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 
 ACTS = {step: lambda: None for step in NextStep}
@@ -92,3 +103,132 @@ def test_notices_after_a_trigger_and_a_restart(qtbot: QtBot, qapp: QApplication,
         assert notice is not None
         notice.choices[0].act()
         assert main.navigation.chosen == "preflight"
+
+
+NOTICES = (
+    Notice(Meaning.ATTENTION, "Short."),
+    Notice(Meaning.DANGER, "Long enough for a second line. " * 5, (Choice("one", "One", lambda: None),), lambda: None),
+    Notice(
+        Meaning.ATTENTION,
+        "With the most buttons that a notice has.",
+        tuple(Choice(key, "Leave it ACTIVE", lambda: None, is_main=key == "a") for key in "abc"),
+    ),
+)
+
+
+@pytest.mark.parametrize(
+    ("language", "theme", "size"),
+    [
+        ("en", Theme.SUNLIGHT, QSize(960, 540)),
+        ("zh_CN", Theme.SUNLIGHT, QSize(1024, 600)),
+        ("zh_CN", Theme.DARK, QSize(960, 540)),
+        ("en", Theme.LIGHT, QSize(1366, 768)),
+    ],
+)
+def test_nothing_moves_on_any_page_when_a_notice_comes_and_goes(
+    qtbot: QtBot,
+    qapp: QApplication,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    language: str,
+    theme: Theme,
+    size: QSize,
+) -> None:
+    shown: list[Notice | None] = [None]
+    with window(qapp, tmp_path, entries=PAGES, options=WindowOptions(language=language)) as assembly:
+        main = assembly.window
+        with qtbot.waitSignal(main.pages_made, timeout=WAIT_MS):
+            assembly.appearance.choose(theme)
+            main.resize(size)
+        monkeypatch.setattr(main.attention, "_notice", lambda: shown[0])
+        for entry in PAGES:
+            main.go_to(entry.key)
+            before = laid_out(main, entry.key)
+            for shown[0] in (*NOTICES, None):
+                after = laid_out(main, entry.key)
+                assert after == before, (entry.key, shown[0])
+                assert cut_off(main.status_bar) == []
+        assembly.appearance.choose(Theme.LIGHT)
+
+
+LOST = tuple(
+    LinkState(phase, "/dev/ttyUSB10", 115200, since=0.0, trouble=PortError(kind, "/dev/ttyUSB10", ""), absence=absence)
+    for phase in (Phase.LOST, Phase.FAILED)
+    for kind, absence in (*((one, None) for one in PortTrouble), *((PortTrouble.LOST, one) for one in Absence))
+)
+SILENT = tuple(LinkState(Phase.SILENT, "/dev/ttyUSB10", 115200, silence=silence) for silence in Silence)
+
+
+@pytest.mark.parametrize("language", ["en", "zh_CN"])
+@pytest.mark.parametrize(("theme", "width"), [(Theme.SUNLIGHT, 960), (Theme.LIGHT, 1024)])
+def test_every_notice_about_the_link_says_all_that_matters_on_a_narrow_window(
+    qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, language: str, theme: Theme, width: int
+) -> None:
+    """In sunlight on the narrowest one what follows may be elided, which its tooltip and "Why?" give."""
+    failed = Locked(outcome=Outcome.UNKNOWN, sent=31)
+    with window(qapp, tmp_path, entries=(), options=WindowOptions(language=language)) as assembly:
+        main, shown = assembly.window, list[Notice]()
+        assembly.appearance.choose(theme)
+        main.resize(width, 540)
+        monkeypatch.setattr(main.attention, "_notice", lambda: shown[-1])
+        label = main.notice_bar.findChild(FittedLabel, "notice_text")
+        assert label is not None
+        again = Choice("lock_again", tr("LOCK again"), lambda: None)
+        for state in (*LOST, *SILENT, LinkState(Phase.OFFLINE, "/dev/ttyUSB10", since=0.0), LinkState(Phase.LATE)):
+            alone, said = (link_notice(state, 99.0, ACTS, was_active=one) for one in (True, False))
+            assert alone is not None
+            assert said is not None
+            choices = said.choices if state in LOST else (again, *said.choices)
+            shown += [alone, replace(said, text=join_sentences([failed.sentence, said.text]), choices=choices)]
+            for shown[-1] in shown[-2:]:
+                main.attention.refresh()
+                QApplication.processEvents()
+                is_whole = not label.text().endswith("…")
+                assert is_whole or width == 960, shown[-1]
+                least = failed.sentence if failed.sentence in shown[-1].text else link_text(state, 99.0).what
+                assert least in label.text(), shown[-1]
+        assembly.appearance.choose(Theme.LIGHT)
+
+
+def laid_out(main: MainWindow, page: str) -> dict[QWidget, QRect]:
+    """The exact places of everything but the status bar."""
+    main.refresh()
+    for _ in range(4):
+        QApplication.processEvents()
+        QApplication.sendPostedEvents(None, QEvent.Type.LayoutRequest.value)
+    assert main.navigation.chosen == page
+    return {
+        one: QRect(one.mapTo(main, QPoint()), one.size())
+        for one in main.findChildren(QWidget)
+        if one.isVisibleTo(main) and not one.isWindow() and not main.status_bar.isAncestorOf(one)
+    }
+
+
+def test_a_notice_at_the_foot_never_needs_more_than_its_height(qtbot: QtBot) -> None:
+    bar = NoticeBar(Texts(), is_foot=True)
+    qtbot.addWidget(bar)
+    bar.setFixedSize(400, 40)
+    label = bar.findChild(FittedLabel, "notice_text")
+    assert label is not None
+    sizes = []
+    for text in ("Short.", "Some words more. " * 6, "Far too long. " * 30):
+        bar.show_notice(Notice(Meaning.DANGER, text))
+        bar.show_note("Copied.")
+        QApplication.processEvents()
+        sizes.append(label.font().pixelSize())
+        assert label.heightForWidth(label.width()) <= label.height()
+    assert sizes == [scaled(Size.BODY), scaled(Size.SMALL), scaled(Size.SMALL)]
+    assert label.text().endswith("…")
+    assert label.toolTip().startswith("Far too long. Far")
+    bar.show_notice(Notice(Meaning.DANGER, "Short."))
+    assert label.text() == "Short.\nCopied."
+
+
+def test_a_passing_message_is_shown_beside_a_notice(qapp: QApplication, tmp_path: Path) -> None:
+    with window(qapp, tmp_path, entries=()) as assembly:
+        main = assembly.window
+        main.attention.queue_notice(lambda: NOTICES[0])
+        main.show_message("Copied.")
+        label = main.notice_bar.findChild(FittedLabel, "notice_text")
+        assert label is not None
+        assert label.text() == "Short.\nCopied."
