@@ -167,10 +167,10 @@ def test_every_notice_about_the_link_says_all_that_matters_on_a_narrow_window(
     """In sunlight on the narrowest one what follows may be elided, which its tooltip and "Why?" give."""
     failed = Locked(outcome=Outcome.UNKNOWN, sent=31)
     with window(qapp, tmp_path, entries=(), options=WindowOptions(language=language)) as assembly:
-        main, shown = assembly.window, list[Notice]()
+        main, shown = assembly.window, [NOTICES[0]]
         assembly.appearance.choose(theme)
         main.resize(width, 540)
-        monkeypatch.setattr(main.attention, "_notice", lambda: shown[-1])
+        monkeypatch.setattr(main.attention, "_notice", lambda: shown[0])
         label = main.notice_bar.findChild(FittedLabel, "notice_text")
         assert label is not None
         again = Choice("lock_again", tr("LOCK again"), lambda: None)
@@ -179,14 +179,14 @@ def test_every_notice_about_the_link_says_all_that_matters_on_a_narrow_window(
             assert alone is not None
             assert said is not None
             choices = said.choices if state in LOST else (again, *said.choices)
-            shown += [alone, replace(said, text=join_sentences([failed.sentence, said.text]), choices=choices)]
-            for shown[-1] in shown[-2:]:
+            locking = replace(said, text=join_sentences([failed.sentence, said.text]), choices=choices)
+            for shown[0] in (alone, locking):
                 main.attention.refresh()
                 QApplication.processEvents()
                 is_whole = not label.text().endswith("…")
-                assert is_whole or width == 960, shown[-1]
-                least = failed.sentence if failed.sentence in shown[-1].text else link_text(state, 99.0).what
-                assert least in label.text(), shown[-1]
+                assert is_whole or width == 960, shown[0]
+                least = failed.sentence if failed.sentence in shown[0].text else link_text(state, 99.0).what
+                assert least in label.text(), shown[0]
         assembly.appearance.choose(Theme.LIGHT)
 
 
