@@ -46,7 +46,7 @@ class PortConnection(QObject):
     came_online = Signal(object)
     """The `Target`, whenever a module answers on it."""
     stream_left_on = Signal()
-    """An earlier session had left the serial output on; this one switches it off."""
+    """The serial output had been left on and will be switched off; once for each `connect_to`."""
     slept = Signal(float)
     """The computer slept for this many seconds while the port was open; values read before are no longer valid."""
 
@@ -192,6 +192,7 @@ class PortConnection(QObject):
     def connect_to(self, target: Target) -> None:
         """Open `target`; an open port is closed first."""
         self._is_wanted = True
+        self._is_left_on_emitted = False
         whose, self._adapter_key = self._adapter_key, target.key
         self._proven_rate = None
         self._is_listing = False
@@ -287,10 +288,9 @@ class PortConnection(QObject):
         self.changed.emit()
 
     def _on_batch(self, batch: Batch) -> None:
-        is_left_on = self.stream_memory.is_taken_over
-        if is_left_on and not self._is_left_on_emitted:
+        if self.stream_memory.is_taken_over and not self._is_left_on_emitted:
+            self._is_left_on_emitted = True
             self.stream_left_on.emit()
-        self._is_left_on_emitted = is_left_on
         last, was_online, before = self._last, self._is_online(), (self.state, self.identity, self.device.reported)
         is_news = last is None or batch.connection != last.connection
         if is_news:

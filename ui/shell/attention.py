@@ -87,8 +87,10 @@ class Attention(QObject):
         return False
 
     def queue_notice(self, make: Callable[[], Notice]) -> None:
-        """Queues a notice, which is shown until it is closed, when nothing is more urgent."""
-        self._queued.append(make)
+        """Queues a notice, which is shown until it is closed, when nothing is more urgent. One that waits is not
+        queued twice."""
+        if make not in self._queued:
+            self._queued.append(make)
         self.refresh()
 
     def dismiss_queued(self) -> None:

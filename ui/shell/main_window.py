@@ -37,7 +37,7 @@ from ui.simulator.dock import SimulatorDock
 from ui.style.icons import app_icon
 from ui.widgets.layouts import in_column, in_row
 from ui.widgets.naming import named
-from ui.widgets.notice_bar import NoticeBar
+from ui.widgets.notice_bar import Notice, NoticeBar
 from ui.widgets.recording_bar import RecordingBar
 
 _log = logging.getLogger(__name__)
@@ -152,7 +152,7 @@ class MainWindow(QMainWindow):
         connector.batch.connect(self._on_batch)
         connector.changed.connect(self.refresh)
         connector.came_online.connect(self._remember_port)
-        self.recording_sign.troubled.connect(self._show_recording_trouble)
+        self.recording_sign.troubled.connect(lambda: self.attention.queue_notice(self._recording_notice))
         self.top_bar.panel_wanted.connect(self.toggle_panel)
         self.panel.connect_wanted.connect(self.connect_to)
         self.panel.disconnect_wanted.connect(self.disconnect_port)
@@ -291,10 +291,10 @@ class MainWindow(QMainWindow):
         self.attention.is_choosing = is_shown or self._services.storage.recordings.is_shown
         self.attention.refresh()
 
-    def _show_recording_trouble(self, sentence: str) -> None:
+    def _recording_notice(self) -> Notice:
         """The recording failed; the link is not affected."""
         look, forget = partial(self.go_to, "recordings"), self.attention.dismiss_queued
-        self.attention.queue_notice(lambda: trouble_notice(self.recording_sign.trouble or sentence, look, forget))
+        return trouble_notice(self.recording_sign.last_trouble, look, forget)
 
     def _connect_again(self) -> None:
         if self._connector.target is not None:

@@ -22,8 +22,8 @@ _ICON_PX: Final = 12
 class RecordingSign(QWidget):
     """Shows since when the session is recorded, or that it is not; `find_sign` is called at each `refresh`."""
 
-    troubled = Signal(str)
-    """Why recording stopped; emitted once."""
+    troubled = Signal()
+    """Recording stopped; emitted once."""
 
     def __init__(self, find_sign: Callable[[], RecordingState]) -> None:
         super().__init__()
@@ -35,13 +35,14 @@ class RecordingSign(QWidget):
         in_row(self._picture, self.label, of=self, spacing=Space.XS, margins=0)
         self._shown: RecordingState | None = None
         self._is_told = False
+        self._last_trouble = ""
         VisibilityTimer(self, self._retranslate)
         self.refresh()
 
     @property
-    def trouble(self) -> str | None:
-        """Why nothing is recorded, in the language in use; else None."""
-        return self._find_sign().trouble
+    def last_trouble(self) -> str:
+        """Why recording stopped the last time, in the language in use while that lasts."""
+        return self._find_sign().trouble or self._last_trouble
 
     def refresh(self) -> None:
         sign = self._find_sign()
@@ -49,7 +50,8 @@ class RecordingSign(QWidget):
         if sign != before:
             self._write(sign)
         if sign.trouble is not None and not self._is_told:
-            self.troubled.emit(sign.trouble)
+            self._last_trouble = sign.trouble
+            self.troubled.emit()
         self._is_told = sign.trouble is not None
 
     def _retranslate(self) -> None:

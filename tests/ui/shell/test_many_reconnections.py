@@ -2,7 +2,7 @@
 
 import gc
 import logging
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -18,13 +18,14 @@ from tests.support.window.fakes_ui import ADAPTER, Ports
 from ui.core.connector import Connector
 from ui.core.port_watcher import PortWatcher
 from ui.core.preferences import Preferences
-from ui.main import PAGES, Assembly, WindowOptions, assemble
+from ui.main import PAGES, Assembly, WindowOptions, assemble, start
 from ui.services.storage import Storage
 
 LIMIT_MS = 60_000
 TIMES = 8
 BOUNDED = ("Marker", "Mark", "StepPoint", "Slice", "ReferenceType")
 """Kept in bounded queues for the time line; `sqlite3.Connection` keeps up to 200 weak references to its cursors."""
+PACKAGES = ("app", "protocol", "ui")
 
 
 @contextmanager
@@ -39,9 +40,10 @@ def connected(qtbot: QtBot, qapp: QApplication, folder: Path) -> Iterator[tuple[
         patch("ui.main.Connector", made),
         patch("ui.core.port_connection.FOLLOW_EVERY_MS", 0),
     ):
+        options = WindowOptions(language="en")
         assembly = assemble(
             qapp,
-            WindowOptions(language="en"),
+            options,
             preferences=Preferences(folder / "window.ini"),
             ports=PortWatcher(Ports(ADAPTER).poll),
             storage=storage,
@@ -49,8 +51,7 @@ def connected(qtbot: QtBot, qapp: QApplication, folder: Path) -> Iterator[tuple[
         window = assembly.window
         logging.disable()  # pytest keeps the records of a test
         try:
-            window.make_pages()
-            window.show()
+            start(assembly, options)
             qtbot.waitUntil(lambda: window.findChild(QObject, "diagnosis_page") is not None, timeout=LIMIT_MS)
             assembly.connector.connect_to(Target(ADAPTER.device, 115200, ADAPTER.identity))
             worker = fakes.workers[-1]
@@ -68,12 +69,28 @@ def connected(qtbot: QtBot, qapp: QApplication, folder: Path) -> Iterator[tuple[
 
 
 def census(root: QObject) -> Counter[str]:
-    """How many objects there are of each type: Python's, and Qt's below `root`."""
+    """How many objects there are of each type: Python's, and Qt's below `root`; and how many entries the containers in
+    each attribute of the program's own objects have."""
     QApplication.processEvents()
     gc.collect()
-    counts = Counter(type(one).__qualname__ for one in gc.get_objects())
+    everything = gc.get_objects()
+    counts = Counter(type(one).__qualname__ for one in everything)
     counts.update(f"Qt {one.metaObject().className()}" for one in root.findChildren(QObject))
+    for one in everything:
+        if type(one).__module__.partition(".")[0] in PACKAGES:
+            counts.update(entries_of(one))
     return counts
+
+
+def entries_of(owner: object) -> dict[str, int]:
+    """By attribute; without bounded queues. The same object can be in a list many times, so objects do not tell all."""
+    slots = [name for kind in type(owner).__mro__ for name in getattr(kind, "__slots__", ())]
+    values = {name: getattr(owner, name, None) for name in slots} | getattr(owner, "__dict__", {})
+    return {
+        f"{type(owner).__qualname__}.{name}": len(value)
+        for name, value in values.items()
+        if isinstance(value, list | dict | set | deque) and getattr(value, "maxlen", None) is None
+    }
 
 
 def test_no_object_stays_behind(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -85,6 +102,9 @@ def test_no_object_stays_behind(qtbot: QtBot, qapp: QApplication, tmp_path: Path
             worker.unplug()
             fakes.now_s += 1.0
             qtbot.waitUntil(lambda: len(worker.opened) > opened, timeout=LIMIT_MS)
+            worker.hand_over()
+            QApplication.processEvents()
+            connector.current.stream_memory.is_taken_over = True  # the module still streams
             worker.say(**VALUES)
             fakes.now_s += 1.0
             qtbot.waitUntil(lambda: connector.is_open, timeout=LIMIT_MS)

@@ -193,3 +193,20 @@ def test_killed_and_started_again(tmp_path: Path) -> None:
                         program.kill()
             assert program.returncode == code_expected
             assert [line for line in said.splitlines() if "propagateSizeHints" not in line] == []
+
+
+def test_a_trouble_that_returns_is_dismissed_once(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with window(qapp, tmp_path) as assembly:
+        shown = assembly.window
+        qtbot.waitSignal(shown.pages_made, timeout=WAIT_MS).wait()
+        shown.panel.hide()
+        for _ in range(3):
+            shown.recording_sign.troubled.emit()
+            assembly.connector.stream_left_on.emit()
+        qtbot.waitUntil(lambda: shown.notice_bar.notice is not None, timeout=WAIT_MS)
+        for _ in range(2):
+            notice = shown.notice_bar.notice
+            assert notice is not None
+            assert notice.dismiss is not None
+            notice.dismiss()
+        assert shown.notice_bar.notice is None

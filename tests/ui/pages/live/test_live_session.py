@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 from PySide6.QtCore import QEvent, QObject, Signal
+from PySide6.QtTest import QSignalSpy
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
@@ -157,16 +158,15 @@ def test_a_failing_recorder_does_not_affect_the_link(bench: Bench, tmp_path: Pat
     (tmp_path / "recordings").write_text("a file stands where the folder should be", encoding="utf-8")
     sign = RecordingSign(lambda: bench.sessions.sign)
     qtbot.addWidget(sign)
-    told: list[str] = []
-    sign.troubled.connect(told.append)
+    told = QSignalSpy(sign.troubled)
     bench.say(some(1.0))
     bench.sessions.settle(WAIT_S)
     bench.say(some(2.0))
     sign.refresh()
     sign.refresh()
     assert len(bench.handed_on) == 2
-    assert len(told) == 1
-    assert "Not recording" in told[0]
+    assert told.count() == 1
+    assert "Not recording" in sign.last_trouble
     assert sign.label.text() == "Not recorded"
     QApplication.sendEvent(sign, QEvent(QEvent.Type.LanguageChange))
     assert _is_a_warning(sign)
