@@ -1,14 +1,16 @@
-"""A recording on the Live page fits on a small screen."""
+"""What is shown beside the list of recordings, and a recording on the Live page of a small screen."""
 
+from collections.abc import Iterator
 from pathlib import Path
 from shutil import copytree
 
 import pytest
+from PySide6.QtCore import QPoint
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.engine.target import Target
-from tests.support.records.recordings_desk import record
+from tests.support.records.recordings_desk import Desk, made, record
 from tests.support.window.cut_off import cut_off
 from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
 from tests.support.window.walk import SMALL_SCREEN
@@ -23,6 +25,13 @@ ENTRIES = tuple(entry for entry in PAGES if entry.key in ("live", "recordings"))
 def template(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Recorded once."""
     return record(tmp_path_factory.mktemp("template"), seconds=10)
+
+
+@pytest.fixture
+def one(qtbot: QtBot, qapp: QApplication, tmp_path: Path, template: Path) -> Iterator[Desk]:
+    """The list, with a single recording in it."""
+    with made(qtbot, qapp, tmp_path, template, RecordingsPage) as desk:
+        yield desk
 
 
 def test_a_recording_that_is_opened_from_the_list_fits_on_a_small_screen(
@@ -43,3 +52,30 @@ def test_a_recording_that_is_opened_from_the_list_fits_on_a_small_screen(
         qtbot.waitUntil(lambda: live.isVisible() and live.recording is not None, timeout=WAIT_MS)
         QApplication.processEvents()
         assert not cut_off(live.panel)
+
+
+def test_several_selected_recordings_are_summed_up(one: Desk) -> None:
+    record(one.library.folder, seconds=60)
+    one.list_again(2)
+    one.page.table.selectAll()
+    detail = one.page.detail
+    assert detail.title.text() == "2 selected"
+    assert (detail.facts["duration"].text(), detail.facts["samples"].text()) == ("1:10", "700")
+    assert not detail.facts["port"].isVisible()
+
+
+def test_a_search_without_a_match_says_so(one: Desk) -> None:
+    one.page.search.setText("nothing like it")
+    assert one.page.no_match.isVisible()
+    assert not one.page.detail.facts["when"].isVisible()
+    one.page.search.clear()
+    assert one.page.table.isVisible()
+
+
+def test_the_buttons_stay_where_they_are_when_a_notice_is_shown(one: Desk) -> None:
+    button = one.page.buttons.delete
+    before = button.mapTo(one.page, QPoint())
+    one.click(button)
+    one.wait(one.page.strip.isVisible)
+    QApplication.processEvents()
+    assert button.mapTo(one.page, QPoint()) == before

@@ -8,7 +8,7 @@ from shutil import copytree
 from typing import Any
 
 import pytest
-from PySide6.QtCore import QPoint, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QLabel, QToolButton, QWidget
 from pytestqt.qtbot import QtBot
 
@@ -99,33 +99,6 @@ def test_a_damaged_recording_is_listed_with_its_reason(one: Desk) -> None:
     assert detail.remarks.text().startswith(f"{broken.name} cannot be read")
     assert not detail.facts["duration"].isVisible()
     assert detail.remarks.width() >= detail.remarks.sizeHint().width()  # no part of the name is cut off
-
-
-def test_several_selected_recordings_are_summed_up(one: Desk) -> None:
-    record(one.library.folder, seconds=60)
-    one.list_again(2)
-    one.page.table.selectAll()
-    detail = one.page.detail
-    assert detail.title.text() == "2 selected"
-    assert (detail.facts["duration"].text(), detail.facts["samples"].text()) == ("3:00", "1,800")
-    assert not detail.facts["port"].isVisible()
-
-
-def test_a_search_without_a_match_says_so(one: Desk) -> None:
-    one.page.search.setText("nothing like it")
-    assert one.page.no_match.isVisible()
-    assert not one.page.detail.facts["when"].isVisible()
-    one.page.search.clear()
-    assert one.page.table.isVisible()
-
-
-def test_the_buttons_stay_where_they_are_when_a_notice_is_shown(one: Desk) -> None:
-    button = one.page.buttons.delete
-    before = button.mapTo(one.page, QPoint())
-    one.click(button)
-    one.wait(one.page.strip.isVisible)
-    QApplication.processEvents()
-    assert button.mapTo(one.page, QPoint()) == before
 
 
 def test_each_recording_has_an_outline_of_its_tilt(one: Desk) -> None:
