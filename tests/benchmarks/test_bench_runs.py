@@ -9,7 +9,7 @@ import pytest
 
 from tests.benchmarks import __main__ as program
 from tests.benchmarks import link, others, parser, reading
-from tests.benchmarks.figures import Figure, quantile, table
+from tests.benchmarks.figures import Durations, Figure, quantile, table
 from tests.benchmarks.runs import MODULES
 from tests.benchmarks.window import page
 from tests.soak.faults import Mistakes
@@ -53,6 +53,19 @@ def test_reading_everything_is_compared_with_bare_exchanges() -> None:
     assert "bare" in exchanges.measured
     assert "script" in process.measured
     assert {exchanges.verdict, process.verdict} <= {"met", "MISSED"}
+
+
+def test_durations_take_the_same_memory_however_many_they_are() -> None:
+    durations, few = Durations(), [0.0, 0.00004, 0.0123, 0.31, 2.5]
+    for one in few:
+        durations.add(one)
+    assert durations.longest_s == durations.quantile_s(1) == 2.5
+    for share in (0.0, 0.3, 0.5, 0.7):
+        assert 0 <= durations.quantile_s(share) - quantile(few, share) <= 0.0001 + 1e-9
+    before = sum(map(sys.getsizeof, vars(durations).values()))
+    for at in range(10_000):
+        durations.add(at * 1e-4)
+    assert sum(map(sys.getsizeof, vars(durations).values())) == before
 
 
 def test_the_table_marks_missed_aims() -> None:

@@ -26,7 +26,6 @@ from app.engine.reconnect import RETURN_LIMIT_S
 from app.engine.target import Target
 from app.engine.worker import PortState
 from protocol.link_states import Presence
-from tests.benchmarks.figures import quantile
 from tests.benchmarks.module import StreamingModule, streaming_module
 from tests.benchmarks.window.window import (
     BEAT_MS,
@@ -163,7 +162,7 @@ def _soak(assembly: Assembly, module: StreamingModule, outcome: Outcome, *, seco
     _watch_healed_line(connector, module, outcome)
     beats.stop()
     measures.stop()
-    stall_ms, usual_ms = max(watch.late_s) * 1000, quantile(watch.late_s, 0.99) * 1000
+    stall_ms, usual_ms = watch.late.longest_s * 1000, watch.late.quantile_s(0.99) * 1000
     outcome.say(
         "longest stall of the window",
         f"{stall_ms:.0f} ms (99 % of its beats within {usual_ms:.1f} ms); "

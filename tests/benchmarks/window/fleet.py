@@ -19,7 +19,7 @@ from PySide6.QtWidgets import QApplication
 
 from app.engine.target import Target
 from app.fleet.card import Card
-from tests.benchmarks.figures import Figure, quantile
+from tests.benchmarks.figures import Figure
 from tests.benchmarks.runs import measured
 from tests.benchmarks.window.fleet_modules import FIRST_TILT, ManyModules, many_modules
 from tests.benchmarks.window.window import (
@@ -147,7 +147,7 @@ def main(words: list[str]) -> int:
             online = sum(one.is_open for one in everybody)
         found: dict[str, Any] = {
             "cpu_share": cpu_s / wall_s, "sent": sent, "lost": lost, "memory_mb": memory_mb,
-            "stall_s": max(watch.late_s), "beat_p99_s": quantile(watch.late_s, 0.99), "unplugs": unplugs,
+            "stall_s": watch.late.longest_s, "beat_p99_s": watch.late.quantile_s(0.99), "unplugs": unplugs,
             "looked_at": looked_at, "wrong": wrong, "online": online,
         }  # fmt: skip
         assembly.window.close_now()

@@ -98,7 +98,7 @@ def measure(folder: Path) -> dict[str, float]:
         stack.close()
     return {
         "opening_s": opening_s,
-        "stall_s": max(watch.late_s),
+        "stall_s": watch.late.longest_s,
         "draws": len(draws),
         "draw_median_s": quantile(draws, 0.5),
         "draw_p99_s": quantile(draws, 0.99),

@@ -27,7 +27,7 @@ from protocol.catalogue import STATUS
 from protocol.events import Event, Received, Role, Sent
 from protocol.frame import Direction, Frame
 from protocol.messages import Status
-from tests.benchmarks.figures import quantile
+from tests.benchmarks.figures import Durations, quantile
 from ui.core.preferences import Preferences
 from ui.main import Assembly, WindowOptions, assemble, collecting_garbage, start
 from ui.services.storage import Storage
@@ -66,7 +66,7 @@ class Traffic:
 class LoopWatch:
     """Measures in seconds how late the event loop serves a timer, and how long each draw of the plots takes."""
 
-    late_s: list[float] = field(default_factory=list)
+    late: Durations = field(default_factory=Durations)
     draws_s: list[float] = field(default_factory=list)
     is_measuring: bool = False
     _beat_at: float = 0.0
@@ -75,7 +75,7 @@ class LoopWatch:
     def beat(self) -> None:
         now = time.perf_counter()
         if self.is_measuring and self._beat_at:
-            self.late_s.append(max(0.0, now - self._beat_at - BEAT_MS / 1000))
+            self.late.add(max(0.0, now - self._beat_at - BEAT_MS / 1000))
         self._beat_at = now
 
     def follow(self, page: Any) -> None:
@@ -206,7 +206,7 @@ def measure(port: str, seconds: float, watched_s: float | None) -> dict[str, obj
         found |= {
             "draws": len(watch.draws_s), "draw_median_s": quantile(watch.draws_s, 0.5),
             "draw_p99_s": quantile(watch.draws_s, 0.99), "draw_longest_s": max(watch.draws_s),
-            "beat_p99_s": quantile(watch.late_s, 0.99), "stall_s": max(watch.late_s),
+            "beat_p99_s": watch.late.quantile_s(0.99), "stall_s": watch.late.longest_s,
         }  # fmt: skip
     return found
 
