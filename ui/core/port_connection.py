@@ -28,7 +28,6 @@ from ui.core.bridge import Bridge
 from ui.core.port_watcher import PortWatcher
 
 _log = logging.getLogger(__name__)
-
 MIN_PUBLISH_EVERY_S = 1 / 30
 UNSEEN_PUBLISH_EVERY_S = 0.25
 FOLLOW_EVERY_MS = 100  # while a port is waited for: how often it is checked
@@ -42,7 +41,7 @@ class PortConnection(QObject):
     batch = Signal(object)
     """Each `Batch`, after the state was updated from it."""
     invalidated = Signal()
-    """Another module than the expected one was connected: pages clear what they show of it."""
+    """Another module than the expected one was connected, or a capture is no longer played: pages clear their data."""
     came_online = Signal(object)
     """The `Target`, whenever a module answers on it."""
     stream_left_on = Signal()
@@ -174,8 +173,7 @@ class PortConnection(QObject):
 
     @property
     def is_active(self) -> bool:
-        """The module may fire by its thresholds, as far as is known. A stale "active" counts as active; that of a
-        played capture does not."""
+        """The module may fire by its thresholds. A stale "active" counts as active, a played capture's does not."""
         return not self.is_playback and self.activation.may_fire
 
     @property
@@ -201,6 +199,9 @@ class PortConnection(QObject):
         self._open(target, is_another=whose != self._adapter_key, expected=expected)
 
     def disconnect_port(self) -> None:
+        if self.is_playback:  # nothing of it may be left behind as a module's
+            self._is_invalidated = True
+            self.invalidated.emit()
         self._is_wanted = False
         self._is_listing = False
         self._return.give_up()
@@ -216,8 +217,7 @@ class PortConnection(QObject):
         self._bridge.release()
 
     def set_shown(self, *, is_shown: bool, every_s: float = PUBLISH_EVERY_S) -> None:
-        """Whether the pages show this port; one that is not shown publishes unchanged state a few times a second.
-        `every_s`: the interval that a moving picture needs."""
+        """Whether the pages show this port; else it publishes less often. `every_s`: what a moving picture needs."""
         seen_s = min(PUBLISH_EVERY_S, max(MIN_PUBLISH_EVERY_S, every_s))
         self._worker.publish_every_s = seen_s if is_shown else UNSEEN_PUBLISH_EVERY_S
 

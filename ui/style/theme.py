@@ -12,7 +12,7 @@ from enum import Enum, IntEnum
 from types import MappingProxyType
 from typing import Final
 
-from PySide6.QtGui import QColor, QFont
+from PySide6.QtGui import QColor, QFont, QFontDatabase
 from PySide6.QtWidgets import QApplication
 
 
@@ -237,6 +237,13 @@ def scale_in_use() -> float:
 def scaled(px: float) -> int:
     """A length of text or of a control, in the size in use."""
     return round(px * scale_in_use())
+
+
+def fixed_font(size: Size = Size.BODY) -> QFont:
+    """The system's font with characters of one width, for bytes and commands."""
+    one = QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont)
+    one.setPixelSize(scaled(size))
+    return one
 
 
 def font(size: Size = Size.BODY, *, is_bold: bool = False) -> QFont:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from PySide6.QtCore import QAbstractListModel, QModelIndex, QPersistentModelIndex, QSize, Qt, Signal
-from PySide6.QtGui import QFont, QFontDatabase, QFontMetrics
+from PySide6.QtGui import QFont, QFontMetrics
 from PySide6.QtWidgets import (
     QLabel,
     QListView,
@@ -32,7 +32,7 @@ from ui.core.background_task import BackgroundTask, Running
 from ui.files.file_dialogs import AskPath, ask_path, default_name
 from ui.services.context import Services
 from ui.style.icons import Icon
-from ui.style.theme import Meaning, Size, Space
+from ui.style.theme import Meaning, Size, Space, fixed_font
 from ui.widgets.controls import control
 from ui.widgets.labels import TickingLabel
 from ui.widgets.layouts import in_column, in_row
@@ -50,6 +50,7 @@ _PART_WORDS: Final = {
     "log.txt": marked("Log"),
     "capture.txt": marked("Traffic"),
 }
+_PARTS_PX: Final = 232
 _ANY_INDEX = QModelIndex()
 
 
@@ -98,13 +99,13 @@ class BundlePreview(QWidget):
                                 "Names are replaced. Nothing is sent.")  # fmt: skip
         self._promise.setWordWrap(True)
         self.parts = control(QListWidget(), texts, "bundle_parts", says="Files")
-        self.parts.setFixedWidth(250)
-        self.parts.setWordWrap(True)
+        self.parts.setFixedWidth(_PARTS_PX)
         self.parts.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.parts.setStyleSheet("QListWidget::item { padding: 6px 8px; }")
         self.parts.currentRowChanged.connect(self._show_part)
         self._lines = Lines()
         self.text = control(QListView(), texts, "bundle_text", says="Contents")
+        self.text.setStyleSheet(f"QListView {{ padding: {Space.S}px; }}")
         self.text.setModel(self._lines)
         self.text.setUniformItemSizes(True)
         self.text.setTextElideMode(Qt.TextElideMode.ElideNone)
@@ -202,9 +203,7 @@ class BundlePreview(QWidget):
         in_column(self._promise, (body, 1), foot, of=self, spacing=Space.S, margins=(Space.M, Space.S))
 
     def _apply_theme(self) -> None:
-        fixed = QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont)
-        fixed.setPixelSize(Size.SMALL)
-        self.text.setFont(fixed)
+        self.text.setFont(fixed_font(Size.SMALL))
         self._show_part(self.parts.currentRow())
 
     def _retranslate(self) -> None:
@@ -214,4 +213,4 @@ class BundlePreview(QWidget):
 
 def _title(part: BundleFile) -> str:
     words = tr(_PART_WORDS[part.name]) if part.name in _PART_WORDS else part.name
-    return f"{words}\n{part.name}, {size_text(part.size_bytes)}"
+    return f"{words} · {size_text(part.size_bytes)}"

@@ -39,8 +39,6 @@ class Total(QWidget):
         super().__init__()
         self.setObjectName(name)
         self.caption = named(QLabel(), f"{name}_caption", "small")
-        self.caption.setWordWrap(True)
-        self.caption.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignBottom)
         self.number = named(QLabel(), f"{name}_number", "title")
         self._sign = named(QLabel(), f"{name}_sign")
         self._sign.setFixedSize(QSize(_ICON_PX, _ICON_PX))

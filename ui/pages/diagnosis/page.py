@@ -30,6 +30,7 @@ from ui.widgets.layouts import in_column, in_row
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.recording_bar import recording_target
+from ui.widgets.visibility_timer import VisibilityTimer
 
 _VIEWS: Final = (
     ("why", marked("Connection")),
@@ -43,6 +44,7 @@ class DiagnosisPage(StreamPage):
     """See the module's docstring."""
 
     suffixes = OPENED_SUFFIXES
+    shows_link = True
 
     def __init__(self, services: Services, parent: QWidget | None = None) -> None:
         super().__init__("diagnosis", parent)
@@ -74,6 +76,7 @@ class DiagnosisPage(StreamPage):
         Shortcut("capture_save_key", self, self.files.save, self.files.choose_and_save, keys=("Ctrl+S",))
         self.files.refresh()
         self.go_to("why")
+        VisibilityTimer(self, self._refresh_strip, retranslate=self._retranslate)
 
     def on_batch(self, batch: Batch) -> None:
         """Collects a batch. The data of a playback is kept apart from the module's."""
@@ -148,6 +151,9 @@ class DiagnosisPage(StreamPage):
     def _show_notice(self, notice: Notice | None) -> None:
         self._notice = notice
         self._refresh_strip()
+
+    def _retranslate(self) -> None:
+        self._show_notice(None)  # its text stays in the former language
 
     def _refresh_strip(self) -> None:
         if self._notice is not None:

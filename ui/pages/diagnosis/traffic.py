@@ -4,13 +4,12 @@ from functools import partial
 from itertools import chain, islice
 
 from PySide6.QtCore import QItemSelectionModel, QSize, Qt
-from PySide6.QtGui import QFontDatabase, QFontMetrics, QGuiApplication
+from PySide6.QtGui import QFontMetrics, QGuiApplication
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QComboBox,
     QHBoxLayout,
     QLabel,
-    QSizePolicy,
     QTableView,
     QToolButton,
     QWidget,
@@ -27,9 +26,9 @@ from ui.pages.diagnosis.traffic_search import TrafficSearch
 from ui.pages.diagnosis.traffic_texts import hex_of, kind_of, meaning_of, raw_of
 from ui.services.context import Services
 from ui.style.icons import Icon, icon
-from ui.style.theme import Size, Space, font
+from ui.style.theme import Size, Space, fixed_font, font
 from ui.widgets.controls import Shortcut, control
-from ui.widgets.layouts import in_column, in_row
+from ui.widgets.layouts import Gap, in_column, in_row
 from ui.widgets.naming import named
 from ui.widgets.sliders import WheelGuard
 from ui.widgets.visibility_timer import VisibilityTimer
@@ -61,7 +60,6 @@ class TrafficPage(QWidget):
         self.table = self._make_table()
         self.detail = self._make_detail()
         self._count = named(QLabel(), "traffic_count", "muted")
-        self._count.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)  # shrinks before the filter
         self.filter = self._make_filter()
         self.search = TrafficSearch(
             self.model,
@@ -87,7 +85,8 @@ class TrafficPage(QWidget):
         Shortcut("traffic_search_key", self, self.search.field, self._go_to_search)
         Shortcut("traffic_copy_key", self, self.copy)
         Shortcut("traffic_clear_key", self, self.clear)
-        in_column(self._make_bar(), (self.table, 1), self.detail, of=self, spacing=Space.S, margins=(Space.M, Space.S))
+        foot = in_row((self.detail, 1), (self._count, Qt.AlignmentFlag.AlignTop), spacing=Space.M)
+        in_column(self._make_bar(), (self.table, 1), foot, of=self, spacing=Space.S, margins=(Space.M, Space.S))
         VisibilityTimer(self, self._show_again, tick=self.draw, every_ms=DRAW_EVERY_MS, retranslate=self._retranslate)
         services.appearance.changed.connect(self._apply_theme)
         self._apply_theme()
@@ -160,7 +159,7 @@ class TrafficPage(QWidget):
 
     def _make_bar(self) -> QHBoxLayout:
         return in_row(
-            self.filter, self.search, (self._count, 1), self.pause, self.mark, self.copy, self.clear, spacing=Space.S
+            self.filter, (self.search, 1), Gap(Space.S), self.pause, self.mark, self.copy, self.clear, spacing=Space.S
         )
 
     def copy_rows(self) -> None:
@@ -259,8 +258,7 @@ class TrafficPage(QWidget):
         self.detail.setText(f"{kind_of(event)}  {hex_of(raw_of(event), 96)}\n{meaning_of(event)}")
 
     def _apply_theme(self) -> None:
-        fixed = QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont)
-        fixed.setPixelSize(Size.SMALL)
+        fixed = fixed_font(Size.SMALL)
         small = font(Size.SMALL)
         self.table.setFont(small)
         self.model.bytes_font = fixed

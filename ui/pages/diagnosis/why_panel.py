@@ -8,7 +8,7 @@ from functools import partial
 from typing import Final
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QFontDatabase, QGuiApplication
+from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QFrame, QLabel, QPushButton, QScrollArea, QWidget
 
 from app.diagnosis.adapter_facts import AdapterFacts, PortHistory, facts_about
@@ -24,7 +24,7 @@ from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
 from ui.services.context import Services
 from ui.style.icons import MEANING_ICONS, Icon
-from ui.style.theme import Meaning, Size, Space
+from ui.style.theme import Meaning, Space, fixed_font
 from ui.widgets.controls import control, rename
 from ui.widgets.labels import IconLabel, text_label
 from ui.widgets.layouts import Gap, in_column, in_row
@@ -209,7 +209,7 @@ class WhyPanel(QScrollArea):
     def _show_seen(self, evidence: PortEvidence) -> None:
         counters = evidence.counters
         port = evidence.port or "–"
-        trip_s = evidence.round_trip_median_s
+        trip_s = evidence.round_trip_median_s if counters.frames else None  # else it is of an earlier connection
         noise = evidence.noise[-_NOISE_SHOWN:]
         shown = {
             "port": tr("{port}, {rate} baud", port=port, rate=evidence.baud_rate) if evidence.port else port,
@@ -226,8 +226,7 @@ class WhyPanel(QScrollArea):
             self.seen[key].setText(text)
 
     def _set_fonts(self) -> None:
-        fixed = QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont)
-        fixed.setPixelSize(Size.BODY)
+        fixed = fixed_font()
         self.command.setFont(fixed)
         self.seen["noise"].setFont(fixed)
 
@@ -250,7 +249,7 @@ class WhyPanel(QScrollArea):
         said = in_column(self.what, self.next_step, self.command, button, spacing=Space.S)
         in_row((self._picture, Qt.AlignmentFlag.AlignTop), (said, 1), of=card, spacing=Space.L, margins=Space.L)
         tiles = {key: self._tile(key, english) for key, english in _SEEN}
-        for key in ("noise", "port"):
+        for key in ("noise", "port"):  # may be long
             self.seen[key].setProperty("role", "strong")
         rows = [
             in_row(*((tiles[key], 1) for key in ("trip", "unanswered", "rejected", "echo")), spacing=Space.L),
@@ -269,5 +268,5 @@ class WhyPanel(QScrollArea):
         value.setProperty("role", "title")
         self._texts.bind(value.setAccessibleDescription, english)  # a name would hide the value
         tile = named(QWidget(), f"why_seen_{key}_tile")
-        in_column(caption, value, of=tile, spacing=0, margins=0)
+        in_column(caption, value, 1, of=tile, spacing=0, margins=0)
         return tile

@@ -4,7 +4,7 @@ from functools import partial
 from typing import Final
 
 from PySide6.QtCore import Signal
-from PySide6.QtGui import QFontDatabase, QFontMetrics
+from PySide6.QtGui import QFontMetrics
 from PySide6.QtWidgets import QFrame, QLineEdit, QToolButton
 
 from app.records.check_store import MAX_NOTE_LENGTH
@@ -16,7 +16,7 @@ from ui.core.texts import Texts
 from ui.pages.triggers.controller import TriggerRow
 from ui.pages.triggers.model import sources_text
 from ui.plots.trigger_picture import TriggerPicture
-from ui.style.theme import Size, Space, font
+from ui.style.theme import Size, Space, fixed_font, font
 from ui.widgets.controls import control
 from ui.widgets.labels import text_label
 from ui.widgets.layouts import FlowRow, Gap, in_column, in_row
@@ -75,9 +75,7 @@ class TriggersDetail(QFrame):
         self.told.setText(sentence(row.record).translated())
         self.picture.show_record(row.record, sources_text(row.record.sources))
         self.bytes.setText(row.record.raw.hex(" ").upper())
-        fixed = QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont)
-        fixed.setPixelSize(Size.SMALL)
-        self.bytes.setFont(fixed)
+        self.bytes.setFont(fixed_font(Size.SMALL))
         self.seen.setText(self._seen_text(row))
         for judgement, button in self.buttons.items():
             button.setChecked(row.is_stored and row.seen.judgement is judgement)

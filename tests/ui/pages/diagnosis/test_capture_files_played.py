@@ -26,6 +26,17 @@ from ui.pages.diagnosis.traffic_model import Column
 from ui.pages.preflight.page import PreflightPage
 from ui.widgets.recording_bar import SPEEDS, recording_target
 
+
+def test_the_notice_of_an_open_capture_follows_the_language(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with opened(qtbot, qapp, tmp_path) as (assembly, page, path):
+        assert page.strip.notice is not None
+        assert page.strip.notice.text.startswith(f"{path.name}; rows: ")
+        assembly.language_switch.use("zh_CN")
+        assert "行数" in page.strip.notice.text
+        assert strip_button(page, "capture_leave").text() == "返回实时"
+        assembly.language_switch.use("en")
+
+
 # Played
 
 
@@ -79,6 +90,21 @@ def test_data_of_a_playback_is_not_kept_as_the_modules(qtbot: QtBot, qapp: QAppl
         assert not isinstance(assembly.storage.store, Store)
         click(qtbot, assembly.window.recording_bar.stop)
         assert isinstance(assembly.storage.store, Store)
+
+
+def test_a_played_state_is_not_left_behind_as_the_modules(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    """The recorded module was active."""
+    with opened(qtbot, qapp, tmp_path) as (assembly, page, _path):
+        play(qtbot, assembly, page)
+        shell = assembly.window
+        click(qtbot, shell.recording_bar.stop)
+        assert not assembly.connector.is_active
+        qtbot.waitUntil(lambda: assembly.connector.state.phase is Phase.CLOSED, timeout=WAIT_MS)
+        shell.refresh()
+        assert not assembly.connector.is_active
+        assert not assembly.connector.device.values
+        assert "unknown" in shell.top_bar.activation.accessibleName()
+        assert shell.attention.is_risky_to_leave is False
 
 
 def test_another_speed_restarts_the_playback_and_it_can_be_stopped(

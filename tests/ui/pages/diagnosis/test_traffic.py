@@ -24,6 +24,7 @@ from ui.pages.diagnosis.traffic import TrafficPage
 from ui.pages.diagnosis.traffic_model import MAX_ROW_BYTES, MAX_ROWS, Column, Filter, TrafficModel
 from ui.pages.diagnosis.traffic_texts import at_of
 from ui.shell.page_maker import PageMaker
+from ui.style.theme import Choice
 
 LINE_RATE = 1440
 STREAMED = Status(7, 1.0, triggered=False, active=False).encode()
@@ -288,3 +289,17 @@ def test_a_cached_text_is_in_the_language_that_it_was_asked_in() -> None:
     i18n.set_language(i18n.CHINESE)
     english = traffic_texts._sentence(Direction.HOST_TO_MODULE, light, None, i18n.ENGLISH)
     assert english.startswith("query")
+
+
+def test_the_number_of_rows_is_readable_on_the_smallest_screen_in_sunlight(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    with window(qapp, tmp_path) as assembly:
+        assembly.appearance.choose(Choice.SUNLIGHT)
+        assembly.window.resize(960, 540)
+        shown = page(qtbot, assembly)
+        shown.on_batch(batch(streamed(1500)))
+        shown.draw()
+        QApplication.processEvents()
+        assert shown._count.text() == "rows: 1,500"
+        assert shown._count.width() >= shown._count.sizeHint().width()
