@@ -2,7 +2,9 @@
 
 Each mutant changes one operator, comparison, constant, statement or branch of one file as it is imported. Which tests
 execute which line is recorded once and kept in `build/mutants`; only the tests that execute the mutated line run on a
-mutant, until one fails. A survivor is a line that no test holds, or a change that makes no difference: look at each.
+mutant, until one fails: first those of the mutated rooms, then on what these do not catch all others. Each verdict is
+printed at once with the score so far; an interrupted run has a score, too, which is too low rather than too high. A
+survivor is a line that no test holds, or a change that makes no difference: look at each.
 Not part of CI; needs a platform with `fork`.
 """
 

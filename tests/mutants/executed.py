@@ -2,9 +2,10 @@
 
 import hashlib
 import json
+import sys
 import time
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
@@ -15,7 +16,9 @@ from tests.mutants import FOLDERS, ROOT
 from tests.mutants.changes import Mutant
 from tests.mutants.processes import forked, run_pytest
 
-TESTS = ("tests/protocol", "tests/app/*", "tests/faults", "tests/scenarios", "tests/ui/*")
+ROOMS = tuple(f"tests/{folder}" for folder in FOLDERS)
+OTHERS = ("tests/app/*", "tests/faults", "tests/scenarios", "tests/ui/*")
+"""Tests that run only on what those of the rooms do not catch: to record which lines they execute takes long."""
 ROOM_BUDGET_S = 20
 OTHERS_BUDGET_S = 20
 """The tests of a mutant's room and all other tests: the fastest of each that together take no longer."""
@@ -71,23 +74,35 @@ def _importing(path: str) -> list[str]:
     return [path, *(file.relative_to(ROOT).as_posix() for file in importing)]
 
 
-def recorded_map(workers: ProcessPoolExecutor) -> TestMap:
-    """The map of the source as it is now; only what is not yet in `build/mutants` is recorded."""
-    sources = [path for folder in ("protocol", "app", "ui", "tests") for path in sorted((ROOT / folder).rglob("*.py"))]
-    digest = hashlib.sha256(b"".join(path.read_bytes() for path in sources)).hexdigest()[:16]
-    place = ROOT / "build/mutants" / digest
+def recorded_map(workers: ProcessPoolExecutor, names: Sequence[str]) -> TestMap:
+    """The map of the source as it is now and the tests in these folders; recorded where not yet in `build/mutants`."""
+    place = ROOT / "build/mutants"
     place.mkdir(parents=True, exist_ok=True)
-    folders = [folder for pattern in TESTS for folder in sorted(ROOT.glob(pattern)) if folder.is_dir()]
-    names = [folder.relative_to(ROOT).as_posix() for folder in folders if folder.name != "__pycache__"]
-    files = {name: place / f"{name.replace('/', '-')}.json" for name in names}
+    files = {name: place / f"{name.replace('/', '-')}-{_digest(name)}.json" for name in names}
     missing = {name: file for name, file in files.items() if not file.exists()}
-    for name in workers.map(_record, missing.keys(), missing.values()):
-        print(f"recorded {name}", flush=True)
+    recorded = workers.map(_record, missing.keys(), missing.values())
+    for number, name in enumerate(recorded, 1):
+        print(f"recorded {name} ({number} of {len(missing)})", flush=True)
     tests = TestMap()
     for file in files.values():
         for test, (seconds, lines) in json.loads(file.read_text(encoding="utf-8")).items():
             tests.add(test, seconds, lines)
     return tests
+
+
+def other_folders() -> list[str]:
+    folders = [folder for pattern in OTHERS for folder in sorted(ROOT.glob(pattern)) if folder.is_dir()]
+    names = [folder.relative_to(ROOT).as_posix() for folder in folders if folder.name != "__pycache__"]
+    return [name for name in names if name not in ROOMS]
+
+
+def _digest(folder: str) -> str:
+    """Changes with the program, what all tests share, and the tests of this folder."""
+    paths = [
+        path for name in ("protocol", "app", "ui", "tests/support", folder) for path in (ROOT / name).rglob("*.py")
+    ]
+    paths += (ROOT / "tests").glob("*.py")
+    return hashlib.sha256(b"".join(path.read_bytes() for path in sorted(paths))).hexdigest()[:16]
 
 
 def _record(folder: str, target: Path) -> str:
@@ -102,8 +117,10 @@ def _run_recorded(folder: str, target: Path) -> None:
     coverage = Coverage(data_file=None, config_file=False, include=[f"{ROOT}/{one}/*" for one in FOLDERS])
     recorder = _Recorder(coverage)
     coverage.start()
-    run_pytest([folder], recorder)
+    ended = run_pytest([folder], recorder)
     coverage.stop()
+    if ended not in (pytest.ExitCode.OK, pytest.ExitCode.TESTS_FAILED):
+        sys.exit(ended)  # interrupted: the map would lack tests
     data = coverage.get_data()
     recorder.seconds[IMPORT] = 0.0
     lines: dict[str, dict[str, list[int]]] = {test: {} for test in recorder.seconds.keys() - recorder.failed}

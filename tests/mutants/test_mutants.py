@@ -4,12 +4,14 @@ import ast
 import os
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from tests.mutants import FOLDERS, ROOT
+from tests.mutants import FOLDERS, ROOT, __main__
 from tests.mutants.changes import Mutant, chosen, mutant_at
 from tests.mutants.executed import IMPORT, ROOM_BUDGET_S, TestMap
+from tests.mutants.judging import Verdict
 
 
 @pytest.mark.parametrize(
@@ -72,6 +74,26 @@ def test_only_tests_that_execute_the_line_run_those_of_the_room_and_the_fastest_
     for lines in (range(0), range(5, 6)):
         at_import = tests.batches(Mutant("protocol/x.py", lines, 1, "", ""))
         assert at_import[0][0] == "tests/protocol/test_d.py::test_1"  # may read a constant of the file
+
+
+@pytest.mark.parametrize(("survivors", "score"), [([], "100.0"), ([1], "50.0")])
+def test_an_interrupted_run_prints_the_score_of_what_was_judged(
+    survivors: list[int], score: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    mutants = chosen(1, 4, FOLDERS)
+
+    def judged(mutant: Mutant, _: list[list[str]]) -> Verdict:
+        if mutants.index(mutant) == 2:
+            raise KeyboardInterrupt
+        return Verdict(mutant, 1, None if mutants.index(mutant) in survivors else "test", 0.0)
+
+    monkeypatch.setattr(__main__, "pool", ThreadPoolExecutor)
+    monkeypatch.setattr(__main__, "recorded_map", lambda *_: TestMap())
+    monkeypatch.setattr(__main__, "judged", judged)
+    assert __main__.main(["--seed", "1", "--count", "4", "--jobs", "1"]) == 1
+    printed = capsys.readouterr().out
+    assert f"2 of 4 mutants, seed 1: {score} % caught" in printed
+    assert printed.splitlines()[0].startswith("  1/4 100 %  caught")
 
 
 JUDGE = """
