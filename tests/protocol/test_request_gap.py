@@ -8,7 +8,17 @@ from app.procedures.read import READABLE, read_everything
 from app.procedures.write_all import SettingChange, WriteContext, write_all
 from protocol.catalogue import ACTIVATION, BY_NAME, HEARTBEAT, SERIAL_OUTPUT, SETTINGS
 from protocol.events import Sent
-from protocol.request_gap import MAX_S, PATIENCE, PAUSES_S, Gap
+from protocol.request_gap import (
+    CLEAR_S,
+    LONGEST_PATIENCE,
+    MAX_S,
+    ONCE_S,
+    ONCE_UNTRIED_S,
+    PATIENCE,
+    PAUSES_S,
+    STREAM_LATE_S,
+    Gap,
+)
 from tests.support.journals import FakeJournal
 from tests.support.line.link_bench import PULSE, Bench, named
 from tests.support.line.sim_line import Rig
@@ -172,3 +182,66 @@ def test_every_setting_waits_for_a_quiet_line() -> None:
         request = command.set(command.write.decode(value)) if command.write is not None else QUESTION
         assert gap.due(request, 1.0, is_repeated=False, now=1.0) >= 1.01
     assert Gap().due(QUESTION, 1.0, is_repeated=False, now=1.0) == 1.0
+
+
+def streaming(*times_s: float) -> Gap:
+    gap = Gap()
+    for time_s in times_s:
+        gap.on_streamed(time_s)
+    return gap
+
+
+@pytest.mark.parametrize(
+    ("times_s", "asked_at", "due_at"),
+    [
+        ([], 2.0, 2.0),
+        ([1.0], 2.0, 2.0),
+        ([0.0, 1.0], 1.0, 1.0),  # directly after a report
+        ([0.0, 1.0], 2.0 - CLEAR_S - 0.001, 2.0 - CLEAR_S - 0.001),
+        ([0.0, 1.0], 2.0 - CLEAR_S, 2.0 + STREAM_LATE_S),
+        ([0.0, 1.0], 2.0 + STREAM_LATE_S + 0.001, 2.0 + STREAM_LATE_S + 0.001),  # the report is missing
+        ([0.0, 1.125], 2.125, 2.125),  # a pause of more than a second: nothing is due
+        ([0.0, 1.0, 2.125], 3.125, 3.125),
+        ([0.0, 0.5, 0.5 + 2**-12], 1.0, 1.0 + 2**-12 + STREAM_LATE_S),  # two reports in one read
+        ([0.0, 0.5, 1.5], 2.0, 2.0 + STREAM_LATE_S),  # the shortest interval counts
+    ],
+)
+def test_a_set_leaves_between_two_streamed_reports(times_s: list[float], asked_at: float, due_at: float) -> None:
+    gap = streaming(*times_s)
+    assert gap.due(SET, asked_at, is_repeated=False, now=asked_at) == pytest.approx(due_at)
+    assert gap.due(QUESTION, asked_at, is_repeated=True, now=asked_at) == pytest.approx(due_at)
+    assert gap.due(QUESTION, asked_at, is_repeated=False, now=asked_at) == asked_at
+    assert gap.due(ACTIVATION.set(False), asked_at, is_repeated=True, now=asked_at) == asked_at
+
+
+def test_a_set_waits_for_the_shorter_time_while_quick_requests_are_answered() -> None:
+    assert 0.0 < ONCE_S < ONCE_UNTRIED_S < MAX_S
+    gap, now = Gap(), 0.0
+    assert gap.once_s == ONCE_UNTRIED_S
+    now = answer(gap, now, PAUSES_S[2])
+    assert gap.once_s == ONCE_UNTRIED_S, "16 ms is no shorter pause than the 15 ms that would be used"
+    now = answer(gap, now, PAUSES_S[1])
+    assert gap.once_s == ONCE_S
+    for _ in range(3):
+        now = lose(gap, now, PAUSES_S[1])
+    assert gap.once_s == ONCE_UNTRIED_S
+
+
+def test_the_longest_pause_is_kept_where_nothing_shorter_works_and_tried_ever_more_rarely() -> None:
+    gap, now = Gap(), 0.0
+    for _ in range(3 * len(PAUSES_S)):
+        now = lose(gap, now, gap.question_s)
+    longest_s = gap.question_s
+    assert longest_s == PAUSES_S[-1]
+    while gap.question_s == longest_s:
+        now = answer(gap, now, longest_s)
+    tries = []
+    for _ in range(7):
+        for _ in range(3):
+            now = lose(gap, now, gap.question_s)
+        answers = 0
+        while gap.question_s == longest_s:
+            now = answer(gap, now, longest_s)
+            answers += 1
+        tries.append(answers)
+    assert tries == [min(PATIENCE * 2**number, LONGEST_PATIENCE) for number in range(1, 8)]

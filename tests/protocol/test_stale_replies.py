@@ -12,6 +12,8 @@ from protocol.events import (
 )
 from protocol.frame import encode_reply
 from protocol.messages import Reading
+from protocol.round_trips import Timing
+from protocol.stale_replies import StaleReplies
 from tests.support.line.link_bench import PULSE, RECORD, STREAMED, TRAP, Bench, named
 
 
@@ -332,3 +334,59 @@ def test_a_restart_is_seen_although_heartbeats_were_never_answered(bench: Bench)
     bench.hear(PULSE, after_s=0.5)
     bench.hear(PULSE, after_s=0.05)
     assert bench.taken(Restarted)
+
+
+SOON = Timing(late_s=4.0, doubled_s=0.5, restart_s=0.25)
+LIGHT, FREEFALL_TIME = named("light").query(), named("freefall_time").query()
+
+
+@pytest.mark.parametrize(("passed_s", "is_late"), [(4.0, True), (4.125, False)])
+def test_a_late_reply_counts_until_its_time_is_over(passed_s: float, is_late: bool) -> None:
+    stale = StaleReplies(SOON)
+    stale.expect_late(FREEFALL_TIME, 1.0, count=1)
+    stale.drop_expired(1.0 + passed_s)
+    assert stale.pop_late(encode_reply(0x22, 160)) == (FREEFALL_TIME if is_late else None)
+    assert stale.pop_late(encode_reply(0x22, 160)) is None, "one was owed"
+
+
+@pytest.mark.parametrize(("passed_s", "is_copy"), [(0.5, True), (0.625, False)])
+def test_a_copy_counts_until_its_time_is_over(passed_s: float, is_copy: bool) -> None:
+    stale, reply = StaleReplies(SOON), encode_reply(0x22, 160)
+    stale.expect_copy(reply, FREEFALL_TIME, 1.0)
+    assert stale.is_copy(reply, 1.0 + passed_s) is is_copy
+    assert not stale.is_copy(encode_reply(0x22, 161), 1.0)
+    assert not stale.is_late_copy(reply)
+    assert stale.could_answer(named("freefall_time").set(1.6), 1.0 + passed_s) is is_copy
+    assert not stale.could_answer(FREEFALL_TIME, 1.0), "the same question: as good"
+    stale.expect_no_copy(reply)
+    assert not stale.is_copy(reply, 1.0)
+
+
+@pytest.mark.parametrize(("passed_s", "is_in_doubt"), [(0.25, True), (0.375, False)])
+def test_soon_after_a_heartbeat_the_fence_is_another_question(passed_s: float, is_in_doubt: bool) -> None:
+    stale = StaleReplies(SOON)
+    stale.on_heartbeat(1.0)
+    assert (stale.fence(1.0 + passed_s) == HEARTBEAT.query()) is not is_in_doubt
+    assert stale.fence(1.0 + passed_s, is_proof=True) != HEARTBEAT.query()
+
+
+@pytest.mark.parametrize(("apart_s", "is_in_doubt"), [(0.25, True), (0.375, False)])
+def test_a_heartbeat_soon_after_another_proves_nothing(apart_s: float, is_in_doubt: bool) -> None:
+    stale = StaleReplies(SOON)
+    stale.expect_late(FREEFALL_TIME, 0.5, count=1)
+    stale.on_heartbeat(1.0)
+    stale.on_heartbeat(1.0 + apart_s)
+    stale.on_answered(HEARTBEAT.query())
+    assert (stale.pop_late(encode_reply(0x22, 160)) is not None) is is_in_doubt
+
+
+def test_after_an_answer_only_its_own_copy_may_follow() -> None:
+    stale, earlier, last = StaleReplies(SOON), encode_reply(0x22, 160), encode_reply(0x14, 1)
+    stale.expect_copy(earlier, FREEFALL_TIME, 1.0)
+    stale.expect_copy(last, LIGHT, 1.0)
+    stale.on_answered(LIGHT)
+    assert stale.is_copy(last, 1.0)
+    assert not stale.is_copy(earlier, 1.0)
+    assert stale.copied_request(last) == LIGHT
+    assert stale.copied_request(earlier) is None
+    assert not stale.is_late_copy(earlier)

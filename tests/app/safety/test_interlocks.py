@@ -203,3 +203,91 @@ def test_a_permit_is_used_once() -> None:
     assert permit.spend()
     assert not permit.spend()
     assert not permit.is_good(Act.ZERO, NOW)
+
+
+def open_for(act: Act, **known: Any) -> dict[Interlock, str]:
+    return {refusal.condition: refusal.sentence for refusal in refusals(act, InterlockInputs(now=NOW, **known))}
+
+
+@pytest.mark.parametrize(
+    ("known", "sentence"),
+    [
+        ({"status_at": NOW}, None),
+        ({"status_at": NOW - 1.0}, None),
+        ({"status_at": NOW - 1.125}, "The status is 1.1 s old."),
+        ({"status_at": NOW - 1.5, "status_fresh_for_s": 1.5}, None),
+        ({"status_at": NOW - 1.625, "status_fresh_for_s": 1.5}, "The status is 1.6 s old."),
+        ({"status_at": NOW + 0.125}, "The status is 0.0 s old."),
+        ({"status_at": NOW - 1.125, "lag_s": 2.5}, "Data arrives 2.5 s late."),
+        ({"status_at": NOW - 0.5, "status_fault": StaleReason.LATE, "lag_s": 2.5}, "Data arrives 2.5 s late."),
+        ({"status_at": NOW - 0.5, "status_fault": StaleReason.RESTARTED, "lag_s": 2.5}, "No current status."),
+        ({"lag_s": 2.5}, "No current status."),
+        ({"status_at": float("-inf")}, "No current status."),
+    ],
+)
+def test_a_status_counts_for_a_second_and_its_age_is_named(known: dict[str, Any], sentence: str | None) -> None:
+    assert open_for(Act.SHUTDOWN, **known).get(Interlock.FRESH_STATUS) == sentence
+
+
+@pytest.mark.parametrize(
+    ("tilt_deg", "level", "below"),
+    [
+        (10.0, None, None),
+        (11.0, "Tilt 11°: lay it level (≤ 10°).", None),
+        (59.0, "Tilt 59°: lay it level (≤ 10°).", None),
+        (60.0, "Tilt 60°: lay it level (≤ 10°).", "Tilt 60° (threshold 60°): it would fire at once."),
+    ],
+)
+def test_the_tilt_at_its_limits(tilt_deg: float, level: str | None, below: str | None) -> None:
+    known = {"tilt_deg": tilt_deg, "attitude_threshold_deg": 60.0}
+    assert open_for(Act.ZERO, **known).get(Interlock.IS_LEVEL) == level
+    assert open_for(Act.ACTIVATE, **known).get(Interlock.BELOW_TILT) == below
+
+
+@pytest.mark.parametrize(
+    ("motion", "sentence"),
+    [
+        (MotionExtremes(0.0, 1.8, 6.0, 8.0, 0.9, 1.1), None),
+        (MotionExtremes(0.0, 1.75, 6.0, 8.0, 0.9, 1.1), "Not watched for 2 s yet."),
+        (MotionExtremes(0.0, 1.8, 6.0, 9.0, 0.9, 1.1), "It moves: 6–9°, 0.9–1.1 g in 2 s."),
+        (MotionExtremes(0.0, 1.8, 6.0, 8.0, 0.8, 1.1), "It moves: 6–8°, 0.8–1.1 g in 2 s."),
+        (MotionExtremes(0.0, 1.8, 6.0, 8.0, 0.9, 1.2), "It moves: 6–8°, 0.9–1.2 g in 2 s."),
+    ],
+)
+def test_it_is_still_within_two_degrees_and_a_tenth_of_a_g(motion: MotionExtremes, sentence: str | None) -> None:
+    assert open_for(Act.ZERO, motion=motion).get(Interlock.IS_STILL) == sentence
+
+
+@pytest.mark.parametrize(
+    ("origin", "seconds"), [(Origin.RITUAL, 1), (Origin.CONFIRMATION, 5), (Origin.COMMAND_LINE, 10)]
+)
+def test_a_permit_lasts_as_long_as_its_origin_says(origin: Origin, seconds: int) -> None:
+    permit = Permit(Act.ZERO, origin, NOW)
+    assert permit.is_good(Act.ZERO, NOW)
+    assert permit.is_good(Act.ZERO, NOW + seconds)
+    assert not permit.is_good(Act.ZERO, NOW + seconds + 0.125)
+    assert not permit.is_good(Act.ZERO, NOW - 0.125)
+    assert not permit.is_good(Act.ACTIVATE, NOW)
+
+
+@pytest.mark.parametrize(
+    ("name", "why"),
+    [("slept_until", "computer slept"), ("overtaken_at", "LOCK was pressed"), ("opened_at", "port reopened")],
+)
+def test_what_came_after_a_permit_voids_it(name: str, why: str) -> None:
+    for granted_at, is_void in ((NOW - 0.25, True), (NOW - 0.125, True), (NOW, False)):
+        permit = Permit(Act.ZERO, Origin.CONFIRMATION, granted_at)
+        found = open_for(Act.ZERO, permit=permit, **{name: NOW - 0.125}).get(Interlock.CONFIRMED)
+        assert found == (f"Confirm again: {why}." if is_void else None)
+
+
+def test_a_permit_that_does_not_count_is_named_with_the_reason() -> None:
+    def why(permit: Permit, act: Act = Act.ZERO) -> str | None:
+        return open_for(act, permit=permit).get(Interlock.RITUAL_DONE if act is Act.DEPLOY else Interlock.CONFIRMED)
+
+    assert why(Permit(Act.ZERO, Origin.CONFIRMATION, NOW, is_spent=True)) == "Confirm again: already used."
+    assert why(Permit(Act.ZERO, Origin.CONFIRMATION, NOW - 5.5)) == "Confirm again: 5.5 s old."
+    assert why(Permit(Act.ZERO, Origin.CONFIRMATION, NOW + 1.0)) == "Confirm again: 0.0 s old."
+    assert why(Permit(Act.ZERO, Origin.CONFIRMATION, NOW, is_rehearsal=True)) == "Nothing is sent."
+    assert why(Permit(Act.ACTIVATE, Origin.CONFIRMATION, NOW)) == "Not confirmed."
+    assert why(Permit(Act.DEPLOY, Origin.CONFIRMATION, NOW), Act.DEPLOY) == "Not armed and held for 2 s."

@@ -234,3 +234,43 @@ def test_the_random_steps_do_reach_a_permit() -> None:
         now += 0.1
         permits += ritual.tick(now) is not None
     assert permits == 1
+
+
+@pytest.mark.parametrize(("gap_s", "stage"), [(0.25, Stage.HOLDING), (0.3125, Stage.IDLE), (-0.125, Stage.IDLE)])
+def test_a_hold_is_known_while_ticks_come_a_quarter_of_a_second_apart(gap_s: float, stage: Stage) -> None:
+    assert MAX_GAP_S == 0.25
+    ritual = armed()
+    ritual.press(T0 + 1)
+    assert ritual.tick(T0 + 1) is None
+    ritual.tick(T0 + 1 + gap_s)
+    assert ritual.stage is stage
+
+
+def test_the_hold_is_complete_at_two_seconds() -> None:
+    ritual = armed()
+    ritual.press(T0)
+    for step in range(1, 16):
+        assert ritual.tick(T0 + step / 8) is None
+    assert (ritual.held_s(T0 + 1.875), ritual.held_s(T0 + 2.5), ritual.held_s(T0 - 1)) == (1.875, HOLD_S, 0.0)
+    permit = ritual.tick(T0 + 2.0)
+    assert permit is not None
+    assert (permit.granted_at, permit.is_spent) == (T0 + 2.0, False)
+    assert ritual.held_s(T0 + 2.0) == 0.0
+
+
+def test_it_is_armed_for_less_than_ten_seconds() -> None:
+    ritual = armed()
+    assert ritual.tick(T0 + 9.875) is None
+    assert (ritual.stage, ritual.armed_left_s(T0 + 9.875)) == (Stage.ARMED, 0.125)
+    assert ritual.armed_left_s(T0 + 11) == 0.0
+    ritual.tick(T0 + ARMED_FOR_S)
+    assert (ritual.stage, ritual.ended_by, ritual.armed_left_s(T0 + 1)) == (Stage.IDLE, Input.RAN_OUT, 0.0)
+
+
+def test_armed_again_while_armed_does_not_extend_the_ten_seconds() -> None:
+    ritual = armed()
+    ritual.arm(T0 + 5)
+    assert ritual.armed_left_s(T0 + 5) == 5.0
+    ritual.press(T0 + 6)
+    ritual.press(T0 + 6.5, is_double_click=True)
+    assert ritual.stage is Stage.IDLE, "a second press while it is held ends it"

@@ -1,0 +1,158 @@
+"""The limits of the checks of the line and the sensors: what is exactly at a limit passes, one step beyond does not."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import pytest
+
+from app.limits.expectations import Expectations, Past
+from app.preflight.checks import CHECKS
+from app.preflight.evidence import HEARTBEATS, STILL_S, Disturbance, Evidence, StatusSampleAt
+from app.preflight.findings import Case, CheckResult, Finding
+from app.preflight.line_checks import TRIALS_NEEDED
+from protocol.fields import Value
+from protocol.messages import Status
+
+LEVEL = Status(0, 1.0, False, False)
+PASS, FAIL, UNKNOWN = CheckResult.PASS, CheckResult.FAIL, CheckResult.UNKNOWN
+
+
+def finding(check_id: str, **evidence: Any) -> Finding:
+    case = Case(evidence=Evidence(port="sim", **evidence), expectations=Expectations(), past=Past())
+    return next(check for check in CHECKS if check.id == check_id).judge(case)
+
+
+def trials(*statuses: Status, count: int = TRIALS_NEEDED, lasting_s: float = STILL_S) -> list[StatusSampleAt]:
+    filled = [*statuses, *[LEVEL] * (count - len(statuses))]
+    return [StatusSampleAt(lasting_s * number / (count - 1), status) for number, status in enumerate(filled)]
+
+
+@pytest.mark.parametrize(
+    ("sent", "answered", "invalid", "result"),
+    [
+        (HEARTBEATS, HEARTBEATS, 0, PASS),
+        (HEARTBEATS, HEARTBEATS - 1, 0, FAIL),
+        (HEARTBEATS, HEARTBEATS, 1, FAIL),
+        (HEARTBEATS - 1, HEARTBEATS - 1, 0, FAIL),
+        (0, 0, 0, UNKNOWN),
+    ],
+)
+def test_no_heartbeat_of_twenty_may_be_lost(sent: int, answered: int, invalid: int, result: CheckResult) -> None:
+    assert HEARTBEATS == 20
+    evidence = {"heartbeats_sent": sent, "round_trips_s": [0.01] * answered, "rejected_bytes": invalid}
+    found = finding("link_loss", **evidence)
+    assert found.result is result
+    if sent:
+        assert found.measured == sent - answered
+        assert found.shown.in_english() == f"{sent - answered} of {sent} lost, invalid bytes: {invalid}"
+    assert found.limit.in_english() == "0 of 20 lost, invalid bytes: 0"
+
+
+@pytest.mark.parametrize(("slowest_s", "result"), [(0.1, PASS), (0.1001, FAIL)])
+def test_the_slowest_answer_may_take_a_tenth_of_a_second(slowest_s: float, result: CheckResult) -> None:
+    found = finding("round_trip", round_trips_s=[0.02, slowest_s, 0.01, 0.04])
+    assert found.result is result
+    assert found.shown.in_english() == f"{1000 * slowest_s:.1f} ms, median 40.0 ms"
+    assert found.limit.in_english() == "≤ 100 ms"
+    assert finding("round_trip").result is UNKNOWN
+
+
+@pytest.mark.parametrize(
+    ("count", "lasting_s", "result"),
+    [
+        (TRIALS_NEEDED, 1.5, PASS),
+        (TRIALS_NEEDED - 1, STILL_S, UNKNOWN),
+        (TRIALS_NEEDED, 1.4375, UNKNOWN),
+    ],
+)
+@pytest.mark.parametrize("check_id", ["tilt", "tilt_spread", "acceleration", "acceleration_spread"])
+def test_too_few_reports_prove_nothing(check_id: str, count: int, lasting_s: float, result: CheckResult) -> None:
+    found = finding(check_id, trials=trials(count=count, lasting_s=lasting_s))
+    assert found.result is result
+    if result is UNKNOWN:
+        assert found.shown.in_english() == f"unknown: reports in 2 s: only {count}"
+    assert finding(check_id).shown.in_english() == "unknown: not asked"
+
+
+@pytest.mark.parametrize(
+    ("check_id", "statuses", "result", "shown", "limit"),
+    [
+        ("tilt", [Status(5, 1.0, False, False)], PASS, "5°", "≤ 5°"),
+        ("tilt", [Status(6, 1.0, False, False)], FAIL, "6°", "≤ 5°"),
+        ("tilt_spread", [Status(2, 1.0, False, False)], PASS, "2°", "≤ 2° / 2 s"),
+        ("tilt_spread", [Status(3, 1.0, False, False)], FAIL, "3°", "≤ 2° / 2 s"),
+        ("acceleration", [Status(0, 0.9, False, False)], PASS, "0.9 g", "0.9–1.1 g"),
+        ("acceleration", [Status(0, 1.1, False, False)], PASS, "1.1 g", "0.9–1.1 g"),
+        ("acceleration", [Status(0, 0.8, False, False)], FAIL, "0.8 g", "0.9–1.1 g"),
+        ("acceleration", [Status(0, 1.2, False, False)], FAIL, "1.2 g", "0.9–1.1 g"),
+        ("acceleration", [Status(0, 0.7, False, False), Status(0, 1.2, False, False)], FAIL, "0.7 g", "0.9–1.1 g"),
+        ("acceleration_spread", [Status(0, 0.9, False, False), Status(0, 1.1, False, False)], PASS, "0.2 g",
+         "≤ 0.2 g / 2 s"),
+        ("acceleration_spread", [Status(0, 0.9, False, False), Status(0, 1.2, False, False)], FAIL, "0.3 g",
+         "≤ 0.2 g / 2 s"),
+    ],
+)  # fmt: skip
+def test_a_module_may_lie_and_move_up_to_the_limit(
+    check_id: str, statuses: list[Status], result: CheckResult, shown: str, limit: str
+) -> None:
+    found = finding(check_id, trials=trials(*statuses))
+    assert (found.result, found.shown.in_english(), found.limit.in_english()) == (result, shown, limit)
+
+
+NOT_CHARGING: list[Value] = [False, False]
+
+
+@pytest.mark.parametrize(
+    ("series", "result", "shown"),
+    [
+        ({"cell_voltage_v": [3.8, 4.0], "charging": NOT_CHARGING}, PASS, "3.80 V"),
+        ({"cell_voltage_v": [4.0, 3.78], "charging": NOT_CHARGING}, FAIL, "3.78 V"),
+        ({"cell_voltage_v": [4.0], "charging": NOT_CHARGING}, UNKNOWN, "unknown: not asked"),
+        ({"cell_voltage_v": [4.0, 4.24], "charging": NOT_CHARGING}, PASS, "4.00 V"),
+        ({"cell_voltage_v": [4.0, 4.26], "charging": NOT_CHARGING}, FAIL, "4.26 V: too high"),
+        ({"cell_voltage_v": [4.0, 4.0], "charging": [False]}, UNKNOWN, "unknown: 4.00 V may be the charger's"),
+        ({"cell_voltage_v": [4.0, 4.0], "charging": [False, True]}, UNKNOWN, "unknown: 4.00 V may be the charger's"),
+        ({"cell_voltage_v": [3.78, 4.0], "charging": [True, True]}, FAIL, "3.78 V"),
+    ],
+)
+def test_the_lowest_of_the_answers_is_the_cell_voltage(
+    series: Mapping[str, list[Value]], result: CheckResult, shown: str
+) -> None:
+    found = finding("cell_voltage", series=dict(series))
+    assert (found.result, found.shown.in_english(), found.limit.in_english()) == (result, shown, "≥ 3.80 V")
+
+
+@pytest.mark.parametrize(
+    ("states", "result"),
+    [([False, False], PASS), ([False, True], FAIL), ([True, False], FAIL), ([False], UNKNOWN), ([], UNKNOWN)],
+)
+def test_external_power_in_one_answer_is_enough(states: list[Value], result: CheckResult) -> None:
+    assert finding("charging", series={"charging": states}).result is result
+
+
+@pytest.mark.parametrize(
+    ("lights", "result"),
+    [([1.9, 1.0], PASS), ([1.0, 2.0], FAIL), ([2.1, 1.0], FAIL), ([1.0], UNKNOWN)],
+)
+def test_the_bay_is_closed_below_the_light_threshold(lights: list[Value], result: CheckResult) -> None:
+    found = finding("light", series={"light_v": lights}, values={"light_threshold_v": 2.0})
+    assert (found.result, found.limit.in_english()) == (result, "< 2.0 V")
+    assert finding("light", series={"light_v": lights}).result is UNKNOWN
+
+
+def test_one_report_of_many_decides() -> None:
+    fired, active = Status(0, 1.0, True, False), Status(0, 1.0, False, True)
+    assert finding("triggered", trials=trials()).result is PASS
+    assert finding("triggered", trials=trials(LEVEL, fired)).shown.in_english() == "TRIGGERED"
+    assert finding("activation", trials=trials(), status=LEVEL).shown.in_english() == "locked"
+    assert finding("activation", trials=trials(*[active] * TRIALS_NEEDED), status=active).shown.in_english() == "ACTIVE"
+    assert finding("activation", trials=trials(LEVEL, active), status=LEVEL).shown.in_english() == "changed"
+    for check_id in ("triggered", "activation"):
+        assert finding(check_id).result is UNKNOWN
+
+
+def test_a_check_that_did_not_end_is_not_undisturbed() -> None:
+    assert finding("undisturbed", ended_at=1.0).result is PASS
+    assert finding("undisturbed").result is UNKNOWN
+    assert finding("undisturbed", ended_at=1.0, disturbance=Disturbance.SLEPT).result is FAIL
+    assert finding("undisturbed", disturbance=Disturbance.SLEPT).measured is False
