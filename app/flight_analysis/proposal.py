@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.firing.judge import TriggerLimits
-from app.flight_analysis.curves import MAX_ACCELERATION_STEPS, steps_of
+from app.flight_analysis.curves import MAX_ACCELERATION_STEPS, NEVER, steps_of
 from app.flight_analysis.flight_set import FlightGroup, FlightSet
 from app.flight_analysis.summary import FlightSummary
 from app.flight_logs.module_view import RuleReading
@@ -116,7 +116,8 @@ class _Reached(NamedTuple):
         worse = max if group is FlightGroup.MUST_NOT else min
         tilts, falls = [], []
         for flight in flights:
-            end_s = flight.end_s if group is FlightGroup.MUST else np.finfo(np.float64).max
+            # Finite: what never fires has the time infinity, which is not before an impact that is unknown.
+            end_s = min(flight.end_s if group is FlightGroup.MUST else NEVER, np.finfo(np.float64).max)
             curves = [flight.curves(reading) for reading in RuleReading]
             tilts.append(worse(int((one.attitude_s <= end_s).sum()) - 1 for one in curves))
             both = np.stack([(one.freefall_s <= end_s).sum(axis=1) - 1 for one in curves])

@@ -134,6 +134,26 @@ def test_a_crash_that_fires_only_after_the_impact_does_not_count() -> None:
     assert [one.name for one in proposal.conflicts] == ["crash"]
 
 
+def test_a_flight_that_must_fire_and_never_does_has_no_proposal() -> None:
+    """Its log ends without an impact."""
+    log = flown("lost over the sea", Event(5, 1.0, 0.5), hits_the_ground=False)
+    assert summarise(log).impact_s is None
+    assert not judge_flight(log, TriggerLimits()).firings
+    proposal = proposed([], [log])
+    assert proposal.limits is None
+    assert [one.name for one in proposal.conflicts] == ["lost over the sea"]
+
+
+def test_a_flight_without_an_impact_that_fires_late_has_its_true_margin() -> None:
+    log = flown("lost over the sea", Event(85, 1.0, 0.5), hits_the_ground=False)
+    nearest = proposed([], [log]).nearest(FlightGroup.MUST)
+    assert nearest is not None
+    limits = proposed([], [log]).limits
+    assert limits is not None
+    assert nearest.attitude_deg == 85 - limits.attitude_threshold_deg
+    assert nearest.freefall_s < 0
+
+
 def test_without_flights_the_vendors_defaults_stay() -> None:
     assert proposed([], []) == ThresholdProposal(TriggerLimits())
 
