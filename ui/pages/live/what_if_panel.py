@@ -36,7 +36,7 @@ from ui.widgets.naming import named
 from ui.widgets.sliders import WheelGuard
 
 WIDTH_PX: Final = 376
-_LIST_PX: Final = 116
+_ROWS_IN_SIGHT: Final = 8
 _STYLES: Final = {
     WhatIfKind.JUDGING: (Icon.CLOCK, Meaning.INFORMATION),
     WhatIfKind.UNJUDGED: (Icon.UNKNOWN, Meaning.UNKNOWN),
@@ -170,6 +170,9 @@ class WhatIfPanel(QFrame):
                 item.setToolTip(row.text)
                 self.list.addItem(item)
         self.list.setVisible(bool(rows))
+        shown = min(len(rows), _ROWS_IN_SIGHT)  # the panel scrolls, not a list within it
+        height = sum(self.list.sizeHintForRow(row) for row in range(shown))
+        self.list.setFixedHeight(height + 2 * self.list.frameWidth() + Space.XS)
 
     # Construction
 
@@ -180,7 +183,6 @@ class WhatIfPanel(QFrame):
         self.details = text_label("fired_details", "small")
         self.list = control(QListWidget(), texts, "fired_list", says="Triggers and near misses")
         self.list.setWordWrap(True)
-        self.list.setFixedHeight(_LIST_PX)
         set_icon_size(self.list, 16)
         self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.list.hide()
