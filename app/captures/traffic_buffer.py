@@ -1,50 +1,95 @@
 """The latest bytes of the line, in bounded memory, ready to be saved as a capture."""
 
+from array import array
 from collections import deque
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from datetime import UTC, datetime
-from itertools import islice
+from itertools import accumulate, chain, islice
 
 from app import version
-from app.captures.entries import CaptureEntry
+from app.captures.entries import CaptureEntry, Way
 from app.captures.writer import Header, entries_of
 from app.system.wall_clock import WallClock
 from protocol.events import Event
 
-MAX_BYTES = 16_000_000
-"""Limit of memory: half an hour of a usual stream, ten minutes of a full line. Older entries are in the session's
-recording. As text it is smaller than `MAX_FILE_BYTES`, so that it can be opened again."""
-ENTRY_BYTES = 150
-"""Memory of an entry besides its bytes."""
+MAX_ENTRIES = 100_000
+"""Half an hour of a usual stream, ten minutes of a full line. Older entries are in the session's recording."""
+MAX_BYTES = 8_000_000
+"""As text this is smaller than `MAX_FILE_BYTES`, so that it can be opened again."""
+PART_ENTRIES = 1000
+_PART_BYTES = 64 * 1024
+
+
+@dataclass(frozen=True, slots=True)
+class _Part:
+    """Consecutive entries as a few large objects: many small ones that come and go fragment the memory, and the garbage
+    collector visits each."""
+
+    raw: bytes
+    ends: "array[int]"
+    """Where each entry ends in `raw`."""
+    at_s: "array[float]"
+    are_sent: bytes
+    """1 for each entry that was sent, else 0."""
+
+    def __len__(self) -> int:
+        return len(self.ends)
+
+    def __iter__(self) -> Iterator[CaptureEntry]:
+        begins = 0
+        for end, at_s, is_sent in zip(self.ends, self.at_s, self.are_sent, strict=True):
+            yield CaptureEntry(at_s, Way.OUT if is_sent else Way.IN, self.raw[begins:end])
+            begins = end
+
+
+def _part_of(entries: list[CaptureEntry]) -> _Part:
+    return _Part(
+        b"".join(entry.raw for entry in entries),
+        array("I", accumulate(len(entry.raw) for entry in entries)),
+        array("d", (entry.at_s for entry in entries)),
+        bytes(entry.way is Way.OUT for entry in entries),
+    )
 
 
 class TrafficBuffer:
     """Bytes that were sent and received, oldest first. Not thread-safe."""
 
     def __init__(self) -> None:
-        self._entries: deque[CaptureEntry] = deque()
-        self._bytes = 0
+        self._parts: deque[_Part] = deque()
+        self._newest: list[CaptureEntry] = []
+        """Not yet in a part."""
+        self._count = self._bytes = self._newest_bytes = 0
         self.wall = WallClock()
         self.has_dropped = False
         """Older entries were dropped."""
 
     def __len__(self) -> int:
-        return len(self._entries)
+        return self._count
 
     def feed(self, events: Iterable[Event]) -> None:
         self.wall.poll()
         for entry in entries_of(events, 0.0):
-            self._entries.append(entry)
-            self._bytes += ENTRY_BYTES + len(entry.raw)
-        while self._bytes > MAX_BYTES:
-            self._bytes -= ENTRY_BYTES + len(self._entries.popleft().raw)
+            self._newest.append(entry)
+            self._count += 1
+            self._bytes += len(entry.raw)
+            self._newest_bytes += len(entry.raw)
+            if len(self._newest) >= PART_ENTRIES or self._newest_bytes >= _PART_BYTES:
+                self._parts.append(_part_of(self._newest))
+                self._newest, self._newest_bytes = [], 0
+        while self._parts and (self._count > MAX_ENTRIES or self._bytes > MAX_BYTES):
+            oldest = self._parts.popleft()
+            self._count -= len(oldest)
+            self._bytes -= len(oldest.raw)
             self.has_dropped = True
 
     def entries(self, most: int | None = None) -> tuple[CaptureEntry, ...]:
         """The last `most`, or all, with times that begin at 0."""
-        last = tuple(self._last(most))
-        began_s = last[0].at_s if last else 0.0
-        return tuple(entry._replace(at_s=entry.at_s - began_s) for entry in last)
+        last = self._last(most)
+        first = next(last, None)
+        if first is None:
+            return ()
+        return tuple(CaptureEntry(at_s - first.at_s, way, raw) for at_s, way, raw in chain((first,), last))
 
     def header(self, port: str, baud_rate: int, most: int | None = None) -> Header:
         """The header of a file with `entries(most)`."""
@@ -55,8 +100,12 @@ class TrafficBuffer:
         )
 
     def _last(self, most: int | None) -> Iterator[CaptureEntry]:
-        first = 0 if most is None else max(0, len(self._entries) - most)
-        return islice(self._entries, first, None)
+        skipped = 0 if most is None else max(0, self._count - most)
+        everything: list[_Part | list[CaptureEntry]] = [*self._parts, self._newest]
+        for some in everything:
+            if skipped < len(some):
+                yield from islice(some, skipped, None)
+            skipped = max(0, skipped - len(some))
 
 
 def _iso(wall_s: float) -> str:

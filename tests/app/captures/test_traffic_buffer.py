@@ -1,18 +1,26 @@
 """The buffer of the line's traffic is bounded."""
 
-from app.captures.traffic_buffer import ENTRY_BYTES, MAX_BYTES, TrafficBuffer
+import sys
+
+from app.captures.entries import CaptureEntry, Way
+from app.captures.traffic_buffer import MAX_BYTES, MAX_ENTRIES, PART_ENTRIES, TrafficBuffer
 from app.captures.writer import BYTES_A_LINE, MAX_FILE_BYTES, capture_parts
-from protocol.events import Event, Received, Rejected, Role
+from protocol.catalogue import STATUS
+from protocol.events import Event, Received, Rejected, Role, Sent
 from protocol.frame import Direction, Fault, Frame, Noise, Reason
 from protocol.messages import Status, decode
 
 RAW = Status(7, 1.0, triggered=False, active=False).encode()
 FRAME = Frame(Direction.MODULE_TO_HOST, RAW)
-STATUS = decode(RAW)
+STATUS_READ = decode(RAW)
 
 
 def status(at: int) -> Event:
-    return Received(FRAME, STATUS, Role.STREAMED, float(at))
+    return Received(FRAME, STATUS_READ, Role.STREAMED, float(at))
+
+
+def asked(at: int) -> Event:
+    return Sent(STATUS.query().encode(), STATUS.query(), 1, float(at))
 
 
 def noise(at: int) -> Event:
@@ -20,21 +28,41 @@ def noise(at: int) -> Event:
 
 
 def test_old_entries_are_dropped_and_times_begin_at_zero() -> None:
-    most = MAX_BYTES // (ENTRY_BYTES + len(FRAME.raw))
     buffer = TrafficBuffer()
-    buffer.feed(status(at) for at in range(most))
+    buffer.feed(status(at) for at in range(MAX_ENTRIES))
     assert not buffer.has_dropped
-    buffer.feed([status(most)])
+    assert len(buffer) == MAX_ENTRIES
+    buffer.feed([status(MAX_ENTRIES)])
     assert buffer.has_dropped
-    assert len(buffer) == most
+    assert MAX_ENTRIES - PART_ENTRIES <= len(buffer) <= MAX_ENTRIES
     assert [entry.at_s for entry in buffer.entries(10)] == [float(at) for at in range(10)]
-    assert buffer.entries()[0].at_s == 0.0
+    everything = buffer.entries()
+    assert len(everything) == len(buffer)
+    assert [entry.at_s for entry in everything] == [float(at) for at in range(len(buffer))]
+
+
+def test_every_entry_is_kept_as_it_was() -> None:
+    buffer, wanted = TrafficBuffer(), list[CaptureEntry]()
+    for at in range(3 * PART_ENTRIES + 7):
+        buffer.feed([asked(at), status(at), status(at)] if at % 3 else [status(at)])
+        wanted += [CaptureEntry(float(at), Way.OUT, STATUS.query().encode())] if at % 3 else []
+        wanted.append(CaptureEntry(float(at), Way.IN, RAW * 2 if at % 3 else RAW))
+    assert buffer.entries() == tuple(wanted)
+    assert [entry.raw for entry in buffer.entries(5000)] == [entry.raw for entry in wanted[-5000:]]
+    assert [entry.raw for entry in buffer.entries(3)] == [entry.raw for entry in wanted[-3:]]
 
 
 def test_with_the_longest_entries_its_memory_is_bounded_and_its_capture_can_be_opened() -> None:
     buffer = TrafficBuffer()
-    buffer.feed(noise(at) for at in range(MAX_BYTES // BYTES_A_LINE))
+    buffer.feed(noise(at) for at in range(2 * MAX_BYTES // BYTES_A_LINE))
     assert buffer.has_dropped
     entries = buffer.entries()
-    assert sum(len(entry.raw) for entry in entries) <= MAX_BYTES
+    assert MAX_BYTES / 2 <= sum(len(entry.raw) for entry in entries) <= MAX_BYTES
     assert sum(map(len, capture_parts(entries, buffer.header("/dev/ttyUSB0", 115200)))) <= MAX_FILE_BYTES
+
+
+def test_a_full_buffer_is_a_few_large_objects() -> None:
+    buffer = TrafficBuffer()
+    before = sys.getallocatedblocks()
+    buffer.feed(status(at) for at in range(MAX_ENTRIES))
+    assert sys.getallocatedblocks() - before < MAX_ENTRIES / 10

@@ -140,8 +140,8 @@ def fill_capture(page: Any) -> None:
     frame = Frame(Direction.MODULE_TO_HOST, Status(5, 1.0, triggered=False, active=False).encode())
     at_s = 0.0
     while not page.traffic_buffer.has_dropped:
-        page.traffic_buffer.feed([Received(frame, None, Role.STREAMED, at_s)] * 6)
-        at_s += 1 / 240
+        page.traffic_buffer.feed([Received(frame, None, Role.STREAMED, at_s)] * 10)
+        at_s += 1 / 144
 
 
 def resident_mb() -> float:
