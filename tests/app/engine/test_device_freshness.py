@@ -6,6 +6,7 @@ from itertools import pairwise
 import pytest
 
 from app.engine.device import Device, How
+from app.engine.motion import WATCHED_FOR_S, MotionExtremes, MotionWatch
 from app.procedures.read import read_everything
 from app.safety.acts import Act
 from app.safety.interlocks import Interlock, interlock_inputs, refusals
@@ -13,7 +14,7 @@ from protocol.catalogue import STATUS
 from protocol.events import Received, Role, WentOnline
 from protocol.frame import Direction, Frame, encode_long
 from protocol.link_states import Presence
-from protocol.messages import decode
+from protocol.messages import Status, decode
 from tests.support.line.sim_line import Rig, settled_rig, watched
 
 RAW = encode_long(STATUS.code, bytes((1, 10, 0, 0)))
@@ -78,3 +79,37 @@ def test_a_second_restart_that_nobody_heard_is_counted() -> None:
     rig.run(read_everything())
     assert rig.session.device.view(rig.clock.now_s).restarts == 2
     assert rig.session.device.view(rig.clock.now_s).presence is Presence.ONLINE
+
+
+def fed(*reports: tuple[float, int, float]) -> MotionWatch:
+    watch = MotionWatch()
+    for at, tilt_deg, acceleration_g in reports:
+        watch.feed(Status(tilt_deg, acceleration_g, False, False), at)
+    return watch
+
+
+def test_the_extremes_of_all_reports_within_and_between_slots() -> None:
+    watch = fed((1.0, 5, 1.0), (1.0625, 9, 0.8), (1.0938, 7, 1.3), (1.5, 3, 1.0), (2.0, 4, 1.1))
+    assert watch.view(2.0) == MotionExtremes(1.0, 2.0, 3, 9, 0.8, 1.3)
+    seen = watch.view(2.0)
+    assert seen is not None
+    assert seen.tilt_change_deg == 6
+    watch.clear()
+    assert watch.view(2.0) is None
+
+
+def test_a_report_counts_for_two_and_a_half_seconds() -> None:
+    assert WATCHED_FOR_S == 2.5
+    watch = fed((1.0, 9, 1.3), (1.25, 5, 1.0))
+    assert watch.view(3.5) == MotionExtremes(1.0, 1.25, 5, 9, 1.0, 1.3)
+    assert watch.view(3.625) == MotionExtremes(1.25, 1.25, 5, 5, 1.0, 1.0)
+    assert watch.view(3.75) is not None
+    assert watch.view(3.875) is None
+
+
+def test_a_slot_lasts_a_tenth_of_a_second() -> None:
+    for later_s, since in ((0.09375, 1.0), (0.125, 1.125)):
+        watch = fed((1.0, 9, 1.0), (1.0 + later_s, 5, 1.0))
+        seen = watch.view(1.0 + later_s + WATCHED_FOR_S)
+        assert seen is not None
+        assert seen.since == since, "the slot is dropped when its last report is too old"

@@ -1,15 +1,35 @@
 """Whose turn it is on the line: queued, urgent, in the background, cancelled, broken off; and what never leaves."""
 
+from collections.abc import Generator
+from concurrent.futures import Future
+from typing import Any
+
 import pytest
 
-from app.engine.procedure import Ask, Cancelled, PortLost, Procedure
+from app.engine.procedure import (
+    LOCK_GAPS_S,
+    LOCKS_FOR_S,
+    LOCKS_MOST,
+    Ask,
+    Await,
+    Cancelled,
+    Listen,
+    LockRepeat,
+    Pause,
+    PortLost,
+    Procedure,
+    Report,
+    UseRate,
+)
 from app.engine.session import Run
 from app.engine.transport import PortError, PortTrouble
 from app.procedures.find import find_rate
 from app.procedures.handshake import handshake
 from app.procedures.lock import lock
 from app.procedures.read import read_everything
-from protocol.catalogue import BY_NAME, HEARTBEAT
+from protocol.catalogue import BY_NAME, HEARTBEAT, HEARTBEAT_REPLY
+from protocol.events import Received, Role
+from protocol.frame import Direction, Frame
 from tests.support.line.sim_line import settled_rig, watched
 
 
@@ -44,6 +64,24 @@ def test_a_cancelled_procedure_ends_at_once() -> None:
     rig.step_until(lambda: run.is_done)
     assert rig.clock.now_s - start_s < 0.1
     assert isinstance(run.error, Cancelled)
+
+
+def test_a_cancelled_question_leaves_the_line_free_and_a_waiting_procedure_leaves_the_line_alone() -> None:
+    rig = settled_rig(mute=True)
+    first, second = Run(read_everything()), Run(handshake())
+    rig.session.run(first)
+    rig.step_for(0.1)
+    first.cancel()
+    rig.session.run(second)
+    rig.step_for(0.1)
+    assert rig.line.requests[-1] == HEARTBEAT.query(), "it does not wait for the answer to the cancelled question"
+    waiting = Run(read_everything())
+    rig.session.run(waiting)
+    waiting.cancel()
+    sent = len(rig.line.requests)
+    rig.step_for(0.1)
+    assert waiting.is_done
+    assert len(rig.line.requests) == sent, "the heartbeat in flight is not sent again"
 
 
 def test_a_lost_port_ends_every_procedure() -> None:
@@ -125,3 +163,92 @@ def test_a_dangerous_request_never_leaves_without_an_explicit_act() -> None:
     with pytest.raises(ValueError, match="explicit act"):
         rig.run(careless())
     assert rig.line.sent == b""
+
+
+def test_lock_is_repeated_for_ten_seconds_from_the_first_one() -> None:
+    assert (LOCKS_FOR_S, LOCKS_MOST) == (10.0, 50)
+    assert all(0.1 < gap_s < 0.2 for gap_s in LOCK_GAPS_S)
+    repeat = LockRepeat()
+    assert repeat.is_due(5.0)
+    repeat.note_sent(5.0)
+    assert (repeat.until, repeat.next_at, repeat.sent) == (15.0, 5.0 + LOCK_GAPS_S[0], 1)
+    assert not repeat.is_due(5.0)
+    assert repeat.is_due(repeat.next_at)
+    repeat.note_sent(6.0)
+    assert (repeat.until, repeat.next_at, repeat.sent) == (15.0, 6.0 + LOCK_GAPS_S[1], 2)
+    assert repeat.is_repeating(14.875)
+    assert not repeat.is_repeating(15.0)
+
+
+def test_lock_is_sent_fifty_times_at_most() -> None:
+    repeat = LockRepeat()
+    for count in range(LOCKS_MOST):
+        assert repeat.is_repeating(0.0), count
+        repeat.note_sent(0.0)
+    assert not repeat.is_repeating(0.0)
+
+
+def started(effect: object, now: float = 10.0) -> Run[Any]:
+    def procedure() -> Generator[Any, Any, object]:
+        return (yield effect)
+
+    run: Run[Any] = Run(procedure())
+    run.start(now)
+    return run
+
+
+def test_a_pause_ends_at_its_time() -> None:
+    run = started(Pause(0.5))
+    assert run.resume_at == 10.5
+    run.tick(10.375)
+    assert not run.is_done
+    run.tick(10.5)
+    assert (run.is_done, run.result, run.resume_at) == (True, 10.5, None)
+
+
+def test_listening_returns_what_came_meanwhile() -> None:
+    heard = Received(Frame(Direction.MODULE_TO_HOST, HEARTBEAT_REPLY), None, Role.STREAMED, 10.25)
+    run = started(Listen(0.5))
+    run.on_received(heard)
+    run.tick(10.5)
+    assert run.result == (heard,)
+    paused = started(Pause(0.5))
+    paused.on_received(heard)
+    paused.tick(10.5)
+    assert paused.result == 10.5
+
+
+def test_waiting_ends_with_the_future_or_at_its_limit() -> None:
+    slow: Future[None] = Future()
+    run = started(Await(slow, 2.0))
+    assert (run.waiting_since(), run.resume_at) == (10.0, None)
+    run.tick(11.875)
+    assert not run.is_done
+    run.tick(12.0)
+    assert (run.is_done, run.result, run.waiting_since()) == (True, False, None)
+    quick: Future[None] = Future()
+    run = started(Await(quick, 2.0))
+    quick.set_result(None)
+    run.tick(10.125)
+    assert run.result is True
+    assert started(Await(quick, 2.0)).result is True, "it is done already"
+
+
+def test_a_report_does_not_hold_a_procedure_up() -> None:
+    def procedure() -> Generator[Any, Any, object]:
+        return (yield Report(1, 2, "Working"))
+
+    told: list[Report] = []
+    run: Run[Any] = Run(procedure(), told.append)
+    run.start(10.0)
+    assert (run.result, told) == (10.0, [Report(1, 2, "Working")])
+
+
+@pytest.mark.parametrize(("effect", "searches"), [(UseRate(9600), True), (Pause(1.0), False)])
+def test_a_run_that_wants_another_rate_searches(effect: object, searches: bool) -> None:
+    run = started(effect)
+    assert run.searches_rate is searches
+    assert (run.pending_rate is not None) is searches
+    run.resume(None, 10.0)
+    assert run.is_done
+    assert run.searches_rate is searches

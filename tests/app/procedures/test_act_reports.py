@@ -4,10 +4,21 @@ from typing import Any
 
 import pytest
 
-from app.procedures.act import READINGS, REPORTS_EVERY_S, WATCH_S, perform
+from app.procedures.act import (
+    READINGS,
+    REPORTS_EVERY_S,
+    WATCH_S,
+    ZEROED_WITHIN_DEG,
+    Performed,
+    _Aftermath,
+    _outcome,
+    perform,
+)
 from app.safety.acts import REQUESTS, Act
+from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
 from protocol.catalogue import STATUS
+from protocol.messages import Status
 from tests.support.journals import FakeJournal
 from tests.support.line.sim_line import Rig
 
@@ -33,3 +44,78 @@ def test_before_zeroing_reports_are_asked_for_at_a_steady_pace() -> None:
     do(rig, Act.ZERO)
     reports = rig.line.requests.count(STATUS.query())
     assert 0.9 < reports / (WATCH_S / REPORTS_EVERY_S) < 1.2, reports
+
+
+LOCKED, ACTIVE, FIRED = Status(0, 1.0, False, False), Status(0, 1.0, False, True), Status(0, 1.0, True, True)
+CONFIRMED, REFUSED, UNKNOWN = Outcome.CONFIRMED, Outcome.REFUSED, Outcome.UNKNOWN
+
+
+@pytest.mark.parametrize(
+    ("raw", "reports", "outcome"),
+    [
+        (1, (ACTIVE, ACTIVE), CONFIRMED),
+        (None, (ACTIVE, ACTIVE), CONFIRMED),
+        (1, (ACTIVE,), UNKNOWN),
+        (1, (LOCKED, ACTIVE), UNKNOWN),
+        (1, (LOCKED, LOCKED), REFUSED),
+        (0, (LOCKED, LOCKED), REFUSED),
+        (None, (LOCKED, LOCKED), UNKNOWN),
+        (1, (), UNKNOWN),
+    ],
+)
+def test_an_activation_is_what_two_reports_say(raw: int | None, reports: tuple[Status, ...], outcome: Outcome) -> None:
+    assert _outcome(Act.ACTIVATE, _Aftermath(raw == 1, raw, reports)) is outcome
+
+
+@pytest.mark.parametrize(
+    ("raw", "has_fired", "reports", "outcome"),
+    [
+        (1, False, (LOCKED, LOCKED), CONFIRMED),
+        (0, True, (LOCKED, LOCKED), CONFIRMED),
+        (0, False, (LOCKED, FIRED), CONFIRMED),
+        (0, False, (LOCKED, LOCKED), REFUSED),
+        (0, None, (LOCKED, LOCKED), UNKNOWN),
+        (0, False, (LOCKED,), UNKNOWN),
+        (None, False, (LOCKED, LOCKED), UNKNOWN),
+        (2, False, (LOCKED, LOCKED), UNKNOWN),
+    ],
+)
+def test_not_fired_is_said_only_where_everything_says_so(
+    raw: int | None, has_fired: bool | None, reports: tuple[Status, ...], outcome: Outcome
+) -> None:
+    assert _outcome(Act.DEPLOY, _Aftermath(raw == 1, raw, reports, has_fired=has_fired)) is outcome
+
+
+@pytest.mark.parametrize(
+    ("act", "raw", "is_alive", "outcome"),
+    [
+        (Act.SHUTDOWN, 1, True, REFUSED),
+        (Act.SHUTDOWN, 1, False, CONFIRMED),
+        (Act.SHUTDOWN, None, False, UNKNOWN),
+        (Act.ZERO, 1, None, CONFIRMED),
+        (Act.ZERO, 0, None, REFUSED),
+        (Act.FORBID_DEPLOY, None, None, UNKNOWN),
+    ],
+)
+def test_what_follows_from_an_acknowledgement(
+    act: Act, raw: int | None, is_alive: bool | None, outcome: Outcome
+) -> None:
+    assert _outcome(act, _Aftermath(raw == 1, raw, is_alive=is_alive)) is outcome
+    assert _outcome(act, _Aftermath(raw == 1, raw, is_alive=is_alive, is_sent=False)) is Outcome.NOT_SENT
+
+
+@pytest.mark.parametrize(
+    ("tilt_deg", "sentence"),
+    [
+        (0, "Acknowledged. Tilt now 0°."),
+        (1, "Acknowledged. Tilt now 1°."),
+        (2, "Acknowledged. Tilt now 2°, not 0°: check the mounting."),
+        (None, "Acknowledged. Could not read the tilt: check it."),
+    ],
+)
+def test_after_zeroing_the_tilt_is_said(tilt_deg: int | None, sentence: str) -> None:
+    assert ZEROED_WITHIN_DEG == 1
+    status = None if tilt_deg is None else Status(tilt_deg, 1.0, False, False)
+    done = Performed(act=Act.ZERO, outcome=CONFIRMED, status=status)
+    assert done.sentence == sentence
+    assert done.is_level is (tilt_deg in (0, 1))

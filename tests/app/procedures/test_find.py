@@ -1,10 +1,18 @@
 """The search for a module's baud rate: "no" is said only after the vendor's second."""
 
+from collections import Counter
+from types import MappingProxyType
+
 import pytest
 
+from app.engine.device import DeviceView
+from app.engine.procedure import EngineView, LinkView
 from app.procedures.baud import look_for
 from app.procedures.find import find_rate
+from app.procedures.handshake import Silence, _silence
 from app.procedures.read import read_everything
+from protocol.events import Counters, Role
+from protocol.frame import Reason
 from tests.support.line.sim_line import Rig
 
 
@@ -22,3 +30,27 @@ def test_a_slow_module_that_does_not_know_a_question_is_not_called_dead() -> Non
     everything = rig.run(read_everything())
     assert not everything.is_line_dead
     assert set(everything.errors) == {"light_v"}
+
+
+def seen(frames: int = 0, echoes: int = 0, rejected: int = 0) -> EngineView:
+    counters = Counters(
+        frames=frames,
+        by_role=Counter({Role.ECHO: echoes}),
+        rejected_bytes=Counter({Reason.NO_HEADER: rejected}),
+    )
+    return EngineView(0.0, 0.0, 115200, DeviceView(MappingProxyType({})), LinkView(counters, None, None, 0, None))
+
+
+@pytest.mark.parametrize(
+    ("after", "silence"),
+    [
+        (seen(5, 5, 5), Silence.NOTHING),
+        (seen(7, 7, 5), Silence.ECHO),
+        (seen(7, 6, 5), Silence.OTHER_FRAMES),
+        (seen(7, 7, 6), Silence.GARBAGE),
+        (seen(6, 5, 6), Silence.OTHER_FRAMES),
+        (seen(5, 5, 6), Silence.GARBAGE),
+    ],
+)
+def test_a_silence_is_told_by_what_came_since(after: EngineView, silence: Silence) -> None:
+    assert _silence(seen(5, 5, 5), after) is silence

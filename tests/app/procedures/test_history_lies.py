@@ -13,11 +13,21 @@ from app.limits.expectations import Expectations, Past
 from app.preflight.evidence import Evidence
 from app.preflight.findings import Case, CheckResult
 from app.preflight.module_checks import trigger_records
-from app.procedures.history import History, Pass, _read_once, _with_strays, history_of, read_history
+from app.procedures.history import (
+    History,
+    Pass,
+    _agree,
+    _is_damaged_slot,
+    _read_once,
+    _with_strays,
+    history_of,
+    read_history,
+)
 from app.simulator.memory import record_frame
-from protocol.catalogue import TRIGGER_RECORDS
+from protocol.catalogue import MAX_RECORDS, TRIGGER_RECORDS
 from protocol.events import Answered, Counters
-from protocol.messages import EmptySlot, TriggerRecord, decode_record
+from protocol.frame import encode_long
+from protocol.messages import EmptySlot, TriggerRecord, decode, decode_record
 from tests.support.line.sim_line import settled_rig
 from tests.support.records.record_lies import RECORD_DIALECTS, RECORD_LIES, read_records
 
@@ -139,3 +149,74 @@ def test_two_equal_records_on_a_good_line_are_two() -> None:
     history = rig.run(read_history())
     assert history.is_confirmed
     assert Counter(one.raw for one in history.records).most_common(1)[0][1] == 2
+
+
+SLOT = encode_long(0x35, b"\x01" + bytes(11))
+
+
+def empty() -> EmptySlot:
+    found = decode(SLOT)
+    assert isinstance(found, EmptySlot)
+    return found
+
+
+A, B, C = ONE, TWO, record(3)
+
+
+@pytest.mark.parametrize(
+    ("data", "is_damaged"),
+    [
+        (bytes(11), False),
+        (b"\x01" + bytes(10), True),
+        (b"\x03" + bytes(10), False),
+        (b"\x01\x01" + bytes(9), False),
+        (b"\xff" * 11, False),
+        (b"\xfe" + b"\xff" * 10, True),
+        (b"\xfc" + b"\xff" * 10, False),
+    ],
+)
+def test_an_unused_slot_with_one_flipped_bit_is_no_record(data: bytes, is_damaged: bool) -> None:
+    assert _is_damaged_slot(encode_long(0x35, b"\x01" + data)) is is_damaged
+
+
+def test_a_reading_is_doubled_where_each_record_came_an_even_number_of_times() -> None:
+    assert Pass((A, A)).is_doubled
+    assert Pass((A, B, B, A)).is_doubled
+    assert Pass((A, A, A, A, empty())).is_doubled
+    assert not Pass((A, A, A)).is_doubled
+    assert not Pass((A, A, B)).is_doubled
+    assert not Pass((empty(), empty())).is_doubled
+
+
+def test_two_clean_equal_readings_that_hold_everything_agree() -> None:
+    clean, dirty = Pass((A, B), is_clean=True), Pass((A, B))
+    assert _agree([clean, clean])
+    assert _agree([Pass((A,)), clean, clean])
+    assert not _agree([clean])
+    assert not _agree([dirty, clean])
+    assert not _agree([clean, dirty])
+    assert not _agree([clean, Pass((B, A), is_clean=True)])
+    assert not _agree([Pass((C,)), clean, clean])
+    assert not _agree([Pass((A, A)), clean, clean])
+    assert not _agree([Pass((), is_clean=True)] * 2)
+
+
+def test_a_record_is_certain_in_two_readings_and_an_equal_second_one_only_where_confirmed() -> None:
+    assert history_of([Pass((A, B)), Pass((A, C))]) == History((A,), seen_once=(B, C), is_answered=True)
+    assert history_of([Pass((A, A)), Pass((A, A))]) == History((A,), seen_once=(A,), is_answered=True)
+    confirmed = history_of([Pass((A, B, A))] * 2, is_confirmed=True)
+    assert confirmed == History((A, B, A), is_confirmed=True, is_answered=True)
+    assert confirmed.all == (A, B, A)
+    assert history_of([Pass((A,)), Pass((A, B, C))]).all == (A, B, C), "the fullest reading is first"
+    assert history_of([Pass(())], is_line_dead=True) == History(is_line_dead=True)
+    assert history_of([]) == History()
+
+
+@pytest.mark.parametrize(
+    ("slots", "records", "shown"), [(3, 2, 3), (MAX_RECORDS, 0, MAX_RECORDS), (MAX_RECORDS, 1, -1)]
+)
+def test_there_are_no_more_empty_slots_than_records_are_lacking(slots: int, records: int, shown: int) -> None:
+    with_slots = Pass((empty(),) * slots)
+    with_records = Pass((A,) * records)
+    assert history_of([with_slots, with_records]).empty_slots == (MAX_RECORDS - 1 if shown < 0 else shown)
+    assert history_of([with_slots] * 2).empty_slots == min(slots, MAX_RECORDS)

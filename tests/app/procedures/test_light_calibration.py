@@ -88,3 +88,13 @@ def test_a_restart_spoils_the_measurement() -> None:
     found = rig.run(measure_light())
     assert found.has_restarted
     assert not found.is_enough
+
+
+def test_a_band_of_light_at_its_limits() -> None:
+    assert Band((5, 8)).is_steady
+    assert not Band((5, 9)).is_steady
+    assert not Band(()).is_steady
+    assert Band((5,) * 10).is_enough
+    assert not Band((5,) * 9).is_enough
+    band = Band((5, 8, 6))
+    assert (band.low_v, band.median_v, band.high_v) == (0.5, 0.6, 0.8)

@@ -7,7 +7,14 @@ import pytest
 
 from app.engine.procedure import Report
 from app.engine.session import Run
-from app.procedures.power_cycle import Ending, PowerCycleResult, Retention, SettingRetention, survives_power_cycle
+from app.procedures.power_cycle import (
+    Ending,
+    PowerCycleResult,
+    Retention,
+    SettingRetention,
+    _ending,
+    survives_power_cycle,
+)
 from protocol.catalogue import BY_NAME
 from protocol.fields import Value
 from tests.support.line.sim_line import Rig
@@ -142,3 +149,27 @@ def test_what_was_read_back_is_not_in_doubt_because_of_the_same_restart(phase_ms
     known = rig.session.device.view(rig.clock()).known("freefall_time_s", rig.clock())
     assert known is not None
     assert not known.is_stale
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "ending"),
+    [
+        (7, 7, Ending.UNPROVEN),
+        (7, 8, Ending.RESTARTED),
+        (255, 0, Ending.RESTARTED),
+        (7, 9, Ending.SEVERAL),
+        (None, 8, Ending.UNPROVEN),
+        (7, None, Ending.UNPROVEN),
+    ],
+)
+def test_a_restart_is_proven_by_the_boot_count(before: int | None, after: int | None, ending: Ending) -> None:
+    assert _ending(before, after) is ending
+
+
+@pytest.mark.parametrize("ending", Ending)
+@pytest.mark.parametrize("fate", Retention)
+def test_everything_is_kept_only_after_a_restart_that_was_seen(ending: Ending, fate: Retention) -> None:
+    stamps = {"a": SettingRetention(1, Retention.KEPT, 1), "b": SettingRetention(2, fate)}
+    result = PowerCycleResult(ending=ending, stamps=stamps, boots_before=7)
+    is_seen = ending in (Ending.RESTARTED, Ending.SEVERAL)
+    assert result.is_fine is (is_seen and fate in (Retention.KEPT, Retention.UNREADABLE))

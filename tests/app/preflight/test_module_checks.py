@@ -1,0 +1,142 @@
+"""The limits of the checks of settings, triggers and identity."""
+
+from collections import Counter
+from typing import Any
+
+import pytest
+
+from app.limits.expectations import Expectations, Past
+from app.limits.limits import SETTING_BOUNDS
+from app.preflight.checks import CHECKS
+from app.preflight.evidence import Evidence, FlagFate, LoggedSet, TriggerFlag
+from app.preflight.findings import Case, CheckResult, Finding
+from app.procedures.history import History
+from app.text.messages import UserMessage
+from protocol.fields import Value
+from protocol.messages import Status, TriggerRecord, decode
+from tests.support.line.link_bench import RECORD
+
+PASS, FAIL, WARN, UNKNOWN = CheckResult.PASS, CheckResult.FAIL, CheckResult.WARN, CheckResult.UNKNOWN
+
+
+def finding(
+    check_id: str, *, past: Past | None = None, settings: dict[str, Value] | None = None, is_same: bool = False,
+    is_looked_at: bool = False, **evidence: Any,
+) -> Finding:  # fmt: skip
+    case = Case(
+        evidence=Evidence(port="sim", **evidence), expectations=Expectations(settings=settings or {}),
+        past=past or Past(), are_records_looked_at=is_looked_at, is_same_module=is_same,
+    )  # fmt: skip
+    return next(check for check in CHECKS if check.id == check_id).judge(case)
+
+
+def test_a_setting_is_judged_by_the_advice_at_both_ends() -> None:
+    for key, bound in SETTING_BOUNDS.items():
+        step = 1 if key == "attitude_threshold_deg" else 0.01 if key == "freefall_time_s" else 0.1
+        fine = WARN if key == "light_threshold_v" else PASS
+        results = [(bound.advised_low, fine), (bound.advised_high, fine), (bound.advised_low - step, FAIL)]
+        if key != "light_threshold_v" and key != "freefall_time_s":  # of which no byte is higher
+            results.append((bound.advised_high + step, FAIL))
+        for value, result in results:
+            assert finding(bound.check, values={key: round(value, 2)}).result is result, (key, value)
+        assert finding(bound.check).result is UNKNOWN
+
+
+@pytest.mark.parametrize(("value", "result"), [(40, PASS), (41, FAIL), (60, FAIL), (None, UNKNOWN)])
+def test_a_setting_of_the_profile_is_judged_by_its_value(value: int | None, result: CheckResult) -> None:
+    found = finding(
+        "attitude_threshold",
+        settings={"attitude_threshold_deg": 40},
+        values={} if value is None else {"attitude_threshold_deg": value},
+    )
+    assert (found.result, found.limit.in_english()) == (result, "= 40°")
+
+
+def test_a_setting_beyond_the_bounds_fails_even_where_the_profile_wants_it() -> None:
+    for value in (29, 91):
+        wanted: dict[str, Value] = {"attitude_threshold_deg": value}
+        assert finding("attitude_threshold", settings=wanted, values=wanted).result is FAIL
+
+
+@pytest.mark.parametrize(
+    ("flag", "result", "shown"),
+    [
+        (TriggerFlag(FlagFate.ENABLED), PASS, "enabled"),
+        (TriggerFlag(FlagFate.ENABLED, logged=LoggedSet(7, 119.4)), PASS, "enabled 119 s ago (audit log, entry 7)"),
+        (TriggerFlag(FlagFate.ENABLED, logged=LoggedSet(7, 120.0)), PASS, "enabled 2 min ago (audit log, entry 7)"),
+        (TriggerFlag(FlagFate.DISABLED), FAIL, "DISABLED"),
+        (TriggerFlag(FlagFate.REFUSED), FAIL, "refused"),
+        (TriggerFlag(FlagFate.UNANSWERED), UNKNOWN, "unknown: no reply"),
+        (TriggerFlag(FlagFate.NOT_SENT), UNKNOWN, "unknown: not sent"),
+        (TriggerFlag(FlagFate.NOT_SENT, (UserMessage("why"),)), UNKNOWN, "unknown: why"),
+        (TriggerFlag(FlagFate.NEVER_SET), UNKNOWN, "unknown: not set since the last start"),
+        (None, UNKNOWN, "unknown: not asked"),
+    ],
+)
+def test_a_trigger_is_enabled_only_where_that_is_known(
+    flag: TriggerFlag | None, result: CheckResult, shown: str
+) -> None:
+    flags = {} if flag is None else {"attitude_trigger": flag}
+    for is_active in (False, True):
+        found = finding("attitude_trigger", flags=flags, status=Status(0, 1.0, False, is_active))
+        assert (found.result, found.shown.in_english()) == (result, shown)
+        is_to_lock = is_active and flag is not None and flag.fate in (FlagFate.NEVER_SET, FlagFate.NOT_SENT)
+        assert (found.do is not None) is is_to_lock
+
+
+@pytest.mark.parametrize(
+    ("before", "count", "more", "result", "shown"),
+    [
+        (7, 7, {}, PASS, "7"),
+        (7, 134, {}, PASS, "134"),
+        (7, 135, {}, FAIL, "135: another module?"),
+        (7, 6, {}, FAIL, "6: another module?"),
+        (7, 6, {"is_same": True}, PASS, "6, confirmed by a person"),
+        (255, 0, {}, PASS, "0"),
+        (None, 7, {}, WARN, "7: no earlier visit"),
+        (7, None, {}, UNKNOWN, "unknown: not asked"),
+    ],
+)
+def test_a_boot_count_only_grows(
+    before: int | None, count: int | None, more: dict[str, Any], result: CheckResult, shown: str
+) -> None:
+    values = {} if count is None else {"boot_count": count}
+    found = finding("boot_count", past=Past(module="M-07", boot_count=before), values=values, **more)
+    assert (found.result, found.shown.in_english()) == (result, shown)
+    assert found.limit.in_english() == ("≥ last visit" if before is None else f"≥ {before}")
+    other_records = finding(
+        "boot_count", past=Past(module="M-07", boot_count=before, is_same_module=False), values=values, **more
+    )
+    assert other_records.result is (FAIL if result is PASS and not more else result)
+    assert finding("boot_count", values=values).result is (UNKNOWN if count is None else WARN)
+
+
+def record() -> TriggerRecord:
+    found = decode(RECORD)
+    assert isinstance(found, TriggerRecord)
+    return found
+
+
+@pytest.mark.parametrize(
+    ("history", "past", "is_looked_at", "result", "shown"),
+    [
+        (None, Past(), False, UNKNOWN, "unknown: not asked"),
+        (History(), Past(), False, UNKNOWN, "unknown: no reply"),
+        (History(), Past(), True, WARN, "no reply, confirmed by a person"),
+        (History(is_answered=True, is_confirmed=True), Past(), False, PASS, "0 new of 0"),
+        (History(is_answered=True), Past(), False, UNKNOWN, "unknown: readings differ"),
+        (History((record(),), is_answered=True, is_confirmed=True), Past(), False, UNKNOWN, "unknown: 1 new of 1"),
+        (History((record(),), is_answered=True, is_confirmed=True), Past(has_check=True), False, FAIL, "1 new of 1"),
+        (History((record(),), is_answered=True, is_confirmed=True), Past(has_check=True), True, PASS,
+         "1 new of 1, confirmed by a person"),
+        (History((record(),), is_answered=True, is_confirmed=True),
+         Past(has_check=True, looked_at=Counter([RECORD])), False, PASS, "0 new of 1"),
+        (History((record(), record()), is_answered=True, is_confirmed=True),
+         Past(has_check=True, looked_at=Counter([RECORD])), False, FAIL, "1 new of 2"),
+    ],
+)  # fmt: skip
+def test_a_new_record_is_judged_by_a_person(
+    history: History | None, past: Past, is_looked_at: bool, result: CheckResult, shown: str
+) -> None:
+    found = finding("trigger_records", past=past, is_looked_at=is_looked_at, history=history)
+    assert (found.result, found.shown.in_english()) == (result, shown)
