@@ -23,7 +23,7 @@ def identity_notice(identity: Identity, naming: ModuleName) -> Notice | None:
         what = tr("This may be another module: too little is known.")
     same = tr("It is {module}", module=name) if name else tr("Same module")
     choices = (
-        Choice("identity_new", tr("New module"), naming.treat_as_new),
-        Choice("identity_same", same, naming.confirm_identity),
+        Choice("identity_new", tr("New module"), naming.treat_as_new, is_step=True),
+        Choice("identity_same", same, naming.confirm_identity, is_step=True),
     )
     return Notice(Meaning.ATTENTION, join_sentences([what, tr("Until you decide, only queries are sent.")]), choices)

@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QWidget
 from app.text.i18n import ENGLISH, language
 from protocol.translatable import marked
 from ui.core.texts import Texts
-from ui.style.theme import current
+from ui.style.theme import Space, current, scaled
 from ui.widgets.document_window import DocumentWindow
 from ui.widgets.visibility_timer import VisibilityTimer
 
@@ -36,7 +36,7 @@ class GuideViewer(DocumentWindow):
         self.text.setOpenLinks(False)
         self.text.anchorClicked.connect(self.open_link)
         self.refresh()
-        VisibilityTimer(self, self.refresh, restyle=self._colour_drawings)
+        VisibilityTimer(self, self.refresh, restyle=self._restyle)
 
     def refresh(self) -> None:
         """Loads the guide in the language in use, unless it is shown already."""
@@ -48,6 +48,15 @@ class GuideViewer(DocumentWindow):
         self._fit_pictures()
         self._colour_drawings()
         self.text.moveCursor(QTextCursor.MoveOperation.Start)
+
+    def _restyle(self) -> None:
+        """Loads the guide again in the colours and the size of text in use; the reader stays where they are."""
+        bar = self.text.verticalScrollBar()
+        place = bar.value() / max(1, bar.maximum())
+        self._shown = None
+        self.refresh()
+        self.text.document().documentLayout().documentSize()
+        bar.setValue(round(place * bar.maximum()))
 
     def open_link(self, link: QUrl) -> None:
         """Follows a link within the guide, or opens it in the system's browser."""
@@ -93,17 +102,22 @@ class GuideViewer(DocumentWindow):
 
     def _fit_pictures(self) -> None:
         """Scales screenshots down to the width of the text."""
-        document = self.text.document()
+        document, widest_px = self.text.document(), self._room_px()
         for picture in sorted(self._folder.glob("images/*.png")):
             image = QImage(str(picture))
-            if image.width() > _WIDEST_PX:
+            if image.width() > widest_px:
                 image = image.scaledToWidth(
-                    round(_WIDEST_PX * self.devicePixelRatioF()), Qt.TransformationMode.SmoothTransformation
+                    round(widest_px * self.devicePixelRatioF()), Qt.TransformationMode.SmoothTransformation
                 )
                 image.setDevicePixelRatio(self.devicePixelRatioF())
             url = document.baseUrl().resolved(QUrl(f"images/{picture.name}"))
             document.addResource(QTextDocument.ResourceType.ImageResource.value, url, image)
         document.markContentsDirty(0, document.characterCount())
+
+    def _room_px(self) -> int:
+        """The width of the widest picture that needs no scrolling sideways."""
+        beside_px = self.text.verticalScrollBar().sizeHint().width() + 2 * round(self.text.document().documentMargin())
+        return min(_WIDEST_PX, self.text.width() - beside_px - Space.XL) if self.isVisible() else _WIDEST_PX
 
     def _colour_drawings(self) -> None:
         """Recolours the drawings for the theme."""
@@ -111,11 +125,13 @@ class GuideViewer(DocumentWindow):
         for drawing in sorted(self._folder.glob("images/*.svg")):
             svg = drawing.read_text(encoding="utf-8").replace(_INK, theme.text).replace(_PAPER, theme.surface)
             url = document.baseUrl().resolved(QUrl(f"images/{drawing.name}"))
-            document.addResource(QTextDocument.ResourceType.ImageResource.value, url, QImage.fromData(svg.encode()))
+            image = QImage.fromData(svg.encode())
+            image = image.scaledToWidth(min(image.width(), self._room_px()), Qt.TransformationMode.SmoothTransformation)
+            document.addResource(QTextDocument.ResourceType.ImageResource.value, url, image)
         document.markContentsDirty(0, document.characterCount())
 
     def sizeHint(self) -> QSize:
-        return QSize(_WIDEST_PX + 80, 560)
+        return QSize(_WIDEST_PX + scaled(96), 560)
 
 
 def anchor_of(heading: str) -> str:

@@ -27,9 +27,8 @@ from ui.plots.paint import Picture, paint_front
 from ui.plots.view import Lane, Span
 from ui.style.theme import Size, Theme, current, font
 
-_STRIP_PX = 22.0
 _MIN_LANES = 2
-_MIN_LINES = 1.5
+_MIN_LINES = 2.5
 """Minimum height of a lane in lines of text, below which the labels of limits overlap; one line for the first two
 lanes."""
 
@@ -62,7 +61,10 @@ class Canvas(QWidget):
         self.all_lanes = [LaneCurve(lane, number) for number, lane in enumerate(lanes)]
         self.lanes = self.all_lanes
         """Those in sight: only the first ones where there is no room for all."""
-        self.strip = QRectF()
+        self.marks = QRectF()
+        """The row of the marks' icons and words, which is that of the first title."""
+        self.axis = QRectF()
+        """The row of the ticks' labels."""
 
     def apply_theme(self, theme: Theme) -> None:
         for lane in self.all_lanes:
@@ -75,10 +77,11 @@ class Canvas(QWidget):
         line = QFontMetricsF(font(Size.SMALL)).height()
         left = QFontMetricsF(font(Size.SMALL)).horizontalAdvance("−180") + 8
         right = max(left + 50, whole.right() - gutter_px(self.all_lanes))
-        title = line + 8
+        title = line + 6
+        axis = line + 4
         for count in range(len(self.all_lanes), 0, -1):
             self.lanes = self.all_lanes[:count]
-            room = whole.height() - line - 8 - _STRIP_PX - count * title
+            room = whole.height() - axis - count * title
             weights = sum(lane.lane.weight for lane in self.lanes)
             least = _MIN_LINES if count > _MIN_LANES else 1.0
             if room * self.lanes[-1].lane.weight / weights >= least * line:
@@ -89,7 +92,8 @@ class Canvas(QWidget):
             height = round(room * lane.lane.weight / weights)
             lane.place(QRectF(left, top + title, right - left, height))
             top += title + height
-        self.strip = QRectF(left, top, right - left, _STRIP_PX)
+        self.marks = QRectF(left, 0, right - left, title)
+        self.axis = QRectF(left, top, right - left, axis)
 
     def show_picture(self, picture: Picture) -> None:
         """Draws `picture`; call `draw_curves` before."""

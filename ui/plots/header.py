@@ -87,6 +87,7 @@ class PlotHeader(QWidget):
         if view.is_recorded:
             self._show_state(tr("recorded"), tr("recorded"), Icon.HISTORY, Meaning.INFORMATION)
             return
+        self.chip.setVisible(not view.is_live)  # the title of the page says it
         if view.is_live:
             self._show_state(tr("live"), tr("live"), Icon.LIVE, None)
         else:

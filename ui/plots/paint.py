@@ -13,7 +13,7 @@ from PySide6.QtGui import QColor, QFontMetricsF, QPainter
 from app.text.i18n import tr
 from ui.plots.axis import Tick, ago_text, clock_text
 from ui.plots.curve import LaneCurve
-from ui.plots.limits import LimitPicture, limit_text, paint_limit_labels, paint_limit_lines
+from ui.plots.limits import LimitPicture, limit_text, paint_limit_labels, paint_limit_lines, word_places
 from ui.plots.view import Mark, Span
 from ui.style import icons
 from ui.style.shapes import cleared_word, pen
@@ -23,6 +23,7 @@ _LEFT: Final = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 _RIGHT: Final = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 _CENTRE: Final = Qt.AlignmentFlag.AlignCenter
 _MARK_PX: Final = 14
+_UNIT_GAP_PX: Final = 6
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +39,8 @@ class Picture:
     cursor_s: float | None
     is_live: bool
     wall_offset_s: float
-    strip: QRectF
+    marks_row: QRectF
+    axis: QRectF
     has_focus: bool
     limits: LimitPicture
 
@@ -75,7 +77,8 @@ def paint_back(painter: QPainter, picture: Picture) -> None:
             painter.setPen(QColor(theme.muted))
             room = QRectF(0, y - metrics.height() / 2, box.left() - 6, metrics.height())
             painter.drawText(room, _RIGHT, limit_text(value, 0 if float(scale.step).is_integer() else 1))
-        _title(painter, theme, lane)
+        if lane is not picture.lanes[0]:  # whose title is in the row of the marks
+            _title(painter, theme, lane, lane.box.left())
     paint_limit_lines(painter, picture.limits.steady, theme)
     paint_limit_labels(painter, picture.limits.labels)
     painter.setFont(small)
@@ -85,32 +88,39 @@ def paint_back(painter: QPainter, picture: Picture) -> None:
 
 
 def _tick_labels(picture: Picture, metrics: QFontMetricsF) -> Iterator[tuple[QRectF, str]]:
-    """The labels below the plots and their rectangles."""
+    """The labels below the plots and their rectangles, none below the scale's."""
     for tick in picture.ticks:
         width = metrics.horizontalAdvance(tick.label) + 4
-        left = picture.x(tick.time_s) - width / 2
-        if left >= 0 and left + width <= picture.strip.right() + width:
-            yield QRectF(left, picture.strip.bottom() + 2, width, metrics.height()), tick.label
+        x, edge = picture.x(tick.time_s), picture.axis.left()
+        left = edge if abs(x - edge) < 1 else x - width / 2
+        if left >= edge and left + width <= picture.axis.right() + width:
+            yield QRectF(left, picture.axis.top() + 3, width, metrics.height()), tick.label
 
 
-def _title(painter: QPainter, theme: Theme, lane: LaneCurve) -> None:
+def _title(painter: QPainter, theme: Theme, lane: LaneCurve, left: float) -> None:
     bold = font(Size.SMALL, is_bold=True)
     metrics = QFontMetricsF(bold)
-    top = lane.box.top() - metrics.height() - 4
+    top = lane.box.top() - metrics.height() - 3
     title = tr(lane.lane.title)
     painter.setFont(bold)
     painter.setPen(QColor(theme.curves[lane.number % len(theme.curves)]))
-    painter.drawText(QPointF(lane.box.left(), top + metrics.ascent()), title)
+    painter.drawText(QPointF(left, top + metrics.ascent()), title)
     painter.setFont(font(Size.SMALL))
     painter.setPen(QColor(theme.muted))
-    unit = QPointF(lane.box.left() + metrics.horizontalAdvance(title) + 6, top + metrics.ascent())
+    unit = QPointF(left + metrics.horizontalAdvance(title) + _UNIT_GAP_PX, top + metrics.ascent())
     painter.drawText(unit, lane.lane.unit)
+
+
+def _title_px(lane: LaneCurve) -> float:
+    title = QFontMetricsF(font(Size.SMALL, is_bold=True)).horizontalAdvance(tr(lane.lane.title))
+    return title + _UNIT_GAP_PX + QFontMetricsF(font(Size.SMALL)).horizontalAdvance(lane.lane.unit)
 
 
 def paint_front(painter: QPainter, picture: Picture) -> None:
     """Paints gaps, limits that begin or end in sight, marks and the cursor."""
+    words = [room for _, room in word_places(picture.limits.moving, QFontMetricsF(font(Size.SMALL, is_bold=True)))]
     for lane in picture.lanes:
-        _paint_gaps(painter, picture, lane)
+        _paint_gaps(painter, picture, lane, words)
     paint_limit_lines(painter, picture.limits.moving, picture.theme)
     _paint_marks(painter, picture)
     if picture.cursor_s is not None:
@@ -118,28 +128,31 @@ def paint_front(painter: QPainter, picture: Picture) -> None:
     if picture.has_focus:
         painter.setPen(pen(picture.theme.information.ink, 2))
         painter.setBrush(Qt.BrushStyle.NoBrush)
-        whole = picture.lanes[0].box.united(picture.strip)
+        whole = picture.lanes[0].box.united(picture.lanes[-1].box)
         painter.drawRoundedRect(whole.adjusted(-2, -2, 2, 2), 3, 3)
 
 
-def _paint_gaps(painter: QPainter, picture: Picture, lane: LaneCurve) -> None:
-    """Writes "no data" where samples are missing, if there is room."""
+def _paint_gaps(painter: QPainter, picture: Picture, lane: LaneCurve, taken: Sequence[QRectF]) -> None:
+    """Writes "no data" where samples are missing, if there is room; `taken` are the words of limits."""
     if not lane.gaps:
         return
     small = font(Size.SMALL)
     word = tr("no data")
-    width = QFontMetricsF(small).horizontalAdvance(word) + 12
+    width, height = QFontMetricsF(small).horizontalAdvance(word) + 12, QFontMetricsF(small).height() + 2
     for gap in lane.gaps:
         left = max(lane.box.left(), lane.x(gap.start_s, picture.span))
         right = min(lane.box.right(), lane.x(gap.end_s, picture.span))
-        if right - left > width:
-            room = QRectF(left, lane.box.top(), right - left, lane.box.height())
-            cleared_word(painter, picture.theme, room, word, small)
+        for part in (0.5, 0.25, 0.75):
+            ground = QRectF(0, 0, width, height)
+            ground.moveCenter(QPointF((left + right) / 2, lane.box.top() + part * lane.box.height()))
+            if right - left > width and not any(ground.intersects(one) for one in taken):
+                cleared_word(painter, picture.theme, ground, word, small)
+                break
 
 
 def _paint_marks(painter: QPainter, picture: Picture) -> None:
-    """Paints all lines, then icons, then words; the most important and newest come first, and nothing overlaps."""
-    theme, strip = picture.theme, picture.strip
+    """Paints all lines, then icons, words and the title; the most important and newest come first, none overlap."""
+    theme, strip = picture.theme, picture.marks_row
     bold = font(Size.SMALL, is_bold=True)
     metrics = QFontMetricsF(bold)
     painter.setFont(bold)
@@ -163,6 +176,11 @@ def _paint_marks(painter: QPainter, picture: Picture) -> None:
             taken.append((left, right))
             painter.setPen(theme.ink(marks[number].meaning))
             painter.drawText(QPointF(left, strip.center().y() + metrics.ascent() / 2 - 1), word)
+    lane, title_left = picture.lanes[0], strip.left()
+    for left, right in sorted(taken):  # the title of the first plot is beside the marks
+        if left < title_left + _title_px(lane) + _UNIT_GAP_PX:
+            title_left = max(title_left, right + _UNIT_GAP_PX)
+    _title(painter, theme, lane, title_left)
 
 
 def placed_marks(places: Sequence[float]) -> list[tuple[int, float]]:
@@ -190,7 +208,7 @@ def _paint_cursor(painter: QPainter, picture: Picture, cursor_s: float) -> None:
     theme = picture.theme
     x = round(picture.x(cursor_s)) + 0.5
     painter.setPen(pen(theme.text, 1))
-    painter.drawLine(QPointF(x, picture.lanes[0].box.top()), QPointF(x, picture.strip.bottom() + 2))
+    painter.drawLine(QPointF(x, picture.lanes[0].box.top()), QPointF(x, picture.axis.top() + 2))
     for lane in picture.lanes:
         text, y = reading(lane, cursor_s, picture.span), None
         found = lane.lane.series.around(cursor_s, within_s=lane.lane.gap_s)
@@ -204,7 +222,7 @@ def _paint_cursor(painter: QPainter, picture: Picture, cursor_s: float) -> None:
         place = lane.box.top() + 12 if y is None else y - 14
         _pill(painter, theme, QPointF(x, place), text, lane.box)
     metrics_px = QFontMetricsF(font(Size.SMALL, is_bold=True)).height()
-    below = QRectF(picture.strip.left(), picture.strip.bottom(), picture.strip.width(), metrics_px + 6)
+    below = QRectF(picture.axis.left(), picture.axis.top(), picture.axis.width(), metrics_px + 6)
     text, middle = cursor_time(picture, cursor_s), QPointF(x, below.center().y())
     box = _pill_box(middle, text, below)
     for room, _ in _tick_labels(picture, QFontMetricsF(font(Size.SMALL))):

@@ -106,7 +106,7 @@ class TimePlot(QWidget):
     @property
     def pixel_s(self) -> float:
         """Seconds per device pixel."""
-        return self.span.length_s / max(1.0, self._canvas.strip.width() * self._canvas.devicePixelRatio())
+        return self.span.length_s / max(1.0, self._canvas.axis.width() * self._canvas.devicePixelRatio())
 
     @property
     def is_recorded(self) -> bool:
@@ -235,7 +235,7 @@ class TimePlot(QWidget):
         self._drawn = self._appearance_key(self._now_s)
         span = self._pixel_aligned(self.span)
         self._canvas.draw_curves(span)
-        most = max(2, int(self._canvas.strip.width() / _TICK_PX))
+        most = max(2, int(self._canvas.axis.width() / _TICK_PX))
         # A paused picture is labelled by the clock: "10 s before now" would soon be wrong.
         if self._view.is_live and not self._shows_clock:
             ticks = before_now(span, most=most)
@@ -253,7 +253,8 @@ class TimePlot(QWidget):
             cursor_s=cursor_s,
             is_live=self._view.is_live,
             wall_offset_s=self._wall_offset_s,
-            strip=self._canvas.strip,
+            marks_row=self._canvas.marks,
+            axis=self._canvas.axis,
             has_focus=self._canvas.hasFocus(),
             limits=limit_picture(self._canvas.lanes, span, current()),
         )

@@ -118,20 +118,21 @@ class PortButton(QPushButton):
         ink = theme.ink(phase_meaning(self._phase))
         icon_rect = QRect(left, (self.height() - square) // 2, square, square)
         draw(painter, _PHASE_ICONS[self._phase], icon_rect, ink)
-        chevron = QRect(right - 12, (self.height() - 12) // 2, 12, 12)
-        draw(painter, Icon.CHEVRON_DOWN, chevron, QColor(theme.muted))
         text_left = left + square + Space.S
-        room = right - 12 - Space.S - text_left
+        room, title_size, has_arrow = self._title_fit(text_left, right)
+        if has_arrow:
+            chevron = QRect(right - 12, (self.height() - 12) // 2, 12, 12)
+            draw(painter, Icon.CHEVRON_DOWN, chevron, QColor(theme.muted))
         half = self.height() // 2
         is_fine = self._phase is Phase.ONLINE
         lines = [
-            (self._title, Size.BODY, True, QColor(theme.text), 1, half - 1, Qt.AlignmentFlag.AlignBottom),
-            (self.word, Size.SMALL, False, QColor(theme.muted) if is_fine else ink, half, half - 1,
+            (self._title, title_size, True, QColor(theme.text), 1, half - 1, Qt.AlignmentFlag.AlignBottom),
+            (self._fitting_word(room), Size.SMALL, False, QColor(theme.muted) if is_fine else ink, half, half - 1,
              Qt.AlignmentFlag.AlignTop),
         ]  # fmt: skip
         if self._title == self.word:
             lines = [
-                (self._title, Size.BODY, True, QColor(theme.text), 0, self.height(), Qt.AlignmentFlag.AlignVCenter)
+                (self._title, title_size, True, QColor(theme.text), 0, self.height(), Qt.AlignmentFlag.AlignVCenter)
             ]
         for text, size, is_bold, colour, top, high, vertical in lines:
             one = font(size, is_bold=is_bold)
@@ -140,6 +141,20 @@ class PortButton(QPushButton):
             fitting = _fitting(text, QFontMetrics(one), room)
             painter.drawText(text_left, top, room, high, Qt.AlignmentFlag.AlignLeft | vertical, fitting)
         painter.end()
+
+    def _fitting_word(self, room: int) -> str:
+        """The state, without the duration where that has no room."""
+        is_long = self._phase is Phase.OFFLINE and QFontMetrics(font(Size.SMALL)).horizontalAdvance(self.word) > room
+        return tr("Offline") if is_long else self.word
+
+    def _title_fit(self, left: int, right: int) -> tuple[int, Size, bool]:
+        """The room of the texts, the size of the title, and whether the arrow is shown: on a narrow window the title
+        is smaller, at last without the arrow."""
+        beside, whole = right - 12 - Space.S - left, right + Space.XS - left
+        for room, size in ((beside, Size.BODY), (beside, Size.SMALL)):
+            if not _fitting(self._title, QFontMetrics(font(size, is_bold=True)), room).endswith("…"):
+                return room, size, True
+        return whole, Size.SMALL, False
 
 
 def _fitting(text: str, metrics: QFontMetrics, room_px: int) -> str:

@@ -119,12 +119,24 @@ class Readout(PaintedWidget):
         limits = [metrics.horizontalAdvance(f"/ {one}") + Space.S for one in (self._limit, self._widest_limit) if one]
         return sum(self._widths()) + max(limits, default=0.0)
 
+    def _note_px(self) -> float:
+        """Width of the widest note."""
+        small = QFontMetricsF(font(Size.SMALL))
+        return max((small.horizontalAdvance(one) for one in self._notes), default=0.0)
+
+    def _number_room(self) -> QRectF:
+        """The line of the number; the caption is above, the note below."""
+        small, number = QFontMetricsF(font(Size.SMALL)), QFontMetricsF(font(self._size, is_bold=True))
+        top = max(0.0, (self.height() - number.height()) / 2 - small.height())
+        return QRectF(0, top + small.height(), self.width(), number.height())
+
+    def _note_room(self) -> QRectF:
+        return QRectF(0, self._number_room().bottom(), self.width(), QFontMetricsF(font(Size.SMALL)).height())
+
     def sizeHint(self) -> QSize:
         small = QFontMetricsF(font(Size.SMALL))
-        notes = max((small.horizontalAdvance(one) for one in self._notes), default=0.0)
-        width = max(
-            self._number_px(), small.horizontalAdvance(self._caption), small.horizontalAdvance("000 min") + 8, notes
-        )
+        least = small.horizontalAdvance("000 min") + 8
+        width = max(self._number_px(), small.horizontalAdvance(self._caption), least, self._note_px())
         number = QFontMetricsF(font(self._size, is_bold=True))
         return QSize(round(width) + 2, ceil(2 * small.height() + number.height()) + 2)
 
@@ -138,12 +150,10 @@ class Readout(PaintedWidget):
         line_px = QFontMetricsF(small).height()
         painter.setFont(small)
         painter.setPen(QColor(theme.muted))
-        number_px = QFontMetricsF(font(self._size, is_bold=True)).height()
-        top = max(0.0, (self.height() - number_px) / 2 - line_px)
-        painter.drawText(QRectF(0, top, self.width(), line_px), _LEFT, self._caption)
-        body = QRectF(0, top + line_px, self.width(), number_px)
+        body = self._number_room()
+        painter.drawText(QRectF(0, body.top() - line_px, self.width(), line_px), _LEFT, self._caption)
         if self._note:
-            self._paint_note(painter, QRectF(0, body.bottom(), self.width(), line_px))
+            self._paint_note(painter, self._note_room())
         if self._freshness is Freshness.UNKNOWN:
             unknown_font = font(Size.SMALL, is_bold=True)
             least = QFontMetricsF(unknown_font).horizontalAdvance(tr("unknown")) + 24
@@ -181,7 +191,7 @@ class Readout(PaintedWidget):
         painter.setPen(QColor(theme.muted))
         # A degree sign follows its number; other units stay in place.
         painter.drawText(QPointF(text_px if self._unit == "°" else number + gap, base), self._unit)
-        right = number + gap + unit
+        right = (text_px if self._unit == "°" else number + gap) + unit
         if is_stale:
             # Underlined with dashes, so that stale is not shown by colour alone.
             painter.setPen(pen(theme.muted, theme.border_px, is_dashed=True))

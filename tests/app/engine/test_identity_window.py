@@ -17,6 +17,7 @@ from protocol.catalogue import SERIAL_OUTPUT, Request
 from protocol.events import Sent
 from tests.app.engine.test_identity import NOT_PROVEN
 from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
+from tests.support.window.steps import press
 from ui.acts.outcomes import open_conditions
 from ui.main import Assembly
 from ui.pages.settings.controller import SettingsController
@@ -67,8 +68,7 @@ class Desk:
 
     def answer(self, key: str) -> None:
         button = self.assembly.window.notice_bar.button(key)
-        assert button is not None
-        button.click()
+        press(self.qtbot, button)
 
     def exchange(self, boots: int) -> None:
         """Another module is on the adapter from now on."""

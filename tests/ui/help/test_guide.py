@@ -14,10 +14,11 @@ from pytestqt.qtbot import QtBot
 from app.diagnosis.adapter_facts import RULE_NAME
 from app.text import i18n
 from app.text.i18n import CHINESE, ENGLISH, LANGUAGES, read_translations
+from tests.support.window.fakes_ui import window
 from ui.core.texts import Texts
 from ui.help.guide_viewer import GUIDE, GuideViewer, anchor_of
 from ui.main import PAGES
-from ui.style.theme import THEMES, Theme
+from ui.style.theme import DARK, LIGHT, SUNLIGHT, THEMES, Choice, Theme
 
 ROOT = Path(__file__).resolve().parents[3]
 TS = ROOT / "app" / "locale" / "zh_CN.ts"
@@ -216,3 +217,23 @@ def test_a_drawing_has_the_colours_of_the_theme(theme: Theme, qtbot: QtBot, monk
     assert isinstance(drawing, QImage)
     assert drawing.pixelColor(2, 2).name() == theme.surface.lower()
     assert drawing.pixelColor(160, 125).name() == theme.text.lower()  # the cable
+
+
+def test_links_are_readable_after_a_change_of_theme(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with window(qapp, tmp_path, entries=()) as assembly:
+        viewer = GuideViewer(Texts(), assembly.window)
+        viewer.show()
+        for choice, theme in ((Choice.DARK, DARK), (Choice.SUNLIGHT, SUNLIGHT), (Choice.LIGHT, LIGHT)):
+            assembly.appearance.choose(choice)
+            QApplication.processEvents()
+            assert link_colours(viewer) == {theme.information.ink.lower()}
+
+
+def link_colours(viewer: GuideViewer) -> set[str]:
+    found, block = set(), viewer.text.document().begin()
+    while block.isValid():
+        for one in block.textFormats():
+            if one.format.isAnchor():
+                found.add(one.format.foreground().color().name())
+        block = block.next()
+    return found

@@ -38,6 +38,34 @@ def test_the_most_important_mark_keeps_its_icon(bench: Bench) -> None:
         assert [one.text for one in drawn if one.text in (first, second)] == ["triggered"]
 
 
+@pytest.mark.parametrize("ago_s", [59.5, 59.0, 58.0, 57.0, 30.0])
+def test_the_title_of_the_first_plot_is_beside_a_mark(bench: Bench, ago_s: float) -> None:
+    """The icon and the word of the mark are in the row of the title."""
+    bench.plot.add_mark(Mark(NOW_S - ago_s, "triggered", Icon.PARACHUTE, Meaning.DANGER))
+    with watching() as drawn:
+        bench.plot.draw(NOW_S)
+        bench.canvas.repaint()
+    title, word = (next(one for one in drawn if one.text == text) for text in ("Tilt", "triggered"))
+    assert not title.place.intersects(word.place.adjusted(-17, 0, 0, 0))  # with the icon before the word
+
+
+def test_no_data_is_never_written_over_the_word_of_a_limit(bench: Bench) -> None:
+    stale = bench.canvas.lanes[0].lane.limits[0].stale
+    assert stale is not None
+    bench.fire.put(NOW_S, None)
+    stale.put(NOW_S, 45)  # in the middle
+    found = 0
+    for seconds in range(2, 30):
+        with watching() as drawn:
+            bench.plot.draw(NOW_S + seconds)
+            bench.canvas.repaint()
+        gaps = [one.place for one in drawn if one.text == "no data"]
+        words = [one.place for one in drawn if one.text == "stale"]
+        found += len(gaps)
+        assert not any(one.intersects(other) for one in gaps for other in words)
+    assert found
+
+
 @pytest.mark.parametrize("places", [[50.0, 51.0], [2.0, 1.0, 3.0], [98.0, 99.0, 99.5], [0.0, 0.0], [10.0, 90.0], []])
 def test_labels_of_limits_never_overlap(places: list[float]) -> None:
     found = sorted(apart(places, 15, 0, 100))

@@ -286,7 +286,7 @@ def test_marks_are_drawn_in_the_order_of_time(bench: Bench) -> None:
     bench.plot.add_mark(Mark(NOW_S - 10, "triggered", Icon.PARACHUTE, Meaning.DANGER))
     bench.plot.add_mark(Mark(NOW_S - 40, "activated", Icon.ACTIVE, Meaning.ATTENTION))
     bench.plot.draw(NOW_S)
-    strip = bench.canvas.strip
+    strip = bench.canvas.marks
     assert bench.plot.picture().toImage() != before
     for colour, ago_s in ((LIGHT.danger.ink, 10), (LIGHT.tint(Meaning.ATTENTION).ink, 40)):
         x = strip.right() - ago_s / 60 * strip.width()
@@ -296,7 +296,7 @@ def test_marks_are_drawn_in_the_order_of_time(bench: Bench) -> None:
 
 def test_it_scrolls_by_whole_pixels(bench: Bench) -> None:
     """Draws less than a pixel apart show the same span, and the next one is a pixel further on."""
-    pixel_s = 60 / bench.canvas.strip.width()
+    pixel_s = 60 / bench.canvas.axis.width()
     aligned_s = math.floor(NOW_S / pixel_s + 1) * pixel_s
 
     def shown_end_s(pixels: float) -> float:

@@ -12,12 +12,12 @@ from protocol.catalogue import DEFAULT_BAUD_RATE
 from ui.connect.connect_panel import SIMULATED_PORT
 from ui.services.context import Services
 from ui.services.page import Page
-from ui.style.icons import Icon
-from ui.style.theme import Space
+from ui.style.icons import Icon, icon
+from ui.style.theme import Space, scaled
 from ui.widgets.controls import control
 from ui.widgets.labels import IconLabel
 from ui.widgets.layouts import Gap, in_column, in_row, retain_size
-from ui.widgets.naming import named
+from ui.widgets.naming import named, set_role
 
 _TEXT_PX: Final = 500
 _MIN_TEXT_PX: Final = 240
@@ -25,7 +25,7 @@ _BUSY: Final = (Phase.OPENING, Phase.FINDING, Phase.ASKING, Phase.ONLINE, Phase.
 
 
 class EmptyPage(QWidget):
-    """Shown until there are values: state of the link, and the next step."""
+    """Shown until there are values: state of the link, and the first steps; what helps in trouble is in the notice."""
 
     def __init__(self, services: Services, page: Page) -> None:
         super().__init__()
@@ -61,12 +61,15 @@ class EmptyPage(QWidget):
         said = link_text(state, self._connector.clock())
         is_idle = state.phase is Phase.CLOSED
         self._title.setText(tr("No module connected") if is_idle else said.word)
-        self.text.setText(said.next_step if is_idle else f"{said.what}\n{said.next_step}".strip())
+        self.text.setText(said.next_step)
+        self.text.setVisible(is_idle)
+        set_role(self.choose, "primary" if is_idle else "")
+        self.choose.setIcon(icon(Icon.PLUG, is_on_primary=is_idle))
         panel_px = self._page.covered_px()
         margins = self._column.contentsMargins()
         if margins.left() != panel_px:
             self._column.setContentsMargins(panel_px, 0, 0, 0)
-        width_px = max(_MIN_TEXT_PX, min(_TEXT_PX, self.width() - panel_px - 2 * Space.S))
+        width_px = max(_MIN_TEXT_PX, min(scaled(_TEXT_PX), self.width() - panel_px - 2 * Space.S))
         for label in (self._title, self.text, self._way):
             label.setFixedWidth(width_px)
         for button in (self.choose, self.simulate, self.recordings):

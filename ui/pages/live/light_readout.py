@@ -15,7 +15,7 @@ _BAR_HEIGHT_PX: Final = 10
 
 
 class LightReadout(Readout):
-    """A readout with a bar at its right, whose middle is the threshold."""
+    """A readout with a bar beside its note, whose middle is the threshold."""
 
     def __init__(self) -> None:
         super().__init__("", unit="V", template="0.0")
@@ -32,7 +32,7 @@ class LightReadout(Readout):
 
     def sizeHint(self) -> QSize:
         hint = super().sizeHint()
-        return QSize(max(hint.width(), round(self._number_px()) + Space.M + BAR_PX), hint.height())
+        return QSize(max(hint.width(), round(self._note_px()) + Space.S + BAR_PX), hint.height())
 
     def paintEvent(self, event: QPaintEvent) -> None:
         super().paintEvent(event)
@@ -43,8 +43,8 @@ class LightReadout(Readout):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         is_dim = self._is_limit_stale or self.freshness is Freshness.STALE
         bar = QRectF(0, 0, BAR_PX, _BAR_HEIGHT_PX)
-        bar.moveCenter(QPointF(self._number_px() + Space.M + BAR_PX / 2, self.height() / 2))
-        painter.setPen(pen(theme.border, theme.border_px, is_dashed=is_dim))
+        bar.moveCenter(QPointF(self._note_px() + Space.S + BAR_PX / 2, self._note_room().center().y()))
+        painter.setPen(pen(theme.muted if is_dim else theme.border, theme.border_px))
         painter.setBrush(QColor(theme.sunken))
         painter.drawRoundedRect(bar, 3, 3)
         part = min(1.0, self._light_v / (2 * self._threshold_v))

@@ -73,7 +73,7 @@ class LivePanel(QFrame):
         self.acceleration = named(Readout("", unit="g", template="0.0"), "live_acceleration")
         self.light = named(LightReadout(), "live_light")
         self.cell = named(Readout("", unit="V", template="0.00"), "live_cell")
-        self.stream = named(Readout("", unit="/s", template="00"), "live_stream")
+        self.stream = named(Readout("", unit="/s", template="0"), "live_stream")
         self.boot_count = named(Readout(""), "live_boot_count")
         self.moment = named(StateChip(""), "live_moment")
         self.activation = named(StateChip("", size=Size.SMALL), "live_activation")
@@ -110,10 +110,15 @@ class LivePanel(QFrame):
         self._spread()
 
     def _spread(self) -> None:
-        """Spreads the tiles over the width; reports and boot count are shown only where they fit."""
+        """Spreads the tiles over the width; the gauge, reports and boot count are shown only where they fit."""
         room = self.contentsRect().width() - 2 * Space.M
-        here = [self.gauge, *self._tiles[:4], *([self._then] if self._is_recorded else [])]
-        px = sum(one.minimumSizeHint().width() for one in here[1:]) + self.gauge.width()
+        here: list[QWidget] = [*self._tiles[:4], *([self._then] if self._is_recorded else [])]
+        px = sum(one.minimumSizeHint().width() for one in here)
+        has_gauge = self._is_recorded or px + self.gauge.width() + len(here) * Space.M <= room
+        self.gauge.setVisible(has_gauge)
+        if has_gauge:
+            here.insert(0, self.gauge)
+            px += self.gauge.width()
         for tile in (self.stream, self.boot_count):
             tile_px = tile.minimumSizeHint().width()
             fits = not self._is_recorded and px + tile_px + len(here) * Space.M <= room

@@ -284,3 +284,21 @@ def test_a_trigger_of_the_module_is_marked(qtbot: QtBot, qapp: QApplication, tmp
 
 def happened(page: LivePage) -> list[str]:
     return [one.kind.value for one in page.data.markers]
+
+
+def test_all_values_are_in_one_row_beside_the_simulator(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with simulated("row"), window(qapp, tmp_path, entries=PAGES) as assembly:
+        page = live_page(qtbot, assembly)
+        assembly.appearance.choose(Choice.SUNLIGHT)
+        assembly.window.resize(960, 540)
+        assembly.connector.connect_to(Target("sim://row", 115200))
+        wait_online(qtbot, assembly)
+        qtbot.waitUntil(lambda: not page.is_empty, timeout=WAIT_MS)
+        assembly.window.menus.simulator.setChecked(True)
+        panel = page.panel
+        tiles = (panel.tilt, panel.acceleration, panel.light, panel.cell)
+        qtbot.waitUntil(lambda: len({one.y() for one in tiles}) == 1, timeout=WAIT_MS)
+        assert all(panel.contentsRect().contains(one.geometry()) for one in tiles)
+        assembly.window.menus.simulator.setChecked(False)
+        qtbot.waitUntil(panel.gauge.isVisible, timeout=WAIT_MS)
+        assembly.appearance.choose(Choice.LIGHT)

@@ -69,7 +69,7 @@ def watched(qtbot: QtBot, qapp: QApplication, monkeypatch: pytest.MonkeyPatch) -
 def test_a_paint_for_each_pixel(watched: Watched, length_s: int, seconds: float) -> None:
     watched.choose(length_s)
     canvas = watched.bench.find(Canvas, "time-plot-canvas")
-    pixels = seconds * canvas.strip.width() * canvas.devicePixelRatio() / length_s
+    pixels = seconds * canvas.axis.width() * canvas.devicePixelRatio() / length_s
     assert 4 < pixels < seconds * 20
     assert watched.run(seconds) == pytest.approx(pixels, abs=1.5)
 
