@@ -44,7 +44,7 @@ class LogUnreadable(Exception):
 
 def unreadable(why: str) -> LogUnreadable:
     """`why` without a full stop, English, marked."""
-    return LogUnreadable(message("{why}.", why=message(why)))
+    return LogUnreadable(message(marked("{why}."), why=message(why)))
 
 
 class ModeChange(NamedTuple):

@@ -5087,7 +5087,7 @@
     </message>
     <message>
         <source>latest {late}</source>
-        <translation>最晚 {late}</translation>
+        <translation>最迟在{late}</translation>
     </message>
     <message>
         <source>left</source>
@@ -6540,6 +6540,10 @@
     <message>
         <source>{what}: {percent} %</source>
         <translation>{what}：{percent} %</translation>
+    </message>
+    <message>
+        <source>{why}.</source>
+        <translation>{why}。</translation>
     </message>
     <message>
         <source>“Verified” means written, asked for again, and equal.</source>

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QPushButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFrame, QPushButton, QWidget
 
 from app.firing.judge import MAX_GAP_S, TriggerLimits
 from app.flight_analysis.flight_set import FlightOutcome
@@ -64,9 +64,9 @@ class FlightView(QWidget):
         head = in_row((self.name, 1), self.back, spacing=Space.M)
         head.addStrut(HEIGHT_PX)
         said = in_row((self.picture, Qt.AlignmentFlag.AlignTop), (self.verdict, 1), spacing=Space.S)
-        self._room = QVBoxLayout()
-        in_column(head, said, self.problems, (self._room, 1), of=self, spacing=Space.XS, margins=0)
-        self._room.addWidget(self.waiting, 1)
+        card = named(QFrame(), "flight_card", "card")
+        self._room = in_column((self.waiting, 1), of=card, margins=Space.S)
+        in_column(head, said, self.problems, (card, 1), of=self, spacing=Space.XS, margins=0)
 
     def show_flight(self, outcome: FlightOutcome, limits: TriggerLimits, columns: CsvColumns | None) -> None:
         """The file is read again in the background."""

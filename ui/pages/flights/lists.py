@@ -12,7 +12,7 @@ from ui.forms.table_kit import RowsFilter
 from ui.pages.flights.controller import GROUPS, FlightRow
 from ui.pages.flights.model import flights_model
 from ui.pages.flights.table import FlightTable
-from ui.pages.flights.texts import MOVE_WORD, OTHER_LIST, list_caption, list_detail
+from ui.pages.flights.texts import MOVE_WORD, OTHER_LIST, list_caption, list_detail, problem_count
 from ui.pages.flights.verdicts import Verdict, verdict_of
 from ui.style.icons import Icon
 from ui.style.theme import Space
@@ -64,6 +64,7 @@ class FlightList(QWidget):
 
     def show_rows(self, rows: Sequence[FlightRow]) -> None:
         self.model.show_rows(tuple(rows))
+        self.table.show_problems(has_problems=any(problem_count(row) for row in rows))
         outcomes = [row.outcome for row in rows if row.outcome is not None]
         self.show_caption(outcomes)
         self._refresh_button()

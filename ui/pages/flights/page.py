@@ -175,6 +175,8 @@ class FlightsPage(Page):
             if loading.total is not None:
                 text = tr("{what} ({done} of {total})", what=text, done=loading.read, total=loading.total)
             return Notice(Meaning.INFORMATION, text, (Choice("cancel_flights", tr("Cancel"), self._cancel),))
+        if self._stack.currentWidget() is self.form:
+            return None  # which it leads to
         if self._last_notice is not None:
             return self._last_notice
         return None if self._ended is None else self._ended_notice(self._ended)
@@ -211,8 +213,9 @@ class FlightsPage(Page):
         """Hides the page's header for the flight and the form, which have their own."""
         self._stack.setCurrentWidget(widget)
         self.header.setVisible(widget in (self.empty, self._overview))
-        for one in (self.thresholds.reading, self.fired_only, self.header.more):
+        for one in (self.thresholds.reading, self.fired_only, self.header.more, self.proposal):
             one.setVisible(widget is self._overview)
+        self._refresh_notice()
 
     def _filter(self, *, is_wanted: bool) -> None:
         for one in self.lists.of.values():
@@ -268,10 +271,7 @@ class FlightsPage(Page):
         right = in_column(self.thresholds, (self.map, 1), spacing=Space.S)
         in_row((self.lists, 5), (right, 3), of=content, spacing=Space.M, margins=0)
         self.map.setMinimumWidth(_MAP_PX)
-        scroll = scroll_area(content, self._services.texts, "flights_scroll", "Flight logs", is_vertical=True)
-        overview = named(QWidget(), "flights_overview")
-        in_column((scroll, 1), self.proposal, of=overview, spacing=Space.S, margins=0)
-        return overview
+        return scroll_area(content, self._services.texts, "flights_scroll", "Flight logs", is_vertical=True)
 
     def _lay_out(self) -> None:
         self.header = self.make_header(
@@ -283,7 +283,7 @@ class FlightsPage(Page):
         self.header.add_rare("flights_profile_save", marked("Save as profile…"), self.proposal.save_profile)
         self.header.add_rare("flights_profile_put", marked("Add to a profile…"), self.proposal.add_to_profile)
         in_column(
-            self.header, (self._stack, 1), self.strip, of=self, spacing=Space.S,
+            self.header, (self._stack, 1), self.strip, self.proposal, of=self, spacing=Space.S,
             margins=(Space.M, 0, Space.M, Space.S),
         )  # fmt: skip
 

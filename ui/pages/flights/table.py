@@ -26,6 +26,7 @@ class FlightTable(RowsTable[FlightRow]):
         super().__init__(name, model, row_px=ROW_PX, sorted_by=FlightColumn.FIRES, stretched=FlightColumn.NAME,
                          order=Qt.SortOrder.AscendingOrder, spare=FlightColumn.DURATION)  # fmt: skip
         self._group = group
+        self._has_problems = False
         self.setAlternatingRowColors(True)
         self.setTextElideMode(Qt.TextElideMode.ElideMiddle)  # file names mostly differ at the end
         self.horizontalHeader().setMinimumSectionSize(44)
@@ -34,6 +35,12 @@ class FlightTable(RowsTable[FlightRow]):
         self.setMinimumHeight(3 * ROW_PX)
         self.measure()
 
+    def show_problems(self, *, has_problems: bool) -> None:
+        """Without a problem in any flight the names take the column's room."""
+        if has_problems != self._has_problems:
+            self._has_problems = has_problems
+            self.measure()
+
     def measure(self) -> None:
         """After a change of language, font or theme."""
         words = tr("unclear"), tr("too late"), tr("not read"), "8888.8 s"
@@ -41,8 +48,11 @@ class FlightTable(RowsTable[FlightRow]):
             FlightColumn.NAME: "survey-0000",
             FlightColumn.FIRES: max(words, key=self.fontMetrics().horizontalAdvance),
             FlightColumn.TILT: "180°", FlightColumn.FALL: "88.88 s",
-            FlightColumn.DURATION: "88:88", FlightColumn.PROBLEMS: "88",
+            FlightColumn.DURATION: "88:88",
         }  # fmt: skip
+        self.setColumnHidden(FlightColumn.PROBLEMS, not self._has_problems)
+        if self._has_problems:
+            texts[FlightColumn.PROBLEMS] = "88"
         self.fit_columns(texts, with_icon=(FlightColumn.FIRES, FlightColumn.PROBLEMS))
 
     def menu(self) -> QMenu:

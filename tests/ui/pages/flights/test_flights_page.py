@@ -28,6 +28,7 @@ from tests.support.flights.many_flights import crash, ordinary_flight, write_csv
 from tests.support.window.fakes_ui import WAIT_MS, window
 from ui.main import PAGES, Assembly
 from ui.pages.flights import loading
+from ui.pages.flights.model import FlightColumn
 from ui.pages.flights.page import FlightsPage
 
 ROOM = Path(loading.__file__).parent
@@ -102,6 +103,7 @@ def test_logs_are_read_and_a_table_asks_for_its_columns(desk: Desk, tmp_path: Pa
     choose.click()
     form = page.form
     assert form.isVisible()
+    assert desk.notice() == ""  # it leads to where one is
     form.read.click()
     assert form.fault.text() == "Choose a column in each row."
     form.time.setCurrentText("w")
@@ -117,6 +119,23 @@ def test_logs_are_read_and_a_table_asks_for_its_columns(desk: Desk, tmp_path: Pa
     assert len(page.work.flights) == 3
     assert page.work.unread() == ()
     assert desk.notice() == ""
+
+
+def test_a_notice_leaves_the_proposal_in_place_and_problems_take_no_room_without_any(
+    desk: Desk, tmp_path: Path
+) -> None:
+    page = desk.page
+    desk.add(tilted("calm", 20))
+    table = page.lists.of[FlightGroup.MUST_NOT].table
+    assert table.isColumnHidden(FlightColumn.PROBLEMS)
+    bottom = page.proposal.geometry().bottom()
+    (tmp_path / "broken.ulg").write_bytes(b"ULog")
+    page.open_paths([tmp_path / "broken.ulg"])
+    desk.wait_read()
+    QApplication.processEvents()
+    assert "not read" in desk.notice()
+    assert page.proposal.geometry().bottom() == bottom
+    assert not table.isColumnHidden(FlightColumn.PROBLEMS)
 
 
 def test_flights_already_read_keep_their_list(desk: Desk, tmp_path: Path) -> None:
