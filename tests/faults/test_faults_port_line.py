@@ -6,8 +6,10 @@ import subprocess
 import sys
 import termios
 import threading
+from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 import serial
@@ -79,16 +81,20 @@ RAISED = pytest.mark.parametrize(
 )
 
 
+def raising(error: Exception) -> Callable[..., Any]:
+    def fail(*_: object) -> Any:
+        raise error
+
+    return fail
+
+
 @RAISED
 @pytest.mark.parametrize("where", ["write", "reset_input_buffer", "close"])
 def test_any_error_of_pyserial_is_a_lost_port(
     where: str, error: Exception, terminal: Terminal, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     line = open_line(terminal.name, 115200)
-
-    def fail(*_: object) -> object:
-        raise error
-
+    fail = raising(error)
     with monkeypatch.context() as patch:
         patch.setattr(serial.Serial, where, fail)
         match where:
@@ -110,10 +116,7 @@ def test_any_error_of_a_read_by_the_system_is_a_lost_port(
     where: str, error: Exception, terminal: Terminal, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     line = open_line(terminal.name, 115200)
-
-    def fail(*_: object) -> bytes:
-        raise error
-
+    fail = raising(error)
     with monkeypatch.context() as patch:
         match where:
             case "select":
@@ -139,10 +142,7 @@ def test_any_error_of_a_read_by_pyserial_is_a_lost_port(
 ) -> None:
     """The way used on Windows, and for ports given by a URL."""
     line = open_line(terminal.name, 115200)
-
-    def fail(*_: object) -> bytes:
-        raise error
-
+    fail = raising(error)
     with monkeypatch.context() as patch:
         patch.setattr(line, "_interrupts", None)
         patch.setattr(serial.Serial, where, property(fail) if where == "in_waiting" else fail)

@@ -26,7 +26,7 @@ from protocol.frame import decode_request
 from protocol.link_states import Presence
 from tests.support.journals import FakeJournal
 from tests.support.line.sim_line import FakeClock, SimulatedLine
-from tests.support.window.fakes_ui import Ports
+from tests.support.window.fakes_ui import Ports, close_window
 from ui.acts.confirm import Confirm
 from ui.core.connector import Connector
 from ui.core.port_watcher import PortWatcher
@@ -383,11 +383,5 @@ def gesture_bench(
             made.refresh()  # what the page's own timer would do later, and move the rows
             yield made
         finally:
-            window.close_now()
-            assembly.connector.stop(2.0)
-            assembly.ports.stop(2.0)
-            storage.close()
-            assembly.language_switch.use("en")
-            window.deleteLater()
-            QApplication.processEvents()
+            close_window(assembly)
             gestures().reset()

@@ -33,7 +33,7 @@ from app.settings.profiles import Profile
 from app.terminal.read_report import Findings, page_of
 from app.terminal.record_table import page_of as records_page
 from app.terminal.streaming import StreamSpan
-from app.text.i18n import CHINESE, ENGLISH, speaking
+from app.text.i18n import CHINESE, ENGLISH, temporary_language
 from app.trigger_records.history import sentence
 from protocol.events import Counters
 from protocol.fields import Value
@@ -124,9 +124,9 @@ def test_a_recording_marks_them_under_the_cursor(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, is_chinese: bool
 ) -> None:
     made_of = record(tmp_path / "template", seconds=10, cell_voltage_v=3.52, light_v=2.1)
-    with speaking(CHINESE if is_chinese else ENGLISH), made(qtbot, qapp, tmp_path, made_of, LivePage) as desk:
+    with temporary_language(CHINESE if is_chinese else ENGLISH), made(qtbot, qapp, tmp_path, made_of, LivePage) as desk:
         desk.storage.recordings.open(desk.library.entries()[0])
-        desk.wait(lambda: desk.live.recording is not None)
+        desk.until(lambda: desk.live.recording is not None)
         plot, panel = desk.live.plot, desk.live.panel
         plot.show_instant(1005.0)
         desk.live.refresh()

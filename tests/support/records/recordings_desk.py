@@ -1,21 +1,19 @@
 """The Recordings page and the Live page for tests, with one recording in the list."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from shutil import copytree
 from typing import Any
 
-from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QHBoxLayout, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.recordings.library import RecordingLibrary
 from tests.support.records.recordings_made import HEADING, batch, device, recorder_in, report
+from tests.support.window.driver import Driver
 from tests.support.window.fake_ports import FakeWorker
-from tests.support.window.fakes_ui import WAIT_MS
-from tests.support.window.steps import settle
 from ui.core.connector import Connector
 from ui.core.port_watcher import PortWatcher
 from ui.core.texts import Texts
@@ -62,7 +60,7 @@ def record(
 
 
 @dataclass
-class Desk:
+class Desk(Driver):
     """The Recordings page, the Live page, or both."""
 
     qtbot: QtBot
@@ -72,19 +70,17 @@ class Desk:
     live: LivePage
 
     @property
+    def root(self) -> QWidget:
+        return self.page
+
+    @property
     def library(self) -> RecordingLibrary:
         return self.storage.sessions.library
 
     def list_again(self, count: int) -> None:
         """Refresh the list; wait until it has `count` rows and nothing reads it any more."""
         self.page.work.refresh()
-        self.wait(lambda: self.page.filter.rowCount() == count and not self.page.work._listing.is_running)
-
-    def click(self, button: QWidget | None) -> None:
-        assert button is not None
-        self.wait(button.isEnabled)
-        settle(button)
-        self.qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
+        self.until(lambda: self.page.filter.rowCount() == count and not self.page.work._listing.is_running)
 
     def answer(self, key: str) -> None:
         self.click(self.page.strip.button(key))
@@ -92,7 +88,7 @@ class Desk:
     def open(self, row: int = 0) -> None:
         self.page.table.selectRow(row)
         self.click(self.page.buttons.open)
-        self.wait(lambda: self.live.recording is not None)
+        self.until(lambda: self.live.recording is not None)
 
     def said(self) -> str:
         notice = self.page.strip.notice
@@ -100,9 +96,6 @@ class Desk:
 
     def texts(self, column: Column) -> list[str]:
         return [str(self.page.filter.index(row, column).data()) for row in range(self.page.filter.rowCount())]
-
-    def wait(self, is_so: Callable[[], bool]) -> None:
-        self.qtbot.waitUntil(is_so, timeout=WAIT_MS)
 
 
 @contextmanager

@@ -14,7 +14,8 @@ from protocol.catalogue import BY_NAME
 from protocol.link_states import Presence
 from protocol.messages import Status
 from tests.support.window.fakes_ui import WAIT_MS
-from tests.ui.pages.diagnosis.test_diagnosis_page import click, diagnosis
+from tests.support.window.steps import press
+from tests.ui.pages.diagnosis.test_diagnosis_page import diagnosis
 from ui.main import Assembly
 from ui.pages.diagnosis.capture_files import SUFFIX
 from ui.pages.diagnosis.page import DiagnosisPage
@@ -45,7 +46,7 @@ def opened(qtbot: QtBot, qapp: QApplication, folder: Path) -> Iterator[tuple[Ass
     path = write_capture(folder / f"flight{SUFFIX}")
     with diagnosis(qtbot, qapp, folder) as (assembly, page):
         page.files.ask_open = lambda _parent, _folder: path
-        click(qtbot, page.files.open)
+        press(qtbot, page.files.open)
         qtbot.waitUntil(lambda: page.opened is not None, timeout=WAIT_MS)
         yield assembly, page, path
 
@@ -57,7 +58,7 @@ def strip_button(page: DiagnosisPage, key: str) -> QPushButton:
 
 
 def play(qtbot: QtBot, assembly: Assembly, page: DiagnosisPage) -> None:
-    click(qtbot, strip_button(page, "capture_play"))
+    press(qtbot, strip_button(page, "capture_play"))
     qtbot.waitUntil(lambda: assembly.connector.device.presence is Presence.ONLINE, timeout=WAIT_MS)
     device = assembly.connector
     qtbot.waitUntil(lambda: device.device.known("active", device.clock()) is not None, timeout=WAIT_MS)

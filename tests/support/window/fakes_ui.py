@@ -90,13 +90,18 @@ def window(
     finally:
         if ports is not None:
             ports.release()
-        assembly.window.close_now()
-        assembly.connector.stop(2.0)
-        assembly.ports.stop(2.0)
-        assembly.storage.close()
-        assembly.language_switch.use(ENGLISH)  # removes Qt's own translation from the application
-        assembly.window.deleteLater()
-        QApplication.processEvents()
+        close_window(assembly)
+
+
+def close_window(assembly: Assembly) -> None:
+    """Closes and deletes the window and everything that runs behind it."""
+    assembly.window.close_now()
+    assembly.connector.stop(2.0)
+    assembly.ports.stop(2.0)
+    assembly.storage.close()
+    assembly.language_switch.use(ENGLISH)  # removes Qt's own translation from the application
+    assembly.window.deleteLater()
+    QApplication.processEvents()
 
 
 @contextmanager
@@ -105,7 +110,7 @@ def simulated(name: str, **options: object) -> Iterator[SimulatedBench]:
     try:
         yield bench.module(name, options)
     finally:
-        bench.forget(name)
+        bench.remove_bench(name)
 
 
 def wait_online(qtbot: QtBot, assembly: Assembly) -> None:

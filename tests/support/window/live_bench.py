@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QApplication, QPushButton, QWidget
+from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.engine.device import DeviceView, How, Known, StatusSample
@@ -15,6 +14,7 @@ from app.engine.worker import Batch, Connection, PortState
 from app.safety.journal import NoJournal
 from protocol.fields import Value
 from protocol.link_states import Presence
+from tests.support.window.driver import Driver
 from tests.support.window.fake_ports import VALUES, FakeWorker
 from ui.core.connector import Connector
 from ui.core.port_watcher import PortWatcher
@@ -36,7 +36,7 @@ KNOWN: dict[str, Value] = VALUES | {
 
 
 @dataclass
-class Bench:
+class Bench(Driver):
     """A Live page on a fake clock."""
 
     qtbot: QtBot
@@ -47,6 +47,10 @@ class Bench:
     worker: FakeWorker
     now_s: float = 1000.0
     stream_hz: float = 50.0
+
+    @property
+    def root(self) -> QWidget:
+        return self.page
 
     def say(self, *samples: StatusSample, is_streaming: bool = True, leave_out: str = "", **values: Value) -> None:
         """Hand over a batch with these values, and wait until the page shows it; see `hand_over`."""
@@ -76,14 +80,6 @@ class Bench:
         self.now_s += seconds
         self.page.refresh()
         self.page.draw()
-
-    def find(self, kind: type[Any], name: str) -> Any:
-        found = self.page.findChild(kind, name)
-        assert found is not None, name
-        return found
-
-    def click(self, name: str, kind: type[QWidget] = QPushButton) -> None:
-        self.qtbot.mouseClick(self.find(kind, name), Qt.MouseButton.LeftButton)
 
 
 @contextmanager

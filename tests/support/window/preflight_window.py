@@ -4,7 +4,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TypeVar
 
 from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
@@ -21,8 +20,8 @@ from app.stations.known import Stations
 from app.store.store import Store
 from protocol.catalogue import SERIAL_OUTPUT, Hazard, Request
 from protocol.events import Sent
+from tests.support.window.driver import Driver, Found
 from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
-from tests.support.window.steps import settle
 from ui.main import PAGES, Assembly
 from ui.pages.preflight.controller import Standing
 from ui.pages.preflight.page import PreflightPage
@@ -31,11 +30,10 @@ from ui.pages.triggers.page import TriggersPage
 ENTRIES = tuple(entry for entry in PAGES if entry.key in ("triggers", "preflight"))
 CHECK_MS = 20_000
 VERDICTS = (Standing.GO, Standing.READY, Standing.NO_GO, Standing.VOID)
-Found = TypeVar("Found", bound=QWidget)
 
 
-@dataclass(slots=True)
-class OnBench:
+@dataclass
+class OnBench(Driver):
     """The window, the module, and every request that the window sent."""
 
     qtbot: QtBot
@@ -43,6 +41,10 @@ class OnBench:
     bench: SimulatedBench
     name: str
     sent: list[Request] = field(default_factory=list)
+
+    @property
+    def root(self) -> QWidget:
+        return self.assembly.window
 
     @property
     def preflight(self) -> PreflightPage:
@@ -60,26 +62,13 @@ class OnBench:
 
     def page(self, key: str, kind: type[Found]) -> Found:
         self.assembly.window.go_to(key)
-        found = self.assembly.window.findChild(kind)
-        assert found is not None
-        return found
+        return self.find(kind)
 
     def connect(self) -> None:
         self.assembly.connector.connect_to(Target(f"sim://{self.name}", 115200))
         wait_online(self.qtbot, self.assembly)
         self.assembly.window.panel.hide()
-        self.qtbot.waitUntil(lambda: self.assembly.connector.state.phase is Phase.ONLINE, timeout=WAIT_MS)
-
-    def click(self, widget: QWidget) -> None:
-        assert widget.isEnabled(), widget.objectName()
-        self.qtbot.waitUntil(widget.isVisible, timeout=WAIT_MS)
-        settle(widget)
-        self.qtbot.mouseClick(widget, Qt.MouseButton.LeftButton)
-
-    def find(self, kind: type[Found], name: str) -> Found:
-        found = self.assembly.window.findChild(kind, name)
-        assert found is not None, name
-        return found
+        self.until(lambda: self.assembly.connector.state.phase is Phase.ONLINE)
 
     def check(self, *, is_enabling: bool = True) -> Standing:
         """Run a check by a click; return the verdict."""
@@ -91,20 +80,20 @@ class OnBench:
 
     def wait_standing(self, *wanted: Standing) -> None:
         page = self.preflight
-        self.qtbot.waitUntil(lambda: page.banner.announcement.standing in wanted, timeout=CHECK_MS)
+        self.until(lambda: page.banner.announcement.standing in wanted, CHECK_MS)
 
     def restart(self) -> None:
         """Restart the module; wait for both heartbeats and for answers."""
         connector = self.assembly.connector
         before = connector.device.restarts
         self.bench.restart()
-        self.qtbot.waitUntil(lambda: connector.device.restarts > before, timeout=WAIT_MS)
-        self.qtbot.waitUntil(lambda: connector.state.phase is Phase.ONLINE, timeout=WAIT_MS)
+        self.until(lambda: connector.device.restarts > before)
+        self.until(lambda: connector.state.phase is Phase.ONLINE)
 
     def read_triggers(self) -> None:
         page = self.triggers
         self.click(page.read)
-        self.qtbot.waitUntil(lambda: not page.work.is_busy, timeout=CHECK_MS)
+        self.until(lambda: not page.work.is_busy, CHECK_MS)
 
     def drop(self, path: Path) -> None:
         data = QMimeData()

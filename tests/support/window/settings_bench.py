@@ -4,9 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, TypeVar
 
-from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QApplication, QLineEdit, QPushButton, QWidget
 from pytestqt.qtbot import QtBot
@@ -17,8 +15,9 @@ from app.simulator.bench import SimulatedBench
 from protocol.catalogue import BY_NAME, Hazard, Request
 from protocol.fields import Value
 from protocol.frame import decode_request
+from tests.support.window.driver import Driver
 from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
-from tests.support.window.steps import let_lay_out, settle
+from tests.support.window.steps import let_lay_out
 from ui.acts.confirm import Confirm
 from ui.main import PAGES, Assembly
 from ui.pages.commands.page import CommandsPage
@@ -26,11 +25,10 @@ from ui.pages.settings.page import SettingsPage
 from ui.widgets.notice_bar import NoticeBar
 
 ENTRIES = tuple(entry for entry in PAGES if entry.key in ("settings", "commands"))
-Widget = TypeVar("Widget", bound=QWidget)
 
 
 @dataclass
-class Desk:
+class Desk(Driver):
     """The window, the module, and every frame that reached the module."""
 
     qtbot: QtBot
@@ -40,29 +38,16 @@ class Desk:
     requests: list[Request] = field(default_factory=list)
 
     @property
+    def root(self) -> QWidget:
+        return self.assembly.window
+
+    @property
     def settings(self) -> SettingsPage:
-        return self.page(SettingsPage)
+        return self.find(SettingsPage)
 
     @property
     def commands(self) -> CommandsPage:
-        return self.page(CommandsPage)
-
-    def page(self, kind: type[Widget]) -> Widget:
-        found = self.assembly.window.findChild(kind)
-        assert found is not None
-        return found
-
-    def find(self, kind: type[Widget], name: str) -> Widget:
-        found = self.assembly.window.findChild(kind, name)
-        assert found is not None, name
-        return found
-
-    def click(self, widget: QWidget | str) -> None:
-        button = self.find(QPushButton, widget) if isinstance(widget, str) else widget
-        assert button.isVisible(), button.objectName()
-        assert button.isEnabled(), button.objectName()
-        settle(button)
-        self.qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
+        return self.find(CommandsPage)
 
     def ask(self, confirm: Confirm) -> None:
         """Make the first click of an act; if the layout changed, the first click only scrolls."""
@@ -70,9 +55,6 @@ class Desk:
             if not confirm.is_asking:
                 self.until(confirm.ask.isEnabled)
                 self.click(confirm.ask)
-
-    def until(self, is_so: Any, timeout_ms: int = WAIT_MS) -> None:
-        self.qtbot.waitUntil(is_so, timeout=timeout_ms)
 
     def choose_rare(self, name: str) -> None:
         """Choose an entry of the menu "⋯"."""
@@ -105,7 +87,7 @@ class Desk:
     def go_to(self, key: str) -> None:
         self.assembly.window.go_to(key)
         kind: type[QWidget] = SettingsPage if key == "settings" else CommandsPage
-        self.until(lambda: self.page(kind).isVisible())
+        self.until(self.find(kind).isVisible)
 
     def connect(self) -> None:
         self.assembly.connector.connect_to(Target(self.url, 115200))

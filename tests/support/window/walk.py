@@ -8,7 +8,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TypeVar
 
 import pytest
 from PySide6.QtCore import QEvent, QSize
@@ -20,6 +19,7 @@ from app.flight_analysis.flight_set import FlightGroup
 from app.simulator.bench import SimulatedBench
 from tests.support.check_pace import hurry_check
 from tests.support.flights.many_flights import write_logs
+from tests.support.window.driver import Driver
 from tests.support.window.fakes_ui import ADAPTER, SECOND_ADAPTER, WAIT_MS, Ports, simulated, wait_online, window
 from tests.support.window.moved import moved, places
 from tests.support.window.steps import settle
@@ -47,7 +47,6 @@ attitude_threshold_deg = 65
 freefall_time_s = 1.6
 attitude_trigger = true
 """
-Found = TypeVar("Found", bound=QWidget)
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,13 +57,17 @@ class Stop:
     root: QWidget
 
 
-class Walk:
+class Walk(Driver):
     """The stops, in order; at each one everything is laid out and painted."""
 
     def __init__(self, qtbot: QtBot, assembly: Assembly, bench: SimulatedBench, folder: Path, name: str) -> None:
         self.qtbot, self.assembly, self.bench, self.folder = qtbot, assembly, bench, folder
         self.window = assembly.window
         self._url = f"sim://{name}"
+
+    @property
+    def root(self) -> QWidget:
+        return self.window
 
     def stops(self) -> Iterator[Stop]:
         """Yield all stops, from the start of the window to an unplugged module."""
@@ -80,8 +83,8 @@ class Walk:
 
     def before_connecting(self) -> Iterator[Stop]:
         """Yield the pages before a module is connected."""
-        self.qtbot.waitUntil(self.window.panel.isVisible, timeout=WAIT_MS)
-        self.qtbot.waitUntil(lambda: self.assembly.ports.has_listed, timeout=WAIT_MS)
+        self.until(self.window.panel.isVisible)
+        self.until(lambda: self.assembly.ports.has_listed)
         yield self._stop("connect panel")
         self.window.panel.hide()
         for entry in PAGES:
@@ -94,10 +97,10 @@ class Walk:
         connector.connect_to(Target(self._url, 115200))
         wait_online(self.qtbot, self.assembly)
         for key in ("freefall_time_s", "boot_count"):
-            self.qtbot.waitUntil(partial(self._knows, key), timeout=WAIT_MS)
+            self.until(partial(self._knows, key))
         self.window.go_to("live")
         live = self.find(LivePage)
-        self.qtbot.waitUntil(lambda: live.data.has_samples, timeout=WAIT_MS)
+        self.until(lambda: live.data.has_samples)
         live.refresh()
 
     def _knows(self, key: str) -> bool:
@@ -107,11 +110,6 @@ class Walk:
         connector = self.assembly.connector
         known = connector.device.known(key, connector.clock())
         return None if known is None else known.value
-
-    def find(self, kind: type[Found], name: str = "") -> Found:
-        found = self.window.findChild(kind, name) if name else self.window.findChild(kind)
-        assert found is not None, name or kind
-        return found
 
     def press(self, name: str) -> None:
         """Press a button, given by its name."""
@@ -127,9 +125,9 @@ class Walk:
         """Yield the what-if panel with a firing and an invalid value."""
         page = self.find(LivePage)
         self.bench.set_tilt(70)
-        self.qtbot.waitUntil(lambda: self._value("tilt_deg") == 70, timeout=WAIT_MS)
+        self.until(lambda: self._value("tilt_deg") == 70)
         self.bench.set_tilt(0)
-        self.qtbot.waitUntil(lambda: self._value("tilt_deg") == 0, timeout=WAIT_MS)
+        self.until(lambda: self._value("tilt_deg") == 0)
         self.press("live_would_fire")
         panel = page.fired.panel
         panel.wanted.type_text("freefall_acceleration_g", "x")
@@ -139,7 +137,7 @@ class Walk:
 
     def _on_settings(self) -> Iterator[Stop]:
         page = self.find(SettingsPage)
-        self.qtbot.waitUntil(page.work.can_edit.__bool__, timeout=WAIT_MS)
+        self.until(page.work.can_edit.__bool__)
         page.refresh()
         page.work.edit(lambda: page.work.form.type_text("attitude_threshold_deg", "30"))
         page.work.edit(lambda: page.work.form.type_text("freefall_time_s", "x"))
@@ -163,7 +161,7 @@ class Walk:
     def _on_triggers(self) -> Iterator[Stop]:
         page = self.find(TriggersPage)
         page.read.click()
-        self.qtbot.waitUntil(lambda: not page.work.is_busy, timeout=CHECK_MS)
+        self.until(lambda: not page.work.is_busy, CHECK_MS)
         page.table.selectRow(0)
         yield self._stop("triggers, chosen")
 
@@ -171,7 +169,7 @@ class Walk:
         page = self.find(PreflightPage)
         page.buttons.run.click()
         ended = (Standing.GO, Standing.READY, Standing.NO_GO, Standing.VOID)
-        self.qtbot.waitUntil(lambda: page.banner.announcement.standing in ended, timeout=CHECK_MS)
+        self.until(lambda: page.banner.announcement.standing in ended, CHECK_MS)
         yield self._stop("preflight, verdict")
         bar = page.list.verticalScrollBar()
         bar.setValue(bar.maximum())
@@ -182,7 +180,7 @@ class Walk:
 
     def _on_commands(self) -> Iterator[Stop]:
         confirms = [row.confirm for row in self.find(CommandsPage).acts.values()]
-        self.qtbot.waitUntil(lambda: any(one.ask.isEnabled() for one in confirms), timeout=WAIT_MS)
+        self.until(lambda: any(one.ask.isEnabled() for one in confirms))
         confirm = next(one for one in confirms if one.ask.isEnabled())
         settle(confirm.ask)
         confirm.ask.click()
@@ -198,16 +196,16 @@ class Walk:
     def _on_flights(self) -> Iterator[Stop]:
         page = self.find(FlightsPage)
         page.open_paths(write_logs(self.folder / "logs"))
-        self.qtbot.waitUntil(lambda: not page.work.loading.is_running, timeout=WAIT_MS)
+        self.until(lambda: not page.work.loading.is_running)
         yield self._stop("flights, one not read")
         page.work.move([one.name for one in page.work.flights.flights()][:1], FlightGroup.MUST)
-        self.qtbot.waitUntil(lambda: not page.work.is_proposing, timeout=WAIT_MS)
+        self.until(lambda: not page.work.is_proposing)
         page.on_escape()
         page.lists.of[FlightGroup.MUST].table.selectRow(0)
         page.map.setFocus()
         yield self._stop("flights, sorted")
         page.open_flight(page.lists.of[FlightGroup.MUST].filter.row_at(0))
-        self.qtbot.waitUntil(lambda: page.flight.plot is not None, timeout=WAIT_MS)
+        self.until(lambda: page.flight.plot is not None)
         yield self._stop("flights, one flight")
         page.flight.close_flight()
         page.open_flight(next(row for row in page.lists.of[FlightGroup.MUST_NOT].filter.shown() if row.unread))
@@ -237,12 +235,12 @@ class Walk:
         box.close()
         self.bench.module.activate(is_active=True)
         connector = self.assembly.connector
-        self.qtbot.waitUntil(lambda: connector.is_active, timeout=WAIT_MS)
+        self.until(lambda: connector.is_active)
         self.window.disconnect_port()
         yield self._stop("question at leaving")
         self.window.attention.stay()
         self.bench.unplug()
-        self.qtbot.waitUntil(lambda: self.window.notice_bar.notice is not None, timeout=WAIT_MS)
+        self.until(lambda: self.window.notice_bar.notice is not None)
         for entry in PAGES:
             self.window.go_to(entry.key)
             yield self._stop(f"{entry.key}, unplugged")
@@ -255,13 +253,13 @@ class Walk:
         bench.set_tilt(123)
         bench.set_cell(3.61)
         bench.set_charger(is_plugged_in=True)
-        self.qtbot.waitUntil(lambda: ", " in cell.word, timeout=WAIT_MS)
+        self.until(lambda: ", " in cell.word)
         self.settle()
         found = moved(before, places(self.window))
         bench.set_tilt(0)
         bench.set_cell(4.0)
         bench.set_charger(is_plugged_in=False)
-        self.qtbot.waitUntil(lambda: ", " not in cell.word, timeout=WAIT_MS)
+        self.until(lambda: ", " not in cell.word)
         self.settle()
         return found
 

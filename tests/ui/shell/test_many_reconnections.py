@@ -14,7 +14,7 @@ from pytestqt.qtbot import QtBot
 
 from app.engine.target import Target
 from tests.support.window.fake_ports import VALUES, FakePorts, FakeWorker
-from tests.support.window.fakes_ui import ADAPTER, Ports
+from tests.support.window.fakes_ui import ADAPTER, Ports, close_window
 from ui.core.connector import Connector
 from ui.core.port_watcher import PortWatcher
 from ui.core.preferences import Preferences
@@ -59,13 +59,7 @@ def connected(qtbot: QtBot, qapp: QApplication, folder: Path) -> Iterator[tuple[
             yield assembly, worker, fakes
         finally:
             logging.disable(logging.NOTSET)
-            window.close_now()
-            assembly.connector.stop(2.0)
-            assembly.ports.stop(2.0)
-            storage.close()
-            assembly.language_switch.use("en")
-            window.deleteLater()
-            QApplication.processEvents()
+            close_window(assembly)
 
 
 def census(root: QObject) -> Counter[str]:

@@ -78,7 +78,7 @@ def test_what_is_open_before_zeroing_changes_no_height(qtbot: QtBot, qapp: QAppl
         one.assembly.window.resize(1366, 768)
         for tilt_deg, is_open in ((0, False), (70, True)):
             one.bench.set_tilt(tilt_deg)
-            one.until(lambda wanted=is_open: zero.confirm.ask.isEnabled() is not wanted)
+            one.until(lambda: zero.confirm.ask.isEnabled() is not is_open)  # noqa: B023  called at once
             let_lay_out()
             heights = [row.height() for row in one.commands.acts.values()]
             assert max(heights) - min(heights) <= 2

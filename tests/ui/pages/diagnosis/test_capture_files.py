@@ -14,7 +14,8 @@ from app.recordings.export import ExportCancelled
 from tests.support.records.captures import explained, read_capture
 from tests.support.window.capture_window import opened, strip_button, write_capture
 from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online
-from tests.ui.pages.diagnosis.test_diagnosis_page import click, diagnosis
+from tests.support.window.steps import press
+from tests.ui.pages.diagnosis.test_diagnosis_page import diagnosis
 from tests.ui.pages.diagnosis.test_traffic import cell, sent, streamed
 from ui.core.background_task import Running
 from ui.pages.diagnosis.capture_files import SUFFIX, Opened, load_capture
@@ -40,7 +41,7 @@ def test_search_wraps_around_and_reports_no_match(qtbot: QtBot, qapp: QApplicati
     with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
         traffic = page.traffic
         page.go_to("traffic")
-        traffic.model.keep([*streamed(3000), sent("light"), *streamed(2000), sent("boot_count")])
+        traffic.model.append([*streamed(3000), sent("light"), *streamed(2000), sent("boot_count")])
         traffic.draw()
         qtbot.keyClick(assembly.window, Qt.Key.Key_F, Qt.KeyboardModifier.ControlModifier)
         assert traffic.search.field.hasFocus()
@@ -55,7 +56,7 @@ def test_search_wraps_around_and_reports_no_match(qtbot: QtBot, qapp: QApplicati
         qtbot.waitUntil(lambda: found() not in (first, []), timeout=WAIT_MS)
         qtbot.keyClick(traffic.search.field, Qt.Key.Key_Return)
         qtbot.waitUntil(lambda: found() == first, timeout=WAIT_MS)
-        click(qtbot, traffic.search.before)
+        press(qtbot, traffic.search.before)
         qtbot.waitUntil(lambda: found() not in (first, []), timeout=WAIT_MS)
         traffic.search.field.clear()
         qtbot.keyClicks(traffic.search.field, "FF FF FF")
@@ -64,7 +65,7 @@ def test_search_wraps_around_and_reports_no_match(qtbot: QtBot, qapp: QApplicati
 
 def test_marks_are_seen_filtered_and_outlive_the_list(qapp: QApplication) -> None:
     model = TrafficModel()
-    model.keep([sent("light"), *streamed(5)])
+    model.append([sent("light"), *streamed(5)])
     model.show_new()
     model.mark([0, 2])
     assert model.is_marked(0)
@@ -74,7 +75,7 @@ def test_marks_are_seen_filtered_and_outlive_the_list(qapp: QApplication) -> Non
     assert model.index(1, Column.TIME.value).data(Qt.ItemDataRole.DecorationRole) is None
     model.mark([2])
     assert not model.is_marked(2)
-    model.keep(streamed(MAX_ROWS))
+    model.append(streamed(MAX_ROWS))
     model.show_new()
     model.use_filter(Filter.MARKED)
     assert model.rowCount() == 1
@@ -86,12 +87,12 @@ def test_marks_are_seen_filtered_and_outlive_the_list(qapp: QApplication) -> Non
 def test_mark_by_key(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with diagnosis(qtbot, qapp, tmp_path) as (_assembly, page):
         page.go_to("traffic")
-        page.traffic.model.keep([sent("light"), sent("boot_count")])
+        page.traffic.model.append([sent("light"), sent("boot_count")])
         page.traffic.draw()
         page.traffic.table.selectRow(1)
         qtbot.keyClick(page.traffic.table, Qt.Key.Key_M, Qt.KeyboardModifier.ControlModifier)
         assert page.traffic.model.is_marked(1)
-        click(qtbot, page.traffic.mark)
+        press(qtbot, page.traffic.mark)
         assert not page.traffic.model.is_marked(1)
 
 
@@ -106,7 +107,7 @@ def test_a_saved_capture_can_be_opened(qtbot: QtBot, qapp: QApplication, tmp_pat
         page.files.ask_save = lambda _parent, _title, _suggested, _filter: path
         qtbot.waitUntil(page.files.save.isEnabled, timeout=WAIT_MS)
         kept = page.traffic_buffer.entries()
-        click(qtbot, page.files.save)
+        press(qtbot, page.files.save)
         qtbot.waitUntil(lambda: "Saved" in page.strip.accessibleName(), timeout=WAIT_MS)
         capture = read_capture(path)
         assert capture.header.port == "sim://saved"
@@ -121,7 +122,7 @@ def test_a_capture_that_cannot_be_saved_is_reported(qtbot: QtBot, qapp: QApplica
         page.traffic_buffer.feed([sent("light")])
         page.files.refresh()
         page.files.ask_save = lambda _parent, _title, _suggested, _filter: tmp_path / "none" / "x.dpscap"
-        click(qtbot, page.files.save)
+        press(qtbot, page.files.save)
         qtbot.waitUntil(lambda: "cannot be written" in page.strip.accessibleName(), timeout=WAIT_MS)
 
 
@@ -135,10 +136,10 @@ def test_a_capture_is_decoded_without_a_module(qtbot: QtBot, qapp: QApplication,
         assert cell(model, 0, Column.MEANING) == "heartbeat"
         assert cell(model, model.rowCount() - 1, Column.KIND) == "invalid"
         assert "active" in cell(model, 20, Column.MEANING)
-        page.traffic.model.keep(streamed(5))  # the live traffic is still stored
+        page.traffic.model.append(streamed(5))  # the live traffic is still stored
         page.traffic.draw()
         assert model.rowCount() == len(rows)
-        click(qtbot, strip_button(page, "capture_leave"))
+        press(qtbot, strip_button(page, "capture_leave"))
         page.traffic.model.rebuild()
         assert model.rowCount() == 5
         assert not model.is_recorded
@@ -230,7 +231,7 @@ def test_opening_shows_progress_and_can_be_cancelled(
     with diagnosis(qtbot, qapp, tmp_path) as (_assembly, page):
         page.open_file(path)
         qtbot.waitUntil(lambda: "43 %" in page.strip.accessibleName(), timeout=WAIT_MS)
-        click(qtbot, strip_button(page, "capture_cancel"))
+        press(qtbot, strip_button(page, "capture_cancel"))
         assert page.strip.isHidden()
         assert not page.files._loading.is_running
         may_go_on.set()

@@ -18,7 +18,8 @@ from app.store.store import Store
 from protocol.catalogue import ACTIVATION
 from tests.support.window.capture_window import opened, play, strip_button, write_capture
 from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
-from tests.ui.pages.diagnosis.test_diagnosis_page import click, diagnosis
+from tests.support.window.steps import press
+from tests.ui.pages.diagnosis.test_diagnosis_page import diagnosis
 from tests.ui.pages.diagnosis.test_traffic import cell
 from ui.main import PAGES
 from ui.pages.diagnosis.capture_files import SUFFIX
@@ -88,7 +89,7 @@ def test_data_of_a_playback_is_not_kept_as_the_modules(qtbot: QtBot, qapp: QAppl
         assert not assembly.storage.journal(assembly.connector.target).is_ready
         assert isinstance(assembly.storage.store, StoreTrouble)
         assert not isinstance(assembly.storage.store, Store)
-        click(qtbot, assembly.window.recording_bar.stop)
+        press(qtbot, assembly.window.recording_bar.stop)
         assert isinstance(assembly.storage.store, Store)
 
 
@@ -118,9 +119,9 @@ def test_another_speed_restarts_the_playback_and_it_can_be_stopped(
         qtbot.waitUntil(lambda: "ended" in bar.accessibleName(), timeout=WAIT_MS)
         qtbot.waitUntil(lambda: assembly.window.top_bar.port.word == "ended", timeout=WAIT_MS)
         assert assembly.window.notice_bar.notice is None  # no advice about cables
-        click(qtbot, bar.again)
+        press(qtbot, bar.again)
         qtbot.waitUntil(lambda: "ended" not in bar.accessibleName(), timeout=WAIT_MS)
-        click(qtbot, bar.stop)
+        press(qtbot, bar.stop)
         qtbot.waitUntil(lambda: assembly.connector.state.phase is Phase.CLOSED, timeout=WAIT_MS)
         assembly.window.refresh()
         assert bar.isHidden()
@@ -154,11 +155,11 @@ def test_an_active_module_is_not_left_for_a_recording_unasked(qtbot: QtBot, qapp
         qtbot.waitUntil(lambda: assembly.connector.is_active, timeout=WAIT_MS)
         page.open_file(path)
         qtbot.waitUntil(lambda: page.opened is not None, timeout=WAIT_MS)
-        click(qtbot, strip_button(page, "capture_play"))
+        press(qtbot, strip_button(page, "capture_play"))
         bar = assembly.window.notice_bar
         assert not assembly.connector.is_playback
         leave = bar.button("leave_active")
         assert leave is not None
-        click(qtbot, leave)
+        press(qtbot, leave)
         qtbot.waitUntil(lambda: assembly.connector.is_playback, timeout=WAIT_MS)
         assert bench.module("armed").state().is_active

@@ -37,7 +37,7 @@ from protocol.link_states import Presence
 from protocol.messages import Heartbeat, Status, decode
 from tests.support.window.fakes_ui import ADAPTER, WAIT_MS, Ports, simulated, wait_online, window
 from tests.support.window.settings_bench import desk
-from tests.support.window.steps import settle
+from tests.support.window.steps import press
 from tests.ui.pages.commands.test_commands_page import arm, wait_disarmed
 from ui.main import Assembly, _errors_shown
 from ui.pages.diagnosis.page import DiagnosisPage
@@ -60,11 +60,6 @@ def diagnosis(
         assert isinstance(page, DiagnosisPage)
         qtbot.waitUntil(page.isVisible, timeout=WAIT_MS)
         yield assembly, page
-
-
-def click(qtbot: QtBot, widget: QWidget) -> None:
-    settle(widget)
-    qtbot.mouseClick(widget, Qt.MouseButton.LeftButton)
 
 
 def cause_of(page: DiagnosisPage) -> Cause | None:
@@ -103,7 +98,7 @@ def test_the_button_finds_the_rate(qtbot: QtBot, qapp: QApplication, tmp_path: P
         assembly.connector.connect_to(Target("sim://why-find", 115200))
         qtbot.waitUntil(lambda: cause_of(page) is Cause.WRONG_RATE, timeout=WAIT_MS)
         qtbot.waitUntil(lambda: page.why.act.isEnabled() and page.why.act.isVisible(), timeout=WAIT_MS)
-        click(qtbot, page.why.act)
+        press(qtbot, page.why.act)
         wait_online(qtbot, assembly)
         qtbot.waitUntil(lambda: "answers" in page.why.what.text(), timeout=WAIT_MS)
         assert page.why.diagnosis is None
@@ -116,7 +111,7 @@ def test_a_port_that_is_not_there(qtbot: QtBot, qapp: QApplication, tmp_path: Pa
         qtbot.waitUntil(lambda: cause_of(page) is Cause.MISSING, timeout=WAIT_MS)
         panel = assembly.window.panel
         panel.hide()
-        click(qtbot, page.why.act)
+        press(qtbot, page.why.act)
         assert panel.isVisible()
         page.why.choose_wanted.emit()
         assert panel.isVisible()  # shown, never toggled
@@ -144,7 +139,7 @@ def test_a_command_is_shown_and_copied(qtbot: QtBot, qapp: QApplication, tmp_pat
         if sys.platform.startswith("linux"):
             assert page.why.command.text() == "sudo usermod -aG dialout $USER"
             assert page.why.act.text() == "Copy"
-            click(qtbot, page.why.act)
+            press(qtbot, page.why.act)
             assert QApplication.clipboard().text() == "sudo usermod -aG dialout $USER"
 
 
@@ -235,7 +230,7 @@ def test_figures_show_loss_reasons_and_round_trips(qtbot: QtBot, qapp: QApplicat
         assert "up to 3 ms: 3" in page.figures.trips.accessibleName()
         assert "wrong checksum: 12" in page.figures.reasons.accessibleName()
         assert "port lost: 1" in page.figures.over_time.accessibleName()
-        click(qtbot, page.figures.coarse)
+        press(qtbot, page.figures.coarse)
         assert "port lost: 1" in page.figures.over_time.accessibleName()
         page.grab()  # paints all of it, with marks
 
@@ -289,7 +284,7 @@ def test_the_saved_bundle_equals_the_preview(qtbot: QtBot, qapp: QApplication, t
         assert any("the cable is loose" in line and "/home/<user>/notes" in line for line in lines)
         path = tmp_path / "support.zip"
         page.bundle.ask_path = lambda _parent, _title, _suggested, _filter: path
-        click(qtbot, page.bundle.save)
+        press(qtbot, page.bundle.save)
         qtbot.waitUntil(path.exists, timeout=WAIT_MS)
         qtbot.waitUntil(lambda: "Saved as" in page.strip.accessibleName(), timeout=WAIT_MS)
         with zipfile.ZipFile(path) as archive:
@@ -304,7 +299,7 @@ def test_a_bundle_that_cannot_be_saved_is_reported(qtbot: QtBot, qapp: QApplicat
         qtbot.waitUntil(page.bundle.save.isEnabled, timeout=WAIT_MS)
         qtbot.waitUntil(lambda: page.bundle.bundle is not None, timeout=WAIT_MS)
         page.bundle.ask_path = lambda _parent, _title, _suggested, _filter: tmp_path / "gone" / "support.zip"
-        click(qtbot, page.bundle.save)
+        press(qtbot, page.bundle.save)
         qtbot.waitUntil(lambda: "cannot be written" in page.strip.accessibleName(), timeout=WAIT_MS)
 
 
@@ -330,13 +325,13 @@ def test_an_error_disarms_is_logged_and_said_with_its_details(
             qtbot.waitUntil(lambda: bar.notice is not None and "a bug" in bar.notice.text, timeout=WAIT_MS)
             button = bar.button("copy_details")
             assert button is not None
-            click(qtbot, button)
+            press(qtbot, button)
             assert "raise_uncaught" in QApplication.clipboard().text()
             assert "Traceback" not in bar.notice.text  # type: ignore[union-attr]
             assert "a bug" in log.recent.text()
             dismiss = bar.findChild(QWidget, "notice_dismiss")
             assert isinstance(dismiss, QWidget)
-            click(qtbot, dismiss)
+            press(qtbot, dismiss)
             qtbot.waitUntil(lambda: bar.notice is None or "a bug" not in bar.notice.text, timeout=WAIT_MS)
             assert page.isVisible()
 

@@ -71,7 +71,7 @@ def test_a_row_describes_its_frame(qapp: QApplication) -> None:
     model = TrafficModel()
     voltage = bytes.fromhex("4175 34 01 BE F3")
     frame = Frame(Direction.MODULE_TO_HOST, voltage)
-    model.keep([sent(), Received(frame, decode(voltage, BY_NAME["cell_voltage"].query()), Role.ANSWER, 1.01)])
+    model.append([sent(), Received(frame, decode(voltage, BY_NAME["cell_voltage"].query()), Role.ANSWER, 1.01)])
     model.show_new()
     assert cell(model, 0, Column.KIND) == "sent"
     assert cell(model, 0, Column.BYTES) == "42 61 34 01 00 35"
@@ -82,7 +82,7 @@ def test_a_row_describes_its_frame(qapp: QApplication) -> None:
 def test_rejected_bytes_have_icon_word_colour_and_reason(qapp: QApplication) -> None:
     model = TrafficModel()
     bad = bytes(STREAMED[:-1] + bytes((STREAMED[-1] ^ 1,)))
-    model.keep(rejected(bad))
+    model.append(rejected(bad))
     model.show_new()
     index = model.index(0, Column.KIND.value)
     assert index.data() == "invalid"
@@ -102,21 +102,21 @@ def test_rejected_bytes_have_icon_word_colour_and_reason(qapp: QApplication) -> 
 )
 def test_events_of_the_link_are_rows(qapp: QApplication, event: Event, word: str) -> None:
     model = TrafficModel()
-    model.keep([event])
+    model.append([event])
     model.show_new()
     assert word in cell(model, 0, Column.MEANING)
 
 
 def test_filters(qapp: QApplication) -> None:
     model = TrafficModel()
-    model.keep([sent(), *streamed(10), *rejected(b"\x00\x01")])
+    model.append([sent(), *streamed(10), *rejected(b"\x00\x01")])
     model.show_new()
     assert model.rowCount() == 12
     model.use_filter(Filter.WITHOUT_STREAM)
     assert model.rowCount() == 2
     model.use_filter(Filter.REJECTED)
     assert [cell(model, row, Column.KIND) for row in range(model.rowCount())] == ["invalid"]
-    model.keep([*streamed(5), *rejected(b"\x02")])
+    model.append([*streamed(5), *rejected(b"\x02")])
     model.show_new()
     assert model.rowCount() == 2
     model.use_filter(Filter.ALL)
@@ -125,9 +125,9 @@ def test_filters(qapp: QApplication) -> None:
 
 def test_the_oldest_rows_are_dropped(qapp: QApplication) -> None:
     model = TrafficModel()
-    model.keep(streamed(MAX_ROWS - 1))
+    model.append(streamed(MAX_ROWS - 1))
     model.show_new()
-    model.keep(streamed(11, first=MAX_ROWS))
+    model.append(streamed(11, first=MAX_ROWS))
     assert model.show_new() == 10
     assert model.rowCount() == MAX_ROWS
     assert at_of(model.event_at(0)) == 10.0
@@ -138,7 +138,7 @@ def test_a_long_run_of_garbage_takes_several_rows_and_loses_nothing(qapp: QAppli
     model = TrafficModel()
     garbage = bytes(range(48)) * 100
     events = rejected(garbage)
-    model.keep(events)
+    model.append(events)
     model.show_new()
     assert model.rowCount() > 1
     raws = [event.noise.raw for row in range(model.rowCount()) if isinstance(event := model.event_at(row), Rejected)]

@@ -15,6 +15,7 @@ from tests.support.window.live_bench import Bench, live_bench
 from ui.core.language_switch import LanguageSwitch
 from ui.main import PAGES, Assembly
 from ui.pages.live.page import LivePage
+from ui.plots.canvas import Canvas
 from ui.style.painted_widget import Freshness, PaintedWidget
 from ui.style.theme import DARK, Choice
 from ui.widgets.readout import Readout
@@ -144,7 +145,7 @@ def test_events_are_marked_on_the_time_line(live: Bench) -> None:
     live.say()
     live.now_s += 1
     live.say(active=True)
-    live.find(QWidget, "time-plot-canvas").set_cursor(1.0)
+    live.find(Canvas, "time-plot-canvas").set_cursor(1.0)
     assert "· activated" in live.page.plot.reading
     assert "Tilt 12°" in live.page.plot.reading
 
@@ -214,7 +215,7 @@ def test_the_theme_changes_while_it_is_open(live: Bench) -> None:
     QApplication.processEvents()
     picture = live.find(QWidget, "live_plots").grab().toImage()
     assert picture.pixelColor(100, 4).name().upper() == DARK.surface.upper()
-    canvas = live.find(QWidget, "time-plot-canvas").grab().toImage()
+    canvas = live.find(Canvas, "time-plot-canvas").grab().toImage()
     assert canvas.pixelColor(2, 2).name().upper() == DARK.surface.upper()
 
 

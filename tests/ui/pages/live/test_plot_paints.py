@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import pytest
 from PySide6.QtGui import QPaintEvent
-from PySide6.QtWidgets import QApplication, QToolButton
+from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from tests.support.window.live_bench import Bench, live_bench
@@ -25,7 +25,7 @@ class Watched:
         self.values: set[str] = set()
 
     def choose(self, seconds: int) -> None:
-        self.bench.click(f"time-plot-window-{seconds}", QToolButton)
+        self.bench.click(f"time-plot-window-{seconds}")
         self.tick()  # the row of controls takes its place
 
     def run(self, seconds: float) -> int:

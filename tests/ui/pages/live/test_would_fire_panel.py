@@ -13,7 +13,6 @@ from PySide6.QtWidgets import (
     QListWidget,
     QPushButton,
     QScrollArea,
-    QToolButton,
     QWidget,
 )
 from pytestqt.qtbot import QtBot
@@ -53,7 +52,7 @@ def tell(bench: Bench, *tilts: int, weights: tuple[float, ...] = (), active: boo
 
 
 def toggle(bench: Bench) -> None:
-    bench.click("live_would_fire", QToolButton)
+    bench.click("live_would_fire")
 
 
 def retype(bench: Bench, name: str, text: str) -> None:
@@ -145,14 +144,14 @@ def test_unknown_thresholds_are_not_judged(live: Bench) -> None:
 def test_a_trigger_that_is_switched_off(live: Bench) -> None:
     tell(live, 0, 70, 0)
     toggle(live)
-    live.click("fired_attitude_trigger_off", QToolButton)
+    live.click("fired_attitude_trigger_off")
     live.page.refresh()
     assert head(live).startswith("Would not have fired")
     assert "Attitude trigger: disabled." in details(live)
-    live.click("fired_freefall_trigger_off", QToolButton)
+    live.click("fired_freefall_trigger_off")
     live.page.refresh()
     assert head(live) == "Both triggers are disabled."
-    live.click("fired_attitude_trigger_off", QToolButton)  # pressed again it is wanted no more
+    live.click("fired_attitude_trigger_off")  # pressed again it is wanted no more
     live.page.refresh()
     assert head(live) == "Would have fired 1×."
 

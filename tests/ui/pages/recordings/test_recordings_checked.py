@@ -180,7 +180,7 @@ def desk(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Desk]:
 
 def test_the_window_reports_damage_at_export_and_playback(desk: Desk, tmp_path: Path) -> None:
     desk.page.work.export(desk.page.work.entries[0], tmp_path / "x.csv", ExportKind.CSV)
-    desk.wait(lambda: "Saved" in desk.said())
+    desk.until(lambda: "Saved" in desk.said())
     assert "Damaged or altered" in desk.said()
     assert desk.page.strip.notice is not None
     assert desk.page.strip.notice.meaning is Meaning.ATTENTION
@@ -188,4 +188,4 @@ def test_the_window_reports_damage_at_export_and_playback(desk: Desk, tmp_path: 
     shown = desk.live.recording
     assert isinstance(shown, Recording)
     assert shown.damage is not None
-    desk.wait(lambda: "Damaged or altered" in desk.live._recorded.banner.label.text())
+    desk.until(lambda: "Damaged or altered" in desk.live._recorded.banner.label.text())

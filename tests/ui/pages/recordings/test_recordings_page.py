@@ -49,7 +49,7 @@ def opened(qtbot: QtBot, qapp: QApplication, tmp_path: Path, template: Path) -> 
     """The Live page, with a recording on it."""
     with made(qtbot, qapp, tmp_path, template, LivePage) as desk:
         desk.storage.recordings.open(desk.library.entries()[0])
-        desk.wait(lambda: desk.live.recording is not None)
+        desk.until(lambda: desk.live.recording is not None)
         yield desk
 
 
@@ -73,7 +73,7 @@ def test_it_refreshes_only_while_it_is_seen(one: Desk) -> None:
     page.hide()
     record(one.library.folder, seconds=2)
     page.work.refresh()
-    one.wait(lambda: len(page.work.entries) == 2)
+    one.until(lambda: len(page.work.entries) == 2)
     assert page.model.rowCount() == 1
     page.show()
     assert page.model.rowCount() == 2
@@ -90,7 +90,7 @@ def test_a_damaged_recording_is_listed_with_its_reason(one: Desk) -> None:
     broken = record(one.library.folder, seconds=2)
     (broken / "session.json").write_text("{", encoding="utf-8")
     one.list_again(2)
-    one.wait(lambda: "cannot be read" in one.texts(Column.REMARKS))
+    one.until(lambda: "cannot be read" in one.texts(Column.REMARKS))
     one.page.table.selectRow(one.texts(Column.REMARKS).index("cannot be read"))
     assert not one.page.buttons.open.isEnabled()
     assert one.page.buttons.delete.isEnabled()
@@ -104,7 +104,7 @@ def test_a_damaged_recording_is_listed_with_its_reason(one: Desk) -> None:
 def test_each_recording_has_an_outline_of_its_tilt(one: Desk) -> None:
     page, entry = one.page, one.library.entries()[0]
     page.refresh()
-    one.wait(lambda: bool(page.outlines.of(entry)))
+    one.until(lambda: bool(page.outlines.of(entry)))
     recording = open_recording(entry.folder)
     highest = recording.tilt.decimated(recording.start_s, recording.end_s).high.max()
     recording.close()
@@ -121,7 +121,7 @@ def test_a_recording_that_vanished_is_reported(one: Desk) -> None:
     folder.rename(folder.with_name("elsewhere"))
     one.page.table.selectRow(0)
     one.click(one.page.buttons.open)
-    one.wait(lambda: "cannot be read" in one.said())
+    one.until(lambda: "cannot be read" in one.said())
 
 
 # On the Live page
@@ -224,7 +224,7 @@ def test_it_is_exported_as_csv_and_mcap(one: Desk, tmp_path: Path) -> None:
     for button, path in ((buttons.csv, tmp_path / "all.csv"), (buttons.mcap, tmp_path / "all.mcap")):
         one.page.ask_path = partial(_choose, path)
         one.click(button)
-        one.wait(partial(_is_saved, one, path))
+        one.until(partial(_is_saved, one, path))
     rows = (tmp_path / "all.csv").read_text("utf-8-sig").splitlines()
     assert len([row for row in rows[1:] if row.split(",")[2]]) == 10 * SECONDS
     assert (tmp_path / "all.mcap").read_bytes().startswith(b"\x89MCAP0\r\n")
@@ -234,7 +234,7 @@ def test_an_export_that_cannot_be_written_is_reported(one: Desk, tmp_path: Path)
     one.page.table.selectRow(0)
     one.page.ask_path = lambda *_: tmp_path / "missing" / "all.csv"
     one.click(one.page.buttons.csv)
-    one.wait(lambda: "cannot be written" in one.said())
+    one.until(lambda: "cannot be written" in one.said())
     assert one.page.buttons.csv.isEnabled()
 
 
@@ -257,7 +257,7 @@ def test_a_long_export_shows_progress_and_can_be_cancelled(
     one.page.table.selectRow(0)
     one.page.ask_path = lambda *_: tmp_path / "all.csv"
     one.click(one.page.buttons.csv)
-    one.wait(lambda: one.said() == "Exporting all.csv: 40 %")
+    one.until(lambda: one.said() == "Exporting all.csv: 40 %")
     assert not one.page.buttons.delete.isEnabled()
     one.answer("cancel")
     assert one.said() == "Cancelled."
@@ -267,13 +267,13 @@ def test_a_long_export_shows_progress_and_can_be_cancelled(
 
 def test_a_recording_is_pinned_and_unpinned(one: Desk) -> None:
     one.page.table.selectRow(0)
-    assert one.page.buttons.keep.text() == "Pin"
-    one.click(one.page.buttons.keep)
-    one.wait(lambda: one.texts(Column.PINNED) == ["pinned"])
-    assert one.page.buttons.keep.text() == "Unpin"  # still selected
-    one.wait(one.page.buttons.keep.isEnabled)
-    one.click(one.page.buttons.keep)
-    one.wait(lambda: one.texts(Column.PINNED) == [""])
+    assert one.page.buttons.pin.text() == "Pin"
+    one.click(one.page.buttons.pin)
+    one.until(lambda: one.texts(Column.PINNED) == ["pinned"])
+    assert one.page.buttons.pin.text() == "Unpin"  # still selected
+    one.until(one.page.buttons.pin.isEnabled)
+    one.click(one.page.buttons.pin)
+    one.until(lambda: one.texts(Column.PINNED) == [""])
 
 
 def test_deleting_asks_first_in_the_window(one: Desk) -> None:
@@ -288,8 +288,8 @@ def test_deleting_asks_first_in_the_window(one: Desk) -> None:
     assert len(one.library.entries()) == 1
     one.click(one.page.buttons.delete)
     one.answer("delete_recordings")
-    one.wait(lambda: one.said() == "Recordings deleted: 1.")
-    one.wait(one.page.empty.isVisible)
+    one.until(lambda: one.said() == "Recordings deleted: 1.")
+    one.until(one.page.empty.isVisible)
     assert one.library.entries() == ()
 
 
@@ -301,7 +301,7 @@ def test_deleting_the_opened_recording_returns_to_live_first(
         both.page.table.selectRow(0)
         both.click(both.page.buttons.delete)
         both.answer("delete_recordings")
-        both.wait(lambda: both.library.entries() == ())
+        both.until(lambda: both.library.entries() == ())
         assert both.live.recording is None
         assert both.live.is_empty
 
@@ -321,9 +321,9 @@ def test_from_the_empty_page_to_a_recording_and_back_while_a_module_goes_on(
         assert isinstance(live, LivePage)
         desk = Desk(qtbot, assembly.storage, Texts(), page, live)
         main.panel.hide()
-        desk.wait(live.empty.recordings.isVisible)
+        desk.until(live.empty.recordings.isVisible)
         desk.click(live.empty.recordings)
-        desk.wait(lambda: page.isVisible() and page.work.is_known)
+        desk.until(lambda: page.isVisible() and page.work.is_known)
         assert page.empty.isVisible()
         assert page.bounds.text() == "0 · 0 kB of 2.0 GB used; kept for 90 days."
         assert not page.buttons.open.isEnabled()
@@ -332,26 +332,26 @@ def test_from_the_empty_page_to_a_recording_and_back_while_a_module_goes_on(
         connector.connect_to(Target("sim://beside", 115200))
         wait_online(qtbot, assembly)
         desk.list_again(2)
-        desk.wait(lambda: any("being recorded" in text for text in desk.texts(Column.REMARKS)))
+        desk.until(lambda: any("being recorded" in text for text in desk.texts(Column.REMARKS)))
         page.table.selectAll()
         assert not page.buttons.delete.isEnabled()  # one of them is being written
 
         desk.open(desk.texts(Column.MODULE).index("Left wing"))
-        desk.wait(live.isVisible)
+        desk.until(live.isVisible)
         live.refresh()
         count = len(live.data.tilt)
-        desk.wait(lambda: len(live.data.tilt) > count + 3)
+        desk.until(lambda: len(live.data.tilt) > count + 3)
         assert live.panel.tilt.accessibleName() == "Tilt: 10°, limit 60°"
         assert main.top_bar.lock.isEnabled()
         assert main.top_bar.activation.word == "LOCKED"
 
         desk.click(live.banner.back)
-        desk.wait(lambda: live.panel.tilt.accessibleName() == "Tilt: 33°, limit 60°")
+        desk.until(lambda: live.panel.tilt.accessibleName() == "Tilt: 33°, limit 60°")
         assert live.panel.tilt.freshness is Freshness.FRESH
         assert live.plot.is_live
         assert not live.panel.moment.isVisible()
         connector.disconnect_port()
-        desk.wait(lambda: assembly.storage.sessions.sign.since is None)
+        desk.until(lambda: assembly.storage.sessions.sign.since is None)
 
 
 # Looks
@@ -371,7 +371,7 @@ def test_the_language_changes_while_it_is_open(
         language_switch = LanguageSwitch(qapp, both.texts_of_window)
         language_switch.use(str(path))
         try:
-            both.wait(lambda: both.live.banner.label.text().endswith("nicht jetzt"))
+            both.until(lambda: both.live.banner.label.text().endswith("nicht jetzt"))
             assert _label(both.page, "recordings_title").text() == "Aufnahmen"
             assert both.page.model.headerData(Column.MODULE, Qt.Orientation.Horizontal) == "Modul"
         finally:
