@@ -128,7 +128,7 @@ _PYTHONS: Final = re.compile(
 """Libraries of Python's own modules, which differ between distributions, are bundled."""
 
 
-def sifted(entries: Iterable[Entry], *, is_linux: bool) -> list[Entry]:
+def without_unneeded(entries: Iterable[Entry], *, is_linux: bool) -> list[Entry]:
     """The entries that go into the bundle, sorted by place."""
     kept = {
         entry.place: entry

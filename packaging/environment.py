@@ -99,10 +99,10 @@ def _runs() -> bool:
 def _make(extent: str) -> None:
     started = time.monotonic()
     wanted, found = wanted_stamp(extent), found_stamp()
-    can_be_kept = (found.get("root"), found.get("python")) == (wanted["root"], wanted["python"]) and _runs()
+    can_be_reused = (found.get("root"), found.get("python")) == (wanted["root"], wanted["python"]) and _runs()
     for mark in (STAMP, QT_PROVEN):
         mark.unlink(missing_ok=True)
-    if not can_be_kept:
+    if not can_be_reused:
         _rebuild()
     listed = VENV / "requirements.txt"
     packages = locked(extent)

@@ -38,7 +38,7 @@ class Needed(NamedTuple):
     packages: list[str]
     further: list[str]
     reasons: list[str]
-    wishes: list[str]
+    optional: list[str]
     """Reasons for `further`."""
 
 
@@ -64,7 +64,7 @@ def make_ready(*, is_screen_wanted: bool, is_packaging: bool = False, is_testing
             raise SetupError(f"Still missing after the installation: {', '.join(still.packages)}.")
     elif needed.further:
         try:
-            _install(manager, needed.further, reason=" and ".join(needed.wishes))
+            _install(manager, needed.further, reason=" and ".join(needed.optional))
         except SetupError as error:
             say(f"{error}\nEverything else works without it.")
 

@@ -23,7 +23,7 @@ PAUSES_S = (0.0, 0.008, 0.016, 0.032, 0.064)
 """The pauses before questions, shortest first."""
 MAX_S = 0.2
 """The longest time for which a request is delayed."""
-KEPT = 8
+MAX_OUTCOMES = 8
 """Outcomes kept for each pause."""
 LOST_AT_LEAST = 3
 LOST_SHARE = 0.75
@@ -48,13 +48,13 @@ class Gap:
         """When the last request or reply ended."""
         self._pauses: list[float] = []
         """Before each attempt of the request in flight."""
-        self._outcomes: list[deque[bool]] = [deque(maxlen=KEPT) for _ in PAUSES_S]
+        self._outcomes: list[deque[bool]] = [deque(maxlen=MAX_OUTCOMES) for _ in PAUSES_S]
         """For each pause up to the next longer one: whether requests were answered."""
         self._step = 0
         self._answers = 0
         self._patience = PATIENCE
         self._streamed_at = -inf
-        self._intervals: deque[float] = deque(maxlen=KEPT)
+        self._intervals: deque[float] = deque(maxlen=MAX_OUTCOMES)
 
     @property
     def question_s(self) -> float:

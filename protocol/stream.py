@@ -69,7 +69,7 @@ class StreamParser:
     def __init__(self, *, asked: Request | None = None, follows_host: bool = False) -> None:
         self.asked = asked
         self._follows_host = follows_host
-        self._kept = b""
+        self._pending = b""
         self._offset = 0
         self._blame: Fault = _NO_HEADER
         self._blamed_bytes = 0
@@ -77,15 +77,15 @@ class StreamParser:
     @property
     def pending(self) -> int:
         """The number of bytes kept until more arrive, 0 … 15."""
-        return len(self._kept)
+        return len(self._pending)
 
     def feed(self, data: bytes) -> list[Piece]:
         """Return the frames and rejected bytes that `data` completes."""
-        return self._parse(self._kept + data, is_final=False)
+        return self._parse(self._pending + data, is_final=False)
 
     def flush(self) -> list[Piece]:
         """Decide about the pending bytes: the line has been quiet, so nothing more belongs to them."""
-        pieces = self._parse(self._kept, is_final=True) if self._kept else []
+        pieces = self._parse(self._pending, is_final=True) if self._pending else []
         self._blamed_bytes = 0  # bytes after a pause do not belong to the frame that broke off
         return pieces
 
@@ -119,7 +119,7 @@ class StreamParser:
                 self._blame, self._blamed_bytes = found, stop - position + self._reject_length(data, position) - 1
                 pieces.append(Noise(b"", found, self._offset + position))
                 position = self._give_up(pieces, data, position, stop)
-        self._kept = data[position:]
+        self._pending = data[position:]
         self._offset += position
         return pieces
 

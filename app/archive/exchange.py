@@ -10,7 +10,7 @@ from functools import partial
 from typing import Final
 
 from app.archive.fact_set import FactSet
-from app.archive.facts import Fact, FactRefused, FactRow, RefusedFact, checked, kept
+from app.archive.facts import Fact, FactRefused, FactRow, RefusedFact, checked, stored_fact
 
 PAGE: Final = 200
 BUCKETS_AT_ONCE: Final = 16
@@ -63,15 +63,15 @@ def exchange(
                 on_page(done)
         if sends:
             for ids in _parts([one for one in known if one not in offered], page):
-                facts, damaged = _sorted(here.read(ids), partial(_kept, known))
+                facts, damaged = _sorted(here.read(ids), partial(_own_fact, known))
                 done.sent += there.add(facts)
                 done.damaged += damaged
                 on_page(done)
     return done
 
 
-def _kept(known: Mapping[str, str], row: FactRow) -> Fact:
-    return kept(row, known[str(row[0])])
+def _own_fact(known: Mapping[str, str], row: FactRow) -> Fact:
+    return stored_fact(row, known[str(row[0])])
 
 
 def _sorted(rows: Sequence[FactRow], check: Callable[[FactRow], Fact]) -> tuple[list[Fact], list[RefusedFact]]:

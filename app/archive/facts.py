@@ -135,7 +135,7 @@ def checked(row: FactRow) -> Fact:
     return Fact(id_, kind, station, made_at, payload, signature)
 
 
-def kept(row: FactRow, digest: str) -> Fact:
+def stored_fact(row: FactRow, digest: str) -> Fact:
     """A fact of this computer, which was checked when it came: `digest` is from then. Raises `FactRefused`."""
     if row_digest(row) != digest:
         raise _refused(row, marked("it was altered"))

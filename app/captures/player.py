@@ -72,7 +72,7 @@ class Player:
         if script.is_read or script.read_s >= position_s + KNOWN_AHEAD_S + READ_EARLIER_S * self._speed:
             return False
         script.read_on()
-        script.forget(position_s, ALIVE_FOR_S)
+        script.discard_before(position_s, ALIVE_FOR_S)
         self._limit_position(now_s)
         return True
 

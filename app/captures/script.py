@@ -84,7 +84,7 @@ class Script:
             self._sort(self._explainer.feed(entry))
             self.read_s = entry.at_s
 
-    def forget(self, position_s: float, alive_for_s: float) -> None:
+    def discard_before(self, position_s: float, alive_for_s: float) -> None:
         """Discard what is not needed any more at `position_s`."""
         while self.alive_at_s and self.alive_at_s[0] < position_s - alive_for_s:
             self.alive_at_s.popleft()

@@ -12,7 +12,7 @@ MAGIC_LINE: Final = re.compile(r"#\s*DPS-S capture\s+(\d+)\s*")
 ENTRY_LINE: Final = re.compile(r"(\d{1,12}(?:\.\d{1,9})?)\s+([<>])\s*(.*)")
 _BLOCK_BYTES: Final = 256 * 1024
 _NAME: Final = b"DPS-S capture"
-_LINES_LOOKED_AT: Final = 50
+_MAX_LINES: Final = 50
 """Lines at the end of a block or part that are searched for the last time."""
 _FILLING: Final = b" \t\r\n,"
 
@@ -64,8 +64,8 @@ class CaptureProbe:
 
     def _find_time(self, lines: Sequence[bytes]) -> None:
         """Find the last time; in all lines until one is of a capture."""
-        looked_at = lines if self.is_plain else lines[-_LINES_LOOKED_AT:]
-        for line in reversed(looked_at):
+        examined = lines if self.is_plain else lines[-_MAX_LINES:]
+        for line in reversed(examined):
             entry = ENTRY_LINE.fullmatch(_decoded(line)) if b"<" in line or b">" in line else None
             if entry is not None:
                 self.is_plain = False

@@ -24,7 +24,7 @@ THRESHOLDS = (
     "attitude_threshold_deg", "freefall_acceleration_g", "freefall_time_s", "attitude_trigger", "freefall_trigger",
 )  # fmt: skip
 MAX_ACCELERATION_G = 1.5
-ALIKE_S = 0.25
+SAME_WITHIN_S = 0.25
 """Readings of the rule that fire within this time of each other agree; one of them waits for 0.2 s."""
 _LATER = marked("{reading}: would first fire at {time:.2f} s.")
 _NEVER = marked("{reading}: would not fire.")
@@ -168,7 +168,7 @@ def _problems(log: "SummarisedLog", flight: "FlightSummary") -> "list[UserMessag
     direct, damped = log.judged
     found = list(flight.problems)
     first_s, other_s = (one.firings[0].at_s if one.firings else math.inf for one in (direct, damped))
-    if first_s != other_s and not abs(first_s - other_s) <= ALIKE_S:
+    if first_s != other_s and not abs(first_s - other_s) <= SAME_WITHIN_S:
         text = _NEVER if other_s == math.inf else _LATER
         found.append(message(text, reading=message(damped.reading.value), time=other_s))
     return found

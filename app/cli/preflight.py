@@ -95,7 +95,7 @@ def _file(
     from app.records.filing import Person, file_check
 
     person = Person(who=args.who, module=args.module, aircraft=args.aircraft,
-                    are_records_looked_at=args.records_looked_at, is_same_module=args.same_module)  # fmt: skip
+                    are_records_reviewed=args.records_looked_at, is_same_module=args.same_module)  # fmt: skip
     return file_check(
         found.evidence, expectations, person, found.log, store=store, program_version=version(), adapter=found.adapter
     )

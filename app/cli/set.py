@@ -135,7 +135,7 @@ def _write(wishes: "Sequence[SettingChange]", args: argparse.Namespace) -> "tupl
             journal=records.journal,
             permit=Permit(Act.CHANGE_BAUD, Origin.COMMAND_LINE, time.monotonic()),
             is_unlocked=args.unlock,
-            keep_snapshot=records.keep_snapshot,
+            store_snapshot=records.store_snapshot,
             on_written=heard.append,
         )
         sent = [wish for wish in wishes if wish.command not in found]

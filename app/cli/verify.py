@@ -43,7 +43,7 @@ def run(args: argparse.Namespace) -> int:
     if args.stations:
         return _list(stations)
     if args.forget is not None:
-        return _forget(stations, args.forget)
+        return _remove(stations, args.forget)
     # Verifying creates no store.
     store = open_store_or_notify() if (data_folder() / FILE_NAME).exists() else None
     try:
@@ -93,8 +93,8 @@ def _trust(stations: "Stations", verification: "Verification", fingerprint: str,
     console.note(_line(stations.trust(signer, name)))
 
 
-def _forget(stations: "Stations", fingerprint: str) -> int:
-    found = stations.forget(fingerprint)
+def _remove(stations: "Stations", fingerprint: str) -> int:
+    found = stations.remove(fingerprint)
     if found is None:
         raise console.Refused(tr("No trusted station has this fingerprint."), console.ANSWER_NO)
     console.note(_line(found))

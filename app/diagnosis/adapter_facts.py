@@ -13,7 +13,7 @@ from pathlib import Path
 from app.engine.ports import PortInfo
 
 ROOT = Path("/")
-GRABBERS = ("brltty", "ModemManager")
+PORT_GRABBERS = ("brltty", "ModemManager")
 RULE_NAME = "60-dps-s.rules"
 RULE_FOLDERS = ("etc/udev/rules.d", "usr/lib/udev/rules.d", "lib/udev/rules.d", "run/udev/rules.d")
 _RULE_SOURCE = Path(__file__).parents[2] / "packaging" / "linux" / RULE_NAME
@@ -55,7 +55,7 @@ def facts_about(port: str, *, root: Path = ROOT) -> AdapterFacts:
         return AdapterFacts()
     latency = _latency_file(port, root)
     return AdapterFacts(
-        grabbers=running(GRABBERS, root=root),
+        grabbers=running(PORT_GRABBERS, root=root),
         has_rule=any((root / folder / RULE_NAME).exists() for folder in RULE_FOLDERS),
         rule_source=str(_RULE_SOURCE) if _RULE_SOURCE.exists() else "",
         access=access_to(root / port.lstrip("/")),

@@ -73,10 +73,10 @@ class Identity:
 
     def is_as_seen(self, seen: "Identity") -> bool:
         """Whether a person's decision about `seen` still holds: only matching readings were added."""
-        is_kept = seen.now.settings.items() <= self.now.settings.items()
-        is_kept &= seen.now.boot_count in (None, self.now.boot_count)
+        has_all = seen.now.settings.items() <= self.now.settings.items()
+        has_all &= seen.now.boot_count in (None, self.now.boot_count)
         against, seen_against = ((one.is_boot_count_lower, one.changed) for one in (self, seen))
-        return is_kept and against == seen_against and replace(self, now=seen.now) == seen
+        return has_all and against == seen_against and replace(self, now=seen.now) == seen
 
     @property
     def is_boot_count_lower(self) -> bool:

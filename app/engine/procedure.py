@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from concurrent.futures import Future
 
 LOCK_GAPS_S = (0.101, 0.127, 0.149, 0.113, 0.163, 0.137, 0.179, 0.151)
-LOCKS_MOST = 50
+MAX_LOCKS = 50
 LOCKS_FOR_S = 10.0
 """From the first one, including the time without a port or in a search for the baud rate."""
 
@@ -49,7 +49,7 @@ class LockRepeat:
         return self.is_repeating(now) and now >= self.next_at
 
     def is_repeating(self, now: float) -> bool:
-        return self.sent < LOCKS_MOST and (self.until is None or now < self.until)
+        return self.sent < MAX_LOCKS and (self.until is None or now < self.until)
 
     def note_sent(self, now: float) -> None:
         if self.until is None:

@@ -117,10 +117,10 @@ class Reconnection:
         """The open port was lost before."""
         self.is_mistaken = False
         """The open port belongs to another adapter than expected and has to be closed."""
-        self._has_twin = False
+        self._is_ambiguous = False
         """Another port had the same identity."""
         self._absence = Absence.AWAY
-        self._taken: Connection | None = None
+        self._last_handled: Connection | None = None
         self.returns = 0
         """The number of lost ports that were opened again."""
 
@@ -161,8 +161,8 @@ class Reconnection:
         self._address = address
         self._lasts = address.is_url or (not address.identity and self._is_link(address.device))
         self._lost_at = None
-        self._is_open = self._has_twin = self.is_mistaken = False
-        self._taken = None
+        self._is_open = self._is_ambiguous = self.is_mistaken = False
+        self._last_handled = None
 
     def give_up(self) -> None:
         """The user disconnects."""
@@ -172,9 +172,9 @@ class Reconnection:
 
     def feed(self, connection: Connection, now: float) -> None:
         """Take in the state of the connection; the same state again changes nothing."""
-        if self._address is None or connection == self._taken:
+        if self._address is None or connection == self._last_handled:
             return
-        self._taken = connection
+        self._last_handled = connection
         if connection.state is PortState.OPEN:
             self._is_return = self.is_waiting
             self._node = None if self._address.is_url else self._node_of(self._address.device)
@@ -205,15 +205,15 @@ class Reconnection:
         self._next_at = now + (EAGER_S if now - lost_at < EAGER_FOR_S else PATIENT_S)
         listed = tuple(ports)
         if not address.identity:
-            return self._at_lasting_address(address, listed)
+            return self._at_same_address(address, listed)
         same = [port for port in listed if port.identity == address.identity]
-        self._has_twin |= len(same) > 1
-        if self._has_twin:
+        self._is_ambiguous |= len(same) > 1
+        if self._is_ambiguous:
             same = [port for port in same if port.location == address.location]
         if len(same) == 1:
             return Address(same[0].device, address.identity, same[0].location)
         several = any(port.identity == address.identity for port in listed)
-        self._absence = Absence.SEVERAL if several else self._away_or_another(address, listed)
+        self._absence = Absence.SEVERAL if several else self._absence_of(address, listed)
         return None
 
     def opening(self, address: Address) -> None:
@@ -225,13 +225,13 @@ class Reconnection:
         if address.identity and found.identity != address.identity:
             self.is_mistaken, self._is_open = True, False
             self._lost_at, self._next_at = now, now + EAGER_S
-            self._absence = self._away_or_another(address, listed)
+            self._absence = self._absence_of(address, listed)
             return
         self._is_recognised = True
         self._count()
         if found.identity:
             self._address = found
-            self._has_twin = sum(port.identity == found.identity for port in listed) > 1
+            self._is_ambiguous = sum(port.identity == found.identity for port in listed) > 1
 
     def _count(self) -> None:
         self.returns += self._is_return
@@ -248,13 +248,13 @@ class Reconnection:
             self._absence = Absence.AWAY if is_known else Absence.NAME_ONLY
         self._is_open = False
 
-    def _at_lasting_address(self, address: Address, ports: tuple[PortInfo, ...]) -> Address | None:
+    def _at_same_address(self, address: Address, ports: tuple[PortInfo, ...]) -> Address | None:
         behind = _behind(address.device) if not address.is_url else ""
         if any(port.identity and port.device in (address.device, behind) for port in ports):
             self._absence = Absence.ANOTHER
             return None
         return address
 
-    def _away_or_another(self, address: Address, ports: tuple[PortInfo, ...]) -> Absence:
+    def _absence_of(self, address: Address, ports: tuple[PortInfo, ...]) -> Absence:
         has_name = any(port.device == address.device for port in ports)
         return Absence.ANOTHER if has_name else Absence.AWAY

@@ -183,7 +183,7 @@ class SerialLine:
         self._serial = opened
         self._interrupts: int | None = getattr(opened, "pipe_abort_read_r", None)
         """Readable after `interrupt`; POSIX only."""
-        self._woken = Event()
+        self._wake_up = Event()
         self._closing = Lock()
         self._is_closed = False
         self._is_stuck = False
@@ -207,7 +207,7 @@ class SerialLine:
             if not first:
                 return b""
             if gather_s > 0:
-                self._woken.wait(gather_s)
+                self._wake_up.wait(gather_s)
             return first + self._read_waiting()
         except _DRIVER_ERRORS as error:
             raise PortError(PortTrouble.LOST, self.port, str(error)) from error
@@ -274,7 +274,7 @@ class SerialLine:
 
     def interrupt_read(self) -> None:
         """End the second wait of a read. From any thread."""
-        self._woken.set()
+        self._wake_up.set()
 
     def interrupt(self) -> None:
         """End a waiting read with b"", or else the next one. From any thread."""

@@ -11,7 +11,7 @@ import numpy as np
 from app.firing.judge import ROUNDING_S, TriggerLimits
 from app.firing.points import Falls, Floats, Places, Stretch
 
-KEPT: Final = 50
+MAX_FOUND: Final = 50
 REPORT_STEP_DEG: Final = 1.0
 """Reports have whole degrees: an angle nearer than this may have reached the threshold."""
 
@@ -61,21 +61,21 @@ class NearTilts:
     def __init__(self, limits: TriggerLimits) -> None:
         self._threshold_deg = limits.attitude_threshold_deg
         self._reset_deg = limits.reset_angle_deg
-        self._kept: list[NearTilt] = []
+        self._found: list[NearTilt] = []
         self._open: NearTilt | None = None
         """The peak of an approach that is not over; its margin is 0 or less if it fired."""
         self._calm: NearTilt | None = None
         """The highest angle at or below the reset angle."""
 
     @property
-    def kept(self) -> tuple[NearTilt, ...]:
+    def found(self) -> tuple[NearTilt, ...]:
         """Approaches above the reset angle, the nearest first."""
-        return tuple(_nearest_tilts([*self._kept, *self._unfired_open()]))
+        return tuple(_nearest_tilts([*self._found, *self._unfired_open()]))
 
     @property
     def nearest(self) -> NearTilt | None:
         """The nearest of all, also below the reset angle; None if every approach fired."""
-        return next(iter(self.kept), self._calm)
+        return next(iter(self.found), self._calm)
 
     def add(self, stretch: Stretch) -> None:
         tilts = stretch.tilt_deg
@@ -100,14 +100,14 @@ class NearTilts:
             first = 1
         last = len(starts) - 1 if goes_on else len(starts)
         near = first + np.flatnonzero(peaks[first:last] < self._threshold_deg)
-        best = near[np.argsort(-peaks[near], kind="stable")[:KEPT]]
-        self._keep([self._peak(stretch, int(starts[one]), int(stops[one])) for one in best])
+        best = near[np.argsort(-peaks[near], kind="stable")[:MAX_FOUND]]
+        self._add_nearest([self._peak(stretch, int(starts[one]), int(stops[one])) for one in best])
         if goes_on:
             self._open = self._peak(stretch, int(starts[-1]), int(stops[-1]))
 
     def interrupt(self) -> None:
         """What follows is unrelated: the module was locked, restarted, or back below the reset angle."""
-        self._keep(self._unfired_open())
+        self._add_nearest(self._unfired_open())
         self._open = None
 
     def _note_calm(self, stretch: Stretch, place: int) -> None:
@@ -125,9 +125,9 @@ class NearTilts:
     def _unfired_open(self) -> list[NearTilt]:
         return [] if self._open is None or self._open.margin_deg <= 0 else [self._open]
 
-    def _keep(self, near: list[NearTilt]) -> None:
+    def _add_nearest(self, near: list[NearTilt]) -> None:
         if near:
-            self._kept = _nearest_tilts([*self._kept, *near])
+            self._found = _nearest_tilts([*self._found, *near])
 
 
 class NearFalls:
@@ -135,7 +135,7 @@ class NearFalls:
 
     def __init__(self, limits: TriggerLimits) -> None:
         self._after_s = limits.freefall_time_s
-        self._kept: list[NearFall] = []
+        self._found: list[NearFall] = []
         self._open: NearFall | None = None
         """A fall that may continue with the next sample."""
         self._before_open_s = -math.inf
@@ -146,9 +146,9 @@ class NearFalls:
         self._last_s = -math.inf
 
     @property
-    def kept(self) -> tuple[NearFall, ...]:
+    def found(self) -> tuple[NearFall, ...]:
         """The longest first."""
-        return tuple(_nearest_falls([*self._kept, *self._unfired()]))
+        return tuple(_nearest_falls([*self._found, *self._unfired()]))
 
     def add(self, stretch: Stretch, falls: Falls) -> None:
         times = stretch.time_s
@@ -166,7 +166,7 @@ class NearFalls:
 
     def interrupt(self) -> None:
         """What follows is unrelated: the module was locked or restarted, or the fall was over."""
-        self._keep(self._unfired())
+        self._add_nearest(self._unfired())
         self._open, self._pending, self._has_fired = None, [], False
 
     def reset_time(self) -> None:
@@ -184,11 +184,11 @@ class NearFalls:
         is_open = bool(np.isinf(found.after_s[-1]))
         last_block = len(has_fired) - 1
         is_last = (falls.block == last_block) & is_open
-        self._keep(self._near(found, np.flatnonzero(~has_fired[falls.block] & ~is_last)))
+        self._add_nearest(self._near(found, np.flatnonzero(~has_fired[falls.block] & ~is_last)))
         is_one_block = is_open and last_block == 0
         if not is_one_block:
             if not has_fired[0]:
-                self._keep(self._pending)
+                self._add_nearest(self._pending)
             self._pending = []
         self._open, self._has_fired = None, False
         if is_open:
@@ -199,7 +199,7 @@ class NearFalls:
 
     def _near(self, found: "_Measured", which: Places) -> list[NearFall]:
         """The longest of them."""
-        best = which[np.argsort(-found.lasted_s[which], kind="stable")[:KEPT]]
+        best = which[np.argsort(-found.lasted_s[which], kind="stable")[:MAX_FOUND]]
         return [
             NearFall(since_s, lasted_s, self._after_s - lasted_s, lowest_g, after_s - before_s)
             for since_s, lasted_s, lowest_g, before_s, after_s in zip(
@@ -213,9 +213,9 @@ class NearFalls:
             return []
         return self._pending if self._open is None else [*self._pending, self._open]
 
-    def _keep(self, near: list[NearFall]) -> None:
+    def _add_nearest(self, near: list[NearFall]) -> None:
         if near:
-            self._kept = _nearest_falls([*self._kept, *near])
+            self._found = _nearest_falls([*self._found, *near])
 
 
 class _Measured(NamedTuple):
@@ -243,8 +243,8 @@ def _measured(stretch: Stretch, falls: Falls, last_s: float) -> _Measured:
 
 
 def _nearest_tilts(near: list[NearTilt]) -> list[NearTilt]:
-    return sorted(near, key=lambda one: (one.margin_deg, one.at_s))[:KEPT]
+    return sorted(near, key=lambda one: (one.margin_deg, one.at_s))[:MAX_FOUND]
 
 
 def _nearest_falls(near: list[NearFall]) -> list[NearFall]:
-    return sorted(near, key=lambda one: (one.margin_s, one.since_s))[:KEPT]
+    return sorted(near, key=lambda one: (one.margin_s, one.since_s))[:MAX_FOUND]

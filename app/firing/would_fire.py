@@ -14,14 +14,12 @@ from app.firing.judge import MAX_GAP_S, Firing, Judge, SensorSample, TriggerLimi
 from app.firing.near_misses import Lowest, NearFall, NearFalls, NearTilt, NearTilts
 from app.firing.points import Stretch, falls_of, turning_points
 from app.recordings.excerpt import Excerpt
-from app.recordings.markers import MarkerKind
+from app.recordings.markers import STATE_LOST
 from app.samples.ring_buffers import Seconds, Values
 
 MAX_FIRINGS: Final = 500
 _DECIMALS: Final = 3
 """Undoes the rounding to 32-bit floats: 0.7 g becomes the float nearest to 0.7 again."""
-_FORGETTING: Final = frozenset({MarkerKind.RESTARTED, MarkerKind.CONNECTED, MarkerKind.RECORDING})
-"""Markers after which the module has forgotten its state, or is another one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,8 +112,8 @@ class WhatIfAnalysis:
             is_whole=self._is_whole,
             firings=tuple(self._firings),
             firing_count=self._firing_count,
-            near_tilts=self._tilts.kept if limits.attitude_is_enabled else (),
-            near_falls=self._falls.kept if limits.freefall_is_enabled else (),
+            near_tilts=self._tilts.found if limits.attitude_is_enabled else (),
+            near_falls=self._falls.found if limits.freefall_is_enabled else (),
             nearest_tilt=self._tilts.nearest if limits.attitude_is_enabled else None,
             lowest=self._lowest if limits.freefall_is_enabled else None,
         )
@@ -134,23 +132,23 @@ class WhatIfAnalysis:
         if self._first_s is None:
             self._first_s = float(times[0])
             self._is_whole = excerpt.is_whole
-        cuts = set(np.searchsorted(times, self._forgetting(excerpt, float(times[-1])), "left").tolist())
+        cuts = set(np.searchsorted(times, self._state_losses(excerpt, float(times[-1])), "left").tolist())
         counts = is_active | self.counts_locked
         edges = np.flatnonzero(np.diff(counts)) + 1
         bounds = sorted({0, *edges.tolist(), *cuts} - {len(times)})
         for first, after in zip(bounds, [*bounds[1:], len(times)], strict=True):
             if first in cuts or not counts[first]:
-                self._forget()
+                self._reset_state()
             if counts[first]:
                 self._judge_part(stretch.part(first, after))
         self._count_time(times, is_active)
 
-    def _forgetting(self, excerpt: Excerpt, last_s: float) -> list[float]:
+    def _state_losses(self, excerpt: Excerpt, last_s: float) -> list[float]:
         since_s = -np.inf if self._last_s is None else self._last_s
         return [one.time_s for one in excerpt.markers
-                if one.kind in _FORGETTING and since_s < one.time_s <= last_s]  # fmt: skip
+                if one.kind in STATE_LOST and since_s < one.time_s <= last_s]  # fmt: skip
 
-    def _forget(self) -> None:
+    def _reset_state(self) -> None:
         self._judge.reset()
         self._tilts.interrupt()
         self._falls.reset_time()

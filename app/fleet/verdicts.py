@@ -35,7 +35,7 @@ class Verdicts:
         if void is not None:
             self._void[whose] = void
 
-    def forget(self, whose: str) -> None:
+    def remove(self, whose: str) -> None:
         self._filed.pop(whose, None)
         self._void.pop(whose, None)
 

@@ -14,14 +14,13 @@ from app.flight_logs.assembly import MAX_ROWS, Reports, flight_of_reports
 from app.flight_logs.flight_log import FlightLog, Floats, LogFormat, unreadable
 from app.flight_logs.records import read_bytes
 from app.recordings.file_layout import Unreadable
-from app.recordings.markers import MarkerKind
+from app.recordings.markers import STATE_LOST
 from app.text.messages import UserMessage, message
 from protocol.translatable import marked
 
 MCAP_MAGIC: Final = b"\x89MCAP0\r\n"
 MAX_CHUNK_BYTES: Final = 1 << 26
 MAX_UNPACKED_BYTES: Final = 1 << 30
-_FORGETTING: Final = frozenset({MarkerKind.RESTARTED, MarkerKind.CONNECTED, MarkerKind.RECORDING})
 _CHANNEL, _MESSAGE, _CHUNK, _DATA_END, _FOOTER = 0x04, 0x05, 0x06, 0x0F, 0x02
 _RECORD_HEAD: Final = 9
 _NANOSECOND: Final = 1e-9
@@ -38,7 +37,7 @@ def read_recording(folder: Path) -> FlightLog:
                 np.array(excerpt.time_s, np.float64),
                 np.array(excerpt.tilt_deg, np.float64),
                 np.array(excerpt.acceleration_g, np.float64),
-                tuple(one.time_s for one in excerpt.markers if one.kind in _FORGETTING),
+                tuple(one.time_s for one in excerpt.markers if one.kind in STATE_LOST),
             )
             is_damaged = recording.damage is not None
     except RecordingUnreadable as error:
@@ -151,7 +150,7 @@ class _McapReader:
             channel, _, at_ns = struct.unpack_from("<HIQ", body)
             if channel == self.topics.get("/status"):
                 self._read_status(at_ns, _fields(body[22:]))
-            elif channel == self.topics.get("/events") and _fields(body[22:]).get("event") in _FORGETTING_WORDS:
+            elif channel == self.topics.get("/events") and _fields(body[22:]).get("event") in _STATE_LOST_WORDS:
                 self._resets_ns.append(at_ns)
 
     def _read_status(self, at_ns: int, fields: Mapping[str, object]) -> None:
@@ -166,7 +165,7 @@ class _McapReader:
 
 
 _LARGEST_VALUE: Final = 1e6
-_FORGETTING_WORDS: Final = frozenset(one.value for one in _FORGETTING)
+_STATE_LOST_WORDS: Final = frozenset(one.value for one in STATE_LOST)
 
 
 def _fields(text: bytes) -> Mapping[str, object]:

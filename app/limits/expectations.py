@@ -63,7 +63,7 @@ class Expectations:
 class LastTested:
     """The last result of a guided test. `age_days`: at the check; None if unknown."""
 
-    kept: StoredTest
+    stored: StoredTest
     age_days: float | None
 
 
@@ -74,7 +74,7 @@ class Past:
     module: str | None = None
     boot_count: int | None = None
     """At its last visit."""
-    looked_at: Counter[bytes] = field(default_factory=Counter)
+    reviewed: Counter[bytes] = field(default_factory=Counter)
     """Raw trigger records known at the last GO, or reviewed by a person."""
     has_check: bool = False
     """There was a GO before."""

@@ -42,7 +42,7 @@ class StatusSampleAt(NamedTuple):
     status: Status
 
 
-class FlagFate(Enum):
+class FlagState(Enum):
     """Result for a trigger flag, which cannot be read: only an acknowledged set tells its state (E8)."""
 
     NEVER_SET = "never set"
@@ -64,7 +64,7 @@ class LoggedSet(NamedTuple):
 class TriggerFlag:
     """`why`: why it was not sent. `logged`: set if the state is only known from the audit log."""
 
-    fate: FlagFate = FlagFate.NEVER_SET
+    state: FlagState = FlagState.NEVER_SET
     why: tuple[UserMessage, ...] = ()
     logged: LoggedSet | None = None
 
@@ -164,17 +164,17 @@ class FrameLog:
                 continue
             match event:
                 case Sent():
-                    self._keep(LoggedFrame(event.at, "out", event.raw))
+                    self._add_frame(LoggedFrame(event.at, "out", event.raw))
                 case Received():
                     self._streamed += event.role is Role.STREAMED
                     is_too_much = event.role is Role.STREAMED and self._streamed > MAX_STREAMED
-                    self._keep(LoggedFrame(event.at, "in", event.frame.raw), is_left_out=is_too_much)
+                    self._add_frame(LoggedFrame(event.at, "in", event.frame.raw), is_left_out=is_too_much)
                 case Rejected():
-                    self._keep(LoggedFrame(event.at, "noise", event.noise.raw))
+                    self._add_frame(LoggedFrame(event.at, "noise", event.noise.raw))
                 case _:
                     pass
 
-    def _keep(self, frame: LoggedFrame, *, is_left_out: bool = False) -> None:
+    def _add_frame(self, frame: LoggedFrame, *, is_left_out: bool = False) -> None:
         if is_left_out or len(self.frames) >= MAX_FRAMES:
             self.left_out += 1
         else:

@@ -32,13 +32,13 @@ RESULT_WORDS = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Case:
-    """Input of the checks. `are_records_looked_at` and `is_same_module` are a person's statements."""
+    """Input of the checks. `are_records_reviewed` and `is_same_module` are a person's statements."""
 
     evidence: Evidence
     expectations: Expectations
     past: Past
     fingerprint: Fingerprint | None = None
-    are_records_looked_at: bool = False
+    are_records_reviewed: bool = False
     is_same_module: bool = False
 
     def fault(self, key: str) -> UserMessage:

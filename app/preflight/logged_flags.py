@@ -17,7 +17,7 @@ from datetime import datetime
 from app.engine.identity import IdentityEvidence as Seen
 from app.engine.identity import as_logged
 from app.engine.setting_changes import BOOT_COUNT, READABLE_SETTINGS
-from app.preflight.evidence import Evidence, FlagFate, LoggedSet, TriggerFlag
+from app.preflight.evidence import Evidence, FlagState, LoggedSet, TriggerFlag
 from app.preflight.verdict import VALID_FOR_S
 from app.safety.acts import Act
 from app.safety.journal import Outcome
@@ -58,13 +58,13 @@ def with_logged_flags(
     except (StoreTrouble, ValueError, TypeError, KeyError):
         _log.warning("The audit log does not tell how the triggers stand", exc_info=True)
         return evidence
-    flags = {key: TriggerFlag(FlagFate.ENABLED, logged=logged) for key, logged in found.items()}
+    flags = {key: TriggerFlag(FlagState.ENABLED, logged=logged) for key, logged in found.items()}
     return replace(evidence, flags=evidence.flags | flags)
 
 
 def _is_unknown(flag: TriggerFlag, evidence: Evidence) -> bool:
     """Also where enabling it was not sent because the module is active."""
-    return flag.fate is FlagFate.NEVER_SET or (flag.fate is FlagFate.NOT_SENT and evidence.is_active is True)
+    return flag.state is FlagState.NEVER_SET or (flag.state is FlagState.NOT_SENT and evidence.is_active is True)
 
 
 def _last_set(key: str, entries: Iterable[AuditEntry], now: _Now) -> LoggedSet | None:

@@ -9,7 +9,7 @@ from app.engine.identity import went_back
 from app.guided.results import TITLES, VERDICT_WORDS, GuidedKind, GuidedVerdict
 from app.limits.expectations import LastTested
 from app.limits.limits import SETTING_BOUNDS
-from app.preflight.evidence import FlagFate
+from app.preflight.evidence import FlagState
 from app.preflight.findings import Case, Check, CheckResult, Finding, judged, unknown
 from app.settings.fingerprint import COVERED
 from app.settings.setting_texts import value_text
@@ -51,22 +51,22 @@ def trigger(case: Case, key: str) -> Finding:
     flag = case.evidence.flags.get(key)
     if flag is None:
         return unknown(case.fault(key), limit)
-    match flag.fate:
-        case FlagFate.ENABLED if flag.logged is not None:
+    match flag.state:
+        case FlagState.ENABLED if flag.logged is not None:
             text = marked("enabled {age} ago (audit log, entry {entry})")
             shown = message(text, age=_age(flag.logged.age_s), entry=str(flag.logged.entry))
             return Finding(CheckResult.PASS, True, shown, limit)
-        case FlagFate.ENABLED:
+        case FlagState.ENABLED:
             return Finding(CheckResult.PASS, True, message(marked("enabled")), limit)
-        case FlagFate.DISABLED:
+        case FlagState.DISABLED:
             return Finding(CheckResult.FAIL, False, message(marked("DISABLED")), limit)
-        case FlagFate.REFUSED:
+        case FlagState.REFUSED:
             return Finding(CheckResult.FAIL, None, message(marked("refused")), limit)
-        case FlagFate.UNANSWERED:
+        case FlagState.UNANSWERED:
             return unknown(message(marked("no reply")), limit)
-        case FlagFate.NOT_SENT:
+        case FlagState.NOT_SENT:
             return unknown(flag.why[0] if flag.why else message(marked("not sent")), limit, do=_lock_first(case))
-        case FlagFate.NEVER_SET:
+        case FlagState.NEVER_SET:
             why = message(marked("not set since the last start"))
             return unknown(why, limit, do=_lock_first(case))
 
@@ -90,12 +90,12 @@ def trigger_records(case: Case) -> Finding:
     if not history.is_answered:
         # E7: a module that never fired may send nothing; only a person can tell.
         silent = message(marked("no reply"))
-        if case.are_records_looked_at:
+        if case.are_records_reviewed:
             return Finding(CheckResult.WARN, None, _by_a_person(silent), limit)
         return unknown(silent, limit)
-    new = (Counter(record.raw for record in history.all) - case.past.looked_at).total()
+    new = (Counter(record.raw for record in history.all) - case.past.reviewed).total()
     shown = message(marked("{new} new of {total}"), new=new, total=len(history.all))
-    if new and not case.are_records_looked_at:
+    if new and not case.are_records_reviewed:
         return judged(new, shown, limit, is_fine=False) if case.past.has_check else unknown(shown, limit)
     if not history.is_confirmed:
         return unknown(message(marked("readings differ")), limit)
@@ -156,7 +156,7 @@ def guided_tests(case: Case) -> Finding:
     if wanted and past.module is None:
         return unknown(NOT_NAMED, limit)
     against = [kind for kind, days in wanted.items() if not _holds(past.tests.get(kind), days)]
-    failed = [kind for kind, last in past.tests.items() if last.kept.verdict is GuidedVerdict.FAILED]
+    failed = [kind for kind, last in past.tests.items() if last.stored.verdict is GuidedVerdict.FAILED]
     told = against or failed or [kind for kind in GuidedKind if kind in past.tests]
     shown = joined([_last_tested(kind, past.tests.get(kind)) for kind in told]) if told else none
     result = CheckResult.FAIL if against else CheckResult.WARN if failed else CheckResult.PASS
@@ -164,7 +164,7 @@ def guided_tests(case: Case) -> Finding:
 
 
 def _holds(last: LastTested | None, days: int) -> bool:
-    is_passed = last is not None and last.kept.verdict is GuidedVerdict.PASSED
+    is_passed = last is not None and last.stored.verdict is GuidedVerdict.PASSED
     return is_passed and last is not None and last.age_days is not None and last.age_days <= days
 
 
@@ -175,7 +175,7 @@ def _last_tested(kind: GuidedKind, last: LastTested | None) -> UserMessage:
         return message(marked("{value}: {why}"), value=test, why=message(marked("never tested")))
     days = "?" if last.age_days is None else f"{last.age_days:.0f}"
     return message(
-        "{test}: {verdict} ({days} d)", test=test, verdict=message(VERDICT_WORDS[last.kept.verdict]), days=days
+        "{test}: {verdict} ({days} d)", test=test, verdict=message(VERDICT_WORDS[last.stored.verdict]), days=days
     )
 
 

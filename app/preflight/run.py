@@ -13,7 +13,7 @@ from app.engine.device import How
 from app.engine.identity import as_logged, evidence_of
 from app.engine.playback import require_module
 from app.engine.procedure import Ask, Await, Cancelled, EngineView, Inspect, Pause, PortLost, Procedure, Report, Slept
-from app.preflight.evidence import HEARTBEATS, STILL_S, Disturbance, Evidence, FlagFate, StatusSampleAt, TriggerFlag
+from app.preflight.evidence import HEARTBEATS, STILL_S, Disturbance, Evidence, FlagState, StatusSampleAt, TriggerFlag
 from app.preflight.reread import StateReading, read_state
 from app.procedures.ask_status import ask_status
 from app.procedures.history import read_history
@@ -32,9 +32,9 @@ HEARTBEAT_WAITS_S = (1.0,)
 """The vendor gives the module one second; a lost heartbeat is not asked for again."""
 TRIAL_EVERY_S = 0.05
 TRIAL_WAITS_S = (0.25,)
-TURNS = 3
+VALUE_ROUNDS = 3
 """Of asking for cell voltage, charging and light."""
-HOPELESS = 4
+GIVE_UP_AFTER = 4
 """After this many unanswered questions in a row the module is taken as silent."""
 STEPS = 7
 TRIGGERS = (BY_NAME["attitude_trigger"], BY_NAME["freefall_trigger"])
@@ -89,7 +89,7 @@ def _collect(evidence: Evidence, journal: Journal) -> Procedure[None]:
         if evidence.is_enabling:
             evidence.flags[command.key] = yield from _enable(command, journal)
     yield from _step(evidence, 3, marked("Cell voltage"))
-    for _ in range(TURNS):
+    for _ in range(VALUE_ROUNDS):
         for command in SLOW:
             yield from _read_slow(evidence, command)
     yield from _step(evidence, 4, marked("Trigger records"))
@@ -159,7 +159,7 @@ def _heartbeats(evidence: Evidence) -> Procedure[None]:
             silent_in_a_row = 0
         else:
             silent_in_a_row += 1
-            if silent_in_a_row >= 2 * HOPELESS:
+            if silent_in_a_row >= 2 * GIVE_UP_AFTER:
                 raise _Silent
 
 
@@ -177,7 +177,7 @@ def _read_slow(evidence: Evidence, command: Command) -> Procedure[None]:
 def _require_answers(before: EngineView) -> Procedure[None]:
     """Raise `_Silent` if the module stopped answering altogether."""
     frames = before.link.counters.frames
-    for _ in range(HOPELESS):
+    for _ in range(GIVE_UP_AFTER):
         view: EngineView = yield Inspect()
         if view.link.counters.frames > frames:
             return
@@ -195,11 +195,11 @@ def _watch(evidence: Evidence) -> Procedure[None]:
     while now < ends_at:
         outcome = yield Ask(STATUS.query(), TRIAL_WAITS_S)
         if isinstance(outcome, Answered):
-            _keep_status(evidence, outcome)
+            _record_status(evidence, outcome)
         now = yield Pause(TRIAL_EVERY_S)
 
 
-def _keep_status(evidence: Evidence, outcome: Answered) -> None:
+def _record_status(evidence: Evidence, outcome: Answered) -> None:
     message = outcome.messages[0]
     if isinstance(message, Status):
         evidence.status, evidence.status_at = message, outcome.at
@@ -219,7 +219,7 @@ def _enable(command: Command, journal: Journal) -> Procedure[TriggerFlag]:
     """Enable a trigger with one frame, if writing is allowed: never on an active module."""
     refused = yield from _refusals()
     if refused:
-        return TriggerFlag(FlagFate.NOT_SENT, refused)
+        return TriggerFlag(FlagState.NOT_SENT, refused)
     request = command.set(True)
     view: EngineView = yield Inspect()
     seen = as_logged(evidence_of(view.device.values, is_fresh=True))
@@ -229,27 +229,27 @@ def _enable(command: Command, journal: Journal) -> Procedure[TriggerFlag]:
         refused = yield from _refusals()
     if refused:
         journal.settle(entry, Outcome.NOT_SENT, {})
-        return TriggerFlag(FlagFate.NOT_SENT, refused)
-    flag, outcome = FlagFate.UNANSWERED, Outcome.UNKNOWN
+        return TriggerFlag(FlagState.NOT_SENT, refused)
+    flag, outcome = FlagState.UNANSWERED, Outcome.UNKNOWN
     try:
         came = yield Ask(request)
         if isinstance(came, Answered):
-            flag, outcome = FlagFate.REFUSED, Outcome.REFUSED
+            flag, outcome = FlagState.REFUSED, Outcome.REFUSED
             reply = came.messages[0]
             if isinstance(reply, Acknowledgement) and reply.is_accepted:
-                flag, outcome = FlagFate.ENABLED, Outcome.CONFIRMED
+                flag, outcome = FlagState.ENABLED, Outcome.CONFIRMED
         elif isinstance(came, Unanswered):
-            flag, outcome = FlagFate.NOT_SENT, Outcome.NOT_SENT
+            flag, outcome = FlagState.NOT_SENT, Outcome.NOT_SENT
     finally:
-        journal.settle(entry, outcome, {"acknowledged": flag is FlagFate.ENABLED})
-    return TriggerFlag(flag, (message(marked("no reply")),) if flag is FlagFate.NOT_SENT else ())
+        journal.settle(entry, outcome, {"acknowledged": flag is FlagState.ENABLED})
+    return TriggerFlag(flag, (message(marked("no reply")),) if flag is FlagState.NOT_SENT else ())
 
 
 def _final_state(command: Command, flag: TriggerFlag, view: EngineView) -> TriggerFlag:
     """State of the trigger at the end: what the module acknowledged since its last start."""
     known = view.device.known(command.key, view.now)
     if known is None or known.is_stale or known.how is not How.ACKNOWLEDGED:
-        return TriggerFlag() if flag.fate is FlagFate.ENABLED else flag
-    if flag.fate in (FlagFate.REFUSED, FlagFate.UNANSWERED):
+        return TriggerFlag() if flag.state is FlagState.ENABLED else flag
+    if flag.state in (FlagState.REFUSED, FlagState.UNANSWERED):
         return flag
-    return TriggerFlag(FlagFate.ENABLED if known.value is True else FlagFate.DISABLED)
+    return TriggerFlag(FlagState.ENABLED if known.value is True else FlagState.DISABLED)

@@ -13,7 +13,7 @@ from app.engine.device import DeviceView
 from app.limits.expectations import ManualItem
 from app.limits.limits import softened
 from app.preflight.checks import CHECKS
-from app.preflight.evidence import Disturbance, FlagFate
+from app.preflight.evidence import Disturbance, FlagState
 from app.preflight.findings import Case, Check, CheckResult, Finding
 from app.preflight.module_checks import FINGERPRINT_KEYS
 from app.preflight.reread import TITLES
@@ -208,8 +208,8 @@ def _changed(assessment: Assessment, device: DeviceView, now: float) -> UserMess
     if charging:
         checked["charging"] = charging[-1]
     for key, flag in evidence.flags.items():
-        if flag.fate in (FlagFate.ENABLED, FlagFate.DISABLED):
-            checked[key] = flag.fate is FlagFate.ENABLED
+        if flag.state in (FlagState.ENABLED, FlagState.DISABLED):
+            checked[key] = flag.state is FlagState.ENABLED
     for key, before in checked.items():
         known = device.values.get(key)
         if before is not None and known is not None and known.value != before:

@@ -122,7 +122,7 @@ def rehearse(act: Act, permit: Permit) -> Performed:
 
 
 @dataclass(frozen=True, slots=True)
-class _Aftermath:
+class _Observed:
     is_acknowledged: bool
     raw: int | None
     reports: tuple[Status, ...] = ()
@@ -176,7 +176,7 @@ def perform(
     return _performed(act, after)
 
 
-def _performed(act: Act, after: _Aftermath) -> Performed:
+def _performed(act: Act, after: _Observed) -> Performed:
     return Performed(
         act=act,
         outcome=_outcome(act, after),
@@ -231,16 +231,16 @@ def _detail(sight: EngineView) -> dict[str, object]:
     return {key: sight.device.fresh(key, sight.now) for key in keys}
 
 
-def _observe_after(act: Act, outcome: Reply) -> Procedure[_Aftermath]:
+def _observe_after(act: Act, outcome: Reply) -> Procedure[_Observed]:
     """Read the module's state after the act; `outcome` is the reply to the act."""
     if isinstance(outcome, Unanswered):
-        return _Aftermath(is_acknowledged=False, raw=None, is_sent=False)
+        return _Observed(is_acknowledged=False, raw=None, is_sent=False)
     message = outcome.messages[0] if isinstance(outcome, Answered) else None
     raw = message.raw if isinstance(message, Acknowledgement) else None
     is_acknowledged = isinstance(message, Acknowledgement) and message.is_accepted
     if act is Act.SHUTDOWN:
         is_alive = yield from _still_answers()
-        return _Aftermath(is_acknowledged, raw, is_alive=is_alive)
+        return _Observed(is_acknowledged, raw, is_alive=is_alive)
     has_fired = (yield from _reports_fired()) if act is Act.DEPLOY else None
     # After an answer to the act all reports are newer. Without one an old report could still come.
     reports = yield from _reports(is_fenced=message is None, apart_s=READING_PAUSE_S if act is Act.DEPLOY else 0.0)
@@ -251,7 +251,7 @@ def _observe_after(act: Act, outcome: Reply) -> Procedure[_Aftermath]:
             yield Pause(REPORTS_EVERY_S)
             reports = yield from _reports(is_fenced=False)
             sight = yield Inspect()
-    return _Aftermath(is_acknowledged, raw, reports, has_fired=has_fired)
+    return _Observed(is_acknowledged, raw, reports, has_fired=has_fired)
 
 
 def _still_answers() -> Procedure[bool]:
@@ -283,7 +283,7 @@ def _reports(*, is_fenced: bool, apart_s: float = 0.0) -> Procedure[tuple[Status
     return tuple(reports)
 
 
-def _outcome(act: Act, after: _Aftermath) -> Outcome:
+def _outcome(act: Act, after: _Observed) -> Outcome:
     if not after.is_sent:
         return Outcome.NOT_SENT
     match act:
@@ -301,7 +301,7 @@ def _outcome(act: Act, after: _Aftermath) -> Outcome:
             return Outcome.UNKNOWN if after.raw is None else Outcome.REFUSED
 
 
-def _activation_outcome(after: _Aftermath) -> Outcome:
+def _activation_outcome(after: _Observed) -> Outcome:
     states = {report.active for report in after.reports}
     if len(after.reports) < READINGS or len(states) != 1:
         return Outcome.UNKNOWN
@@ -311,7 +311,7 @@ def _activation_outcome(after: _Aftermath) -> Outcome:
     return Outcome.UNKNOWN if after.raw is None else Outcome.REFUSED
 
 
-def _deploy_outcome(after: _Aftermath) -> Outcome:
+def _deploy_outcome(after: _Observed) -> Outcome:
     """It had not fired before (a condition), so a reported trigger is this one. "Not fired" needs every answer."""
     if after.is_acknowledged or after.has_fired or any(report.triggered for report in after.reports):
         return Outcome.CONFIRMED
@@ -320,7 +320,7 @@ def _deploy_outcome(after: _Aftermath) -> Outcome:
     return Outcome.UNKNOWN
 
 
-def _result(after: _Aftermath) -> dict[str, object]:
+def _result(after: _Observed) -> dict[str, object]:
     last = after.reports[-1] if after.reports else None
     return {
         "acknowledgement": None if after.raw is None else f"{after.raw:02X}",

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from app.engine.playback import require_module
 from app.engine.procedure import (
-    LOCKS_MOST,
+    MAX_LOCKS,
     Ask,
     Cancelled,
     EngineView,
@@ -182,7 +182,7 @@ def _lock_until_reported(
             if not entries:
                 entries.append(_begin(journal))
             proof.note(answer, sight.now)
-            yield Report(min(repeat.sent, LOCKS_MOST) - 1, LOCKS_MOST, marked("Locking…"))
+            yield Report(min(repeat.sent, MAX_LOCKS) - 1, MAX_LOCKS, marked("Locking…"))
         if not is_last_answered:
             yield Pause(BREATH_S)
         answer = yield Ask(QUESTIONS[question], attempts=1, repeat=repeat)

@@ -29,7 +29,7 @@ _BOOT_COUNT = BY_NAME["boot_count"]
 class Retention(Enum):
     """What happened to a setting. If it is unknown the value says why, in translatable English."""
 
-    KEPT = "kept"
+    RETAINED = "kept"
     LOST = "lost"
     UNREADABLE = marked("unknown (cannot be read)")
     NOT_READ = marked("could not be read back")
@@ -51,7 +51,7 @@ class SettingRetention:
     """`stands`: the reading after the restart."""
 
     wanted: Value
-    fate: Retention
+    result: Retention
     stands: Value | None = None
 
 
@@ -68,7 +68,9 @@ class PowerCycleResult:
     def is_fine(self) -> bool:
         """Whether everything that can be read was kept."""
         is_seen = self.ending in (Ending.RESTARTED, Ending.SEVERAL)
-        return is_seen and all(stamp.fate in (Retention.KEPT, Retention.UNREADABLE) for stamp in self.stamps.values())
+        return is_seen and all(
+            stamp.result in (Retention.RETAINED, Retention.UNREADABLE) for stamp in self.stamps.values()
+        )
 
 
 def survives_power_cycle(
@@ -109,7 +111,7 @@ def _stamp(command: Command, wanted: Value, raw: int | None) -> SettingRetention
     if raw is None or command.write is None:
         return SettingRetention(wanted, Retention.NOT_READ)
     stands = command.write.decode(raw)
-    return SettingRetention(wanted, Retention.KEPT if stands == wanted else Retention.LOST, stands)
+    return SettingRetention(wanted, Retention.RETAINED if stands == wanted else Retention.LOST, stands)
 
 
 def _boots() -> Procedure[int | None]:

@@ -83,7 +83,7 @@ class _StreamProgress:
     switched_on_at: float | None = None
     may_be_ours: bool = False
     """It restarted about when the stream was switched on: a stream that appears is ours to switch off."""
-    is_hopeless: bool = False
+    has_given_up: bool = False
     """It was switched on and nothing came: polled until the next restart."""
     restarts: int = 0
     last_sleep: Sleep | None = None
@@ -124,7 +124,7 @@ def _turn(course: _StreamProgress, switch: StreamSwitch, sight: EngineView, *, r
         course.restarts = sight.device.restarts
         on_at = course.switched_on_at
         course.may_be_ours = on_at is not None and sight.now - on_at < RESTART_NOTICED_S
-        course.switched_on_at, course.is_hopeless, course.has_read = None, False, False
+        course.switched_on_at, course.has_given_up, course.has_read = None, False, False
         course.intent = None
     if sight.device.last_sleep != course.last_sleep:
         course.last_sleep, course.has_read = sight.device.last_sleep, False
@@ -198,9 +198,9 @@ def _steer_stream(course: _StreamProgress, switch: StreamSwitch, sight: EngineVi
         waited_s = sight.now - course.switched_on_at
         course.hz = sight.device.stream_hz if sight.device.is_streaming else course.hz
         if not sight.device.is_streaming and waited_s > STREAM_STARTS_S:
-            course.is_hopeless = True
+            course.has_given_up = True
         return
-    if sight.device.is_streaming or course.is_hopeless or not sight.is_proven or _is_listening(course, sight):
+    if sight.device.is_streaming or course.has_given_up or not sight.is_proven or _is_listening(course, sight):
         return
     if course.intent is None:
         course.intent = memory.note_on(None if boots is None else int(boots))
@@ -214,7 +214,7 @@ def _steer_stream(course: _StreamProgress, switch: StreamSwitch, sight: EngineVi
     refused = isinstance(outcome, Answered) and not _is_accepted(outcome)
     if refused or not isinstance(outcome, Answered | OutcomeUnknown):
         course.switched_on_at, course.intent = None, None
-        course.is_hopeless = True
+        course.has_given_up = True
         memory.clear()
 
 

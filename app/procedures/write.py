@@ -22,7 +22,7 @@ from protocol.translatable import marked
 MAX_READS = 4
 RESTART_SHOWS_S = 0.4
 """A restart is certain within this time: by its second heartbeat, or by the link's decision without it."""
-_ODD = (Role.UNSOLICITED, Role.DUPLICATE, Role.LATE)
+_RESTART_ROLES = (Role.UNSOLICITED, Role.DUPLICATE, Role.LATE)
 """The roles that a restart's first heartbeat may have just after the link sent one."""
 
 
@@ -47,7 +47,7 @@ class WriteFault(Enum):
 
     REFUSED = marked("refused; the old value stands")
     CLAMPED = marked("the module holds another value")
-    NOT_KEPT = marked("acknowledged, but not kept")
+    NOT_RETAINED = marked("acknowledged, but not kept")
     LOST = marked("no reply, not set")
     NO_REPLY = marked("no reply; may have been carried out")
     NO_READ_BACK = marked("could not be read back")
@@ -180,7 +180,7 @@ def restarted_since(before: EngineView) -> Procedure[bool]:
     """Whether the module restarted since; an unexpected frame may be its first sign."""
     after: EngineView = yield Inspect()
     old, new = before.link.counters.by_role, after.link.counters.by_role
-    if any(new[role] != old[role] for role in _ODD):
+    if any(new[role] != old[role] for role in _RESTART_ROLES):
         yield Pause(RESTART_SHOWS_S)
         after = yield Inspect()
     return after.device.restarts != before.device.restarts
@@ -201,7 +201,7 @@ def _fault(command: Command, wanted: int, said: Acknowledged, back: ReadBack, *,
         case SetReply.OTHER:
             return WriteFault.REFUSED if old is not None or said.other == 0x00 else WriteFault.CLAMPED
         case _:
-            return WriteFault.NOT_KEPT
+            return WriteFault.NOT_RETAINED
 
 
 def _value(command: Command, raw: int) -> Value | None:

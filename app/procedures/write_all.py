@@ -78,7 +78,7 @@ class WriteContext:
     armed: Armed | None = None
     is_unlocked: bool = False
     """The user allowed it although the module is, or may be, active."""
-    keep_snapshot: Callable[[Snapshot], Future[int] | None] | None = None
+    store_snapshot: Callable[[Snapshot], Future[int] | None] | None = None
     """Stores the old settings; called in the session's thread, so it must not wait for a disk. The future is done when
     they are stored; None if they were stored before in this session."""
     on_written: Callable[[Written], None] | None = None
@@ -92,8 +92,8 @@ def write_all(changes: Sequence[SettingChange], leave: WriteContext) -> Procedur
     yield from require_module()
     ordered = sorted(changes, key=lambda change: change.command is BAUD_RATE)
     before = yield from read_settings()
-    if leave.keep_snapshot is not None:
-        yield from _store_snapshot(leave.keep_snapshot)
+    if leave.store_snapshot is not None:
+        yield from _store_snapshot(leave.store_snapshot)
     course = _WriteProgress(leave)
     try:
         for done, change in enumerate(ordered):
@@ -225,12 +225,12 @@ def _unconfirmed(written: Written) -> Written:
     return replace(written, stands=None, verified=False, fault=WriteFault.NO_LAST_READING)
 
 
-def _store_snapshot(keep: Callable[[Snapshot], Future[int] | None]) -> Procedure[None]:
+def _store_snapshot(store: Callable[[Snapshot], Future[int] | None]) -> Procedure[None]:
     sight: EngineView = yield Inspect()
     snapshot = snapshot_of(sight.device, sight.now)
-    kept = keep(snapshot) if snapshot.settings else None
-    if kept is not None and not kept.done():
-        yield from _wait_for_disk(kept)
+    stored = store(snapshot) if snapshot.settings else None
+    if stored is not None and not stored.done():
+        yield from _wait_for_disk(stored)
 
 
 def _wait_for_disk(future: Future[int]) -> Procedure[None]:

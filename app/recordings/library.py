@@ -27,9 +27,9 @@ MAX_DAYS = 90
 """Days with recordings, so that a wrong clock in one session adds one day only."""
 TRASH = ".trash"
 _TRASH_SHARE = 4
-"""The trash may take 1/4 of `most_bytes`."""
+"""The trash may take 1/4 of `max_bytes`."""
 SIMULATED = "sim:"
-_GOING = ".going-"
+_DELETING = ".going-"
 """Prefix of folders that are being deleted."""
 _DISK_FULL = frozenset({errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC)})
 _UNFINISHED_DAYS = 1.0
@@ -85,13 +85,13 @@ class RecordingEntry:
 
 
 class RecordingLibrary:
-    """Thread-safe. `most_bytes` and `most_days` limit the recordings that are not pinned."""
+    """Thread-safe. `max_bytes` and `max_days` limit the recordings that are not pinned."""
 
-    def __init__(self, folder: Path | None = None, *, most_bytes: int = MAX_BYTES, most_days: int = MAX_DAYS) -> None:
+    def __init__(self, folder: Path | None = None, *, max_bytes: int = MAX_BYTES, max_days: int = MAX_DAYS) -> None:
         self.folder = folder or recordings_folder()
         self.trash = self.folder / TRASH
-        self.most_bytes = most_bytes
-        self.most_days = most_days
+        self.max_bytes = max_bytes
+        self.max_days = max_days
         self._pruning = threading.Lock()
 
     @property
@@ -133,7 +133,7 @@ class RecordingLibrary:
         if is_held(folder):
             raise RecordingInUse(entry.folder.name)
         # Renamed first, so that an interrupted deletion does not look like a damaged recording.
-        going = self.folder / (_GOING + folder.name)
+        going = self.folder / (_DELETING + folder.name)
         folder.rename(going)
         shutil.rmtree(going)
 
@@ -156,7 +156,7 @@ class RecordingLibrary:
         What cannot be moved is left for the next time. `now` is used only for the age of folders left by a crash.
         """
         with self._pruning:
-            self._clear_away(now)
+            self._delete_leftovers(now)
             total, days = 0, set[date]()
             gone: list[RecordingEntry] = []
             for one in self.entries():
@@ -164,11 +164,11 @@ class RecordingLibrary:
                     continue
                 total += one.size_bytes
                 days.add(one.started_at.date())
-                if len(days) > self.most_days or total > self.most_bytes:
+                if len(days) > self.max_days or total > self.max_bytes:
                     with suppress(OSError):
                         self._move(one.folder, self.trash)
                         gone.append(one)
-            self._empty_trash(self.most_bytes // _TRASH_SHARE)
+            self._empty_trash(self.max_bytes // _TRASH_SHARE)
             return tuple(gone)
 
     def empty_trash(self) -> None:
@@ -180,12 +180,12 @@ class RecordingLibrary:
         target.mkdir(mode=0o700, exist_ok=True)
         return folder.rename(target / folder.name)
 
-    def _empty_trash(self, most_bytes: int) -> None:
+    def _empty_trash(self, max_bytes: int) -> None:
         """Keeps the newest that fit."""
         total = 0
         for one in self.trashed():
             total += one.size_bytes
-            if total > most_bytes:
+            if total > max_bytes:
                 shutil.rmtree(one.folder, ignore_errors=True)
 
     def _own(self, entry: RecordingEntry) -> Path:
@@ -194,7 +194,7 @@ class RecordingLibrary:
             raise ValueError(f"{entry.folder} is not in this library")
         return entry.folder
 
-    def _clear_away(self, now: datetime) -> None:
+    def _delete_leftovers(self, now: datetime) -> None:
         """Removes interrupted deletions and folders without heading that a crash left."""
         with suppress(OSError):
             for one in self.folder.iterdir():
@@ -203,7 +203,7 @@ class RecordingLibrary:
                     age = now - datetime.fromtimestamp(one.stat().st_mtime, UTC)
                     has_heading = (one / SESSION).exists()
                     is_unfinished = one.is_dir() and not has_heading and age > timedelta(days=_UNFINISHED_DAYS)
-                if one.name.startswith(_GOING):
+                if one.name.startswith(_DELETING):
                     shutil.rmtree(one, ignore_errors=True)
                 elif is_unfinished and one.name != TRASH and not is_held(one):
                     with suppress(OSError):

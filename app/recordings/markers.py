@@ -52,6 +52,8 @@ class ModuleLimits:
 
 
 NO_LIMITS = ModuleLimits()
+STATE_LOST = frozenset({MarkerKind.RESTARTED, MarkerKind.CONNECTED, MarkerKind.RECORDING})
+"""Markers after which the module has lost its state, or is another one."""
 
 
 def charging_at(markers: Iterable[Marker], time_s: float) -> bool | None:

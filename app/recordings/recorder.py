@@ -51,11 +51,11 @@ class Recorder:
         clock: Callable[[], float] = time.monotonic,
         wall_clock: Callable[[], float] = time.time,
         find_free_bytes: Callable[[Path], int] = lambda folder: shutil.disk_usage(folder).free,
-        most_waiting: int = MAX_WAITING,
+        max_waiting: int = MAX_WAITING,
     ) -> None:
         self.library = library
         self._clock, self._wall_clock, self._find_free_bytes = clock, wall_clock, find_free_bytes
-        self._queue = RecorderQueue(most_waiting)
+        self._queue = RecorderQueue(max_waiting)
         self._lock = threading.Lock()
         # Under the lock:
         self._dropped = 0
@@ -257,7 +257,7 @@ class Recorder:
             self._check_disk()
         opening = writer.opening
         is_clock_changed = abs(self._wall_clock() - now - opening.wall_offset_s) > CLOCK_JUMP_S
-        is_long = now - opening.start_s > MAX_PART_S or writer.size_bytes > self.library.most_bytes / 4
+        is_long = now - opening.start_s > MAX_PART_S or writer.size_bytes > self.library.max_bytes / 4
         if is_clock_changed or is_long:
             self._end_part(now)
 

@@ -51,11 +51,11 @@ Order = Batch | Begin | Name | Lost | End | Settle
 
 
 class RecorderQueue:
-    """Thread-safe. Batches beyond `most_waiting` reports and events are dropped and counted; other orders always
+    """Thread-safe. Batches beyond `max_waiting` reports and events are dropped and counted; other orders always
     fit."""
 
-    def __init__(self, most_waiting: int) -> None:
-        self._most_waiting = most_waiting
+    def __init__(self, max_waiting: int) -> None:
+        self._max_waiting = max_waiting
         self._came = threading.Condition()
         self._orders: list[Order] = []
         self._waiting = 0
@@ -75,7 +75,7 @@ class RecorderQueue:
         """Adds a batch that is processed later; returns how many of its reports and events did not fit."""
         count = len(batch.samples) + len(batch.events)
         with self._came:
-            if self._waiting + count + 1 > self._most_waiting:
+            if self._waiting + count + 1 > self._max_waiting:
                 self._latest = replace(batch, samples=(), events=(), finished=())
                 self._lost += count
                 return count

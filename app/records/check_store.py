@@ -179,10 +179,10 @@ class CheckStore:
         checks = [one for one in self.checks(module_id) if not one.is_void]
         go = next((one for one in checks if one.verdict in _HOLDS), None)
         known, last = self.records(module_id), self._last_visit(module_id)
-        looked_at = Counter(one.raw for one in known if one.judgement is not None)
+        reviewed = Counter(one.raw for one in known if one.judgement is not None)
         record = self.record(go.hash) if go is not None else None
         if record is not None:
-            looked_at |= Counter(_records_in(record))
+            reviewed |= Counter(_records_in(record))
         merged = None
         if slots is not None and last.number:
             raws = [one.raw for one in known[: last.known]]
@@ -190,7 +190,7 @@ class CheckStore:
         return Past(
             module=module,
             boot_count=rows[0][0] if rows else None,
-            looked_at=looked_at,
+            reviewed=reviewed,
             has_check=go is not None,
             is_same_module=merged is None or merged.is_continuation,
             fingerprint=go.fingerprint if go is not None else None,

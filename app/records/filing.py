@@ -17,7 +17,7 @@ from app.preflight.findings import Case, CheckResult
 from app.preflight.logged_flags import with_logged_flags
 from app.preflight.verdict import Assessment, assess
 from app.records.check_store import CheckStore, MakeRecord
-from app.records.record import NOT_KEPT, Record, RecordContext, is_simulated, make_record
+from app.records.record import NOT_STORED, Record, RecordContext, is_simulated, make_record
 from app.stations.station import Station, StationTrouble, own_station
 from app.store.database import StoreFault, StoreTrouble
 from app.store.store import Store, data_folder
@@ -34,7 +34,7 @@ class Person:
     module: str | None = None
     aircraft: str = ""
     remarks: str = ""
-    are_records_looked_at: bool = False
+    are_records_reviewed: bool = False
     """The trigger records on the module have been reviewed."""
     is_same_module: bool = False
     """Confirmed by the person although boot count or records say otherwise."""
@@ -89,7 +89,7 @@ def file_check(
             trouble = error
     case = Case(
         evidence=evidence, expectations=expectations, past=past, fingerprint=settings_code,
-        are_records_looked_at=person.are_records_looked_at, is_same_module=person.is_same_module,
+        are_records_reviewed=person.are_records_reviewed, is_same_module=person.is_same_module,
     )  # fmt: skip
     assessment = assess(case)
     circumstances = RecordContext(
@@ -109,7 +109,7 @@ def file_check(
             return Filed(assessment, record, None, station_trouble)
         except StoreTrouble as error:
             trouble = error
-    return Filed(assessment, make(NOT_KEPT, None), trouble, station_trouble)
+    return Filed(assessment, make(NOT_STORED, None), trouble, station_trouble)
 
 
 @contextmanager

@@ -17,7 +17,7 @@ from datetime import datetime
 
 from app.engine.device import STATUS_KEYS
 from app.guided.results import GuidedKind
-from app.preflight.evidence import FlagFate, FrameLog
+from app.preflight.evidence import FlagState, FrameLog
 from app.preflight.findings import Case, CheckResult
 from app.preflight.module_checks import FINGERPRINT_KEYS
 from app.preflight.reading_object import reading_object
@@ -35,7 +35,7 @@ READABLE_VERSIONS = (1, 2, 3)
 PARTS_OF = {"checks": "id", "manual": "text"}
 """Lists with a digest for each entry, and the key that names an entry."""
 SEALS = ("digests", "hash", "signature")
-NOT_KEPT = 0
+NOT_STORED = 0
 """Number of a record that is in no store."""
 
 Record = dict[str, object]
@@ -91,7 +91,7 @@ def make_record(
             {"text": clean(item.text), "is_done": item.is_done, "is_required": item.is_required}
             for item in assessment.manual
         ],
-        "tests": [case.past.tests[kind].kept.plain() for kind in GuidedKind if kind in case.past.tests],
+        "tests": [case.past.tests[kind].stored.plain() for kind in GuidedKind if kind in case.past.tests],
         "read": readings_of(case),
         "trigger_records": [] if evidence.history is None else [one.raw.hex() for one in evidence.history.records],
         "frames": [[round(frame.at - began_at, 4), frame.way, frame.raw.hex(" ").upper()] for frame in log.frames],
@@ -133,7 +133,7 @@ def readings_of(case: Case) -> dict[str, object]:
     if evidence.status is not None:
         values |= {key: getattr(evidence.status, key) for key in STATUS_KEYS}
     for key, flag in evidence.flags.items():
-        values[key] = {FlagFate.ENABLED: True, FlagFate.DISABLED: False}.get(flag.fate)
+        values[key] = {FlagState.ENABLED: True, FlagState.DISABLED: False}.get(flag.state)
     return reading_object(
         port=clean(evidence.port),
         baud_rate=evidence.baud_rate,

@@ -18,9 +18,9 @@ from app.preflight.findings import RESULT_WORDS, CheckResult
 from app.preflight.verdict import MANUAL_WORDS, Verdict, verdict_sentence
 from app.records.consistency import list_in
 from app.records.page_seal import sealed_html
-from app.records.record import NOT_KEPT, Record, activated_by, caveats, recorded_verdict
+from app.records.record import NOT_STORED, Record, activated_by, caveats, recorded_verdict
 from app.stations.station import KEY_BYTES, Station, decoded, fingerprint_of
-from app.text.i18n import CHINESE, ENGLISH, language, speaking, tr
+from app.text.i18n import CHINESE, ENGLISH, language, temporary_language, tr
 from app.text.messages import UserMessage, clean, message_from_json
 from app.text.sentences import in_brackets, join_sentences
 
@@ -56,7 +56,7 @@ def is_page_of(record: Mapping[str, object], data: bytes) -> bool:
     if found is None:
         return False
     try:
-        with speaking(CHINESE if found[1] == b"zh-CN" else ENGLISH):
+        with temporary_language(CHINESE if found[1] == b"zh-CN" else ENGLISH):
             return _unsealed(dict(record)) == data
     except (ValueError, TypeError, LookupError, RecursionError, OverflowError):
         return False  # not a record of this program
@@ -258,7 +258,7 @@ def _result(one: object) -> CheckResult:
 
 def _number(record: Record) -> str:
     number = record.get("number")
-    if number == NOT_KEPT:
+    if number == NOT_STORED:
         return tr("not kept")
     if record.get("module") is None and record.get("adapter"):
         return f"{tr('No. {number}', number=number)}{in_brackets(str(record['adapter']))}"

@@ -14,7 +14,7 @@ from app import version
 from app.records.consistency import contradictions
 from app.records.page_seal import SIGNATURE_BYTES, is_page, page_seal_in
 from app.records.record import (
-    NOT_KEPT,
+    NOT_STORED,
     READABLE_VERSIONS,
     Record,
     canonical,
@@ -277,7 +277,7 @@ def _chain(record: Mapping[str, object], kept: StoredRecords | None) -> Chain:
     previous, number = record.get("previous"), record.get("number")
     if type(number) is not int or number < 0:
         return Chain.BROKEN
-    if previous is None and number == NOT_KEPT:
+    if previous is None and number == NOT_STORED:
         return Chain.ALONE
     if kept is not None and kept.same_number(record) is not None:
         return Chain.DOUBLED

@@ -42,7 +42,7 @@ class LastKnown:
     def feed(self, device: DeviceView, whose: str) -> None:
         """To be called with every view of the device."""
         if whose != self._adapter_key:
-            self.forget()
+            self.clear()
             self._adapter_key = whose
         known = device.values.get("active")
         if known is not None and (known.value is True or known.how is not How.ACKNOWLEDGED):
@@ -51,7 +51,7 @@ class LastKnown:
         if off_at is not None and any(one.at > off_at for one in device.values.values()):
             self._shut_down_at = None  # the module answers again
 
-    def forget(self) -> None:
+    def clear(self) -> None:
         """Reset: another module may be connected."""
         self._active = self._shut_down_at = None
 

@@ -255,7 +255,7 @@ def module(name: str = DEFAULT_NAME, options: Mapping[str, Any] | None = None) -
     return bench
 
 
-def forget(name: str = DEFAULT_NAME) -> None:
+def remove_bench(name: str = DEFAULT_NAME) -> None:
     """Delete the module of this name; its open port is dead then."""
     with _benches_lock:
         bench = _benches.pop(name, None)

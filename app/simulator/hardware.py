@@ -142,7 +142,7 @@ class Hardware:
     def power_on(self, now_s: float, *, is_silent: bool = False) -> None:
         """Boot: count it (0 follows 255), send two heartbeats, enable triggers, lock (but see E15)."""
         if self.quirks.forgets:
-            self.memory.forget_settings()
+            self.memory.reset_settings()
         self.memory.boot_count = (self.memory.boot_count + 1) & 0xFF
         if not self.quirks.remembers:
             self.state = ModuleState()

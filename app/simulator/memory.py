@@ -31,7 +31,7 @@ class Memory:
     def baud_rate(self) -> int:
         return BAUD.values[self.baud_code]
 
-    def forget_settings(self) -> None:
+    def reset_settings(self) -> None:
         """Reset the settings to their defaults."""
         fresh = Memory()
         for name in ("light_threshold", "attitude_threshold", "freefall_acceleration", "freefall_time"):

@@ -67,7 +67,7 @@ class Stations:
         self._write((*(one for one in self._others() if one.public != public), new))
         return new
 
-    def forget(self, fingerprint: str) -> KnownStation | None:
+    def remove(self, fingerprint: str) -> KnownStation | None:
         """None where no station has this fingerprint. Raises OSError."""
         found = next((one for one in self._others() if is_same_fingerprint(one.fingerprint, fingerprint)), None)
         if found is not None:

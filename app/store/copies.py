@@ -20,8 +20,8 @@ _log = logging.getLogger(__name__)
 
 FOLDER = "copies"
 EVERY_S = 3600.0
-NEWEST_KEPT = 4
-DAYS_KEPT = 7
+MIN_COPIES = 4
+MAX_COPY_DAYS = 7
 PAGES_AT_ONCE = 256
 """Between two lots a copy that nobody waits for any more is broken off."""
 REST_S = 0.005
@@ -89,7 +89,7 @@ def to_drop(copies: Sequence[Path]) -> list[Path]:
         if at is None:
             continue  # not one of ours
         day = f"{at:%Y%m%d}"
-        if number >= NEWEST_KEPT and (day in days or len(days) >= DAYS_KEPT):
+        if number >= MIN_COPIES and (day in days or len(days) >= MAX_COPY_DAYS):
             drop.append(copy)
         days.add(day)
     return drop

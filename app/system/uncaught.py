@@ -23,50 +23,52 @@ class UncaughtError:
 Hook = Callable[[UncaughtError], None]
 
 
-def catch_uncaught_errors(on_mishap: Hook) -> Callable[[], None]:
-    """From now on an uncaught exception, in any thread, goes into the log and to `on_mishap`, not to a terminal.
+def catch_uncaught_errors(on_uncaught: Hook) -> Callable[[], None]:
+    """From now on an uncaught exception, in any thread, goes into the log and to `on_uncaught`, not to a terminal.
 
-    Returns what ends it. `on_mishap` is called in the thread of the exception. Ctrl-C stays as it is. One
+    Returns what ends it. `on_uncaught` is called in the thread of the exception. Ctrl-C stays as it is. One
     that was caught all the same is told with `report_uncaught_error`.
     """
-    global _on_mishap
+    global _on_uncaught
     before, before_thread = sys.excepthook, threading.excepthook
 
     def caught(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
         if issubclass(kind, KeyboardInterrupt):
             before(kind, error, trace)
             return
-        _report(on_mishap, error, trace, threading.current_thread().name)
+        _report(on_uncaught, error, trace, threading.current_thread().name)
 
     def caught_in_thread(args: threading.ExceptHookArgs) -> None:
         if args.exc_value is not None:
-            _report(on_mishap, args.exc_value, args.exc_traceback, args.thread.name if args.thread is not None else "")
+            _report(
+                on_uncaught, args.exc_value, args.exc_traceback, args.thread.name if args.thread is not None else ""
+            )
 
     def undo() -> None:
-        global _on_mishap
-        sys.excepthook, threading.excepthook, _on_mishap = before, before_thread, before_told
+        global _on_uncaught
+        sys.excepthook, threading.excepthook, _on_uncaught = before, before_thread, before_told
 
-    before_told = _on_mishap
-    sys.excepthook, threading.excepthook, _on_mishap = caught, caught_in_thread, on_mishap
+    before_told = _on_uncaught
+    sys.excepthook, threading.excepthook, _on_uncaught = caught, caught_in_thread, on_uncaught
     return undo
 
 
 def report_uncaught_error(error: BaseException) -> None:
     """Log an exception that was caught so that its thread goes on, and tell it like one that nobody caught."""
-    _report(_on_mishap, error, error.__traceback__, threading.current_thread().name)
+    _report(_on_uncaught, error, error.__traceback__, threading.current_thread().name)
 
 
-def _log_only(_mishap: UncaughtError) -> None:
+def _log_only(_error: UncaughtError) -> None:
     """Outside of `catch_uncaught_errors` the log is all there is."""
 
 
-_on_mishap: Hook = _log_only
+_on_uncaught: Hook = _log_only
 
 
-def _report(on_mishap: Hook, error: BaseException, trace: TracebackType | None, thread: str) -> None:
+def _report(on_uncaught: Hook, error: BaseException, trace: TracebackType | None, thread: str) -> None:
     details = "".join(traceback.format_exception(type(error), error, trace))
     _log.error("An error that nobody expected, in thread %s:\n%s", thread, details)
     try:
-        on_mishap(UncaughtError(f"{type(error).__name__}: {error}", details, thread))
+        on_uncaught(UncaughtError(f"{type(error).__name__}: {error}", details, thread))
     except Exception:  # noqa: BLE001  telling of one error must not make the next
         _log.exception("The error could not be told")

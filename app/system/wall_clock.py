@@ -21,14 +21,14 @@ class WallClock:
 
     def __init__(self, clock: Clock = time.monotonic, wall_clock: Clock = time.time) -> None:
         self._clock, self._wall_clock = clock, wall_clock
-        self._looked_at = clock()
+        self._polled_at = clock()
         self._froms = [-math.inf]
-        self._offsets = [wall_clock() - self._looked_at]
+        self._offsets = [wall_clock() - self._polled_at]
 
     def poll(self) -> bool:
         """Whether the clocks went apart since the last look."""
-        before, self._looked_at = self._looked_at, self._clock()
-        offset_s = self._wall_clock() - self._looked_at
+        before, self._polled_at = self._polled_at, self._clock()
+        offset_s = self._wall_clock() - self._polled_at
         if abs(offset_s - self._offsets[-1]) <= JUMP_S:
             return False
         self._froms.append(before)

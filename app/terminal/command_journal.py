@@ -27,7 +27,7 @@ class Records:
     store: "Store | None"
     port: str
 
-    def keep_snapshot(self, snapshot: "Snapshot") -> "Future[int] | None":
+    def store_snapshot(self, snapshot: "Snapshot") -> "Future[int] | None":
         """The future ends when it is on disk or has failed; a failure does not prevent changing a setting."""
         store = self.store
         if store is None:

@@ -41,7 +41,7 @@ class _Language:
 _in_english: Final = _Language(ENGLISH, MappingProxyType({}))
 _current: _Language = _in_english
 _spoken: ContextVar[_Language | None] = ContextVar("spoken", default=None)
-"""Overrides the current one within `speaking`."""
+"""Overrides the current one within `temporary_language`."""
 
 
 def read_translations(path: Path) -> dict[str, str]:
@@ -86,7 +86,7 @@ def _read_language(name: str) -> _Language:
 
 
 @contextmanager
-def speaking(name: str) -> Iterator[None]:
+def temporary_language(name: str) -> Iterator[None]:
     """Uses another language, in this thread and context only. Raises ValueError like `set_language`."""
     chosen = _current if name == _current.name else _in_english if name == ENGLISH else _read_language(name)
     token = _spoken.set(chosen)

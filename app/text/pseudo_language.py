@@ -18,7 +18,7 @@ CLOSING: Final = "]"
 _ACCENTED: Final = str.maketrans(
     "ABCDEGHIJKLNOPRSTUWYabcdeghijklnoprstuwyz", "ÅßÇÐÉĜĤÎĴĶĻÑÖÞŘŠŢÛŴÝåƀçðéĝĥîĵķļñöþřšţûŵýž"
 )
-_KEPT: Final = re.compile(r"(\{[^{}]*\}|\([^()]*\*[^()]*\)|\n)")
+_UNCHANGED: Final = re.compile(r"(\{[^{}]*\}|\([^()]*\*[^()]*\)|\n)")
 _WORD: Final = re.compile(r"[A-Za-z]{3,}")
 _PADDING: Final = "ôñé ţŵö ţĥřéé ƒöûř ƒîṽé šîx šéṽéñ éîĝĥţ "
 
@@ -26,7 +26,7 @@ _PADDING: Final = "ôñé ţŵö ţĥřéé ƒöûř ƒîṽé šîx šéṽéñ
 @lru_cache(maxsize=4096)
 def pseudo(text: str) -> str:
     """`text` in the pseudo-language; one without words, such as "{volts:.2f} V", is unchanged."""
-    parts = _KEPT.split(text)
+    parts = _UNCHANGED.split(text)
     spoken = parts[::2]
     if not any(_WORD.search(part) for part in spoken):
         return text

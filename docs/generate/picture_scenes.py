@@ -47,7 +47,7 @@ OTHER_OPTIONS: Final = {"baud": 57600}
 MODULE, WHO, AIRCRAFT = "M-07", "Lin Wei", "H6"
 ADAPTER: Final = PortInfo("/dev/ttyUSB0", "CP2102 USB to UART", "Silicon Labs", "0001", 0x10C4, 0xEA60, "1-1")
 README: Final = {ENGLISH: ("live.png", Choice.LIGHT), CHINESE: ("live-dark-zh.png", Choice.DARK)}
-MOST_CHECKS: Final = 6
+MAX_CHECKS: Final = 6
 """A busy machine answers late, which is a fault that the check rightly finds."""
 
 # The scenes
@@ -163,7 +163,7 @@ def preflight(studio: Studio) -> None:
     studio.run(1.0)
     page.buttons.enable.click()
     looked = studio.find(QAbstractButton, "check_trigger_records_act")
-    for _ in range(MOST_CHECKS):
+    for _ in range(MAX_CHECKS):
         studio.until(
             lambda: page.work.standing in (Standing.GO, Standing.READY, Standing.NO_GO, Standing.VOID), "no verdict"
         )
@@ -265,7 +265,7 @@ def why(studio: Studio) -> None:
     studio.until(lambda: not act.isHidden() and tr("Find the rate") in act.text(), "no cause was found")
     studio.run(1.0)
     studio.take("why", page, last=studio.find(QLabel, "why_seen_noise"))
-    bench.forget(OTHER_NAME)
+    bench.remove_bench(OTHER_NAME)
 
 
 SCENES: Final[tuple[Callable[[Studio], None], ...]] = (

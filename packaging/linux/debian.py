@@ -14,7 +14,7 @@ from release import COMMAND, NAME, TITLE, Release, project, set_rights, stamp_ti
 
 from app.system.qt_libraries import ALWAYS, FOR_WAYLAND, FOR_X
 from linux.elf import glibc_wanted, outside_libraries
-from linux.man_page import manual_page, what_the_program_says
+from linux.man_page import help_output, manual_page
 
 LINUX: Final = ROOT / "packaging" / "linux"
 RULE: Final = LINUX / "60-dps-s.rules"
@@ -87,7 +87,7 @@ def _lay_out(root: Path, release: Release, bundle: Path) -> None:
     write_theme_icons(root / "usr/share/icons/hicolor")
     _write(root / "usr/lib/udev/rules.d" / RULE.name, RULE.read_bytes())
     _write(root / "usr/share/mime/packages" / f"{NAME}.xml", (LINUX / f"{NAME}.xml").read_bytes())
-    scripts = what_the_program_says(*(["completion", shell] for shell in COMPLETIONS))
+    scripts = help_output(*(["completion", shell] for shell in COMPLETIONS))
     for place, script in zip(COMPLETIONS.values(), scripts, strict=True):
         _write(root / place, script.encode())
     _write_papers(root, release)

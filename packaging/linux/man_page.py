@@ -30,7 +30,7 @@ def manual_page(release: Release) -> str:
     from app.__main__ import ENTRIES
 
     names = [entry.name for entry in ENTRIES]
-    whole, *each = what_the_program_says(["--help"], *([name, "--help"] for name in names))
+    whole, *each = help_output(["--help"], *([name, "--help"] for name in names))
     lines = [
         f'.TH DPS\\-S 1 "{release.time:%Y-%m-%d}" "{TITLE} {release.version}" "User Commands"',
         ".SH NAME",
@@ -39,11 +39,11 @@ def manual_page(release: Release) -> str:
         ".B dps\\-s",
         "[\\fICOMMAND\\fR] [\\fIOPTION\\fR]...",
         ".SH DESCRIPTION",
-        *_as_it_stands(whole),
+        *_preformatted(whole),
         ".SH COMMANDS",
     ]
     for name, help_text in zip(names, each, strict=True):
-        lines += [f".SS {_safe(name)}", *_as_it_stands(help_text)]
+        lines += [f".SS {_safe(name)}", *_preformatted(help_text)]
     lines += [
         ".SH FILES",
         _safe("/usr/lib/udev/rules.d/60-dps-s.rules lets whoever sits at the computer open the usual USB adapters."),
@@ -51,7 +51,7 @@ def manual_page(release: Release) -> str:
     return "\n".join(lines) + "\n"
 
 
-def what_the_program_says(*commands: Sequence[str]) -> list[str]:
+def help_output(*commands: Sequence[str]) -> list[str]:
     """What the program of the checkout prints, in English and 78 columns; all in one process, to save time."""
     variables = {"LC_ALL": "C.UTF-8", "LANGUAGE": "en", "COLUMNS": "78", "PYTHONPATH": str(ROOT)}
     done = subprocess.run(
@@ -67,7 +67,7 @@ def what_the_program_says(*commands: Sequence[str]) -> list[str]:
     return said
 
 
-def _as_it_stands(text: str) -> Sequence[str]:
+def _preformatted(text: str) -> Sequence[str]:
     """Lines that troff prints unchanged."""
     return [".nf", *(_safe(line) for line in text.strip().splitlines()), ".fi"]
 

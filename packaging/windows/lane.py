@@ -18,7 +18,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from environment import SetupError, run, say
 
 from windows import wine
-from windows.suites import CANNOT_BE_TOLD, INSTALLER, QUICK, SUITES, Suite
+from windows.suites import INSTALLER, NOT_JUDGED, QUICK, SUITES, Suite
 
 _OPTIONS: Final = ("-q", "-p", "no:cacheprovider", "--tb=short")
 _SCREEN: Final = ("xvfb-run", "-a", "-s", "-screen 0 1920x1080x24")
@@ -30,7 +30,7 @@ class Result(NamedTuple):
     suite: Suite
     passed: int = 0
     failed: tuple[str, ...] = ()
-    untold: int = 0
+    not_judged: int = 0
     not_for_windows: int = 0
     seconds: float = 0.0
     note: str = ""
@@ -44,7 +44,7 @@ def run_suite(suite: Suite, limit_s: float) -> Result:
     """Run it for `limit_s` at most."""
     report = wine.DRIVE / "report.xml"
     report.unlink(missing_ok=True)
-    untold = [name for name in CANNOT_BE_TOLD if name.partition("::")[0].startswith(suite.tests)]
+    untold = [name for name in NOT_JUDGED if name.partition("::")[0].startswith(suite.tests)]
     # A test on Linux starts many Windows programs; else five minutes are enough for each test.
     hang_s = limit_s if suite.platform is None else min(limit_s, 300)
     words = [*suite.tests, *_OPTIONS, "-o", f"faulthandler_timeout={hang_s:.0f}"]
@@ -56,7 +56,7 @@ def run_suite(suite: Suite, limit_s: float) -> Result:
     name = suite.title.replace(" ", "-").replace(",", "").replace("'", "").lower()
     (wine.PLACE / "logs" / f"{name}.txt").write_text(said, encoding="utf-8")
     if not report.is_file():
-        return Result(suite, untold=len(untold), seconds=seconds, note="did not come to its end")
+        return Result(suite, not_judged=len(untold), seconds=seconds, note="did not come to its end")
     return _read(suite, report, len(untold), seconds)
 
 
@@ -91,11 +91,11 @@ def _read(suite: Suite, report: Path, untold: int, seconds: float) -> Result:
 def table(results: Sequence[Result], when: datetime) -> str:
     """The results as Markdown."""
     rows = [
-        f"| {one.suite.title} | {one.passed} | {len(one.failed)} | {one.untold} | {one.not_for_windows} "
+        f"| {one.suite.title} | {one.passed} | {len(one.failed)} | {one.not_judged} | {one.not_for_windows} "
         f"| {one.seconds:.0f} s{f', {one.note}' if one.note else ''} |"
         for one in results
     ]
-    sums = [sum(column) for column in zip(*((one.passed, len(one.failed), one.untold, one.not_for_windows,
+    sums = [sum(column) for column in zip(*((one.passed, len(one.failed), one.not_judged, one.not_for_windows,
                                             one.seconds) for one in results), strict=True)]  # fmt: skip
     named = [f"- `{name}`" for one in results for name in one.failed]
     return "\n".join([

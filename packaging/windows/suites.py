@@ -86,7 +86,7 @@ QUICK: Final = Suite(
 )  # fmt: skip
 INSTALLER: Final = Suite("Installer in a fresh Windows", ("tests/windows/test_installer.py",), None, 1500)
 _LINKS: Final = "Wine makes symbolic links that lead nowhere"
-CANNOT_BE_TOLD: Final[dict[str, str]] = {
+NOT_JUDGED: Final[dict[str, str]] = {
     "tests/app/engine/test_reconnect.py::test_a_link_behind_which_an_adapter_has_come_is_left_alone": (
         "a link into /dev, which Wine follows when it is deleted"
     ),

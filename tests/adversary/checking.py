@@ -98,7 +98,7 @@ class Checking:
     def go_through(self) -> None:
         desk = self._session.desk
         desk.ledger.allow(id(self), [command.set(True) for command in TRIGGERS])
-        self.work.check(Statement(is_enabling=True, are_records_looked_at=True))
+        self.work.check(Statement(is_enabling=True, are_records_reviewed=True))
         self._wait(CHECK_LIMIT_S, until_checked=True)
         if self.work.leads_to_activation:
             desk.ask(Act.ACTIVATE)

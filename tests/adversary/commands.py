@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final
 
-from app.engine.procedure import LOCKS_MOST
+from app.engine.procedure import MAX_LOCKS
 from app.safety.acts import REQUESTS, Act
 from protocol.catalogue import BY_NAME, SETTINGS
 from protocol.fields import Value
@@ -62,7 +62,7 @@ def _act(act: Act, judged_by: judge.Judge, **module: Any) -> Command:
         name=act.value,
         words=(act.value, "--yes"),
         judge=judged_by,
-        acts={REQUESTS[act].encode(): LOCKS_MOST if act is Act.LOCK else 1},
+        acts={REQUESTS[act].encode(): MAX_LOCKS if act is Act.LOCK else 1},
         module=module,
     )
 

@@ -66,7 +66,7 @@ def _slip(bench: SimulatedBench) -> None:
 
 def _forget(bench: SimulatedBench) -> None:
     bench.restart()
-    bench.module.memory.forget_settings()
+    bench.module.memory.reset_settings()
 
 
 def _change(bench: SimulatedBench, **values: Any) -> None:

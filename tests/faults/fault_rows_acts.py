@@ -118,7 +118,7 @@ def _no_survival_lie(survival: PowerCycleResult, cell: Cell) -> list[str]:
     if survival.ending in (Ending.RESTARTED, Ending.SEVERAL) and not booted:
         return ["a restart, and there was none"]
     holds = truth(cell.bench, cell.clock.now_s)
-    kept = [key for key, stamp in survival.stamps.items() if stamp.fate is Retention.KEPT]
+    kept = [key for key, stamp in survival.stamps.items() if stamp.result is Retention.RETAINED]
     return [f"{key} kept, and it is not" for key in kept if holds[key] != survival.stamps[key].wanted]
 
 

@@ -24,7 +24,7 @@ from tests.faults.faulty_port import FakePort, Phase
 from tests.support.line.sim_line import INSTANT_S, FakeClock
 
 LONGEST_S = 90.0
-MOST_STEPS = 60_000
+MAX_STEPS = 60_000
 AFTER_S = 0.4
 """Time for which the session goes on after the procedure, to receive what is late."""
 
@@ -112,7 +112,7 @@ class Cell:
                 return
             self.session.step()
             steps += 1
-            if steps > MOST_STEPS:
+            if steps > MAX_STEPS:
                 raise AssertionError("it does not end")
         end_s = self.clock.now_s + AFTER_S
         while self.clock.now_s < end_s:

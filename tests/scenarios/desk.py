@@ -103,7 +103,7 @@ class Desk(DeskPort):
             return
         leave = WriteContext(
             journal=self.journal, armed=self.armed, is_unlocked=is_unlocked,
-            keep_snapshot=self._keep if self.found is None else None,
+            store_snapshot=self._keep if self.found is None else None,
         )  # fmt: skip
         self.form.begin_write(changes)
         self._settings_job = self.run(write_all(changes, leave), self._end_writing)

@@ -132,7 +132,7 @@ class Judge:
 
     def _judge_survival(self, survival: PowerCycleResult) -> None:
         for key, stamp in survival.stamps.items():
-            if stamp.fate is Retention.KEPT:
+            if stamp.result is Retention.RETAINED:
                 self._judge_claim(KEYS[key], stamp.wanted, How.READ, self._desk.clock())
 
     def _judge_lock(self, locked: Locked) -> None:

@@ -16,7 +16,7 @@ from protocol.catalogue import BAUD_RATE, SERIAL_OUTPUT, Hazard, Request
 CONFIRMED_FOR_S: Final = 5.0
 HELD_FOR_S: Final = 1.0
 """How long a gesture stays valid while it waits; repeats the promise of `app.safety.permit`."""
-_LOCKS_MOST: Final = 50
+_MAX_LOCKS: Final = 50
 _LOCKS_FOR_S: Final = 10.0
 """The most repetitions of one LOCK, and their time."""
 _HOLD_S: Final = 2.0
@@ -102,7 +102,7 @@ class Ledger:
 
     def lock(self, now: float) -> None:
         """Note a LOCK: it cancels earlier requests, and may be repeated within limits."""
-        self._locks, self._locked_at = _LOCKS_MOST, now
+        self._locks, self._locked_at = _MAX_LOCKS, now
         self._gestures.clear()
 
     def intend(self, act: Act) -> None:

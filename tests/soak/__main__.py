@@ -56,7 +56,7 @@ PARTS: Final = ("line", "sequences", "gestures")
 CLEAN_S: Final = 5.0
 """How long the healed line is watched for lost frames."""
 SHORTEST_S: Final = 5.0
-MOST_GROWTH_MB: Final = 5.0
+MAX_GROWTH_MB: Final = 5.0
 """From the middle of a soak to its end."""
 MACHINE_S: Final = 1.0
 """What a busy machine adds to `RETURN_LIMIT_S`."""
@@ -205,7 +205,7 @@ def _judge_memory(memory: list[float], outcome: Outcome, *, unplugs: int) -> Non
         "memory",
         f"{memory[0]:.0f} MB at first, {memory[-1]:.0f} in the end; second half {growth:+.1f} MB, {slope:+.1f} MB/h, "
         f"{growth * 1000 / max(1, unplugs / 2):+.1f} kB an unplug",
-        "it grows" if growth > MOST_GROWTH_MB else "",
+        "it grows" if growth > MAX_GROWTH_MB else "",
     )
 
 

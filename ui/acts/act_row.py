@@ -66,13 +66,13 @@ class ActRow(QFrame):
         texts.bind(self._effect.setText, EFFECTS[act])
         texts.bind(self.setWhatsThis, EFFECTS[act])
         self.confirm.confirmed.connect(self._perform)
-        self.confirm.asked.connect(self._forget)
+        self.confirm.asked.connect(self._dismiss)
         self._lay_out()
         self._job.changed.connect(self.refresh)
 
     def refresh(self) -> None:
         if self._module.is_another() or self._module.has_turned(self._performed):
-            self._forget()
+            self._dismiss()
         found = open_conditions(self._services, self.act)
         # What is armed is visible on this page; another line in each row would move the button under the hand.
         told = [one for one in found if one.condition is not Interlock.NOTHING_ELSE_ARMED]
@@ -108,10 +108,10 @@ class ActRow(QFrame):
             self._performed = done = job.outcome()
             if done.act is Act.SHUTDOWN and done.outcome is Outcome.CONFIRMED and not done.is_rehearsal:
                 self._connector.note_shutdown()
-            self._job.set_notice(partial(outcome_notice, done, self._forget))
+            self._job.set_notice(partial(outcome_notice, done, self._dismiss))
         self.ended.emit(None if job.run.error is not None else self._performed)
 
-    def _forget(self) -> None:
+    def _dismiss(self) -> None:
         self._performed = None
         self._job.dismiss()
 

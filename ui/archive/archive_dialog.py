@@ -67,7 +67,7 @@ class ArchiveDialog(QDialog):
         texts.bind(self.setAccessibleName, "Archive of all stations")
         self.ask_save, self.ask_open = _ask_save, _ask_open
         self._loading: BackgroundTask[Loaded] = BackgroundTask("dps-s archive list", self)
-        self._living: BackgroundTask[tuple[LifeEvent, ...]] = BackgroundTask("dps-s archive life", self)
+        self._loading_history: BackgroundTask[tuple[LifeEvent, ...]] = BackgroundTask("dps-s archive life", self)
         self._conflicts: tuple[Conflict, ...] = ()
         self.server = control(QLineEdit(), texts, "archive_server", says="Server",
                               tip="Without the password")  # fmt: skip
@@ -236,7 +236,7 @@ class ArchiveDialog(QDialog):
             with closing(open_archive(store)) as archive:
                 return tuple(reversed(life_of(archive.facts, module).events))
 
-        self._living.run(lambda _running: load(), self.life.model.show_rows, self._fail)
+        self._loading_history.run(lambda _running: load(), self.life.model.show_rows, self._fail)
 
     def _fail(self, error: Exception) -> None:
         if not isinstance(error, ArchiveTrouble):

@@ -49,7 +49,7 @@ class BaudRecovery:
         )  # fmt: skip
         begin = partial(self._leave, partial(self._search, pending))
         look = Choice("look_for_baud", tr("Find my module"), begin, is_main=True)
-        forget = Choice("forget_baud", tr("Dismiss"), lambda: self._forget(pending), is_step=True)
+        forget = Choice("forget_baud", tr("Dismiss"), lambda: self._discard(pending), is_step=True)
         return Notice(Meaning.ATTENTION, text, (look, forget))
 
     def _search(self, pending: PendingBaud) -> None:
@@ -69,7 +69,7 @@ class BaudRecovery:
 
         self._connector.run(look_for(pending.new_rate, pending.old_rate), end)
 
-    def _forget(self, pending: PendingBaud) -> None:
+    def _discard(self, pending: PendingBaud) -> None:
         self._settle(pending, "forgotten")
         self._close()
 

@@ -74,7 +74,7 @@ class PortConnection(QObject):
         self._is_wanted = False
         self._is_invalidated = False
         self._last_known = LastKnown()
-        self.invalidated.connect(self._last_known.forget)
+        self.invalidated.connect(self._last_known.clear)
         self._adapter_key = ""
         self._proven_rate: int | None = None
         """The baud rate at which the module last answered."""

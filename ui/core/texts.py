@@ -43,7 +43,7 @@ class Texts:
         self._bindings[_identity(setter)] = _Binding(_finder(setter), english, values)
         setter(tr(english, **values))
         if len(self._bindings) > self._sweep_at:
-            self._sweep()
+            self._remove_deleted()
 
     def retranslate(self) -> None:
         """Apply every text in the language in use, and forget the widgets that are gone."""
@@ -54,7 +54,7 @@ class Texts:
             else:
                 setter(tr(binding.english, **binding.values))
 
-    def _sweep(self) -> None:
+    def _remove_deleted(self) -> None:
         """Forget what is gone, seldom enough that binding stays cheap."""
         self._bindings = {key: one for key, one in self._bindings.items() if one.find_setter() is not None}
         self._sweep_at = max(64, 2 * len(self._bindings))

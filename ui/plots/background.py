@@ -21,13 +21,13 @@ def _appearance_key(picture: Picture, ratio: float) -> Hashable:
 
 
 class PlotBackground:
-    """Paints the background; call `forget` when fonts or sizes change."""
+    """Paints the background; call `invalidate` when fonts or sizes change."""
 
     def __init__(self) -> None:
         self._looks: Hashable = None
         self._pixmap: QPixmap | None = None
 
-    def forget(self) -> None:
+    def invalidate(self) -> None:
         self._looks = self._pixmap = None
 
     def paint(self, painter: QPainter, picture: Picture, size: QSize, ratio: float) -> None:

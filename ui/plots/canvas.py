@@ -53,7 +53,7 @@ class Canvas(QWidget):
         self.setMouseTracking(True)
         self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self.cursor_part: float | None = None
-        self.keeps_cursor = False
+        self.retains_cursor = False
         """Keep the cursor where the pointer left the canvas."""
         self._dragged_from: float | None = None
         self._picture: Picture | None = None
@@ -72,7 +72,7 @@ class Canvas(QWidget):
 
     def arrange(self) -> None:
         """Places the lanes, after a change of size, language or font."""
-        self._ground.forget()
+        self._ground.invalidate()
         whole = QRectF(self.rect())
         line = QFontMetricsF(font(Size.SMALL)).height()
         left = QFontMetricsF(font(Size.SMALL)).horizontalAdvance("−180") + 8
@@ -162,7 +162,7 @@ class Canvas(QWidget):
                 self.cursor_part = self._part(event.position())
                 self.panned.emit(-by / max(1.0, self.lanes[0].box.width()))
         part = self._part(event.position())
-        if part is not None or not self.keeps_cursor:
+        if part is not None or not self.retains_cursor:
             self.set_cursor(part)
         event.accept()
 
@@ -177,7 +177,7 @@ class Canvas(QWidget):
 
     def leaveEvent(self, event: QEvent) -> None:
         super().leaveEvent(event)
-        if not self.keeps_cursor:
+        if not self.retains_cursor:
             self.set_cursor(None)
 
     def wheelEvent(self, event: QWheelEvent) -> None:

@@ -61,7 +61,7 @@ class TimePlot(QWidget):
         self._drawn: Hashable = None
         """What the last picture depended on; None: it has to be drawn again."""
         self._canvas = Canvas(lanes)
-        self._canvas.keeps_cursor = bounds is not None
+        self._canvas.retains_cursor = bounds is not None
         self._head = PlotHeader(texts, self._view)
         self.header, self.pause = self._head.row, self._head.pause
         in_column(self._head, (self._canvas, 1), of=self, spacing=Space.XS, margins=0)

@@ -20,21 +20,21 @@ def file_in_background(
     person: Person,
     log: FrameLog,
     *,
-    is_kept: bool,
+    is_stored: bool,
     store: Store | StoreTrouble,
     target: Target | None,
     then: Callable[[Filed], object],
     past: Past | None = None,
 ) -> None:
-    """Call `then` with the judged check: kept in the store's thread, or at once where it is not to be kept."""
-    kept_in = store if is_kept and isinstance(store, Store) else None
+    """Call `then` with the judged check: stored in the store's thread, or at once where it is not to be stored."""
+    used_store = store if is_stored and isinstance(store, Store) else None
     adapter = "" if target is None else target.identity
     work = partial(
         file_check, evidence, expectations, person, log,
-        store=kept_in, program_version=version(), adapter=adapter, past=past,
+        store=used_store, program_version=version(), adapter=adapter, past=past,
     )  # fmt: skip
-    if kept_in is None:
+    if used_store is None:
         task.cancel()
         then(work())
     else:
-        task.run_in(kept_in.queue, work, then)
+        task.run_in(used_store.queue, work, then)

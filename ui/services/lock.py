@@ -215,7 +215,7 @@ class LockControl(QObject):
         self._shown = self.of(connector.current)
         self._relay(self._shown)
         connector.added.connect(self.of)
-        connector.removed.connect(self._forget)
+        connector.removed.connect(self._on_removed)
         connector.chosen.connect(self._on_chosen)
 
     def of(self, connection: PortConnection) -> PortLock:
@@ -293,7 +293,7 @@ class LockControl(QObject):
         self._relay(self._shown)
         self.changed.emit()
 
-    def _forget(self, connection: PortConnection) -> None:
+    def _on_removed(self, connection: PortConnection) -> None:
         lock = self._locks.pop(connection, None)
         if lock is not None:
             lock.deleteLater()

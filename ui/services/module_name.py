@@ -20,7 +20,7 @@ from ui.services.storage import Storage
 
 _log = logging.getLogger(__name__)
 MAX_NAME_LENGTH = 60
-KEEP_AGAIN_S = 1.0
+STORE_AGAIN_S = 1.0
 
 
 class PortModule(QObject):
@@ -42,10 +42,10 @@ class PortModule(QObject):
         self._adapter = ""
         self._read: dict[str, IdentityEvidence] = {}
         """What was last read of the modules of this session, by name."""
-        self._kept: dict[str, IdentityEvidence] = {}
+        self._stored: dict[str, IdentityEvidence] = {}
         """The part of `_read` that is in the store."""
         self._tried_at = -inf
-        self._meeting: BackgroundTask[None] = BackgroundTask("dps-s module", self)
+        self._identifying: BackgroundTask[None] = BackgroundTask("dps-s module", self)
         self._saving: BackgroundTask[bool] = BackgroundTask("dps-s evidence", self)
 
     def bind(self, connector: PortConnection, storage: Storage) -> None:
@@ -107,7 +107,7 @@ class PortModule(QObject):
         """Store the adapter and what was read of the module, so that it is recognised when plugged in again."""
         store, evidence = self._store, self._read.get(self.name)
         if store is not None and self.name:
-            self._meeting.run_in(
+            self._identifying.run_in(
                 store.queue,
                 partial(_register, store, self.name, self._adapter, evidence),
                 lambda _none: None if evidence is not None else self.store_evidence(),
@@ -184,13 +184,13 @@ class PortModule(QObject):
             return
         is_new, self._read[self.name] = self._read.get(self.name) != evidence, evidence
         # The store may be opened, and the module be in it, only after the module was read.
-        if is_new or (self._kept.get(self.name) != evidence and batch.at - self._tried_at > KEEP_AGAIN_S):
+        if is_new or (self._stored.get(self.name) != evidence and batch.at - self._tried_at > STORE_AGAIN_S):
             self._tried_at = batch.at
             self.store_evidence()
 
-    def _end_saving(self, name: str, evidence: IdentityEvidence, is_kept: bool) -> None:
-        if is_kept:
-            self._kept[name] = evidence
+    def _end_saving(self, name: str, evidence: IdentityEvidence, is_stored: bool) -> None:
+        if is_stored:
+            self._stored[name] = evidence
         if self._read.get(self.name) != evidence:
             self.store_evidence()
 
@@ -216,7 +216,7 @@ class ModuleName(QObject):
             self._modules[connector.current] = self._shown
             self._shown.bind(connector.current, storage)
             connector.added.connect(self.of)
-            connector.removed.connect(self._forget)
+            connector.removed.connect(self._on_removed)
             connector.chosen.connect(self._show)
 
     def of(self, connection: PortConnection) -> PortModule:
@@ -269,7 +269,7 @@ class ModuleName(QObject):
             self._shown.changed.connect(self.changed)
             self.changed.emit()
 
-    def _forget(self, connection: PortConnection) -> None:
+    def _on_removed(self, connection: PortConnection) -> None:
         module = self._modules.pop(connection, None)
         if module is not None:
             module.deleteLater()

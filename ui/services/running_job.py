@@ -42,7 +42,7 @@ class RunningJob(JobNotice):
         if self._job is not None:
             self._job.cancel()
 
-    def forget(self) -> None:
+    def drop(self) -> None:
         """Drop the procedure; its end is not reported."""
         self._job = self.progress = None
 

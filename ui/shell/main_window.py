@@ -47,7 +47,7 @@ FIRST_SIZE = QSize(1180, 720)
 WIDE_ENOUGH = 1280
 """Width from which the panel of the simulated module fits beside a sidebar with names."""
 REFRESH_EVERY_MS = 100
-_HEARERS = ("diagnosis", "live")
+_BATCH_PAGES = ("diagnosis", "live")
 """Pages that need every batch from the first byte on; connecting waits only for these."""
 
 
@@ -79,7 +79,7 @@ class MainWindow(QMainWindow):
         self._maker = PageMaker(services, entries, self._place, self)
         self._maker.done.connect(self._end_making)
         self._pages = self._maker.pages
-        self._unmade_hearers = self._entries.keys() & set(_HEARERS) or set(self._entries)
+        self._unmade_batch_pages = self._entries.keys() & set(_BATCH_PAGES) or set(self._entries)
         self._is_loaded = False
         self._waiting_target: Target | None = None
         self._is_leaving = self._is_over = False
@@ -216,8 +216,8 @@ class MainWindow(QMainWindow):
         page.ports_wanted.connect(self.show_panel)
         if key == self.navigation.chosen:
             self.stack.setCurrentWidget(page)
-        self._unmade_hearers.discard(key)
-        if not self._unmade_hearers:
+        self._unmade_batch_pages.discard(key)
+        if not self._unmade_batch_pages:
             self._connector.release()
 
     def _file_pages(self) -> list[FilePage]:
@@ -239,9 +239,9 @@ class MainWindow(QMainWindow):
         if not self._is_loaded:
             self._waiting_target = target
             return
-        if self._unmade_hearers:
+        if self._unmade_batch_pages:
             self._connector.hold()
-            for key in _HEARERS:
+            for key in _BATCH_PAGES:
                 self._maker.request(key)
         self.attention.leave(partial(self._connector.connect_to, target))
 

@@ -17,7 +17,7 @@ from ui.widgets.notice_bar import Choice, Notice
 class UncaughtErrors(QObject):
     """`report` may be called from any thread. Repeated errors share one notice with a count."""
 
-    _told = Signal(object)
+    _reported = Signal(object)
 
     def __init__(
         self, attention: Attention, armed: Armed, *, say: Callable[[str], None], parent: QObject | None = None
@@ -27,12 +27,12 @@ class UncaughtErrors(QObject):
         self._counts: dict[str, int] = {}
         """By details; those whose notice is shown or queued."""
         # Queued also in the window's thread: the error may have happened while painting.
-        self._told.connect(self._show, Qt.ConnectionType.QueuedConnection)
+        self._reported.connect(self._show, Qt.ConnectionType.QueuedConnection)
 
     def report(self, error: UncaughtError) -> None:
         """Disarms at once, and shows the error from the event loop."""
         self._armed.act = None
-        self._told.emit(error)
+        self._reported.emit(error)
 
     def _show(self, error: UncaughtError) -> None:
         self._say(tr("Unexpected error: {error}. Nothing is armed.", error=error.summary))

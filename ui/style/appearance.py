@@ -23,7 +23,7 @@ _CHINESE_FAMILIES: Final = (
     "WenQuanYi Micro Hei",
 )
 
-_WORN: Final = "theme"
+_STYLED_THEME: Final = "theme"
 """Property of a part of a window: the name of the theme whose style sheet it wears, and its size."""
 
 
@@ -132,10 +132,10 @@ class Appearance(QObject):
         """Let a part wear the style sheet of the theme in use. By itself that happens when it is first shown: too late
         for one that is measured before."""
         worn = f"{self._applied.name} {scale_in_use()}"
-        if part.property(_WORN) != worn:
-            if part.property(_WORN) is None:
+        if part.property(_STYLED_THEME) != worn:
+            if part.property(_STYLED_THEME) is None:
                 part.installEventFilter(self)
-            part.setProperty(_WORN, worn)
+            part.setProperty(_STYLED_THEME, worn)
             part.setStyleSheet(style_sheet(self._applied))
             fit_icons(part)
 

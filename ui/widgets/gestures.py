@@ -78,9 +78,9 @@ class Gestures(QObject):
     def remove(self, step: Step) -> None:
         """`step` is no longer visible."""
         self._steps.discard(step)
-        self.forget(step)
+        self.ignore_until_reentered(step)
 
-    def forget(self, step: Step) -> None:
+    def ignore_until_reentered(self, step: Step) -> None:
         """`step` appeared or moved: if it is under the pointer now, the pointer did not move onto it."""
         if self._under is step:
             self._under = None

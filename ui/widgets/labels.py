@@ -127,7 +127,7 @@ class IconLabel(QLabel):
 
     def __init__(self, name: str, size_px: int, *, keeps_place: bool = False) -> None:
         """`size_px` at the usual size of text. `keeps_place`: as large without an icon."""
-        self._size_px, self._keeps_place = size_px, keeps_place
+        self._size_px, self._reserves_place = size_px, keeps_place
         self._shown: tuple[Icon, Meaning | None, bool] | None = None
         super().__init__()
         named(self, name)
@@ -148,7 +148,7 @@ class IconLabel(QLabel):
         self.clear()
 
     def _fit(self) -> None:
-        if self._keeps_place:
+        if self._reserves_place:
             self.setFixedSize(scaled(self._size_px), scaled(self._size_px))
 
     def _draw(self) -> None:

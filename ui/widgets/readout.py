@@ -221,7 +221,7 @@ class StateChip(PaintedWidget):
         self._word = tr("unknown")
         self._meaning: Meaning | None = Meaning.UNKNOWN
         self._age = ""
-        self._keeps_colour = False
+        self._has_fixed_colour = False
         self._certain_age = ""
         self._unknown = ""
         self._detail = ""
@@ -271,8 +271,8 @@ class StateChip(PaintedWidget):
         only for the tooltip and screen readers.
         """
         new = (word, icon, meaning, stale_age, keeps_colour and bool(stale_age), detail)
-        if new != (self._word, self._icon, self._meaning, self._age, self._keeps_colour, self._detail):
-            self._word, self._icon, self._meaning, self._age, self._keeps_colour, self._detail = new
+        if new != (self._word, self._icon, self._meaning, self._age, self._has_fixed_colour, self._detail):
+            self._word, self._icon, self._meaning, self._age, self._has_fixed_colour, self._detail = new
             self.updateGeometry()
             self._changed()
 
@@ -346,11 +346,11 @@ class StateChip(PaintedWidget):
             painter.fillPath(outline, QColor(theme.surface))
             if is_unknown:
                 hatch(painter, outline, theme.divider if edge == 1 else theme.muted)
-            if tint and self._keeps_colour:
+            if tint and self._has_fixed_colour:
                 hatch(painter, outline, tint.ink)
             is_dashed = is_unknown or bool(self._age)
             line = theme.border if is_dashed else theme.divider
-            painter.setPen(pen(tint.ink if tint and self._keeps_colour else line, edge, is_dashed=is_dashed))
+            painter.setPen(pen(tint.ink if tint and self._has_fixed_colour else line, edge, is_dashed=is_dashed))
         painter.drawPath(outline)
         self._paint_word(painter, ink)
         painter.end()
@@ -361,14 +361,14 @@ class StateChip(PaintedWidget):
         square = QRectF(Space.S, (self.height() - side) / 2, side, side)
         # In a plain state only the icon is coloured.
         is_quiet = not self._is_filled and self._meaning is not Meaning.UNKNOWN
-        is_dim = bool(self._age) and not self._keeps_colour
+        is_dim = bool(self._age) and not self._has_fixed_colour
         text = QColor(theme.muted) if is_dim else (QColor(theme.text) if is_quiet else ink)
         left = square.right() + Space.XS + 2
         room = QRectF(left, 0, self.width() - left - Space.S, self.height())
         one, small = font(self._size, is_bold=True), font(Size.SMALL)
         above, below = self._lines
         below = QFontMetricsF(small).elidedText(below, Qt.TextElideMode.ElideRight, room.width())
-        if self._meaning is Meaning.UNKNOWN or self._keeps_colour:
+        if self._meaning is Meaning.UNKNOWN or self._has_fixed_colour:
             # Without hatching behind the word.
             words = max(QFontMetricsF(one).horizontalAdvance(above), QFontMetricsF(small).horizontalAdvance(below))
             ground = QRectF(square.left() - 3, 3, square.width() + words + Space.XS + 10, self.height() - 6.0)

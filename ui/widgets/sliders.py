@@ -70,7 +70,7 @@ class Dial(QWidget):
             guard.guard(widget)
         in_row((self.slider, 1), self.box, of=self, spacing=Space.S, margins=0)
         self.setFocusProxy(self.slider)
-        self.slider.valueChanged.connect(self._slid)
+        self.slider.valueChanged.connect(self._on_step)
         self.box.valueChanged.connect(self._typed)
 
     def describe(self, texts: Texts, title: str, explanation: str) -> None:
@@ -95,7 +95,7 @@ class Dial(QWidget):
             self.slider.setValue(round(value / self._step))
             self.box.setValue(value)
 
-    def _slid(self, steps: int) -> None:
+    def _on_step(self, steps: int) -> None:
         value = steps * self._step
         with QSignalBlocker(self.box):
             self.box.setValue(value)

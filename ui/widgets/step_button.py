@@ -77,7 +77,7 @@ class StepButton(QPushButton):
         self.appeared_at = self._gestures.clock()
         self._is_pointer_blocked = False
         self._is_key_blocked = self._gestures.has_key_down
-        self._gestures.forget(self)
+        self._gestures.ignore_until_reentered(self)
         self.cancel_press()
         if not self._is_safe:
             self._show_live()

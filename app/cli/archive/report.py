@@ -56,7 +56,7 @@ def run(args: argparse.Namespace) -> int:
             if not lives:
                 console.notify(tr("{file}: {why}", file=args.module, why=tr("none")))
                 return console.ANSWER_NO
-            return _print_lives(args, lives)
+            return _print_histories(args, lives)
         now = datetime.now(UTC)
         states = fleet_state(archive.facts, names, now, check_days=args.check_days, test_days=args.test_days)
     return _print_fleet(args, states, now)
@@ -83,7 +83,7 @@ def _due(state: "ModuleToday") -> str:
     return join_sentences(one.text.translated() for one in state.due)
 
 
-def _print_lives(args: argparse.Namespace, lives: "list[ModuleLife]") -> int:
+def _print_histories(args: argparse.Namespace, lives: "list[ModuleLife]") -> int:
     if args.json:
         console.write_json({"lives": [life_json(one) for one in lives]})
         return console.SUCCESS

@@ -63,9 +63,9 @@ class Loop:
         self._control = control
         self._announce = announce
         self._is_stopped = False
-        self._waker, self._wakes = socket.socketpair()
-        self._waker.setblocking(False)
-        self._wakes.setblocking(False)
+        self._wake_sender, self._wake_receiver = socket.socketpair()
+        self._wake_sender.setblocking(False)
+        self._wake_receiver.setblocking(False)
         self._last_batch_s = -math.inf
 
     def stop(self) -> None:
@@ -76,7 +76,7 @@ class Loop:
     def wake(self) -> None:
         """Check the bench now, which another thread has changed."""
         with suppress(OSError):
-            self._waker.send(b"!")
+            self._wake_sender.send(b"!")
 
     def run(self) -> None:
         """Serve until stopped, then unplug the endpoint. Raises what `plug` raises."""
@@ -87,17 +87,17 @@ class Loop:
                     self._on_plug_changed(plug, now)
                     plug = now
                 ready = self._wait()
-                if self._wakes.fileno() in ready:
+                if self._wake_receiver.fileno() in ready:
                     with suppress(OSError):
-                        self._wakes.recv(READ_CHUNK)
+                        self._wake_receiver.recv(READ_CHUNK)
                 if self._control is not None:
                     self._control.read(ready)
                 if plug is not None and plug == self._bench.plugged:
                     self._exchange(ready)
         finally:
             self._endpoint.unplug()
-            self._waker.close()
-            self._wakes.close()
+            self._wake_sender.close()
+            self._wake_receiver.close()
 
     def _on_plug_changed(self, before: int | None, now: int | None) -> None:
         """The number also changes if it was unplugged and plugged in again meanwhile."""
@@ -110,7 +110,7 @@ class Loop:
             self._announce(self._endpoint.address)
 
     def _wait(self) -> list[int]:
-        files = [self._wakes.fileno(), *self._endpoint.files()]
+        files = [self._wake_receiver.fileno(), *self._endpoint.files()]
         if self._control is not None:
             files += self._control.files()
         # select has time-outs in microseconds, epoll in milliseconds.

@@ -13,7 +13,7 @@ if sys.platform != "win32":
     import tty
 
 READ_CHUNK = 65536
-_BOTHER = 0o10000
+_CUSTOM_RATE = 0o10000
 """Linux: the rate is a number instead of a code, as set by Wine and for custom rates."""
 _TCGETS2 = 0x802C542A
 _TERMIOS2 = struct.Struct("4I20B2I")
@@ -74,7 +74,7 @@ class PtyEndpoint:
         if self._master is None:
             return None
         code = termios.tcgetattr(self._master)[4]
-        if code == _BOTHER and sys.platform == "linux":
+        if code == _CUSTOM_RATE and sys.platform == "linux":
             return int(_TERMIOS2.unpack(fcntl.ioctl(self._master, _TCGETS2, bytes(_TERMIOS2.size)))[-1])
         return self._bauds.get(code, 0)
 

@@ -22,7 +22,7 @@ from app.engine.reconnect import Address, Reconnection
 from app.engine.session import Run
 from app.engine.worker import Connection, PortState
 from app.preflight.evidence import Evidence as PreflightEvidence
-from app.preflight.evidence import FlagFate
+from app.preflight.evidence import FlagState
 from app.preflight.run import run_preflight
 from app.procedures.act import perform
 from app.procedures.baud import change_baud
@@ -163,7 +163,7 @@ def test_a_write_that_is_refused_for_it_says_so() -> None:
     assert NOT_PROVEN in changed.sentence
     checked = PreflightEvidence()
     rig.run(run_preflight(checked, is_enabling=True, journal=journal))
-    assert {flag.fate for flag in checked.flags.values()} == {FlagFate.NOT_SENT}
+    assert {flag.state for flag in checked.flags.values()} == {FlagState.NOT_SENT}
     assert {one.translated() for flag in checked.flags.values() for one in flag.why} == {NOT_PROVEN}
     assert changes(rig) == []
     assert journal.intents == []

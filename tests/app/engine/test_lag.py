@@ -8,7 +8,7 @@ import pytest
 
 from app.engine.device import StaleReason
 from app.engine.procedure import Procedure
-from app.preflight.evidence import FlagFate
+from app.preflight.evidence import FlagState
 from app.preflight.run import _enable
 from app.procedures.act import perform
 from app.procedures.ask_status import ask_status
@@ -143,10 +143,10 @@ def test_below_a_second_everything_still_works(way: str, lag_ms: float, hz: floa
 
 
 def test_the_trigger_is_enabled_only_where_the_status_is_proven() -> None:
-    for lag_ms, fate in ((300.0, FlagFate.ENABLED), (2000.0, FlagFate.NOT_SENT)):
+    for lag_ms, fate in ((300.0, FlagState.ENABLED), (2000.0, FlagState.NOT_SENT)):
         rig = lagging(lag_ms, 50.0)
         assert rig.run(WAYS["trigger"](rig)).fate is fate
-        assert (CHANGES["trigger"] in rig.line.sent) is (fate is FlagFate.ENABLED)
+        assert (CHANGES["trigger"] in rig.line.sent) is (fate is FlagState.ENABLED)
 
 
 @pytest.mark.parametrize("hz", HZ)

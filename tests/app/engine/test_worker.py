@@ -24,7 +24,7 @@ pytest_plugins = ["tests.support.port_fixtures"]
 @pytest.fixture
 def sim() -> Iterator[str]:
     yield "sim://worker-test?uptime=60"
-    bench.forget("worker-test")
+    bench.remove_bench("worker-test")
 
 
 def is_open(batch: Batch) -> bool:

@@ -88,4 +88,4 @@ def test_a_lock_goes_out_although_the_port_is_closed_at_once(options: str, leave
         assert locking.outcome().is_acknowledged or locking.outcome().is_locked  # repeated, the report may come first
     finally:
         assert worker.stop(LIMIT_S)
-        bench.forget("lock-and-leave")
+        bench.remove_bench("lock-and-leave")

@@ -6,7 +6,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from app.firing.judge import MAX_GAP_S, ROUNDING_S, Firing, Judge, SensorSample, TriggerLimits
-from app.firing.near_misses import KEPT, NearFall, NearTilt
+from app.firing.near_misses import MAX_FOUND, NearFall, NearTilt
 from app.firing.would_fire import WhatIfAnalysis, WhatIfFinding
 from protocol.messages import Source
 from tests.support.records.excerpts import excerpt
@@ -107,7 +107,7 @@ def plain_tilts(samples: list[SensorSample], limits: TriggerLimits) -> list[Near
         NearTilt(one.at_s, one.tilt_deg, limits.attitude_threshold_deg - one.tilt_deg)
         for one in peaks if one.tilt_deg < limits.attitude_threshold_deg
     ]  # fmt: skip
-    return sorted(near, key=lambda one: (one.margin_deg, one.at_s))[:KEPT]
+    return sorted(near, key=lambda one: (one.margin_deg, one.at_s))[:MAX_FOUND]
 
 
 def plain_falls(samples: list[SensorSample], limits: TriggerLimits) -> list[NearFall]:
@@ -130,7 +130,7 @@ def plain_falls(samples: list[SensorSample], limits: TriggerLimits) -> list[Near
                 since_s = samples[run[0]].at_s
                 found.append(NearFall(since_s, lasted_s, after_s - lasted_s, lowest_g, next_s - before_s))
         block = []
-    return sorted(found, key=lambda one: (one.margin_s, one.since_s))[:KEPT]
+    return sorted(found, key=lambda one: (one.margin_s, one.since_s))[:MAX_FOUND]
 
 
 @given(rows_drawn, limits_drawn, sizes_drawn)

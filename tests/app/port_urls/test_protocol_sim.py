@@ -21,9 +21,9 @@ URL = "sim://test"
 def fresh() -> Iterator[None]:
     if "app.port_urls" not in serial.protocol_handler_packages:
         serial.protocol_handler_packages.append("app.port_urls")
-    benches.forget("test")
+    benches.remove_bench("test")
     yield
-    benches.forget("test")
+    benches.remove_bench("test")
 
 
 def port(url: str = URL, *, timeout_s: float | None = 0.5, baud_rate: int = 115200) -> serial.Serial:

@@ -9,7 +9,7 @@ import pytest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from app.preflight.evidence import Disturbance, Evidence, FlagFate, TriggerFlag
+from app.preflight.evidence import Disturbance, Evidence, FlagState, TriggerFlag
 from app.preflight.logged_flags import with_logged_flags
 from app.preflight.verdict import Void
 from app.procedures.write_all import SettingChange, WriteContext, write_all
@@ -57,7 +57,7 @@ def _enable(store: Store, outcome: Outcome | None = Outcome.CONFIRMED, *, port: 
 
 
 def _seen(
-    *, boots: int = 37, is_active: bool = True, fate: FlagFate = FlagFate.NEVER_SET, **settings: Value
+    *, boots: int = 37, is_active: bool = True, fate: FlagState = FlagState.NEVER_SET, **settings: Value
 ) -> Evidence:
     return Evidence(
         port=PORT, ended_at=1.0, values={**SETTINGS, **settings, "boot_count": boots},
@@ -66,28 +66,28 @@ def _seen(
 
 
 def _fate(store: Store, evidence: Evidence | None = None, *, adapter: str = ADAPTER, module: str | None = "M-07",
-          minutes: float = 3.0) -> FlagFate:  # fmt: skip
+          minutes: float = 3.0) -> FlagState:  # fmt: skip
     at = AT + timedelta(minutes=minutes)
     found = with_logged_flags(evidence or _seen(), store, adapter=adapter, module=module, at=at)
-    return found.flags[TRIGGER.key].fate
+    return found.flags[TRIGGER.key].state
 
 
 def test_the_last_set_counts_with_its_age(store: Store) -> None:
     _enable(store)
     seen = _seen()
     found = with_logged_flags(seen, store, adapter=ADAPTER, module="M-07", at=AT + timedelta(minutes=3)).flags
-    assert found[TRIGGER.key].fate is FlagFate.ENABLED
+    assert found[TRIGGER.key].state is FlagState.ENABLED
     assert found[TRIGGER.key].logged == (1, 180.0)
     assert seen.flags[TRIGGER.key] == TriggerFlag()
-    assert _fate(store, module=None) is FlagFate.ENABLED
-    assert _fate(store, _seen(fate=FlagFate.NOT_SENT)) is FlagFate.ENABLED
+    assert _fate(store, module=None) is FlagState.ENABLED
+    assert _fate(store, _seen(fate=FlagState.NOT_SENT)) is FlagState.ENABLED
 
 
-@pytest.mark.parametrize("fate", [FlagFate.DISABLED, FlagFate.REFUSED, FlagFate.UNANSWERED])
-def test_what_the_module_said_to_this_program_is_never_replaced(store: Store, fate: FlagFate) -> None:
+@pytest.mark.parametrize("fate", [FlagState.DISABLED, FlagState.REFUSED, FlagState.UNANSWERED])
+def test_what_the_module_said_to_this_program_is_never_replaced(store: Store, fate: FlagState) -> None:
     _enable(store)
     assert _fate(store, _seen(fate=fate)) is fate
-    assert _fate(store, _seen(fate=FlagFate.NOT_SENT, is_active=False)) is FlagFate.NOT_SENT
+    assert _fate(store, _seen(fate=FlagState.NOT_SENT, is_active=False)) is FlagState.NOT_SENT
 
 
 @pytest.mark.parametrize("evidence", [
@@ -97,16 +97,16 @@ def test_what_the_module_said_to_this_program_is_never_replaced(store: Store, fa
 ])  # fmt: skip
 def test_another_start_other_settings_or_another_port_say_nothing(store: Store, evidence: Evidence) -> None:
     _enable(store)
-    assert _fate(store, evidence) is FlagFate.NEVER_SET
+    assert _fate(store, evidence) is FlagState.NEVER_SET
 
 
 def test_another_adapter_another_name_or_an_old_entry_say_nothing(store: Store) -> None:
     _enable(store)
-    assert _fate(store, adapter="") is FlagFate.NEVER_SET
-    assert _fate(store, module="M-08") is FlagFate.NEVER_SET
-    assert _fate(store, minutes=15.1) is FlagFate.NEVER_SET
-    assert _fate(store, minutes=-1) is FlagFate.NEVER_SET
-    assert _fate(store, minutes=14.9) is FlagFate.ENABLED
+    assert _fate(store, adapter="") is FlagState.NEVER_SET
+    assert _fate(store, module="M-08") is FlagState.NEVER_SET
+    assert _fate(store, minutes=15.1) is FlagState.NEVER_SET
+    assert _fate(store, minutes=-1) is FlagState.NEVER_SET
+    assert _fate(store, minutes=14.9) is FlagState.ENABLED
 
 
 def _disabled(store: Store) -> None:
@@ -149,9 +149,9 @@ def _altered(store: Store) -> None:
 ])  # fmt: skip
 def test_what_comes_after_it_casts_doubt(store: Store, spoil: Callable[[Store], None]) -> None:
     _enable(store)
-    assert _fate(store) is FlagFate.ENABLED
+    assert _fate(store) is FlagState.ENABLED
     spoil(store)
-    assert _fate(store) is FlagFate.NEVER_SET
+    assert _fate(store) is FlagState.NEVER_SET
 
 
 def test_what_never_left_and_what_was_done_to_another_module_change_nothing(store: Store) -> None:
@@ -160,7 +160,7 @@ def test_what_never_left_and_what_was_done_to_another_module_change_nothing(stor
     _log(store, Act.WRITE, TRIGGER.set(False).encode(), Outcome.CONFIRMED, port="/dev/ttyUSB1", boot_count=12)
     _log(store, Act.ACTIVATE, b"", Outcome.CONFIRMED)
     _log(store, Act.LOCK, b"", Outcome.CONFIRMED)
-    assert _fate(store) is FlagFate.ENABLED
+    assert _fate(store) is FlagState.ENABLED
 
 
 def test_in_the_window_it_becomes_go_and_an_unconfirmed_set_ends_it(

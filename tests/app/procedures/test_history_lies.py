@@ -105,7 +105,7 @@ def test_a_query_that_is_never_answered_is_unknown_and_never_none() -> None:
     assert (
         trigger_records(Case(evidence=evidence, expectations=Expectations(), past=Past())).result is CheckResult.UNKNOWN
     )
-    by_a_person = Case(evidence=evidence, expectations=Expectations(), past=Past(), are_records_looked_at=True)
+    by_a_person = Case(evidence=evidence, expectations=Expectations(), past=Past(), are_records_reviewed=True)
     assert trigger_records(by_a_person).result is CheckResult.WARN
 
 

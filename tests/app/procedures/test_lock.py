@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from hypothesis import settings
 
-from app.engine.procedure import LOCK_GAPS_S, LOCKS_FOR_S, LOCKS_MOST, LockRepeat, PortLost
+from app.engine.procedure import LOCK_GAPS_S, LOCKS_FOR_S, MAX_LOCKS, LockRepeat, PortLost
 from app.engine.session import Run
 from app.procedures.act import perform
 from app.procedures.find import Found, find_rate
@@ -119,8 +119,8 @@ def test_it_ends_within_its_limits_and_says_what_is_not_known() -> None:
     began = rig.clock()
     locked = pressed(rig, journal=journal)
     assert (locked.outcome, locked.is_locked) == (Outcome.UNKNOWN, None)
-    assert locked.sent == locks(rig) <= LOCKS_MOST
-    assert LOCKS_MOST * min(LOCK_GAPS_S) < rig.clock() - began < LOCKS_FOR_S + 8  # with a search for its rate
+    assert locked.sent == locks(rig) <= MAX_LOCKS
+    assert MAX_LOCKS * min(LOCK_GAPS_S) < rig.clock() - began < LOCKS_FOR_S + 8  # with a search for its rate
     assert journal.outcomes == {0: Outcome.UNKNOWN}
     assert locked.sentence.endswith("not confirmed: treat the module as ACTIVE.")
 
@@ -130,7 +130,7 @@ def test_a_module_that_refuses_is_told_until_the_end_and_said_to_be_active() -> 
     locked = pressed(rig)
     assert (locked.outcome, locked.is_locked) == (Outcome.REFUSED if locked.is_acknowledged else Outcome.UNKNOWN,
                                                   False if locked.is_acknowledged else None)  # fmt: skip
-    assert 20 < locked.sent <= LOCKS_MOST
+    assert 20 < locked.sent <= MAX_LOCKS
 
 
 def test_the_frame_leaves_before_the_journal_is_asked_and_waits_for_none() -> None:

@@ -41,8 +41,8 @@ def test_a_restart_with_everything_kept(boots: int) -> None:
     assert (survival.ending, survival.boots_after) == (Ending.RESTARTED, (boots + 1) % 256)
     assert survival.is_fine
     assert survival.stamps == {
-        "freefall_time_s": SettingRetention(1.6, Retention.KEPT, 1.6),
-        "attitude_threshold_deg": SettingRetention(60, Retention.KEPT, 60),
+        "freefall_time_s": SettingRetention(1.6, Retention.RETAINED, 1.6),
+        "attitude_threshold_deg": SettingRetention(60, Retention.RETAINED, 60),
         "attitude_trigger": SettingRetention(True, Retention.UNREADABLE),
     }
 
@@ -68,7 +68,7 @@ def test_a_value_that_is_not_answered_afterwards_is_neither_kept_nor_lost() -> N
 
     survival = survive(rig, falls_silent)
     assert survival.stamps["freefall_time_s"] == SettingRetention(1.6, Retention.NOT_READ)
-    assert survival.stamps["attitude_threshold_deg"].fate is Retention.KEPT
+    assert survival.stamps["attitude_threshold_deg"].result is Retention.RETAINED
     assert not survival.is_fine
 
 

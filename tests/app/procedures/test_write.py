@@ -71,9 +71,9 @@ def test_a_set_goes_out_once_and_is_read_back_twice() -> None:
 @pytest.mark.parametrize(
     ("ways", "name", "wanted", "stands", "fault"),
     [
-        ({"keeps": False}, "freefall_time", 1.2, 1.6, WriteFault.NOT_KEPT),
-        ({"keeps": False}, "freefall_acceleration", 0.4, 0.5, WriteFault.NOT_KEPT),
-        ({"keeps": False}, "attitude_threshold", 70, 60, WriteFault.NOT_KEPT),
+        ({"keeps": False}, "freefall_time", 1.2, 1.6, WriteFault.NOT_RETAINED),
+        ({"keeps": False}, "freefall_acceleration", 0.4, 0.5, WriteFault.NOT_RETAINED),
+        ({"keeps": False}, "attitude_threshold", 70, 60, WriteFault.NOT_RETAINED),
         ({"clamps": True}, "freefall_time", 0.1, 0.5, WriteFault.CLAMPED),
         ({"clamps": True}, "freefall_acceleration", 2.0, 0.6, WriteFault.CLAMPED),
         ({"clamps": True}, "attitude_threshold", 120, 90, WriteFault.CLAMPED),

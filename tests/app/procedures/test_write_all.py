@@ -98,7 +98,7 @@ def test_the_module_is_asked_again_after_a_wait_for_the_disk(what: str) -> None:
     rig, journal = Rig(), FakeJournal()
     kept: Future[int] = Future()
     journal.is_held = what == "log"
-    leave = WriteContext(journal=journal, keep_snapshot=(lambda _snapshot: kept) if what == "snapshot" else None)
+    leave = WriteContext(journal=journal, store_snapshot=(lambda _snapshot: kept) if what == "snapshot" else None)
     run = Run(write_all(changes(freefall_time=1.2), leave))
     rig.session.run(run)
     rig.session.run_in_background(watch(StreamSwitch(is_wanted=False)))
@@ -143,7 +143,7 @@ def test_the_settings_are_kept_before_the_first_write() -> None:
         assert not sets(rig)
         kept.append(snapshot)
 
-    write(rig, WriteContext(journal=FakeJournal(), keep_snapshot=keep), freefall_time=1.2)
+    write(rig, WriteContext(journal=FakeJournal(), store_snapshot=keep), freefall_time=1.2)
     assert kept == [
         Snapshot(
             settings={

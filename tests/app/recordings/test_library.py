@@ -32,11 +32,11 @@ def dated(made: Path, days: float, **values: int) -> None:
     (made / "session.json").write_text(json.dumps(heading), "utf-8")
 
 
-def library_of(folder: Path, *days: float, most_days: int = 90) -> RecordingLibrary:
+def library_of(folder: Path, *days: float, max_days: int = 90) -> RecordingLibrary:
     """Recordings that began so many days before noon."""
     for number, before in enumerate(days):
         dated(written_at_once(folder, 1000 + number), before)
-    return RecordingLibrary(folder, most_bytes=1 << 40, most_days=most_days)
+    return RecordingLibrary(folder, max_bytes=1 << 40, max_days=max_days)
 
 
 def ages(library: RecordingLibrary) -> list[float]:
@@ -67,7 +67,7 @@ def numbered(library: RecordingLibrary, *days: float) -> None:
 
 
 def test_old_recordings_go_to_the_trash_counted_in_days_with_a_session(tmp_path: Path) -> None:
-    library = RecordingLibrary(tmp_path, most_days=2)
+    library = RecordingLibrary(tmp_path, max_days=2)
     numbered(library, 400, 300, 3, 3, 1)
     gone = library.prune(NOON)
     assert ages(library) == [1, 3, 3]
@@ -91,7 +91,7 @@ def test_a_session_with_a_clock_far_ahead_prunes_nothing(tmp_path: Path) -> None
 
 
 def test_the_trash_is_limited_by_size_and_recordings_can_be_restored(tmp_path: Path) -> None:
-    library = RecordingLibrary(tmp_path, most_days=1)
+    library = RecordingLibrary(tmp_path, max_days=1)
     numbered(library, 9, 8, 7, 6, 5)
     size = library.entries()[0].size_bytes
     library.prune(NOON)
@@ -101,7 +101,7 @@ def test_the_trash_is_limited_by_size_and_recordings_can_be_restored(tmp_path: P
     back = library.set_pinned(library.trashed()[-1], is_pinned=True)
     assert (back.is_pinned, back.is_trashed) == (True, False)
     assert [one.sequence for one in library.entries()] == [5, 1]
-    library.most_bytes = 4 * (2 * size + 1000)
+    library.max_bytes = 4 * (2 * size + 1000)
     library.prune(NOON)
     assert [one.sequence for one in library.trashed()] == [4, 3]
     library.delete(library.trashed()[0])
@@ -111,7 +111,7 @@ def test_the_trash_is_limited_by_size_and_recordings_can_be_restored(tmp_path: P
 
 
 def test_a_full_disk_empties_the_trash_before_recording_stops(tmp_path: Path) -> None:
-    library = RecordingLibrary(tmp_path, most_days=1)
+    library = RecordingLibrary(tmp_path, max_days=1)
     numbered(library, 9, 8)
     library.prune(NOON)
     with recorder_in(tmp_path) as bench:
@@ -124,17 +124,17 @@ def test_a_full_disk_empties_the_trash_before_recording_stops(tmp_path: Path) ->
 
 def test_the_oldest_recordings_beyond_the_size_are_pruned(tmp_path: Path) -> None:
     library = library_of(tmp_path, 1, 2, 3, 4)
-    library.most_bytes = sum(one.size_bytes for one in library.entries()[:2])
+    library.max_bytes = sum(one.size_bytes for one in library.entries()[:2])
     library.prune(NOON)
     assert ages(library) == [1, 2]
 
 
 def test_pinned_recordings_stay_and_do_not_count(tmp_path: Path) -> None:
-    library = library_of(tmp_path, 1, 2, 400, most_days=2)
+    library = library_of(tmp_path, 1, 2, 400, max_days=2)
     oldest = library.entries()[-1]
     assert library.set_pinned(oldest, is_pinned=True).is_pinned
     assert library.entries()[-1].is_pinned
-    library.most_bytes = sum(one.size_bytes for one in library.entries()[:2])
+    library.max_bytes = sum(one.size_bytes for one in library.entries()[:2])
     assert library.prune(NOON) == ()
     assert not library.set_pinned(oldest, is_pinned=False).is_pinned
     library.set_pinned(oldest, is_pinned=False)
@@ -147,9 +147,9 @@ def test_what_is_being_written_is_neither_pruned_nor_deleted(tmp_path: Path) -> 
         bench.record(batch(1000.0, report(1000.0)))
         (entry,) = bench.library.entries()
         assert entry.is_running
-        bench.library.most_bytes = 0
+        bench.library.max_bytes = 0
         assert bench.library.prune(NOON + timedelta(days=1000)) == ()
-        bench.library.most_bytes = 1 << 30
+        bench.library.max_bytes = 1 << 30
         with pytest.raises(RecordingInUse):
             bench.library.delete(entry)
         kept = bench.library.set_pinned(entry, is_pinned=True)
@@ -166,7 +166,7 @@ def test_what_is_being_written_is_neither_pruned_nor_deleted(tmp_path: Path) -> 
 def test_a_new_session_makes_room_for_itself(tmp_path: Path) -> None:
     library_of(tmp_path, 100, 1)
     with recorder_in(tmp_path) as bench:
-        bench.library.most_days = 1
+        bench.library.max_days = 1
         bench.record(*stream(1000.0, 0.5))
         assert ages(bench.library) == [0, 1]
 
@@ -218,7 +218,7 @@ def test_remains_of_a_crash_are_removed(tmp_path: Path) -> None:
 
 
 def test_a_recording_that_cannot_be_deleted_is_left_for_later(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    library = library_of(tmp_path, 1, 100, 200, most_days=1)
+    library = library_of(tmp_path, 1, 100, 200, max_days=1)
     rename = Path.rename
     stuck = library.entries()[1].folder
 

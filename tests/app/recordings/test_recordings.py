@@ -321,7 +321,7 @@ def test_a_worker_on_a_simulated_line_is_recorded(tmp_path: Path) -> None:
             heard.until(lambda _batch: sum(len(one.samples) for one in heard.all) >= 200)
         finally:
             assert worker.stop(WAIT_S)
-            simulated.forget("recorded")
+            simulated.remove_bench("recorded")
         made.recorder.end()
         made.settle()
         with open_recording(made.folder) as recording:

@@ -135,7 +135,7 @@ def fill(bench: Bench, count: int, *, first_s: float) -> None:
 def test_a_hanging_disk_delays_nothing_and_lost_data_is_counted(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    with recorder_in(tmp_path, most_waiting=300) as bench:
+    with recorder_in(tmp_path, max_waiting=300) as bench:
         jam = Jam(monkeypatch)
         bench.recorder.begin(HEADING)
         bench.recorder.on_batch(batch(1000.0, report(1000.0)))
@@ -154,7 +154,7 @@ def test_a_hanging_disk_delays_nothing_and_lost_data_is_counted(
 
 
 def test_after_lost_batches_the_last_state_is_recorded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    with recorder_in(tmp_path, most_waiting=30) as bench:
+    with recorder_in(tmp_path, max_waiting=30) as bench:
         jam = Jam(monkeypatch)
         bench.recorder.begin(HEADING)
         bench.recorder.on_batch(batch(1000.0, report(1000.0)))

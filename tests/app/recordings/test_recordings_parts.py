@@ -19,7 +19,7 @@ from tests.support.records.recordings_made import HEADING, NOON, WAIT_S, batch, 
 
 def test_a_long_session_continues_in_further_parts(tmp_path: Path) -> None:
     with recorder_in(tmp_path) as bench:
-        bench.library.most_bytes = 400_000
+        bench.library.max_bytes = 400_000
         bench.recorder.begin(HEADING)
         batches = list(stream(1000.0, 60.0, rate_hz=100))
         for first in range(0, len(batches), 60):

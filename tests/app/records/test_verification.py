@@ -22,7 +22,7 @@ from app.records.verification import Chain, RecordState, Verification, verify, v
 from app.stations.known import KNOWN_FILE, Stations
 from app.stations.station import KEY_FILE, StationTrouble, encoded, fingerprint_of, own_station
 from app.store.store import open_store
-from app.text.i18n import CHINESE, ENGLISH, set_language, speaking, tr
+from app.text.i18n import CHINESE, ENGLISH, set_language, temporary_language, tr
 from tests.app.records.test_filing import file_one
 from tests.app.records.test_record import checked_record, known_circumstances
 from tests.support.records.preflight_rig import FAULTS, check
@@ -191,7 +191,7 @@ def test_the_page_is_compared_in_its_own_language() -> None:
     set_language(ENGLISH)
     assert verify_bytes(chinese, find_station=find_station).state is RecordState.INTACT
     assert verify_bytes(page(record), find_station=find_station).state is RecordState.INTACT
-    with speaking(CHINESE):
+    with temporary_language(CHINESE):
         assert tr("Module") != "Module"
     assert tr("Module") == "Module"
 
@@ -264,8 +264,8 @@ def test_stations_are_known_until_they_are_forgotten(tmp_path: Path) -> None:
     with (tmp_path / KNOWN_FILE).open("ab") as file:
         file.write(b"\xff\xfe nonsense\n" + b"A" * 60 + b" x\n\n")
     assert len(stations.known()) == 3
-    assert stations.forget(fingerprint_of(other).lower().replace("-", " ")) == found
-    assert stations.forget(fingerprint_of(other)) is None
+    assert stations.remove(fingerprint_of(other).lower().replace("-", " ")) == found
+    assert stations.remove(fingerprint_of(other)) is None
     assert stations.find(other) is None
 
 

@@ -224,7 +224,7 @@ def test_undo_skips_values_that_were_written() -> None:
     form = SettingsForm()
     form.choose(TIME, 1.2)
     form.choose(TILT, 70)
-    write(form, written(TILT, 70, stands=70), written(TIME, 1.2, stands=1.6, fault=WriteFault.NOT_KEPT))
+    write(form, written(TILT, 70, stands=70), written(TIME, 1.2, stands=1.6, fault=WriteFault.NOT_RETAINED))
     while form.can_undo:
         form.undo()
         assert row(form, TILT, device(changes={TILT: 70})).edited is None
@@ -265,7 +265,7 @@ def test_the_result_of_a_power_cycle_stays_until_the_next_write() -> None:
 def test_another_module_starts_from_nothing() -> None:
     form = SettingsForm()
     form.choose(TILT, 70)
-    write(form, written(TILT, 70, stands=60, fault=WriteFault.NOT_KEPT))
+    write(form, written(TILT, 70, stands=60, fault=WriteFault.NOT_RETAINED))
     form.reset()
     assert not form.has_drafts
     assert not form.can_undo

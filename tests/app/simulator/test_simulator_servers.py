@@ -212,7 +212,7 @@ def test_each_way_to_the_module_has_the_gap_half_duplex_and_the_lag(
         if way == "sim":
             monkeypatch.setattr(serial, "protocol_handler_packages", ["app.port_urls"])
             address = f"sim://{name}"
-            stack.callback(benches.forget, name)
+            stack.callback(benches.remove_bench, name)
         else:
             endpoint = TcpEndpoint("127.0.0.1", 0) if way == "tcp" else pty()
             _, addresses = stack.enter_context(serving(bench, endpoint))

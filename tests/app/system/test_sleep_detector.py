@@ -314,7 +314,7 @@ def test_a_port_that_died_asleep_is_lost() -> None:
 @pytest.fixture
 def sim() -> Iterator[str]:
     yield "sim://asleep?uptime=60"
-    bench.forget("asleep")
+    bench.remove_bench("asleep")
 
 
 def test_the_worker_notices(sim: str) -> None:

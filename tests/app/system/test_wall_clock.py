@@ -47,7 +47,7 @@ def test_rows_of_the_traffic_bear_the_time_of_day_at_which_they_came(qapp: QAppl
     model.wall = wall
     for at in (1000.0, 1001.0):
         clock.now_s = at
-        model.keep([asked(at)])
+        model.append([asked(at)])
         clock.wall_offset_s += NIGHT_S
     model.show_new()
     times = [model.index(row, Column.TIME.value).data() for row in (0, 1)]

@@ -53,7 +53,7 @@ def _wait(qtbot: QtBot, dialog: ArchiveDialog) -> None:
     """Until nothing is read or exchanged any more."""
 
     def is_idle() -> bool:
-        return not (dialog._exchange.is_running or dialog._loading.is_running or dialog._living.is_running)
+        return not (dialog._exchange.is_running or dialog._loading.is_running or dialog._loading_history.is_running)
 
     qtbot.waitUntil(is_idle, timeout=WAIT_MS)
 

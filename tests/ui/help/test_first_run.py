@@ -17,7 +17,7 @@ from ui.main import PAGES, Assembly
 from ui.pages.preflight.controller import Standing
 from ui.pages.preflight.page import PreflightPage
 
-MOST_CHECKS = 6
+MAX_CHECKS = 6
 """A busy machine answers late, which is a fault that the check rightly finds."""
 
 
@@ -31,7 +31,7 @@ def click(qtbot: QtBot, assembly: Assembly, name: str) -> None:
 
 def test_from_the_icon_to_go(qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     hurry_check(monkeypatch, still_s=0.2)
-    benches.forget("demo")
+    benches.remove_bench("demo")
     with window(qapp, tmp_path, ports=Ports(), entries=PAGES) as assembly:
         main, connector = assembly.window, assembly.connector
         with qtbot.waitSignal(main.pages_made, timeout=CHECK_MS):
@@ -59,7 +59,7 @@ def test_from_the_icon_to_go(qtbot: QtBot, qapp: QApplication, tmp_path: Path, m
         click(qtbot, assembly, "preflight_enable")
         wait_verdict(qtbot, page)
         assert page.work.standing is Standing.NO_GO
-        for _ in range(MOST_CHECKS):
+        for _ in range(MAX_CHECKS):
             if page.work.standing is Standing.READY:
                 break
             set_down = page.strip.button("set_down")
@@ -70,7 +70,7 @@ def test_from_the_icon_to_go(qtbot: QtBot, qapp: QApplication, tmp_path: Path, m
         assert benches.module("demo").state().tilt_deg == 0  # by the button that said so
         connector.disconnect_port()
         qtbot.waitUntil(lambda: not connector.is_open, timeout=WAIT_MS)
-    benches.forget("demo")
+    benches.remove_bench("demo")
 
 
 def wait_verdict(qtbot: QtBot, page: PreflightPage) -> None:

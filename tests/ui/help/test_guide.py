@@ -23,7 +23,7 @@ from ui.style.theme import DARK, LIGHT, SUNLIGHT, THEMES, Choice, Theme
 ROOT = Path(__file__).resolve().parents[3]
 TS = ROOT / "app" / "locale" / "zh_CN.ts"
 README_IMAGES = ROOT / "docs" / "images"
-MOST_BYTES, MOST_BYTES_IN_ALL = 120_000, 3_000_000
+MAX_BYTES, MAX_TOTAL_BYTES = 120_000, 3_000_000
 BOTH = pytest.mark.parametrize("language", LANGUAGES)
 
 
@@ -157,8 +157,8 @@ def test_pictures_are_small_and_can_be_shown(qapp: QApplication) -> None:
     files = [*(GUIDE / "images").glob("*.png"), *README_IMAGES.glob("*.png")]
     for file in files:
         assert not QImage(str(file)).isNull(), file.name
-        assert file.stat().st_size <= MOST_BYTES, file.name
-    assert sum(file.stat().st_size for file in files) <= MOST_BYTES_IN_ALL
+        assert file.stat().st_size <= MAX_BYTES, file.name
+    assert sum(file.stat().st_size for file in files) <= MAX_TOTAL_BYTES
 
 
 @BOTH

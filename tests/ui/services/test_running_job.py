@@ -82,7 +82,7 @@ def test_the_end_of_one_that_was_replaced_or_forgotten_is_told_nobody(qtbot: QtB
     line.end(1)
     assert len(ended) == 1
     job.run(reading(), ended.append)
-    job.forget()
+    job.drop()
     line.end()
     assert (len(ended), job.progress) == (1, None)
 

@@ -12,7 +12,7 @@ from tests.support.window.controls import goes_back, tab_chain
 from tests.support.window.walk import walking
 from ui.main import PAGES
 
-MOST_STOPS = 200
+MAX_STOPS = 200
 
 
 def test_tab_reaches_everything_and_is_never_trapped(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -45,7 +45,7 @@ def pressed_through(qtbot: QtBot, window: QWidget, key: Qt.Key) -> set[str]:
     """What has the focus as the key is pressed, until it comes round to where it began."""
     first = QApplication.focusWidget()
     reached: set[str] = set()
-    for _ in range(MOST_STOPS):
+    for _ in range(MAX_STOPS):
         now = QApplication.focusWidget()
         assert now is not None
         reached.add(now.objectName())

@@ -19,7 +19,7 @@ from ui.main import PAGES, Assembly
 USB = "/dev/ttyUSB0"
 EACH_PAGE_S = 4
 LONGEST_TICK_MS = 2000
-MOST_CHANGES = 3
+MAX_CHANGES = 3
 """A state or two may change in so long a time."""
 
 
@@ -61,5 +61,5 @@ def test_nothing_that_ticks_is_told(qtbot: QtBot, qapp: QApplication, tmp_path: 
                             timer.timeout.emit()
                     QApplication.processEvents()
                     changes.look(counts=tick > 10)  # what a page shows at first is no change
-        assert len(changes.found) <= MOST_CHANGES, "\n".join(changes.found)
+        assert len(changes.found) <= MAX_CHANGES, "\n".join(changes.found)
         assert "4.0" in name_of(main.top_bar.cell)  # who asks is told

@@ -95,9 +95,9 @@ class BundlePreview(QWidget):
         self._saving: BackgroundTask[None] = BackgroundTask("dps-s save bundle", self)
         self._folder = Path.home()
         texts = services.texts
-        self._promise = control(QLabel(), texts, "bundle_promise",
+        self._privacy_note = control(QLabel(), texts, "bundle_promise",
                                 "Names are replaced. Nothing is sent.")  # fmt: skip
-        self._promise.setWordWrap(True)
+        self._privacy_note.setWordWrap(True)
         self.parts = control(QListWidget(), texts, "bundle_parts", says="Files")
         self.parts.setFixedWidth(_PARTS_PX)
         self.parts.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
@@ -200,7 +200,7 @@ class BundlePreview(QWidget):
     def _lay_out(self) -> None:
         body = in_row(self.parts, (self.text, 1), spacing=Space.S)
         foot = in_row((self._where, 1), self.renew, self.save, spacing=Space.S)
-        in_column(self._promise, (body, 1), foot, of=self, spacing=Space.S, margins=(Space.M, Space.S))
+        in_column(self._privacy_note, (body, 1), foot, of=self, spacing=Space.S, margins=(Space.M, Space.S))
 
     def _apply_theme(self) -> None:
         self.text.setFont(fixed_font(Size.SMALL))

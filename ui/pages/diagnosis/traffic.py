@@ -94,7 +94,7 @@ class TrafficPage(QWidget):
 
     def on_batch(self, batch: Batch) -> None:
         if batch.events:
-            self.model.keep(batch.events)
+            self.model.append(batch.events)
 
     def draw(self) -> None:
         """Shows the new rows unless paused."""

@@ -62,8 +62,8 @@ _DECORATION, _FONT, _FOREGROUND = (
     int(role) for role in (Qt.ItemDataRole.DecorationRole, Qt.ItemDataRole.FontRole, Qt.ItemDataRole.ForegroundRole)
 )
 _SPOKEN = int(Qt.ItemDataRole.AccessibleTextRole)
-_TOLD = int(Qt.ItemDataRole.ToolTipRole)
-_ANSWERED_ROLES = frozenset((_DECORATION, _FONT, _FOREGROUND, int(Qt.ItemDataRole.DisplayRole), _SPOKEN, _TOLD))
+_TOOLTIP = int(Qt.ItemDataRole.ToolTipRole)
+_ANSWERED_ROLES = frozenset((_DECORATION, _FONT, _FOREGROUND, int(Qt.ItemDataRole.DisplayRole), _SPOKEN, _TOOLTIP))
 
 
 def is_shown(row: Row, wanted: Filter) -> bool:
@@ -76,7 +76,7 @@ def is_shown(row: Row, wanted: Filter) -> bool:
 class TrafficModel(RowsModel[Row]):
     """The rows are the last `MAX_ROWS` events that pass the filter, or those of a capture (`show_recorded`).
 
-    `keep` only stores events; `show_new` makes rows of them and is called when the view is drawn.
+    `append` only stores events; `show_new` makes rows of them and is called when the view is drawn.
     """
 
     def __init__(self, parent: QObject | None = None) -> None:
@@ -88,7 +88,7 @@ class TrafficModel(RowsModel[Row]):
         )
         super().__init__(columns, id, words_of, parent)
         self.bytes_font: QFont | None = None
-        self._kept: deque[Event] = deque(maxlen=MAX_ROWS)
+        self._stored: deque[Event] = deque(maxlen=MAX_ROWS)
         self._recorded: CaptureRows | None = None
         self._live: deque[Row] = deque(maxlen=MAX_ROWS)
         """The rows of the live traffic."""
@@ -103,18 +103,18 @@ class TrafficModel(RowsModel[Row]):
     @property
     def unseen(self) -> int:
         """Number of stored events that `show_new` has not shown yet."""
-        return min(self._unseen, len(self._kept))
+        return min(self._unseen, len(self._stored))
 
     @property
     def is_recorded(self) -> bool:
         """Whether the rows are those of a capture."""
         return self._recorded is not None
 
-    def keep(self, events: Iterable[Event]) -> None:
+    def append(self, events: Iterable[Event]) -> None:
         """Stores events; cheap, also while hidden."""
         self.wall.poll()
         new = list(_rows_of(events))
-        self._kept.extend(new)
+        self._stored.extend(new)
         self._unseen += len(new)
 
     def show_new(self) -> int:
@@ -126,7 +126,7 @@ class TrafficModel(RowsModel[Row]):
         if not unseen:
             return 0
         # From the end, because indexing into a deque is slow.
-        newest = reversed(list(islice(reversed(self._kept), unseen)))
+        newest = reversed(list(islice(reversed(self._stored), unseen)))
         fresh = [event for event in newest if is_shown(event, self._filter)]
         if not fresh:
             return 0
@@ -158,7 +158,7 @@ class TrafficModel(RowsModel[Row]):
             self._keys, self.rows = self._passing(self._recorded)
         else:
             self._unseen = 0
-            self._live.extend(event for event in self._kept if is_shown(event, self._filter))
+            self._live.extend(event for event in self._stored if is_shown(event, self._filter))
             self._keys, self.rows = None, self._live
         self.endResetModel()
 
@@ -172,7 +172,7 @@ class TrafficModel(RowsModel[Row]):
 
     def clear(self) -> None:
         """Removes all rows and marks."""
-        self._kept.clear()
+        self._stored.clear()
         self._marks.clear()
         self.rebuild()
 
@@ -249,7 +249,7 @@ class TrafficModel(RowsModel[Row]):
         if role == _FOREGROUND:
             return colour_of(row, is_time=column is Column.TIME)
         text = self.columns[index.column()].text(row)
-        if role == _TOLD and column is Column.BYTES:
+        if role == _TOOLTIP and column is Column.BYTES:
             return hex_of(raw_of(row))
         if role == _SPOKEN and column is Column.TIME and self.is_marked(index.row()):
             return f"{text}{in_brackets(tr('Marked'))}"

@@ -118,7 +118,7 @@ def _link_sentence(event: Event) -> str:
 @lru_cache(maxsize=4096)
 def _sentence(direction: Direction, raw: bytes, asked: Asked, language: str) -> str:
     """Cached, since few frames differ and a search needs all rows."""
-    with i18n.speaking(language):  # a background thread may be here while the language is switched
+    with i18n.temporary_language(language):  # a background thread may be here while the language is switched
         return sentence(Frame(direction, raw), asked)
 
 

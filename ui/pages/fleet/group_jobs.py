@@ -50,7 +50,7 @@ class GroupChecks(QObject):
         self.results: dict[PortConnection, SetMember] = {}
         """Of the last set."""
         self.total = 0
-        services.connector.removed.connect(self._forget)
+        services.connector.removed.connect(self._on_removed)
 
     @property
     def is_running(self) -> bool:
@@ -107,8 +107,8 @@ class GroupChecks(QObject):
         expectations = Expectations() if self.profile is None else expectations_of(self.profile)
         check.filing = BackgroundTask("dps-s check", self)
         file_in_background(
-            check.filing, evidence, expectations, Person(module=name or None), check.log, is_kept=evidence.is_complete,
-            store=self._services.storage.store, target=connection.target,
+            check.filing, evidence, expectations, Person(module=name or None), check.log,
+            is_stored=evidence.is_complete, store=self._services.storage.store, target=connection.target,
             then=partial(self._on_filed, connection, name),
         )  # fmt: skip
 
@@ -125,7 +125,7 @@ class GroupChecks(QObject):
         if not self._running:
             self.finished.emit()
 
-    def _forget(self, connection: PortConnection) -> None:
+    def _on_removed(self, connection: PortConnection) -> None:
         """The port was disconnected; the other checks go on."""
         self._heard.discard(connection)
         if connection in self._running:
@@ -143,7 +143,7 @@ class GroupProfile(QObject):
         self.profile: Profile | None = None
         self.applied: dict[PortConnection, AppliedProfile] = {}
         self._jobs: dict[PortConnection, Job[WriteReport]] = {}
-        services.connector.removed.connect(self._forget)
+        services.connector.removed.connect(self._on_removed)
 
     @property
     def is_running(self) -> bool:
@@ -188,7 +188,7 @@ class GroupProfile(QObject):
         leave = WriteContext(
             journal=storage.journal(connection.target, self._members.name_of(connection)),
             armed=self._services.armed,
-            keep_snapshot=lambda snapshot: storage.store_snapshot(snapshot, port),
+            store_snapshot=lambda snapshot: storage.store_snapshot(snapshot, port),
             on_written=heard.append,
         )
         self.applied[connection] = AppliedProfile(Applied.WRITING)
@@ -202,7 +202,7 @@ class GroupProfile(QObject):
         self.applied[connection] = outcome_of(job.outcome()) if error is None else broken_off(heard, error)
         self.changed.emit()
 
-    def _forget(self, connection: PortConnection) -> None:
+    def _on_removed(self, connection: PortConnection) -> None:
         self._jobs.pop(connection, None)
         if self.applied.pop(connection, None) is not None:
             self.changed.emit()

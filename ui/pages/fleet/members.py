@@ -34,7 +34,7 @@ class FleetMembers(QObject):
         """To be removed once another one is current."""
         self._connector.chosen.connect(self._on_chosen)
         self._connector.added.connect(self._watch)
-        self._connector.removed.connect(self._forget)
+        self._connector.removed.connect(self._on_removed)
         for connection in self._connector.connections:
             self._watch(connection)
 
@@ -144,9 +144,9 @@ class FleetMembers(QObject):
             self._connector.remove(connection)
         self.changed.emit()
 
-    def _forget(self, connection: PortConnection) -> None:
+    def _on_removed(self, connection: PortConnection) -> None:
         self.is_checking.discard(connection)
-        self.verdicts.forget(connection.adapter_key)
+        self.verdicts.remove(connection.adapter_key)
         self._services.checks.pop(connection.adapter_key, None)
         self._recordings.pop(connection, None)
         self.changed.emit()

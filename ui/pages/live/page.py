@@ -37,7 +37,7 @@ DRAW_EVERY_MS: Final = 100
 """While no batches come: ages and the time line go on."""
 REFRESH_EVERY_S: Final = 0.06
 """Numbers: faster changes could not be read."""
-_WAITING_MOST: Final = 15
+_MAX_WAITING: Final = 15
 """Batches, half a second: often enough while hidden."""
 
 _CLOSE_UP_S: Final = 60.0
@@ -124,7 +124,7 @@ class LivePage(StreamPage):
             self._refreshed_at = 0.0  # refresh the numbers at once
         self._last = batch
         self._waiting.append(batch)
-        if len(self._waiting) >= _WAITING_MOST:
+        if len(self._waiting) >= _MAX_WAITING:
             self._process_waiting()
         if self.isVisible():
             self._timer.restart()

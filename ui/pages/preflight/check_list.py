@@ -80,10 +80,10 @@ class CheckList(QScrollArea):
             self._manual.rows.addWidget(row)
         self._manual.setVisible(bool(self.manual))
 
-    def forget_ticks(self) -> None:
+    def clear_ticks(self) -> None:
         self._ticks.clear()
 
-    def forget_old_ticks(self) -> bool:
+    def clear_old_ticks(self) -> bool:
         """Remove ticks that were made for an earlier flight; whether there were any."""
         before, now = len(self._ticks), self._connector.clock()
         self._ticks = {number: tick for number, tick in self._ticks.items() if now - tick[1] <= VALID_FOR_S}

@@ -50,7 +50,7 @@ class Statement:
     """What a person states with the click that starts a check."""
 
     is_enabling: bool = False
-    are_records_looked_at: bool = False
+    are_records_reviewed: bool = False
     is_same_module: bool = False
 
 
@@ -188,7 +188,7 @@ class PreflightController(QObject):
             return
         self._statement = statement or Statement()
         self.filed = self.void = self.trouble = None
-        self._rereading.forget()
+        self._rereading.drop()
         self._by_verdict.clear()
         self._checked_name = self._naming.name
         self._evidence = Evidence(port=self._connector.connection.port)
@@ -212,11 +212,11 @@ class PreflightController(QObject):
         if self._naming.name != self._checked_name:
             self.enter()
 
-    def forget(self) -> None:
+    def reset(self) -> None:
         """Another module may be connected: discard the check."""
         if not self._job.is_running:
             self._filing.cancel()
-            self._job.forget()
+            self._job.drop()
             self.filed = self.void = self.trouble = None
             self.changed.emit()
 
@@ -306,21 +306,21 @@ class PreflightController(QObject):
             who=entered.who,
             module=self._naming.name or None,
             aircraft=entered.aircraft,
-            are_records_looked_at=statement.are_records_looked_at,
+            are_records_reviewed=statement.are_records_reviewed,
             is_same_module=statement.is_same_module,
         )
-        is_kept = evidence.is_complete and self.void is None
+        is_stored = evidence.is_complete and self.void is None
         file_in_background(
-            self._filing, evidence, entered.expectations(), person, self._log, past=past, is_kept=is_kept,
+            self._filing, evidence, entered.expectations(), person, self._log, past=past, is_stored=is_stored,
             target=self._connector.target, store=self._services.storage.store,
-            then=partial(self._end_filing, is_kept=is_kept),
+            then=partial(self._end_filing, is_stored=is_stored),
         )  # fmt: skip
 
-    def _end_filing(self, filed: Filed, *, is_kept: bool) -> None:
+    def _end_filing(self, filed: Filed, *, is_stored: bool) -> None:
         store = self._services.storage.store
         self.trouble = store if isinstance(store, StoreTrouble) else filed.trouble
         self._by_verdict[filed.assessment.verdict] = filed
-        if is_kept and self.trouble is None and filed.assessment.result("boot_count") is not CheckResult.FAIL:
+        if is_stored and self.trouble is None and filed.assessment.result("boot_count") is not CheckResult.FAIL:
             self._naming.remember_adapter()
         self._use(filed)
 

@@ -86,7 +86,7 @@ class PreflightPage(Page):
     def tick(self) -> None:
         """Update what changes by itself: ages, progress, and whether the verdict still holds."""
         self.work.poll()
-        if self.work.standing in (Standing.NOT_CHECKED, Standing.VOID) and self.list.forget_old_ticks():
+        if self.work.standing in (Standing.NOT_CHECKED, Standing.VOID) and self.list.clear_old_ticks():
             self._copy_entries()
             self._show_rows()
         self.banner.show_announcement(announcement(self.work))
@@ -113,7 +113,7 @@ class PreflightPage(Page):
 
     def check(self, statement: Statement | None = None) -> None:
         self.form.commit_edits()
-        self.list.forget_old_ticks()
+        self.list.clear_old_ticks()
         self._copy_entries()
         if self.work.can_check:
             self.dismiss()
@@ -152,7 +152,7 @@ class PreflightPage(Page):
         self._notice = None
         self.strip.show_notice(None)
 
-    def _print_kept(self, hash_: str) -> None:
+    def _export_stored(self, hash_: str) -> None:
         """Export a record of the store as it was kept."""
         store = self._services.storage.store
         try:
@@ -177,17 +177,17 @@ class PreflightPage(Page):
         self._copy_entries()
         self.work.enter()
 
-    def _forget_module(self) -> None:
+    def _reset_module(self) -> None:
         """Ticks were made for another module, unless this one only got its name."""
         if self._named:
-            self.list.forget_ticks()
+            self.list.clear_ticks()
         self._named = self._services.naming.name
         self._copy_entries()
         self._timer.refresh_seen()
 
-    def _forget_check(self) -> None:
+    def _reset_check(self) -> None:
         self.dismiss()
-        self.work.forget()
+        self.work.reset()
 
     def _copy_entries(self) -> None:
         entered, form = self.work.entered, self.form
@@ -249,11 +249,11 @@ class PreflightPage(Page):
         self.files.notified.connect(self.show_notice)
         self.files.stations_changed.connect(self.history.stations.refresh)
         self.history.closed.connect(self.show_check)
-        self.history.print_wanted.connect(self._print_kept)
+        self.history.print_wanted.connect(self._export_stored)
         work.changed.connect(self._on_work)
-        self._services.naming.changed.connect(self._forget_module)
+        self._services.naming.changed.connect(self._reset_module)
         self._connector.changed.connect(self._timer.refresh_seen)
-        self._connector.invalidated.connect(self._forget_check)
+        self._connector.invalidated.connect(self._reset_check)
         Shortcut("preflight_run_key", self, buttons.run)
         Shortcut("preflight_print_key", self, buttons.print)
         Shortcut("preflight_history_key", self, buttons.history, self.show_history)

@@ -48,7 +48,7 @@ _ENABLE: Final = _Act(marked("Enable now"), Statement(is_enabling=True))
 ACTS: Final = {
     "attitude_trigger": _ENABLE,
     "freefall_trigger": _ENABLE,
-    "trigger_records": _Act(marked("Mark as reviewed"), Statement(are_records_looked_at=True)),
+    "trigger_records": _Act(marked("Mark as reviewed"), Statement(are_records_reviewed=True)),
     "boot_count": _Act(marked("It is this module"), Statement(is_same_module=True)),
 }
 """What a person can do about a check with one click, which checks again."""

@@ -43,7 +43,7 @@ class StationsRow(QWidget):
         self.known = control(QComboBox(), texts, "stations_known", says="Known stations")
         self.known.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
         guard.guard(self.known)
-        self.forget = control(QPushButton(), texts, "stations_forget", "Forget", slot=self._forget)
+        self.forget = control(QPushButton(), texts, "stations_forget", "Forget", slot=self._remove)
         in_row((self.own, 1), self.known, self.forget, of=self, spacing=Space.S, margins=0)
 
     def refresh(self) -> None:
@@ -63,11 +63,11 @@ class StationsRow(QWidget):
             self.known.addItem(tr("none"), None)
         self.known.setEnabled(self.forget.isEnabled())
 
-    def _forget(self) -> None:
+    def _remove(self) -> None:
         chosen = self.known.currentData()
         if isinstance(chosen, KnownStation):
             try:
-                Stations(self._folder()).forget(chosen.fingerprint)
+                Stations(self._folder()).remove(chosen.fingerprint)
             except OSError as error:
                 self.own.setText(error_text(error))
                 return

@@ -119,8 +119,8 @@ class RecordingsPage(Page):
     def _bounds_text(self) -> str:
         library = self.work.library
         used = size_text(sum(one.size_bytes for one in self.work.entries))
-        text = tr("{used} of {size} used; kept for {days} days.", used=used, size=size_text(library.most_bytes),
-                  days=library.most_days)  # fmt: skip
+        text = tr("{used} of {size} used; kept for {days} days.", used=used, size=size_text(library.max_bytes),
+                  days=library.max_days)  # fmt: skip
         return f"{len(self.work.entries):,} · {text}"
 
     def _notice(self) -> Notice | None:
@@ -198,7 +198,7 @@ class RecordingsPage(Page):
         self.buttons.open.clicked.connect(self._open_chosen)
         self.buttons.csv.clicked.connect(partial(self._export, ExportKind.CSV))
         self.buttons.mcap.clicked.connect(partial(self._export, ExportKind.MCAP))
-        self.buttons.keep.clicked.connect(self._toggle_pin)
+        self.buttons.pin.clicked.connect(self._toggle_pin)
         self.buttons.delete.clicked.connect(self._ask_to_delete)
         self.table.opened.connect(self._open_chosen)
         self.table.remove_wanted.connect(self._ask_to_delete)

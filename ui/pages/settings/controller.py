@@ -100,7 +100,7 @@ class SettingsController(QObject):
                 journal=self._services.storage.journal(connector.target),
                 armed=self._services.armed,
                 is_unlocked=is_unlocked,
-                keep_snapshot=self._store_snapshot if self.initial is None else None,
+                store_snapshot=self._store_snapshot if self.initial is None else None,
             )
             self.form.begin_write(changes)
             self.job.run(write_all(changes, leave), self._end_writing)
@@ -262,6 +262,6 @@ def _power_cycle_notice(result: PowerCycleResult) -> Notice:
         return Notice(Meaning.ATTENTION, tr("Restarted; the boot count does not prove a power cycle."))
     boots = tr("Boot count {before} → {after}.", before=result.boots_before, after=result.boots_after)
     if result.is_fine:
-        kept = sum(one.fate is Retention.KEPT for one in result.stamps.values())
+        kept = sum(one.result is Retention.RETAINED for one in result.stamps.values())
         return Notice(Meaning.GOOD, tr("Kept over the power cycle: {count}. {boots}", count=kept, boots=boots))
     return Notice(Meaning.DANGER, tr("NOT all kept over the power cycle: see the rows. {boots}", boots=boots))

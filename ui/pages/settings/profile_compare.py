@@ -62,7 +62,7 @@ class ProfileCompare(QWidget):
         self.note = text_label("profile_note", "small")
         self._rows = {command.key: _CompareRow(command, texts) for command in SETTINGS}
         for key, row in self._rows.items():
-            row.tick.clicked.connect(partial(self._touch, key))
+            row.tick.clicked.connect(partial(self._set_touched, key))
         self.apply = control(QPushButton(), texts, "profile_apply", picture=Icon.CHECK, role="primary",
                              slot=self._apply)  # fmt: skip
         self.close_button = control(QPushButton(), texts, "profile_close", "Back", key="Esc",
@@ -104,7 +104,7 @@ class ProfileCompare(QWidget):
         wanted = {} if self.profile is None else self.profile.settings
         return {key: wanted[key] for key, row in self._rows.items() if key in wanted and row.tick.isChecked()}
 
-    def _touch(self, key: str) -> None:
+    def _set_touched(self, key: str) -> None:
         self._is_touched.add(key)
 
     def _apply(self) -> None:

@@ -57,7 +57,7 @@ class ProfileFiles(QObject):
             profile = read_profile(path)
         except ProfileRefused as refusal:
             if not path.exists():
-                self._forget(path)
+                self._remove_recent(path)
             self.refused.emit(path, refusal.sentences)
             return
         self._remember(path)
@@ -94,7 +94,7 @@ class ProfileFiles(QObject):
         self._remembered.add_profile(path)
         self.refresh()
 
-    def _forget(self, path: Path) -> None:
+    def _remove_recent(self, path: Path) -> None:
         name = str(path.absolute())
         self._remembered.recent_profiles = tuple(one for one in self._remembered.recent_profiles if one != name)
         self.refresh()

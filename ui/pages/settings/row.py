@@ -142,12 +142,12 @@ def reason_text(row: FormRow) -> str:
         return row.reason
     retention = row.retention
     if retention is not None and not row.is_pending:
-        if retention.fate is Retention.KEPT:
+        if retention.result is Retention.RETAINED:
             return tr("Kept over the power cycle.")
-        if retention.fate is Retention.LOST and retention.stands is not None:
+        if retention.result is Retention.LOST and retention.stands is not None:
             stands = value_text(row.command, retention.stands)
             return tr("LOST at the power cycle: it holds {stands}.", stands=stands)
-        return tr("Power cycle: {fate}.", fate=tr(retention.fate.value))
+        return tr("Power cycle: {fate}.", fate=tr(retention.result.value))
     if row.state is RowState.ACKNOWLEDGED and row.module_value is not None and row.module_value.how is How.ACKNOWLEDGED:
         return tr("cannot be read")
     return ""

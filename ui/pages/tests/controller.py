@@ -64,7 +64,7 @@ class GuidedController(QObject):
         self._services, self._connector, self._lock = services, services.connector, services.lock
         self.kind = GuidedKind.TILT
         self.stage = Stage.READY
-        self.is_made_safe = False
+        self.is_stated_safe = False
         """The person's statement, for the next test."""
         self.steps = PersonSteps()
         self.setup: GuidedSetup | None = None
@@ -81,7 +81,7 @@ class GuidedController(QObject):
         self._loading: BackgroundTask[Mapping[GuidedKind, StoredTest]] = BackgroundTask("dps-s last tests", self)
         self._connector.changed.connect(self._watch)
         self._connector.batch.connect(self._on_batch)
-        self._connector.invalidated.connect(self._forget)
+        self._connector.invalidated.connect(self._reset)
         self._connector.leaving.connect(self.cancel)
         self._lock.changed.connect(self._on_lock)
         services.naming.changed.connect(self.load_last)
@@ -118,7 +118,7 @@ class GuidedController(QObject):
     def can_start(self) -> bool:
         connector = self._connector
         is_there = connector.is_open and not connector.is_playback and connector.device.presence is Presence.ONLINE
-        is_safe = self.is_made_safe or not self.test.statement
+        is_safe = self.is_stated_safe or not self.test.statement
         return is_there and is_safe and not self.is_running and not self.owes_lock and not connector.is_active
 
     @property
@@ -133,11 +133,11 @@ class GuidedController(QObject):
     def choose(self, kind: GuidedKind) -> None:
         if not self.is_running:
             self.kind, self.stage, self.outcome, self.trouble = kind, Stage.READY, None, None
-            self.setup, self.is_made_safe = None, False
+            self.setup, self.is_stated_safe = None, False
             self.changed.emit()
 
     def state_safe(self, is_safe: bool) -> None:
-        self.is_made_safe = is_safe
+        self.is_stated_safe = is_safe
         self.changed.emit()
 
     def start(self) -> None:
@@ -215,10 +215,10 @@ class GuidedController(QObject):
 
     def _finish(self, outcome: GuidedResult | BrokenOff) -> None:
         self._job.cancel()
-        self._job.forget()
+        self._job.drop()
         if self.stage is not Stage.PREPARING and self._connector.device.fresh("active", self._connector.clock()):
             self.owes_lock = True  # whoever activated it: somebody is holding it
-        self.stage, self.outcome, self.is_made_safe = Stage.DONE, outcome, False
+        self.stage, self.outcome, self.is_stated_safe = Stage.DONE, outcome, False
         if self.owes_lock:
             self._lock.ensure_locked()
         if isinstance(outcome, GuidedResult):
@@ -252,7 +252,7 @@ class GuidedController(QObject):
             self.cancel(LOST)
         self.changed.emit()
 
-    def _forget(self) -> None:
+    def _reset(self) -> None:
         self.last = {}
         self.cancel(LOST)
         self.stage, self.outcome = Stage.READY, None
@@ -286,7 +286,7 @@ class GuidedController(QObject):
             return
         adapter = "" if target is None else target.key
         work = partial(
-            _keep, store, result, name=self._services.naming.name, adapter=adapter,
+            _store, store, result, name=self._services.naming.name, adapter=adapter,
             who=self._services.preferences.who, is_simulated=self._is_simulated,
         )  # fmt: skip
         self._storing.run_in(store.queue, work, lambda _number: self.load_last(), self._show_trouble)
@@ -319,7 +319,7 @@ def _last(store: Store, name: str, *, counts_simulated: bool) -> Mapping[GuidedK
     )
 
 
-def _keep(store: Store, result: GuidedResult, *, name: str, adapter: str, who: str, is_simulated: bool) -> int:
+def _store(store: Store, result: GuidedResult, *, name: str, adapter: str, who: str, is_simulated: bool) -> int:
     module_id = store.register_module(name).id if name else None
     return GuidedStore(store.database).add(
         result, module_id=module_id, adapter=adapter, who=who, is_simulated=is_simulated, program=version()

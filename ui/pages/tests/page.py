@@ -170,7 +170,7 @@ class TestsPage(Page):
         self.made_safe.setText(tr(test.statement) if test.statement else "")
         self.made_safe.setAccessibleName(self.made_safe.text())
         with QSignalBlocker(self.made_safe):
-            self.made_safe.setChecked(self.work.is_made_safe)
+            self.made_safe.setChecked(self.work.is_stated_safe)
 
     def _name_buttons(self) -> None:
         work, texts = self.work, self._services.texts

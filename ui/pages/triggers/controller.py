@@ -69,7 +69,7 @@ class TriggersController(QObject):
         """Of the connected module; None before it was read."""
         self.is_first_visit = True
         self._new: frozenset[int] = frozenset()
-        self._is_kept = False
+        self._is_stored = False
         self.job = RunningJob(services.connector, self)
         self.job.changed.connect(self.changed)
         self._adapter_key: str | None = None
@@ -79,7 +79,7 @@ class TriggersController(QObject):
         self._filing: BackgroundTask[Visit | PossiblyOther] = BackgroundTask("dps-s triggers", self)
         self._judging: dict[int, tuple[Judgement | None, str]] = {}
         """Judgements that are not stored yet, by record."""
-        self._keepers: dict[int, BackgroundTask[None]] = {}
+        self._judgement_tasks: dict[int, BackgroundTask[None]] = {}
         """Tasks that store them, by record."""
         self._connector.changed.connect(self._watch_port)
         self._naming.changed.connect(self._on_name_changed)
@@ -122,7 +122,7 @@ class TriggersController(QObject):
         if store is None:
             return
         judged = self._judging[record_id] = judgement, note
-        keeper = self._keepers.setdefault(record_id, BackgroundTask("dps-s judgement", self))
+        keeper = self._judgement_tasks.setdefault(record_id, BackgroundTask("dps-s judgement", self))
 
         def fail(trouble: StoreTrouble) -> None:
             self._end_judging(record_id, partial(self._offer_to_judge_again, trouble, record_id, judged))
@@ -170,19 +170,19 @@ class TriggersController(QObject):
 
     def _clear_visit(self) -> None:
         self._filing.cancel()
-        self._is_kept, self._new = False, frozenset()
+        self._is_stored, self._new = False, frozenset()
 
     def _end_filing(self, reading: TriggersReading, filed: Visit | PossiblyOther) -> None:
         if isinstance(filed, PossiblyOther):
             self.job.set_notice(partial(self._ask_which_module, reading.boot_count, filed.boot_count))
         else:
-            self._is_kept, self.is_first_visit, self._new = True, filed.new is None, filed.new or frozenset()
+            self._is_stored, self.is_first_visit, self._new = True, filed.new is None, filed.new or frozenset()
             self._naming.store_evidence()
         self._show_archive()
         self.changed.emit()
 
     def _fail_filing(self, trouble: StoreTrouble) -> None:
-        self.job.notify(Meaning.DANGER, partial(_not_kept, trouble))
+        self.job.notify(Meaning.DANGER, partial(_not_stored_text, trouble))
         self._show_archive()
         self.changed.emit()
 
@@ -219,7 +219,7 @@ class TriggersController(QObject):
             self.judge(record_id, *judged)
 
         choices = (Choice("judge_again", tr("Try again"), again),)
-        return Notice(Meaning.DANGER, _not_kept(trouble), choices, dismiss=self.job.dismiss)
+        return Notice(Meaning.DANGER, _not_stored_text(trouble), choices, dismiss=self.job.dismiss)
 
     def _on_name_changed(self) -> None:
         """The name changed, so the reading belongs to that name."""
@@ -240,14 +240,14 @@ class TriggersController(QObject):
         slots = Counter(one.raw for one in self.reading.history.all) if self.reading is not None else Counter()
         kept: tuple[SeenRecord, ...] = ()
         store, module_id = self._store, self._naming.module_id
-        is_of_this_name = self._is_kept or self.reading is None
+        is_of_this_name = self._is_stored or self.reading is None
         if store is not None and module_id is not None and is_of_this_name:
             try:
                 kept = CheckStore(store.database).records(module_id)
             except StoreTrouble as trouble:
-                self.job.notify(Meaning.DANGER, partial(_not_kept, trouble))
+                self.job.notify(Meaning.DANGER, partial(_not_stored_text, trouble))
         if not kept and self.reading is not None:
-            is_filing, unkept = self._filing.is_running, self._unkept_rows(self.reading)
+            is_filing, unkept = self._filing.is_running, self._unstored_rows(self.reading)
             self.rows = tuple(replace(row, is_being_stored=is_filing) for row in unkept)
             return
         rows = []
@@ -257,7 +257,7 @@ class TriggersController(QObject):
             rows.append(TriggerRow(seen, record_of(seen.raw), seen.id in self._new, is_on_module, is_stored=True))
         seen_once = () if self.reading is None else self.reading.history.seen_once
         unknown = [one for one in seen_once if slots[one.raw] > 0]  # known from an earlier visit: certain
-        self.rows = (*reversed(rows), *(_unkept_row(-1 - place, one.raw, is_seen_once=True)
+        self.rows = (*reversed(rows), *(_unstored_row(-1 - place, one.raw, is_seen_once=True)
                                         for place, one in enumerate(unknown)))  # fmt: skip
 
     def _as_judged(self, kept: tuple[SeenRecord, ...]) -> list[SeenRecord]:
@@ -266,7 +266,7 @@ class TriggersController(QObject):
         return [replace(one, judgement=judged[one.id][0], note=judged[one.id][1]) for one in kept]
 
     @staticmethod
-    def _unkept_rows(reading: TriggersReading) -> tuple[TriggerRow, ...]:
+    def _unstored_rows(reading: TriggersReading) -> tuple[TriggerRow, ...]:
         history = reading.history
         ordered = [
             (raw, is_seen_once)
@@ -274,11 +274,12 @@ class TriggersController(QObject):
             for raw in in_order([one.raw for one in records], reading.boot_count)
         ]
         return tuple(
-            _unkept_row(-1 - place, raw, is_seen_once=is_seen_once) for place, (raw, is_seen_once) in enumerate(ordered)
+            _unstored_row(-1 - place, raw, is_seen_once=is_seen_once)
+            for place, (raw, is_seen_once) in enumerate(ordered)
         )
 
 
-def _unkept_row(number: int, raw: bytes, *, is_seen_once: bool) -> TriggerRow:
+def _unstored_row(number: int, raw: bytes, *, is_seen_once: bool) -> TriggerRow:
     seen = SeenRecord(number, -1 - number, raw, utc_now().isoformat(timespec="seconds"), None, "")
     return TriggerRow(seen, record_of(raw), is_new=False, is_on_module=True, is_stored=False, is_seen_once=is_seen_once)
 
@@ -288,5 +289,5 @@ def _broken_off(error: BaseException) -> str:
     return join_sentences((what, tr("Not kept.")))
 
 
-def _not_kept(trouble: StoreTrouble) -> str:
+def _not_stored_text(trouble: StoreTrouble) -> str:
     return join_sentences((trouble.sentence, tr("Not kept.")))
