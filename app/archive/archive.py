@@ -21,8 +21,8 @@ from protocol.translatable import marked
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ArchiveStatus:
-    """`not_shared`: records of this station that are not on the server `place`, as far as is known here. `last_at`:
-    when all of them were exchanged with it; None where never."""
+    """`not_shared`: records of this station that are not known to be on the server `place`. `last_at`: time of the last
+    complete exchange with it; None if there was none."""
 
     facts: int
     own: int
@@ -34,7 +34,7 @@ class ArchiveStatus:
 
 
 class Archive:
-    """Made by `open_archive`. Every method may take long, and raises `ArchiveTrouble`; any thread may call."""
+    """Made by `open_archive`. Every method may block and raises `ArchiveTrouble`; thread-safe."""
 
     def __init__(self, store: Store, facts: LocalFacts, station: Station) -> None:
         self.store = store
@@ -43,7 +43,7 @@ class Archive:
 
     @property
     def public(self) -> str:
-        """This station's public key, as it stands in facts."""
+        """This station's public key, as used in facts."""
         return encoded(self.station.public)
 
     def close(self) -> None:
@@ -54,7 +54,7 @@ class Archive:
             return collect(self.store, self.facts, self.station)
 
     def sync(self, url: str, *, on_page: OnProgress = lambda _done: None) -> Exchanged:
-        """With a server."""
+        """Exchange with a server."""
         from app.archive.postgres import open_server
 
         shown = server_url(url).shown
@@ -67,14 +67,14 @@ class Archive:
         return done
 
     def export(self, path: Path, *, on_page: OnProgress = lambda _done: None) -> Exchanged:
-        """Add to the file what it lacks; the file is made where there is none."""
+        """Add what the file lacks; a missing file is created."""
         self.collect()
         file = FactFile(path, is_new=True)
         with file.writing():
             return exchange(self.facts, file, receives=False, on_page=on_page)
 
     def import_file(self, path: Path, *, on_page: OnProgress = lambda _done: None) -> Exchanged:
-        """Take over what this computer lacks."""
+        """Import what this computer lacks."""
         file = FactFile(path)
         done = exchange(self.facts, file, sends=False, on_page=on_page)
         done.refused += file.refused
@@ -82,7 +82,7 @@ class Archive:
         return done
 
     def status(self, url: str | None) -> ArchiveStatus:
-        """`url`: the server that is set."""
+        """`url`: the configured server."""
         self.collect()
         place = server_url(url).shown if url else None
         last = self.facts.last_exchange(place) if place is not None else None
@@ -101,7 +101,7 @@ class Archive:
         return names_of(self.facts)
 
     def settle(self, one: NamedModule, other: NamedModule, *, is_same: bool, name: str = "", who: str = "") -> None:
-        """Whether two modules are the same one, as a person says; the last word of all."""
+        """Store a person's decision whether two modules are the same; it overrides earlier ones."""
         names = self.names()
         unknown = next((module for module in (one, other) if names.module_of(module) is None), None)
         if unknown is not None or one == other:
@@ -121,7 +121,7 @@ class Archive:
 
 
 def open_archive(store: Store, *, clock: Clock = utc_now) -> Archive:
-    """Beside the store; its key is made when there is none. Raises `ArchiveTrouble`."""
+    """Open the archive beside the store; creates the station key if it is missing. Raises `ArchiveTrouble`."""
     folder = store.database.path.parent
     try:
         station = own_station(folder)

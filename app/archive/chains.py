@@ -1,6 +1,6 @@
-"""Chains of checks and audit logs of all stations: verifiable wherever their facts are.
+"""Chains of checks and audit logs of all stations, verifiable on every computer that has their facts.
 
-What was altered is refused at its own signature. A chain tells more: that a record in it is missing, or stands twice.
+An altered record fails its own signature. A chain also shows that a record is missing or duplicated.
 """
 
 from collections import Counter
@@ -38,7 +38,7 @@ class ArchivedRecords:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ChainState:
-    """`missing`: how many links are not here (yet). `faults`: what stands against it."""
+    """`missing`: number of links that are not here (yet). `faults`: what is wrong with it."""
 
     station: str
     module: str | None
@@ -54,7 +54,7 @@ def record_of(fact: Fact) -> Record | None:
 
 
 def chains_in(facts: LocalFacts) -> list[ChainState]:
-    """Of every station: one of its audit log, and one of checks for each module. Raises `ArchiveTrouble`."""
+    """For every station one chain of its audit log, and one of checks per module. Raises `ArchiveTrouble`."""
     return [*_audit_chains(facts), *_check_chains(facts)]
 
 
@@ -89,7 +89,7 @@ def _audit_chains(facts: LocalFacts) -> list[ChainState]:
 
 
 def _missing(links: Iterable[tuple[object, object]]) -> int:
-    """How many links are named as the one before and are not there. The first has none before it."""
+    """Number of links that are referred to as predecessors and are missing. The first link has no predecessor."""
     pairs = list(links)
     there = {hash_ for _, hash_ in pairs}
     return sum(1 for previous in Counter(previous for previous, _ in pairs) if previous and previous not in there)

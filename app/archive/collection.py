@@ -1,7 +1,7 @@
-"""Makes facts of what this station has recorded in its store. The store's rows stay as they are.
+"""Creates facts from what this station has recorded in its store, which is not changed.
 
-Tables to which rows are only ever added are read from where the last collection ended; small ones whose rows may change
-are read whole, and each state of a row is a fact. Nothing is collected twice: a fact's id tells that it is there.
+Append-only tables are read from where the last collection ended. Small tables whose rows may change are read
+completely, and each state of a row is a fact. Nothing is collected twice: equal facts have equal ids.
 """
 
 import json
@@ -20,7 +20,7 @@ _log = logging.getLogger(__name__)
 PAGE: Final = 200
 """Rows between two commits."""
 _BEGUN: Final = 8
-"""Values of a row of the audit log that stand from the beginning; those behind are its outcome."""
+"""Number of values that a row of the audit log has from the start; the rest are its outcome."""
 
 
 class _New(NamedTuple):
@@ -31,7 +31,7 @@ class _New(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class _Source:
-    """`query` has the row's number first. `is_whole`: read from the beginning each time."""
+    """`query` returns the row's number first. `is_whole`: read from the start each time."""
 
     name: str
     query: str
@@ -40,7 +40,7 @@ class _Source:
 
 
 def collect(store: Store, facts: LocalFacts, station: Station) -> int:
-    """How many new facts there are. Raises `StoreTrouble` and `ArchiveTrouble`; what was collected before stays."""
+    """Return the number of new facts. Raises `StoreTrouble` and `ArchiveTrouble`; facts added before that remain."""
     return sum(_collect(source, store, facts, station) for source in _SOURCES)
 
 
@@ -57,7 +57,7 @@ def _collect(source: _Source, store: Store, facts: LocalFacts, station: Station)
 
 
 def _last(source: _Source, store: Store, facts: LocalFacts, station: Station) -> int:
-    """Where to go on. From the beginning where the row at that place is not the one that was collected: the store was
+    """The row after which to continue; from the start if that row differs from the collected one, because the store was
     restored from a copy."""
     last = 0 if source.is_whole else facts.last_collected(source.name)
     if not last:
@@ -68,7 +68,7 @@ def _last(source: _Source, store: Store, facts: LocalFacts, station: Station) ->
 
 
 def _facts_of(source: _Source, row: tuple[Any, ...]) -> list[_New]:
-    """A row that is none of ours is left out: one that was damaged or altered proves nothing."""
+    """Skips rows that were damaged or altered: they prove nothing."""
     try:
         return list(source.facts_of(row))
     except (ValueError, TypeError, KeyError):
@@ -77,7 +77,7 @@ def _facts_of(source: _Source, row: tuple[Any, ...]) -> list[_New]:
 
 
 def _unknown(new: Sequence[_New], facts: LocalFacts, station: Station) -> list[Fact]:
-    """Signing takes longer than knowing that a fact is there."""
+    """Checked before signing, which takes longer."""
     public = encoded(station.public)
     by_id = {_id(one, public): one for one in new}
     known = facts.has(list(by_id))
@@ -124,8 +124,8 @@ def _guided_test(row: tuple[Any, ...]) -> Iterator[_New]:
 
 
 def _audit_link(row: tuple[Any, ...]) -> Iterator[_New]:
-    """The row as it was when the link was added: before its outcome, or with it. One that fits neither was altered,
-    which `dps-s verify --log` names."""
+    """The row as it was when the link was added: without its outcome, or with it. A row that fits neither was altered;
+    `dps-s verify --log` reports it."""
     number, previous, hash_, module, *settled = row
     begun = [*settled[:_BEGUN], None, None, None]
     entry = next((one for one in (settled, begun) if chain_hash(previous, *one) == hash_), None)

@@ -1,7 +1,7 @@
-"""The union of two sets of facts: what one has and the other lacks, page by page.
+"""Exchanges facts between two sets, page by page, until both have all.
 
-Each page is whole by itself, and what is missing is found by comparing. So an exchange may be broken off anywhere, may
-run twice, beside another one, and in any order: the next one goes on where facts are missing.
+Each page is complete in itself, and missing facts are found by comparison. An exchange may therefore be interrupted at
+any point, repeated, or run in parallel with another one: the next exchange adds what is missing.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -14,14 +14,14 @@ from app.archive.facts import Fact, FactRefused, FactRow, RefusedFact, checked, 
 
 PAGE: Final = 200
 BUCKETS_AT_ONCE: Final = 16
-"""Whose ids are compared at a time: a sixteenth of the set at most."""
+"""Compared at a time: at most a sixteenth of the set."""
 MAX_REFUSALS: Final = 1000
-"""That are named; more are counted."""
+"""Listed individually; further ones are only counted."""
 
 
 @dataclass(slots=True)
 class Exchanged:
-    """`refused`: what the other side holds and was not taken over. `damaged`: what this side holds and was not sent."""
+    """`refused`: facts of the other side that were not imported. `damaged`: facts of this side that were not sent."""
 
     sent: int = 0
     received: int = 0
@@ -35,7 +35,7 @@ class Exchanged:
 
 
 OnProgress = Callable[[Exchanged], None]
-"""After each page. May raise, to break off."""
+"""Called after each page; may raise to interrupt."""
 
 
 def exchange(
@@ -47,14 +47,14 @@ def exchange(
     on_page: OnProgress = lambda _done: None,
     page: int = PAGE,
 ) -> Exchanged:
-    """`here` is this computer. Raises `ArchiveTrouble`; what was exchanged before stays."""
+    """`here` is this computer. Raises `ArchiveTrouble`; facts exchanged before that remain."""
     done = Exchanged()
     mine, theirs = here.digests(), there.digests()
     differing = [one for one in sorted(mine.keys() | theirs.keys()) if mine.get(one) != theirs.get(one)]
     for buckets in _parts(differing, BUCKETS_AT_ONCE):
         known, offered = here.rows(buckets), there.rows(buckets)
         if receives:
-            # Also what is here already and reads differently there: one of the two was altered, and is named.
+            # Includes facts that differ on both sides: one of them was altered and is reported.
             for ids in _parts([one for one, digest in offered.items() if known.get(one) != digest], page):
                 facts, refused = _sorted(there.read(ids), checked)
                 done.received += here.add([one for one in facts if one.id not in known])

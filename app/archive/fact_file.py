@@ -1,10 +1,10 @@
-"""Facts in one file, for stations without a server: a USB stick carries them.
+"""Facts in one file, for stations without a server, carried on a USB stick.
 
-    JSON Lines   the first line says what it is; each line after it is one fact
-    export       adds what the file lacks; what others exported into it stays
-    import       takes over what this computer lacks
+    JSON Lines   a header line, then one fact per line
+    export       adds what the file lacks; facts exported by others remain
+    import       adds what this computer lacks
 
-A file is a set of facts like a server, and is read as hostile: what was altered in it is named and left out.
+A file is a set of facts like a server. Its content is not trusted: altered facts are reported and skipped.
 """
 
 import json
@@ -52,10 +52,10 @@ class FactFile:
     """A `FactSet` over a file."""
 
     def __init__(self, path: Path, *, is_new: bool = False) -> None:
-        """`is_new`: it may be missing. Raises `ArchiveTrouble`."""
+        """`is_new`: the file may be missing. Raises `ArchiveTrouble`."""
         self.path = path
         self.refused: list[RefusedFact] = []
-        """Lines of it that are no facts."""
+        """Lines that are not valid facts."""
         self._places: dict[str, _Place] = {}
         self._added: set[str] = set()
         self._draft: IO[bytes] | None = None
@@ -78,7 +78,7 @@ class FactFile:
 
     @contextmanager
     def writing(self) -> Iterator[None]:
-        """What is added inside is in the file when this ends, with what was there before; or the file stays as it was.
+        """Writes the old content and the facts added inside the block in one step; on an error the file is unchanged.
         Raises `ArchiveTrouble`."""
         try:
             with file_troubles(CANNOT_WRITE, self.path), whole_file(self.path) as file:
@@ -89,7 +89,7 @@ class FactFile:
             self._draft = None
 
     def add(self, facts: Sequence[Fact]) -> int:
-        """Within `writing`."""
+        """Only inside `writing`."""
         if self._draft is None:
             raise RuntimeError("nothing is being written")
         new = {one.id: one for one in facts if one.id not in self._places and one.id not in self._added}
@@ -100,7 +100,7 @@ class FactFile:
         return len(new)
 
     def _copy_to(self, file: IO[bytes]) -> None:
-        """What the file holds already, else its first line."""
+        """Copies the existing content, or writes the header line."""
         last = b"\n"
         if not self.path.is_file():
             file.write(json.dumps({"format": FORMAT, "version": VERSION}).encode() + b"\n")
@@ -109,7 +109,7 @@ class FactFile:
             while part := old.read(_COPIED_AT_ONCE):
                 file.write(part)
                 last = part[-1:]
-        if last != b"\n":  # a file that was cut off
+        if last != b"\n":  # a truncated file
             file.write(b"\n")
 
     def _scan(self, file: IO[bytes]) -> None:

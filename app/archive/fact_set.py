@@ -1,4 +1,4 @@
-"""What has facts: this computer, a server, a file. One shape for all, so that one code makes their union."""
+"""Interface of a set of facts: this computer, a server or a file."""
 
 import hashlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -12,34 +12,34 @@ from app.text.sentences import error_text
 from protocol.translatable import marked
 
 BUCKET: Final = 2
-"""Characters of an id by which a set is compared part by part."""
+"""Number of leading characters of an id that select a part of the set for comparison."""
 
 Digests = Mapping[str, tuple[int, str]]
-"""By the beginning of the ids: how many facts there are, and a digest of them."""
+"""By bucket: the number of facts and their digest."""
 
 
 class FactSet(Protocol):
-    """Facts are only ever added. Raises `ArchiveTrouble` where it cannot be read or written."""
+    """Append-only. Raises `ArchiveTrouble` if it cannot be read or written."""
 
     def digests(self) -> Digests:
-        """What differs in a part differs here."""
+        """Differs for each bucket whose content differs."""
         ...
 
     def rows(self, buckets: Sequence[str]) -> Mapping[str, str]:
-        """The digest of each row whose id begins with one of these, by id."""
+        """The digest of each row in these buckets, by id."""
         ...
 
     def read(self, ids: Sequence[str]) -> Sequence[FactRow]:
-        """Unchecked, in any order; those that are there."""
+        """The existing rows with these ids, unchecked, in any order."""
         ...
 
     def add(self, facts: Sequence[Fact]) -> int:
-        """All of them or none are in it when this returns; how many are new. What is there already stays as it is."""
+        """Add all of them or none; return the number of new ones. Existing facts are not changed."""
         ...
 
 
 class ArchiveTrouble(Exception):
-    """A server or file cannot be used. `message` is for people; nothing of a password is in it."""
+    """A server or file cannot be used. `message` contains no password."""
 
     def __init__(self, message: UserMessage) -> None:
         super().__init__(message.in_english())
@@ -48,7 +48,7 @@ class ArchiveTrouble(Exception):
 
 @contextmanager
 def file_troubles(text: str, file: Path) -> Iterator[None]:
-    """What the system says of a file as an `ArchiveTrouble`; `text` has the places `file` and `why`."""
+    """Converts errors of the file system to `ArchiveTrouble`; `text` has the placeholders `file` and `why`."""
     try:
         yield
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
@@ -60,7 +60,7 @@ CANNOT_WRITE: Final = marked("{file} cannot be written: {why}.")
 
 
 def digest_of(rows: Iterable[tuple[str, str]]) -> str:
-    """Of the rows of one part, by id."""
+    """Digest of the rows of one bucket, in order of their ids."""
     together = "".join(digest for _, digest in sorted(rows))
     return hashlib.md5(together.encode(), usedforsecurity=False).hexdigest()
 

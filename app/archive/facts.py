@@ -1,12 +1,12 @@
-"""A fact: one thing that a station recorded, with an identity that is the same everywhere.
+"""A fact: one record of a station, with the same id on every computer.
 
     payload     a JSON object as ASCII text
     id          SHA-256 of kind, station, time and payload: the same fact, the same id
     station     the public key of the station that recorded it
     signature   that station's signature of the id
 
-A fact is never changed. Whatever comes from a server or a file goes through `checked` first: whoever alters a fact, or
-makes one in the name of another station, is found out.
+A fact is never changed. Everything that comes from a server or a file passes through `checked`, which detects altered
+facts and facts forged in the name of another station.
 """
 
 import hashlib
@@ -23,7 +23,7 @@ from app.text.messages import UserMessage, clean, message
 from protocol.translatable import marked
 
 DOMAIN: Final = "dps-s fact 1"
-"""What an id and a signature are of; another version of the form would be told apart by it."""
+"""Prefix of what is hashed and signed; distinguishes versions of the format."""
 MAX_PAYLOAD_LENGTH: Final = 8_000_000
 MAX_TIME_LENGTH: Final = 40
 SIGNATURE_BYTES: Final = 64
@@ -31,25 +31,25 @@ _ID: Final = re.compile("[0-9a-f]{64}")
 _KIND: Final = re.compile("[a-z][a-z_]{0,39}")
 
 FactRow = tuple[object, ...]
-"""A fact as it comes from outside: `FACT_COLUMNS`, unchecked."""
+"""An unchecked fact from outside, in the order of `FACT_COLUMNS`."""
 FACT_COLUMNS: Final = ("id", "kind", "station", "made_at", "payload", "signature")
 
 
 class FactKind(Enum):
-    """What this version writes and understands. A fact of another kind, from a newer version, is kept and passed on."""
+    """The kinds that this version knows. Facts of other kinds, from newer versions, are stored and passed on."""
 
     MODULE = "module"
     """A station named a module."""
     TRIGGER_RECORD = "trigger_record"
     JUDGEMENT = "judgement"
-    """What a person said of a trigger record."""
+    """A person's judgement of a trigger record."""
     SNAPSHOT = "settings_snapshot"
     CHECK = "preflight_check"
     GUIDED_TEST = "guided_test"
     AUDIT = "audit_link"
-    """One link of a station's audit chain: an act that began, or its outcome."""
+    """One link of a station's audit chain: the start of an act, or its outcome."""
     SETTLEMENT = "settlement"
-    """A person said whether two modules are the same one."""
+    """A person's decision whether two modules are the same one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +75,7 @@ class Fact:
 
 @dataclass(frozen=True, slots=True)
 class RefusedFact:
-    """A row that is no fact, or no longer one. `id`, `kind`, `made_at`: as it says, for people to find it by."""
+    """A row that is not a valid fact. `id`, `kind`, `made_at`: as stated in the row."""
 
     id: str
     kind: str
@@ -88,7 +88,7 @@ class RefusedFact:
 
 
 class FactRefused(Exception):
-    """Not taken over."""
+    """The row is not imported."""
 
     def __init__(self, refusal: RefusedFact) -> None:
         super().__init__(refusal.why.in_english())
@@ -101,7 +101,7 @@ def fact_id(kind: str, station: str, made_at: str, payload: str) -> str:
 
 
 def payload_of(content: Mapping[str, object]) -> str:
-    """Raises `ValueError` for what is no JSON."""
+    """Raises `ValueError` if it is not JSON."""
     return json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
 
 
@@ -113,12 +113,12 @@ def make_fact(kind: FactKind, made_at: str, content: Mapping[str, object], stati
 
 
 def row_digest(row: FactRow) -> str:
-    """As the server computes it: of every column, so that no alteration goes unseen. No proof, and needs to be none."""
+    """Digest over all columns, as the server computes it: detects differences, and is not a proof."""
     return hashlib.md5("|".join(map(str, row)).encode("utf-8", "replace"), usedforsecurity=False).hexdigest()
 
 
 def checked(row: FactRow) -> Fact:
-    """The fact in a row of a server or a file. Raises `FactRefused`."""
+    """Verify a row of a server or a file. Raises `FactRefused`."""
     if len(row) != len(FACT_COLUMNS) or not all(isinstance(one, str) for one in row):
         raise _refused(row, marked("it is not whole"))
     id_, kind, station, made_at, payload, signature = map(str, row)
@@ -136,14 +136,14 @@ def checked(row: FactRow) -> Fact:
 
 
 def stored_fact(row: FactRow, digest: str) -> Fact:
-    """A fact of this computer, which was checked when it came: `digest` is from then. Raises `FactRefused`."""
+    """A fact of this computer, verified when it was imported; `digest` is from then. Raises `FactRefused`."""
     if row_digest(row) != digest:
         raise _refused(row, marked("it was altered"))
     return Fact(*map(str, row))
 
 
 def utc_time(text: str) -> str:
-    """A time in UTC, to the millisecond, so that times of all stations sort as text. Raises `ValueError`."""
+    """A time in UTC with milliseconds, so that times sort as text. Raises `ValueError`."""
     at = datetime.fromisoformat(text)
     return at.replace(tzinfo=at.tzinfo or UTC).astimezone(UTC).isoformat(timespec="milliseconds")
 

@@ -1,4 +1,4 @@
-"""The state of all modules today, over all stations: last check, trigger records, guided tests, and what is due."""
+"""The state of all modules of all stations today: last check, trigger records, guided tests and what is due."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -24,7 +24,7 @@ _SECONDS_A_DAY: Final = 86_400.0
 
 
 class DueKind(Enum):
-    """The value is its name in JSON."""
+    """The value is used in JSON."""
 
     NO_CHECK = "no_check"
     NO_GO = "no_go"
@@ -45,7 +45,7 @@ class Due:
 
 @dataclass(frozen=True, slots=True)
 class CheckLine:
-    """One check, as its record says."""
+    """One check according to its record."""
 
     at: str
     station: str
@@ -58,11 +58,11 @@ class CheckLine:
     fingerprint: str | None
     hash: str
     is_altered: bool = False
-    """The record is not what was sealed when the check was made."""
+    """The record differs from what was sealed."""
 
     @property
     def words(self) -> UserMessage:
-        """Its verdict, and what takes from it."""
+        """Its verdict and what limits it."""
         word = message(VERDICT_WORDS[verdict_named(self.verdict)])
         if self.is_altered:
             return message(marked("{verdict} (record ALTERED)"), verdict=word)
@@ -86,7 +86,7 @@ class GuidedLine:
 
 @dataclass(slots=True)
 class ModuleToday:
-    """One module today. `last_at`: of the newest fact about it; `unjudged`: trigger records that nobody judged."""
+    """One module today. `last_at`: time of the newest fact; `unjudged`: trigger records without a judgement."""
 
     module: KnownModule
     last_at: str = ""
@@ -134,7 +134,7 @@ def check_line(fact: Fact, record: Record) -> CheckLine:
 
 
 def age_days(at: str, now: datetime) -> float | None:
-    """None for a time that lies ahead by more than a day: a clock was wrong."""
+    """None for a time more than a day in the future: a clock was wrong."""
     days = (now - datetime.fromisoformat(at).astimezone(UTC)).total_seconds() / _SECONDS_A_DAY
     return None if days < -1 else max(0.0, days)
 
@@ -151,8 +151,8 @@ def _by_module(facts: LocalFacts, names: ModuleNames) -> dict[tuple[KnownModule,
 
 
 def _last_check(checks: Sequence[tuple[Fact, Record]]) -> tuple[Fact, Record] | None:
-    """A station's last check is that of the highest number, whatever its clock said; of several stations the newest.
-    A simulated one only where there is no other."""
+    """The check with the highest number of each station, independent of its clock; of these the newest. A simulated
+    check only if there is no other."""
     real = [one for one in checks if one[1].get("is_simulated") is not True] or checks
     last: dict[str, tuple[Fact, Record]] = {}
     for fact, record in sorted(real, key=lambda one: _number(one[1])):
@@ -166,7 +166,7 @@ def _number(record: Record) -> int:
 
 
 def _judged(judgements: Sequence[Fact]) -> set[object]:
-    """The last judgement of a record counts, and may take an earlier one back."""
+    """The last judgement of each record counts; it may revoke an earlier one."""
     last: dict[object, Fact] = {}
     for fact in judgements:
         raw = fact.content.get("raw")

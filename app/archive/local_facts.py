@@ -1,7 +1,7 @@
-"""The facts that this computer knows, its own and other stations', in a SQLite file beside the store.
+"""The facts known to this computer, its own and those of other stations, in a SQLite file beside the store.
 
-A file of its own, so that opening, copying and writing the store stay as fast as they are. All of it but what was told
-by other stations can be made again from the store, and that is on the server or in their files.
+A separate file, so that opening, copying and writing the store stay fast. Own facts can be recreated from the store,
+those of other stations from the server or their files.
 """
 
 import logging
@@ -20,7 +20,7 @@ _log = logging.getLogger(__name__)
 FACTS_FILE: Final = "archive.sqlite"
 _COLUMNS: Final = ", ".join(FACT_COLUMNS)
 _MAX_VALUES: Final = 500
-"""In one statement."""
+"""Maximum number of values in one SQL statement."""
 
 FACT_TABLES: Final[tuple[tuple[str, ...], ...]] = (
     (
@@ -55,7 +55,7 @@ FACT_TABLES: Final[tuple[tuple[str, ...], ...]] = (
 
 
 class LastExchange(NamedTuple):
-    """With a server or a file. `last`: the number of the last fact here that is there, too."""
+    """The last exchange with a server or a file. `last`: the number of the last local fact that is there, too."""
 
     place: str
     at: str
@@ -63,12 +63,12 @@ class LastExchange(NamedTuple):
 
 
 class LocalFacts:
-    """A `FactSet`, and what is asked of it here. Any thread may call. Raises `ArchiveTrouble`."""
+    """A `FactSet` with local queries. Thread-safe. Raises `ArchiveTrouble`."""
 
     def __init__(self, database: Database, notice: str | None = None) -> None:
         self.database = database
         self.notice = notice
-        """That a damaged file was set aside."""
+        """Set if a damaged file was set aside."""
 
     def close(self) -> None:
         self.database.close()
@@ -101,13 +101,13 @@ class LocalFacts:
             )
             return self.count_after(before)
 
-    # What is asked of it
+    # Queries
 
     def has(self, ids: Sequence[str]) -> set[str]:
         return {str(row[0]) for row in self._by_ids("id", ids)}
 
     def of_kind(self, kind: FactKind, module: str | None = None) -> list[Fact]:
-        """In the order in which they came here; `module`: only those of the modules of this name."""
+        """In the order of import; `module`: only those of modules with this name."""
         query = f"SELECT {_COLUMNS} FROM facts WHERE kind = ?"  # noqa: S608
         values: tuple[str, ...] = (kind.value,)
         if module is not None:
@@ -115,23 +115,23 @@ class LocalFacts:
         return [Fact(*row) for row in self._read(f"{query} ORDER BY number", values)]
 
     def linked(self, link: str) -> list[Fact]:
-        """By the hash of a check's record, or of a link of the audit log."""
+        """Facts with this hash of a check's record or of a link of the audit log."""
         query = f"SELECT {_COLUMNS} FROM facts WHERE link = ?"  # noqa: S608
         return [Fact(*row) for row in self._read(query, (link,))]
 
     def counts(self) -> Mapping[str, int]:
-        """By station."""
+        """Number of facts by station."""
         return dict(self._read("SELECT station, count(*) FROM facts GROUP BY station"))
 
     def last_number(self) -> int:
         return int(self._read("SELECT coalesce(max(number), 0) FROM facts")[0][0])
 
     def count_after(self, number: int, station: str | None = None) -> int:
-        """How many came here later; `station`: only its own."""
+        """Number of facts imported after `number`; `station`: only those of this station."""
         query = "SELECT count(*) FROM facts WHERE number > ?1 AND (?2 IS NULL OR station = ?2)"
         return int(self._read(query, (number, station))[0][0])
 
-    # How far it got
+    # Progress of exchanges
 
     def last_collected(self, source: str) -> int:
         rows = self._read("SELECT last FROM sources WHERE name = ?", (source,))
@@ -148,7 +148,7 @@ class LocalFacts:
         return LastExchange(*rows[0]) if rows else None
 
     def note_exchange(self, place: str, last: int) -> None:
-        """Whole: all facts up to the number `last` are there."""
+        """A complete exchange: all facts up to the number `last` are there."""
         self._write(
             "INSERT INTO exchanges (place, at, last) VALUES (?, ?, ?) "
             "ON CONFLICT (place) DO UPDATE SET at = excluded.at, last = excluded.last",
@@ -173,14 +173,14 @@ class LocalFacts:
 
 
 def open_facts(folder: Path, *, clock: Clock = utc_now) -> LocalFacts:
-    """Made where there is none; a damaged one is set aside. Raises `ArchiveTrouble`."""
+    """Open or create the file; a damaged one is set aside. Raises `ArchiveTrouble`."""
     with store_troubles():
         opened = open_database(folder, clock=clock, migrations=FACT_TABLES, name=FACTS_FILE)
     return LocalFacts(opened.database, opened.set_aside.sentence if opened.set_aside is not None else None)
 
 
 def find_facts(folder: Path) -> LocalFacts | None:
-    """None where there is no archive, and where it cannot be read; none is made."""
+    """None if there is no archive or it cannot be read; never creates one."""
     try:
         return open_facts(folder) if (folder / FACTS_FILE).exists() else None
     except ArchiveTrouble as error:
@@ -189,7 +189,7 @@ def find_facts(folder: Path) -> LocalFacts | None:
 
 
 def _lookup_key(fact: Fact) -> tuple[str | None, str | None]:
-    """The name of its module, and the hash of the chain's link that it is."""
+    """The name of the module and the hash of the chain's link."""
     content = fact.content
     record = content.get("record")
     module, link = content.get("module"), record.get("hash") if isinstance(record, dict) else content.get("hash")
@@ -198,7 +198,7 @@ def _lookup_key(fact: Fact) -> tuple[str | None, str | None]:
 
 @contextmanager
 def store_troubles() -> Iterator[None]:
-    """A `StoreTrouble` as an `ArchiveTrouble`."""
+    """Converts `StoreTrouble` to `ArchiveTrouble`."""
     try:
         yield
     except StoreTrouble as error:

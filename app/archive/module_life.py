@@ -1,4 +1,4 @@
-"""The whole life of one module over all stations: everything that was recorded of it, and its values over time."""
+"""History of one module over all stations: its events and its measured values over time."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ from protocol.translatable import marked
 
 @dataclass(frozen=True, slots=True)
 class LifeEvent:
-    """One fact about a module, told in a sentence."""
+    """One fact about a module as a sentence."""
 
     fact: Fact
     text: UserMessage
@@ -35,7 +35,7 @@ class ValuePoint:
 
 @dataclass(frozen=True, slots=True)
 class ModuleLife:
-    """The oldest event first."""
+    """Oldest event first."""
 
     module: KnownModule
     events: tuple[LifeEvent, ...]
@@ -63,7 +63,7 @@ def life_of(facts: LocalFacts, module: KnownModule) -> ModuleLife:
 
 
 def fact_text(fact: Fact) -> UserMessage:
-    """What a fact says; of one that no version of this program writes, its kind."""
+    """A fact as text; for an unknown kind only its kind."""
     try:
         return _fact_text(FactKind(fact.kind), fact)
     except (ValueError, KeyError, TypeError, AttributeError):

@@ -1,8 +1,8 @@
 """Which modules of several stations are the same one.
 
-A module has no number of its own. Everywhere it is what one station calls it: (station, name). Two of them are one
-module only when a person has said so; until then they are shown beside each other. What a person says is a fact itself,
-so it reaches every station, and the last word on a pair counts: the highest revision, whatever the clocks say.
+A module has no serial number, so it is identified by (station, name). Two of these are one module only if a person has
+said so; until then both are shown. Such a decision is a fact itself and reaches every station. The one with the highest
+revision counts, independent of the clocks.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -20,19 +20,19 @@ MAX_NAME_LENGTH: Final = 200
 
 
 class NamedModule(NamedTuple):
-    """A module as one station (its public key) calls it."""
+    """A module by the public key of a station and its name there."""
 
     station: str
     name: str
 
 
 Pair = tuple[NamedModule, NamedModule]
-"""The smaller one first."""
+"""In ascending order."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Settlement:
-    """What a person said of two modules. `name`: what the one module is called, where they are the same."""
+    """A person's decision about two modules. `name`: the common name if they are the same."""
 
     pair: Pair
     is_same: bool
@@ -43,7 +43,7 @@ class Settlement:
     id: str = ""
 
     def content(self) -> dict[str, object]:
-        """As a fact."""
+        """Content of the fact."""
         return {
             "modules": [list(one) for one in self.pair], "is_same": self.is_same, "name": self.name, "who": self.who,
             "revision": self.revision,
@@ -55,14 +55,14 @@ class Settlement:
 
 
 class ConflictKind(Enum):
-    """The value is its name in JSON."""
+    """The value is used in JSON."""
 
     SAME_NAME = "same_name"
-    """Two stations use one name: one module, or two?"""
+    """Two stations use the same name: one module or two?"""
     SAME_RECORDS = "same_records"
-    """Two names, and the same trigger records: one module, named twice?"""
+    """Two names with the same trigger records: one module named twice?"""
     CONTRADICTION = "contradiction"
-    """Said to be different, and each said to be the same as a third."""
+    """Declared different, and each declared the same as a third."""
 
 
 _QUESTIONS: Final[Mapping[ConflictKind, str]] = {
@@ -74,7 +74,7 @@ _QUESTIONS: Final[Mapping[ConflictKind, str]] = {
 
 @dataclass(frozen=True, slots=True)
 class Conflict:
-    """For a person to settle."""
+    """To be settled by a person."""
 
     kind: ConflictKind
     pair: Pair
@@ -86,7 +86,7 @@ class Conflict:
 
 @dataclass(frozen=True, slots=True)
 class KnownModule:
-    """One module, as far as people have said. `members`: what the stations call it."""
+    """One module according to the decisions so far. `members`: its names at the stations."""
 
     name: str
     members: tuple[NamedModule, ...]
@@ -94,7 +94,7 @@ class KnownModule:
 
 @dataclass(frozen=True, slots=True)
 class ModuleNames:
-    """`modules` by name. `conflicts`: what nobody has settled."""
+    """`modules` by name. `conflicts`: not yet settled."""
 
     modules: tuple[KnownModule, ...]
     conflicts: tuple[Conflict, ...]
@@ -103,7 +103,7 @@ class ModuleNames:
         return next((one for one in self.modules if member in one.members), None)
 
     def named(self, name: str) -> tuple[KnownModule, ...]:
-        """By its name, or by what a station calls it."""
+        """Find by its common name or its name at a station."""
         wanted = _folded(name)
         exact = tuple(one for one in self.modules if _folded(one.name) == wanted)
         return exact or tuple(
@@ -116,13 +116,13 @@ def pair_of(one: NamedModule, other: NamedModule) -> Pair:
 
 
 def module_of_fact(fact: Fact) -> NamedModule | None:
-    """Whom a fact is about; None for a module without a name."""
+    """The module that a fact is about; None if it has no name."""
     name = fact.content.get("module")
     return NamedModule(fact.station, name) if isinstance(name, str) and name and len(name) <= MAX_NAME_LENGTH else None
 
 
 def settlements_in(facts: LocalFacts) -> dict[Pair, Settlement]:
-    """The last word on each pair."""
+    """The current decision on each pair."""
     last: dict[Pair, Settlement] = {}
     for fact in facts.of_kind(FactKind.SETTLEMENT):
         found = _settlement(fact)
@@ -155,7 +155,7 @@ def _names(
 
 
 class _Groups(dict[NamedModule, NamedModule]):
-    """Modules that belong together: each leads to another one of its group, and at last to the smallest."""
+    """Groups of modules (union-find): each leads to another one of its group, finally to the smallest."""
 
     def leader(self, one: NamedModule) -> NamedModule:
         while self[one] != one:
@@ -184,7 +184,7 @@ def _open(
     records: Mapping[NamedModule, frozenset[str]],
     groups: _Groups,
 ) -> Iterator[Conflict]:
-    """As few questions as may settle it: of three by one name the first is asked about with each of the others."""
+    """The fewest questions that may settle it: of three with one name, the first is paired with each of the others."""
     apart = {frozenset(map(groups.leader, pair)) for pair, one in settled.items() if not one.is_same}
     by_name: dict[str, list[NamedModule]] = {}
     by_record: dict[str, list[NamedModule]] = {}
@@ -212,7 +212,7 @@ def _records_by_module(facts: LocalFacts) -> dict[NamedModule, frozenset[str]]:
 
 
 def _settlement(fact: Fact) -> Settlement | None:
-    """None for what no version of this program writes."""
+    """None if the content is not valid."""
     content = fact.content
     modules, is_same, name, who, revision = (
         content.get(key) for key in ("modules", "is_same", "name", "who", "revision")

@@ -39,7 +39,7 @@ _ALIVE: Final = {
     "keepalives_count": "3",
     "tcp_user_timeout": "20000",
 }
-"""A server that is gone is noticed within half a minute."""
+"""Detects a lost server within half a minute."""
 _COLUMNS: Final = ", ".join(FACT_COLUMNS)
 _DIGEST: Final = "md5(" + " || '|' || ".join(FACT_COLUMNS) + ")"
 """`row_digest` in SQL."""
@@ -48,12 +48,12 @@ _BETWEEN: Final = re.compile(
     r'^connection (?:failed|is bad): | ?connection to server at "[^"]*"(?: \([^)]*\))?, port \d+ failed: '
     r"| Either provide the file.*$"
 )
-"""Between the reasons that libpq gives, of several attempts; behind them its advice to do without TLS."""
+"""Separates libpq's reasons for several attempts; its advice to disable TLS follows them."""
 _PLAIN: Final = {
     "certificate verify failed": marked("this computer does not trust its certificate"),
     "no password supplied": marked("no password was found for it"),
 }
-"""Of what libpq says, what people need not look up."""
+"""Parts of libpq's messages that are of no use to the user."""
 _VERIFIED: Final = "verify-full"
 _NO_PASSWORD: Final = ("no password supplied", "password authentication failed", "28P01", "28000")
 
@@ -83,7 +83,7 @@ class PostgresFacts:
         return {str(id_): str(digest) for id_, digest in self._read(query, buckets)}
 
     def read(self, ids: Sequence[str]) -> Sequence[FactRow]:
-        """What is longer than any fact comes cut, so that it fits no id."""
+        """Values longer than any fact are truncated, so that their id does not match."""
         places = ", ".join(["%s"] * len(ids))
         shown = ", ".join(f"substr({name}, 1, {MAX_PAYLOAD_LENGTH + 1})" for name in FACT_COLUMNS)
         return self._read(f"SELECT {shown} FROM {TABLE} WHERE id IN ({places})", ids)  # noqa: S608
@@ -142,7 +142,7 @@ def _connect(url: ServerUrl) -> "psycopg.Connection[Any]":
 
 @contextmanager
 def _roots(url: ServerUrl) -> Iterator[dict[str, str]]:
-    """`sslrootcert=system` as the file that it means here. It means `verify-full`, too: libpq refuses anything less."""
+    """Replaces `sslrootcert=system` by the file of this system. Implies `verify-full`, as libpq requires."""
     options = dict(url.options)
     is_system = options.get("sslrootcert") == "system" and options.get("sslmode", _VERIFIED) == _VERIFIED
     if not is_system or {"SSL_CERT_FILE", "SSL_CERT_DIR"} & os.environ.keys():
@@ -153,7 +153,7 @@ def _roots(url: ServerUrl) -> Iterator[dict[str, str]]:
 
 
 def _password_of_keyring(url: ServerUrl, error: Exception) -> str | None:
-    """Where the server asks for one and libpq found none; None without a keyring, or without an entry in it."""
+    """Used if the server requires a password and libpq has none; None without a keyring or an entry in it."""
     if not any(sign in str(error) for sign in _NO_PASSWORD):
         return None
     try:
@@ -165,7 +165,7 @@ def _password_of_keyring(url: ServerUrl, error: Exception) -> str | None:
 
 
 def _find_table(connection: "psycopg.Connection[Any]") -> None:
-    """Makes it where it is missing and this role may; else PostgreSQL says that it may not."""
+    """Creates the table if it is missing and the role is permitted to."""
     import psycopg
 
     try:

@@ -1,4 +1,4 @@
-"""Which server this station shares its records with, in a file beside the store; never with a password."""
+"""Stores the archive server's address in a file beside the store, without its password."""
 
 from pathlib import Path
 from typing import Final
@@ -11,7 +11,7 @@ SERVER_FILE: Final = "archive-server.txt"
 
 
 def stored_server(folder: Path) -> str | None:
-    """None where none is set, or where the file holds no address."""
+    """None if none is set or the file has no valid address."""
     try:
         with (folder / SERVER_FILE).open(encoding="utf-8") as file:
             return server_url(file.read(MAX_URL_LENGTH)).shown
@@ -20,7 +20,7 @@ def stored_server(folder: Path) -> str | None:
 
 
 def store_server(folder: Path, text: str) -> str | None:
-    """As it is kept: without its password; "" takes it away. Raises `ArchiveTrouble`."""
+    """Return the address as stored, without its password; "" removes it. Raises `ArchiveTrouble`."""
     path = folder / SERVER_FILE
     with file_troubles(CANNOT_WRITE, path):
         if not text.strip():

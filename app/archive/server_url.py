@@ -1,4 +1,4 @@
-"""The address of an archive server, and the same without its password: only that is shown, stored or logged.
+"""The address of an archive server; only the form without its password is shown, stored or logged.
 
 postgresql://USER@HOST:PORT/DATABASE?sslrootcert=system
 """
@@ -18,7 +18,7 @@ _URL: Final = re.compile(r"(?P<scheme>\w+)://(?:(?P<user>[^@/?#]*)@)?(?P<place>[
 
 
 class ServerUrl(NamedTuple):
-    """`shown`: without any password; it leads to the same database. `password`: as given, for this connection only."""
+    """`shown`: the address without password. `password`: as given, for this connection only."""
 
     shown: str
     user: str
@@ -26,11 +26,11 @@ class ServerUrl(NamedTuple):
     """Host, port and database."""
     password: str
     options: tuple[tuple[str, str], ...]
-    """Those without a secret."""
+    """Options that contain no secret."""
     secrets: tuple[tuple[str, str], ...]
 
     def scrubbed(self, text: str) -> str:
-        """What a library says, without the passwords."""
+        """A library's message without the passwords."""
         for secret in (self.password, *(value for _, value in self.secrets)):
             if secret:
                 text = text.replace(secret, "…").replace(quote(secret, safe=""), "…")
@@ -38,7 +38,7 @@ class ServerUrl(NamedTuple):
 
 
 def server_url(text: str) -> ServerUrl:
-    """Raises `ArchiveTrouble`; nothing of what was typed is in its sentence, because a password may be."""
+    """Raises `ArchiveTrouble`, whose message contains nothing of `text`, because it may contain a password."""
     found = _URL.fullmatch(text.strip()) if len(text) <= MAX_URL_LENGTH else None
     if found is None or found["scheme"].lower() not in SCHEMES:
         example = "postgresql://USER@HOST/DATABASE"
@@ -46,7 +46,7 @@ def server_url(text: str) -> ServerUrl:
         raise ArchiveTrouble(message(text, example=example))
     user, _, password = (found["user"] or "").partition(":")
     parts = (part.partition("=") for part in (found["query"] or "").split("&") if part)
-    given = [(unquote(name), unquote(value)) for name, _, value in parts]  # a + is one: libpq reads it so
+    given = [(unquote(name), unquote(value)) for name, _, value in parts]  # libpq does not decode + as a space
     secrets = tuple((name, value) for name, value in given if name.lower() in _SECRETS)
     options = tuple((name, value) for name, value in given if name.lower() not in _SECRETS)
     shown = f"postgresql://{user + '@' if user else ''}{found['place']}"

@@ -1,4 +1,4 @@
-"""The roots that the system trusts, as a file: psycopg's own OpenSSL looks for them where no system keeps them."""
+"""The system's trusted root certificates as a file, because psycopg's bundled OpenSSL does not find them."""
 
 import ssl
 from collections.abc import Iterator
@@ -17,7 +17,7 @@ ROOT_FILES: Final = (
 
 @contextmanager
 def system_roots() -> Iterator[Path | None]:
-    """None where none are found. Windows keeps them in no file: theirs is deleted at the end."""
+    """None if none are found. On Windows a temporary file is written and deleted at the end."""
     found = next((one for one in ROOT_FILES if one.is_file()), None)
     trusted = [] if found is not None else ssl.create_default_context().get_ca_certs(binary_form=True)
     if not trusted:

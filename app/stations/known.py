@@ -24,7 +24,7 @@ _LARGEST_FILE: Final = 1_000_000
 
 @dataclass(frozen=True, slots=True)
 class KnownStation:
-    """`is_own`: this computer's."""
+    """`is_own`: the station of this computer."""
 
     public: bytes
     name: str
@@ -36,21 +36,21 @@ class KnownStation:
 
 
 class Stations:
-    """Those of a data folder; read from the file each time. Any thread may call."""
+    """The stations of a data folder; reads the file each time. Thread-safe."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
 
     def own(self) -> Station | None:
-        """None where no key was made yet. Raises `StationTrouble`."""
+        """None if there is no key yet. Raises `StationTrouble`."""
         return find_station(self._folder)
 
     def make_own(self) -> Station:
-        """This computer's, made when there is none. Raises `StationTrouble`."""
+        """This computer's station; creates its key if it is missing. Raises `StationTrouble`."""
         return own_station(self._folder)
 
     def known(self) -> tuple[KnownStation, ...]:
-        """This computer's first, where it has a key. A line that cannot be read is left out."""
+        """This computer's first if it has a key. Unreadable lines are skipped."""
         try:
             own = self.own()
         except StationTrouble:
@@ -62,13 +62,13 @@ class Stations:
         return next((one for one in self.known() if one.public == public), None)
 
     def trust(self, public: bytes, name: str) -> KnownStation:
-        """Believe this key under this name from now on; a key that is there gets the new name. Raises OSError."""
+        """Trust this key under this name; a known key is renamed. Raises OSError."""
         new = KnownStation(public, clean(name.strip(), longest=MAX_NAME_LENGTH) or fingerprint_of(public))
         self._write((*(one for one in self._others() if one.public != public), new))
         return new
 
     def remove(self, fingerprint: str) -> KnownStation | None:
-        """None where no station has this fingerprint. Raises OSError."""
+        """None if no station has this fingerprint. Raises OSError."""
         found = next((one for one in self._others() if is_same_fingerprint(one.fingerprint, fingerprint)), None)
         if found is not None:
             self._write(tuple(one for one in self._others() if one.public != found.public))
@@ -95,7 +95,7 @@ class Stations:
 
 
 def is_same_fingerprint(one: str, other: str) -> bool:
-    """However it was typed."""
+    """Ignores case, spaces and dashes."""
     return _digits(one) == _digits(other)
 
 

@@ -1,7 +1,7 @@
 """This station's key pair (Ed25519), which signs pre-flight records and report pages.
 
-The private key is a file that only this user may read, beside the store. No keyring: on Linux one may be locked, absent
-or ask for a password in the middle of a check, and the file is as safe as the records that it signs.
+The private key is a file beside the store that only this user can read. A keyring is not used: on Linux it may be
+locked, missing or ask for a password during a check, and the file is as safe as the records that it signs.
 """
 
 import base64
@@ -20,7 +20,7 @@ from app.system.files import draft_of, write_whole
 from app.text.i18n import tr
 from app.text.sentences import error_text
 
-if TYPE_CHECKING:  # loaded when something is signed or verified, not when the program starts
+if TYPE_CHECKING:  # imported on first use, to keep the start fast
     from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey, Ed25519PublicKey
 
 _log = logging.getLogger(__name__)
@@ -32,7 +32,7 @@ _GROUP: Final = 4
 
 
 class StationTrouble(Exception):
-    """Nothing can be signed. `sentence` says why, in the language in use."""
+    """Signing is not possible. `sentence` is the reason in the current language."""
 
     def __init__(self, why: str) -> None:
         super().__init__(why)
@@ -52,7 +52,7 @@ class Station:
 
 
 def fingerprint_of(public: bytes) -> str:
-    """For people to compare: "3F9A-11C0-…", 80 bits of the key's SHA-256."""
+    """80 bits of the key's SHA-256 for comparison by people: "3F9A-11C0-…"."""
     digits = hashlib.sha256(public).hexdigest().upper()
     return "-".join(digits[place : place + _GROUP] for place in range(0, _GROUPS * _GROUP, _GROUP))
 
@@ -70,15 +70,15 @@ def is_signature(public: bytes, signature: bytes, data: bytes) -> bool:
 
 @lru_cache(maxsize=64)
 def _public_key(public: bytes) -> "Ed25519PublicKey":
-    """Raises `ValueError` for what is no key."""
+    """Raises `ValueError` if it is not a key."""
     from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
 
     return Ed25519PublicKey.from_public_bytes(public)
 
 
 def own_station(folder: Path) -> Station:
-    """The station of this data folder; its key is made when there is none. A key file that cannot be read is never
-    replaced. Raises `StationTrouble`.
+    """The station of this data folder; creates its key if it is missing. An unreadable key file is never replaced.
+    Raises `StationTrouble`.
     """
     with _troubles():
         path = folder / KEY_FILE
@@ -89,14 +89,14 @@ def own_station(folder: Path) -> Station:
 
 
 def find_station(folder: Path) -> Station | None:
-    """None where no key was made yet. Raises `StationTrouble`."""
+    """None if there is no key yet. Raises `StationTrouble`."""
     with _troubles():
         path = folder / KEY_FILE
         return _station(path) if path.exists() else None
 
 
 def station_to_sign(folder: Path) -> Station | None:
-    """`own_station`; None, and a line in the log, where it cannot be used."""
+    """`own_station`; None and a line in the log if it cannot be used."""
     try:
         return own_station(folder)
     except StationTrouble as trouble:
@@ -128,7 +128,7 @@ def _station(path: Path) -> Station:
 
 
 def _make(path: Path) -> None:
-    """Whole or not at all; where another program makes one at the same time, the first one counts."""
+    """Atomic; if another process creates a key at the same time, the first one counts."""
     from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 
     seed = encoded(Ed25519PrivateKey.generate().private_bytes_raw())
@@ -136,18 +136,18 @@ def _make(path: Path) -> None:
         write_whole(draft, f"{seed}\n".encode(), is_private=True)
         try:
             os.link(draft, path)
-        except OSError:  # there is one, or the file system has no links
+        except OSError:  # it exists already, or the file system has no hard links
             if path.exists():
                 raise FileExistsError from None
 
 
 def encoded(data: bytes) -> str:
-    """As base64."""
+    """Encode as base64."""
     return base64.b64encode(data).decode()
 
 
 def decoded(text: object, length: int) -> bytes | None:
-    """None for anything but this many bytes in base64."""
+    """None unless it is base64 of exactly `length` bytes."""
     if not isinstance(text, str):
         return None
     try:

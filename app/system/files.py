@@ -1,4 +1,4 @@
-"""Atomic file writes: whole or not at all."""
+"""Atomic file writes and file locks."""
 
 import errno
 import os
@@ -16,7 +16,7 @@ if sys.platform == "win32":
     from ctypes import wintypes
 
     class _Overlapped(ctypes.Structure):
-        """Which byte is locked: one that no file has, because nobody else can read a locked one."""
+        """The locked byte: beyond the end of any file, because a locked byte cannot be read by others."""
 
         _fields_ = (
             ("internal", ctypes.c_void_p),
@@ -33,17 +33,16 @@ else:
     import fcntl
 
 DRAFT_CHARACTERS = 40
-"""Of the target's name in that of the draft: at four bytes each they fit into a file name's 255 bytes."""
+"""Length of the target's name in the draft's: at four bytes a character it fits into 255 bytes."""
 
 
 @contextmanager
 def whole_file(path: Path, *, is_private: bool = False) -> Iterator[IO[bytes]]:
-    """Replaces the file in one step when the block ends: whoever reads it, also after a crash, finds the old or the
-    new, whole. Whatever stops the block, the old file stays.
+    """Replaces the file atomically when the block ends; readers see the old or the new file, also after a crash. If the
+    block raises, the old file remains.
 
-    As QSaveFile and git do, a link stays and the file that it leads to is replaced; a link that another user has put
-    into a folder that everybody may write into is refused, as Linux does. What cannot be replaced, a pipe or a device,
-    is written to. Raises OSError.
+    As with QSaveFile and git, the target of a symbolic link is replaced. A link of another user in a folder writable by
+    everybody is refused, as by Linux. A pipe or a device is written to directly. Raises OSError.
     """
     path = _target_of(path)
     if path.exists() and not path.is_file():
@@ -58,7 +57,7 @@ def whole_file(path: Path, *, is_private: bool = False) -> Iterator[IO[bytes]]:
 
 @contextmanager
 def draft_of(path: Path, *, is_private: bool = False) -> Iterator[Path]:
-    """An empty file beside `path` that takes its place in one step when the block ends, unless the block raises.
+    """An empty file beside `path` that replaces it atomically when the block ends, unless the block raises.
 
     `is_private`: nobody else may read it. Raises OSError.
     """
@@ -77,20 +76,20 @@ def draft_of(path: Path, *, is_private: bool = False) -> Iterator[Path]:
 
 
 def write_whole(path: Path, data: bytes, *, is_private: bool = False) -> None:
-    """Replaces the file by `data`; see `whole_file`. Raises OSError; the old file then stays."""
+    """Replaces the file by `data`; see `whole_file`. Raises OSError; the old file then remains."""
     with whole_file(path, is_private=is_private) as file:
         file.write(data)
 
 
 def private_opener(path: str, flags: int) -> int:
-    """For `open`: nobody else may read what it makes."""
+    """For `open`: creates files that only this user can read."""
     return os.open(path, flags, 0o600)
 
 
 def lock(file: IO[bytes], *, is_shared: bool = False) -> None:
-    """Until the file is closed, at the latest when the program ends, however it ends. Never waits.
+    """Lock until the file is closed or the process ends. Never waits.
 
-    Raises OSError where another one holds it.
+    Raises OSError if it is locked by another process.
     """
     if sys.platform == "win32":
         kernel = ctypes.WinDLL("kernel32", use_last_error=True)
@@ -104,7 +103,7 @@ def lock(file: IO[bytes], *, is_shared: bool = False) -> None:
 
 
 def _target_of(path: Path) -> Path:
-    """The file that `path` leads to. Raises OSError for a link in a circle, and for one of a stranger."""
+    """Resolves symbolic links. Raises OSError for a loop and for a link of another user."""
     if path.is_symlink():
         folder, owner = path.parent.stat(), path.lstat().st_uid
         is_for_all = folder.st_mode & stat.S_ISVTX and folder.st_mode & stat.S_IWOTH
@@ -117,7 +116,7 @@ def _target_of(path: Path) -> Path:
 
 
 def _umask() -> int:
-    """The only way to read it is to set it; nobody else makes files meanwhile."""
+    """It can only be read by setting it."""
     mask = os.umask(0o077)
     os.umask(mask)
     return mask

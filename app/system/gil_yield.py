@@ -5,7 +5,7 @@ import time
 
 WORK_S = 0.002
 REST_S = 0.001
-"""At most a third slower, and the window never waits longer than `WORK_S` for its turn."""
+"""Slows the work by at most a third; the GUI thread waits at most `WORK_S` for the GIL."""
 
 
 class GilYield:

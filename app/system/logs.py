@@ -1,7 +1,7 @@
-"""Log file in the platform's folder, rotating, with the last lines kept in memory for the support bundle.
+"""Rotating log file in the platform's folder, with the last lines in memory for the support bundle.
 
-The log never stops the program: where the folder cannot be written, the disk is full, or another copy of the program
-has the file, that is said once (`Log.trouble`) and the lines go on in memory, or into a file of their own.
+The log never stops the program: if the folder cannot be written, the disk is full, or another instance uses the file,
+this is reported once (`Log.trouble`) and logging continues in memory or in another file.
 """
 
 import contextlib
@@ -22,17 +22,17 @@ from app.system.files import lock
 APP_NAME = "dps-s"
 FILE_BYTES = 1_000_000
 MAX_FILES = 5
-"""Besides the one that is written."""
+"""In addition to the current one."""
 MAX_LINES = 2000
 MAX_COPIES = 8
-"""Copies of the program that run at once and each get a file."""
+"""Instances that run at the same time, each with its own file."""
 _FORMAT = "%(asctime)s.%(msecs)03d %(levelname)-7s %(threadName)s %(name)s: %(message)s"
 _DATE_FORMAT = "%Y-%m-%d %H:%M:%S"
 _log = logging.getLogger(__name__)
 
 
 class Recent(logging.Handler):
-    """The last lines. `text` may be called from any thread."""
+    """Holds the last lines. `text` is thread-safe."""
 
     def __init__(self, kept: int = MAX_LINES) -> None:
         super().__init__()
@@ -47,7 +47,7 @@ class Recent(logging.Handler):
 
 
 class _File(RotatingFileHandler):
-    """Falls silent at the first error, which goes to `on_error`: the disk is full, or the folder went away."""
+    """Stops at the first error, for example a full disk, and passes it to `on_error`."""
 
     def __init__(self, path: Path, on_error: Callable[[OSError], None]) -> None:
         super().__init__(path, maxBytes=FILE_BYTES, backupCount=MAX_FILES, encoding="utf-8", errors="replace")
@@ -70,13 +70,13 @@ class _File(RotatingFileHandler):
 
 @dataclass(slots=True)
 class Log:
-    """Where the log goes. Made by `start_log`; `stop` ends it."""
+    """The running log. Made by `start_log`; ended by `stop`."""
 
     recent: Recent
     path: Path | None = None
-    """The file; None where there is none."""
+    """The file; None if there is none."""
     trouble: OSError | None = None
-    """Why there is no file, or why it is no longer written."""
+    """Why there is no file, or why writing it has stopped."""
     _handlers: list[logging.Handler] = field(default_factory=list)
     _lock_file: IO[bytes] | None = None
 
@@ -98,7 +98,7 @@ class Log:
 
 
 def start_log(folder: Path | None = None, *, level: int = logging.INFO) -> Log:
-    """Begin to log, into `folder` or the platform's log folder. Never raises."""
+    """Start logging into `folder` or the platform's log folder. Never raises."""
     formatter = logging.Formatter(_FORMAT, _DATE_FORMAT)
     log = Log(Recent())
     log.recent.setFormatter(formatter)
@@ -124,7 +124,7 @@ def start_log(folder: Path | None = None, *, level: int = logging.INFO) -> Log:
 
 
 def _own_file(folder: Path) -> tuple[Path, IO[bytes]]:
-    """A file that no other copy of the program writes: two of them would rotate each other's lines away."""
+    """A file that no other instance writes: two instances would rotate each other's lines away."""
     for number in range(1, MAX_COPIES + 1):
         name = APP_NAME if number == 1 else f"{APP_NAME}-{number}"
         lock_file = (folder / f"{name}.lock").open("ab")
@@ -138,7 +138,7 @@ def _own_file(folder: Path) -> tuple[Path, IO[bytes]]:
 
 
 def text_of(log: Log, *, longest_bytes: int = FILE_BYTES) -> str:
-    """The last lines: of the file where there is one, with those of earlier runs, else of this run. Never raises."""
+    """The last lines of the file, including earlier runs, or those in memory. Never raises."""
     if log.path is not None and log.trouble is None:
         with contextlib.suppress(OSError), log.path.open("rb") as file:
             size = file.seek(0, os.SEEK_END)

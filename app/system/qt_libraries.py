@@ -1,8 +1,7 @@
-"""The system libraries that Qt needs on Linux, and the packages that have them.
+"""The system libraries that Qt needs on Linux, and the packages that contain them.
 
-Elsewhere the PySide6 wheel brings everything. The libraries are tried by loading them, which takes milliseconds and
-names exactly what is missing; the packages are those of Debian 12 and 13, Fedora, Arch and openSUSE. Standard library
-only: the set-up of a checkout reads it before anything is installed.
+On other systems the PySide6 wheel contains everything. The libraries are checked by loading them. The packages are
+those of Debian 12 and 13, Fedora, Arch and openSUSE. Standard library only: used before anything is installed.
 """
 
 import ctypes
@@ -13,7 +12,7 @@ from typing import Final, NamedTuple
 
 
 class Library(NamedTuple):
-    """A shared library and the package that has it, per package manager."""
+    """A shared library and its package per package manager."""
 
     soname: str
     apt: str
@@ -68,7 +67,7 @@ INSTALL: Final = {
 
 
 def wanted_libraries(*, is_screen_wanted: bool) -> tuple[Library, ...]:
-    """The libraries for a window on the screen that there is, or for none."""
+    """The libraries for a window on the present screen, or for offscreen use."""
     platform = os.environ.get("QT_QPA_PLATFORM", "").partition(":")[0]
     has_x = bool(os.environ.get("DISPLAY")) and platform in ("", "xcb")
     has_wayland = bool(os.environ.get("WAYLAND_DISPLAY")) and platform in ("", "wayland")
@@ -80,7 +79,7 @@ def wanted_libraries(*, is_screen_wanted: bool) -> tuple[Library, ...]:
 
 
 def missing(libraries: tuple[Library, ...]) -> tuple[Library, ...]:
-    """Those that the loader does not find or cannot load."""
+    """The libraries that cannot be loaded."""
     return tuple(library for library in libraries if not _loads(library.soname))
 
 
@@ -114,7 +113,7 @@ def _is_after_time_t_64() -> bool:
 
 
 def has_time_t_64_names(os_release: str) -> bool:
-    """Is this a system that renamed libraries when it widened the time (Debian 13, Ubuntu 24.04, Mint 22)?
+    """Whether packages were renamed for 64-bit time_t (Debian 13, Ubuntu 24.04, Mint 22).
 
     ``os_release`` is the text of /etc/os-release.
     """
@@ -122,5 +121,5 @@ def has_time_t_64_names(os_release: str) -> bool:
     release = {key: value.strip('"') for key, value in pairs}
     name, number = release.get("ID", ""), release.get("VERSION_ID", "").split(".")[0]
     first_renamed = {"ubuntu": 24, "linuxmint": 22}.get(name, 13)
-    # Debian's testing states no number, and is newer than all that do.
+    # Debian testing has no version number and is newer than all releases.
     return int(number) >= first_renamed if number.isdigit() else name == "debian"

@@ -1,4 +1,4 @@
-"""Whether a window can open here: said in one sentence before Qt ends the program with a riddle (Linux only)."""
+"""Checks whether a window can open, before Qt aborts with an unhelpful message (Linux only)."""
 
 import ctypes
 import os
@@ -18,18 +18,18 @@ from app.system.qt_libraries import (
 from app.text.i18n import tr
 
 ASKED: Final = "system-libraries.txt"
-"""In a bundle: what it takes from the system, one name a line."""
+"""In a bundle: the required system libraries, one name per line."""
 
 
 def window_obstacle() -> str | None:
-    """Why no window can open; None where nothing stands against it."""
+    """Why no window can open; None if nothing prevents it."""
     if not sys.platform.startswith("linux"):
         return None
     platform = os.environ.get("QT_QPA_PLATFORM", "").partition(":")[0]
     x, wayland = os.environ.get("DISPLAY"), os.environ.get("WAYLAND_DISPLAY")
     if platform in ("", "xcb", "wayland") and not (x or wayland):
         return tr("There is no screen here: neither DISPLAY nor WAYLAND_DISPLAY is set.")
-    # Of the others some serve parts of Qt that are not used: where one is really missed, importing Qt fails.
+    # Some of the others serve unused parts of Qt; if a needed one is missing, importing Qt fails.
     if missing(tuple(one for one in _wanted() if one not in ALWAYS or _is_bundle())):
         return missing_libraries()
     if platform == "xcb" or (not platform and not wayland):
@@ -38,7 +38,7 @@ def window_obstacle() -> str | None:
 
 
 def missing_libraries() -> str | None:
-    """What Qt needs and is not here, and the command that installs all of it; None where nothing is missing."""
+    """The missing libraries and the command that installs them; None if nothing is missing."""
     lacking = missing(_wanted()) if sys.platform.startswith("linux") else ()
     if not lacking:
         return None
@@ -63,7 +63,7 @@ def _wanted() -> tuple[Library, ...]:
 
 
 def _refuses_x() -> bool:
-    """Does the screen that DISPLAY names turn this user away, or is there none?"""
+    """Whether the X server named by DISPLAY is missing or refuses this user."""
     try:
         xcb = ctypes.CDLL("libxcb.so.1")
     except OSError:

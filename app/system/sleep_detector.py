@@ -1,13 +1,13 @@
 """Detects that the computer slept, by comparing two clocks.
 
-While the computer sleeps nothing is heard of the module, and the clock that ages are told by may stand still: what is
-twelve minutes old would pass for fresh, and what was armed before would be armed still.
+During sleep the monotonic clock may stop: a value that is twelve minutes old would look fresh, and what was armed
+before would still be armed.
 
-- The system tells how long it slept: by a clock that goes on asleep (Linux, macOS), or by two counts of interrupt
-  time, of which one leaves sleep out (Windows).
-- A machine that was stopped as a whole knows nothing of it: a turn of the loop took far longer than it ever waits.
+- The system tells how long it slept: by a clock that includes sleep (Linux, macOS), or by two interrupt times, one of
+  which excludes sleep (Windows).
+- A virtual machine that was paused is detected by an iteration of the loop that took far too long.
 
-The time of day says nothing: people and time servers set it.
+The time of day is not used: people and time servers set it.
 """
 
 import sys
@@ -17,9 +17,9 @@ from functools import partial
 from typing import NamedTuple
 
 SHORTEST_S = 1.0
-"""A sleep; less than that is two clocks that were not read at the same instant."""
+"""The shortest sleep; smaller differences come from reading two clocks one after the other."""
 MAX_TURN_S = 5.0
-"""A turn of the loop waits for 0.02 s, and works for a second where the disk is slow."""
+"""An iteration of the loop waits 0.02 s, and works up to a second on a slow disk."""
 
 _INTERRUPT_TIMES_PER_S = 10_000_000
 
@@ -27,14 +27,14 @@ Clock = Callable[[], float]
 
 
 class ClockReading(NamedTuple):
-    """Both clocks at one instant, in seconds. `with_sleep_s` is None where the system does not tell of sleep."""
+    """Both clocks at one instant, in seconds. `with_sleep_s` is None if the system has no such clock."""
 
     awake_s: float
     with_sleep_s: float | None = None
 
 
 def slept_s(before: ClockReading, now: ClockReading) -> float:
-    """For how long it slept between two moments; 0 where it did not."""
+    """How long the computer slept between two readings, in seconds."""
     turn_s = now.awake_s - before.awake_s
     if before.with_sleep_s is not None and now.with_sleep_s is not None:
         missed_s = now.with_sleep_s - before.with_sleep_s - turn_s
@@ -44,7 +44,7 @@ def slept_s(before: ClockReading, now: ClockReading) -> float:
 
 
 def sleepless_clock() -> Clock | None:
-    """`time.monotonic` plus the time that the computer slept; None where the system does not tell."""
+    """`time.monotonic` plus the time asleep; None if the system does not provide it."""
     if sys.platform == "win32":
         return plus_time_asleep(time.monotonic, *_interrupt_times())
     else:  # noqa: RET505  mypy would call it unreachable
@@ -56,7 +56,7 @@ def sleepless_clock() -> Clock | None:
 
 
 def plus_time_asleep(clock: Clock, with_sleep: Clock, without_sleep: Clock) -> Clock:
-    """`clock` plus what the other two disagree about; whether `clock` itself goes on asleep does not matter."""
+    """`clock` plus the difference of the other two; works whether or not `clock` includes sleep."""
     return lambda: clock() + with_sleep() - without_sleep()
 
 
@@ -81,14 +81,14 @@ if sys.platform == "win32":
 
 
 class SleepDetector:
-    """Compares each look with the one before. One thread."""
+    """Compares each reading with the previous one. For one thread."""
 
     def __init__(self, clock: Clock = time.monotonic, with_sleep: Clock | None = None) -> None:
         self._clock, self._with_sleep = clock, with_sleep
         self._before = self._now()
 
     def poll(self) -> float:
-        """For how long the computer slept since the last look, in seconds; 0 where it did not."""
+        """How long the computer slept since the last call, in seconds."""
         now = self._now()
         before, self._before = self._before, now
         return slept_s(before, now)

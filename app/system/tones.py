@@ -1,4 +1,4 @@
-"""Short tones for what must not be missed, made here and played by what the system has."""
+"""Short alert tones, generated here and played by a program of the system."""
 
 import math
 import shutil
@@ -20,7 +20,7 @@ _PLAYERS: Final = ("pw-play", "paplay", "aplay", "afplay")
 
 
 class Tone(Enum):
-    """Notes of one tone: frequency in Hz, duration in seconds. Each can be told from the others."""
+    """Notes of each tone: frequency in Hz, duration in seconds. All are distinguishable."""
 
     TRIGGERED = ((988.0, 0.12), (988.0, 0.12), (1319.0, 0.3))
     LOST = ((523.0, 0.18), (349.0, 0.28))
@@ -47,14 +47,14 @@ def wav(tone: Tone) -> bytes:
 
 
 class TonePlayer:
-    """Plays without waiting for the end."""
+    """Plays asynchronously."""
 
     def __init__(self) -> None:
         self._folder: tempfile.TemporaryDirectory[str] | None = None
         self._running: list[subprocess.Popen[bytes]] = []
 
     def play(self, tone: Tone) -> bool:
-        """Whether the system has something to play it with."""
+        """Return whether the system has a player."""
         path = self._file(tone)
         if path is None:
             return False
@@ -80,7 +80,7 @@ class TonePlayer:
         return True
 
     def close(self) -> None:
-        """Wait for no tone, and leave no file."""
+        """Delete the files without waiting for a tone."""
         for one in self._running:
             one.kill()
             one.wait()

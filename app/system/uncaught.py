@@ -1,4 +1,4 @@
-"""Exceptions that nobody caught, in any thread: into the log, and to whoever tells a person."""
+"""Logs and reports uncaught exceptions of all threads."""
 
 import logging
 import sys
@@ -13,7 +13,7 @@ _log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True)
 class UncaughtError:
-    """An exception that nobody caught. `details` is for the clipboard, not for the eye."""
+    """An uncaught exception. `details` is for the clipboard."""
 
     summary: str
     details: str
@@ -24,10 +24,10 @@ Hook = Callable[[UncaughtError], None]
 
 
 def catch_uncaught_errors(on_uncaught: Hook) -> Callable[[], None]:
-    """From now on an uncaught exception, in any thread, goes into the log and to `on_uncaught`, not to a terminal.
+    """Log uncaught exceptions of all threads and pass them to `on_uncaught` instead of the terminal.
 
-    Returns what ends it. `on_uncaught` is called in the thread of the exception. Ctrl-C stays as it is. One
-    that was caught all the same is told with `report_uncaught_error`.
+    Returns a function that restores the previous hooks. `on_uncaught` is called in the thread of the exception. Ctrl-C
+    is not affected. For exceptions that had to be caught there is `report_uncaught_error`.
     """
     global _on_uncaught
     before, before_thread = sys.excepthook, threading.excepthook
@@ -54,12 +54,12 @@ def catch_uncaught_errors(on_uncaught: Hook) -> Callable[[], None]:
 
 
 def report_uncaught_error(error: BaseException) -> None:
-    """Log an exception that was caught so that its thread goes on, and tell it like one that nobody caught."""
+    """Log and report an exception that was caught only so that its thread continues."""
     _report(_on_uncaught, error, error.__traceback__, threading.current_thread().name)
 
 
 def _log_only(_error: UncaughtError) -> None:
-    """Outside of `catch_uncaught_errors` the log is all there is."""
+    """Default outside of `catch_uncaught_errors`."""
 
 
 _on_uncaught: Hook = _log_only

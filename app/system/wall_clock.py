@@ -1,7 +1,7 @@
 """Converts monotonic times to wall-clock times across clock jumps.
 
-While the computer sleeps the monotonic clock may stand still, and people and time servers set the calendar's. So what
-is to be added to a monotonic time depends on when that was.
+During sleep the monotonic clock may stop, and people and time servers set the wall clock. The offset between the two
+therefore depends on the time.
 """
 
 import math
@@ -12,12 +12,12 @@ from datetime import datetime
 from app.system.sleep_detector import Clock
 
 JUMP_S = 2.0
-"""So far the two clocks may go apart before that counts; less is a time server at work."""
+"""A larger difference counts as a jump; smaller ones are corrections by a time server."""
 
 
 class WallClock:
-    """`look` often: a time between two looks, of which only the second found the clocks apart, is taken as from after
-    that. One thread."""
+    """Call `poll` often: times between two calls, of which the second detected a jump, count as after the jump. For one
+    thread."""
 
     def __init__(self, clock: Clock = time.monotonic, wall_clock: Clock = time.time) -> None:
         self._clock, self._wall_clock = clock, wall_clock
@@ -26,7 +26,7 @@ class WallClock:
         self._offsets = [wall_clock() - self._polled_at]
 
     def poll(self) -> bool:
-        """Whether the clocks went apart since the last look."""
+        """Return whether there was a jump since the last call."""
         before, self._polled_at = self._polled_at, self._clock()
         offset_s = self._wall_clock() - self._polled_at
         if abs(offset_s - self._offsets[-1]) <= JUMP_S:
@@ -37,11 +37,11 @@ class WallClock:
 
     @property
     def offset_s(self) -> float:
-        """Added to a monotonic time of now gives seconds since 1970."""
+        """Add to the current monotonic time to get seconds since 1970."""
         return self._offsets[-1]
 
     def at(self, time_s: float) -> float:
-        """A monotonic time, also an earlier one, as seconds since 1970."""
+        """Convert a monotonic time, also an earlier one, to seconds since 1970."""
         return time_s + self._offsets[bisect_left(self._froms, time_s) - 1]
 
 

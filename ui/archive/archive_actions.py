@@ -1,4 +1,4 @@
-"""Archive… in the File menu, and the line in the status bar. Loaded late: no start takes longer."""
+"""Archive… in the File menu, and the line in the status bar. Imported late, to keep the start fast."""
 
 from typing import TYPE_CHECKING
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class ArchiveActions(QObject):
-    """Of one window."""
+    """For one window."""
 
     def __init__(self, window: MainWindow, services: Services) -> None:
         super().__init__(window)

@@ -1,4 +1,4 @@
-"""The archive: server, exchange, questions about modules, every module today and its whole life."""
+"""Archive dialog: server, exchange, questions about modules, the state and history of every module."""
 
 from contextlib import closing
 from dataclasses import dataclass
@@ -47,14 +47,14 @@ _SIGN_PX: Final = 16
 
 @dataclass(frozen=True, slots=True)
 class Loaded:
-    """What the tables show."""
+    """Data of the tables."""
 
     states: tuple[ModuleToday, ...]
     conflicts: tuple[Conflict, ...]
 
 
 class ArchiveDialog(QDialog):
-    """Not modal: LOCK stays in reach beside it. Files and server are read and written in a background thread."""
+    """Not modal, so that LOCK stays reachable. Files and the server are accessed in a background thread."""
 
     def __init__(self, exchange: ArchiveExchange, services: Services, parent: QWidget) -> None:
         super().__init__(parent)
@@ -125,7 +125,7 @@ class ArchiveDialog(QDialog):
                spacing=Space.S, margins=Space.S)  # fmt: skip
         self.question.hide()
 
-    # What a person does
+    # Actions
 
     def _use_server(self) -> None:
         try:
@@ -146,7 +146,7 @@ class ArchiveDialog(QDialog):
             self._exchange.run(lambda archive, on_page: archive.import_file(path, on_page=on_page))
 
     def _settle(self, name_of: int | None) -> None:
-        """`name_of`: whose name the one module has; None: they are two."""
+        """`name_of`: the module whose name is used for both; None: they are different."""
         if not self._conflicts or self._exchange.is_running:
             return
         one, other = self._conflicts[0].pair
@@ -158,7 +158,7 @@ class ArchiveDialog(QDialog):
 
         self._exchange.run(settle)
 
-    # What is shown
+    # Display
 
     def _refresh(self) -> None:
         exchange, seen = self._exchange, self._exchange.seen
@@ -267,7 +267,7 @@ def _state_text(not_shared: int, last_at: str | None, server: str | None, done: 
 
 
 def _ask_save(parent: QWidget) -> Path | None:
-    """An existing file is added to, so nothing is asked before it."""
+    """An existing file is extended, so no confirmation is needed."""
     options = QFileDialog.Option.DontConfirmOverwrite
     name, _filter = QFileDialog.getSaveFileName(
         parent, tr("Export…"), f"dps-s{SUFFIX}", tr("Archive (*.dpsarchive)"), options=options

@@ -1,4 +1,4 @@
-"""Exchanges this station's records in a background thread: by itself where a server is set, or when asked to."""
+"""Exchanges records in a background thread: automatically if a server is set, or on request."""
 
 import logging
 from collections.abc import Callable
@@ -23,19 +23,19 @@ if TYPE_CHECKING:
 
 _log = logging.getLogger(__name__)
 EVERY_MS: Final = 60_000
-"""How often it is asked whether there is something to share."""
+"""Interval at which new records are looked for."""
 AT_LEAST_EVERY_S: Final = 300.0
-"""So often what other stations recorded is fetched, also where nothing is to be shared."""
+"""Interval at which records of other stations are fetched even if there is nothing to share."""
 Act = Callable[["Archive", Callable[["Exchanged"], None]], "Exchanged | None"]
 
 
 class _Ended(Exception):
-    """The window closes."""
+    """The window is closing."""
 
 
 @dataclass(frozen=True, slots=True)
 class Seen:
-    """What came of one turn. `trouble`: why the server or file could not be used."""
+    """Result of one exchange. `trouble`: why the server or file could not be used."""
 
     status: "ArchiveStatus"
     done: "Exchanged | None" = None
@@ -54,11 +54,11 @@ class ArchiveExchange(QObject):
         self._timer = QTimer(self, interval=EVERY_MS)
         self._timer.timeout.connect(self._exchange_if_due)
         self.server: str | None = None
-        """The one that is set."""
+        """The configured server."""
         self.seen: Seen | None = None
         self.trouble: UserMessage | None = None
         self.altered = 0
-        """Rows on the server that are not what a station recorded, at the last exchange with it."""
+        """Number of altered rows on the server, at the last exchange."""
 
     @property
     def is_running(self) -> bool:
@@ -69,7 +69,7 @@ class ArchiveExchange(QObject):
         return self._storage.folder
 
     def start(self) -> None:
-        """The pages are made: from now on it is nobody's start that takes longer."""
+        """Called after the pages are made, to keep the start fast."""
         from app.archive.server_setting import stored_server
 
         self.server = stored_server(self.folder)
@@ -78,7 +78,7 @@ class ArchiveExchange(QObject):
             self._exchange_if_due()
 
     def use_server(self, text: str) -> None:
-        """Set it, and exchange at once with the address as typed; "" sets none. Raises `ArchiveTrouble`."""
+        """Store the address and exchange at once; "" removes it. Raises `ArchiveTrouble`."""
         from app.archive.server_setting import store_server
 
         self.server = store_server(self.folder, text)
@@ -94,11 +94,11 @@ class ArchiveExchange(QObject):
             self._sync(self.server)
 
     def refresh(self) -> None:
-        """Count what is not shared; no server is asked."""
+        """Count what is not shared, without contacting the server."""
         self.run(lambda _archive, _on_page: None)
 
     def run(self, act: Act) -> None:
-        """One exchange; what came of it is in `seen` when `changed` is emitted."""
+        """Run one exchange; its result is in `seen` when `changed` is emitted."""
         server, storage = self.server, self._storage
         self._task.run(lambda running: _work(storage, server, act, running), self._on_exchanged, self._fail)
         self.changed.emit()
@@ -108,7 +108,7 @@ class ArchiveExchange(QObject):
             if not is_due(archive, url):
                 return None
             done = archive.sync(url, on_page=on_page)
-            self.altered = done.refused_count  # read by the window when this has ended
+            self.altered = done.refused_count  # read by the window afterwards
             return done
 
         self.run(sync)
@@ -133,7 +133,7 @@ class ArchiveExchange(QObject):
 
 
 def last_time(at: str | None) -> str:
-    """Of the last exchange: the time where it was today, else the day."""
+    """Time of the last exchange if it was today, else its date."""
     if at is None:
         return tr("never")
     when = datetime.fromisoformat(at).astimezone()
@@ -149,7 +149,7 @@ def _is_due(archive: "Archive", server: str) -> bool:
 
 
 def _work(storage: Storage, server: str | None, act: Act, running: Running) -> Seen:
-    """In a thread of its own; breaks off between two pages where the window closes."""
+    """Runs in a background thread; stops between two pages if the window closes."""
     from app.archive.archive import open_archive
     from app.archive.fact_set import ArchiveTrouble
 

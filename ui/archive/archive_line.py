@@ -1,4 +1,4 @@
-"""Quiet line in the status bar: how many records are not shared yet, and when they were last."""
+"""Line in the status bar: how many records are not shared yet, and the last exchange."""
 
 from typing import Final
 
@@ -13,7 +13,7 @@ from ui.style.theme import Meaning
 from ui.widgets.controls import control
 
 SMALLEST_PX: Final = 80
-"""Where the window is narrow its text is cut, and whole in its tooltip."""
+"""In a narrow window the text is elided; the tooltip has all of it."""
 
 
 class ArchiveLine(QToolButton):

@@ -1,4 +1,4 @@
-"""Tables of the archive: every module today, and the whole life of one."""
+"""Tables of the archive: every module today, and the history of one."""
 
 from collections.abc import Callable, Sequence
 from datetime import datetime
@@ -24,7 +24,7 @@ _ROW_PX: Final = 26
 
 
 class ArchiveTable(Generic[Row]):
-    """A view with its rows."""
+    """A table view with its model."""
 
     def __init__(
         self,
@@ -45,7 +45,7 @@ class ArchiveTable(Generic[Row]):
         head.setStretchLastSection(True)
 
     def chosen(self) -> Row | None:
-        """None where no row is selected."""
+        """None if no row is selected."""
         rows = self.view.selectionModel().selectedRows()
         return self.rows.row_at(rows[0].row()) if rows else None
 
