@@ -12,8 +12,8 @@ from pytestqt.qtbot import QtBot
 
 from app.recordings.library import RecordingLibrary
 from tests.support.records.recordings_made import HEADING, batch, device, recorder_in, report
-from tests.support.window.driver import Driver
 from tests.support.window.fake_ports import FakeWorker
+from tests.support.window.steps import Driver
 from ui.core.connector import Connector
 from ui.core.port_watcher import PortWatcher
 from ui.core.texts import Texts

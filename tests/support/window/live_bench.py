@@ -14,8 +14,8 @@ from app.engine.worker import Batch, Connection, PortState
 from app.safety.journal import NoJournal
 from protocol.fields import Value
 from protocol.link_states import Presence
-from tests.support.window.driver import Driver
 from tests.support.window.fake_ports import VALUES, FakeWorker
+from tests.support.window.steps import Driver
 from ui.core.connector import Connector
 from ui.core.port_watcher import PortWatcher
 from ui.core.texts import Texts

@@ -20,8 +20,8 @@ from app.stations.known import Stations
 from app.store.store import Store
 from protocol.catalogue import SERIAL_OUTPUT, Hazard, Request
 from protocol.events import Sent
-from tests.support.window.driver import Driver, Found
 from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
+from tests.support.window.steps import Driver, Found
 from ui.main import PAGES, Assembly
 from ui.pages.preflight.controller import Standing
 from ui.pages.preflight.page import PreflightPage

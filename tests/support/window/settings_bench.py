@@ -15,9 +15,8 @@ from app.simulator.bench import SimulatedBench
 from protocol.catalogue import BY_NAME, Hazard, Request
 from protocol.fields import Value
 from protocol.frame import decode_request
-from tests.support.window.driver import Driver
 from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
-from tests.support.window.steps import let_lay_out
+from tests.support.window.steps import Driver, let_lay_out
 from ui.acts.confirm import Confirm
 from ui.main import PAGES, Assembly
 from ui.pages.commands.page import CommandsPage

@@ -1,12 +1,19 @@
-"""Prepares clicks on the steps of an act, which count only after 0.5 s."""
+"""Finds, awaits and clicks widgets; steps of an act, which count only after 0.5 s, deliberately."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from typing import TypeVar
 
 from PySide6.QtCore import QPointF, Qt
-from PySide6.QtWidgets import QApplication, QWidget
+from PySide6.QtWidgets import QAbstractButton, QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
+from tests.support.window.fakes_ui import WAIT_MS
 from ui.widgets.gestures import gestures
 from ui.widgets.notice_bar import NoticeBar
 from ui.widgets.step_button import DEAD_FOR_S, StepButton
+
+Found = TypeVar("Found", bound=QWidget)
 
 
 def settle(widget: QWidget | None) -> None:
@@ -35,3 +42,29 @@ def press(qtbot: QtBot, widget: QWidget | None) -> None:
 def notice_text(bar: NoticeBar) -> str:
     """The text of the notice shown, "" without one."""
     return "" if bar.notice is None else bar.notice.text
+
+
+class Driver(ABC):
+    """Base of what drives a window or a page in tests."""
+
+    qtbot: QtBot
+
+    @property
+    @abstractmethod
+    def root(self) -> QWidget:
+        """The widget in whose children is searched."""
+
+    def find(self, kind: type[Found], name: str = "") -> Found:
+        found = self.root.findChild(kind, name) if name else self.root.findChild(kind)
+        assert found is not None, name or kind
+        return found
+
+    def click(self, widget: QWidget | str | None) -> None:
+        """Click a widget, or a button given by its name, once it is visible and enabled."""
+        button: QWidget | None = self.find(QAbstractButton, widget) if isinstance(widget, str) else widget
+        assert button is not None
+        self.until(lambda: button.isVisible() and button.isEnabled())
+        press(self.qtbot, button)
+
+    def until(self, is_so: Callable[[], object], timeout_ms: int = WAIT_MS) -> None:
+        self.qtbot.waitUntil(lambda: bool(is_so()), timeout=timeout_ms)

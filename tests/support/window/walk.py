@@ -19,10 +19,9 @@ from app.flight_analysis.flight_set import FlightGroup
 from app.simulator.bench import SimulatedBench
 from tests.support.check_pace import hurry_check
 from tests.support.flights.many_flights import write_logs
-from tests.support.window.driver import Driver
 from tests.support.window.fakes_ui import ADAPTER, SECOND_ADAPTER, WAIT_MS, Ports, simulated, wait_online, window
 from tests.support.window.moved import moved, places
-from tests.support.window.steps import settle
+from tests.support.window.steps import Driver, settle
 from ui.main import PAGES, Assembly, WindowOptions
 from ui.pages.commands.page import CommandsPage
 from ui.pages.diagnosis.page import DiagnosisPage

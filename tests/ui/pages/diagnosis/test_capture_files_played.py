@@ -98,7 +98,7 @@ def test_a_played_state_is_not_left_behind_as_the_modules(qtbot: QtBot, qapp: QA
     with opened(qtbot, qapp, tmp_path) as (assembly, page, _path):
         play(qtbot, assembly, page)
         shell = assembly.window
-        click(qtbot, shell.recording_bar.stop)
+        press(qtbot, shell.recording_bar.stop)
         assert not assembly.connector.is_active
         qtbot.waitUntil(lambda: assembly.connector.state.phase is Phase.CLOSED, timeout=WAIT_MS)
         shell.refresh()

@@ -76,6 +76,6 @@ def test_the_buttons_stay_where_they_are_when_a_notice_is_shown(one: Desk) -> No
     button = one.page.buttons.delete
     before = button.mapTo(one.page, QPoint())
     one.click(button)
-    one.wait(one.page.strip.isVisible)
+    one.until(one.page.strip.isVisible)
     QApplication.processEvents()
     assert button.mapTo(one.page, QPoint()) == before
