@@ -9,7 +9,7 @@ import pytest
 from app.engine.procedure import (
     LOCK_GAPS_S,
     LOCKS_FOR_S,
-    LOCKS_MOST,
+    MAX_LOCKS,
     Ask,
     Await,
     Cancelled,
@@ -166,7 +166,7 @@ def test_a_dangerous_request_never_leaves_without_an_explicit_act() -> None:
 
 
 def test_lock_is_repeated_for_ten_seconds_from_the_first_one() -> None:
-    assert (LOCKS_FOR_S, LOCKS_MOST) == (10.0, 50)
+    assert (LOCKS_FOR_S, MAX_LOCKS) == (10.0, 50)
     assert all(0.1 < gap_s < 0.2 for gap_s in LOCK_GAPS_S)
     repeat = LockRepeat()
     assert repeat.is_due(5.0)
@@ -182,7 +182,7 @@ def test_lock_is_repeated_for_ten_seconds_from_the_first_one() -> None:
 
 def test_lock_is_sent_fifty_times_at_most() -> None:
     repeat = LockRepeat()
-    for count in range(LOCKS_MOST):
+    for count in range(MAX_LOCKS):
         assert repeat.is_repeating(0.0), count
         repeat.note_sent(0.0)
     assert not repeat.is_repeating(0.0)

@@ -8,7 +8,7 @@ import pytest
 from app.limits.expectations import Expectations, Past
 from app.limits.limits import SETTING_BOUNDS
 from app.preflight.checks import CHECKS
-from app.preflight.evidence import Evidence, FlagFate, LoggedSet, TriggerFlag
+from app.preflight.evidence import Evidence, FlagState, LoggedSet, TriggerFlag
 from app.preflight.findings import Case, CheckResult, Finding
 from app.procedures.history import History
 from app.text.messages import UserMessage
@@ -25,7 +25,7 @@ def finding(
 ) -> Finding:  # fmt: skip
     case = Case(
         evidence=Evidence(port="sim", **evidence), expectations=Expectations(settings=settings or {}),
-        past=past or Past(), are_records_looked_at=is_looked_at, is_same_module=is_same,
+        past=past or Past(), are_records_reviewed=is_looked_at, is_same_module=is_same,
     )  # fmt: skip
     return next(check for check in CHECKS if check.id == check_id).judge(case)
 
@@ -61,15 +61,15 @@ def test_a_setting_beyond_the_bounds_fails_even_where_the_profile_wants_it() -> 
 @pytest.mark.parametrize(
     ("flag", "result", "shown"),
     [
-        (TriggerFlag(FlagFate.ENABLED), PASS, "enabled"),
-        (TriggerFlag(FlagFate.ENABLED, logged=LoggedSet(7, 119.4)), PASS, "enabled 119 s ago (audit log, entry 7)"),
-        (TriggerFlag(FlagFate.ENABLED, logged=LoggedSet(7, 120.0)), PASS, "enabled 2 min ago (audit log, entry 7)"),
-        (TriggerFlag(FlagFate.DISABLED), FAIL, "DISABLED"),
-        (TriggerFlag(FlagFate.REFUSED), FAIL, "refused"),
-        (TriggerFlag(FlagFate.UNANSWERED), UNKNOWN, "unknown: no reply"),
-        (TriggerFlag(FlagFate.NOT_SENT), UNKNOWN, "unknown: not sent"),
-        (TriggerFlag(FlagFate.NOT_SENT, (UserMessage("why"),)), UNKNOWN, "unknown: why"),
-        (TriggerFlag(FlagFate.NEVER_SET), UNKNOWN, "unknown: not set since the last start"),
+        (TriggerFlag(FlagState.ENABLED), PASS, "enabled"),
+        (TriggerFlag(FlagState.ENABLED, logged=LoggedSet(7, 119.4)), PASS, "enabled 119 s ago (audit log, entry 7)"),
+        (TriggerFlag(FlagState.ENABLED, logged=LoggedSet(7, 120.0)), PASS, "enabled 2 min ago (audit log, entry 7)"),
+        (TriggerFlag(FlagState.DISABLED), FAIL, "DISABLED"),
+        (TriggerFlag(FlagState.REFUSED), FAIL, "refused"),
+        (TriggerFlag(FlagState.UNANSWERED), UNKNOWN, "unknown: no reply"),
+        (TriggerFlag(FlagState.NOT_SENT), UNKNOWN, "unknown: not sent"),
+        (TriggerFlag(FlagState.NOT_SENT, (UserMessage("why"),)), UNKNOWN, "unknown: why"),
+        (TriggerFlag(FlagState.NEVER_SET), UNKNOWN, "unknown: not set since the last start"),
         (None, UNKNOWN, "unknown: not asked"),
     ],
 )
@@ -80,7 +80,7 @@ def test_a_trigger_is_enabled_only_where_that_is_known(
     for is_active in (False, True):
         found = finding("attitude_trigger", flags=flags, status=Status(0, 1.0, False, is_active))
         assert (found.result, found.shown.in_english()) == (result, shown)
-        is_to_lock = is_active and flag is not None and flag.fate in (FlagFate.NEVER_SET, FlagFate.NOT_SENT)
+        is_to_lock = is_active and flag is not None and flag.state in (FlagState.NEVER_SET, FlagState.NOT_SENT)
         assert (found.do is not None) is is_to_lock
 
 
@@ -130,9 +130,9 @@ def record() -> TriggerRecord:
         (History((record(),), is_answered=True, is_confirmed=True), Past(has_check=True), True, PASS,
          "1 new of 1, confirmed by a person"),
         (History((record(),), is_answered=True, is_confirmed=True),
-         Past(has_check=True, looked_at=Counter([RECORD])), False, PASS, "0 new of 1"),
+         Past(has_check=True, reviewed=Counter([RECORD])), False, PASS, "0 new of 1"),
         (History((record(), record()), is_answered=True, is_confirmed=True),
-         Past(has_check=True, looked_at=Counter([RECORD])), False, FAIL, "1 new of 2"),
+         Past(has_check=True, reviewed=Counter([RECORD])), False, FAIL, "1 new of 2"),
     ],
 )  # fmt: skip
 def test_a_new_record_is_judged_by_a_person(

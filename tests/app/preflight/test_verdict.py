@@ -8,7 +8,7 @@ import pytest
 
 from app.engine.device import DeviceView, How, Known, Sleep
 from app.limits.expectations import CheckLimits, Expectations, ManualItem, Past
-from app.preflight.evidence import Disturbance, Evidence, FlagFate, TriggerFlag
+from app.preflight.evidence import Disturbance, Evidence, FlagState, TriggerFlag
 from app.preflight.findings import Case, CheckResult
 from app.preflight.verdict import VALID_FOR_S, Void, assess, blocks_go, void_reason
 from app.text.messages import UserMessage
@@ -74,9 +74,9 @@ def test_what_happened_after_the_check_voids_it(known: dict[str, Any], reason: D
         ({"baud_rate": 115200}, "baud_rate", 9600, "changed: Baud rate"),
         ({"series": {"charging": [True, False]}}, "charging", True, "changed: Charging"),
         ({"status": Status(0, 1.0, False, False)}, "triggered", True, "changed: Triggered"),
-        ({"flags": {"attitude_trigger": TriggerFlag(FlagFate.ENABLED)}}, "attitude_trigger", False,
+        ({"flags": {"attitude_trigger": TriggerFlag(FlagState.ENABLED)}}, "attitude_trigger", False,
          "changed: Attitude trigger"),
-        ({"flags": {"attitude_trigger": TriggerFlag(FlagFate.DISABLED)}}, "attitude_trigger", True,
+        ({"flags": {"attitude_trigger": TriggerFlag(FlagState.DISABLED)}}, "attitude_trigger", True,
          "changed: Attitude trigger"),
     ],
 )  # fmt: skip
@@ -88,13 +88,13 @@ def test_a_value_that_changed_is_named(checked: dict[str, Any], key: str, value:
 
 
 def test_a_trigger_that_is_no_longer_known_voids_unless_a_restart_is_still_undecided() -> None:
-    enabled = evidence(flags={"attitude_trigger": TriggerFlag(FlagFate.ENABLED)})
+    enabled = evidence(flags={"attitude_trigger": TriggerFlag(FlagState.ENABLED)})
     assert void(found=enabled, values={"attitude_trigger": True}) is None
     found = void(found=enabled)
     assert found is not None
     assert found.reason is Disturbance.CHANGED
     assert void(found=enabled, undecided=frozenset({"attitude_trigger"})) is None
-    never_set = evidence(flags={"attitude_trigger": TriggerFlag(FlagFate.NEVER_SET)})
+    never_set = evidence(flags={"attitude_trigger": TriggerFlag(FlagState.NEVER_SET)})
     assert void(found=never_set) is None
 
 

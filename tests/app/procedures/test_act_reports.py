@@ -10,7 +10,7 @@ from app.procedures.act import (
     WATCH_S,
     ZEROED_WITHIN_DEG,
     Performed,
-    _Aftermath,
+    _Observed,
     _outcome,
     perform,
 )
@@ -64,7 +64,7 @@ CONFIRMED, REFUSED, UNKNOWN = Outcome.CONFIRMED, Outcome.REFUSED, Outcome.UNKNOW
     ],
 )
 def test_an_activation_is_what_two_reports_say(raw: int | None, reports: tuple[Status, ...], outcome: Outcome) -> None:
-    assert _outcome(Act.ACTIVATE, _Aftermath(raw == 1, raw, reports)) is outcome
+    assert _outcome(Act.ACTIVATE, _Observed(raw == 1, raw, reports)) is outcome
 
 
 @pytest.mark.parametrize(
@@ -83,7 +83,7 @@ def test_an_activation_is_what_two_reports_say(raw: int | None, reports: tuple[S
 def test_not_fired_is_said_only_where_everything_says_so(
     raw: int | None, has_fired: bool | None, reports: tuple[Status, ...], outcome: Outcome
 ) -> None:
-    assert _outcome(Act.DEPLOY, _Aftermath(raw == 1, raw, reports, has_fired=has_fired)) is outcome
+    assert _outcome(Act.DEPLOY, _Observed(raw == 1, raw, reports, has_fired=has_fired)) is outcome
 
 
 @pytest.mark.parametrize(
@@ -100,8 +100,8 @@ def test_not_fired_is_said_only_where_everything_says_so(
 def test_what_follows_from_an_acknowledgement(
     act: Act, raw: int | None, is_alive: bool | None, outcome: Outcome
 ) -> None:
-    assert _outcome(act, _Aftermath(raw == 1, raw, is_alive=is_alive)) is outcome
-    assert _outcome(act, _Aftermath(raw == 1, raw, is_alive=is_alive, is_sent=False)) is Outcome.NOT_SENT
+    assert _outcome(act, _Observed(raw == 1, raw, is_alive=is_alive)) is outcome
+    assert _outcome(act, _Observed(raw == 1, raw, is_alive=is_alive, is_sent=False)) is Outcome.NOT_SENT
 
 
 @pytest.mark.parametrize(

@@ -169,7 +169,7 @@ def test_a_restart_is_proven_by_the_boot_count(before: int | None, after: int | 
 @pytest.mark.parametrize("ending", Ending)
 @pytest.mark.parametrize("fate", Retention)
 def test_everything_is_kept_only_after_a_restart_that_was_seen(ending: Ending, fate: Retention) -> None:
-    stamps = {"a": SettingRetention(1, Retention.KEPT, 1), "b": SettingRetention(2, fate)}
+    stamps = {"a": SettingRetention(1, Retention.RETAINED, 1), "b": SettingRetention(2, fate)}
     result = PowerCycleResult(ending=ending, stamps=stamps, boots_before=7)
     is_seen = ending in (Ending.RESTARTED, Ending.SEVERAL)
-    assert result.is_fine is (is_seen and fate in (Retention.KEPT, Retention.UNREADABLE))
+    assert result.is_fine is (is_seen and fate in (Retention.RETAINED, Retention.UNREADABLE))
