@@ -132,8 +132,8 @@ def sentence(record: TriggerRecord) -> UserMessage:
     """ "tipped past 60° 1:48 after power-on of boot 1, serial link connected, 4.70 V (implausible)" """
     return message(
         marked("{what} {uptime} after power-on of boot {boot}, {link}, {voltage}"),
-        what=_what(record),
-        uptime=("≥ " if record.uptime_s >= MAX_UPTIME_S else "") + stopwatch(record.uptime_s),
+        what=cause_message(record),
+        uptime=uptime_text(record),
         boot=str(record.boot_count),
         link=message(
             marked("serial link connected") if record.serial_connected else marked("serial link not connected")
@@ -142,7 +142,13 @@ def sentence(record: TriggerRecord) -> UserMessage:
     )
 
 
-def _what(record: TriggerRecord) -> UserMessage:
+def uptime_text(record: TriggerRecord) -> str:
+    """ "1:48"; the counter stops at its largest value, which is shown as "at least"."""
+    return ("≥ " if record.uptime_s >= MAX_UPTIME_S else "") + stopwatch(record.uptime_s)
+
+
+def cause_message(record: TriggerRecord) -> UserMessage:
+    """ "tipped past 60° + fell (below 0.5 g for 1.60 s)" """
     parts = [_cause(source, record) for source in record.sources]
     if not parts:
         return message(marked("no cause stated"))

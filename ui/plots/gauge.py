@@ -79,7 +79,7 @@ class TiltGauge(PaintedWidget):
         if self._fire_deg is not None:
             name += f", {tr('{value}° fires', value=f'{self._fire_deg:g}')}"
             if self._is_limit_stale:
-                name += f" ({tr('stale')})"
+                name = tr("{text} ({note})", text=name, note=tr("stale"))
         self.announce(name, name=tr("Tilt"))
         self.setToolTip(name)
 

@@ -99,7 +99,7 @@ def row_text(row: FlightRow) -> str:
     name = clean(row.name, longest=200)
     if row.unread is not None:
         return tr("{file}: {why}", file=name, why=row.unread.why.translated())
-    lines = [f"{name} ({tr(row.group.value)})"]
+    lines = [tr("{text} ({note})", text=name, note=tr(row.group.value))]
     if row.outcome is not None:
         lines.append(tr("{reason}: {what}", reason=tr("Duration"), what=stopwatch(row.outcome.flight.duration_s)))
         lines += [*outcome_lines(row.outcome), *(one.translated() for one in row.outcome.flight.problems)]

@@ -5,7 +5,7 @@ from typing import Final
 
 from PySide6.QtCore import QRectF, QSize
 from PySide6.QtGui import QPaintEvent
-from PySide6.QtWidgets import QFrame, QLabel, QPushButton, QSizePolicy, QWidget
+from PySide6.QtWidgets import QFrame, QPushButton, QSizePolicy, QWidget
 
 from app.recordings.entry_texts import remarks, size_text, when_text
 from app.recordings.library import RecordingEntry
@@ -18,6 +18,7 @@ from ui.style.icons import Icon
 from ui.style.painted_widget import PaintedWidget
 from ui.style.theme import Space, current
 from ui.widgets.controls import control, rename
+from ui.widgets.fact_rows import FactRows
 from ui.widgets.labels import ElidedLabel, text_label
 from ui.widgets.layouts import in_column, in_row, scroll_area
 from ui.widgets.naming import named
@@ -25,13 +26,13 @@ from ui.widgets.naming import named
 WIDTH_PX: Final = 304
 _LOWEST_PX: Final = 24
 _HIGHEST_PX: Final = 160
-_FACTS: Final = (
-    ("when", marked("When")),
-    ("port", marked("Port")),
-    ("duration", marked("Duration")),
-    ("samples", marked("Samples")),
-    ("size", marked("Size")),
-)
+_FACTS: Final = {
+    "when": marked("When"),
+    "port": marked("Port"),
+    "duration": marked("Duration"),
+    "samples": marked("Samples"),
+    "size": marked("Size"),
+}
 
 
 class OutlinePicture(PaintedWidget):
@@ -104,19 +105,13 @@ class RecordingsDetail(QFrame):
         self.buttons = RecordingsButtons(texts)
         self.picture = OutlinePicture()
         self.title = named(ElidedLabel(), "recordings_detail_title", "strong")
-        self.facts = {key: text_label(f"recordings_{key}", "", is_selectable=True) for key, _ in _FACTS}
-        self.facts["port"] = named(ElidedLabel(), "recordings_port")  # a simulated one may have a long name
+        port = named(ElidedLabel(), "recordings_port")  # a simulated one may have a long name
+        self._fact_rows = FactRows(texts, "recordings", _FACTS, {"port": port})
+        self.facts = self._fact_rows.values
         self.remarks = text_label("recordings_remarks", is_selectable=True)
-        self._rows: dict[str, QWidget] = {}
-        for key, english in _FACTS:
-            name = control(QLabel(), texts, f"recordings_{key}_name", english, role="muted")
-            name.setFixedWidth(88)
-            texts.bind(self.facts[key].setAccessibleDescription, english)
-            row = self._rows[key] = named(QWidget(), f"recordings_{key}_row")
-            in_row(name, (self.facts[key], 1), of=row, spacing=Space.S, margins=0)
         self.setFixedWidth(WIDTH_PX)
         content = named(QWidget(), "recordings_facts")
-        in_column(*self._rows.values(), self.remarks, (self.picture, 1), of=content, spacing=Space.XS, margins=0)
+        in_column(self._fact_rows, self.remarks, (self.picture, 1), of=content, spacing=Space.XS, margins=0)
         scroll = scroll_area(content, texts, "recordings_facts_scroll", "Recordings", is_transparent=True)
         # The buttons stay where they are when a notice below makes the page shorter.
         in_column(self.title, self.buttons, (scroll, 1), of=self, spacing=Space.S, margins=Space.M)
@@ -127,7 +122,7 @@ class RecordingsDetail(QFrame):
         one = chosen[0] if len(chosen) == 1 else None
         self.picture.show_outline(() if one is None else self._outlines.of(one))
         readable = [entry for entry in chosen if entry.trouble is None]
-        shown = {key: "" for key, _ in _FACTS}
+        shown: dict[str, str] = {}
         if chosen:
             shown["size"] = size_text(sum(entry.size_bytes for entry in chosen))
         if readable:
@@ -139,9 +134,7 @@ class RecordingsDetail(QFrame):
         self.remarks.setText("" if one is None else one.trouble or remarks(one))
         self.remarks.setVisible(bool(self.remarks.text()))
         self.picture.setVisible(one is not None and one.trouble is None)
-        for key, text in shown.items():
-            self.facts[key].setText(text)
-            self._rows[key].setVisible(bool(text))
+        self._fact_rows.show_facts(shown)
 
 
 def _title(chosen: Sequence[RecordingEntry]) -> str:

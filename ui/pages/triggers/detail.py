@@ -1,27 +1,37 @@
-"""Details of the selected trigger record: picture, sentence, bytes, review and note."""
+"""Details of the selected trigger record: picture, cause, facts, review, note and bytes."""
 
 from functools import partial
 from typing import Final
 
-from PySide6.QtCore import Signal
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QFontMetrics
 from PySide6.QtWidgets import QFrame, QLineEdit, QToolButton
 
 from app.records.check_store import MAX_NOTE_LENGTH
 from app.system.wall_clock import local_time
 from app.text.i18n import tr
-from app.trigger_records.history import JUDGEMENT_WORDS, Judgement, sentence
+from app.text.sentences import capitalised
+from app.trigger_records.history import JUDGEMENT_WORDS, Judgement, cause_message
 from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.pages.triggers.controller import TriggerRow
-from ui.pages.triggers.model import sources_text
+from ui.pages.triggers.model import COLUMNS, Column, sources_text
 from ui.plots.trigger_picture import TriggerPicture
 from ui.style.theme import Size, Space, fixed_font, font
 from ui.widgets.controls import control
+from ui.widgets.fact_rows import FactRows
 from ui.widgets.labels import text_label
-from ui.widgets.layouts import FlowRow, Gap, in_column, in_row
+from ui.widgets.layouts import FlowRow, Gap, in_column
 from ui.widgets.naming import named
 
+_FACTS: Final = {
+    "when": Column.WHEN,
+    "link": Column.LINK,
+    "charger": Column.CHARGE,
+    "light": Column.LIGHT,
+    "cell": Column.CELL,
+}
+"""Those of the table's columns that may be hidden there."""
 JUDGEMENTS: Final = (None, *Judgement)
 WIDTH_PX: Final = 304
 _WITH_PICTURE_LINES: Final = 28
@@ -40,7 +50,8 @@ class TriggersDetail(QFrame):
         self._note_of: int | None = None
         self._has_picture = True
         self.picture = TriggerPicture("triggers_picture")
-        self.told = text_label("triggers_told", "strong", is_selectable=True)
+        self.cause = text_label("triggers_cause", "strong", is_selectable=True)
+        self.facts = FactRows(texts, "triggers", {key: COLUMNS[column].title for key, column in _FACTS.items()})
         self.seen = text_label("triggers_seen", "small", is_selectable=True)
         self.bytes = text_label("triggers_bytes", "muted", is_selectable=True)
         self.bytes.hide()
@@ -50,7 +61,7 @@ class TriggersDetail(QFrame):
         for judgement in JUDGEMENTS:
             name = "none" if judgement is None else judgement.name.lower()
             text = marked("not reviewed") if judgement is None else JUDGEMENT_WORDS[judgement]
-            self.buttons[judgement] = control(QToolButton(), texts, f"triggers_judge_{name}", text, role="segment",
+            self.buttons[judgement] = control(QToolButton(), texts, f"triggers_judge_{name}", text, role="choice",
                                               is_checkable=True, slot=partial(self._judge, judgement))  # fmt: skip
         self.note = control(QLineEdit(), texts, "triggers_note", says="Note", tip="Note")
         self.note.setMaxLength(MAX_NOTE_LENGTH)
@@ -63,16 +74,17 @@ class TriggersDetail(QFrame):
         """`otherwise`: text for no single row."""
         self.row = row
         has_row = row is not None
-        for widget in (self.raw, self.note, *self.buttons.values()):
+        for widget in (self.facts, self.raw, self.note, *self.buttons.values()):
             widget.setVisible(has_row)
         self.picture.setVisible(has_row and self._has_picture)
         self.seen.setVisible(has_row)
         self.bytes.setVisible(has_row and self.raw.isChecked())
         if row is None:
-            self.told.setText(otherwise)
+            self.cause.setText(otherwise)
             self._note_of = None
             return
-        self.told.setText(sentence(row.record).translated())
+        self.cause.setText(capitalised(cause_message(row.record).translated()))
+        self.facts.show_facts({key: COLUMNS[column].text(row) for key, column in _FACTS.items()})
         self.picture.show_record(row.record, sources_text(row.record.sources))
         self.bytes.setText(row.record.raw.hex(" ").upper())
         self.bytes.setFont(fixed_font(Size.SMALL))
@@ -114,18 +126,19 @@ class TriggersDetail(QFrame):
         self.picture.setVisible(self.row is not None and self._has_picture)
 
     def _lay_out(self) -> None:
-        judging = FlowRow(spacing_px=Space.XS)
+        judging = FlowRow()
         judging.add(*self.buttons.values())
-        raw = in_row(self.seen, self.raw, spacing=Space.S)
         in_column(
             self.picture,
-            self.told,
+            self.cause,
+            self.facts,
+            self.seen,
             Gap(Space.XS),
             judging,
             self.note,
             1,
             self.bytes,
-            raw,
+            (self.raw, Qt.AlignmentFlag.AlignRight),
             of=self,
             spacing=Space.S,
             margins=Space.M,

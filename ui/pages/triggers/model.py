@@ -8,11 +8,10 @@ from PySide6.QtCore import QObject
 from PySide6.QtGui import QIcon
 
 from app.limits.out_of_limits import record_outside
-from app.text.durations import stopwatch
 from app.text.i18n import tr
 from app.text.sentences import capitalised
 from app.trigger_records.fields import source_message
-from app.trigger_records.history import JUDGEMENT_WORDS, sentence
+from app.trigger_records.history import JUDGEMENT_WORDS, sentence, uptime_text
 from protocol.translatable import marked
 from ui.forms.table_kit import RowsModel, TableColumn
 from ui.pages.triggers.controller import TriggerRow
@@ -64,7 +63,7 @@ def _settings(row: TriggerRow) -> str:
 def _cell(row: TriggerRow) -> str:
     volts, outside = f"{row.record.cell_voltage_v:.2f} V", record_outside(row.record)
     if outside is not None:
-        return f"{volts} ({tr(outside.fault.value)})"
+        return tr("{text} ({note})", text=volts, note=tr(outside.fault.value))
     return tr("{text} (implausible)", text=volts) if row.record.implausible else volts
 
 
@@ -88,7 +87,7 @@ def _cell_icon(row: TriggerRow) -> QIcon | None:
 COLUMNS: Final = (
     TableColumn[TriggerRow](
         marked("When"),
-        lambda row: tr("boot {boot} · {uptime}", boot=row.record.boot_count, uptime=stopwatch(row.record.uptime_s)),
+        lambda row: tr("boot {boot} · {uptime}", boot=row.record.boot_count, uptime=uptime_text(row.record)),
         lambda row: float(row.seen.place),
         picture=_news_icon,
     ),

@@ -72,9 +72,11 @@ class TriggersPage(Page):
         self.search.setClearButtonEnabled(True)
         self._make_buttons()
         self.empty = EmptyState("triggers_empty", Icon.HISTORY)
+        self.no_match = EmptyState("triggers_no_match", Icon.HISTORY)
+        services.texts.bind(self.no_match.title.setText, "No matches")
         self._stack = QStackedWidget()
-        self._stack.addWidget(self.empty)
-        self._stack.addWidget(self.table)
+        for widget in (self.empty, self.table, self.no_match):
+            self._stack.addWidget(widget)
         self._lay_out()
         timer = VisibilityTimer(
             self, self._on_shown, every_ms=_READ_EVERY_MS, tick=self.work.read_unasked,
@@ -88,19 +90,24 @@ class TriggersPage(Page):
         work = self.work
         self.model.show_rows(work.rows)
         has_rows = bool(work.rows)
-        self._stack.setCurrentWidget(self.table if has_rows else self.empty)
-        self._beside.setVisible(has_rows)
+        self._show_list()
         if has_rows and not self.table.selectionModel().hasSelection():
             self.table.selectRow(0)
         self.empty.title.setText(empty_title(work))
         self.empty.text.setText(empty_text(work, is_open=self._connector.is_open))
         self.count.setText(count_text(work))
-        self.news.setText(news_text(work, self._naming.name))
+        self.news.setText(news_text(work))
         self.read.setEnabled(work.can_read)
         for widget in (self.copy, self.save_page, self.save_archive, self.show_box, self.search):
             widget.setEnabled(has_rows)
         self.strip.show_notice(work.notice() or self._idle_notice())
         self._show_detail()
+
+    def _show_list(self) -> None:
+        """The list with the details, or why it is empty."""
+        found = self.table if self.filter.rowCount() else self.no_match
+        self._stack.setCurrentWidget(found if self.work.rows else self.empty)
+        self._beside.setVisible(bool(self.work.rows))
 
     def _on_shown(self) -> None:
         self.work.read_unasked()
@@ -151,6 +158,7 @@ class TriggersPage(Page):
 
     def _use_filter(self) -> None:
         self.filter.use(self.search.text(), partial(is_chosen, self.show_box.currentData()))
+        self._show_list()
         self._show_detail()
 
     # Making
@@ -196,7 +204,7 @@ class TriggersPage(Page):
         texts = self._services.texts
         head = self.make_header(texts, marked("Triggers"), self.search, self.show_box, self.read)
         foot = FlowRow()
-        foot.add(self.copy, self.save_page, self.save_archive)
+        foot.add_right(self.copy, self.save_page, self.save_archive)
         says = in_row(self.count, self.news, 1, self.module, spacing=Space.M)
         beside = self._beside = scroll_area(self.detail, texts, "triggers_scroll", "Trigger records", is_vertical=True)
         beside.setFocusPolicy(Qt.FocusPolicy.NoFocus)

@@ -5,6 +5,7 @@ from typing import Final
 from PySide6.QtCore import Qt
 
 from app.text.i18n import tr
+from app.trigger_records.history import JUDGEMENT_WORDS
 from ui.forms.rows_table import RowsTable
 from ui.forms.table_kit import RowsFilter
 from ui.pages.triggers.controller import TriggerRow
@@ -28,5 +29,5 @@ class TriggersTable(RowsTable[TriggerRow]):
             Column.WHY: max(f"{tr('attitude')} + {tr('free fall')}", f"{tr('serial')} + PWM", key=len),
             Column.WHEN: tr("boot {boot} · {uptime}", boot=255, uptime="0:00:00"),
             Column.SETTINGS: "180° 2.5 g 2.55 s",
-            Column.JUDGED: tr("seen once"),
+            Column.JUDGED: max(tr("seen once"), *map(tr, JUDGEMENT_WORDS.values()), key=len),
         }, with_icon=(Column.WHEN,))  # fmt: skip

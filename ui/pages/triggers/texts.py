@@ -3,7 +3,6 @@
 from app.text.i18n import tr
 from app.text.sentences import capitalised
 from ui.pages.triggers.controller import TriggersController
-from ui.services.module_name import module_label
 
 
 def is_known_empty(work: TriggersController) -> bool:
@@ -19,13 +18,12 @@ def count_text(work: TriggersController) -> str:
     return tr("Trigger records: {count}", count=count)
 
 
-def news_text(work: TriggersController, name: str) -> str:
-    module, rows = module_label(name), work.rows
+def news_text(work: TriggersController) -> str:
+    """How many are new since the last visit."""
+    rows = work.rows
     if work.reading is None or (rows and not rows[0].is_stored):
-        return module
-    if work.is_first_visit:
-        return f"{module} · {tr('no earlier visit')}"
-    return f"{module} · {tr('{count} new', count=work.new_count)}"
+        return ""
+    return tr("no earlier visit") if work.is_first_visit else tr("{count} new", count=work.new_count)
 
 
 def empty_title(work: TriggersController) -> str:
