@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import QEvent, Qt, Signal
 from PySide6.QtWidgets import QLabel, QPushButton, QSizePolicy, QToolButton, QWidget
 
 from app.text.i18n import tr
@@ -37,7 +37,7 @@ class Choice:
 
 @dataclass(frozen=True, slots=True)
 class Notice:
-    """`text` is in the language in use, so make a new notice when that changes. `dismiss` adds a button to close it."""
+    """`text` is in the language in use. `dismiss` adds a button to close it."""
 
     meaning: Meaning
     text: str
@@ -59,6 +59,7 @@ class NoticeBar(Banner):
     def __init__(self, texts: Texts, *, is_foot: bool = False) -> None:
         super().__init__("notice_bar", "notice_icon", icon_px=_ICON_PX)
         self.notice: Notice | None = None
+        self._make: Callable[[], Notice] | None = None
         self._note = ""
         self.is_foot = is_foot
         self._text: QLabel = named(FittedLabel(), "notice_text") if is_foot else text_label("notice_text")
@@ -75,8 +76,20 @@ class NoticeBar(Banner):
         self.row.addWidget(self._text, 1)
         self.row.addWidget(self._dismiss)
 
-    def show_notice(self, notice: Notice | None) -> None:
-        """Replaces the notice; None hides the bar. An equal notice changes nothing."""
+    def show_notice(self, notice: Notice | Callable[[], Notice] | None) -> None:
+        """Replaces the notice; None hides the bar. An equal notice changes nothing.
+
+        A function is called at once, and again when the language changes: for what is not shown anew by itself.
+        """
+        self._make = notice if callable(notice) else None
+        self._show(notice() if callable(notice) else notice)
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.LanguageChange and self._make is not None:
+            self._show(self._make())
+
+    def _show(self, notice: Notice | None) -> None:
         old = self.notice
         if notice is None:
             self.notice = None

@@ -113,6 +113,10 @@ class Readout(PaintedWidget):
             return self._size
         return Size.BODY if self._size < Size.HERO else Size.TITLE
 
+    def _unknown_px(self) -> float:
+        """Width of the box with "unknown"."""
+        return QFontMetricsF(font(Size.SMALL, is_bold=True)).horizontalAdvance(tr("unknown")) + 2 * Space.M
+
     def _number_px(self) -> float:
         """Width of number, unit and limit."""
         metrics = QFontMetricsF(font(Size.BODY))
@@ -135,7 +139,7 @@ class Readout(PaintedWidget):
 
     def sizeHint(self) -> QSize:
         small = QFontMetricsF(font(Size.SMALL))
-        least = small.horizontalAdvance("000 min") + 8
+        least = max(small.horizontalAdvance("000 min") + 8, self._unknown_px())
         width = max(self._number_px(), small.horizontalAdvance(self._caption), least, self._note_px())
         number = QFontMetricsF(font(self._size, is_bold=True))
         return QSize(round(width) + 2, ceil(2 * small.height() + number.height()) + 2)
@@ -155,12 +159,9 @@ class Readout(PaintedWidget):
         if self._note:
             self._paint_note(painter, self._note_room())
         if self._freshness is Freshness.UNKNOWN:
-            unknown_font = font(Size.SMALL, is_bold=True)
-            least = QFontMetricsF(unknown_font).horizontalAdvance(tr("unknown")) + 24
-            width = min(self.width(), max(sum(self._widths()), least))
-            unknown_box(
-                painter, theme, QRectF(0, body.top() + 2, width, body.height() - 4), tr("unknown"), unknown_font
-            )
+            width = min(self.width(), max(sum(self._widths()), self._unknown_px()))
+            box = QRectF(0, body.top() + 2, width, body.height() - 4)
+            unknown_box(painter, theme, box, tr("unknown"), font(Size.SMALL, is_bold=True))
         else:
             self._paint_number(painter, body)
         painter.end()
@@ -322,7 +323,7 @@ class StateChip(PaintedWidget):
         words = max(metrics.horizontalAdvance(one) for one in (self._lines[0], *self._reserved))
         words = max(words, *(small.horizontalAdvance(one) for one in self._reserved_below), 0.0)
         width = Space.S + self._icon_px() + Space.XS + 2 + words + Space.M
-        lines = metrics.height() + (small.height() if self._lines[1] else Space.S)
+        lines = metrics.height() + (small.height() + 2 * current().border_px if self._lines[1] else Space.S)
         return QSize(round(width) + 1, max(scaled(30), round(lines)))
 
     def minimumSizeHint(self) -> QSize:

@@ -25,7 +25,7 @@ from ui.widgets.naming import named
 from ui.widgets.readout import Readout, StateChip
 from ui.widgets.state_chips import show_activation, show_known_trigger
 
-CARD_PX: Final = 344
+CARD_PX: Final = 324
 """Minimum width of a card at 100 %."""
 CARD_HEIGHT_PX: Final = 232
 _STRIPE_PX: Final = 5

@@ -1,6 +1,7 @@
 """Fleet page: every connected module as a card, LOCK for one and for all, checks and one profile for several."""
 
 from collections import Counter
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -58,7 +59,7 @@ class FleetPage(Page):
         self.checks = GroupChecks(services, self.members, self)
         self.profile = GroupProfile(services, self.members, self)
         self._widgets: dict[PortConnection, CardWidget] = {}
-        self._last_notice: Notice | None = None
+        self._make_notice: Callable[[], Notice] | None = None
         self._report: BackgroundTask[tuple[Path, ...]] = BackgroundTask("dps-s set report", self)
         self._make_controls()
         self._lay_out()
@@ -195,7 +196,7 @@ class FleetPage(Page):
         if self.profile.is_running:
             cancel = Choice("cancel", tr("Cancel"), self.profile.cancel)
             return Notice(Meaning.INFORMATION, result_line(self.profile.applied.values()), (cancel,))
-        return self._last_notice
+        return None if self._make_notice is None else self._make_notice()
 
     def _lock_notice(self, cards: list[Card]) -> Notice | None:
         """LOCK of all modules, until every one has reported."""
@@ -219,15 +220,18 @@ class FleetPage(Page):
         if connection is self._connector.current:
             return
         if count and self._connector.is_requested:
-            discard = partial(self._discard_and_choose, connection)
-            choices = (
-                Choice("stay", tr("Cancel"), self._clear, is_main=True),
-                Choice("discard", tr("Discard edits"), discard, is_step=True),
-            )
-            self._show_notice(Notice(Meaning.ATTENTION, tr("Settings not written: {count}.", count=count), choices))
+            self._show_notice(partial(self._edits_notice, connection, count))
             return
         self._clear()
         self._connector.choose(connection)
+
+    def _edits_notice(self, connection: PortConnection, count: int) -> Notice:
+        discard = partial(self._discard_and_choose, connection)
+        choices = (
+            Choice("stay", tr("Cancel"), self._clear, is_main=True),
+            Choice("discard", tr("Discard edits"), discard, is_step=True),
+        )
+        return Notice(Meaning.ATTENTION, tr("Settings not written: {count}.", count=count), choices)
 
     def _discard_and_choose(self, connection: PortConnection) -> None:
         self._services.pending_edits.discard()
@@ -246,7 +250,7 @@ class FleetPage(Page):
     def _on_finished(self) -> None:
         members = tuple(self.checks.results.values())
         is_fine = not any(one.why for one in members)
-        self._notify(Meaning.INFORMATION if is_fine else Meaning.ATTENTION, summary(members))
+        self._notify(Meaning.INFORMATION if is_fine else Meaning.ATTENTION, lambda: summary(members))
 
     def _connect_all(self) -> None:
         self.members.connect_all(self._connector.ports.ports)
@@ -283,7 +287,8 @@ class FleetPage(Page):
         try:
             profile = read_profile(path)
         except ProfileRefused as refusal:
-            self._notify(Meaning.ATTENTION, " ".join(refusal.sentences))
+            sentences = refusal.sentences
+            self._notify(Meaning.ATTENTION, lambda: " ".join(sentences))
             return
         self._clear()
         self.profile.open(profile)
@@ -293,7 +298,7 @@ class FleetPage(Page):
         if states and not self.profile.is_running:
             has_failed, is_fine = Applied.FAILED in states, all(state.is_fine for state in states)
             meaning = Meaning.DANGER if has_failed else Meaning.GOOD if is_fine else Meaning.ATTENTION
-            self._notify(meaning, result_line(self.profile.applied.values()))
+            self._notify(meaning, lambda: result_line(self.profile.applied.values()))
         self._timer.refresh_seen()
 
     def _choose_report(self) -> None:
@@ -306,7 +311,8 @@ class FleetPage(Page):
         try:
             check_set_target(path)
         except ReportRefused as refusal:
-            self._notify(Meaning.ATTENTION, str(refusal))
+            why = str(refusal)
+            self._notify(Meaning.ATTENTION, lambda: why)
             return
         station = station_to_sign(self._services.storage.folder)
         self._report.run(
@@ -316,16 +322,17 @@ class FleetPage(Page):
         )
 
     def _show_written(self, written: tuple[Path, ...]) -> None:
-        self._notify(Meaning.INFORMATION, tr("Written: {names}.", names=join_names(one.name for one in written)))
+        names = [one.name for one in written]
+        self._notify(Meaning.INFORMATION, lambda: tr("Written: {names}.", names=join_names(names)))
 
     def _show_unwritten(self, error: Exception) -> None:
-        self._notify(Meaning.DANGER, tr("The report cannot be written: {why}.", why=error_text(error)))
+        self._notify(Meaning.DANGER, lambda: tr("The report cannot be written: {why}.", why=error_text(error)))
 
-    def _notify(self, meaning: Meaning, text: str) -> None:
-        self._show_notice(Notice(meaning, text, dismiss=self._clear))
+    def _notify(self, meaning: Meaning, text: Callable[[], str]) -> None:
+        self._show_notice(lambda: Notice(meaning, text(), dismiss=self._clear))
 
-    def _show_notice(self, notice: Notice | None) -> None:
-        self._last_notice = notice
+    def _show_notice(self, make: Callable[[], Notice] | None) -> None:
+        self._make_notice = make
         self._timer.refresh_seen()
 
     def _clear(self) -> None:

@@ -133,10 +133,6 @@ class CheckList(QScrollArea):
         for row in self.rows.values():
             row.act.setEnabled(is_allowed)
 
-    def show_row(self, id_: str) -> None:
-        """Scroll to the row of a check."""
-        self.ensureWidgetVisible(self.rows[id_], 0, Space.XL)
-
     def _tick(self, number: int, state: bool | None) -> None:
         self._ticks.pop(number, None)
         if state is not None:

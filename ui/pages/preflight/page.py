@@ -3,10 +3,11 @@
 The verdict is watched as long as the program runs; what voids it is announced at once, also while the page is hidden.
 """
 
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QStackedLayout, QWidget
 
 from app.records.check_store import CheckStore
@@ -29,7 +30,7 @@ from ui.pages.preflight.texts import announcement
 from ui.pages.preflight.verdict import SPOKEN, VerdictBanner
 from ui.services.context import Services
 from ui.services.page import Page
-from ui.simulator.level_offer import rest_notice
+from ui.simulator.level_offer import rest_offer
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import Shortcut
 from ui.widgets.layouts import in_column
@@ -63,7 +64,6 @@ class PreflightPage(Page):
         self.strip.setObjectName("preflight_notice")
         self.header = self.make_header(services.texts, marked("Pre-flight"))
         self.buttons = PreflightButtons(services.texts, self.header)
-        self._notice: Notice | None = None
         self._named = services.naming.name
         self._timer = VisibilityTimer(
             self, self.refresh, every_ms=REFRESH_EVERY_MS, tick=self.tick, retranslate=self._retranslate
@@ -144,12 +144,11 @@ class PreflightPage(Page):
         self.show_check()
         self.form.use_profile(path)
 
-    def show_notice(self, notice: Notice) -> None:
-        self._notice = Notice(notice.meaning, notice.text, notice.choices, self.dismiss)
-        self.strip.show_notice(self._notice)
+    def show_notice(self, make: Callable[[], Notice]) -> None:
+        """Shows a notice that can be closed; `make` is called again when the language changes."""
+        self.strip.show_notice(lambda: replace(make(), dismiss=self.dismiss))
 
     def dismiss(self) -> None:
-        self._notice = None
         self.strip.show_notice(None)
 
     def _export_stored(self, hash_: str) -> None:
@@ -157,8 +156,9 @@ class PreflightPage(Page):
         store = self._services.storage.store
         try:
             record = CheckStore(store.database).record(hash_) if isinstance(store, Store) else None
-        except StoreTrouble as trouble:
-            self.show_notice(Notice(Meaning.DANGER, trouble.sentence))
+        except StoreTrouble as error:
+            trouble = error  # the name of an except clause ends with it
+            self.show_notice(lambda: Notice(Meaning.DANGER, trouble.sentence))
             return
         if record is not None and record.get("void") is None:
             self.show_check()
@@ -199,11 +199,10 @@ class PreflightPage(Page):
         self._announce()
         standing, trouble = self.work.standing, self.work.trouble
         if trouble is not None and standing in (Standing.GO, Standing.READY, Standing.NO_GO):
-            self.show_notice(Notice(Meaning.ATTENTION, f"{trouble.sentence} {tr('Not kept.')}"))
-        if standing in (Standing.CHECKING, Standing.GO, Standing.READY):
-            self.list.verticalScrollBar().setValue(0)
+            self.show_notice(lambda: Notice(Meaning.ATTENTION, join_sentences((trouble.sentence, tr("Not kept.")))))
+        if standing in (Standing.CHECKING, Standing.GO, Standing.READY, Standing.NO_GO):
+            self.list.verticalScrollBar().setValue(0)  # what failed is at the top
         if standing is Standing.NO_GO:
-            QTimer.singleShot(0, self, self._show_first_fault)
             self._offer_level()
 
     def _announce(self) -> None:
@@ -216,18 +215,13 @@ class PreflightPage(Page):
     def _offer_level(self) -> None:
         assessment = self.work.assessment
         against = () if assessment is None else assessment.open_checks
-        notice = rest_notice(self._connector.target, against, self.check)
-        if notice is not None and self._notice is None:
-            self.show_notice(notice)
-
-    def _show_first_fault(self) -> None:
-        assessment = self.work.assessment
-        if assessment is not None and assessment.open_checks:
-            self.list.show_row(assessment.open_checks[0])
+        offer = rest_offer(self._connector.target, against, self.check)
+        if offer is not None and self.strip.notice is None:
+            self.show_notice(offer)
 
     def _show_faults(self, path: Path, sentences: tuple[str, ...]) -> None:
-        text = tr("{file} is no profile: {why}", file=path.name, why=join_sentences(sentences[:3]))
-        self.show_notice(Notice(Meaning.ATTENTION, text))
+        why = join_sentences(sentences[:3])
+        self.show_notice(lambda: Notice(Meaning.ATTENTION, tr("{file} is no profile: {why}", file=path.name, why=why)))
 
     # Construction
 
@@ -275,7 +269,7 @@ class PreflightPage(Page):
             self.editor.leave()
         elif self.work.standing is Standing.CHECKING:
             self.work.cancel()
-        elif self._notice is not None:
+        elif self.strip.notice is not None:
             self.dismiss()
         else:
             return False

@@ -176,9 +176,12 @@ class ProfileEditor(QWidget):
         if not self.is_edited:
             self.closed.emit()
             return
+        self.strip.show_notice(self._unsaved_notice)
+
+    def _unsaved_notice(self) -> Notice:
         keep = Choice("keep", tr("Cancel"), lambda: self.strip.show_notice(None))
         discard = Choice("discard", tr("Discard edits"), self.closed.emit, is_step=True)
-        self.strip.show_notice(Notice(Meaning.ATTENTION, tr("Unsaved edits."), (keep, discard)))
+        return Notice(Meaning.ATTENTION, tr("Unsaved edits."), (keep, discard))
 
     def choose_and_save(self) -> None:
         recent = self._preferences.recent_profiles

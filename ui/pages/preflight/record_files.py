@@ -42,7 +42,7 @@ def ask_record(parent: QWidget) -> Path | None:
 
 
 class RecordFiles(QObject):
-    """`notified`: a `Notice`. `stations_changed`: one more station is trusted."""
+    """`notified`: a function that makes a `Notice`. `stations_changed`: one more station is trusted."""
 
     notified = Signal(object)
     stations_changed = Signal()
@@ -69,14 +69,15 @@ class RecordFiles(QObject):
             check_target(path)
             written = write_report(path, record, self.printer, station_to_sign(self._storage.folder))
         except ReportRefused as refused:
-            self._notify(Meaning.ATTENTION, str(refused))
+            why = str(refused)
+            self._notify(Meaning.ATTENTION, lambda: why)
         except (OSError, RuntimeError) as error:
-            why = error_text(error)
-            self._notify(Meaning.DANGER, tr("The report cannot be written: {why}.", why=why))
+            fault = error
+            self._notify(Meaning.DANGER, lambda: tr("The report cannot be written: {why}.", why=error_text(fault)))
         else:
             self._folder = path.parent
             names = ", ".join(one.name for one in reversed(written))
-            self._notify(Meaning.GOOD, tr("Written to {folder}: {names}.", folder=path.parent, names=names))
+            self._notify(Meaning.GOOD, lambda: tr("Written to {folder}: {names}.", folder=path.parent, names=names))
 
     # Verifying
 
@@ -89,7 +90,7 @@ class RecordFiles(QObject):
         """Verify a file in a background thread: it may be large, and on a slow disk."""
         if self._verifying.is_running:
             return
-        self._notify(Meaning.INFORMATION, tr("Reading {file}…", file=path.name))
+        self._notify(Meaning.INFORMATION, lambda: tr("Reading {file}…", file=path.name))
         store = self._storage.store
         kept = CheckStore(store.database) if isinstance(store, Store) else None
         stations = Stations(self._storage.folder)
@@ -101,28 +102,31 @@ class RecordFiles(QObject):
         )
 
     def _notify_unread(self, path: Path, error: Exception) -> None:
-        if isinstance(error, OSError | ValueError):  # ValueError: a NUL in the name
-            why = error_text(error)
-        else:
+        is_expected = isinstance(error, OSError | ValueError)  # ValueError: a NUL in the name
+        if not is_expected:
             _log.error("%s could not be verified", path, exc_info=error)
-            why = type(error).__name__
         file = clean(path.name, longest=60)
-        self._notify(Meaning.ATTENTION, tr("{file} cannot be read: {why}.", file=file, why=why))
+
+        def text() -> str:
+            why = error_text(error) if is_expected else type(error).__name__
+            return tr("{file} cannot be read: {why}.", file=file, why=why)
+
+        self._notify(Meaning.ATTENTION, text)
 
     def _notify_verified(self, path: Path, done: Verification) -> None:
         file = clean(path.name, longest=60)
-        told = join_sentences(one.translated() for one in done.sentences())
         meaning = _MEANINGS[done.state]
         if meaning is Meaning.GOOD and recorded_verdict(done.record or {}) is not Verdict.GO:
             meaning = Meaning.INFORMATION  # an intact NO-GO is not shown in green
-        choices: tuple[Choice, ...] = ()
-        if done.state in (RecordState.UNKNOWN_STATION, RecordState.PAGE_OF_UNKNOWN_STATION):
-            choices = (
-                Choice(
-                    "trust_station", tr("Trust this station…"), partial(self._ask_to_trust, path, done.signer_to_trust)
-                ),
-            )
-        self.notified.emit(Notice(meaning, f"{file} — {told}", choices))
+        is_to_trust = done.state in (RecordState.UNKNOWN_STATION, RecordState.PAGE_OF_UNKNOWN_STATION)
+        trust = partial(self._ask_to_trust, path, done.signer_to_trust)
+
+        def notice() -> Notice:
+            sentences = join_sentences(one.translated() for one in done.sentences())
+            choices = (Choice("trust_station", tr("Trust this station…"), trust),) if is_to_trust else ()
+            return Notice(meaning, f"{file} — {sentences}", choices)
+
+        self.notified.emit(notice)
 
     def _ask_to_trust(self, path: Path, public: bytes | None) -> None:
         name = None if public is None else self.ask_name(self._window, fingerprint_of(public))
@@ -131,13 +135,14 @@ class RecordFiles(QObject):
         try:
             Stations(self._storage.folder).trust(public, name)
         except OSError as error:
-            self._notify(Meaning.DANGER, tr("Known stations cannot be written: {why}.", why=error_text(error)))
+            fault = error
+            self._notify(Meaning.DANGER, lambda: tr("Known stations cannot be written: {why}.", why=error_text(fault)))
             return
         self.stations_changed.emit()
         self.verify(path)
 
-    def _notify(self, meaning: Meaning, text: str) -> None:
-        self.notified.emit(Notice(meaning, text))
+    def _notify(self, meaning: Meaning, text: Callable[[], str]) -> None:
+        self.notified.emit(lambda: Notice(meaning, text()))
 
 
 _MEANINGS: Final = {
