@@ -1,4 +1,4 @@
-# Only shortens packaging/bootstrap.py, which works without make.  Arguments: make test ARGS="-k frame"
+# Shortcuts for packaging/bootstrap.py, which works without make. Arguments: make test ARGS="-k frame"
 PYTHON ?= python3
 ARGS ?=
 

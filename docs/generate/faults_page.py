@@ -1,7 +1,7 @@
 """Generates docs/faults.md: the result of each fault in each procedure and phase, run on the simulated module.
 
-python docs/generate/faults_page.py             write it
-python docs/generate/faults_page.py --check     exit 1 when it is out of date
+python docs/generate/faults_page.py             write the page
+python docs/generate/faults_page.py --check     exit 1 if it is out of date
 """
 
 import argparse
@@ -19,7 +19,7 @@ from tests.faults.faulty_port import Phase  # noqa: E402
 
 PAGE = ROOT / "docs" / "faults.md"
 Cells = Mapping[tuple[str, Phase], Result]
-"""Those of one row, by the name of the fault and the phase."""
+"""Results of one row by fault and phase."""
 
 INTRODUCTION = """\
 # Faults of the line
@@ -65,7 +65,7 @@ def page(sections: Sequence[str]) -> str:
 
 
 def introduction() -> str:
-    """What stands before the sections."""
+    """The introduction."""
     return INTRODUCTION.format(
         faults=len(FAULTS),
         procedures=len({row.name for row in ROWS}),
@@ -91,7 +91,7 @@ def section(row: Row, cells: Cells) -> str:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Write the page, or check it; 1 when it is out of date."""
+    """Write or check the page; exit code 1 if it is out of date."""
     parser = argparse.ArgumentParser(description="Write docs/faults.md from a run of all cells.")
     parser.add_argument("--check", action="store_true", help="write nothing; exit 1 when the page is out of date")
     options = parser.parse_args(arguments)

@@ -1,6 +1,6 @@
 """Generates docs/gestures.md: the result of every careless gesture at every button of a dangerous act.
 
-python docs/generate/gestures_page.py               write it, from one in 293 tries (a prime: all gaps come up)
+python docs/generate/gestures_page.py               write it, from one in 293 tries (a prime, so that all gaps occur)
 python docs/generate/gestures_page.py --every 1     from the whole table; takes hours
 """
 
@@ -85,7 +85,7 @@ def page(tallies: list[Tally], every: int) -> str:
 
 
 def is_complete(text: str) -> bool:
-    """Whether every act has its row for each window and language, with tries and nothing completed."""
+    """Whether every act has a row per window and language, with tries and without a completed act."""
     rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in text.splitlines() if line.startswith("|")]
     found = {tuple(row[:3]) for row in rows[2:] if row[-1] == "0" and all(cell not in ("0", "") for cell in row[4:-1])}
     wanted = {
@@ -95,7 +95,7 @@ def is_complete(text: str) -> bool:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Write the page; 1 when a gesture completed an act."""
+    """Write the page; exit code 1 if a gesture completed an act."""
     parser = argparse.ArgumentParser(description="Write docs/gestures.md from a run of the table of gestures.")
     parser.add_argument("--every", type=int, default=293, help="take each n-th try only (default: 293)")
     options = parser.parse_args(arguments)

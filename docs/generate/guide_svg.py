@@ -1,6 +1,6 @@
-"""What the guide's vector pictures share: colours, texts, the frame, and where they lie.
+"""Common parts of the guide's vector pictures: colours, texts, frame and folder.
 
-Ink and paper are the two colours that the guide's viewer replaces by those of its theme.
+The guide's viewer replaces ink and paper by the colours of its theme.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -11,11 +11,11 @@ IMAGES: Final = Path(__file__).resolve().parents[2] / "ui" / "help" / "guide" / 
 INK: Final = "#1a1c1e"
 PAPER: Final = "#ffffff"
 BLUE, ORANGE, GREY = "#0072b2", "#d55e00", "#7a7f85"
-"""Okabe and Ito's, told apart by colour-blind people, too."""
+"""Okabe and Ito's palette, distinguishable by colour-blind people."""
 
 
 def picture(width: int, height: int, parts: Iterable[str]) -> str:
-    """A whole SVG file."""
+    """A complete SVG file."""
     head = (
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" viewBox="0 0 {width} {height}" '
         'font-family="sans-serif" font-size="14">'

@@ -1,7 +1,7 @@
-"""What is on each picture of the user guide, and how the real program on a simulated module gets there.
+"""Scenes of the user guide's pictures, with the real program on a simulated module.
 
-A scene brings the window into its state, waits until the program says that it is there, and names what is to be
-taken. All scenes of one language run in one window, in the order of `SCENES`.
+A scene brings the window into its state, waits until that is reached, and takes its pictures. All scenes of one
+language run in one window, in the order of `SCENES`.
 """
 
 import math
@@ -39,7 +39,7 @@ from ui.services.storage import Storage
 from ui.style.theme import Choice
 
 SIZE: Final = QSize(1024, 600)
-"""The smallest screen that the window is made for."""
+"""The smallest supported screen."""
 NAME, OTHER_NAME = "guide", "other"
 PORT, OTHER_PORT = f"sim://{NAME}", f"sim://{OTHER_NAME}"
 OPTIONS: Final = {"history": 4, "cell": 4.0, "lifelike": True, "noise": 1.0}
@@ -48,9 +48,9 @@ MODULE, WHO, AIRCRAFT = "M-07", "Lin Wei", "H6"
 ADAPTER: Final = PortInfo("/dev/ttyUSB0", "CP2102 USB to UART", "Silicon Labs", "0001", 0x10C4, 0xEA60, "1-1")
 README: Final = {ENGLISH: ("live.png", Choice.LIGHT), CHINESE: ("live-dark-zh.png", Choice.DARK)}
 MAX_CHECKS: Final = 6
-"""A busy machine answers late, which is a fault that the check rightly finds."""
+"""Attempts: on a busy machine the check may rightly find a slow line."""
 
-# The scenes
+# Scenes
 
 
 def connect(studio: Studio) -> None:
@@ -61,7 +61,7 @@ def connect(studio: Studio) -> None:
 
 
 def live(studio: Studio) -> None:
-    """Tipped, set right again, dropped."""
+    """Tilted, levelled, dropped."""
     studio.connect(PORT)
     studio.until(lambda: studio.assembly.connector.state.phase is Phase.ONLINE, "it is not online")
     for key in ("freefall_time_s", "boot_count"):
@@ -82,7 +82,7 @@ def live(studio: Studio) -> None:
 
 
 def readme(studio: Studio) -> None:
-    """The same for the README: one language in light, the other in dark."""
+    """For the README: one language in the light, the other in the dark theme."""
     name, theme = README[studio.language]
     appearance = studio.assembly.appearance
     appearance.choose(theme)
@@ -94,7 +94,7 @@ def readme(studio: Studio) -> None:
 
 
 def name_it(studio: Studio) -> None:
-    """As a technician does it once for each module."""
+    """Done once for each module."""
     studio.assembly.window.go_to("preflight")
     edit = studio.find(QLineEdit, "preflight_module_edit")
     edit.setFocus()
@@ -128,7 +128,7 @@ def ages(studio: Studio) -> None:
 
 
 def settings(studio: Studio) -> None:
-    """One setting written and verified, one edited and not sent yet."""
+    """One setting written and verified, one edited."""
     page = studio.page("settings", SettingsPage)
     work = page.work
     studio.until(lambda: work.can_edit and work.job.can_run, "nothing can be edited")
@@ -155,7 +155,7 @@ def triggers(studio: Studio) -> None:
 
 
 def preflight(studio: Studio) -> None:
-    """A NO-GO for records that nobody looked at, then READY."""
+    """A NO-GO for unreviewed records, then READY."""
     page = studio.page("preflight", PreflightPage)
     studio.module.set_lifelike(is_lifelike=False)
     studio.module.set_noise(0.0)
@@ -184,7 +184,7 @@ def preflight(studio: Studio) -> None:
 
 
 def deploy(studio: Studio) -> None:
-    """The rehearsal, armed."""
+    """The armed rehearsal."""
     studio.assembly.window.go_to("commands")
     studio.window.activateWindow()
     connector = studio.assembly.connector
@@ -224,7 +224,7 @@ def recordings(studio: Studio) -> None:
 
 
 def flights(studio: Studio) -> None:
-    """Surveys with turns that are steep, and two crashes, sorted."""
+    """Survey flights with steep turns, and two crashes, sorted."""
     with tempfile.TemporaryDirectory() as folder:
         surveys = [write_flight(Path(folder) / f"survey-{one}.csv", peak_deg=30 + 4 * one) for one in range(1, 6)]
         crashes = [write_flight(Path(folder) / f"crash-{one}.csv", lost_s=30.0 + one) for one in range(1, 3)]
@@ -238,7 +238,7 @@ def flights(studio: Studio) -> None:
 
 
 def write_flight(path: Path, *, peak_deg: float = 20.0, lost_s: float = math.inf) -> Path:
-    """A minute of a flight with one turn; it tumbles and falls from `lost_s` on."""
+    """A minute of flight with one turn; from `lost_s` on it tumbles and falls."""
     rows = ["time_s,tilt_deg,acceleration_g"]
     for number in range(60 * 50):
         at_s = number / 50
@@ -252,7 +252,7 @@ def write_flight(path: Path, *, peak_deg: float = 20.0, lost_s: float = math.inf
 
 
 def why(studio: Studio) -> None:
-    """A module at another baud rate, just switched on."""
+    """A module at another baud rate, just powered up."""
     other = bench.module(OTHER_NAME, OTHER_OPTIONS)
     studio.assembly.connector.disconnect_port()
     studio.run(0.5)
@@ -285,9 +285,9 @@ SCENES: Final[tuple[Callable[[Studio], None], ...]] = (
 
 
 def run_all(language: str, home: Path, *, guide: Path, readme: Path) -> None:
-    """All scenes in a window that has never been used before. `home`: an empty folder for what the program keeps.
+    """All scenes in a window with new preferences. `home`: an empty folder for its data.
 
-    Raises `Stuck` where the program does not get there.
+    Raises `Stuck` if a state is not reached.
     """
     app = QApplication(sys.argv[:1])
     preferences = Preferences(home / "window.ini")

@@ -1,4 +1,4 @@
-"""A studio for pictures of the real window: let it run, press its buttons, wait for what it says, take the picture."""
+"""Runs the real window, presses buttons, waits for states and takes pictures."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -23,12 +23,12 @@ Found = TypeVar("Found", bound=QWidget)
 
 
 class Stuck(Exception):
-    """The program did not come into the state that a picture is of."""
+    """The program did not reach the state of a picture."""
 
 
 @dataclass(slots=True)
 class Studio:
-    """The window, the module behind it, and the folder that the pictures go into."""
+    """The window, its module, and the folder of the pictures."""
 
     assembly: Assembly
     module: SimulatedBench
@@ -56,7 +56,7 @@ class Studio:
         self.find(QAbstractButton, name).click()
 
     def until(self, is_so: Callable[[], object], what: str) -> None:
-        """Let the program run until that is so."""
+        """Run the event loop until the condition holds."""
         for _ in range(round(WAIT_S * 1000 / _TURN_MS)):
             if is_so():
                 return
@@ -64,7 +64,7 @@ class Studio:
         raise Stuck(what)
 
     def run(self, seconds: float) -> None:
-        """Let the program run that long."""
+        """Run the event loop for a time."""
         QTest.qWait(round(seconds * 1000))
 
     def connect(self, port: str) -> None:
@@ -103,5 +103,5 @@ def save(image: QImage, path: Path) -> None:
     small.setColorTable([qRgb(*(int(part) for part in parts[one])) for one in kept])
     rows = np.frombuffer(small.bits(), np.uint8).reshape(image.height(), small.bytesPerLine())
     rows[:, : image.width()] = drawn
-    if not small.save(str(path), quality=0):  # as small as it gets
+    if not small.save(str(path), quality=0):  # strongest compression
         raise OSError(f"{path} could not be written")

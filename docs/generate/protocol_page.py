@@ -1,7 +1,7 @@
-"""Write docs/protocol.md from the catalogue and from the prose in protocol_page.in.md.
+"""Generates docs/protocol.md from the catalogue and the prose in protocol_page.in.md.
 
-python docs/generate/protocol_page.py             write it
-python docs/generate/protocol_page.py --check     exit 1 when it is out of date
+python docs/generate/protocol_page.py             write the page
+python docs/generate/protocol_page.py --check     exit 1 if it is out of date
 """
 
 import argparse
@@ -76,7 +76,7 @@ def table(heads: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
 
 
 def drawing(raw: bytes, parts: tuple[FramePart, ...], *, fixed: tuple[str, ...]) -> str:
-    """A long frame, a line for each value: byte numbers, the example's bytes, what they are."""
+    """A long frame, one line per value: byte numbers, example bytes, meaning."""
     places = [(f"D{index}", raw[index : index + 1], what) for index, what in enumerate(fixed)]
     places += [(numbers_of(part), bytes_of(part, raw), without_unit(part.name)) for part in parts]
     places.append((f"D{len(raw) - 1}", raw[-1:], "sum"))
@@ -98,7 +98,7 @@ def without_unit(name: str) -> str:
 
 
 def meaning_of(field: Field | None) -> str:
-    """What a value byte says, in the table's words."""
+    """The meaning of a value byte in the table's words."""
     match field:
         case Quantity(per_unit=1, unit=unit):
             return f"1{unit}" if unit else "a count"
@@ -159,7 +159,7 @@ def examples(command: Command) -> list[tuple[Request, bytes]]:
 
 
 def reply_to(command: Command, raw: int) -> bytes:
-    """What the module answers with the value byte `raw`."""
+    """The module's reply with the value byte `raw`."""
     if command.layout is Layout.STATUS:
         return STATUS_EXAMPLE
     if command.layout is Layout.RECORD:
@@ -187,7 +187,7 @@ def explanations() -> str:
 
 
 def reading(name: str, value: object) -> str:
-    """A value as a person reads it: 60 of "tilt_deg" is "60°"."""
+    """A formatted value: 60 of "tilt_deg" is "60°"."""
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, list):
@@ -196,7 +196,7 @@ def reading(name: str, value: object) -> str:
 
 
 def part_table(raw: bytes, parts: tuple[FramePart, ...]) -> str:
-    """The values of a long frame, each with its bytes in the example and what they read."""
+    """The values of a long frame, each with its example bytes and formatted value."""
     values = meaning(Frame(Direction.MODULE_TO_HOST, raw))
     message = decode(raw)
     implausible = message.implausible if isinstance(message, TriggerRecord) else ()
@@ -208,7 +208,7 @@ def part_table(raw: bytes, parts: tuple[FramePart, ...]) -> str:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Write the page, or check it; 1 when it is out of date."""
+    """Write or check the page; exit code 1 if it is out of date."""
     parser = argparse.ArgumentParser(description="Write docs/protocol.md from the catalogue.")
     parser.add_argument("--check", action="store_true", help="write nothing; exit 1 when the page is out of date")
     options = parser.parse_args(arguments)

@@ -24,7 +24,7 @@ NOT_SHIPPED: Final = frozenset(
         "dejayvu",  # for WebAssembly
         "extra-cmake-modules",  # builds Qt
         "kwin",  # builds Qt
-        "libjpeg",  # the plugin qjpeg stays out of the bundle
+        "libjpeg",  # the plugin qjpeg is not in the bundle
         "pixman",  # for ARM
     }
 )
@@ -51,9 +51,9 @@ MODULES: Final = {
     "qtdbus": "DBus",
     "qtgui": "Gui",
     "qtsvg": "Svg",
-    "qtwaylandcompositor": "WaylandClient",  # the page is of a protocol that both sides speak
+    "qtwaylandcompositor": "WaylandClient",  # the page describes a protocol
 }
-"""The folders whose pages count, and the library of Qt that the part is in."""
+"""The folders with relevant pages, and the Qt library of their parts."""
 SPDX: Final = {
     "Academic Free License v2.1, or GNU General Public License v2.0 or later": "AFL-2.1 OR GPL-2.0-or-later",
     "Apache License 2.0 or MIT License": "Apache-2.0 OR MIT",
@@ -69,7 +69,7 @@ SPDX: Final = {
     "X11 License and Historical Permission Notice and Disclaimer": "X11 AND HPND",
     "libpng License and PNG Reference Library version 2": "Libpng AND libpng-2.0",
 }
-"""Of licences that the pages do not link to SPDX."""
+"""SPDX ids of licences that the pages do not link."""
 
 WAYLAND: Final[tuple[dict[str, object], ...]] = (
     {
@@ -89,7 +89,7 @@ WAYLAND: Final[tuple[dict[str, object], ...]] = (
         "systems": ["linux"],
     },
 )
-"""Qt's documentation has no page of these: their texts are those of Debian's packages wayland and wayland-protocols."""
+"""Not in Qt's documentation: texts of Debian's packages wayland and wayland-protocols."""
 
 
 class Page:

@@ -1,8 +1,8 @@
 """Pictures of the real program on the simulated module:  .venv/bin/python docs/generate/screenshots.py
 
-Without arguments it makes those of the user guide (ui/help/guide/images) and of the README (docs/images), in two
-minutes; what is on them stands in docs/generate/picture_scenes.py. With `--all FOLDER` it makes one of each page in
-each theme, language and scale, to be looked at: 1024x600 is the smallest screen that the window is made for.
+Without arguments it takes those of the user guide (ui/help/guide/images) and of the README (docs/images), in two
+minutes; see docs/generate/picture_scenes.py. With `--all FOLDER` it takes one of each page in each theme, language and
+scale, for review, at 1024x600, the smallest supported screen.
 """
 
 import argparse
@@ -22,7 +22,7 @@ LANGUAGES = ("en", "zh_CN")
 SECONDS = 14
 WIDTH, HEIGHT = 1024, 600
 PRESSED = {"triggers": "triggers_read", "preflight": "preflight_enable"}
-"""The button that fills a page, by its key."""
+"""The button that fills a page with data, by page."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +46,7 @@ def all_shots(folder: Path, pages: tuple[str, ...]) -> Iterator[Shot]:
 
 
 def take(shot: Shot) -> None:
-    """Run the window once for this picture."""
+    """Run the window for one picture."""
     shot.path.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as home:
         _run_again("--one", str(shot.path), shot.page, shot.theme, shot.language, home, scale=shot.scale)
@@ -54,13 +54,13 @@ def take(shot: Shot) -> None:
 
 
 def take_scenes(language: str) -> None:
-    """All pictures of the guide and of the README in one language, one after the other in one window."""
+    """All pictures of the guide and of the README in one language, in one window."""
     with tempfile.TemporaryDirectory() as home:
         _run_again("--scenes", language, home)
 
 
 def _run_again(*words: str, scale: float = 1) -> None:
-    """This file in a process of its own: Qt takes the scale only at its start."""
+    """Runs this file in another process, because Qt reads the scale only at start."""
     environment = {**os.environ, "QT_QPA_PLATFORM": "offscreen", "QT_SCALE_FACTOR": str(scale)}
     subprocess.run([sys.executable, __file__, *words], cwd=ROOT, env=environment, check=True)
 
@@ -75,7 +75,7 @@ def run_scenes(language: str, home: Path) -> int:
 
 
 def run_window(path: Path, page: str, theme: str, language: str, home: Path) -> int:
-    """The window of one picture: a module that is tipped, rights itself and is then looked at."""
+    """The window of one picture, with a module that was tilted and is level again."""
     sys.path.insert(0, str(ROOT))
     from PySide6.QtCore import QTimer
     from PySide6.QtWidgets import QApplication, QPushButton
@@ -102,7 +102,7 @@ def run_window(path: Path, page: str, theme: str, language: str, home: Path) -> 
             button.click()
 
     QTimer.singleShot(3000, window, press)
-    # A check wants it left alone.
+    # A check needs a still module.
     for second, tilt_deg in ((4, 28), (5, 47), (6.5, 33), (8, 12), (9, 4)) if page != "preflight" else ():
         QTimer.singleShot(round(second * 1000), window, lambda tilt=tilt_deg: bench.module("demo").set_tilt(tilt))
     if page != "preflight":

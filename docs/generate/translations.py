@@ -1,12 +1,12 @@
-"""Keep app/locale/zh_CN.ts in step with the texts of the source.
+"""Keeps app/locale/zh_CN.ts up to date with the texts of the source.
 
-    python3 docs/generate/translations.py update       write the file again: new texts unfinished, gone ones removed
-    python3 docs/generate/translations.py check        exit 1 with a list when it is not in step or not finished
+    python3 docs/generate/translations.py update       rewrite the file: new texts unfinished, old ones removed
+    python3 docs/generate/translations.py check        exit 1 with a list if it is out of date or unfinished
     python3 docs/generate/translations.py merge DIR    update, and fill in from DIR/*.json ({"English": "中文"})
-    python3 docs/generate/translations.py merge DIR --over corrections.json    and let this one replace what there is
+    python3 docs/generate/translations.py merge DIR --over corrections.json    whose entries replace existing ones
 
 Texts are the literals in calls of ``tr(...)``, ``marked(...)``, ``bind(setter, ...)``,
-``control(...)`` and ``scroll_area(...)``.  Whatever else ``tr`` is given has to be the name of something marked.
+``control(...)`` and ``scroll_area(...)``.  Any other argument of ``tr`` has to be the name of a marked text.
 """
 
 import argparse
@@ -32,14 +32,14 @@ _WITHOUT_VALUES: Final = ("marked", "control", "scroll_area")
 
 @dataclass(slots=True)
 class Extract:
-    """The texts of sources, each with the place where it was first seen, and what is wrong with calls."""
+    """The texts of the sources with their first place, and faulty calls."""
 
     texts: dict[str, str] = field(default_factory=dict)
     faults: list[str] = field(default_factory=list)
 
 
 class Translation(NamedTuple):
-    """The Chinese for one text (empty where there is none yet) and whether somebody declared it done."""
+    """The Chinese for one text ("" if missing) and whether it is finished."""
 
     chinese: str
     is_finished: bool
@@ -95,9 +95,9 @@ def _extract_call(call: ast.Call, name: str, text: ast.expr, place: str, found: 
 
 
 def _check_values(call: ast.Call, literal: str, place: str, found: Extract) -> None:
-    """The placeholders of a text and the values that the call gives have to be the same."""
+    """The placeholders of a text have to match the arguments of the call."""
     given = {keyword.arg for keyword in call.keywords}
-    if None in given:  # **values: known at run time only
+    if None in given:  # **values: only known at run time
         return
     wanted = {name.partition(".")[0].partition("[")[0] for name in placeholders(literal)}
     if wanted != given:
@@ -109,7 +109,7 @@ def _listed(names: set[str | None] | set[str]) -> str:
 
 
 def placeholders(text: str) -> set[str]:
-    """The names in braces; none where the text is no format at all, but holds stray braces."""
+    """The names in braces; empty if the text is not a valid format."""
     try:
         return {name for _, name, _, _ in string.Formatter().parse(text) if name is not None}
     except ValueError:
@@ -117,7 +117,7 @@ def placeholders(text: str) -> set[str]:
 
 
 def read_ts(path: Path = TS) -> dict[str, Translation]:
-    """All messages of a .ts file, unfinished ones too."""
+    """All messages of a .ts file, including unfinished ones."""
     messages = {}
     for message in ElementTree.parse(path).getroot().iterfind("context/message"):
         translation = message.find("translation")
@@ -128,7 +128,7 @@ def read_ts(path: Path = TS) -> dict[str, Translation]:
 
 
 def write_ts(messages: Mapping[str, Translation], path: Path = TS) -> None:
-    """Write a .ts file, sorted by the English text and without line numbers, so that a change shows as small."""
+    """Write a .ts file, sorted by the English text and without line numbers, for small diffs."""
     lines = [
         '<?xml version="1.0" encoding="utf-8"?>',
         "<!DOCTYPE TS>",
@@ -149,12 +149,12 @@ def write_ts(messages: Mapping[str, Translation], path: Path = TS) -> None:
 
 
 def updated(texts: Mapping[str, str], old: Mapping[str, Translation]) -> dict[str, Translation]:
-    """The messages for exactly these texts, with the translations there were."""
+    """The messages for exactly these texts, with existing translations."""
     return {english: old.get(english, Translation("", is_finished=False)) for english in texts}
 
 
 def problems(found: Extract, messages: Mapping[str, Translation]) -> Iterator[str]:
-    """Everything that ``check`` objects to, a line each."""
+    """The problems found by ``check``, one line each."""
     yield from found.faults
     for english, place in sorted(found.texts.items()):
         translation = messages.get(english)
@@ -169,9 +169,9 @@ def problems(found: Extract, messages: Mapping[str, Translation]) -> Iterator[st
 
 
 def merge(folder: Path, messages: dict[str, Translation], *, over: str = "") -> Iterator[str]:
-    """Fill in what is not finished from the JSON files of a folder; yields what was not taken, and why.
+    """Fill in unfinished texts from the JSON files of a folder; yields rejected entries with the reason.
 
-    The file called `over` comes last and replaces what is finished too.
+    The file `over` is read last and also replaces finished texts.
     """
     filled: dict[str, str] = {}
     for path in sorted(folder.glob("*.json"), key=lambda one: (one.name == over, one.name)):

@@ -1,5 +1,5 @@
-"""Writes the trigger pictures (ui/help/guide/images/tilt-*.svg): how the aircraft lies, where it fires and rearms, and
-what free fall is.
+"""Writes the trigger pictures (ui/help/guide/images/tilt-*.svg): attitude of the aircraft, angles at which it
+fires and rearms, and free fall.
 
     python3 docs/generate/trigger_pictures.py
 """
@@ -39,7 +39,7 @@ def _parts(level: str, fires: str, rearms: str, tilted: str, falling: str, lasti
 
 
 def _gauge(x: int, fires: str, rearms: str) -> Iterator[str]:
-    """Tilt counts from the right, level, to the left, upside down."""
+    """Tilt increases from the right (level) to the left (upside down)."""
     fire_x, fire_y = _at(x, _FIRES_DEG, _RADIUS)
     arc = f"A{_RADIUS} {_RADIUS} 0 0 0"
     yield line(f"M{x - _RADIUS} {_BASE_Y} H{x + _RADIUS}", GREY, 2)
@@ -53,7 +53,7 @@ def _gauge(x: int, fires: str, rearms: str) -> Iterator[str]:
 
 
 def _aircraft(x: int, y: int, tilt_deg: int, colour: str) -> Iterator[str]:
-    """A multicopter from behind; its right arm rises with the tilt."""
+    """A multicopter from behind, whose right arm rises with the tilt."""
     yield f'<g transform="translate({x} {y}) rotate({-tilt_deg})" stroke="{colour}" stroke-width="4" fill="none">'
     yield '<path d="M-56 0 H56 M-48 0 V-10 M48 0 V-10 M-64 -10 H-32 M32 -10 H64 M-10 8 L-16 20 M10 8 L16 20"/>'
     yield f'<rect x="-16" y="-10" width="32" height="18" rx="5" fill="{PAPER}"/>'

@@ -1,4 +1,4 @@
-"""Writes the wiring picture (ui/help/guide/images/wiring-*.svg): adapter, three wires, what stays open.
+"""Writes the wiring picture (ui/help/guide/images/wiring-*.svg): adapter, three wires, and pins left open.
 
 python3 docs/generate/wiring_picture.py
 """
@@ -15,7 +15,7 @@ _TEXTS: Final = {
 _ADAPTER_PINS: Final = (("TX", 70), ("RX", 110), ("GND", 150), ("VCC", 190))
 _MODULE_PINS: Final = (("RX", 70), ("TX", 110), ("GND", 150))
 _ADAPTER_X, _MODULE_X = 340, 500
-"""Where the wires begin and end."""
+"""Ends of the wires."""
 
 
 def wiring_svg(language: str) -> str:

@@ -1,2 +1,2 @@
-"""A campaign against the program: every fault and lie of the simulated module, every command, and a judge who knows the
-module's own memory. See `python -m tests.adversary --help`."""
+"""A campaign against the program: every fault and lie of the simulated module with every command, checked against the
+module's memory. See `python -m tests.adversary --help`."""

@@ -1,7 +1,7 @@
 """`python -m tests.adversary`: every fault and lie of the simulated module against every command and the window.
 
-Each run is compared with the module's own memory afterwards. Exit code 1 for any breach; each is printed with the line
-that repeats this one run.
+Each run is compared with the module's memory. Exit code 1 for any breach; each is printed with the command that repeats
+its run.
 """
 
 import argparse
@@ -82,8 +82,8 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--seed", type=int, default=1, help="the same seed, the same runs")
     parser.add_argument("--only", type=plan_of, metavar="RUN", help="only this one, with all that it printed")
     args = parser.parse_args(argv)
-    os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")  # nothing is shown
-    _application = QApplication.instance() or QApplication(sys.argv[:1])  # the window's objects need one
+    os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")  # no display needed
+    _application = QApplication.instance() or QApplication(sys.argv[:1])  # required by the window's objects
     if args.only is not None:
         return _repeat(args.only)
     with temporary_homes() as home:

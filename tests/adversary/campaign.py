@@ -22,14 +22,14 @@ from tests.adversary.window import SETTLED_IN_S, Session, WindowDesk
 from tests.support.line.sim_line import FakeClock
 
 STEP_S: Final = 0.06
-"""The greatest age of an answer that the program takes from a perfect line."""
+"""The greatest age of an answer that the program accepts on a perfect line."""
 STRIDE: Final = 5
 """Step between the quirks that the same fault and command meet."""
 BASIS: Final = {"uptime": "60", "noise": "0", "cell": "4.0", "drain": "0", "history": "4"}
 
 
 class Plan(NamedTuple):
-    """One run; as text it is what `--only` takes."""
+    """One run; its text is the argument of `--only`."""
 
     quirks: str
     trouble: str
@@ -41,7 +41,7 @@ class Plan(NamedTuple):
 
 
 def plan_of(text: str) -> Plan:
-    """Parse a plan; raise `ValueError` or `KeyError` if the text is none."""
+    """Parse a plan; raise `ValueError` or `KeyError` if the text is not one."""
     quirks, trouble, command, seed = (part.strip() for part in text.split(" / "))
     plan = Plan(quirks, trouble, command, int(seed))
     _ = DIALECTS[quirks], TROUBLES[trouble], {**BY_COMMAND, **WINDOW}[command]
@@ -134,7 +134,7 @@ class Campaign:
     by_command: Counter[str] = field(default_factory=Counter)
     by_code: Counter[tuple[str, int]] = field(default_factory=Counter)
     said: Counter[str] = field(default_factory=Counter)
-    """Counts of good claims: a program that claims nothing breaks no promise."""
+    """Counts of positive claims; without claims there can be no breach."""
     breaches: list[Result] = field(default_factory=list)
 
     def feed(self, result: Result) -> None:

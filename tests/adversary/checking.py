@@ -1,4 +1,4 @@
-"""The Pre-flight page's work on the desk: check, activate, and observe whether the verdict stands."""
+"""The Pre-flight controller on the desk: check, activate, and observe whether the verdict holds."""
 
 from types import SimpleNamespace
 from typing import Any, Final, cast
@@ -30,11 +30,11 @@ class _Naming(QObject):
     name = "M1"
 
     def remember_adapter(self) -> None:
-        """Does nothing: there is no store."""
+        """Does nothing, because there is no store."""
 
 
 class _Connector(QObject):
-    """The part of the window's connector that the work uses, on a desk."""
+    """The part of the window's connector that the controller uses."""
 
     changed = Signal()
     batch = Signal(object)

@@ -1,6 +1,6 @@
-"""What is wrong with the line or the module in a run: by name, as options of the simulated module, or as an accident.
+"""Faults of the line or the module by name, as options of the simulated module or as events.
 
-The options are what one would type behind `dps-s simulate`.
+The options are those of `dps-s simulate`.
 """
 
 from collections.abc import Callable, Mapping
@@ -45,7 +45,7 @@ class Trouble:
     forges: bool = False
     """Valid frames with wrong contents arrive."""
     withholds: bool = False
-    """A record is left out twice in the same way, which nobody can notice."""
+    """A record is omitted twice in the same way, which cannot be detected."""
 
 
 def _lie(**options: str) -> Trouble:

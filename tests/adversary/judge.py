@@ -1,8 +1,8 @@
-"""Compares what a command printed, sent and returned with what the module is and was. A finding is a breach.
+"""Compares the output, frames and exit code of a command with the states of the module. A finding is a breach.
 
-Two measures. *Shown*: a value stands for the moment at which the module last said it, so it must have been true then or
-later. *Proven* ("verified", a verdict): it must be true when the command ends; what changed after the program's last
-look at it, where that look was shortly before the end, nobody could have seen.
+Two criteria. *Shown*: a value must have been true when the module last reported it, or later. *Proven* ("verified", a
+verdict): it must be true when the command ends, except for changes after a final read shortly before the end, which
+could not be seen.
 """
 
 import json
@@ -21,7 +21,7 @@ from tests.adversary.truth import KEYS, Heard, Truth, settings_keys
 NEAR_S: Final = 1.5
 """A final read must be this recent at the end, so that later changes would have been seen."""
 SETTLED_S: Final = 0.5
-"""A final read must come this long after the last set, which a module may take back."""
+"""A final read must come this long after the last set, which a module may revert."""
 LOOKS_IN_A_ROW: Final = 40
 """Count of answers that a final read of everything may take; it takes longer on a slow line."""
 VOLT_STEP: Final = 0.03
@@ -49,7 +49,7 @@ class Finding:
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """One run: the command, its result, and the truth."""
+    """One run: the command, its result and the recorded truth."""
 
     ran: Ran
     truth: Truth
@@ -125,7 +125,7 @@ def shown(case: Case, key: str, value: Value) -> Iterator[Finding]:
 
 
 def _says(key: str, heard: Heard, value: object) -> bool:
-    """Return whether the reply itself has this value, in which case nobody can see that it is wrong."""
+    """Return whether the reply itself has this value, so that the error cannot be detected."""
     from protocol.catalogue import BY_CODE
 
     if key in ("active", "triggered"):
@@ -297,7 +297,7 @@ def _fit(case: Case, verdict: str, read: Mapping[str, Any], checks: Sequence[Map
     if now.tilt_deg > MOST_TILT_DEG:
         yield Finding(Breach.FALSE_VERDICT, f"{verdict} at a tilt of {now.tilt_deg}°")
     lost = set(now.records) - {one.raw[4:-1] for one in truth.heard.get(0x35, [])}
-    is_said = {one["id"]: one["result"] for one in checks}["trigger_records"] == "warn"  # a person vouches for it
+    is_said = {one["id"]: one["result"] for one in checks}["trigger_records"] == "warn"  # confirmed by a person
     if lost and not (case.withholds or is_said):
         yield Finding(Breach.FALSE_VERDICT, f"{verdict}, and {len(lost)} trigger records were never seen")
     for flag in ("attitude_trigger", "freefall_trigger"):

@@ -86,7 +86,7 @@ class Truth:
         self.note()
         self.ends_at = self._clock()
 
-    # What it is and was
+    # States
 
     @property
     def now(self) -> Moment:
@@ -113,7 +113,7 @@ class Truth:
                 yield moment
 
     def changed_at(self, key: str) -> float | None:
-        """Return when the current value began, or None if it was so from the start."""
+        """Return since when the current value holds, or None if from the start."""
         value = self.value(key, self.now)
         changed_at = None
         for before, after in zip(self.moments, self.moments[1:], strict=False):
@@ -121,7 +121,7 @@ class Truth:
                 changed_at = after.at
         return changed_at
 
-    # What it said and was told
+    # Frames
 
     @property
     def last_act_at(self) -> float:
@@ -143,13 +143,13 @@ class Truth:
 
     @property
     def records_arrived(self) -> set[bytes]:
-        """Return the whole records that arrived and that the module holds."""
+        """Return the complete records that arrived and that the module holds."""
         own = {record_frame(data) for moment in self.moments for data in moment.records}
         return {one.raw for one in self.heard.get(RECORD_CODE, []) if one.raw in own}
 
     @property
     def acts_sent(self) -> "Counter[bytes]":
-        """Return every frame that was sent and not a query."""
+        """Return every frame sent that was not a query."""
         return Counter(one.encode() for one in self.sent if one.hazard is not Hazard.NONE)
 
 

@@ -1,4 +1,4 @@
-"""The window's work on a module without widgets: the same form, procedures and session, on the same clock."""
+"""The window's work on a module without widgets: the same form, procedures and session, on one clock."""
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -65,7 +65,7 @@ class Session:
     forges: bool
     findings: list[Finding] = field(default_factory=list)
     said: list[str] = field(default_factory=list)
-    """Verdicts that stood."""
+    """Verdicts that held."""
     happens: tuple[float, Callable[[Any], None]] | None = None
 
     def connect(self) -> None:

@@ -1,1 +1,1 @@
-"""Benchmarks: how quick, how light and how smooth the program is. See `python -m tests.benchmarks --help`."""
+"""Benchmarks of speed, memory and smoothness. See `python -m tests.benchmarks --help`."""

@@ -1,6 +1,6 @@
-"""`python -m tests.benchmarks [NAME …]`: run the benchmarks and print what they found as a table.
+"""`python -m tests.benchmarks [NAME …]`: runs benchmarks and prints their results as a table.
 
-All of them together also write docs/performance.md.
+A complete run also writes docs/performance.md.
 """
 
 import argparse
@@ -18,7 +18,7 @@ NAMES = tuple(MODULES)
 
 
 def main(words: Sequence[str] | None = None) -> int:
-    """Exit code 0 whatever the figures are: they depend on the machine. 1 with `--strict` where an aim was missed."""
+    """Exit code 0 whatever the figures, which depend on the machine; 1 with `--strict` if an aim was missed."""
     parser = argparse.ArgumentParser(
         prog="python -m tests.benchmarks",
         description="Measure the program. Other work on the machine makes every figure worse: compare ratios.",

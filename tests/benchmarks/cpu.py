@@ -13,7 +13,7 @@ _RUNS: Final = {50: 1, 200: 1, LINE_HZ: 3}
 
 
 def _run(rate_hz: int, seconds: float) -> dict[str, Any]:
-    """One window on one module; `lost` are the status frames that were sent and never came out of the worker."""
+    """One window on one module; `lost`: status frames that were sent but not delivered by the worker."""
     with lively_module(rate_hz) as module:
         found = measured("tests.benchmarks.window.window", module.port, str(seconds))
         sent = module.frames_sent + found["asked"]
@@ -23,7 +23,7 @@ def _run(rate_hz: int, seconds: float) -> dict[str, Any]:
 
 
 def figures(seconds: float = 6.0) -> list[Figure]:
-    """Two rows for each rate: CPU, and status frames from the port to the page's series."""
+    """Two rows per rate: CPU, and status frames from the port to the page's series."""
     found = []
     for rate_hz, count in _RUNS.items():
         runs = [_run(rate_hz, seconds) for _ in range(count)]

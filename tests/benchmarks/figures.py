@@ -1,4 +1,4 @@
-"""What a benchmark found: rows of one table, each with its aim and whether it was met."""
+"""Results of a benchmark: table rows with aim and whether it was met."""
 
 from array import array
 from bisect import bisect_left
@@ -14,7 +14,7 @@ _CLASSES: Final = 10_001
 
 @dataclass(frozen=True, slots=True)
 class Figure:
-    """One row. `is_met` is None where there is no aim: the row only informs."""
+    """One row. `is_met` is None if there is no aim."""
 
     name: str
     measured: str
@@ -37,7 +37,7 @@ _HEAD = _Row("", "measured", "aim", "")
 
 
 def table(figures: Iterable[Figure]) -> str:
-    """Aligned columns, one figure a line."""
+    """Aligned columns, one figure per line."""
     rows = [_HEAD, *(_Row(one.name, one.measured, one.aim, one.verdict) for one in figures)]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     lines = ("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)) for row in rows)
@@ -45,7 +45,7 @@ def table(figures: Iterable[Figure]) -> str:
 
 
 def quantile(values: Iterable[float], share: float) -> float:
-    """The value that `share` (0 … 1) of all do not exceed. Raises ValueError without values."""
+    """The quantile `share` (0 … 1). Raises ValueError without values."""
     ordered = sorted(values)
     if not ordered:
         raise ValueError("nothing was measured")

@@ -25,7 +25,7 @@ THOUSAND: Final = 1000
 THOUSAND_AIM_S: Final = 60.0
 MAP_AIM_MS: Final = 100.0
 _OTHERS: Final = 3
-"""Records of other kinds for each one that is read."""
+"""Number of other records per record that is read."""
 
 
 def figures(logs: int = 200, flights: int = THOUSAND, redraws: int = 50) -> list[Figure]:
@@ -78,7 +78,7 @@ def _logs_figure(folder: Path, name: str, ending: str, data: bytes, count: int) 
 
 
 def _worked_s() -> float:
-    """Processor time of this process and of those that it has started and that have ended."""
+    """CPU time of this process and its ended children."""
     times = os.times()
     return times.user + times.system + times.children_user + times.children_system
 

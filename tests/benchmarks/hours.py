@@ -1,9 +1,9 @@
-"""The window through hours of a stream at line rate, without waiting for them; prints its memory, as JSON.
+"""Simulates hours of a stream at line rate in the window and prints its memory as JSON.
 
     python -m tests.benchmarks.hours HOURS FULL_S
 
-Of each simulated hour FULL_S seconds go the whole way: bytes, parser, link, device, batch, bridge, every page, a draw.
-The rest goes into the page's series, batch by batch, as 52 million frames would take most of an hour.
+FULL_S seconds of each simulated hour pass through everything from bytes to drawing. The rest is added to the page's
+series directly, because 52 million frames would take most of an hour.
 """
 
 import json
@@ -43,7 +43,7 @@ _CONNECTION: Final = Connection(PortState.OPEN, "/dev/ttyUSB0", 115200)
 
 
 class _CannedLine:
-    """A port on which a stream comes that never ends."""
+    """A port with an endless stream."""
 
     baud_rate = 115200
 
@@ -66,7 +66,7 @@ class _CannedLine:
 
 
 class Hours:
-    """A window that is told what a worker would tell it, at a time that is not the clock's."""
+    """A window that receives the batches of a worker on a simulated clock."""
 
     def __init__(self, app: QApplication, assembly: Assembly) -> None:
         self.now_s = 100_000.0
@@ -79,7 +79,7 @@ class Hours:
         reserve(self._page)
 
     def stream_whole(self, seconds: float) -> None:
-        """The whole way, from bytes to pixels."""
+        """Through everything, from bytes to pixels."""
         for step in range(round(seconds / _STEP_S)):
             self.now_s += _STEP_S
             self._session.step()
@@ -101,7 +101,7 @@ class Hours:
         self._deliver(Batch(self.now_s, _CONNECTION, view, link, samples, events))
 
     def stream_samples(self, seconds: float) -> None:
-        """Into the page's series only, half a minute at a time."""
+        """Into the page's series only, in steps of half a minute."""
         data = self._page.data
         while seconds > 0:
             length_s = min(30.0, seconds)
@@ -116,7 +116,7 @@ class Hours:
 
 
 def main(words: list[str]) -> int:
-    """Run from the command line."""
+    """Entry point."""
     hours, full_s = int(words[0]), float(words[1])
     app = QApplication(sys.argv[:1])
     with tempfile.TemporaryDirectory() as folder:

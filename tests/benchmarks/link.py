@@ -1,4 +1,4 @@
-"""What one exchange costs in the link, against bytes put together and compared by hand."""
+"""Cost of one exchange in the link, compared with bytes handled directly."""
 
 import gc
 import time
@@ -11,7 +11,7 @@ from protocol.link import Link
 from tests.benchmarks.figures import Figure
 
 LINE_EXCHANGES: Final = 11_520 // 12
-"""Exchanges of six bytes each way that 115200 baud carry in a second."""
+"""Exchanges of six bytes each way per second at 115200 baud."""
 AIM_TIMES: Final = 10
 _QUERY: Final = BY_NAME["boot_count"].query()
 _REPLY: Final = encode_reply(0x23, 37)
@@ -45,7 +45,7 @@ def _by_hand_s(exchanges: int) -> float:
 
 
 def figures(exchanges: int = 20_000, rounds: int = _ROUNDS) -> list[Figure]:
-    """One row; of the best round of each: everything else is the machine's other work."""
+    """One row with the best round of each; slower rounds are due to other load."""
     gc.collect()
     mine = min(_link_s(exchanges) for _ in range(rounds)) / exchanges
     bare = min(_by_hand_s(exchanges) for _ in range(rounds)) / exchanges

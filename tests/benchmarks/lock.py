@@ -1,9 +1,9 @@
-"""From the press of LOCK in the window to its frame at the module, a process of its own, while the module streams:
-with a store that takes everything at once, and with one that is blocked for 3 s, over and over.
+"""Time from pressing LOCK in the window to its frame at the module in another process, while it streams; with a free
+store and with one that is repeatedly blocked for 3 s.
 
     python -m tests.benchmarks.lock PRESSES
 
-measures that many presses of each and prints one JSON object.
+measures PRESSES presses of each and prints JSON.
 """
 
 import json
@@ -33,14 +33,14 @@ BETWEEN_S: Final = 0.06
 
 
 def _block(store: Store, is_over: threading.Event) -> None:
-    """As a disk that takes 3 s for each commit: the connection that writes is held."""
+    """Holds the writing connection, like a disk that takes 3 s per commit."""
     while not is_over.is_set():
         with store.database.transaction():
             is_over.wait(BLOCKED_S)
 
 
 def measure(presses: int) -> dict[str, list[float]]:
-    """Seconds of each press, by whether the store was blocked."""
+    """Seconds of each press, for the free and the blocked store."""
     app = QApplication(sys.argv[:1])
     found: dict[str, list[float]] = {"free": [], "blocked": []}
     with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:

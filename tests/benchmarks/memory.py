@@ -1,7 +1,6 @@
-"""Memory of the window after ten hours at line rate, and whether it grows on.
+"""Memory of the window after ten hours at line rate, and its further growth.
 
-The memory that the plots keep ten hours in is filled before. In use it fills as time passes: about 1.6 MB an hour for
-the first twelve hours, then nothing more.
+The plots' buffers for ten hours are filled before. In use they grow by about 1.6 MB an hour for the first twelve hours.
 """
 
 import statistics
@@ -13,11 +12,11 @@ from tests.benchmarks.runs import measured
 
 HOURS: Final = 10
 AIM_MB_PER_H: Final = 0.5
-"""A tenth of a byte for each frame."""
+"""A tenth of a byte per frame."""
 
 
 def figures(full_s: float = 12.0) -> list[Figure]:
-    """From the second hour on: by then everything that is bounded by count has reached its bound."""
+    """Measured from the second hour on, when everything limited by count has reached its limit."""
     name = f"memory after {HOURS} simulated hours at 1,440 Hz"
     if not sys.platform.startswith("linux"):
         return [Figure(name, "not measured: only Linux tells it here")]

@@ -1,9 +1,9 @@
-"""The simulated module in a process of its own that also tells how many status frames it streamed.
+"""The simulated module in its own process, which also counts the streamed status frames.
 
     python -m tests.benchmarks.module PATH OPTION=VALUE …
 
-Prints its port, then obeys the control lines of `dps-s simulate` on standard input, one answer a line; "count" is
-answered by the number of streamed frames, "locked" by when LOCK last arrived (monotonic seconds). Ends with its input.
+Prints its port, then executes the control lines of `dps-s simulate` from standard input, one answer per line. "count"
+returns the number of streamed frames, "locked" when LOCK last arrived (monotonic seconds). Ends with its input.
 """
 
 import subprocess
@@ -28,7 +28,7 @@ _LOCK = ACTIVATION.set(False).encode()
 
 
 class StreamingModule:
-    """The host's side of such a process. `port` stays the same when it is unplugged and plugged in again."""
+    """Controls such a process. `port` is the same after unplugging and plugging in."""
 
     def __init__(self, process: "subprocess.Popen[str]") -> None:
         self._process = process
@@ -44,7 +44,7 @@ class StreamingModule:
         return line
 
     def tell(self, line: str) -> str:
-        """A control line, and what the module answered."""
+        """Send a control line; return the answer."""
         if self._process.stdin is None:
             raise RuntimeError("no input to write")
         with self._answers:
@@ -59,13 +59,13 @@ class StreamingModule:
 
     @property
     def frames_sent(self) -> int:
-        """Status frames that nobody asked for, since it was switched on."""
+        """Streamed status frames since it was switched on."""
         return int(self.tell(COUNT))
 
 
 @contextmanager
 def streaming_module(link: Path, *options: str) -> Iterator[StreamingModule]:
-    """A module reached through the symbolic link `link`, ended at the end. `options`: "rate=1440"."""
+    """Run a module at the symbolic link `link`. `options`: "rate=1440"."""
     with subprocess.Popen(
         [sys.executable, "-m", "tests.benchmarks.module", str(link), *options],
         cwd=ROOT, env=ENVIRONMENT, text=True, stdin=subprocess.PIPE, stdout=subprocess.PIPE,

@@ -1,6 +1,4 @@
-"""What one would otherwise take: the byte loop written first, a parser on `construct`, pyqtgraph tuned and as in its
-tutorial.
-"""
+"""Alternatives for comparison: a byte loop, a parser with `construct`, pyqtgraph tuned and as in its tutorial."""
 
 import json
 import sys
@@ -14,7 +12,7 @@ _WIDTH, _HEIGHT = 800, 500
 
 
 def parse_naively(chunks: list[bytes]) -> int:
-    """A buffer of which one byte goes wherever no frame begins; the status frames found."""
+    """Drops one byte wherever no frame begins; returns the status frames found."""
     buffer = bytearray()
     frames: list[bytes] = []
     rejected = bytearray()
@@ -45,7 +43,7 @@ def _status_struct() -> construct.Struct:
 
 
 def parse_with_construct(chunks: list[bytes]) -> int:
-    """Declared with `construct`; what does not parse at a header is skipped by one byte. The status frames found."""
+    """Declared with `construct`; skips one byte where parsing fails; returns the status frames found."""
     status = _status_struct()
     buffer, frames = b"", 0
     for chunk in chunks:
@@ -69,9 +67,9 @@ def parse_with_construct(chunks: list[bytes]) -> int:
 def draw_with_pyqtgraph(length_s: float, rate_hz: int, draws: int, *, is_tuned: bool) -> list[float]:
     """Seconds of each draw of two curves over `length_s`.
 
-    As in the tutorial, lists that grow are handed over whole each time. Tuned, it is what pyqtgraph's documentation
-    offers: arrays filled in place, down-sampled by peaks to the width of the view, clipped to what is in sight, no
-    smoothing, a pen of one pixel, no search for NaN, and a range that is set and not sought.
+    As in the tutorial, growing lists are passed completely each time. Tuned as pyqtgraph's documentation suggests:
+    arrays filled in place, peak down-sampling, clipping to the view, no antialiasing, a pen of one pixel, no search for
+    NaN, and a fixed range.
     """
     import numpy as np
     import pyqtgraph
@@ -120,7 +118,7 @@ def draw_with_pyqtgraph(length_s: float, rate_hz: int, draws: int, *, is_tuned: 
 
 
 def draw_ours(length_s: float, rate_hz: int, draws: int) -> list[float]:
-    """The same with the program's own plots, at the same size."""
+    """The same with the program's plots at the same size."""
     import numpy as np
     from PySide6.QtWidgets import QApplication
 
@@ -154,7 +152,7 @@ def draw_ours(length_s: float, rate_hz: int, draws: int) -> list[float]:
 
 
 def main(words: list[str]) -> int:
-    """All ways by turns in one process, so that the machine's moods strike all; prints the medians as JSON."""
+    """Runs all alternately in one process, so that other load affects all alike; prints the medians as JSON."""
     import statistics
 
     length_s, draws = float(words[0]), int(words[1])

@@ -1,4 +1,4 @@
-"""How many frames a second the stream parser finds, in chunks as ports deliver them, against what others write."""
+"""Frames per second of the stream parser, in chunks as ports deliver them, compared with alternatives."""
 
 import gc
 import random
@@ -13,14 +13,14 @@ from tests.benchmarks.figures import Figure
 from tests.benchmarks.others import parse_naively, parse_with_construct
 
 LINE_HZ: Final = 1440
-"""Status frames that 115200 baud carry in a second."""
+"""Status frames per second at 115200 baud."""
 AIM_TIMES: Final = 1000
 _ROUNDS: Final = 7
 _CORRUPT: Final = 0.01
 
 
 def stream(frames: int) -> bytes:
-    """Status frames as a module in the air sends them."""
+    """Status frames as of a module in flight."""
     source = random.Random(1)
     statuses = (
         Status(source.randint(0, 90), source.randint(0, 30) / 10, triggered=False, active=True) for _ in range(frames)
@@ -29,7 +29,7 @@ def stream(frames: int) -> bytes:
 
 
 def corrupted(data: bytes, share: float) -> bytes:
-    """The same with one bit turned in this share of the bytes."""
+    """The same with one flipped bit in this share of the bytes."""
     source = random.Random(2)
     return bytes(byte ^ (1 << source.randrange(8)) if source.random() < share else byte for byte in data)
 
@@ -39,7 +39,7 @@ def _chunks(data: bytes, size: int) -> list[bytes]:
 
 
 def _parse(chunks: list[bytes]) -> int:
-    """Frames found. Raises `AssertionError` unless every byte came out, in a frame or rejected with a reason."""
+    """Number of frames. Raises `AssertionError` unless every byte is in a frame or rejected with a reason."""
     parser = StreamParser()
     frames = covered = 0
     for chunk in chunks:
@@ -55,7 +55,7 @@ def _parse(chunks: list[bytes]) -> int:
 
 
 def _frames_per_s(parse: Callable[[list[bytes]], int], chunks: list[bytes], rounds: int) -> float:
-    """Of the best round: everything else is the machine's other work."""
+    """Of the best round; slower rounds are due to other load."""
     best_s, frames = float("inf"), 0
     gc.collect()
     for _ in range(rounds):
@@ -66,7 +66,7 @@ def _frames_per_s(parse: Callable[[list[bytes]], int], chunks: list[bytes], roun
 
 
 def figures(frames: int = 100_000, rounds: int = _ROUNDS) -> list[Figure]:
-    """One row for each way of cutting. The aim is for blocks as a file or a busy port gives them."""
+    """One row per chunk size. The aim applies to blocks as from a file or a busy port."""
     clean = stream(frames)
     found = []
     for name, data in (("clean", clean), ("1 % of bytes corrupted", corrupted(clean, _CORRUPT))):

@@ -1,5 +1,5 @@
-"""Reading everything through the worker, against the same questions asked with bare pyserial on the same port; and
-`dps-s read` as a whole process, against a script of seven lines that asks the same with bare pyserial.
+"""Reading everything through the worker, compared with the same queries by bare pyserial on the same port; and
+`dps-s read` as a process, compared with a script of seven lines with bare pyserial.
 """
 
 import statistics
@@ -34,7 +34,7 @@ with serial.Serial(sys.argv[1], 115200, timeout=1) as line:
 
 
 def _bare_s(port: str, rounds: int) -> list[float]:
-    """Seconds of the exchanges alone, all questions in turn."""
+    """Seconds of the bare exchanges, all queries in turn."""
     took = []
     with serial.Serial(port, BAUD_RATE, timeout=1) as line:
         for _ in range(rounds):
@@ -49,7 +49,7 @@ def _bare_s(port: str, rounds: int) -> list[float]:
 
 
 def _worker_s(port: str, rounds: int) -> list[float]:
-    """Seconds from the order to the result in the caller's hands."""
+    """Seconds from the call to the result."""
 
     def ignore(_: Batch) -> None: ...
 
@@ -66,18 +66,18 @@ def _worker_s(port: str, rounds: int) -> list[float]:
             took.append(time.perf_counter() - began)
     finally:
         worker.stop()
-    return took[1:]  # the first waited for the port to open
+    return took[1:]  # the first one includes opening the port
 
 
 def _process_s(*words: str) -> float:
-    """Seconds of a whole process, from its start to its end."""
+    """Seconds of a process from start to end."""
     began = time.perf_counter()
     subprocess.run([*words], cwd=ROOT, env=ENVIRONMENT, check=True, stdout=subprocess.DEVNULL, timeout=10 * _LIMIT_S)
     return time.perf_counter() - began
 
 
 def figures(rounds: int = 8, turns: int = 4, processes: int = 12) -> list[Figure]:
-    """The two ways take turns, so that the machine's moods strike both."""
+    """Both run alternately, so that other load affects both alike."""
     bare: list[float] = []
     ours: list[float] = []
     with tempfile.TemporaryDirectory() as folder, streaming_module(Path(folder) / "module") as module:

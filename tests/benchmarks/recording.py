@@ -1,4 +1,4 @@
-"""What recording costs, and how quickly ten million reports are opened and drawn, without a window."""
+"""Cost of recording, and of opening and drawing ten million reports, without a window."""
 
 import tempfile
 import time
@@ -17,7 +17,7 @@ OPENING_AIM_S: Final = 2.0
 CPU_AIM: Final = 0.03
 """Of one core, at line rate."""
 PAN_AIM_MS: Final = 4.0
-"""A quarter of a sixtieth of a second, for all lanes; drawing has the rest."""
+"""A quarter of a frame at 60 Hz, for all lanes; the rest is for drawing."""
 WINDOWS: Final = 200
 _BUCKETS: Final = 1000
 
@@ -50,7 +50,7 @@ def figures(rows: int = ROWS, seconds: float = 60.0, windows: int = WINDOWS) -> 
 
 
 def _cost_of_recording(folder: Path, seconds: float) -> list[Figure]:
-    """CPU time of taking, encoding and writing, as a share of the time in which it came; what it takes on disk."""
+    """CPU time of receiving, encoding and writing as a share of real time; and size on disk."""
     batches = list(stream(1000.0, seconds))
     at_once = round(len(batches) / seconds * FLUSH_EVERY_S)
     with recorder_in(folder) as bench:
@@ -74,7 +74,7 @@ def _cost_of_recording(folder: Path, seconds: float) -> list[Figure]:
 
 
 def _pan(recording: Recording, windows: int) -> list[float]:
-    """Milliseconds for the points of both lanes, window by window."""
+    """Milliseconds for the points of both lanes, per time window."""
     random = np.random.default_rng(1)
     whole_s = recording.end_s - recording.start_s
     waits = []

@@ -1,4 +1,4 @@
-"""Starts the measured processes: each on its own, so that nothing of one run weighs on the next."""
+"""Starts each measurement in its own process, so that runs do not influence each other."""
 
 import json
 import os
@@ -32,15 +32,15 @@ MODULES: Final = {
     "flights_page": "tests.benchmarks.window.flights_page",
     "recordings_view": "tests.benchmarks.window.recordings_view",
 }
-"""Each benchmark's module, which has `figures`, in the order of the page."""
+"""The benchmarks' modules with their `figures`, in the order of the page."""
 _LIMIT_S: Final = 120.0
 _OFFSCREEN: Final = "propagateSizeHints"
-"""The offscreen platform has no window manager to tell, and says so each time."""
+"""A warning of the offscreen platform, which has no window manager."""
 _LIVELY: Final = ("lifelike=yes", "noise=1")
 
 
 def measured(program: str, *words: str) -> dict[str, Any]:
-    """What `python -m program words…` prints as JSON, offscreen. Raises RuntimeError where it fails."""
+    """Run `python -m program words…` offscreen; return its JSON. Raises RuntimeError if it fails."""
     environment = {"QT_QPA_PLATFORM": "offscreen", **ENVIRONMENT}
     done = subprocess.run(
         [sys.executable, "-m", program, *words],
@@ -57,7 +57,7 @@ def measured(program: str, *words: str) -> dict[str, Any]:
 
 @contextmanager
 def lively_module(rate_hz: int) -> Iterator[StreamingModule]:
-    """A simulated module in another process that moves and streams at this rate once it is asked to."""
+    """A moving simulated module in another process that streams at this rate on request."""
     with (
         tempfile.TemporaryDirectory() as folder,
         streaming_module(Path(folder) / "module", f"rate={rate_hz}", *_LIVELY) as module,
@@ -66,5 +66,5 @@ def lively_module(rate_hz: int) -> Iterator[StreamingModule]:
 
 
 def cores() -> int:
-    """Processor cores that this process may use."""
+    """CPU cores available to this process."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

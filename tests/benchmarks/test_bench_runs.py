@@ -1,4 +1,4 @@
-"""The benchmarks and the soak run and say what they should; how quick anything is, is not asserted."""
+"""The benchmarks and the soak run and print results; speed is not asserted."""
 
 import datetime
 import sys

@@ -1,4 +1,4 @@
-"""docs/adding-a-command.md, followed to the letter on a copy of the program."""
+"""Follows docs/adding-a-command.md on a copy of the program."""
 
 import json
 import re
@@ -41,7 +41,7 @@ assembly.window.close()
 
 
 class Piece(NamedTuple):
-    """Code of the page and the line of a file that it belongs to."""
+    """Code of the page and the line of the file where it belongs."""
 
     is_after: bool
     mark: str
@@ -57,7 +57,7 @@ def pieces() -> Iterator[Piece]:
 
 
 def put(root: Path, piece: Piece) -> None:
-    """`mark` may run over several lines of the file, whose spaces do not count."""
+    """`mark` may span several lines; white space is ignored."""
     file = root / piece.path
     text = file.read_text(encoding="utf-8")
     mark = re.compile(r"\s*".join(map(re.escape, piece.mark.split())))
@@ -70,7 +70,7 @@ def put(root: Path, piece: Piece) -> None:
 
 @pytest.fixture(scope="module")
 def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The three packages with the toy command added."""
+    """The three packages with the example command."""
     root = tmp_path_factory.mktemp("toy")
     for package in ("protocol", "app", "ui"):
         shutil.copytree(ROOT / package, root / package, ignore=shutil.ignore_patterns("__pycache__"))

@@ -1,4 +1,4 @@
-"""The Chinese keeps to the glossary, and is written as Chinese is written."""
+"""The Chinese texts use the terms of the glossary and Chinese typography."""
 
 import re
 from collections.abc import Container
@@ -13,9 +13,9 @@ ROOT: Final = Path(__file__).parents[2]
 TS: Final = ROOT / "app" / "locale" / f"{CHINESE}.ts"
 HAN: Final = "\u3400-\u9fff"
 OTHER_SENSE: Final = {
-    "Light mode",  # of the window's colours
+    "Light mode",  # colour themes of the window
 }
-"""Texts in which a word of the glossary is no term."""
+"""Texts in which a word of the glossary is not used as a term."""
 UNITS: Final = ("V", "g", "ms", "km/h", "MB", "kB")
 ALWAYS_SEVERAL: Final = {
     "All {count} checks hold; warnings: {looks}.",
@@ -26,7 +26,7 @@ ALWAYS_SEVERAL: Final = {
     "{count} recordings begin with “{name}”.",
     "{name}: at most {count} characters.",
 }
-"""Texts whose count is never one, or is told “of” another."""
+"""Texts whose count is never one, or of the form "n of m"."""
 _COUNTED: Final = re.compile(
     r"\{(?:count|n|rows|done|visits|asked|attempts|readings|changes|total|slots|bytes)\} "
     r"(?P<noun>(?:[a-z]+ )?[a-z]{2,})s\b"
@@ -35,7 +35,7 @@ _FIELD: Final = re.compile(r"\{[^{}]*\}")
 
 
 class Term(NamedTuple):
-    """One row: the English, every Chinese word that may stand for it, and the vendor's."""
+    """One row: the English term, its permitted Chinese terms, and the vendor's."""
 
     english: str
     chinese: tuple[str, ...]
@@ -56,7 +56,7 @@ def pairs() -> dict[str, str]:
 
 
 def without_fields(text: str) -> str:
-    """Placeholders are filled in with something else; what stands in them is no word."""
+    """Without placeholders, whose names are not words of the text."""
     return _FIELD.sub(" ", text)
 
 
@@ -86,7 +86,7 @@ def _speaks_of(word: re.Pattern[str], english: str) -> bool:
 
 
 def rows_below(heading: str) -> list[tuple[str, list[str]]]:
-    """The rows of the table of two columns whose first heading this is: the word, and what is said instead."""
+    """Rows of the two-column table with this first heading: the forbidden word and its replacement."""
     lines = (ROOT / "docs" / "glossary.md").read_text(encoding="utf-8").splitlines()
     start = next(n for n, line in enumerate(lines) if line.startswith(f"| {heading} |")) + 2
     rows = []
@@ -99,7 +99,7 @@ def rows_below(heading: str) -> list[tuple[str, list[str]]]:
 
 
 def forbidden_in_english(text: str) -> list[str]:
-    """A word with a capital is a whole label; others stand anywhere."""
+    """A capitalised word is matched as a whole label, others anywhere."""
     words = [word for cell, _ in rows_below("word") for word in cell.split(", ")]
     spoken = without_fields(text)
     return [
@@ -129,7 +129,7 @@ def test_forbidden_words_are_found() -> None:
 
 
 def has_wrong_plural(english: str, texts: Container[str]) -> bool:
-    """Whether it would say “1 rows”: a count stands behind a colon, or has a text of its own for one."""
+    """Whether it could read “1 rows”: counts have to follow a colon or have a separate text for one."""
     for found in _COUNTED.finditer(english):
         if english.replace(found[0], f"1 {found['noun']}") not in texts and english not in ALWAYS_SEVERAL:
             return True
@@ -145,7 +145,7 @@ def test_no_text_says_1_rows() -> None:
 
 
 def test_a_chinese_term_stands_for_one_thing() -> None:
-    """解除 is what disarms: where the English does not, it would say the opposite of what is so."""
+    """解除 means to disarm; elsewhere it would say the opposite."""
     wrong = [
         f"{term}: {english!r}: {chinese!r}"
         for term, stems in rows_below("only")
@@ -156,7 +156,7 @@ def test_a_chinese_term_stands_for_one_thing() -> None:
 
 
 def faults_of_style(english: str, chinese: str) -> list[str]:
-    """What a Chinese compositor would mark."""
+    """Errors of Chinese typography."""
     found = []
     if "..." in english or re.search(r"\s…$", english):
         found.append("the ellipsis is one character, with no blank before it")
@@ -228,7 +228,7 @@ def test_faults_of_style_are_found(english: str, chinese: str, fault: str) -> No
 
 
 def test_the_vendors_words_are_the_catalogues() -> None:
-    """What stands in the third column with a code is what the program shows beside the setting."""
+    """The third column of rows with a code is the text shown beside the setting."""
     from protocol.catalogue import COMMANDS
 
     words = {f"{command.code:02X}": command.vendor_term for command in COMMANDS}

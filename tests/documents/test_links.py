@@ -1,4 +1,4 @@
-"""Every page finds what it points at: other pages, pictures, and headings within them."""
+"""Links to pages, pictures and headings lead to existing targets."""
 
 import re
 from pathlib import Path
@@ -15,7 +15,7 @@ _LINK = re.compile(r"\]\(<?([^)\s>]+)>?(?:\s+\"[^\"]*\")?\)")
 _CODE = re.compile(r"```.*?```|`[^`\n]*`", re.DOTALL)
 _HEADING = re.compile(r"^#+ +(.+?) *$", re.MULTILINE)
 _NAMED_FILE = re.compile(r"`((?:\.ci|app|docs|packaging|protocol|tests|ui)/[\w./-]*\w)`")
-"""A path of this tree in the text, such as `app/engine/transport.py`; one with a placeholder in it is none."""
+"""A path of this tree such as `app/engine/transport.py`, without placeholders."""
 
 
 def named(page: Path) -> str:
@@ -23,12 +23,12 @@ def named(page: Path) -> str:
 
 
 def links(text: str) -> list[str]:
-    """The targets that are not on the web, in order."""
+    """The local targets, in order."""
     return [link for link in _LINK.findall(_CODE.sub("", text)) if "://" not in link and not link.startswith("mailto:")]
 
 
 def anchors(page: Path) -> set[str]:
-    """What a heading is called in a link, as the usual forges make it."""
+    """The anchor of a heading, as on GitHub and GitLab."""
     headings = _HEADING.findall(_CODE.sub(lambda code: code[0] if "\n" not in code[0] else "", page.read_text("utf-8")))
     return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
 
@@ -50,7 +50,7 @@ def test_every_link_has_a_target(page: Path) -> None:
 
 @pytest.mark.parametrize("page", [page for page in PAGES if page.name != "CHANGELOG.md"], ids=named)
 def test_files_that_are_named_exist(page: Path) -> None:
-    """Change logs name what was; every other page speaks of what is."""
+    """Change logs name old files; every other page has to name existing ones."""
     for name in _NAMED_FILE.findall(page.read_text("utf-8")):
         assert (ROOT / name).exists(), name
 

@@ -1,4 +1,4 @@
-"""docs/protocol.md is current, complete, and the tool that says so is shown to notice when it is not."""
+"""docs/protocol.md is current and complete, and its check finds errors."""
 
 import re
 import sys
@@ -19,7 +19,7 @@ FRAME = re.compile(r"`((?:41 75|42 61)(?: [0-9A-F]{2})+)`")
 
 @pytest.fixture(scope="module")
 def protocol_page() -> ModuleType:
-    """docs/ is no package: the tool is loaded from its file."""
+    """Loads the tool from its file, because docs/ is not a package."""
     spec = spec_from_file_location("dps_s_protocol_page", ROOT / "docs" / "generate" / "protocol_page.py")
     assert spec is not None
     assert spec.loader is not None

@@ -1,4 +1,4 @@
-"""Pages in two languages say the same: as many headings, rows and steps, the same code and the same pictures."""
+"""Pages in two languages have the same structure: headings, rows, steps, code and pictures."""
 
 import re
 import tomllib
@@ -19,13 +19,13 @@ BOTH: Final = pytest.mark.parametrize("page", ["profile.md", "profile.zh_CN.md"]
 
 
 def form(text: str) -> list[str]:
-    """What begins each line that is no running text, and what is in backticks."""
+    """The start of each line that is not running text, and the text in backticks."""
     prose = re.sub(r"```.*?```", "```", text, flags=re.DOTALL)
     return re.findall(r"^ *(#+|!\[|\d+\.|\||-|```)", prose, flags=re.MULTILINE)
 
 
 def code(text: str) -> list[str]:
-    """Commands of code blocks; what an example names may be in the page's language."""
+    """Commands in code blocks, without the names in examples, which may be translated."""
     return [line for block in re.findall(r"```\n(.*?)```", text, flags=re.DOTALL) for line in block.splitlines()]
 
 

@@ -1,4 +1,4 @@
-"""The Chinese is complete, and the tool that says so is shown to find what it looks for."""
+"""The Chinese translation is complete, and its check finds errors."""
 
 import json
 import sys
@@ -14,14 +14,14 @@ GENERATE = Path(__file__).parents[2] / "docs" / "generate"
 
 @pytest.fixture(scope="module")
 def translations() -> ModuleType:
-    """docs/ is no package: the tool is loaded from its file."""
+    """Loads the tool from its file, because docs/ is not a package."""
     from importlib.util import module_from_spec, spec_from_file_location
 
     spec = spec_from_file_location("dps_s_translations", GENERATE / "translations.py")
     assert spec is not None
     assert spec.loader is not None
     module = module_from_spec(spec)
-    sys.modules[spec.name] = module  # dataclasses look their module up
+    sys.modules[spec.name] = module  # dataclasses look up their module
     spec.loader.exec_module(module)
     return module
 

@@ -1,1 +1,1 @@
-"""Tests of what people install: `python3 packaging/bootstrap.py package` builds the packages and runs these."""
+"""Tests of the packages, built and run by `python3 packaging/bootstrap.py package`."""

@@ -1,4 +1,4 @@
-"""The packages in the folder that DPS_S_DIST names. Without it (an ordinary test run) nothing here is collected."""
+"""Uses the packages in the folder DPS_S_DIST; without it nothing is collected."""
 
 import os
 import sys
@@ -26,14 +26,14 @@ def dist() -> Path:
 
 @pytest.fixture(scope="session")
 def version() -> str:
-    """The one version."""
+    """Version of the packages."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     return str(project["version"])
 
 
 @pytest.fixture(scope="session")
 def bundle(dist: Path, version: str) -> Path:
-    """The folder of the bundle; of the .app on macOS the one with its programs."""
+    """The folder of the bundle; on macOS that of the executables in the .app."""
     if sys.platform == "darwin":
         return dist / "DPS-S Configurator.app" / "Contents" / "MacOS"
     return next(path for path in dist.glob(f"dps-s-configurator-{version}-*") if path.is_dir())
@@ -41,13 +41,13 @@ def bundle(dist: Path, version: str) -> Path:
 
 @pytest.fixture
 def program(bundle: Path, tmp_path: Path) -> Program:
-    """`dps-s` of the bundle, with a home of its own."""
+    """`dps-s` of the bundle with its own home folder."""
     return Program((str(bundle / ("dps-s.exe" if sys.platform == "win32" else "dps-s")),), tmp_path / "home")
 
 
 @pytest.fixture(scope="session")
 def packaging_on_path() -> Iterator[None]:
-    """The files of packaging/ can be imported, as the build does it."""
+    """Makes packaging/ importable, as the build does."""
     with pytest.MonkeyPatch.context() as patch:
         patch.syspath_prepend(str(PACKAGING))
         yield
@@ -55,5 +55,5 @@ def packaging_on_path() -> Iterator[None]:
 
 @pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """The longest begins first: begun last it would be waited for alone."""
+    """Runs the longest test first, so that it does not run alone at the end."""
     items.sort(key=lambda item: item.name != "test_wheel_and_sdist_install_and_run")

@@ -1,4 +1,4 @@
-"""`dps-s` as it is installed: started with nothing of this checkout in its environment."""
+"""Installed `dps-s`, started without this checkout in its environment."""
 
 import json
 import os
@@ -12,15 +12,15 @@ from typing import Any
 ROOT = Path(__file__).parent.parent.parent
 LONGEST_S = 120.0
 _SYSTEMS_OWN = ("SYSTEMROOT", "TEMP", "TMP", "COMSPEC", "PATHEXT")
-"""Without these no program starts on Windows."""
+"""Required by every program on Windows."""
 PNG = b"\x89PNG\r\n\x1a\n"
 WINDOW_S = 10
-"""How long the window runs unseen. It is connected after one; the first start of a fresh Python takes longer."""
+"""How long the window runs. It connects after one second; the first start of a fresh Python takes longer."""
 
 
 @dataclass(frozen=True, slots=True)
 class Program:
-    """`words` start it; `home` is empty at first."""
+    """`words`: the command; `home`: empty at first."""
 
     words: Sequence[str]
     home: Path
@@ -39,7 +39,7 @@ class Program:
         }
 
     def run(self, *words: str, **variables: str | None) -> "subprocess.CompletedProcess[str]":
-        """To its end, somewhere where nothing is; a variable that is None is taken away."""
+        """Run to the end in an empty folder; variables that are None are removed."""
         wanted = {**self.environment(), **variables}
         return subprocess.run(
             [*self.words, *words],
@@ -53,7 +53,7 @@ class Program:
         )
 
     def json(self, *words: str) -> dict[str, Any]:
-        """What it says, having ended well."""
+        """Its output; asserts exit code 0."""
         done = self.run(*words)
         assert done.returncode == 0, done.stderr
         said: dict[str, Any] = json.loads(done.stdout)
@@ -62,7 +62,7 @@ class Program:
 
 @contextmanager
 def simulated(program: Program, *options: str) -> Iterator[str]:
-    """A simulated module in a process of its own; the port to open."""
+    """The port of a simulated module in another process."""
     words = [*program.words, "simulate", "--tcp", "127.0.0.1:0", *options]
     with subprocess.Popen(
         words, cwd=ROOT, env=program.environment(), text=True, stdin=subprocess.PIPE, stdout=subprocess.PIPE
@@ -77,7 +77,7 @@ def simulated(program: Program, *options: str) -> Iterator[str]:
 
 
 def check_window(program: Program, evidence: Path) -> None:
-    """The window of this program comes up, connects to the simulated module and shows what it says."""
+    """The window opens, connects to the simulated module and shows its values."""
     done = program.run("gui", "--demo", "--offscreen-seconds", str(WINDOW_S), "--evidence", str(evidence))
     assert done.returncode == 0, done.stderr
     picture = (evidence / "live.png").read_bytes()
@@ -92,7 +92,7 @@ def check_window(program: Program, evidence: Path) -> None:
 
 
 def check_reading(program: Program) -> None:
-    """One process of this program reads what another simulates."""
+    """One process reads the module simulated by another."""
     with simulated(program, "--history", "2") as port:
         said = program.json("read", "--port", port, "--json")
         records = program.json("history", "--port", port, "--json")

@@ -1,4 +1,4 @@
-"""The bundle, started as it would be by somebody who has neither Python nor Qt."""
+"""The bundle on a system with neither Python nor Qt."""
 
 import hashlib
 import json
@@ -42,7 +42,7 @@ def test_one_process_reads_what_another_simulates(program: Program) -> None:
 
 
 def test_every_command_is_there(program: Program) -> None:
-    """The script that completes commands is made from all of them: their modules are imported in one process."""
+    """Creating the completion script imports the modules of all commands in one process."""
     script = program.run("completion", "bash")
     assert script.returncode == 0, script.stderr
     assert [entry.name for entry in ENTRIES if f"_{entry.name}_option_strings=" not in script.stdout] == []
@@ -135,7 +135,7 @@ def test_nothing_that_is_not_used_makes_it_large(bundle: Path) -> None:
 
 
 def test_nothing_names_the_machine_that_built_it(bundle: Path) -> None:
-    """No folder of this checkout, its .venv or its Python stands in a file; Python's own library is as compiled."""
+    """No file contains a path of this checkout, its .venv or its Python, except Python's compiled library."""
     folders = {str(ROOT).encode(), sys.prefix.encode(), sys.base_prefix.encode()} - {b"/usr", b"/usr/local"}
     files = [path for path in bundle.rglob("*") if path.is_file() and not path.name.startswith("libpython3")]
     assert [path.name for path in files if any(folder in path.read_bytes() for folder in folders)] == []

@@ -1,4 +1,4 @@
-"""The .deb, installed by dpkg into a folder that stands for a system, used there, and removed."""
+"""The .deb: installed by dpkg into a folder as root, used and removed."""
 
 import gzip
 import os
@@ -18,7 +18,7 @@ def deb(dist: Path) -> Path:
 
 
 class System:
-    """A folder with a database of packages in which nothing is installed."""
+    """A root folder with an empty package database."""
 
     def __init__(self, root: Path) -> None:
         self.root = root
@@ -28,7 +28,7 @@ class System:
         (database / "status").touch()
 
     def dpkg(self, *words: str) -> None:
-        """What it depends on is not in that folder; scripts run outside, and are told so by DPKG_ROOT."""
+        """Ignores dependencies, which are not in that folder; scripts run outside of it with DPKG_ROOT."""
         forced = "--force-depends,script-chrootless,not-root,bad-path"
         log = self.root / "var" / "lib" / "dpkg" / "log"
         command = ["dpkg", f"--root={self.root}", forced, f"--log={log}", "--no-triggers", *words]
@@ -36,7 +36,7 @@ class System:
         assert done.returncode == 0, done.stdout + done.stderr
 
     def files(self) -> set[str]:
-        """All but dpkg's own notes."""
+        """All files except dpkg's own."""
         found = (path.relative_to(self.root).as_posix() for path in self.root.rglob("*"))
         return {name for name in found if not name.startswith("var")}
 
@@ -74,7 +74,7 @@ def test_it_installs_runs_and_leaves_nothing(system: System, deb: Path, version:
 
 @pytest.fixture(scope="module")
 def tree(deb: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """What it installs, unpacked."""
+    """The unpacked content."""
     folder = tmp_path_factory.mktemp("tree")
     subprocess.run(["dpkg-deb", "--extract", str(deb), str(folder)], check=True)
     return folder
@@ -161,7 +161,7 @@ def test_the_manual_describes_every_command(tree: Path) -> None:
 
 
 def test_the_scripts_do_nothing_to_a_folder(tree: Path, deb: Path, tmp_path: Path) -> None:
-    """With DPKG_ROOT set no device is touched: a udevadm on the search path is not called."""
+    """With DPKG_ROOT no device is changed: udevadm is not called."""
     subprocess.run(["dpkg-deb", "--control", str(deb), str(tmp_path / "control")], check=True)
     tell = tmp_path / "udevadm"
     tell.write_text(f"#!/bin/sh\ntouch {tmp_path}/called\n", encoding="utf-8")

@@ -1,4 +1,4 @@
-"""What lies in dist/ as a whole: names, sums, and nothing else."""
+"""Names, checksums and completeness of dist/."""
 
 import hashlib
 import re

@@ -1,6 +1,6 @@
-"""The wheel as an application: installed by pipx and by uv, used, and removed. `package --installers` runs it.
+"""The wheel installed, used and removed with pipx and uv. Run by `package --installers`.
 
-Both come from the package index; they and what the program needs are downloaded, so it is not a part of every run.
+Not part of every run, because it downloads pipx, uv and the dependencies.
 """
 
 import os

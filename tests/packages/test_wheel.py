@@ -1,4 +1,4 @@
-"""Wheel and sdist, each installed by pip into an environment that has nothing, and used there."""
+"""Wheel and sdist, each installed by pip into an empty environment and used."""
 
 import os
 import shutil
@@ -18,7 +18,7 @@ INSTALLING_S = 5 * LONGEST_S
 
 
 def pip(python: Path, *words: str) -> str:
-    """The checkout's, working on another environment; it takes its index from its own settings."""
+    """The checkout's pip, working on another environment, with the index of its settings."""
     variables = {**os.environ, "PIP_DISABLE_PIP_VERSION_CHECK": "1", "PIP_USER": "0"}
     command = [sys.executable, "-m", "pip", "--python", str(python), *words]
     done = subprocess.run(command, env=variables, capture_output=True, text=True, timeout=INSTALLING_S, check=False)
@@ -28,7 +28,7 @@ def pip(python: Path, *words: str) -> str:
 
 @pytest.fixture
 def environment(tmp_path: Path) -> Iterator[Path]:
-    """The folder of programs of an environment in which nothing is installed."""
+    """The folder of executables of an empty environment."""
     place = tmp_path / "environment"
     subprocess.run([sys.executable, "-m", "venv", "--without-pip", str(place)], check=True)
     yield place / ("Scripts" if os.name == "nt" else "bin")
@@ -41,7 +41,7 @@ def test_wheel_and_sdist_install_and_run(environment: Path, dist: Path, version:
     dps_s = environment / ("dps-s.exe" if os.name == "nt" else "dps-s")
     wheel, sdist = next(dist.glob("*.whl")), next(dist.glob("dps_s_configurator-*.tar.gz"))
     program = Program((str(dps_s),), tmp_path / "home")
-    # The newest of what the program asks for may not be what was tested: the lock says which.
+    # The versions of the lock, which were tested, instead of the newest.
     pip(python, "install", "--quiet", "--no-compile", "--constraint", str(LOCK), str(wheel))
     check_version(program, version)
     check_reading(program)
@@ -59,7 +59,7 @@ def check_version(program: Program, version: str) -> None:
 
 
 def test_both_hold_the_same_program(dist: Path) -> None:
-    """Every module and picture of the checkout's packages is in the wheel, nothing else is, and all is in the sdist."""
+    """The wheel contains exactly the modules and pictures of the checkout's packages; the sdist contains all."""
     tops = ("app", "protocol", "ui")
     ours = {
         path.relative_to(ROOT).as_posix()

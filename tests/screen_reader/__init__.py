@@ -1,1 +1,1 @@
-"""What is run by hand against a screen reader's bus."""
+"""Manual check on the accessibility bus."""

@@ -1,4 +1,4 @@
-"""The program's window on the accessibility bus of the desktop, as Orca meets it.
+"""Prints the program's window as seen on the desktop's accessibility bus, as by Orca.
 
     /usr/bin/python3 -m tests.screen_reader [SECONDS]
 
@@ -18,7 +18,7 @@ _MOST_CHILDREN = 300
 
 
 def below(one: Any, depth: int = 0) -> Iterator[tuple[Any, int]]:
-    """Outermost first."""
+    """From the outermost to the innermost."""
     yield one, depth
     for index in range(min(one.get_child_count(), _MOST_CHILDREN)):
         child = one.get_child_at_index(index)
@@ -46,7 +46,7 @@ def _range(one: Any) -> str:
 
 
 def print_events(atspi: Any, seconds: int) -> None:
-    """As they come."""
+    """Prints events as they occur."""
 
     def show(event: Any) -> None:
         print(f"{event.type} {event.source.get_role_name()}: {event.any_data}", flush=True)
@@ -59,7 +59,7 @@ def print_events(atspi: Any, seconds: int) -> None:
 
 
 def main(words: list[str]) -> int:
-    """1 where the program is not on the bus."""
+    """Exit code 1 if the program is not on the bus."""
     gi: Any = import_module("gi")
     gi.require_version("Atspi", "2.0")
     atspi: Any = import_module("gi.repository.Atspi")

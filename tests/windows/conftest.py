@@ -1,4 +1,4 @@
-"""The Windows that packaging/windows/wine.py has prepared. Without it (an ordinary test run) nothing is collected."""
+"""Uses the Windows prepared by packaging/windows/wine.py; without it nothing is collected."""
 
 import contextlib
 import os
@@ -22,7 +22,7 @@ PORT = "COM5"
 
 @dataclass(frozen=True, slots=True)
 class WindowsProgram:
-    """A program that Wine runs, in a Windows folder."""
+    """A program run by Wine in a Windows folder."""
 
     words: tuple[str, ...]
     folder: str = "/"
@@ -60,7 +60,7 @@ class WindowsProgram:
 
     @contextmanager
     def running(self, *words: str, **variables: str) -> Iterator["subprocess.Popen[bytes]"]:
-        """Started; ended with everything that runs beside it when the block is left."""
+        """Start it; end it with all its processes when the block ends."""
         from windows.wine import entered, environment, shut_down
 
         process = subprocess.Popen(

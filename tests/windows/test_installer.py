@@ -1,4 +1,4 @@
-"""The installer for Windows in a fresh Windows: installed silently, used on a module, and taken away again."""
+"""The installer in a fresh Windows: silent installation, use on a module, and removal."""
 
 import json
 import re
@@ -21,7 +21,7 @@ _KEY = "HKCU\\Software\\Microsoft\\Windows\\CurrentVersion\\Uninstall\\dps-s-con
 
 @pytest.fixture(scope="module")
 def fresh() -> Iterator[Path]:
-    """A Windows that has never seen the program, with the setup, and a simulated module on COM5."""
+    """A fresh Windows with the setup program and a simulated module on COM5."""
     from windows.wine import DRIVE, PLACE, connect_com_port, install_fonts, new_prefix, shut_down
 
     prefix = PLACE / "installed"
@@ -29,7 +29,7 @@ def fresh() -> Iterator[Path]:
     prefix.mkdir()
     new_prefix(prefix)
     windows = prefix / "drive_c" / "windows"
-    # What Windows has and Wine lacks; no package contains it.
+    # Part of Windows and missing in Wine; no package contains it.
     shutil.copy(DRIVE / "windows" / "system32" / "icuuc.dll", windows / "system32")
     install_fonts(prefix)
     shutil.copy(next((PLACE / "packages").glob("*-setup.exe")), prefix / "drive_c" / "setup.exe")
@@ -46,7 +46,7 @@ def _wine(prefix: Path, *words: str) -> int:
 
 
 def _places(prefix: Path) -> tuple[Path, Path, Path]:
-    """Where the program, its entry in the Start menu, and the user's data are."""
+    """Folders of the program, its Start menu entry and the user's data."""
     local = prefix / "drive_c" / "users" / "root" / "AppData" / "Local"
     menu = prefix / "drive_c/users/root/AppData/Roaming/Microsoft/Windows/Start Menu/Programs"
     return local / "Programs" / "DPS-S Configurator", menu / "DPS-S Configurator.lnk", local
@@ -57,7 +57,7 @@ def _in_windows(prefix: Path, path: Path) -> str:
 
 
 def _registered_classes(prefix: Path) -> str:
-    """What the user's part of the registry holds about types of files."""
+    """The file types in the user's part of the registry."""
     assert _wine(prefix, "reg", "export", _CLASSES, "C:\\classes.reg", "/y") == 0
     return (prefix / "drive_c" / "classes.reg").read_text(encoding="utf-16")
 
@@ -70,7 +70,7 @@ def test_it_is_installed_used_and_taken_away(fresh: Path) -> None:
     from file_types import FILE_TYPES
 
     program, entry, local = _places(fresh)
-    # As if another program had been there before: its entries are to stay.
+    # Entries of another program, which have to remain.
     assert _wine(fresh, "reg", "add", f"{_CLASSES}\\.csv\\OpenWithProgids", "/v", "Another.Table", "/f") == 0
     classes = _registered_classes(fresh)
     assert _wine(fresh, "C:\\setup.exe", "/S") == 0
@@ -127,9 +127,9 @@ def _check_window(prefix: Path, program: Path) -> None:
 
 
 def _check_open_command(prefix: Path, local: Path) -> None:
-    """What Windows starts for a capture: the window opens it, and is then ended as by a power cut.
+    """Starts the command registered for captures: the window opens the capture and is then killed.
 
-    Wine itself does not look for types of files in the user's part of the registry.
+    Wine itself does not use file types of the user's part of the registry.
     """
     command = _default(prefix, f"{_default(prefix, '.dpscap')}\\shell\\open\\command")
     words = [word.replace("%1", "C:\\line.dpscap") for word in re.findall(r'"([^"]+)"', command)]

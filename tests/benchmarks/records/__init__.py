@@ -1,1 +1,1 @@
-"""Benchmarks of what is kept of all stations."""
+"""Benchmarks of the archive."""

@@ -3,7 +3,7 @@ simulated module in another process that answers in 2 ms. CPU time of the window
 
     python -m tests.benchmarks.window.connecting PORT
 
-measures on this port and prints JSON: a process of its own, as all that measure Qt.
+measures on this port in its own process and prints JSON.
 """
 
 import json
@@ -36,7 +36,7 @@ _ALL: Final = tuple("active" if command is STATUS else command.key for command i
 
 
 def figures() -> list[Figure]:
-    """A row for each; the first connection, which makes what later ones find, counts as any other."""
+    """One row each; includes the first connection, which initialises caches."""
     with tempfile.TemporaryDirectory() as folder, streaming_module(Path(folder) / "module", _DELAY) as module:
         took = measured("tests.benchmarks.window.connecting", module.port)
     found = []
@@ -55,7 +55,7 @@ def figures() -> list[Figure]:
 
 
 class Connecting:
-    """One connection, looked at from the window's thread."""
+    """One connection, measured in the window's thread."""
 
     def __init__(self, assembly: Assembly, port: str) -> None:
         self._assembly = assembly
@@ -89,7 +89,7 @@ class Connecting:
 
 
 def measure(assembly: Assembly, port: str) -> dict[str, list[tuple[float, float]]]:
-    """Connect, and put the module away again, a few times."""
+    """Connect and disconnect a few times."""
     found: dict[str, list[tuple[float, float]]] = {what: [] for what in AIMS_S}
     for _ in range(ROUNDS):
         for what, took in _measure_one(assembly, port).items():
@@ -108,7 +108,7 @@ def _measure_one(assembly: Assembly, port: str) -> dict[str, tuple[float, float]
 
 
 def main(words: list[str]) -> int:
-    """Run from the command line."""
+    """Entry point."""
     (port,) = words
     app = QApplication(sys.argv[:1])
     with tempfile.TemporaryDirectory() as folder:

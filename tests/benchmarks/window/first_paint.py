@@ -1,4 +1,4 @@
-"""`dps-s gui --demo` up to its first paint, then out; prints the clock at that moment, as JSON.
+"""Runs `dps-s gui --demo` up to its first paint and prints the clock at that moment as JSON.
 
 python -m tests.benchmarks.window.first_paint
 """
@@ -17,27 +17,27 @@ _PAINTED = QEvent.Type(QEvent.registerEventType())
 
 
 class _Stamp(QObject):
-    """Notes when the paint that the window was in the middle of is over."""
+    """Records when the current paint of the window has ended."""
 
     at: float | None = None
 
     def event(self, event: QEvent) -> bool:
         if event.type() == _PAINTED and self.at is None:
             self.at = time.time()
-            # At once: a program that ends while its pages are loading does not come back from `run`.
+            # Exit at once: `run` does not return while pages are loading.
             print(json.dumps({"painted_at": self.at}), flush=True)
             QTimer.singleShot(0, QCoreApplication.quit)
         return super().event(event)
 
 
 def main() -> int:
-    """Run from the command line."""
+    """Entry point."""
     stamp = _Stamp()
     paint = MainWindow.paintEvent
 
     def painted(window: MainWindow, event: QPaintEvent) -> None:
         paint(window, event)
-        # The children are painted in the same event; this one is served before any timer.
+        # The children are painted in the same event; this one is processed before any timer.
         QCoreApplication.postEvent(stamp, QEvent(_PAINTED), 1000)
 
     MainWindow.paintEvent = painted  # type: ignore[assignment,method-assign]

@@ -89,8 +89,8 @@ def _connect(assembly: Assembly, modules: ManyModules) -> tuple[FleetPage, list[
 
 
 def _count(assembly: Assembly, modules: ManyModules, traffic: list[Traffic]) -> tuple[int, int]:
-    """Frames that were sent, and those that never came out of the workers; the modules are asked to stop first."""
-    assembly.storage.sessions.stop(5.0)  # what is recorded keeps a stream on
+    """Frames sent, and frames not delivered by the workers; the modules are stopped first."""
+    assembly.storage.sessions.stop(5.0)  # recording keeps the stream on
     before: list[int] = []
     while before != (before := modules.counts):
         turn_for(3.0)
@@ -101,12 +101,12 @@ def _count(assembly: Assembly, modules: ManyModules, traffic: list[Traffic]) -> 
     def lost() -> int:
         return sent() - sum(one.statuses for one in traffic)
 
-    turn_until(lambda: not lost(), LIMIT_S)  # an answer is handed over up to a quarter of a second after its question
+    turn_until(lambda: not lost(), LIMIT_S)  # an answer is delivered up to a quarter of a second after its query
     return sent(), lost()
 
 
 def _unplug(page: FleetPage, modules: ManyModules, unplugs: int) -> tuple[int, int]:
-    """Cards that were looked at, and those that were wrong."""
+    """Number of examined and of wrong cards."""
     source, looked_at, wrong = random.Random(7), 0, 0
     short = [one.removeprefix("/dev/") for one in modules.ports]
     for _ in range(unplugs):
@@ -121,7 +121,7 @@ def _unplug(page: FleetPage, modules: ManyModules, unplugs: int) -> tuple[int, i
 
 
 def main(words: list[str]) -> int:
-    """Run from the command line."""
+    """Entry point."""
     count, seconds, unplugs = int(words[0]), float(words[1]), int(words[2])
     app, watch = QApplication(sys.argv[:1]), LoopWatch()
     with tempfile.TemporaryDirectory() as folder, many_modules(Path(folder), count, RATE_HZ) as modules:

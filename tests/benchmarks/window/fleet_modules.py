@@ -2,7 +2,8 @@
 
     python -m tests.benchmarks.window.fleet_modules FOLDER COUNT RATE_HZ
 
-Prints "ready", then obeys lines on standard input, one answer a line: "counts" (streamed frames of each, as JSON),
+Prints "ready", then executes lines from standard input with one answer each: "counts"
+(streamed frames of each, as JSON),
 "locked" (which are locked), "NUMBER LINE" (a control line of `dps-s simulate` for one). Ends with its input.
 """
 
@@ -22,7 +23,7 @@ from app.simulator.servers.pty_server import PtyEndpoint
 from tests.support.processes import ENVIRONMENT, ROOT
 
 FIRST_TILT = 5
-"""Module number N lies at this many degrees plus N: its tilt tells which one it is."""
+"""Module number N has this tilt plus N, so that its tilt identifies it."""
 
 
 def port_of(folder: Path, number: int) -> str:
@@ -30,7 +31,7 @@ def port_of(folder: Path, number: int) -> str:
 
 
 class ManyModules:
-    """The host's side of such a process."""
+    """Controls such a process."""
 
     def __init__(self, process: "subprocess.Popen[str]", folder: Path, count: int) -> None:
         self._process = process
@@ -47,7 +48,7 @@ class ManyModules:
 
     @property
     def counts(self) -> list[int]:
-        """Status frames that nobody asked for, of each."""
+        """Streamed status frames of each."""
         found: list[int] = json.loads(self.tell("counts"))
         return found
 
@@ -64,7 +65,7 @@ class ManyModules:
 
 @contextmanager
 def many_modules(folder: Path, count: int, rate_hz: int) -> Iterator[ManyModules]:
-    """They end at the end."""
+    """They end with the block."""
     with subprocess.Popen(
         [sys.executable, "-m", "tests.benchmarks.window.fleet_modules", str(folder), str(count), str(rate_hz)],
         cwd=ROOT, env=ENVIRONMENT, text=True, stdin=subprocess.PIPE, stdout=subprocess.PIPE,

@@ -2,7 +2,7 @@
 
     python -m tests.benchmarks.window.flights_page COUNT DRAGS
 
-prints JSON: a process of its own, as all that measure Qt.
+measures in its own process and prints JSON.
 """
 
 import json
@@ -40,7 +40,7 @@ _NAMES: Final = {
 
 
 def figures() -> list[Figure]:
-    """A row for each threshold that is dragged."""
+    """One row per dragged threshold."""
     took = measured("tests.benchmarks.window.flights_page", str(FLIGHTS), str(DRAGS))
     found = []
     for kind, seconds in took.items():
@@ -52,7 +52,7 @@ def figures() -> list[Figure]:
 
 
 def fill(page: FlightsPage, count: int) -> None:
-    """As if these logs had been read."""
+    """Add flights as if they had been read."""
     random = np.random.default_rng(5)
     made = {FlightGroup.MUST_NOT: ordinary_flight, FlightGroup.MUST: crash}
     for number in range(count):
@@ -63,7 +63,7 @@ def fill(page: FlightsPage, count: int) -> None:
 
 
 def measure(app: QApplication, assembly: Assembly, count: int, drags: int) -> dict[str, list[float]]:
-    """Seconds until it is painted, by what is dragged."""
+    """Seconds until it is painted, by dragged threshold."""
     page = assembly.window.findChild(FlightsPage)
     if page is None:
         raise RuntimeError("there is no page of flights")
@@ -82,7 +82,7 @@ def measure(app: QApplication, assembly: Assembly, count: int, drags: int) -> di
 
 
 def _took_s(app: QApplication, act: Callable[[], None]) -> float:
-    """CPU time of the window's thread: what a quiet machine takes."""
+    """CPU time of the window's thread, independent of other load."""
     began = time.thread_time()
     act()
     app.processEvents()  # what was posted

@@ -1,4 +1,4 @@
-"""How long a draw of the plots takes, and for how long the window's event loop stands still, at line rate."""
+"""Time of a draw of the plots, and stalls of the event loop, at line rate."""
 
 import statistics
 import threading
@@ -16,7 +16,7 @@ _RUNS: Final = 3
 
 
 class _Idler:
-    """Sleeps over and over in this process, which does nothing else: how late the machine itself wakes a program."""
+    """Sleeps repeatedly in an idle process: how late the machine itself wakes a process."""
 
     def __init__(self) -> None:
         self.longest_late_s = 0.0
@@ -39,7 +39,7 @@ class _Idler:
 
 
 def figures(seconds: float = 6.0) -> list[Figure]:
-    """Draws for each length of the time line, full of samples; stalls over all of those runs."""
+    """Draws per length of the full time line; stalls over all runs."""
     found, stalls = [], []
     with _Idler() as idler:
         for window_s in _WINDOWS_S:

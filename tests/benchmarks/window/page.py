@@ -1,4 +1,4 @@
-"""docs/performance.md: what the last run of all benchmarks found, with what each of them does."""
+"""Writes docs/performance.md: the results of all benchmarks, with a description of each."""
 
 import datetime
 import platform
@@ -28,7 +28,7 @@ tutorial (`others.py`).
 
 
 def page(found: Mapping[str, Iterable[Figure]], day: datetime.date) -> str:
-    """The text for these figures, by the name of their benchmark."""
+    """The text for these figures by name of the benchmark."""
     lines = [
         _HEAD.format(
             day=day.isoformat(), version=version(), python=platform.python_version(), system=platform.system(),

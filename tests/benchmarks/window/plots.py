@@ -1,5 +1,5 @@
-"""One draw of two curves, against pyqtgraph tuned as its documentation says (peaks only, clipped to the view, no
-smoothing, no search for NaN, a range that is set), and, for the record, as in its tutorial (lists that grow).
+"""One draw of two curves, compared with pyqtgraph tuned as its documentation suggests (peaks, clipping to the view, no
+antialiasing, no search for NaN, fixed range) and as in its tutorial (growing lists).
 """
 
 from typing import Final
@@ -8,11 +8,11 @@ from tests.benchmarks.figures import Figure
 from tests.benchmarks.runs import measured
 
 _DRAWS: Final = {10: 24, 60: 24, 600: 12}
-"""By the seconds in sight."""
+"""By visible seconds."""
 
 
 def figures() -> list[Figure]:
-    """A row for each length of the time line, at line rate."""
+    """One row per length of the time line, at line rate."""
     found = []
     for window_s, draws in _DRAWS.items():
         took = measured("tests.benchmarks.others", str(window_s), str(draws))

@@ -1,9 +1,9 @@
-"""Ten million reports in the window: how long the event loop stands still while they are opened, and how long a draw
-takes while a person pans and zooms.
+"""Ten million reports in the window: stalls of the event loop while they are opened, and time of a draw while panning
+and zooming.
 
     python -m tests.benchmarks.window.recordings_view FOLDER
 
-opens the only recording in FOLDER and prints what it measured as JSON: a process of its own, as all that measure Qt.
+opens the only recording in FOLDER in its own process and prints JSON.
 """
 
 import json
@@ -33,7 +33,7 @@ OPENING_AIM_S: Final = 2.0
 _LIMIT_S: Final = 20.0
 _SETTLE_S: Final = 0.5
 _STEPS: Final = 60
-"""Draws at each length of the time line."""
+"""Number of draws per length of the time line."""
 _LENGTHS_S: Final = (10.0, 60.0, 600.0)
 
 
@@ -107,7 +107,7 @@ def measure(folder: Path) -> dict[str, float]:
 
 
 def _list_of(assembly: Any, window: Any) -> Any:
-    """The page of recordings, with the only one in its list."""
+    """The Recordings page with one entry."""
     found: list[Any] = []
 
     def is_listed() -> bool:
@@ -123,7 +123,7 @@ def _list_of(assembly: Any, window: Any) -> Any:
 
 
 def _draws(live: Any) -> list[float]:
-    """Seconds of each draw with its painting: steps of a drag at several lengths, and jumps all over."""
+    """Seconds of each draw with its painting: drags at several zoom levels, and jumps."""
     plot = live.plot
     canvas = plot.findChild(QWidget, "time-plot-canvas")
     source = random.Random(1)
@@ -135,7 +135,7 @@ def _draws(live: Any) -> list[float]:
         canvas.repaint()
         found.append(time.perf_counter() - began)
 
-    for _ in range(_STEPS):  # from all of it down to a few reports, and back
+    for _ in range(_STEPS):  # from everything down to a few reports and back
         timed(canvas.zoomed.emit, source.choice((0.5, 0.8, 1.25, 1.6)), source.random())
     for length_s in _LENGTHS_S:
         timed(plot.choose_window, length_s)
@@ -150,7 +150,7 @@ def _draws(live: Any) -> list[float]:
 
 
 def main() -> int:
-    """Run from the command line."""
+    """Entry point."""
     print(json.dumps(measure(Path(sys.argv[1]))))
     return 0
 

@@ -11,7 +11,7 @@ AIM_S: Final = 0.5
 
 
 def figures(runs: int = 5) -> list[Figure]:
-    """The median; one run before it, for the file system's sake, does not count."""
+    """The median, after one run that fills the file system's cache."""
     took = []
     for _ in range(runs + 1):
         began = time.time()

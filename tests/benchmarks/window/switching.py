@@ -1,9 +1,9 @@
-"""From the choice of another theme or language until the window is painted in it, on the Live and the Settings page,
-all pages made and a simulated module streaming. CPU time of the window's thread is what a quiet machine would take.
+"""From the choice of another theme or language until the window is painted, on the Live and the Settings page, with all
+pages made and a streaming simulated module. CPU time of the window's thread is independent of other load.
 
     python -m tests.benchmarks.window.switching PAGE…
 
-measures on these pages and prints JSON: a process of its own, as all that measure Qt.
+measures on these pages in its own process and prints JSON.
 """
 
 import json
@@ -31,7 +31,7 @@ _SETTLE_S: Final = 0.4
 
 
 def figures() -> list[Figure]:
-    """A row for each kind of switch and page."""
+    """One row per kind of switch and page."""
     took = measured("tests.benchmarks.window.switching", *_PAGES)
     found = []
     for kind, aim_s in AIMS_S.items():
@@ -49,7 +49,7 @@ def figures() -> list[Figure]:
 
 
 def _took_s(app: QApplication, act: Callable[[], None]) -> tuple[float, float]:
-    """Until it is painted, by the clock and in CPU time."""
+    """Real time and CPU time until it is painted."""
     began, cpu = time.perf_counter(), time.thread_time()
     act()
     app.processEvents()  # what was posted
@@ -80,7 +80,7 @@ def measure(app: QApplication, assembly: Assembly, pages: list[str]) -> dict[str
 
 
 def main(pages: list[str]) -> int:
-    """Run from the command line."""
+    """Entry point."""
     app = QApplication(sys.argv[:1])
     with tempfile.TemporaryDirectory() as folder:
         options = WindowOptions(demo=True, language="en", offscreen_seconds=1)

@@ -1,9 +1,9 @@
-"""The program's own window in a process of its own, measured from inside; one JSON object on standard output.
+"""Measures the program's window in its own process and prints one JSON object.
 
     python -m tests.benchmarks.window.window PORT SECONDS [--watch WINDOW_S]
 
-It connects to PORT as a person would, waits for the stream, measures for SECONDS, and disconnects.  With `--watch` it
-also times the draws and the event loop, on a time line of that length that is full of samples from the beginning.
+Connects to PORT, waits for the stream, measures for SECONDS, and disconnects. With `--watch` it also times the draws
+and the event loop, on a full time line of that length.
 """
 
 import argparse
@@ -36,19 +36,19 @@ BEAT_MS: Final = 5
 """Period of the timer that watches the event loop."""
 WARM_UP_S: Final = 1.5
 SETTLE_S: Final = 0.3
-"""The page takes in what it was given at its next draw."""
+"""Wait for the page's next draw."""
 LIMIT_S: Final = 15.0
 LINE_HZ: Final = 1440
 
 
 @dataclass
 class Traffic:
-    """Counts what comes out of the worker, batch by batch."""
+    """Counts what the worker delivers."""
 
     statuses: int = 0
     samples: int = 0
     asked: int = 0
-    """Questions for the status: the module answers each with one more frame."""
+    """Status queries, each of which is answered by one more frame."""
 
     def on_batch(self, batch: Batch) -> None:
         self.samples += len(batch.samples)
@@ -64,7 +64,7 @@ class Traffic:
 
 @dataclass
 class LoopWatch:
-    """Measures in seconds how late the event loop serves a timer, and how long each draw of the plots takes."""
+    """Measures the delay of a timer of the event loop and the time of each draw, in seconds."""
 
     late: Durations = field(default_factory=Durations)
     draws_s: list[float] = field(default_factory=list)
@@ -79,7 +79,7 @@ class LoopWatch:
         self._beat_at = now
 
     def follow(self, page: Any) -> None:
-        """Time what `page` does to bring its plots up to date, and the painting that follows it, as one draw."""
+        """Time a refresh of the page's plots and the following paint as one draw."""
         draw, paint = page.plot.draw, page.plot._canvas.paintEvent
 
         def timed_draw(now_s: float) -> None:
@@ -99,7 +99,7 @@ class LoopWatch:
 
 
 def turn_until(is_done: Any, limit_s: float) -> bool:
-    """Run the event loop until `is_done()`, looked at every 20 ms; whether it came to that within `limit_s`."""
+    """Run the event loop until `is_done()`, polled every 20 ms; return whether it was within `limit_s`."""
     loop = QEventLoop()
     deadline = time.monotonic() + limit_s
     timer = QTimer()
@@ -111,24 +111,24 @@ def turn_until(is_done: Any, limit_s: float) -> bool:
 
 
 def turn_for(seconds: float) -> None:
-    """Run the event loop undisturbed."""
+    """Run the event loop."""
     loop = QEventLoop()
     QTimer.singleShot(round(seconds * 1000), loop.quit)
     loop.exec()
 
 
 def assemble_apart(app: QApplication, options: WindowOptions, folder: Path) -> Assembly:
-    """The window with a memory and a store of its own in `folder`: nobody's records and choices are touched."""
+    """The window with preferences and store in `folder`, so that the user's are not changed."""
     return assemble(app, options, preferences=Preferences(folder / "window.ini"), storage=Storage(folder / "store"))
 
 
 def live_page(assembly: Assembly) -> Any:
-    """The Live page, once it is made."""
+    """The Live page, after it is made."""
     return assembly.window.findChild(QWidget, "live_page")
 
 
 def reserve(page: Any) -> None:
-    """Take the memory that the page's series fill little by little in ten hours now, so that growth is a leak."""
+    """Reserve the series' memory for ten hours now, so that further growth is a leak."""
     data = page.data
     for series in (data.tilt, data.acceleration, data.cell, data.light, data._flags):
         for column in (*series._exact._columns, *series._summary._columns):
@@ -136,7 +136,7 @@ def reserve(page: Any) -> None:
 
 
 def fill_capture(page: Any) -> None:
-    """The same for what the Diagnosis page keeps of the traffic for a capture."""
+    """The same for the traffic buffer of the Diagnosis page."""
     frame = Frame(Direction.MODULE_TO_HOST, Status(5, 1.0, triggered=False, active=False).encode())
     at_s = 0.0
     while not page.traffic_buffer.has_dropped:
@@ -145,13 +145,13 @@ def fill_capture(page: Any) -> None:
 
 
 def resident_mb() -> float:
-    """Memory of this process that is in RAM; Linux."""
+    """Resident memory of this process (Linux)."""
     pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
     return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
 
 
 def fill(page: Any, length_s: float) -> None:
-    """As if it had been streamed to at line rate for `length_s`, up to now, with a parachute's own noise."""
+    """Fill as if it had been streaming at line rate for `length_s` until now, with noise."""
     source = np.random.default_rng(1)
     count = int(length_s * LINE_HZ)
     now_s = time.monotonic()
@@ -162,7 +162,7 @@ def fill(page: Any, length_s: float) -> None:
 
 
 def measure(port: str, seconds: float, watched_s: float | None) -> dict[str, object]:
-    """Everything that was found out, by name; times in seconds."""
+    """All results by name; times in seconds."""
     app = QApplication(sys.argv[:1])
     traffic, watch = Traffic(), LoopWatch()
     with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
@@ -212,7 +212,7 @@ def measure(port: str, seconds: float, watched_s: float | None) -> dict[str, obj
 
 
 def main() -> int:
-    """Run from the command line."""
+    """Entry point."""
     parser = argparse.ArgumentParser(description="Measure the window from inside.")
     parser.add_argument("port")
     parser.add_argument("seconds", type=float)
