@@ -199,7 +199,7 @@ def _lock_until_reported(
             if not is_last_answered or proof.is_locked is False or asked_after > 2 * AGREEING:
                 return
         if proof.is_locked is False or (proof.heard_at is not None and not proof.says_locked):
-            yield Pause(max(0.0, min(repeat.next_at - sight.now, 0.2)))
+            yield Pause(max(0.0, repeat.next_at - sight.now))
         is_in_doubt = sight.is_rate_searched or sight.proven_rate is None
         if may_search and is_in_doubt and sight.now - silent_since > SILENT_S:
             may_search = False

@@ -84,6 +84,18 @@ def test_a_cancelled_question_leaves_the_line_free_and_a_waiting_procedure_leave
     assert len(rig.line.requests) == sent, "the heartbeat in flight is not sent again"
 
 
+def test_the_port_is_not_set_to_the_rate_that_it_has_when_an_overtaken_procedure_goes_on() -> None:
+    rig = settled_rig()
+    overtaken = Run(read_everything())
+    rig.session.run(overtaken)
+    rig.step_for(0.002)
+    rates: list[int] = []
+    rig.line.use_rate = rates.append  # type: ignore[method-assign, assignment]
+    rig.session.run(Run(lock()), is_urgent=True)
+    rig.step_until(lambda: overtaken.is_done)
+    assert (overtaken.error, rates) == (None, []), "it would discard what is being received"
+
+
 def test_a_lost_port_ends_every_procedure() -> None:
     rig = settled_rig()
     watched(rig)

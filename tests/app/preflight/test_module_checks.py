@@ -5,11 +5,14 @@ from typing import Any
 
 import pytest
 
-from app.limits.expectations import Expectations, Past
+from app.guided.kept_test import StoredTest
+from app.guided.results import GuidedKind, GuidedVerdict
+from app.limits.expectations import Expectations, LastTested, Past
 from app.limits.limits import SETTING_BOUNDS
 from app.preflight.checks import CHECKS
 from app.preflight.evidence import Evidence, FlagState, LoggedSet, TriggerFlag
 from app.preflight.findings import Case, CheckResult, Finding
+from app.preflight.module_checks import guided_tests
 from app.procedures.history import History
 from app.text.messages import UserMessage
 from protocol.fields import Value
@@ -140,3 +143,46 @@ def test_a_new_record_is_judged_by_a_person(
 ) -> None:
     found = finding("trigger_records", past=past, is_looked_at=is_looked_at, history=history)
     assert (found.result, found.shown.in_english()) == (result, shown)
+
+
+def guided(within_days: dict[GuidedKind, int], module: str | None = "M-07", **tests: LastTested) -> Finding:
+    past = Past(module=module, tests={GuidedKind(kind): last for kind, last in tests.items()})
+    expectations = Expectations(tests_within_days=within_days)
+    return guided_tests(Case(evidence=Evidence(), expectations=expectations, past=past))
+
+
+def last(verdict: GuidedVerdict, age_days: float | None) -> LastTested:
+    return LastTested(StoredTest(kind=GuidedKind.TILT, verdict=verdict, at="2026-01-01", who="Li"), age_days)
+
+
+@pytest.mark.parametrize(
+    ("found_last", "result", "shown"),
+    [
+        (last(GuidedVerdict.PASSED, 30.0), PASS, "Attitude trigger: passed (30 d)"),
+        (last(GuidedVerdict.PASSED, 30.5), FAIL, "Attitude trigger: passed (30 d)"),
+        (last(GuidedVerdict.PASSED, None), FAIL, "Attitude trigger: passed (? d)"),
+        (last(GuidedVerdict.FAILED, 1.0), FAIL, "Attitude trigger: FAILED (1 d)"),
+        (last(GuidedVerdict.UNCLEAR, 1.0), FAIL, "Attitude trigger: unclear (1 d)"),
+        (None, FAIL, "Attitude trigger: never tested"),
+    ],
+)
+def test_a_test_that_is_demanded_must_have_passed_in_time(
+    found_last: LastTested | None, result: CheckResult, shown: str
+) -> None:
+    tests = {} if found_last is None else {"tilt": found_last}
+    found = guided({GuidedKind.TILT: 30}, **tests)
+    assert (found.result, found.shown.in_english()) == (result, shown)
+    assert found.measured == int(result is FAIL)
+    assert found.limit.in_english() == "Attitude trigger within 30 days"
+    assert guided({GuidedKind.TILT: 30}, module=None, **tests).result is UNKNOWN
+
+
+def test_without_a_demand_only_a_failed_test_is_a_warning() -> None:
+    passed, failed = last(GuidedVerdict.PASSED, 2.0), last(GuidedVerdict.FAILED, 3.0)
+    for found, result, shown in (
+        (guided({}), PASS, "none"),
+        (guided({}, bay=passed), PASS, "Parachute bay: passed (2 d)"),
+        (guided({}, bay=passed, tilt=failed), WARN, "Attitude trigger: FAILED (3 d)"),
+        (guided({}, module=None), PASS, "none"),
+    ):
+        assert (found.result, found.shown.in_english(), found.limit.in_english()) == (result, shown, "none")
