@@ -24,11 +24,11 @@ PASS, FAIL, WARN, UNKNOWN = CheckResult.PASS, CheckResult.FAIL, CheckResult.WARN
 
 def finding(
     check_id: str, *, past: Past | None = None, settings: dict[str, Value] | None = None, is_same: bool = False,
-    is_looked_at: bool = False, **evidence: Any,
+    is_reviewed: bool = False, **evidence: Any,
 ) -> Finding:  # fmt: skip
     case = Case(
         evidence=Evidence(port="sim", **evidence), expectations=Expectations(settings=settings or {}),
-        past=past or Past(), are_records_reviewed=is_looked_at, is_same_module=is_same,
+        past=past or Past(), are_records_reviewed=is_reviewed, is_same_module=is_same,
     )  # fmt: skip
     return next(check for check in CHECKS if check.id == check_id).judge(case)
 
@@ -83,6 +83,8 @@ def test_a_trigger_is_enabled_only_where_that_is_known(
     for is_active in (False, True):
         found = finding("attitude_trigger", flags=flags, status=Status(0, 1.0, False, is_active))
         assert (found.result, found.shown.in_english()) == (result, shown)
+        is_enabled = {FlagState.ENABLED: True, FlagState.DISABLED: False}
+        assert found.measured is (None if flag is None else is_enabled.get(flag.state))
         is_to_lock = is_active and flag is not None and flag.state in (FlagState.NEVER_SET, FlagState.NOT_SENT)
         assert (found.do is not None) is is_to_lock
 
@@ -121,7 +123,7 @@ def record() -> TriggerRecord:
 
 
 @pytest.mark.parametrize(
-    ("history", "past", "is_looked_at", "result", "shown"),
+    ("history", "past", "is_reviewed", "result", "shown"),
     [
         (None, Past(), False, UNKNOWN, "unknown: not asked"),
         (History(), Past(), False, UNKNOWN, "unknown: no reply"),
@@ -139,14 +141,16 @@ def record() -> TriggerRecord:
     ],
 )  # fmt: skip
 def test_a_new_record_is_judged_by_a_person(
-    history: History | None, past: Past, is_looked_at: bool, result: CheckResult, shown: str
+    history: History | None, past: Past, is_reviewed: bool, result: CheckResult, shown: str
 ) -> None:
-    found = finding("trigger_records", past=past, is_looked_at=is_looked_at, history=history)
+    found = finding("trigger_records", past=past, is_reviewed=is_reviewed, history=history)
     assert (found.result, found.shown.in_english()) == (result, shown)
 
 
-def guided(within_days: dict[GuidedKind, int], module: str | None = "M-07", **tests: LastTested) -> Finding:
-    past = Past(module=module, tests={GuidedKind(kind): last for kind, last in tests.items()})
+def guided(
+    within_days: dict[GuidedKind, int], tests: dict[GuidedKind, LastTested], module: str | None = "M-07"
+) -> Finding:
+    past = Past(module=module, tests=tests)
     expectations = Expectations(tests_within_days=within_days)
     return guided_tests(Case(evidence=Evidence(), expectations=expectations, past=past))
 
@@ -169,20 +173,20 @@ def last(verdict: GuidedVerdict, age_days: float | None) -> LastTested:
 def test_a_test_that_is_demanded_must_have_passed_in_time(
     found_last: LastTested | None, result: CheckResult, shown: str
 ) -> None:
-    tests = {} if found_last is None else {"tilt": found_last}
-    found = guided({GuidedKind.TILT: 30}, **tests)
+    tests = {} if found_last is None else {GuidedKind.TILT: found_last}
+    found = guided({GuidedKind.TILT: 30}, tests)
     assert (found.result, found.shown.in_english()) == (result, shown)
     assert found.measured == int(result is FAIL)
     assert found.limit.in_english() == "Attitude trigger within 30 days"
-    assert guided({GuidedKind.TILT: 30}, module=None, **tests).result is UNKNOWN
+    assert guided({GuidedKind.TILT: 30}, tests, None).result is UNKNOWN
 
 
 def test_without_a_demand_only_a_failed_test_is_a_warning() -> None:
     passed, failed = last(GuidedVerdict.PASSED, 2.0), last(GuidedVerdict.FAILED, 3.0)
     for found, result, shown in (
-        (guided({}), PASS, "none"),
-        (guided({}, bay=passed), PASS, "Parachute bay: passed (2 d)"),
-        (guided({}, bay=passed, tilt=failed), WARN, "Attitude trigger: FAILED (3 d)"),
-        (guided({}, module=None), PASS, "none"),
+        (guided({}, {}), PASS, "none"),
+        (guided({}, {GuidedKind.BAY: passed}), PASS, "Parachute bay: passed (2 d)"),
+        (guided({}, {GuidedKind.BAY: passed, GuidedKind.TILT: failed}), WARN, "Attitude trigger: FAILED (3 d)"),
+        (guided({}, {}, None), PASS, "none"),
     ):
         assert (found.result, found.shown.in_english(), found.limit.in_english()) == (result, shown, "none")
