@@ -110,11 +110,17 @@ class LivePanel(QFrame):
         self._spread()
 
     def _spread(self) -> None:
-        """Spreads the tiles over the width; the gauge, reports and boot count are shown only where they fit."""
+        """Spreads the tiles over the width; the gauge, reports and boot count are shown only where they fit, as is the
+        cell voltage, which the top bar has too."""
         room = self.contentsRect().width() - 2 * Space.M
         here: list[QWidget] = [*self._tiles[:4], *([self._then] if self._is_recorded else [])]
         px = sum(one.minimumSizeHint().width() for one in here)
-        has_gauge = self._is_recorded or px + self.gauge.width() + len(here) * Space.M <= room
+        has_cell = self._is_recorded or px + (len(here) - 1) * Space.M <= room
+        self.cell.setVisible(has_cell)
+        if not has_cell:
+            here.remove(self.cell)
+            px -= self.cell.minimumSizeHint().width()
+        has_gauge = self._is_recorded or (has_cell and px + self.gauge.width() + len(here) * Space.M <= room)
         self.gauge.setVisible(has_gauge)
         if has_gauge:
             here.insert(0, self.gauge)

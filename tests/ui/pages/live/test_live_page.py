@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import QPoint, Qt
+from PySide6.QtCore import QEvent, QPoint, Qt
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
@@ -295,10 +295,16 @@ def test_all_values_are_in_one_row_beside_the_simulator(qtbot: QtBot, qapp: QApp
         assembly.connector.connect_to(Target("sim://row", 115200))
         wait_online(qtbot, assembly)
         qtbot.waitUntil(lambda: not page.is_empty, timeout=WAIT_MS)
-        assembly.window.menus.simulator.setChecked(True)
         panel = page.panel
-        tiles = (panel.tilt, panel.acceleration, panel.light, panel.cell)
-        qtbot.waitUntil(lambda: len({one.y() for one in tiles}) == 1, timeout=WAIT_MS)
+        qtbot.waitUntil(panel.gauge.isVisible, timeout=WAIT_MS)
+        assembly.window.menus.simulator.setChecked(True)
+        qtbot.waitUntil(lambda: not panel.gauge.isVisible(), timeout=WAIT_MS)
+        for _ in range(4):
+            QApplication.processEvents()
+            QApplication.sendPostedEvents(None, QEvent.Type.LayoutRequest.value)
+        tiles = [one for one in (panel.tilt, panel.acceleration, panel.light, panel.cell) if one.isVisible()]
+        assert tiles[:3] == [panel.tilt, panel.acceleration, panel.light]  # the top bar has the cell voltage
+        assert len({one.y() for one in tiles}) == 1
         assert all(panel.contentsRect().contains(one.geometry()) for one in tiles)
         assembly.window.menus.simulator.setChecked(False)
         qtbot.waitUntil(panel.gauge.isVisible, timeout=WAIT_MS)
