@@ -7,6 +7,7 @@ from app.firing.judge import TriggerLimits
 from app.settings.drafts import Draft, draft_for, draft_of
 from protocol.catalogue import BY_NAME, Command
 from protocol.fields import Value
+from protocol.translatable import marked
 
 ATTITUDE_TRIGGER = BY_NAME["attitude_trigger"]
 ATTITUDE_THRESHOLD = BY_NAME["attitude_threshold"]
@@ -17,6 +18,8 @@ TRIED: tuple[Command, ...] = (
     ATTITUDE_THRESHOLD, FREEFALL_ACCELERATION, FREEFALL_TIME, ATTITUDE_TRIGGER, FREEFALL_TRIGGER,
 )  # fmt: skip
 """In the order of display."""
+TITLES = {command.key: command.title for command in TRIED} | {FREEFALL_ACCELERATION.key: marked("Free fall below")}
+"""In English, marked; short enough for the panel."""
 _BY_KEY = {command.key: command for command in TRIED}
 
 

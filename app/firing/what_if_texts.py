@@ -6,7 +6,7 @@ from typing import Final, NamedTuple
 
 from app.firing.judge import ASSUMPTIONS, RULES, Firing
 from app.firing.near_misses import NearFall, NearTilt
-from app.firing.what_if_drafts import ATTITUDE_THRESHOLD, ATTITUDE_TRIGGER, FREEFALL_TRIGGER, Question
+from app.firing.what_if_drafts import ATTITUDE_THRESHOLD, ATTITUDE_TRIGGER, FREEFALL_TRIGGER, TITLES, Question
 from app.firing.would_fire import WhatIfFinding
 from app.text.durations import duration
 from app.text.i18n import tr
@@ -179,15 +179,15 @@ def _off(trigger: Command, *, is_open: bool) -> str:
 
 
 def _unjudged_lines(finding: WhatIfFinding, question: Question, clock: Clock) -> list[str]:
-    lines = [tr("{setting}: invalid.", setting=tr(one.title)) for one in question.invalid]
-    lines += [tr("{setting}: enter a value.", setting=tr(one.title)) for one in question.unknown]
+    lines = [tr("{setting}: invalid.", setting=tr(TITLES[one.key])) for one in question.invalid]
+    lines += [tr("{setting}: enter a value.", setting=tr(TITLES[one.key])) for one in question.unknown]
     for trigger in question.assumed:
         is_judged = {
             ATTITUDE_TRIGGER: finding.limits.attitude_is_enabled, FREEFALL_TRIGGER: finding.limits.freefall_is_enabled,
         }[trigger]  # fmt: skip
         if is_judged:
             lines.append(tr("{setting}: assumed enabled.", setting=tr(trigger.title)))
-    lines += [tr("{setting}: may have changed.", setting=tr(one.title)) for one in question.stale]
+    lines += [tr("{setting}: may have changed.", setting=tr(TITLES[one.key])) for one in question.stale]
     if finding.firing_count > len(finding.firings):
         lines.append(tr("First {count} only.", count=len(finding.firings)))
     if finding.pauses.count:

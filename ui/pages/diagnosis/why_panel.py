@@ -16,6 +16,7 @@ from app.diagnosis.causes import Cause, Diagnosis, diagnose
 from app.diagnosis.evidence import EvidenceCollector
 from app.diagnosis.link_state import Phase, link_text
 from app.diagnosis.symptoms import PortEvidence
+from app.engine.playback import is_playback
 from app.engine.target import Target
 from app.engine.worker import Batch
 from app.text.i18n import tr
@@ -29,6 +30,7 @@ from ui.widgets.controls import control, rename
 from ui.widgets.labels import IconLabel, text_label
 from ui.widgets.layouts import Gap, in_column, in_row
 from ui.widgets.naming import named
+from ui.widgets.recording_bar import recording_name
 from ui.widgets.visibility_timer import VisibilityTimer
 
 REFRESH_EVERY_MS: Final = 500
@@ -59,6 +61,7 @@ REMEDIES: Final = {
     Cause.UNUSABLE: Remedy.CHOOSE_PORT,
     Cause.LOGIN: Remedy.CHOOSE_PORT,
     Cause.WRONG_RATE: Remedy.FIND_RATE,
+    Cause.NOTHING: Remedy.FIND_RATE,
 }
 """Default: connect again."""
 _WITHOUT_CAUSE: Final = {
@@ -208,7 +211,7 @@ class WhyPanel(QScrollArea):
 
     def _show_seen(self, evidence: PortEvidence) -> None:
         counters = evidence.counters
-        port = evidence.port or "–"
+        port = recording_name(evidence.port) if is_playback(evidence.port) else evidence.port or "–"
         trip_s = evidence.round_trip_median_s if counters.frames else None  # else it is of an earlier connection
         noise = evidence.noise[-_NOISE_SHOWN:]
         shown = {

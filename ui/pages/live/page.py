@@ -294,7 +294,9 @@ class LivePage(StreamPage):
         head.row.setStretchFactor(self.save, 1)  # shows where something was saved
         head.row.setContentsMargins(Space.M, Space.XS, Space.M, Space.XS)
         content = named(QWidget(), "live_content")
-        in_column(head, self.banner, (self._seen, 1), of=content, spacing=0, margins=0)
+        in_column(
+            head, in_column(self.banner, margins=(0, 0, 0, Space.S)), (self._seen, 1), of=content, spacing=0, margins=0
+        )
         return content
 
     # Qt

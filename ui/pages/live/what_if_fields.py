@@ -7,10 +7,9 @@ from typing import Final
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QLabel, QLayout, QSizePolicy, QVBoxLayout, QWidget
 
-from app.firing.what_if_drafts import FREEFALL_ACCELERATION, TRIED, SettingSource, WhatIfDrafts
+from app.firing.what_if_drafts import TITLES, TRIED, SettingSource, WhatIfDrafts
 from app.settings.drafts import Draft
 from protocol.catalogue import Command
-from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.forms.field_editors import FieldEditor, FlagEditor, make_editor
 from ui.style.theme import Space
@@ -18,8 +17,6 @@ from ui.widgets.controls import control
 from ui.widgets.layouts import FlowRow, in_row
 from ui.widgets.sliders import WheelGuard
 
-_SHORT: Final = {FREEFALL_ACCELERATION.key: marked("Free fall below")}
-"""A title that has no room in one line."""
 _SWITCH_PX: Final = 108
 """Includes the check mark."""
 
@@ -38,8 +35,7 @@ class WhatIfFields(QWidget):
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(2)
         for command in TRIED:
-            title = _SHORT.get(command.key, command.title)
-            label = control(QLabel(), texts, f"fired_{command.name}_label", title, role="caption")
+            label = control(QLabel(), texts, f"fired_{command.name}_label", TITLES[command.key], role="caption")
             editor = self._editor(command, texts, guard)
             label.setBuddy(editor.focusProxy() or editor)
             column.addLayout(_row(label, editor))

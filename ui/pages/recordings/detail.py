@@ -23,7 +23,7 @@ from ui.widgets.labels import ElidedLabel, text_label
 from ui.widgets.layouts import in_column, in_row, scroll_area
 from ui.widgets.naming import named
 
-WIDTH_PX: Final = 304
+WIDTH_PX: Final = 312
 _LOWEST_PX: Final = 24
 _HIGHEST_PX: Final = 160
 _FACTS: Final = {
@@ -105,8 +105,8 @@ class RecordingsDetail(QFrame):
         self.buttons = RecordingsButtons(texts)
         self.picture = OutlinePicture()
         self.title = named(ElidedLabel(), "recordings_detail_title", "strong")
-        port = named(ElidedLabel(), "recordings_port")  # a simulated one may have a long name
-        self._fact_rows = FactRows(texts, "recordings", _FACTS, {"port": port})
+        single_lines = {key: named(ElidedLabel(), f"recordings_{key}") for key in _FACTS}
+        self._fact_rows = FactRows(texts, "recordings", _FACTS, single_lines)
         self.facts = self._fact_rows.values
         self.remarks = text_label("recordings_remarks", is_selectable=True)
         self.setFixedWidth(WIDTH_PX)

@@ -55,6 +55,8 @@ def test_a_recording_is_labelled_everywhere_and_sends_nothing(qtbot: QtBot, qapp
         assert not shell.menus.find_rate.isEnabled()
         page.go_to("why")
         assert "recording" in page.why.what.text()
+        page.why.refresh()
+        assert page.why.seen["port"].text() == f"{path.name}, 115200 baud"
         assert not assembly.connector.is_active  # there is no module that could fire …
         known = assembly.connector.device.known("active", assembly.connector.clock())
         assert known is not None
