@@ -13,12 +13,12 @@ from app.text.durations import stopwatch
 from app.text.i18n import tr
 from protocol.translatable import marked
 from ui.core.texts import Texts
+from ui.forms.fact_rows import FactRows
 from ui.pages.recordings.outlines import Outline, Outlines, draw_outline
 from ui.style.icons import Icon
 from ui.style.painted_widget import PaintedWidget
 from ui.style.theme import Space, current
 from ui.widgets.controls import control, rename
-from ui.widgets.fact_rows import FactRows
 from ui.widgets.labels import ElidedLabel, text_label
 from ui.widgets.layouts import in_column, in_row, scroll_area
 from ui.widgets.naming import named
