@@ -264,8 +264,7 @@ class Session:
             self.device.apply(event)
         self.device.note_sleep(slept_s, now)
         if asking is not None and ask is not None and (asking.is_urgent or asking is self._background):
-            attempts = 1 if ask.request.is_repeatable else 0
-            asking.resume(gone[0] if gone else Unanswered(ask.request, attempts, 0.0, now), now)
+            asking.resume(gone[0] if gone else Unanswered(ask.request, 0, 0.0, now), now)
         for run in self._foreground:
             if not run.is_urgent:
                 run.throw(Slept(slept_s), now)

@@ -7,7 +7,7 @@ from protocol.catalogue import SETTINGS
 from protocol.fields import Value
 
 LIVE_KEYS = ("boot_count", "cell_voltage_v", "charging", "light_v")
-_MAX_IMPORTANT = (
+_MOST_IMPORTANT = (
     "attitude_threshold_deg",
     "freefall_acceleration_g",
     "freefall_time_s",
@@ -20,7 +20,7 @@ _MAX_IMPORTANT = (
 SETTING_KEYS = tuple(
     sorted(
         (command.key for command in SETTINGS),
-        key=lambda key: _MAX_IMPORTANT.index(key) if key in _MAX_IMPORTANT else len(_MAX_IMPORTANT),
+        key=lambda key: _MOST_IMPORTANT.index(key) if key in _MOST_IMPORTANT else len(_MOST_IMPORTANT),
     )
 )
 """Keys of all settings, the most important first."""

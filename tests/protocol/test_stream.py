@@ -295,3 +295,14 @@ def test_every_reply_of_the_catalogue_is_found_by_its_code() -> None:
             for raw in command.reply.allowed:
                 reply = encode_reply(command.code, raw)
                 assert frames(parse(reply)) == [reply]
+
+
+@pytest.mark.parametrize("whole", [STREAMED, encode_reply(0x20, 60)], ids=["status", "short"])
+def test_what_follows_a_frame_inside_a_bad_record_is_not_the_bad_records(whole: bytes) -> None:
+    """The tail of a frame that failed shares its reason only up to the next frame."""
+    broken = b"Au\x35\x01\x00" + whole
+    junk = bytes(20)
+    pieces = parse(broken + junk)
+    assert frames(pieces) == [whole]
+    rejected = [(piece.reason, len(piece.raw)) for piece in pieces if isinstance(piece, Noise)]
+    assert rejected == [(Reason.CHECKSUM, 5), (Reason.NO_HEADER, len(junk))]

@@ -311,3 +311,11 @@ def test_what_differs_is_named() -> None:
     assert [(one.command.key, one.before, one.after) for one in identity.changed] == [
         ("attitude_threshold_deg", 60, 85)
     ]
+
+
+@pytest.mark.parametrize(
+    ("before", "now", "is_lower"), [(7, 6, True), (7, 7, False), (7, 8, False), (7, None, False), (None, 6, False)]
+)
+def test_a_boot_count_is_lower_only_than_one_that_was_read(before: int | None, now: int | None, is_lower: bool) -> None:
+    known = None if before is None else IdentityEvidence(before)
+    assert Identity(before=known, now=IdentityEvidence(now)).is_boot_count_lower is is_lower

@@ -1,13 +1,17 @@
 """The rules of coming back, and the same over real pseudo-terminals with the worker."""
 
 import itertools
+import sys
+import threading
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import NamedTuple
 
 import pytest
 
-from app.engine.ports import PortInfo, PortsUnknown, scan
+from app.engine.ports import PortInfo, PortsUnknown, list_ports, scan, to_json
 from app.engine.reconnect import (
     EAGER_FOR_S,
     EAGER_S,
@@ -273,3 +277,49 @@ def test_whatever_fails_while_the_ports_are_listed_has_one_name(monkeypatch: pyt
     monkeypatch.setattr("serial.tools.list_ports.comports", comports)
     with pytest.raises(PortsUnknown):
         scan()
+
+
+class _Listed(NamedTuple):
+    """A port as pyserial describes it."""
+
+    device: str
+    product: str | None = None
+    description: str | None = "n/a"
+    manufacturer: str | None = None
+    serial_number: str | None = None
+    vid: int | None = None
+    pid: int | None = None
+    location: str | None = None
+
+
+def test_what_the_system_does_not_tell_of_a_port_is_empty_and_usb_comes_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    bare = _Listed("/dev/ttyS0")
+    usb = _Listed("/dev/ttyUSB0", None, "CP2102", "Silicon Labs", "0001", 0x10C4, 0xEA60, "1-1:1.0")
+    monkeypatch.setattr("serial.tools.list_ports.comports", lambda: [bare, usb])
+    assert scan() == [replace(MINE, description="CP2102"), PortInfo("/dev/ttyS0")]
+
+
+def test_the_process_that_lists_the_ports_has_a_deadline(monkeypatch: pytest.MonkeyPatch) -> None:
+    given: dict[str, object] = {}
+
+    def run(_command: list[str], **options: object) -> object:
+        given.update(options)
+        return SimpleNamespace(stdout=to_json([MINE]).encode())
+
+    monkeypatch.setattr(sys, "platform", "win32")
+    monkeypatch.setattr("subprocess.run", run)
+    assert list_ports() == [MINE]
+    assert (given["timeout"], given["check"], given["capture_output"]) == (3.0, True, True)
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="elsewhere a process lists them")
+def test_the_thread_that_lists_the_ports_holds_nobody_up_at_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    threads: list[threading.Thread] = []
+
+    def comports() -> list[object]:
+        threads.append(threading.current_thread())
+        return []
+
+    monkeypatch.setattr("serial.tools.list_ports.comports", comports)
+    assert list_ports() == []
+    assert [(one.name, one.daemon) for one in threads] == [("dps-s ports", True)]

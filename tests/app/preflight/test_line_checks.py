@@ -5,13 +5,19 @@ from typing import Any
 
 import pytest
 
+from app.engine.procedure import Report
+from app.engine.session import Run
 from app.limits.expectations import Expectations, Past
 from app.preflight.checks import CHECKS
 from app.preflight.evidence import HEARTBEATS, STILL_S, Disturbance, Evidence, StatusSampleAt
 from app.preflight.findings import Case, CheckResult, Finding
 from app.preflight.line_checks import TRIALS_NEEDED
+from app.preflight.reread import StateReading
+from app.preflight.run import STEPS, run_preflight
+from app.procedures.settings_reading import SettingsReading
 from protocol.fields import Value
 from protocol.messages import Status
+from tests.support.line.sim_line import Rig
 
 LEVEL = Status(0, 1.0, False, False)
 PASS, FAIL, UNKNOWN = CheckResult.PASS, CheckResult.FAIL, CheckResult.UNKNOWN
@@ -156,3 +162,48 @@ def test_a_check_that_did_not_end_is_not_undisturbed() -> None:
     assert finding("undisturbed").result is UNKNOWN
     assert finding("undisturbed", ended_at=1.0, disturbance=Disturbance.SLEPT).result is FAIL
     assert finding("undisturbed", disturbance=Disturbance.SLEPT).measured is False
+
+
+def reading(boot_count: int | None, status: Status | None = LEVEL, freefall_time_s: float = 1.6) -> StateReading:
+    settings = SettingsReading(
+        values={"freefall_time_s": freefall_time_s}, faults={}, boot_count=boot_count, began_at=0.0, ended_at=1.0
+    )
+    return StateReading(settings, status, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("first", "last", "result", "shown"),
+    [
+        (reading(7), reading(7), PASS, "yes"),
+        (reading(None), reading(7), UNKNOWN, "unknown: not read again"),
+        (reading(7), reading(None), UNKNOWN, "unknown: not read again"),
+        (reading(7), reading(7, None), UNKNOWN, "unknown: not read again"),
+        (None, reading(7), UNKNOWN, "unknown: not asked"),
+        (reading(7), None, UNKNOWN, "unknown: not asked"),
+        (reading(7), reading(8), FAIL, "Boot count: 7 → 8"),
+        (reading(7), reading(7, freefall_time_s=1.7), FAIL, "Free-fall time: 1.60 s → 1.70 s"),
+        (reading(7), reading(7, Status(0, 1.0, True, False)), FAIL, "Triggered"),
+        (reading(7), reading(7, Status(0, 1.0, False, True)), PASS, "yes"),
+    ],
+)
+def test_both_readings_are_whole_and_the_same(
+    first: StateReading | None, last: StateReading | None, result: CheckResult, shown: str
+) -> None:
+    found = finding("read_twice", first=first, last=last)
+    assert (found.result, found.shown.in_english()) == (result, shown)
+
+
+def test_a_check_reports_its_seven_steps_and_keeps_the_time_of_the_last_status() -> None:
+    evidence, reports = Evidence(port="sim"), list[Report]()
+    rig = Rig({"uptime": 60})
+    run = Run(run_preflight(evidence), reports.append)
+    rig.session.run(run)
+    rig.step_until(lambda: run.is_done)
+    steps = [report for report in reports if report.total == STEPS]
+    assert [report.done for report in steps] == list(range(STEPS))
+    assert len({report.doing for report in steps}) == STEPS - 1, "the settings are read twice"
+    assert evidence.last is not None
+    assert evidence.status_at == evidence.last.status_at
+    assert evidence.ended_at is not None
+    assert evidence.status_at is not None
+    assert evidence.status_age_s == evidence.ended_at - evidence.status_at

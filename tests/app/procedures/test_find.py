@@ -1,17 +1,19 @@
 """The search for a module's baud rate: "no" is said only after the vendor's second."""
 
 from collections import Counter
+from collections.abc import Callable
 from types import MappingProxyType
 
 import pytest
 
 from app.engine.device import DeviceView
-from app.engine.procedure import EngineView, LinkView
+from app.engine.procedure import Ask, Effect, EngineView, LinkView, Pause, Procedure, UseRate
 from app.procedures.baud import look_for
-from app.procedures.find import find_rate
+from app.procedures.find import SETTLE_S, find_rate
 from app.procedures.handshake import Silence, _silence
 from app.procedures.read import read_everything
-from protocol.events import Counters, Role
+from protocol.catalogue import BAUD_RATES
+from protocol.events import Counters, Role, Unanswered
 from protocol.frame import Reason
 from tests.support.line.sim_line import Rig
 
@@ -54,3 +56,20 @@ def seen(frames: int = 0, echoes: int = 0, rejected: int = 0) -> EngineView:
 )
 def test_a_silence_is_told_by_what_came_since(after: EngineView, silence: Silence) -> None:
     assert _silence(seen(5, 5, 5), after) is silence
+
+
+@pytest.mark.parametrize("look", [lambda: look_for(57600, 38400), find_rate], ids=["look_for", "find_rate"])
+def test_after_each_change_of_the_rate_the_line_settles(look: Callable[[], Procedure[object]]) -> None:
+    search = look()
+    effects: list[Effect] = []
+    answer: object = None
+    try:
+        while True:
+            effects.append(search.send(answer))
+            answer = Unanswered(effects[-1].request, 1, 1.0, 0.0) if isinstance(effects[-1], Ask) else seen()
+    except StopIteration:
+        pass
+    changes = [number for number, effect in enumerate(effects[:-1]) if isinstance(effect, UseRate)]
+    assert len(changes) >= len(BAUD_RATES)
+    assert {effects[number + 1] for number in changes} == {Pause(SETTLE_S)}
+    assert isinstance(effects[-1], UseRate)

@@ -4,6 +4,7 @@ from concurrent.futures import Future
 
 import pytest
 
+from app.engine.procedure import Cancelled
 from app.engine.run import Run
 from app.engine.snapshots import Snapshot
 from app.procedures.act import Armed
@@ -197,3 +198,14 @@ def test_a_silent_module_is_asked_no_further() -> None:
     assert {refusal.condition for refusal in report.refusals} == {Interlock.ONLINE}
     assert sets(rig) == []
     assert not report.is_fine
+
+
+def test_what_ends_a_writing_early_is_raised_and_the_intent_is_settled() -> None:
+    rig, journal = Rig(), FakeJournal()
+    run = Run(write_all(changes(freefall_time=1.2, attitude_threshold=70), WriteContext(journal=journal)))
+    rig.session.run(run)
+    rig.step_until(lambda: sets(rig))
+    run.cancel()
+    rig.step_until(lambda: run.is_done)
+    assert isinstance(run.error, Cancelled)
+    assert list(journal.outcomes.values()) == [Outcome.UNKNOWN]
