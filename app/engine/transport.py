@@ -175,7 +175,7 @@ def _trouble_at_opening(error: Exception) -> PortTrouble:
 class SerialLine:
     """An open port, made by `open_line`.
 
-    Only the thread that opened it may use it, except `interrupt_read`, `interrupt` and `abort`.
+    Only the thread that opened it may use it, except `interrupt` and `abort`.
     """
 
     def __init__(self, port: str, opened: serial.Serial) -> None:
@@ -207,7 +207,7 @@ class SerialLine:
             if not first:
                 return b""
             if gather_s > 0:
-                self._wake_up.wait(gather_s)
+                self._gather(gather_s)
             return first + self._read_waiting()
         except _DRIVER_ERRORS as error:
             raise PortError(PortTrouble.LOST, self.port, str(error)) from error
@@ -227,6 +227,10 @@ class SerialLine:
             data = os.read(port, READ_CHUNK)
         # Without data pyserial's slower read tells whether the port is gone or another program took the bytes.
         return data or bytes(self._serial.read(1))
+
+    def _gather(self, gather_s: float) -> None:
+        self._wake_up.wait(gather_s)
+        self._wake_up.clear()
 
     def _read_one(self) -> bytes:
         """Read one byte, b"" if none arrives in time."""
@@ -272,12 +276,9 @@ class SerialLine:
         except _DRIVER_ERRORS as error:
             raise PortError(PortTrouble.LOST, self.port, str(error)) from error
 
-    def interrupt_read(self) -> None:
-        """End the second wait of a read. From any thread."""
-        self._wake_up.set()
-
     def interrupt(self) -> None:
         """End a waiting read with b"", or else the next one. From any thread."""
+        self._wake_up.set()
         with self._closing:  # after closing the pipe's number may be another file's
             if not self._is_closed:
                 with suppress(*_DRIVER_ERRORS):  # a socket cannot be interrupted
