@@ -51,7 +51,7 @@ def run(args: argparse.Namespace) -> int:
 
     library = RecordingLibrary()
     span = StreamSpan(args.seconds)
-    session = RecordedSession(library, Recorder(library), span)
+    session = RecordedSession(Recorder(library), span)
     try:
         trouble = stream(args.port, args.baud, span, on_begin=session.begin, on_batch=session.on_batch,
                          on_turn=session.on_turn, reads_all=True)  # fmt: skip
@@ -67,8 +67,8 @@ def run(args: argparse.Namespace) -> int:
 class RecordedSession:
     """A recorder between `begin` and `close`."""
 
-    def __init__(self, library: "RecordingLibrary", recorder: "Recorder", span: "StreamSpan") -> None:
-        self._library, self._recorder, self._span = library, recorder, span
+    def __init__(self, recorder: "Recorder", span: "StreamSpan") -> None:
+        self._recorder, self._span = recorder, span
         self._samples = 0
         self.folders: list[Path] = []
         """One for each part of the recording."""

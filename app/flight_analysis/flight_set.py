@@ -61,12 +61,10 @@ class FireMap:
     """Shape (columns,)."""
     must_not_count: int
     must_count: int
-    unsorted_count: int
     must_not_fired: Counts
     """Shape (rows, columns), like all below: false triggers."""
     must_fired: Counts
     """Fired before the impact."""
-    unsorted_fired: Counts
     worst_delay_s: Floats
     """Longest time from loss of control to firing, of the flights that must and do fire in time; NaN without any."""
     worst_drop_m: Floats
@@ -129,8 +127,10 @@ class FlightSet:
         step = steps_of(limits.freefall_acceleration_g, TENTH_G.per_unit)
         if step > MAX_ACCELERATION_STEPS:
             raise LookupError(limits.freefall_acceleration_g)
-        of_group = {group: self._stack(group, reading).cut(tilts, step, times, limits) for group in FlightGroup}
-        must = of_group[FlightGroup.MUST]
+        must_not, must = (
+            self._stack(group, reading).cut(tilts, step, times, limits)
+            for group in (FlightGroup.MUST_NOT, FlightGroup.MUST)
+        )
         ends_s = np.array([one.end_s for one in self.flights(FlightGroup.MUST)])
         in_time = _Cut(
             np.where(must.attitude_s <= ends_s[:, None], must.attitude_s, np.inf),
@@ -142,12 +142,10 @@ class FlightSet:
             reading=reading,
             attitude_thresholds_deg=np.asarray(attitude_thresholds_deg),
             freefall_times_s=np.asarray(freefall_times_s),
-            must_not_count=len(of_group[FlightGroup.MUST_NOT].attitude_s),
+            must_not_count=len(must_not.attitude_s),
             must_count=len(must.attitude_s),
-            unsorted_count=len(of_group[FlightGroup.UNSORTED].attitude_s),
-            must_not_fired=of_group[FlightGroup.MUST_NOT].fired(),
+            must_not_fired=must_not.fired(),
             must_fired=in_time.fired(),
-            unsorted_fired=of_group[FlightGroup.UNSORTED].fired(),
             worst_delay_s=worst_delay_s,
             worst_drop_m=worst_drop_m,
         )

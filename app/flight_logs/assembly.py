@@ -212,6 +212,5 @@ def flight_of_reports(name: str, kind: LogFormat, reports: Reports, problems: li
         is_judged=is_judged,
         duration_s=float(time_s[-1]) - start_s,
         resets_s=tuple(one - start_s for one in resets_s),
-        has_module_resolution=True,
         problems=tuple(dict.fromkeys(problems)),
     )

@@ -85,8 +85,6 @@ class FlightLog:
     """In order of time."""
     resets_s: tuple[float, ...] = ()
     """Times at which the measuring module restarted."""
-    has_module_resolution: bool = False
-    """Measured by a module: values are whole degrees and tenths of g."""
     problems: tuple[UserMessage, ...] = field(default=())
     """What was left out or looks wrong."""
 

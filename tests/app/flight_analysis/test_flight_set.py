@@ -46,7 +46,7 @@ def test_the_map_counts_the_outcome_of_each_flight() -> None:
             TriggerLimits(freefall_acceleration_g=1.5, freefall_is_enabled=False),
         ):
             found = flights.fire_map(limits, reading, attitude_thresholds_deg=tilts, freefall_times_s=times)
-            assert (found.must_not_count, found.must_count, found.unsorted_count) == (7, 8, 7)
+            assert (found.must_not_count, found.must_count) == (7, 8)
             for row, tilt in enumerate(tilts):
                 for column, time_s in enumerate(times):
                     at = TriggerLimits(
@@ -65,7 +65,6 @@ def check_cell(
     fires = {group: [one.first_fire(at, reading) for one in flights.flights(group)] for group in FlightGroup}
     counts = {group: sum(bool(one.sources) for one in fires[group]) for group in FlightGroup}
     assert found.must_not_fired[row, column] == counts[FlightGroup.MUST_NOT]
-    assert found.unsorted_fired[row, column] == counts[FlightGroup.UNSORTED]
     in_time = [one for one in fires[FlightGroup.MUST] if one.is_in_time]
     assert found.must_fired[row, column] == len(in_time)
     delays = [one.delay_s for one in in_time if not math.isnan(one.delay_s)]
@@ -118,7 +117,7 @@ def test_flights_are_sorted_and_removed() -> None:
     assert len(flights) == 1
     assert flights.fire_map(TriggerLimits()).must_not_count == 0
     flights.remove("b")
-    assert flights.fire_map(TriggerLimits()).unsorted_count == 0
+    assert len(flights) == 0
     with pytest.raises(KeyError):
         flights.sort("a", FlightGroup.MUST)
     with pytest.raises(LookupError):

@@ -125,7 +125,6 @@ def test_recordings_and_their_exports_are_judged_alike(tmp_path: Path) -> None:
     logs = [read_flight_log(one) for one in (folder, tmp_path / "out.csv", tmp_path / "out.mcap")]
     assert [one.format for one in logs] == [LogFormat.RECORDING, LogFormat.CSV, LogFormat.MCAP]
     for log in logs:
-        assert log.has_module_resolution
         assert len(log.time_s) == len(FAST)
         assert fires(log) == EXPECTED
         assert log.problems == ()

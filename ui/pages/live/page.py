@@ -283,7 +283,7 @@ class LivePage(StreamPage):
     # Construction
 
     def _lay_out(self) -> QWidget:
-        card = self.plots_card = named(QFrame(), "live_plots", "card")
+        card = named(QFrame(), "live_plots", "card")
         self._plots.addWidget(self._live_plot)
         in_column((self._plots, 1), of=card, margins=Space.S)
         self._seen = named(QWidget(), "live_seen")
