@@ -28,7 +28,7 @@ from ui.services.context import Services
 from ui.style.icons import Icon, icon
 from ui.style.theme import Size, Space, fixed_font, font
 from ui.widgets.controls import Shortcut, control
-from ui.widgets.layouts import Gap, in_column, in_row
+from ui.widgets.layouts import in_column, in_row
 from ui.widgets.naming import named
 from ui.widgets.sliders import WheelGuard
 from ui.widgets.visibility_timer import VisibilityTimer
@@ -158,9 +158,7 @@ class TrafficPage(QWidget):
         return box
 
     def _make_bar(self) -> QHBoxLayout:
-        return in_row(
-            self.filter, (self.search, 1), Gap(Space.S), self.pause, self.mark, self.copy, self.clear, spacing=Space.S
-        )
+        return in_row(self.filter, self.search, 1, self.pause, self.mark, self.copy, self.clear, spacing=Space.S)
 
     def copy_rows(self) -> None:
         """Copies the selected rows, else all, as tab-separated text; at most `MAX_COPIED`."""

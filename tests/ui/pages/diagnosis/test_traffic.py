@@ -24,7 +24,7 @@ from ui.pages.diagnosis.traffic import TrafficPage
 from ui.pages.diagnosis.traffic_model import MAX_ROW_BYTES, MAX_ROWS, Column, Filter, TrafficModel
 from ui.pages.diagnosis.traffic_texts import at_of
 from ui.shell.page_maker import PageMaker
-from ui.style.theme import Choice
+from ui.style.theme import Choice, Space
 
 LINE_RATE = 1440
 STREAMED = Status(7, 1.0, triggered=False, active=False).encode()
@@ -303,3 +303,8 @@ def test_the_number_of_rows_is_readable_on_the_smallest_screen_in_sunlight(
         QApplication.processEvents()
         assert shown._count.text() == "rows: 1,500"
         assert shown._count.width() >= shown._count.sizeHint().width()
+        for width in (960, 1366):  # the arrows stay beside the field
+            assembly.window.resize(width, 540)
+            QApplication.processEvents()
+            search = shown.search
+            assert search.next.x() - search.field.geometry().right() <= Space.S
