@@ -17,6 +17,8 @@ from protocol.catalogue import MAX_RECORDS
 MAX_NOTE_LENGTH = 2000
 _LARGEST = 2**62
 """Largest number that is looked up; SQLite integers have 64 bits."""
+_RECENT = 1000
+"""Number of checks that the list of aircraft is made from."""
 MEASURED = {
     "cell_voltage": "cell_voltage_v",
     "light": "light_v",
@@ -242,6 +244,15 @@ class CheckStore:
             StoredCheck(id_, module, number, at, aircraft, who, verdict, bool(is_void), fingerprint, hash_)
             for id_, module, number, at, aircraft, who, verdict, is_void, fingerprint, hash_ in rows
         )
+
+    def aircraft(self) -> tuple[str, ...]:
+        """Those of the last checks of all modules, the last checked first."""
+        rows = self._database.read(
+            "SELECT aircraft FROM (SELECT id, aircraft FROM preflight_checks ORDER BY id DESC LIMIT ?) "
+            "WHERE aircraft <> '' GROUP BY aircraft ORDER BY max(id) DESC",
+            (_RECENT,),
+        )
+        return tuple(name for (name,) in rows)
 
     def record(self, hash_: str) -> Record | None:
         """The record with this hash; None where there is none."""

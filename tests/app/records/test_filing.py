@@ -195,3 +195,14 @@ def test_an_older_log_is_chained_by_the_migration(tmp_path: Path) -> None:
         store.database.write("UPDATE audit SET origin = 'other' WHERE id = 1")
         assert check_audit_chain(store.database.read) == (AuditFault(1, ChainFault.ALTERED),)
     assert (tmp_path / FILE_NAME).exists()
+
+
+def test_aircraft_are_listed_once_the_last_checked_first(tmp_path: Path) -> None:
+    with closing(open_store(tmp_path)) as store:
+        checked = check()
+        for aircraft in ("H6", "", "X8", "H6", "Q4", "X8"):
+            file_check(
+                checked.assessment.case.evidence, Expectations(), Person(aircraft=aircraft), checked.log,
+                store=store, program_version=version(),
+            )  # fmt: skip
+        assert CheckStore(store.database).aircraft() == ("X8", "Q4", "H6")

@@ -22,7 +22,6 @@ from app.system.wall_clock import local_time
 from app.text.i18n import tr
 from protocol.translatable import marked
 from ui.forms.table_kit import RowsModel, TableColumn, list_rows
-from ui.pages.preflight.form import known_aircraft
 from ui.pages.preflight.stations_row import StationsRow
 from ui.plots.trend import Trend
 from ui.services.context import Services
@@ -121,7 +120,7 @@ class CheckHistory(QWidget):
         store = self._services.storage.store
         if isinstance(store, Store):
             try:
-                for name in known_aircraft(store):
+                for name in CheckStore(store.database).aircraft():
                     self.filter.addItem(tr("Aircraft: {name}", name=name), ("aircraft", name))
             except StoreTrouble as trouble:
                 self.count.setText(trouble.sentence)

@@ -136,14 +136,14 @@ class PreflightForm(QWidget):
     def _entered(self) -> tuple[str, str]:
         return self.who_checks, self.aircraft_name
 
-    def _known_aircraft(self) -> list[str]:
+    def _known_aircraft(self) -> tuple[str, ...]:
         store = self._services.storage.store
         if not isinstance(store, Store):
-            return []
+            return ()
         try:
-            return known_aircraft(store)[:_MAX_AIRCRAFT]
+            return CheckStore(store.database).aircraft()[:_MAX_AIRCRAFT]
         except StoreTrouble:
-            return []
+            return ()
 
     def _fill_menu(self) -> None:
         self.menu.clear()
@@ -160,14 +160,3 @@ class PreflightForm(QWidget):
         action = named(self.menu.addAction(text), name)
         action.setToolTip(tip or text)
         action.triggered.connect(lambda _is_checked=False: act())
-
-
-def known_aircraft(store: Store) -> list[str]:
-    """Aircraft in the checks of all modules, the last checked first. Raises `StoreTrouble`."""
-    checks = CheckStore(store.database)
-    found: dict[str, str] = {}
-    for module_id in (*(one.id for one in store.modules()), None):
-        for check in checks.checks(module_id, limit=100):
-            if check.aircraft:
-                found[check.aircraft] = max(found.get(check.aircraft, ""), check.at)
-    return sorted(found, key=lambda name: found[name], reverse=True)
