@@ -86,6 +86,11 @@ class Card:
     def title(self) -> str:
         return self.name or tr("Unnamed")
 
+    @property
+    def label(self) -> str:
+        """In a list of modules, where an unnamed one is known by its port."""
+        return self.name or self.port
+
     def next_step(self, now: float) -> str:
         """`need` and its reason, translated."""
         match self.need:

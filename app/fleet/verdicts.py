@@ -12,10 +12,11 @@ from app.text.messages import UserMessage
 
 @dataclass(frozen=True, slots=True)
 class HeldVerdict:
-    """`verdict` None: the check is void, `void` says why. `at`: when it ended, in monotonic seconds."""
+    """`verdict` None: the check is void, `void` says why. `at`: when it ended, in monotonic seconds;
+    None for one that broke off."""
 
     verdict: Verdict | None
-    at: float
+    at: float | None
     void: Void | None = None
     against: tuple[UserMessage, ...] = ()
     """Titles of what stands against it."""
@@ -62,10 +63,9 @@ class Verdicts:
         if filed is None:
             return None
         evidence, void = filed.assessment.case.evidence, self._void.get(whose)
-        at = evidence.ended_at if evidence.ended_at is not None else now
         if void is not None:
-            return HeldVerdict(None, at, void)
+            return HeldVerdict(None, evidence.ended_at, void)
         verdict = filed.assessment.verdict
         if verdict is Verdict.GO and device.fresh("active", now) is not True:
             verdict = Verdict.READY
-        return HeldVerdict(verdict, at, None, filed.assessment.titles_against)
+        return HeldVerdict(verdict, evidence.ended_at, None, filed.assessment.titles_against)

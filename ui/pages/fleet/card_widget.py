@@ -99,9 +99,9 @@ class CardWidget(QFrame):
     def show_card(self, card: Card, now: float) -> None:
         """Update the widgets if anything shown has changed."""
         need = card.next_step(now)
-        age = ""
-        if card.verdict is not None and not card.is_checking:
-            age = tr("{time} ago", time=duration(now - card.verdict.at))
+        age, ended_at = "", None if card.verdict is None else card.verdict.at
+        if ended_at is not None and not card.is_checking:
+            age = tr("{time} ago", time=duration(now - ended_at))
         link = link_text(card.link, now).word
         shown = (card, need, age, link, tr("Activation"))
         if shown == self._shown and not card.has_age:
@@ -120,8 +120,8 @@ class CardWidget(QFrame):
         self._show_numbers(card)
         self._show_verdict(card, age)
         self.lock.setEnabled(card.can_lock)
-        self.lock.setAccessibleName(tr("Lock {module}", module=card.title))
-        self.more.setAccessibleName(tr("More for {module}", module=card.title))
+        self.lock.setAccessibleName(tr("Lock {module}", module=card.label))
+        self.more.setAccessibleName(tr("More for {module}", module=card.label))
         self.need_icon.show_icon(MEANING_ICONS[self.meaning], self.meaning)
         self.need.setText(need)
         self.need.setToolTip(need)

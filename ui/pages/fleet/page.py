@@ -207,9 +207,9 @@ class FleetPage(Page):
         locked = sum(card.activation.state is Activation.LOCKED for card in cards)
         parts = [tr("{count} report LOCKED", count=locked)]
         if going:
-            parts.append(tr("LOCK goes on: {names}", names=join_names(card.title for card in going)))
+            parts.append(tr("LOCK goes on: {names}", names=join_names(card.label for card in going)))
         if failed:
-            parts.append(tr("NOT reported, treat as ACTIVE: {names}", names=join_names(card.title for card in failed)))
+            parts.append(tr("NOT reported, treat as ACTIVE: {names}", names=join_names(card.label for card in failed)))
         return Notice(Meaning.DANGER if failed else Meaning.ATTENTION, " · ".join(parts))
 
     # What a person does

@@ -8,6 +8,7 @@ from PySide6.QtWidgets import (
     QAbstractItemView,
     QComboBox,
     QGridLayout,
+    QHeaderView,
     QLabel,
     QPushButton,
     QTableView,
@@ -74,8 +75,12 @@ _COLUMNS: Final = (
     TableColumn[StoredCheck](marked("Module"), lambda check: check.module or "—"),
     TableColumn[StoredCheck](marked("Aircraft"), lambda check: check.aircraft or "—"),
     TableColumn[StoredCheck](marked("Checked by"), lambda check: check.who or "—"),
-    TableColumn[StoredCheck](marked("Settings code"), lambda check: check.fingerprint or "—"),
+    TableColumn[StoredCheck](marked("Fingerprint"), lambda check: check.fingerprint or "—"),
 )
+
+
+_NAMES: Final = (2, 3, 4)
+"""Columns of what people write, which may be long."""
 
 
 def _row_sentence(check: StoredCheck) -> str:
@@ -188,13 +193,14 @@ class CheckHistory(QWidget):
         table.setFont(font(Size.SMALL))
         columns = table.horizontalHeader()
         columns.setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
-        columns.setStretchLastSection(True)
-        for column, width in ((0, 200), (1, 110), (2, 130), (3, 130), (4, 130)):
-            table.setColumnWidth(column, width)
+        modes = QHeaderView.ResizeMode
+        for number in range(len(_COLUMNS)):
+            columns.setSectionResizeMode(number, modes.Stretch if number in _NAMES else modes.ResizeToContents)
         return table
 
     def _lay_out(self) -> None:
-        head = in_row(self.filter, (self.count, 1), spacing=Space.M)
+        title = control(QLabel(), self._services.texts, "check_history_title", "Past checks", role="title")
+        head = in_row(title, 1, self.count, self.filter, spacing=Space.M)
         trends = QGridLayout()
         trends.setSpacing(Space.M)
         for number, one in enumerate(TRENDED):
