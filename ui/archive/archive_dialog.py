@@ -6,7 +6,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import QEvent, QSize, Qt
+from PySide6.QtCore import QSize, Qt
 from PySide6.QtWidgets import (
     QDialog,
     QFileDialog,
@@ -39,6 +39,7 @@ from ui.widgets.document_window import bring_to_front
 from ui.widgets.labels import IconLabel, text_label
 from ui.widgets.layouts import in_column, in_row
 from ui.widgets.naming import named
+from ui.widgets.visibility_timer import VisibilityTimer
 
 FIRST_SIZE: Final = QSize(940, 560)
 SUFFIX: Final = ".dpsarchive"
@@ -101,6 +102,7 @@ class ArchiveDialog(QDialog):
             of=self, spacing=Space.M, margins=Space.L,
         )  # fmt: skip
         exchange.changed.connect(self._refresh)
+        VisibilityTimer(self, self._refresh, retranslate=self._retranslate)
         self._refresh()
 
     def bring_up(self) -> None:
@@ -243,13 +245,11 @@ class ArchiveDialog(QDialog):
             raise error
         self._show_message(error.message.translated(), Meaning.ATTENTION)
 
-    def changeEvent(self, event: QEvent) -> None:
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.LanguageChange and hasattr(self, "life"):
-            self.modules.model.retranslate()
-            self.life.model.retranslate()
-            self._show_question()
-            self._refresh()
+    def _retranslate(self) -> None:
+        self.modules.model.retranslate()
+        self.life.model.retranslate()
+        self._show_question()
+        self._refresh()
 
 
 def _state_text(not_shared: int, last_at: str | None, server: str | None, done: Exchanged | None) -> str:

@@ -2,7 +2,7 @@
 
 from typing import Final
 
-from PySide6.QtCore import QEvent, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QToolButton
 
 from app.text.i18n import tr
@@ -11,6 +11,7 @@ from ui.core.texts import Texts
 from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning
 from ui.widgets.controls import control
+from ui.widgets.visibility_timer import VisibilityTimer
 
 SMALLEST_PX: Final = 80
 """In a narrow window the text is elided; the tooltip has all of it."""
@@ -26,6 +27,7 @@ class ArchiveLine(QToolButton):
         self.setMinimumWidth(SMALLEST_PX)
         self._exchange = exchange
         exchange.changed.connect(self.refresh)
+        VisibilityTimer(self, self.refresh)
         self.refresh()
 
     def refresh(self) -> None:
@@ -45,8 +47,3 @@ class ArchiveLine(QToolButton):
         trouble = self._exchange.trouble
         self.setToolTip("\n".join((text, *(() if trouble is None else (trouble.translated(),)))))
         self.setAccessibleName(tr("Archive: {text}", text=text))
-
-    def changeEvent(self, event: QEvent) -> None:
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.LanguageChange and hasattr(self, "_exchange"):
-            self.refresh()

@@ -2,7 +2,6 @@
 
 from typing import Final
 
-from PySide6.QtCore import QEvent
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QMenu, QSizePolicy, QToolButton, QWidget
 
@@ -12,6 +11,7 @@ from ui.style.theme import Space, scaled
 from ui.widgets.controls import control
 from ui.widgets.layouts import in_row
 from ui.widgets.naming import named
+from ui.widgets.visibility_timer import VisibilityTimer
 
 HEIGHT_PX: Final = 40
 
@@ -30,6 +30,7 @@ class PageHeader(QWidget):
         self.more.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self.more.hide()
         self.row: QHBoxLayout = in_row((self.title, 1), self.more, of=self, spacing=Space.S, margins=0)
+        VisibilityTimer(self, self._fit, restyle=self._fit)
         self._fit()
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
         for action in actions:
@@ -37,11 +38,6 @@ class PageHeader(QWidget):
 
     def _fit(self) -> None:
         self.setMinimumHeight(scaled(HEIGHT_PX))
-
-    def changeEvent(self, event: QEvent) -> None:
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.PaletteChange:
-            self._fit()
 
     def add(self, action: QWidget) -> None:
         """One more action, at the right of those that are there."""
