@@ -54,6 +54,20 @@ def test_no_read_gathers_while_an_answer_is_awaited() -> None:
     assert set(gathered) == {0.0}
 
 
+def test_the_rest_of_a_frame_is_waited_for_only_briefly() -> None:
+    rig = settled_rig()
+    waited_s: list[float] = []
+
+    def cut(longest_s: float, _gather_s: float) -> bytes:
+        waited_s.append(longest_s)
+        return HEARTBEAT_REPLY[:3] if len(waited_s) == 1 else b""
+
+    rig.line.read = cut  # type: ignore[method-assign, assignment]
+    rig.session.step(0.25)
+    assert len(waited_s) == 2, "once for the beginning and once for the rest"
+    assert waited_s[1] <= 0.002
+
+
 def test_a_cancelled_procedure_ends_at_once() -> None:
     rig = settled_rig(mute=True)
     run = Run(read_everything())
