@@ -15,7 +15,7 @@ from protocol.round_trips import Timing
 _HEARTBEAT = HEARTBEAT.query()
 FENCES = (_HEARTBEAT, *(BY_NAME[name].query() for name in ("boot_count", "charging", "active", "triggered")))
 """Questions whose answers cannot be mistaken for the reply to a set."""
-_MAX_OWED = 64
+_MAX_EXPECTED = 64
 _MAX_COPIED = 8
 
 
@@ -46,7 +46,7 @@ class StaleReplies:
 
     def __init__(self, timing: Timing) -> None:
         self._timing = timing
-        self._outstanding: deque[_Outstanding] = deque(maxlen=_MAX_OWED)
+        self._outstanding: deque[_Outstanding] = deque(maxlen=_MAX_EXPECTED)
         self._not_past: list[Request] = []
         """Requests to which a (further) reply may still come, oldest first."""
         self._copied: deque[_Copied] = deque(maxlen=_MAX_COPIED)

@@ -18,7 +18,7 @@ from protocol.translatable import marked
 
 FORMAT: Final = "dps-s recording"
 VERSION: Final = 1
-SESSION, COMMITS, JOURNAL, LINE, LOCK, KEPT = (
+SESSION, COMMITS, JOURNAL, LINE, LOCK, PINNED = (
     "session.json", "commits.bin", "journal.jsonl", "line.dpscap", "lock", "kept"
 )  # fmt: skip
 COLUMNS: Final[Mapping[str, Mapping[str, str]]] = MappingProxyType(

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from app.recordings.commits import Extents, read_extents
 from app.recordings.file_layout import (
-    KEPT,
+    PINNED,
     SESSION,
     Opening,
     Unreadable,
@@ -142,7 +142,7 @@ class RecordingLibrary:
         folder = self._own(entry)
         if entry.is_trashed and is_pinned:
             folder = self._move(folder, self.folder)
-        mark = folder / KEPT
+        mark = folder / PINNED
         if is_pinned:
             open(mark, "ab", opener=private_opener).close()
         else:
@@ -227,7 +227,7 @@ def entry_of(folder: Path, opening: Opening, extents: Extents, *, size_bytes: in
         duration_s=max(0.0, extents.at_s - opening.start_s),
         sample_count=extents.status_rows,
         size_bytes=size_bytes,
-        is_pinned=(folder / KEPT).exists(),
+        is_pinned=(folder / PINNED).exists(),
         is_running=is_running,
         was_cut_off=not (is_running or extents.is_last),
         part=opening.part,
@@ -246,7 +246,7 @@ def _unreadable(folder: Path, error: OSError | Unreadable) -> RecordingEntry:
         folder=folder,
         started_at=datetime.fromtimestamp(at_s, UTC),
         size_bytes=size_of(folder),
-        is_pinned=(folder / KEPT).exists(),
+        is_pinned=(folder / PINNED).exists(),
         trouble=tr("{file} cannot be read: {why}.", file=folder.name, why=why),
     )
 

@@ -11,7 +11,7 @@ HEADER: Final = b"Au\x32"
 _WIDTH, _HEIGHT = 800, 500
 
 
-def parse_naively(chunks: list[bytes]) -> int:
+def parse_bytewise(chunks: list[bytes]) -> int:
     """Drops one byte wherever no frame begins; returns the status frames found."""
     buffer = bytearray()
     frames: list[bytes] = []

@@ -10,7 +10,7 @@ from protocol.frame import Frame, Noise
 from protocol.messages import Status
 from protocol.stream import StreamParser
 from tests.benchmarks.figures import Figure
-from tests.benchmarks.others import parse_naively, parse_with_construct
+from tests.benchmarks.others import parse_bytewise, parse_with_construct
 
 LINE_HZ: Final = 1440
 """Status frames per second at 115200 baud."""
@@ -73,7 +73,7 @@ def figures(frames: int = 100_000, rounds: int = _ROUNDS) -> list[Figure]:
         for size in (4096, 64, 1):
             chunks = _chunks(data if size > 1 else data[: len(data) // 8], size)
             mine = _frames_per_s(_parse, chunks, rounds)
-            naive = _frames_per_s(parse_naively, chunks, min(2, rounds))
+            naive = _frames_per_s(parse_bytewise, chunks, min(2, rounds))
             declared = _frames_per_s(parse_with_construct, chunks[: len(chunks) // 10 or 1], 1)
             times = mine / LINE_HZ
             has_aim = size == 4096 and data is clean

@@ -24,7 +24,7 @@ def test_the_parser_is_measured_clean_and_corrupted() -> None:
 
 def test_what_others_write_finds_the_same_frames() -> None:
     chunks = [parser.stream(50)[at : at + 7] for at in range(0, 400, 7)]
-    assert others.parse_naively(chunks) == others.parse_with_construct(chunks) == 50
+    assert others.parse_bytewise(chunks) == others.parse_with_construct(chunks) == 50
     assert 0 < others.parse_with_construct([parser.corrupted(b"".join(chunks), 0.05)]) < 50
 
 

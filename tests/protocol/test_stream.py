@@ -12,7 +12,7 @@ from protocol.catalogue import BY_NAME, COMMANDS, Request
 from protocol.frame import Direction, Frame, Noise, Reason, encode_reply
 from protocol.messages import Status
 from protocol.stream import Piece, StreamParser
-from tests.scenarios.fuzz import MOST_PENDING, fuzz, nasty_bytes, summed
+from tests.scenarios.fuzz import MOST_PENDING, fuzz, hostile_bytes, summed
 from tests.support.line import reference_decoder
 from tests.support.line.vectors import BY_ID, VALID, VECTORS, Vector
 
@@ -24,7 +24,7 @@ VOLTAGE_AS_35 = BY_ID["cell-voltage-reply-35-3.8V"].raw
 STREAMED = Status(7, 1.0, triggered=False, active=True).encode()
 
 asked_requests = st.sampled_from([None, VOLTAGE, RECORDS, STATUS])
-nasty_streams = st.integers(0, 2**64).map(lambda seed: nasty_bytes(random.Random(seed)))
+nasty_streams = st.integers(0, 2**64).map(lambda seed: hostile_bytes(random.Random(seed)))
 
 
 def asked_for(vector: Vector) -> Request | None:
@@ -244,7 +244,7 @@ def test_the_wait_is_bounded_whatever_comes() -> None:
     source = random.Random(35)
     parser = StreamParser()
     for _ in range(300):
-        parser.feed(source.randbytes(1000) + nasty_bytes(source))
+        parser.feed(source.randbytes(1000) + hostile_bytes(source))
         assert parser.pending <= MOST_PENDING
     for byte in b"AuBaAu5\x01Au5\x01AuAuBaA" * 200:
         parser.feed(bytes((byte,)))

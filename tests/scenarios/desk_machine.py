@@ -226,7 +226,7 @@ class DeskMachine(RuleBasedStateMachine):
         self.desk.bench.change(**faults)
 
     @rule(seconds=st.sampled_from([0.0, 5.0]))
-    def heal(self, seconds: float) -> None:
+    def repair_line(self, seconds: float) -> None:
         self.desk.bench.end_faults()
         self.judge.truth.calm(self.desk.clock())
         self.desk.wait(seconds)

@@ -42,12 +42,12 @@ def summed(head: bytes) -> bytes:
     return head + bytes((sum(head[2:]) & 0xFF,))
 
 
-def nasty_bytes(source: random.Random) -> bytes:
+def hostile_bytes(source: random.Random) -> bytes:
     """Return frames that are whole, mutated, cut, nested or random, among garbage and pieces of headers."""
-    return b"".join(_nasty_piece(source) for _ in range(source.randint(1, 6)))
+    return b"".join(_hostile_piece(source) for _ in range(source.randint(1, 6)))
 
 
-def _nasty_piece(source: random.Random) -> bytes:
+def _hostile_piece(source: random.Random) -> bytes:
     kind = source.randrange(9)
     frame = source.choice(_FRAMES)
     if kind == 0:
@@ -68,7 +68,7 @@ def _nasty_piece(source: random.Random) -> bytes:
         return summed(header + body)
     if kind == 7:
         return summed(b"Au2" + bytes((*source.choices((0x41, 0x75, 7, 255), k=2), *source.choices((0, 1, 2), k=2))))
-    return _nasty_record(source)
+    return _hostile_record(source)
 
 
 def _mutated(frame: bytes, source: random.Random) -> bytes:
@@ -78,7 +78,7 @@ def _mutated(frame: bytes, source: random.Random) -> bytes:
     return bytes(changed)
 
 
-def _nasty_record(source: random.Random) -> bytes:
+def _hostile_record(source: random.Random) -> bytes:
     """Return a record that begins like a voltage, contains headers or a frame, is unused, or has a bad flag."""
     body = bytearray(_RECORD[4:15])
     kind = source.randrange(6)
@@ -126,7 +126,7 @@ def fuzz(count: int, seed: int) -> Figures:
     source = random.Random(seed)
     figures = Figures()
     for _ in range(count):
-        data = nasty_bytes(source)
+        data = hostile_bytes(source)
         asked = source.choice(_ASKED)
         follows_host = source.random() < 0.5
         found = agrees(data, asked, follows_host=follows_host, source=source)

@@ -16,7 +16,7 @@ from protocol.catalogue import ACTIVATION, COMMANDS, HEARTBEAT, STATUS, Request
 from protocol.events import Answered, Event, OutcomeUnknown, Sent, Unanswered
 from protocol.link import Link
 from protocol.messages import Acknowledgement, EmptySlot, Message, Reading, Status, TriggerRecord
-from tests.scenarios.fuzz import nasty_bytes
+from tests.scenarios.fuzz import hostile_bytes
 from tests.support.line.honest_module import Habits, HonestModule
 from tests.support.line.reference_link import End, Referee, Told
 
@@ -100,7 +100,7 @@ class Adversary:
     def _piece(self) -> bytes:
         kind = self._source.randrange(4)
         if kind == 0:
-            return nasty_bytes(self._source)
+            return hostile_bytes(self._source)
         if kind == 1 and self._heard:
             return self._heard[-1]
         is_stray = kind == 2 or not self._heard

@@ -38,7 +38,7 @@ def changes(rig: Rig) -> list[Request]:
     return [request for request in rig.line.requests if not request.is_repeatable]
 
 
-def wait_kept(store: Store, is_on: bool) -> None:
+def wait_stored(store: Store, is_on: bool) -> None:
     deadline = time.monotonic() + 10
     while (store.stream_left_on(ADAPTER) is not None) is not is_on:
         assert time.monotonic() < deadline
@@ -76,7 +76,7 @@ def test_it_is_remembered_until_the_module_confirms_off(store: Store) -> None:
     assert store.stream_left_on("another adapter") is None
     end_watch(rig)
     assert changes(rig) == [ON, OFF]
-    wait_kept(store, is_on=False)
+    wait_stored(store, is_on=False)
 
 
 @pytest.mark.parametrize("is_wanted", [True, False])
@@ -92,7 +92,7 @@ def test_a_stream_left_on_is_switched_off(store: Store, is_wanted: bool) -> None
     end_watch(rig)
     assert changes(rig) == [OFF]
     assert not rig.bench.module.state.serial_output_is_on
-    wait_kept(store, is_on=False)
+    wait_stored(store, is_on=False)
 
 
 @pytest.mark.parametrize("boots", [36, 38])
@@ -107,7 +107,7 @@ def test_another_module_on_the_same_adapter_is_left_as_it_was_found(store: Store
     assert not memory.is_taken_over
     assert changes(rig) == []
     assert rig.bench.module.state.serial_output_is_on
-    wait_kept(store, is_on=False)
+    wait_stored(store, is_on=False)
 
 
 def test_without_a_boot_count_the_adapter_identifies_the_module(store: Store) -> None:
@@ -137,7 +137,7 @@ def test_a_stream_that_has_stopped_is_forgotten(store: Store) -> None:
     watched(rig, memory, is_wanted=False)
     rig.step_for(LISTEN_FIRST_S + 1)
     assert not memory.is_taken_over
-    wait_kept(store, is_on=False)
+    wait_stored(store, is_on=False)
     assert changes(rig) == []
 
 

@@ -22,14 +22,14 @@ from app.archive.archive import Archive, open_archive
 from app.archive.exchange import Exchanged
 from app.archive.fact_set import ArchiveTrouble
 from app.archive.fleet_state import ModuleToday, fleet_state
-from app.archive.module_life import LifeEvent, life_of
+from app.archive.module_history import HistoryEvent, module_history
 from app.archive.module_names import Conflict
 from app.store.store import Store
 from app.text.i18n import tr
 from app.text.messages import UserMessage, clean
 from app.text.sentences import join_sentences
 from ui.archive.archive_exchange import ArchiveExchange, last_time
-from ui.archive.archive_tables import life_table, modules_table, short_station
+from ui.archive.archive_tables import history_table, modules_table, short_station
 from ui.core.background_task import BackgroundTask
 from ui.services.context import Services
 from ui.style.icons import Icon
@@ -68,7 +68,7 @@ class ArchiveDialog(QDialog):
         texts.bind(self.setAccessibleName, "Archive of all stations")
         self.ask_save, self.ask_open = _ask_save, _ask_open
         self._loading: BackgroundTask[Loaded] = BackgroundTask("dps-s archive list", self)
-        self._loading_history: BackgroundTask[tuple[LifeEvent, ...]] = BackgroundTask("dps-s archive life", self)
+        self._loading_history: BackgroundTask[tuple[HistoryEvent, ...]] = BackgroundTask("dps-s archive life", self)
         self._conflicts: tuple[Conflict, ...] = ()
         self.server = control(QLineEdit(), texts, "archive_server", says="Server",
                               tip="Without the password")  # fmt: skip
@@ -88,7 +88,7 @@ class ArchiveDialog(QDialog):
         label.setBuddy(self.server)
         self._lay_out_question()
         self.modules = modules_table(self)
-        self.life = life_table(self)
+        self.life = history_table(self)
         texts.bind(self.modules.view.setAccessibleName, "Modules")
         texts.bind(self.life.view.setAccessibleName, "Records")
         self.modules.view.selectionModel().selectionChanged.connect(lambda _new, _old: self._show_life())
@@ -231,12 +231,12 @@ class ArchiveDialog(QDialog):
             return
         module, storage = chosen.module, self._services.storage
 
-        def load() -> tuple[LifeEvent, ...]:
+        def load() -> tuple[HistoryEvent, ...]:
             store = storage.open_store()
             if not isinstance(store, Store):
                 return ()
             with closing(open_archive(store)) as archive:
-                return tuple(reversed(life_of(archive.facts, module).events))
+                return tuple(reversed(module_history(archive.facts, module).events))
 
         self._loading_history.run(lambda _running: load(), self.life.model.show_rows, self._fail)
 

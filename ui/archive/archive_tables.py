@@ -8,7 +8,7 @@ from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QHeaderView, QTableView
 
 from app.archive.fleet_state import ModuleToday
-from app.archive.module_life import LifeEvent
+from app.archive.module_history import HistoryEvent
 from app.stations.station import KEY_BYTES, decoded, fingerprint_of
 from app.text.i18n import tr
 from app.text.messages import clean
@@ -54,9 +54,9 @@ def modules_table(parent: QObject) -> ArchiveTable[ModuleToday]:
     return ArchiveTable(parent, "archive_modules", _MODULE_COLUMNS, lambda row: row.module.members, _accessible_text)
 
 
-def life_table(parent: QObject) -> ArchiveTable[LifeEvent]:
+def history_table(parent: QObject) -> ArchiveTable[HistoryEvent]:
     return ArchiveTable(
-        parent, "archive_life", _LIFE_COLUMNS, lambda row: row.fact.id, lambda row: row.text.translated()
+        parent, "archive_life", _HISTORY_COLUMNS, lambda row: row.fact.id, lambda row: row.text.translated()
     )
 
 
@@ -100,8 +100,8 @@ _MODULE_COLUMNS: Final = (
         picture=lambda row: icon(Icon.WARNING, Meaning.ATTENTION) if row.due else None,
     ),
 )  # fmt: skip
-_LIFE_COLUMNS: Final = (
-    TableColumn[LifeEvent](marked("Time"), lambda row: _local(row.fact.made_at)),
-    TableColumn[LifeEvent](marked("Station"), lambda row: short_station(row.fact.station)),
-    TableColumn[LifeEvent](marked("Record"), lambda row: row.text.translated()),
+_HISTORY_COLUMNS: Final = (
+    TableColumn[HistoryEvent](marked("Time"), lambda row: _local(row.fact.made_at)),
+    TableColumn[HistoryEvent](marked("Station"), lambda row: short_station(row.fact.station)),
+    TableColumn[HistoryEvent](marked("Record"), lambda row: row.text.translated()),
 )

@@ -34,7 +34,7 @@ class PlotHeader(QWidget):
         super().__init__()
         self.setObjectName("time-plot-header")
         self._view = view
-        self._said: tuple[str, int] | None = None
+        self._announced: tuple[str, int] | None = None
         """The state and the width of the header when it was last shown."""
         self._is_live: bool | None = None
         self._texts = texts
@@ -96,9 +96,9 @@ class PlotHeader(QWidget):
 
     def _show_state(self, whole: str, short: str, picture: Icon, meaning: Meaning | None) -> None:
         """Shows the whole text if the row has room for it, else the short one, else only the icon."""
-        if (whole, self.width()) == self._said:
+        if (whole, self.width()) == self._announced:
             return
-        self._said = whole, self.width()
+        self._announced = whole, self.width()
         self.chip.show_state(whole, picture, meaning)
         spoken = self.chip.accessibleName()
         for word in (short, ""):
@@ -114,4 +114,4 @@ class PlotHeader(QWidget):
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
-        self._said = None  # the text may fit now, or no longer
+        self._announced = None  # the text may fit now, or no longer

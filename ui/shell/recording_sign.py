@@ -34,7 +34,7 @@ class RecordingSign(QWidget):
         self.label.setTextFormat(Qt.TextFormat.PlainText)
         in_row(self._picture, self.label, of=self, spacing=Space.XS, margins=0)
         self._shown: RecordingState | None = None
-        self._is_told = False
+        self._is_reported = False
         self._last_trouble = ""
         VisibilityTimer(self, self._retranslate)
         self.refresh()
@@ -49,10 +49,10 @@ class RecordingSign(QWidget):
         before, self._shown = self._shown, sign
         if sign != before:
             self._write(sign)
-        if sign.trouble is not None and not self._is_told:
+        if sign.trouble is not None and not self._is_reported:
             self._last_trouble = sign.trouble
             self.troubled.emit()
-        self._is_told = sign.trouble is not None
+        self._is_reported = sign.trouble is not None
 
     def _retranslate(self) -> None:
         self._shown = None

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from app.archive.fleet_state import CheckLine, ModuleToday
-    from app.archive.module_life import ModuleLife
+    from app.archive.module_history import ModuleHistory
 
 FLEET_HEAD = (
     "module", "stations", "last_at", "verdict", "void", "simulated", "check_at", "check_number", "who", "aircraft",
@@ -46,13 +46,13 @@ def _days(text: str) -> int:
 
 def run(args: argparse.Namespace) -> int:
     from app.archive.fleet_state import fleet_state
-    from app.archive.module_life import life_of
+    from app.archive.module_history import module_history
 
     with opened_archive() as archive:
         archive.collect()
         names = archive.names()
         if args.module is not None:
-            lives = [life_of(archive.facts, one) for one in names.named(args.module)]
+            lives = [module_history(archive.facts, one) for one in names.named(args.module)]
             if not lives:
                 console.notify(tr("{file}: {why}", file=args.module, why=tr("none")))
                 return console.ANSWER_NO
@@ -83,7 +83,7 @@ def _due(state: "ModuleToday") -> str:
     return join_sentences(one.text.translated() for one in state.due)
 
 
-def _print_histories(args: argparse.Namespace, lives: "list[ModuleLife]") -> int:
+def _print_histories(args: argparse.Namespace, lives: "list[ModuleHistory]") -> int:
     if args.json:
         console.write_json({"lives": [life_json(one) for one in lives]})
         return console.SUCCESS
@@ -124,7 +124,7 @@ def _check_json(check: "CheckLine") -> dict[str, object]:
     }  # fmt: skip
 
 
-def life_json(life: "ModuleLife") -> dict[str, object]:
+def life_json(life: "ModuleHistory") -> dict[str, object]:
     return {
         "module": life.module.name,
         "members": [member_json(one) for one in life.module.members],
@@ -149,7 +149,7 @@ def _fleet_cells(state: "ModuleToday") -> tuple[object, ...]:
     return (state.module.name, stations, state.last_at, *of_check, *counts, _due(state))
 
 
-def _life_rows(life: "ModuleLife") -> "Iterable[tuple[object, ...]]":
+def _life_rows(life: "ModuleHistory") -> "Iterable[tuple[object, ...]]":
     for one in life.events:
         yield (one.fact.made_at, shown_station(one.fact.station), one.fact.kind, one.text.translated(), None, None)
     for name, points in life.values.items():

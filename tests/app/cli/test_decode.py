@@ -19,7 +19,7 @@ from app.terminal import console
 from app.text.hex_text import HexText, NotHex
 from protocol.catalogue import BY_NAME
 from protocol.frame import Noise
-from tests.scenarios.fuzz import nasty_bytes
+from tests.scenarios.fuzz import hostile_bytes
 from tests.support.line.vectors import BY_ID, VALID, Vector
 
 ROOT = Path(__file__).parents[3]
@@ -206,7 +206,7 @@ def test_lines_come_while_the_input_goes_on_and_a_closed_output_is_no_error() ->
 
 @given(st.integers(0, 2**64), st.lists(st.integers(0, 150), max_size=12), st.sampled_from([None, *BY_NAME]))
 def test_cuts_do_not_show_in_the_lines(seed: int, places: list[int], asked: str | None) -> None:
-    data = nasty_bytes(random.Random(seed))
+    data = hostile_bytes(random.Random(seed))
     edges = [0, *sorted(min(place, len(data)) for place in places), len(data)]
     chunks = [data[start:end] for start, end in pairwise(edges)]
     whole, pieces = lines_of(data, asked=asked), lines_of(*chunks, asked=asked)

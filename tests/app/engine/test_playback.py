@@ -126,7 +126,7 @@ def capture(tmp_path: Path) -> str:
     return url_of(str(target), speed=1)
 
 
-def _kept_anything() -> bool:
+def _has_stored_anything() -> bool:
     database = open_database(data_folder()).database
     tables = ("preflight_checks", "visits", "modules", "audit")
     rows = [row for table in tables for row in database.read(f"SELECT * FROM {table}")]
@@ -144,7 +144,7 @@ def test_the_command_line_ends_with_2_and_keeps_nothing(
 ) -> None:
     capsys.readouterr()
     assert program.main([words[0], "--port", capture, *words[1:]]) == 2
-    assert not (data_folder() / FILE_NAME).exists() or not _kept_anything()
+    assert not (data_folder() / FILE_NAME).exists() or not _has_stored_anything()
     printed = Printed(capsys)
     assert "A capture is played here" in printed.err
     assert printed.out == ""
@@ -155,4 +155,4 @@ def test_what_only_asks_goes_on(capture: str, capsys: pytest.CaptureFixture[str]
     assert program.main(["history", "--port", capture, "--module", "M-07"]) in (0, 4)
     assert "A recording is played" in Printed(capsys).err
     assert program.main(["monitor", "--port", capture, "--seconds", "1"]) == 0
-    assert not (data_folder() / FILE_NAME).exists() or not _kept_anything()
+    assert not (data_folder() / FILE_NAME).exists() or not _has_stored_anything()

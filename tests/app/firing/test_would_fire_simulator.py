@@ -22,7 +22,7 @@ whether a fall was long enough must not hang on which of the sensor's samples is
 RATE_HZ = 200.0
 
 
-class Deed(NamedTuple):
+class Action(NamedTuple):
     """Something that is done to the module, and how long nothing is done after it."""
 
     what: str
@@ -32,7 +32,7 @@ class Deed(NamedTuple):
 
 deeds = st.lists(
     st.builds(
-        Deed, st.sampled_from(("tilt", "tilt", "drop", "drop", "lock", "unlock")), st.integers(0, 40).map(float),
+        Action, st.sampled_from(("tilt", "tilt", "drop", "drop", "lock", "unlock")), st.integers(0, 40).map(float),
         st.integers(1, 30),
     ), min_size=1, max_size=14,
 )  # fmt: skip
@@ -55,7 +55,7 @@ class Session(NamedTuple):
     booted_s: float
 
 
-def session(memory: Memory, done: list[Deed], *, attitude: bool, freefall: bool) -> Session:
+def session(memory: Memory, done: list[Action], *, attitude: bool, freefall: bool) -> Session:
     """Streamed reports of a module with these settings, and the records that it wrote."""
     module = SimulatedModule(Physics(drain_v_per_h=0.0), memory=memory, rate_hz=RATE_HZ)
     module.power_on(0.0)
@@ -97,7 +97,7 @@ def words(firing: Firing) -> tuple[str, ...]:
 
 @settings(max_examples=60)
 @given(memories, deeds, st.booleans(), st.booleans())
-def test_the_module_wrote_a_record_of_each(memory: Memory, done: list[Deed], attitude: bool, freefall: bool) -> None:
+def test_the_module_wrote_a_record_of_each(memory: Memory, done: list[Action], attitude: bool, freefall: bool) -> None:
     made = session(memory, done, attitude=attitude, freefall=freefall)
     analysis = WhatIfAnalysis(made.limits, counts_locked=False)
     analysis.feed(excerpt(made.samples, active=made.active))
@@ -108,7 +108,13 @@ def test_the_module_wrote_a_record_of_each(memory: Memory, done: list[Deed], att
 
 
 def test_these_sessions_have_something_in_them() -> None:
-    done = [Deed("tilt", 40, 10), Deed("tilt", 20, 10), Deed("drop", 30, 40), Deed("drop", 6, 20), Deed("tilt", 31, 4)]
+    done = [
+        Action("tilt", 40, 10),
+        Action("tilt", 20, 10),
+        Action("drop", 30, 40),
+        Action("drop", 6, 20),
+        Action("tilt", 31, 4),
+    ]
     made = session(Memory(freefall_time=78), done, attitude=True, freefall=True)
     analysis = WhatIfAnalysis(made.limits, counts_locked=False)
     analysis.feed(excerpt(made.samples, active=made.active))

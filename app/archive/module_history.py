@@ -17,7 +17,7 @@ from protocol.translatable import marked
 
 
 @dataclass(frozen=True, slots=True)
-class LifeEvent:
+class HistoryEvent:
     """One fact about a module as a sentence."""
 
     fact: Fact
@@ -34,15 +34,15 @@ class ValuePoint:
 
 
 @dataclass(frozen=True, slots=True)
-class ModuleLife:
+class ModuleHistory:
     """Oldest event first."""
 
     module: KnownModule
-    events: tuple[LifeEvent, ...]
+    events: tuple[HistoryEvent, ...]
     values: Mapping[str, tuple[ValuePoint, ...]]
 
 
-def life_of(facts: LocalFacts, module: KnownModule) -> ModuleLife:
+def module_history(facts: LocalFacts, module: KnownModule) -> ModuleHistory:
     """Raises `ArchiveTrouble`."""
     members = set(module.members)
     found = [
@@ -59,7 +59,7 @@ def life_of(facts: LocalFacts, module: KnownModule) -> ModuleLife:
         for name, value in measured_in(record or {}).items():
             values.setdefault(name, []).append(ValuePoint(fact.made_at, fact.station, value))
     points = {name: tuple(some) for name, some in sorted(values.items())}
-    return ModuleLife(module, tuple(LifeEvent(fact, fact_text(fact)) for fact in found), points)
+    return ModuleHistory(module, tuple(HistoryEvent(fact, fact_text(fact)) for fact in found), points)
 
 
 def fact_text(fact: Fact) -> UserMessage:
