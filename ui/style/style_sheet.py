@@ -129,6 +129,9 @@ QSpinBox::down-arrow, QDoubleSpinBox::down-arrow, QComboBox::down-arrow {
     image: url("$arrow_down"); width: 14px; height: 13px;
 }
 QComboBox { padding-right: 26px; }
+QLineEdit > QToolButton, QLineEdit > QToolButton:hover, QLineEdit > QToolButton:pressed {
+    border: none; background: transparent; padding: 0; margin: 0; min-height: 0;
+}
 QComboBox QLineEdit, QComboBox QLineEdit:focus { border: none; background: transparent; padding: 0; min-height: 0; }
 QComboBox:focus { padding-right: 26px; }
 QComboBox::drop-down { subcontrol-origin: border; subcontrol-position: center right; width: 26px; border: none; }

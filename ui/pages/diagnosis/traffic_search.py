@@ -67,7 +67,6 @@ class TrafficSearch(QWidget):
         texts.bind(self.field.setPlaceholderText, "Search")
         if isinstance(self.clear, QToolButton):  # made by Qt
             control(self.clear, texts, "traffic_search_clear", says="Clear", tip="Clear")
-            self.clear.setStyleSheet("QToolButton { border: none; background: transparent; padding: 0; margin: 0; }")
         self.field.textEdited.connect(self._reset)
         in_row((self.field, 1), self.next, self.before, of=self, spacing=Space.XS, margins=0)
         self._left = 0

@@ -23,7 +23,7 @@ from ui.widgets.labels import ElidedLabel, text_label
 from ui.widgets.layouts import in_column, in_row, scroll_area
 from ui.widgets.naming import named
 
-WIDTH_PX: Final = 312
+WIDTH_PX: Final = 328
 _LOWEST_PX: Final = 24
 _HIGHEST_PX: Final = 160
 _FACTS: Final = {
@@ -52,10 +52,10 @@ class OutlinePicture(PaintedWidget):
         self.announce(f"{tr('Tilt')}{highest}")
 
     def sizeHint(self) -> QSize:
-        return QSize(200, 72)
+        return QSize(200, 0)  # it takes what the facts leave
 
     def minimumSizeHint(self) -> QSize:
-        return QSize(120, 0)  # rather none than a scroll bar beside the facts
+        return QSize(120, 0)
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         painter = self.begin_paint()
@@ -107,11 +107,12 @@ class RecordingsDetail(QFrame):
         self.title = named(ElidedLabel(), "recordings_detail_title", "strong")
         single_lines = {key: named(ElidedLabel(), f"recordings_{key}") for key in _FACTS}
         self._fact_rows = FactRows(texts, "recordings", _FACTS, single_lines)
+        self._fact_rows.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Maximum)
         self.facts = self._fact_rows.values
         self.remarks = text_label("recordings_remarks", is_selectable=True)
         self.setFixedWidth(WIDTH_PX)
         content = named(QWidget(), "recordings_facts")
-        in_column(self._fact_rows, self.remarks, (self.picture, 1), of=content, spacing=Space.XS, margins=0)
+        in_column(self._fact_rows, self.remarks, (self.picture, 1), 0, of=content, spacing=Space.XS, margins=0)
         scroll = scroll_area(content, texts, "recordings_facts_scroll", "Recordings", is_transparent=True)
         # The buttons stay where they are when a notice below makes the page shorter.
         in_column(self.title, self.buttons, (scroll, 1), of=self, spacing=Space.S, margins=Space.M)

@@ -62,6 +62,9 @@ def test_several_selected_recordings_are_summed_up(one: Desk) -> None:
     assert detail.title.text() == "2 selected"
     assert (detail.facts["duration"].text(), detail.facts["samples"].text()) == ("1:10", "700")
     assert not detail.facts["port"].isVisible()
+    QApplication.processEvents()
+    heights = [detail.facts[key].height() for key in ("duration", "samples", "size")]
+    assert max(heights) < 2 * detail.facts["size"].sizeHint().height()  # the rows stay together
 
 
 def test_a_search_without_a_match_says_so(one: Desk) -> None:
