@@ -10,9 +10,9 @@ from pathlib import Path
 from queue import Empty
 from unittest.mock import patch
 
-from PySide6.QtCore import QCoreApplication, QEvent, QPoint, QPointF, Qt
+from PySide6.QtCore import QCoreApplication, QEvent, QPoint, QPointF, Qt, QTimer
 from PySide6.QtGui import QInputEvent, QKeyEvent, QMouseEvent, QWindow
-from PySide6.QtWidgets import QApplication, QPushButton, QWidget
+from PySide6.QtWidgets import QApplication, QMenu, QPushButton, QWidget
 
 from app.engine.device import DeviceView
 from app.engine.procedure import PortLost
@@ -107,6 +107,12 @@ class InlineWorker(Worker):
         clock.now_s = max(clock.now_s, end_s)
         self._published_at = 0.0
         self._publish()
+
+
+def close_menu() -> None:
+    popup = QApplication.activePopupWidget()
+    if isinstance(popup, QMenu):
+        popup.close()
 
 
 class GestureBench:
@@ -275,6 +281,7 @@ class GestureBench:
         if not is_same_time:
             self._event_ms = max(self._event_ms + 1, round(self.hand_s * 1000))
         event.setTimestamp(self._event_ms)
+        QTimer.singleShot(0, self.window, close_menu)  # a menu returns only when it is closed
         QApplication.sendEvent(self.handle, event)
 
     # States to begin from

@@ -4,7 +4,9 @@ from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 
 import pytest
-from PySide6.QtWidgets import QApplication
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QSignalSpy
+from PySide6.QtWidgets import QApplication, QToolButton
 
 from tests.gestures.gesture_bench import gesture_bench
 from tests.gestures.gesture_table import ACTS, LANGUAGES, SIZES, is_possible, run_window
@@ -40,3 +42,19 @@ def test_the_whole_gesture_completes_each(qapp: QApplication, tmp_path: Path) ->
     """The complete gesture succeeds, without which the table would prove nothing."""
     with gesture_bench(qapp, tmp_path) as bench:
         assert [act.name for act in ACTS if not is_possible(bench, act)] == []
+
+
+def test_a_menu_that_a_key_opens_is_closed(qapp: QApplication, tmp_path: Path) -> None:
+    """Else it would wait for a person for ever."""
+    with gesture_bench(qapp, tmp_path) as bench:
+        bench.window.go_to("settings")
+        bench.turn()
+        more = bench.settings.findChild(QToolButton, "settings_more")
+        assert more is not None
+        more.setFocus()
+        assert more.hasFocus()
+        opened = QSignalSpy(more.menu().aboutToShow)
+        bench.key(Qt.Key.Key_Space, is_press=True)
+        bench.key(Qt.Key.Key_Space, is_press=False)
+        assert opened.count() == 1
+        assert QApplication.activePopupWidget() is None
