@@ -16,6 +16,8 @@ from ui.widgets.visibility_timer import VisibilityTimer
 
 GUIDE: Final = Path(__file__).parent / "guide"
 _WIDEST_PX: Final = 660
+_INDENT_PX: Final = 40
+"""Drawings stand in lists."""
 _CHAPTER_LEVEL: Final = 2
 _INK: Final = "#1a1c1e"
 _PAPER: Final = "#ffffff"
@@ -114,10 +116,10 @@ class GuideViewer(DocumentWindow):
             document.addResource(QTextDocument.ResourceType.ImageResource.value, url, image)
         document.markContentsDirty(0, document.characterCount())
 
-    def _room_px(self) -> int:
+    def _room_px(self, indent_px: int = 0) -> int:
         """The width of the widest picture that needs no scrolling sideways."""
         beside_px = self.text.verticalScrollBar().sizeHint().width() + 2 * round(self.text.document().documentMargin())
-        return min(_WIDEST_PX, self.text.width() - beside_px - Space.XL) if self.isVisible() else _WIDEST_PX
+        return min(_WIDEST_PX, self.text.width() - beside_px - indent_px - Space.XL) if self.isVisible() else _WIDEST_PX
 
     def _colour_drawings(self) -> None:
         """Recolours the drawings for the theme."""
@@ -126,7 +128,8 @@ class GuideViewer(DocumentWindow):
             svg = drawing.read_text(encoding="utf-8").replace(_INK, theme.text).replace(_PAPER, theme.surface)
             url = document.baseUrl().resolved(QUrl(f"images/{drawing.name}"))
             image = QImage.fromData(svg.encode())
-            image = image.scaledToWidth(min(image.width(), self._room_px()), Qt.TransformationMode.SmoothTransformation)
+            width_px = min(image.width(), self._room_px(_INDENT_PX))
+            image = image.scaledToWidth(width_px, Qt.TransformationMode.SmoothTransformation)
             document.addResource(QTextDocument.ResourceType.ImageResource.value, url, image)
         document.markContentsDirty(0, document.characterCount())
 

@@ -227,6 +227,7 @@ def test_links_are_readable_after_a_change_of_theme(qtbot: QtBot, qapp: QApplica
             assembly.appearance.choose(choice)
             QApplication.processEvents()
             assert link_colours(viewer) == {theme.information.ink.lower()}
+            assert viewer.text.horizontalScrollBar().maximum() == 0
 
 
 def link_colours(viewer: GuideViewer) -> set[str]:
