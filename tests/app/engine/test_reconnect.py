@@ -318,8 +318,8 @@ def test_the_thread_that_lists_the_ports_holds_nobody_up_at_the_end(monkeypatch:
 
     def comports() -> list[object]:
         threads.append(threading.current_thread())
-        return []
+        return [_Listed("/dev/ttyS0")]
 
     monkeypatch.setattr("serial.tools.list_ports.comports", comports)
-    assert list_ports() == []
+    assert list_ports() == [PortInfo("/dev/ttyS0")]
     assert [(one.name, one.daemon) for one in threads] == [("dps-s ports", True)]
