@@ -10,16 +10,20 @@ from protocol.catalogue import (
     DEFAULT_BAUD_RATE,
     HEARTBEAT_CODE,
     QUERY,
+    RECORD_PARTS,
     RESET_BELOW_THRESHOLD_DEG,
     SET,
     SETTINGS,
+    STATUS_PARTS,
     Advice,
     Command,
+    FramePart,
     Hazard,
     Layout,
     Request,
 )
 from protocol.fields import Flag, Quantity
+from protocol.messages import Status
 
 NAMES = (
     "heartbeat activation deploy shutdown serial_output light light_threshold attitude_trigger freefall_trigger "
@@ -212,3 +216,19 @@ def test_baud_rates_fastest_first() -> None:
 def test_the_flags_of_the_triggers_are_inverted_and_no_other() -> None:
     inverted = {command.name for command in COMMANDS if isinstance(command.write, Flag) and command.write.true == 0x00}
     assert inverted == {"attitude_trigger", "freefall_trigger"}
+
+
+@pytest.mark.parametrize(
+    ("parts", "first", "layout"), [(STATUS_PARTS, 3, Layout.STATUS), (RECORD_PARTS, 4, Layout.RECORD)]
+)
+def test_the_parts_of_a_long_frame_are_every_byte_before_the_sum(
+    parts: tuple[FramePart, ...], first: int, layout: Layout
+) -> None:
+    covered = [byte for part in parts for byte in range(part.first, part.first + part.length)]
+    assert covered == list(range(first, layout.value - 1))
+
+
+def test_the_parts_of_a_status_are_its_values() -> None:
+    raw = Status(7, 1.2, triggered=True, active=False).encode()
+    values = {part.name: part.field.decode(part.raw(raw)) for part in STATUS_PARTS}
+    assert values == {"tilt_deg": 7, "acceleration_g": 1.2, "triggered": True, "active": False}
