@@ -64,7 +64,6 @@ class FlightList(QWidget):
 
     def show_rows(self, rows: Sequence[FlightRow]) -> None:
         self.model.show_rows(tuple(rows))
-        self.table.show_problems(has_problems=any(problem_count(row) for row in rows))
         outcomes = [row.outcome for row in rows if row.outcome is not None]
         self.show_caption(outcomes)
         self._refresh_button()
@@ -109,5 +108,7 @@ class FlightLists(QWidget):
         in_column(*((one, 1) for one in self.of.values()), of=self, spacing=Space.S, margins=0)
 
     def show_rows(self, rows: dict[FlightGroup, list[FlightRow]]) -> None:
+        has_problems = any(problem_count(row) for of_group in rows.values() for row in of_group)
         for group, one in self.of.items():
             one.show_rows(rows[group])
+            one.table.show_problems(has_problems=has_problems)  # the same columns in both

@@ -135,7 +135,7 @@ def test_a_notice_leaves_the_proposal_in_place_and_problems_take_no_room_without
     QApplication.processEvents()
     assert "not read" in desk.notice()
     assert page.proposal.geometry().bottom() == bottom
-    assert not table.isColumnHidden(FlightColumn.PROBLEMS)
+    assert not any(one.table.isColumnHidden(FlightColumn.PROBLEMS) for one in page.lists.of.values())
 
 
 def test_flights_already_read_keep_their_list(desk: Desk, tmp_path: Path) -> None:
