@@ -145,7 +145,7 @@ def test_below_a_second_everything_still_works(way: str, lag_ms: float, hz: floa
 def test_the_trigger_is_enabled_only_where_the_status_is_proven() -> None:
     for lag_ms, fate in ((300.0, FlagState.ENABLED), (2000.0, FlagState.NOT_SENT)):
         rig = lagging(lag_ms, 50.0)
-        assert rig.run(WAYS["trigger"](rig)).fate is fate
+        assert rig.run(WAYS["trigger"](rig)).state is fate
         assert (CHANGES["trigger"] in rig.line.sent) is (fate is FlagState.ENABLED)
 
 
