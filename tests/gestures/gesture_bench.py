@@ -224,7 +224,9 @@ class GestureBench:
 
     def refresh(self) -> None:
         pages = (self.commands, self.preflight, self.settings, self.guided)
-        next(page for page in pages if page.isVisible()).refresh()
+        for page in pages:  # none of them where a try has turned to another page
+            if page.isVisible():
+                page.refresh()
         self.turn()
 
     # Hands
