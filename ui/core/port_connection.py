@@ -96,6 +96,7 @@ class PortConnection(QObject):
         self._was_mistaken = False
         """The port that was open last belongs to another adapter: the known values are another module's."""
         self._follow_up = QTimer(self)
+        self._follow_up.setInterval(FOLLOW_EVERY_MS)
         self._follow_up.timeout.connect(self._poll_absence)
         self._worker.start()
 
@@ -334,11 +335,10 @@ class PortConnection(QObject):
                 self._lost = replace(lost, now=evidence_of(self._last.device.values, is_fresh=False))
         self._return.feed(connection, self.clock())
         if self._return.absence is not None or connection.state is PortState.OPEN:
-            self._follow_up.start(0)
+            self._follow_up.start()
 
     def _poll_absence(self) -> None:
         """Scan the ports when `Reconnection` needs them."""
-        self._follow_up.setInterval(FOLLOW_EVERY_MS)
         if not self._is_returning and not self._return.is_due(self.clock()):
             self._follow_up.stop()
         elif self._is_ordered or self._is_listing or self.connection.state is PortState.OPENING:

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterator
 from typing import Any
-from unittest.mock import patch
 
 import pytest
 from pytestqt.qtbot import QtBot
@@ -12,10 +11,8 @@ from app.engine.target import Target
 from app.engine.worker import Batch, Job, PortState
 from app.safety.journal import NoJournal
 from app.safety.last_known import Activation
-from tests.support.window.fake_ports import VALUES, FakePorts
-from tests.support.window.fakes_ui import ADAPTER
-from ui.core.connector import SETTLE_MS, Connector
-from ui.core.port_watcher import PortWatcher
+from tests.support.window.fake_ports import FakePorts
+from ui.core.connector import SETTLE_MS
 from ui.services.lock import LockControl
 
 WAIT_MS = 8000
@@ -136,19 +133,3 @@ def test_a_port_that_is_removed_is_closed_and_another_stays(qtbot: QtBot, ports:
     wait_for(qtbot, lambda: worker.is_stopped)
     assert connector.connections == (first,)
     assert first.is_open
-
-
-def test_an_adapter_that_is_back_is_opened_and_recognised_at_once(qtbot: QtBot) -> None:
-    fake = FakePorts()
-    with patch("ui.core.port_connection.FOLLOW_EVERY_MS", 3_600_000):
-        fake.watcher = PortWatcher(lambda _limit_s: [ADAPTER])
-        fake.connector = Connector(fake.watcher, make_worker=fake.make, clock=lambda: fake.now_s)
-        worker = fake.workers[-1]
-        fake.connector.connect_to(Target(ADAPTER.device, 115200, ADAPTER.identity))
-        worker.say(**VALUES)
-        wait_for(qtbot, lambda: fake.connector.is_open)
-        worker.unplug()
-        wait_for(qtbot, lambda: len(worker.opened) == 2)
-        worker.say(**VALUES)
-        wait_for(qtbot, lambda: fake.connector.current.returns == 1)
-    fake.stop()
