@@ -27,7 +27,7 @@ from ui.pages.preflight.stations_row import StationsRow
 from ui.plots.trend import Trend
 from ui.services.context import Services
 from ui.style.icons import Icon, icon
-from ui.style.theme import Meaning, Size, Space, font
+from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control
 from ui.widgets.layouts import in_column, in_row, scroll_area
 from ui.widgets.naming import named
@@ -117,8 +117,14 @@ class CheckHistory(QWidget):
 
     def open(self) -> None:
         """Reload everything and select the named module."""
+        self._reload(("module", self._services.naming.module_id))
+
+    def retranslate(self) -> None:
+        self._reload(self.filter.currentData())
+
+    def _reload(self, chosen: object) -> None:
+        """Reload everything; `chosen`: the entry of the filter to select."""
         self.stations.refresh()
-        module_id = self._services.naming.module_id
         self.filter.clear()
         for one in self._services.naming.known:
             self.filter.addItem(tr("Module: {name}", name=one.name), ("module", one.id))
@@ -130,7 +136,7 @@ class CheckHistory(QWidget):
             except StoreTrouble as trouble:
                 self.count.setText(trouble.sentence)
         self.filter.addItem(tr("Unnamed"), ("module", None))
-        place = next((n for n in range(self.filter.count()) if self.filter.itemData(n) == ("module", module_id)), 0)
+        place = next((n for n in range(self.filter.count()) if self.filter.itemData(n) == chosen), 0)
         self.filter.setCurrentIndex(place)
         self.refresh_rows()
 
@@ -190,7 +196,6 @@ class CheckHistory(QWidget):
         table.setModel(self.model)
         list_rows(table, row_px=_ROW_PX)
         table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
-        table.setFont(font(Size.SMALL))
         columns = table.horizontalHeader()
         columns.setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
         modes = QHeaderView.ResizeMode

@@ -103,7 +103,8 @@ class PreflightPage(Page):
 
     def _retranslate(self) -> None:
         self.form.show_profile()
-        self.history.refresh_rows()
+        if self.history.filter.count():
+            self.history.retranslate()
         self.refresh()
 
     def _show_rows(self) -> None:

@@ -17,7 +17,7 @@ from PySide6.QtWidgets import QSizePolicy
 from ui.pages.preflight.controller import Standing
 from ui.style.painted_widget import PaintedWidget
 from ui.style.shapes import hatch, pen
-from ui.style.theme import Meaning, Size, Space, Theme, current, font
+from ui.style.theme import Meaning, Size, Space, Theme, current, font, scaled
 
 HEIGHT_PX: Final = 128
 WORD_PX: Final = 96
@@ -80,7 +80,7 @@ class VerdictBanner(PaintedWidget):
         shape = QRectF(Space.L, (self.height() - side) / 2, side, side)
         _paint_shape(painter, one.standing, shape, ink, QColor(self._ground(theme)))
         left = shape.right() + Space.L
-        word_font = self._word_font(self.width() - left - _MIN_TEXT_PX)
+        word_font = self._word_font(self.width() - left - scaled(_MIN_TEXT_PX))
         metrics = QFontMetricsF(word_font)
         width = metrics.horizontalAdvance(one.word)
         room = QRectF(left, 0, width + 2, self.height())

@@ -10,6 +10,7 @@ from pytestqt.qtbot import QtBot
 from app.records.record import as_text
 from app.records.verification import RecordState, verify_file
 from app.stations.station import fingerprint_of
+from app.text.i18n import CHINESE, ENGLISH, tr
 from tests.app.records.test_record import checked_record
 from tests.support.records.stations_made import station
 from tests.support.window.preflight_window import find_in, name_module, on_bench, said
@@ -97,6 +98,11 @@ def test_past_checks_and_what_they_measured(qtbot: QtBot, qapp: QApplication, tm
         box.setCurrentIndex(box.findText("Aircraft: H6-12"))
         box.activated.emit(box.currentIndex())
         assert len(history.checks) == 2
+        bench.assembly.language_switch.use(CHINESE)
+        assert box.currentText() == tr("Aircraft: {name}", name="H6-12") != "Aircraft: H6-12"
+        assert not history.stations.own.text().startswith("This station")
+        bench.assembly.language_switch.use(ENGLISH)
+        assert (box.currentText(), len(history.checks)) == ("Aircraft: H6-12", 2)
         qtbot.keyClick(page, Qt.Key.Key_Escape)
         assert page.buttons.isVisible()
 
