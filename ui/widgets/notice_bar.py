@@ -45,9 +45,9 @@ class Notice:
     dismiss: Callable[[], None] | None = None
 
 
-def notify(show: Callable[[Notice | None], None], meaning: Meaning, text: str) -> None:
-    """Shows a notice that its close button removes again; `show(None)` removes it."""
-    show(Notice(meaning, text, dismiss=lambda: show(None)))
+def notify(show: Callable[[Callable[[], Notice] | None], None], meaning: Meaning, text: Callable[[], str]) -> None:
+    """Shows a notice that its close button removes again; `show(None)` removes it. `text` is in the language in use."""
+    show(lambda: Notice(meaning, text(), dismiss=lambda: show(None)))
 
 
 class NoticeBar(Banner):

@@ -80,7 +80,7 @@ class Lines(QAbstractListModel):
 
 
 class BundlePreview(QWidget):
-    """Makes the bundle each time it is shown. `notified`: a `Notice`, or None to remove it."""
+    """Makes the bundle each time it is shown. `notified`: makes a `Notice`; None removes it."""
 
     notified = Signal(object)
 
@@ -155,13 +155,13 @@ class BundlePreview(QWidget):
         if path is None:
             return
         self._folder = path.parent
-        self.notified.emit(Notice(Meaning.INFORMATION, tr("Saving…")))
+        self.notified.emit(lambda: Notice(Meaning.INFORMATION, tr("Saving…")))
 
         def fail(error: Exception) -> None:
-            notify(self.notified.emit, Meaning.ATTENTION, not_saved_text(path, error))
+            notify(self.notified.emit, Meaning.ATTENTION, lambda: not_saved_text(path, error))
 
         def tell(_none: None) -> None:
-            notify(self.notified.emit, Meaning.GOOD, tr("Saved as {path}.", path=path))
+            notify(self.notified.emit, Meaning.GOOD, lambda: tr("Saved as {path}.", path=path))
 
         self._saving.run(lambda _running: bundle.write(path), tell, fail)
 
@@ -193,7 +193,7 @@ class BundlePreview(QWidget):
             self._where.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
 
     def _notify_failure(self, error: Exception) -> None:
-        notify(self.notified.emit, Meaning.ATTENTION, tr("That did not work: {why}.", why=error_text(error)))
+        notify(self.notified.emit, Meaning.ATTENTION, lambda: tr("That did not work: {why}.", why=error_text(error)))
 
     # Making
 

@@ -1,5 +1,6 @@
 """Saves traffic as a capture; opens captures by dialog or drop."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import datetime
 from functools import partial
@@ -66,7 +67,7 @@ def load_capture(path: Path, running: Running) -> Opened:
 
 
 class CaptureFiles(QWidget):
-    """Buttons to open and save captures. `opened`: an `Opened`. `notified`: a `Notice`, or None to remove it."""
+    """Buttons to open and save captures. `opened`: an `Opened`. `notified`: makes a `Notice`; None removes it."""
 
     opened = Signal(object)
     notified = Signal(object)
@@ -105,7 +106,7 @@ class CaptureFiles(QWidget):
         self._loading.run(
             partial(load_capture, path),
             self._show,
-            lambda error: notify(self.notified.emit, Meaning.ATTENTION, _refusal(path, error)),
+            lambda error: notify(self.notified.emit, Meaning.ATTENTION, lambda: _refusal(path, error)),
         )
         self._show_progress()
 
@@ -121,11 +122,12 @@ class CaptureFiles(QWidget):
         if path is None:
             return
         self._folder = path.parent
-        saved = (
-            tr("Saved to {path}. Rows: {rows}; older ones are gone.", rows=f"{len(entries):,}", path=path)
-            if self._buffer.has_dropped
-            else tr("Saved to {path}. Rows: {rows}.", rows=f"{len(entries):,}", path=path)
-        )
+        rows, has_dropped = f"{len(entries):,}", self._buffer.has_dropped
+
+        def saved_text() -> str:
+            if has_dropped:
+                return tr("Saved to {path}. Rows: {rows}; older ones are gone.", rows=rows, path=path)
+            return tr("Saved to {path}. Rows: {rows}.", rows=rows, path=path)
 
         def write(running: Running) -> None:
             parts, count = capture_parts(entries, header), capture_part_count(entries)
@@ -135,9 +137,9 @@ class CaptureFiles(QWidget):
             self.refresh()
             meaning = Meaning.INFORMATION if isinstance(error, ExportCancelled) else Meaning.ATTENTION
             if error is None:
-                notify(self.notified.emit, Meaning.GOOD, saved)
+                notify(self.notified.emit, Meaning.GOOD, saved_text)
             else:
-                notify(self.notified.emit, meaning, not_saved_text(path, error))
+                notify(self.notified.emit, meaning, lambda: not_saved_text(path, error))
 
         self._saving.run(write, lambda _none: end(), end)
         self.refresh()
@@ -150,17 +152,20 @@ class CaptureFiles(QWidget):
     def _show_progress(self) -> None:
         """Progress of reading, else of writing."""
         if self._loading.is_running:
-            share, cancel = self._loading.share or 0.0, self._cancel_loading
-            text = tr("{what}: {percent} %", what=self._opening, percent=round(share * 100))
+            percent, cancel = round((self._loading.share or 0.0) * 100), self._cancel_loading
         elif self._saving.is_running:
-            text, cancel = tr("Saving…"), self._saving.stop
+            percent, cancel = None, self._saving.stop
         else:
             return
-        self.notified.emit(Notice(Meaning.INFORMATION, text, (Choice("capture_cancel", tr("Cancel"), cancel),)))
+        self.notified.emit(partial(self._progress_notice, percent, cancel))
+
+    def _progress_notice(self, percent: int | None, cancel: Callable[[], None]) -> Notice:
+        text = tr("Saving…") if percent is None else tr("{what}: {percent} %", what=self._opening, percent=percent)
+        return Notice(Meaning.INFORMATION, text, (Choice("capture_cancel", tr("Cancel"), cancel),))
 
     def _show(self, opened: Opened) -> None:
         if not opened.rows:
-            notify(self.notified.emit, Meaning.ATTENTION, tr("{name} is empty.", name=opened.path.name))
+            notify(self.notified.emit, Meaning.ATTENTION, lambda: tr("{name} is empty.", name=opened.path.name))
             return
         self.notified.emit(None)
         self.opened.emit(opened)

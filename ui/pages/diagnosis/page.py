@@ -3,6 +3,7 @@
 While hidden it only collects frames, statistics and evidence.
 """
 
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -59,7 +60,7 @@ class DiagnosisPage(StreamPage):
         self.bundle = BundlePreview(services, self.live_figures, self.traffic_buffer, services.log)
         self.files = CaptureFiles(services, self.traffic_buffer)
         self.strip = named(NoticeBar(services.texts), "diagnosis_notice")
-        self._notice: Notice | None = None
+        self._make_notice: Callable[[], Notice] | None = None
         self.stack = named(QStackedWidget(), "diagnosis_views")
         for view in (self.why, self.traffic, self.figures, self.bundle):
             self.stack.addWidget(view)
@@ -76,7 +77,7 @@ class DiagnosisPage(StreamPage):
         Shortcut("capture_save_key", self, self.files.save, self.files.choose_and_save, keys=("Ctrl+S",))
         self.files.refresh()
         self.go_to("why")
-        VisibilityTimer(self, self._refresh_strip, retranslate=self._retranslate)
+        VisibilityTimer(self, self._refresh_strip)
 
     def on_batch(self, batch: Batch) -> None:
         """Collects a batch. The data of a playback is kept apart from the module's."""
@@ -148,20 +149,16 @@ class DiagnosisPage(StreamPage):
             said.append(tr("Line {line}: {what}", line=faults[0].line, what=tr(faults[0].text)))
         return said
 
-    def _show_notice(self, notice: Notice | None) -> None:
-        self._notice = notice
+    def _show_notice(self, make: Callable[[], Notice] | None) -> None:
+        self._make_notice = make
         self._refresh_strip()
 
-    def _retranslate(self) -> None:
-        self._show_notice(None)  # its text stays in the former language
-
     def _refresh_strip(self) -> None:
-        if self._notice is not None:
-            self.strip.show_notice(self._notice)
-        elif self.opened is not None:
-            self.strip.show_notice(self._capture_notice(self.opened))
+        opened = self.opened
+        if self._make_notice is not None:
+            self.strip.show_notice(self._make_notice)
         else:
-            self.strip.show_notice(None)
+            self.strip.show_notice(None if opened is None else partial(self._capture_notice, opened))
 
     # Making
 

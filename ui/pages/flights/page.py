@@ -1,6 +1,6 @@
 """Flight logs page: which thresholds would have fired in which flights. It never sends anything to a module."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -58,7 +58,7 @@ class FlightsPage(Page):
         self.ask_files: AskMany = ask_flight_logs
         self.ask_folder: AskMany = ask_folder
         self._folder = Path.home()
-        self._last_notice: Notice | None = None
+        self._make_notice: Callable[[], Notice] | None = None
         self._ended: LoadEnded | None = None
         texts = services.texts
         self.fired_only = control(QCheckBox(), texts, "flights_fired_only", "Only fired")
@@ -98,7 +98,7 @@ class FlightsPage(Page):
         if not paths:
             return
         self._folder = paths[0].parent
-        self._last_notice = self._ended = None
+        self._make_notice = self._ended = None
         self.work.open(paths, columns)
         self.refresh()
 
@@ -135,7 +135,7 @@ class FlightsPage(Page):
             first.table.selectRow(0)
 
     def _dismiss(self) -> None:
-        self._last_notice = self._ended = None
+        self._make_notice = self._ended = None
         self._refresh_notice()
 
     # Showing
@@ -177,8 +177,8 @@ class FlightsPage(Page):
             return Notice(Meaning.INFORMATION, text, (Choice("cancel_flights", tr("Cancel"), self._cancel),))
         if self._stack.currentWidget() is self.form:
             return None  # which it leads to
-        if self._last_notice is not None:
-            return self._last_notice
+        if self._make_notice is not None:
+            return self._make_notice()
         return None if self._ended is None else self._ended_notice(self._ended)
 
     def _ended_notice(self, ended: LoadEnded) -> Notice | None:
@@ -202,8 +202,8 @@ class FlightsPage(Page):
         )  # fmt: skip
         return Notice(Meaning.ATTENTION, text, choices, dismiss=self._dismiss)
 
-    def _show_notice(self, notice: Notice | None) -> None:
-        self._last_notice = notice
+    def _show_notice(self, make: Callable[[], Notice] | None) -> None:
+        self._make_notice = make
         self._refresh_notice()
 
     def _show_overview(self) -> None:
@@ -231,7 +231,7 @@ class FlightsPage(Page):
         self.refresh()
 
     def _retranslate(self) -> None:
-        self._last_notice = None
+        self._make_notice = None
         for one in self.lists.of.values():
             one.model.retranslate()
             one.table.measure()
@@ -297,7 +297,7 @@ class FlightsPage(Page):
             self._show_overview()
         elif self.work.loading.is_running:
             self._cancel()
-        elif self._last_notice is not None or self._ended is not None:
+        elif self._make_notice is not None or self._ended is not None:
             self._dismiss()
         elif self.fired_only.isChecked():
             self.fired_only.setChecked(False)

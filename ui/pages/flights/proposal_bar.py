@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QFrame, QPushButton
 from app.settings.profile_file import ProfileRefused, read_profile, save_profile
 from app.settings.profiles import Profile
 from app.text.i18n import tr
-from app.text.sentences import error_text
+from app.text.sentences import error_text, join_sentences
 from ui.files.file_dialogs import AskOpen, AskPath, ask_path, ask_profile
 from ui.pages.flights.controller import FlightsWork
 from ui.pages.flights.texts import proposal_text
@@ -94,25 +94,32 @@ class ProposalBar(QFrame):
         try:
             profile = read_profile(path)
         except ProfileRefused as refusal:
-            notify(self.notified.emit, Meaning.ATTENTION, tr("{file}: {why}", file=path.name, why=refusal.sentences[0]))
+            reason = refusal.sentences[0]
+            notify(self.notified.emit, Meaning.ATTENTION, lambda: tr("{file}: {why}", file=path.name, why=reason))
             return
         settings = {**profile.settings, **self._work.settings()}
         loses_approval = profile.approved_fingerprint is not None and settings != dict(profile.settings)
         approved = None if loses_approval else profile.approved_fingerprint
         target = self.ask_save(self, tr("Add to a profile…"), path, _kinds())
         if target is not None:
-            note = tr("Its approved fingerprint was removed.") if loses_approval else ""
-            self._write(target, replace(profile, settings=settings, approved_fingerprint=approved), note)
+            changed = replace(profile, settings=settings, approved_fingerprint=approved)
+            self._write(target, changed, loses_approval=loses_approval)
 
-    def _write(self, path: Path, profile: Profile, note: str = "") -> None:
+    def _write(self, path: Path, profile: Profile, *, loses_approval: bool = False) -> None:
         try:
             save_profile(path, profile)
         except (OSError, ProfileRefused) as error:
             why = error.sentences[0] if isinstance(error, ProfileRefused) else error_text(error)
-            notify(self.notified.emit, Meaning.DANGER, tr("{file} cannot be written: {why}.", file=path, why=why))
+            notify(self.notified.emit, Meaning.DANGER,
+                   lambda: tr("{file} cannot be written: {why}.", file=path, why=why))  # fmt: skip
             return
         self._remembered.add_profile(path)
-        notify(self.notified.emit, Meaning.GOOD, f"{tr('Saved as {path}.', path=path)} {note}".strip())
+
+        def saved_text() -> str:
+            note = tr("Its approved fingerprint was removed.") if loses_approval else ""
+            return join_sentences([tr("Saved as {path}.", path=path), note])
+
+        notify(self.notified.emit, Meaning.GOOD, saved_text)
 
     def _folder(self) -> Path:
         recent = self._remembered.recent_profiles

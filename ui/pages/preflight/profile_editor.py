@@ -203,8 +203,8 @@ class ProfileEditor(QWidget):
             save_profile(path, replace(profile, name=profile.name or path.stem))
         except (OSError, ProfileRefused) as error:
             why = error_text(error) if isinstance(error, OSError) else " ".join(error.sentences)
-            text = tr("{path} was not saved: {why}.", path=path, why=why)
-            notify(self.strip.show_notice, Meaning.DANGER, text)
+            notify(self.strip.show_notice, Meaning.DANGER,
+                   lambda: tr("{path} was not saved: {why}.", path=path, why=why))  # fmt: skip
             return
         self.saved.emit(path)
 
