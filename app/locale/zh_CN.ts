@@ -1894,6 +1894,10 @@
         <translation>测量光线阈值</translation>
     </message>
     <message>
+        <source>Measure which side of {limit:.1f} V means open, with the bay closed and open.</source>
+        <translation>请分别在伞仓关闭和打开时测量，确认 {limit:.1f} V 的哪一侧表示打开。</translation>
+    </message>
+    <message>
         <source>Measured</source>
         <translation>实测</translation>
     </message>
@@ -3812,10 +3816,6 @@
     <message>
         <source>The module was switched off.</source>
         <translation>模块已关机。</translation>
-    </message>
-    <message>
-        <source>The parachute counts as gone beyond {limit:.1f} V; measure which way, bay closed and open.</source>
-        <translation>光线越过 {limit:.1f} V 即判定降落伞已出仓；方向请在伞仓关闭和打开时测量。</translation>
     </message>
     <message>
         <source>The port has only a name, which may be another adapter's by now: connect again by hand.</source>

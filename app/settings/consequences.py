@@ -110,7 +110,7 @@ def _time(value: Value) -> Consequence:
 
 
 def _light(value: Value) -> Consequence:
-    text = marked("The parachute counts as gone beyond {limit:.1f} V; measure which way, bay closed and open.")
+    text = marked("Measure which side of {limit:.1f} V means open, with the bay closed and open.")
     return Consequence(message(text, limit=float(value)))
 
 

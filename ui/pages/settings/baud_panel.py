@@ -38,8 +38,8 @@ class BaudPanel(QFrame):
         self._job = RunningJob(services.connector, self)
         self._module = SameModule(services.connector)
         texts = services.texts
-        self._title = control(QLabel(), texts, "baud_title", BAUD_RATE.title)
-        self._title.setWordWrap(True)
+        self.title = control(QLabel(), texts, "baud_title", BAUD_RATE.title)
+        self.title.setWordWrap(True)
         self._warning = text_label("baud_warning", "small")
         self.conditions = text_label("baud_conditions", "attention")
         self._message = QStackedLayout()  # the height stays the same whatever it shows
@@ -106,7 +106,7 @@ class BaudPanel(QFrame):
     def _lay_out(self) -> None:
         for one in (self._warning, self.conditions, self.said):
             self._message.addWidget(one)
-        cells = aligned_cells(self._title, self.stands, self.editor, QWidget())[:3]
+        cells = aligned_cells(self.title, self.stands, self.editor, QWidget())[:3]
         row = in_row(*cells, 1, spacing=CELL_GAP)
         below = in_row((self._message, 1), self.confirm, spacing=CELL_GAP)
         in_column(row, below, of=self, spacing=0, margins=(Space.S + 2, Space.XS, Space.S, Space.XS))

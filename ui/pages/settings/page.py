@@ -34,12 +34,12 @@ from ui.pages.settings.controller import SettingsController
 from ui.pages.settings.fingerprint_view import FingerprintView
 from ui.pages.settings.profile_compare import ProfileCompare
 from ui.pages.settings.profile_files import SUFFIX, ProfileFiles
-from ui.pages.settings.row import CELL_GAP, MARGINS, NAME_PX, STATE_PX, WRONG, SettingsRow
+from ui.pages.settings.row import CELL_GAP, MARGINS, NAME_PX, STATE_PX, WIDE_NAME_PX, WIDE_VALUE_PX, WRONG, SettingsRow
 from ui.pages.settings.setting_pane import SettingPane
 from ui.services.context import Services
 from ui.services.page import Page
 from ui.style.icons import Icon
-from ui.style.theme import Meaning, Space
+from ui.style.theme import Meaning, Space, scaled
 from ui.widgets.controls import Shortcut, control
 from ui.widgets.layouts import FlowRow, in_column, in_row, scroll_area
 from ui.widgets.naming import named
@@ -53,7 +53,7 @@ SIDE_FROM_PX: Final = 872
 _SIDE_PX: Final = (154, 300)
 """Minimum and maximum width of the pane beside the table."""
 _TABLE_PX: Final = 722
-_BELOW_PX: Final = 84
+_BELOW_PX: Final = 60
 _SERIAL: Final = "serial_output"
 _LIGHT: Final = BY_NAME["light_threshold"].key
 _UNBOUNDED: Final = 16_777_215
@@ -267,7 +267,7 @@ class SettingsPage(Page):
         rows: list[QWidget] = []
         for number, (english, members) in enumerate(groups):
             caption = control(QLabel(), texts, f"settings_group_{number}", english, role="caption")
-            caption.setContentsMargins(Space.S, 2, 0, 2)
+            caption.setContentsMargins(Space.S + 3, 2, 0, 2)
             rows += [caption, *members]
         content = named(QWidget(), "settings_content")
         in_column(*rows, self.baud, 1, of=content, spacing=0, margins=0)
@@ -299,6 +299,7 @@ class SettingsPage(Page):
             label = control(QLabel(), texts, f"settings_head_{number}", english, role="caption")
             label.setFixedWidth(width)
             labels.append(label)
+        self._name_head, self._value_head = labels[:2]
         left, _top, right, _bottom = MARGINS
         in_row(*labels, 1, of=heads, spacing=CELL_GAP, margins=(left + 3, Space.XS, right, Space.XS))
         return heads
@@ -317,7 +318,12 @@ class SettingsPage(Page):
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Puts the pane beside the table, or below it."""
         super().resizeEvent(event)
-        is_beside = self.width() >= SIDE_FROM_PX
+        is_beside = self.width() >= scaled(SIDE_FROM_PX)
+        self.pane.heading.setVisible(is_beside)
+        for name in (self._name_head, self.baud.title, *(row.name for row in self.rows.values())):
+            name.setFixedWidth(NAME_PX if is_beside else WIDE_NAME_PX)
+        for value in (self._value_head, self.baud.stands, *(row.stands for row in self.rows.values())):
+            value.setFixedWidth(VALUE_PX if is_beside else WIDE_VALUE_PX)
         self._body.setDirection(QBoxLayout.Direction.LeftToRight if is_beside else QBoxLayout.Direction.TopToBottom)
         least, most = _SIDE_PX
         side_px = min(most, max(least, self.width() - 2 * Space.M - Space.S - _TABLE_PX))

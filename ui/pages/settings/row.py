@@ -29,6 +29,9 @@ from ui.widgets.sliders import WheelGuard
 
 ROW_PX: Final = 44
 NAME_PX: Final = 180
+WIDE_NAME_PX: Final = 212
+WIDE_VALUE_PX: Final = 136
+"""These where the pane is not beside the table."""
 STATE_PX: Final = 128
 BESIDE_PX: Final = 34
 """Width of an icon button beside an editor."""
@@ -75,13 +78,13 @@ class SettingsRow(QFrame):
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
         self.command = command
         self.row: FormRow | None = None
-        self._name = control(QLabel(), texts, f"{command.name}_name", command.title)
-        self._name.setWordWrap(True)
+        self.name = control(QLabel(), texts, f"{command.name}_name", command.title)
+        self.name.setWordWrap(True)
         self.stands = ValueLabel(command)
         self.editor: FieldEditor = make_editor(command, texts, guard)
         self.state = named(StateChip("", size=Size.SMALL), f"{command.name}_state")
         self.reason = named(ElidedLabel(), f"{command.name}_reason", "small")
-        self._name.setBuddy(self.editor)
+        self.name.setBuddy(self.editor)
         texts.bind(self._set_whats_this, command.explanation)
         key = command.key
         self.editor.typed.connect(lambda text: self.typed.emit(key, text))
@@ -89,7 +92,7 @@ class SettingsRow(QFrame):
         self.editor.left.connect(self.left)
         if isinstance(self.editor, FlagEditor):
             self.editor.cancelled.connect(lambda: self.cancelled.emit(key))
-        in_row(*aligned_cells(self._name, self.stands, self.editor, self.state), (self.reason, 1),
+        in_row(*aligned_cells(self.name, self.stands, self.editor, self.state), (self.reason, 1),
                of=self, spacing=CELL_GAP, margins=MARGINS)  # fmt: skip
 
     def show_row(self, row: FormRow, now: float, *, is_editable: bool, is_chosen: bool) -> None:

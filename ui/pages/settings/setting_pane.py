@@ -25,10 +25,13 @@ class SettingPane(QFrame):
         self.meaning = text_label("setting_meaning")
         self.reason = text_label("setting_reason", "small")
         self.advice = text_label("setting_advice", "small")
+        self.heading = named(QWidget(), "setting_heading")
+        """Below the table the chosen row is heading enough."""
+        in_column(self.title, self.term, of=self.heading, spacing=0, margins=0)
         content = named(QWidget(), "setting_content")
         in_column(
-            in_column(self.title, self.term, spacing=0), self.reason, self.meaning, self.what, self.advice, 1,
-            of=content, spacing=Space.S, margins=(Space.M, Space.S),
+            self.heading, self.reason, self.meaning, self.what, self.advice, 1,
+            of=content, spacing=Space.XS, margins=(Space.M, Space.XS),
         )  # fmt: skip
         scroll = scroll_area(content, texts, "setting_scroll", "Parameter", is_transparent=True)
         in_column(scroll, of=self, margins=1)

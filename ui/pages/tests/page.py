@@ -295,11 +295,12 @@ class TestsPage(Page):
         in_column(header, (body, 1), of=self, spacing=0, margins=(Space.M, 0, Space.M, Space.S))
 
     def _make_step_area(self) -> None:
-        """Picture, steps and instruction, and below them the part for the stage."""
+        """What the stage needs, first of all what makes it safe; below it picture, steps and instruction."""
         self._safety_mark = IconLabel("tests_safety_mark", 20)
         self._ready = named(QFrame(), "tests_ready", "card")
-        words = in_column(self.safety, self.made_safe)
-        in_row((self._safety_mark, Qt.AlignmentFlag.AlignTop), (words, 1), of=self._ready, spacing=Space.S)
+        words = in_column(self.safety, self.made_safe, spacing=Space.S, margins=0)
+        in_row((self._safety_mark, Qt.AlignmentFlag.AlignTop), (words, 1), of=self._ready, spacing=Space.S,
+               margins=Space.M)  # fmt: skip
         self._act_corner = named(QFrame(), "tests_act", "danger-corner")
         in_column(*self.acts.values(), of=self._act_corner, margins=2)
         self._region = QStackedLayout()
@@ -307,4 +308,4 @@ class TestsPage(Page):
             self._region.addWidget(one)
         top = in_row((self.picture, Qt.AlignmentFlag.AlignTop), (self.steps, 1), spacing=Space.L)
         self._doing = named(QWidget(), "tests_doing")
-        in_column(top, self.instruction, self._region, 1, of=self._doing, spacing=Space.M, margins=0)
+        in_column(self._region, top, self.instruction, 1, of=self._doing, spacing=Space.M, margins=0)
