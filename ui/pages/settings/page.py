@@ -50,6 +50,8 @@ from ui.widgets.visibility_timer import VisibilityTimer
 REFRESH_EVERY_MS: Final = 250
 SIDE_FROM_PX: Final = 872
 """Narrower than this, the pane lies below the table."""
+_WIDE_FROM_PX: Final = 840
+"""With the pane below, the names have more room from this width on."""
 _SIDE_PX: Final = (154, 300)
 """Minimum and maximum width of the pane beside the table."""
 _TABLE_PX: Final = 722
@@ -319,11 +321,12 @@ class SettingsPage(Page):
         """Puts the pane beside the table, or below it."""
         super().resizeEvent(event)
         is_beside = self.width() >= scaled(SIDE_FROM_PX)
+        is_wide = not is_beside and self.width() >= _WIDE_FROM_PX
         self.pane.heading.setVisible(is_beside)
         for name in (self._name_head, self.baud.title, *(row.name for row in self.rows.values())):
-            name.setFixedWidth(NAME_PX if is_beside else WIDE_NAME_PX)
+            name.setFixedWidth(WIDE_NAME_PX if is_wide else NAME_PX)
         for value in (self._value_head, self.baud.stands, *(row.stands for row in self.rows.values())):
-            value.setFixedWidth(VALUE_PX if is_beside else WIDE_VALUE_PX)
+            value.setFixedWidth(WIDE_VALUE_PX if is_wide else VALUE_PX)
         self._body.setDirection(QBoxLayout.Direction.LeftToRight if is_beside else QBoxLayout.Direction.TopToBottom)
         least, most = _SIDE_PX
         side_px = min(most, max(least, self.width() - 2 * Space.M - Space.S - _TABLE_PX))

@@ -31,7 +31,7 @@ ROW_PX: Final = 44
 NAME_PX: Final = 180
 WIDE_NAME_PX: Final = 212
 WIDE_VALUE_PX: Final = 136
-"""These where the pane is not beside the table."""
+"""Where the pane leaves the table room for them."""
 STATE_PX: Final = 128
 BESIDE_PX: Final = 34
 """Width of an icon button beside an editor."""
