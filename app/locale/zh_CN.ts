@@ -4870,8 +4870,8 @@
         <translation>检查项重复：{checks}</translation>
     </message>
     <message>
-        <source>each [[manual]] needs a text.</source>
-        <translation>每个 [[manual]] 都需要文本。</translation>
+        <source>each manual check needs a text.</source>
+        <translation>每个人工检查项都需要文本。</translation>
     </message>
     <message>
         <source>echo</source>

@@ -265,13 +265,13 @@ class _Reader:
         for place, item in enumerate(items):
             path = ("manual", str(place))
             if not isinstance(item, dict):
-                self._refuse(path, marked("each [[manual]] needs a text."))
+                self._refuse(path, marked("each manual check needs a text."))
                 continue
             for key in item.keys() - {"text", "required"}:
                 self._refuse_unknown(*path, key)
             text = self._text(item, "text", MAX_NAME_LENGTH, under=path)
             if isinstance(item.get("text", ""), str) and not text.strip():
-                self._refuse(path, marked("each [[manual]] needs a text."))
+                self._refuse(path, marked("each manual check needs a text."))
             yield ManualLine(text, self._flag(item, (*path, "required")))
 
     def _refuse_unknown(self, *path: str) -> None:

@@ -83,8 +83,11 @@ class RitualWidget(QFrame):
         self._effect = text_label("ritual_effect", "small")
         self.conditions = text_label("ritual_conditions", "attention")
         # Stacked, so that a notice never changes the height of the panel.
-        self._reasons, self._place = QStackedLayout(), QStackedLayout()
+        self._reasons, self._head = QStackedLayout(), QStackedLayout()
+        self._words = named(QWidget(), "ritual_words")
         self.step = text_label("ritual_step", "strong")
+        self.step.setWordWrap(False)
+        self.step.setMinimumHeight(_MARK_PX)
         self.marks = (
             StepMark("ritual_step_choose", texts, 1, marked("Choose")),
             StepMark("ritual_step_arm", texts, 2, marked("Arm")),
@@ -143,7 +146,7 @@ class RitualWidget(QFrame):
         self.arm.setEnabled(self.ritual.stage is Stage.CHOSEN and (self.ritual.is_rehearsal or not found))
         notice = self._job.notice(ASKING, can_cancel=False)
         self.said.show_notice(notice)
-        self._place.setCurrentWidget(self.step if notice is None else self.said)
+        self._head.setCurrentWidget(self._words if notice is None else self.said)
 
     def disarm(self, why: Input) -> None:
         """Disarm; nothing is sent."""
@@ -322,18 +325,22 @@ class RitualWidget(QFrame):
         self.disarm(Input.WINDOW_LEFT)
 
     def _lay_out(self) -> None:
-        for stack, widgets in ((self._reasons, (self._effect, self.conditions)), (self._place, (self.step, self.said))):
+        for stack, widgets in (
+            (self._reasons, (self._effect, self.conditions)),
+            (self._head, (self._words, self.said)),
+        ):
             for one in widgets:
                 stack.addWidget(one)
         self.said.setMinimumHeight(_NOTICE_PX)
-        head = in_row(self._title, (self._reasons, 1), spacing=Space.M)
+        in_row(self._title, (self._reasons, 1), of=self._words, spacing=Space.M, margins=0)
+        step = in_row(self.step, (self.countdown, 1), spacing=Space.M)
         # The number of each step above its buttons; Cancel in the corner that a hand reaches first.
         row = FlowRow(spacing_px=Space.XL)
         starts = in_row(self.rehearse, self.choose, spacing=Space.S)
         for mark, buttons in zip(self.marks, (starts, in_row(self.arm), in_row(self.hold)), strict=True):
             row.add(_column(mark, buttons))
         row.add_right(_column(QWidget(), in_row(self.cancel)))
-        in_column(head, self._place, self.countdown, row, of=self, spacing=Space.XS, margins=(Space.M, Space.S))
+        in_column(self._head, step, row, of=self, spacing=Space.XS, margins=(Space.M, Space.S))
         # Cancel has the focus at every step: one Tab leads to the next one.
         for first, second in pairwise((self.rehearse, self.choose, self.cancel, self.arm, self.hold)):
             self.setTabOrder(first, second)

@@ -16,7 +16,7 @@ from ui.pages.fleet.group_jobs import GroupProfile
 from ui.pages.fleet.members import FleetMembers
 from ui.services.context import Services
 from ui.style.icons import MEANING_ICONS, icon
-from ui.style.theme import Meaning, Space, current, scaled
+from ui.style.theme import Meaning, Space, Theme, current, scaled
 from ui.widgets.controls import control
 from ui.widgets.labels import text_label
 from ui.widgets.layouts import FlowRow, in_column
@@ -53,6 +53,8 @@ class ProfilePanel(QWidget):
         self.close_button = control(QPushButton(), texts, "fleet_profile_close", "Back", slot=self.closed)
         self.write = control(StepButton(), texts, "fleet_profile_write", "Write", role="primary",
                              slot=self._apply)  # fmt: skip
+        self._shown: dict[tuple[int, int], tuple[str, Meaning | None, Theme]] = {}
+        """What each cell shows, by row and column, in which theme."""
         self.table = control(
             QTableWidget(),
             texts,
@@ -106,10 +108,11 @@ class ProfilePanel(QWidget):
             item = QTableWidgetItem()
             item.setFlags(Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable)
             self.table.setItem(row, place, item)
-        if item.text() != text or item.data(Qt.ItemDataRole.UserRole) != meaning:
+        shown = (text, meaning, current())
+        if self._shown.get((row, place)) != shown:
+            self._shown[row, place] = shown
             item.setText(text)
             item.setToolTip(text)
-            item.setData(Qt.ItemDataRole.UserRole, meaning)
             item.setForeground(current().ink(meaning) if meaning is not None else QColor(current().text))
             item.setIcon(QIcon() if meaning is None else icon(MEANING_ICONS[meaning]))
 

@@ -105,7 +105,8 @@ class CheckRow(QFrame):
         word = tr(RESULT_WORDS[finding.result])
         # A void result can still be read, but is dimmed and marked as void.
         self.chip.show_state(word, look.icon, look.meaning, stale_age=tr("void") if is_void else "")
-        self.chip.reserve([tr(one) for one in RESULT_WORDS.values()])  # the columns of all rows align
+        after = f" · {tr('void')}" if is_void else ""
+        self.chip.reserve([f"{tr(one)}{after}" for one in RESULT_WORDS.values()])  # the columns of all rows align
         self.chip.setMinimumWidth(max(CHIP_PX, self.chip.sizeHint().width()))
         self.measured.setText(finding.shown.translated())
         self.limit.setText(finding.limit.translated())

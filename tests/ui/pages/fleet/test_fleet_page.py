@@ -263,6 +263,20 @@ def test_a_group_act_sends_questions_and_settings_only_where_it_may(desk: Desk) 
     assert states == [Applied.UNREACHABLE, Applied.FAILED, Applied.WRITING]
 
 
+def test_the_cells_of_a_profile_follow_the_theme(desk: Desk) -> None:
+    desk.plug_in(1)
+    desk.page.profile.open(Profile(name="Show", settings={"attitude_threshold_deg": 70}))
+    desk.settle()
+    inks = []
+    for theme in (Choice.LIGHT, Choice.DARK):
+        desk.page._services.appearance.choose(theme)
+        desk.page.refresh()
+        item = desk.page.panel.table.item(0, 0)
+        assert item is not None
+        inks.append(item.foreground().color().lightness())
+    assert inks[0] < 100 < 180 < inks[1]
+
+
 def test_the_last_card_that_is_disconnected_leaves_its_port_and_another_takes_the_place(desk: Desk) -> None:
     desk.plug_in(2)
     (first, _), (second, worker) = desk.modules
