@@ -93,8 +93,8 @@ def test_the_desktops_libraries_stay_the_systems(made: dict[str, ModuleType]) ->
     xcb = contents.Entry("libxcb-cursor.so.0", "/usr/lib/x86_64-linux-gnu/libxcb-cursor.so.0", "BINARY")
     dangling = contents.Entry("libxcb-cursor.so", "libxcb-cursor.so.0", "SYMLINK")
     ssl = contents.Entry("libssl.so.3", "/lib/x86_64-linux-gnu/libssl.so.3", "BINARY")
-    assert contents.sifted([xcb, ssl, dangling, link, qt], is_linux=True) == [qt, link, ssl]
-    assert contents.sifted([xcb, ssl], is_linux=False) == [ssl, xcb]
+    assert contents.without_unneeded([xcb, ssl, dangling, link, qt], is_linux=True) == [qt, link, ssl]
+    assert contents.without_unneeded([xcb, ssl], is_linux=False) == [ssl, xcb]
 
 
 def test_all_modules_and_files_of_the_program_are_named(made: dict[str, ModuleType]) -> None:
@@ -272,7 +272,7 @@ def test_a_run_path_of_the_machine_becomes_the_librarys_folder(made: dict[str, M
 
 
 def test_the_manual_escapes_troff_requests(made: dict[str, ModuleType]) -> None:
-    assert made["linux.man_page"]._as_it_stands("a-b\n.x\n'y\n\\n") == [".nf", "a\\-b", "\\&.x", "\\&'y", "\\en", ".fi"]
+    assert made["linux.man_page"]._preformatted("a-b\n.x\n'y\n\\n") == [".nf", "a\\-b", "\\&.x", "\\&'y", "\\en", ".fi"]
 
 
 # Releases.

@@ -24,7 +24,7 @@ def test_every_suite_has_tests(suites: ModuleType) -> None:
 
 
 def test_every_exception_is_a_test_and_has_a_reason(suites: ModuleType) -> None:
-    for name, reason in suites.CANNOT_BE_TOLD.items():
+    for name, reason in suites.NOT_JUDGED.items():
         path, _, function = name.partition("::")
         tree = ast.parse((ROOT / path).read_text(encoding="utf-8"))
         assert function in {node.name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)}, name
