@@ -137,6 +137,7 @@ class RitualWidget(QFrame):
         found = open_conditions(self._services, Act.DEPLOY)
         self.conditions.setText(join_sentences(one.sentence for one in found))
         is_rehearsal = self.is_under_way and self.ritual.is_rehearsal
+        self._effect.setText(tr("Nothing is sent.") if is_rehearsal else tr(EFFECTS[Act.DEPLOY]))
         self._reasons.setCurrentWidget(self.conditions if found and not is_rehearsal else self._effect)
         is_free = not self.is_under_way and not self._job.is_running
         # An old status does not disable the button: the engine asks for a new one before it decides.
@@ -288,7 +289,6 @@ class RitualWidget(QFrame):
         set_role(self, "rehearsal" if is_rehearsal else "danger-corner")
         set_role(self.hold, "" if is_rehearsal else "danger")
         set_role(self.arm, "" if is_rehearsal else "danger")
-        self._effect.setText(tr("Nothing is sent.") if is_rehearsal else tr(EFFECTS[Act.DEPLOY]))
         due = {Stage.CHOSEN: 1, Stage.ARMED: 2, Stage.HOLDING: 2}.get(stage, 0)
         meaning = Meaning.INFORMATION if is_rehearsal else Meaning.DANGER
         for number, mark in enumerate(self.marks):

@@ -8,14 +8,15 @@ import pytest
 from PySide6.QtCore import QPoint, QRect, Qt
 from PySide6.QtWidgets import (
     QApplication,
+    QLabel,
     QPushButton,
     QScrollArea,
     QWidget,
 )
 
-from app.safety.acts import Act
+from app.safety.acts import EFFECTS, Act
 from app.safety.ritual import Stage
-from app.text.i18n import CHINESE, ENGLISH, PSEUDO
+from app.text.i18n import CHINESE, ENGLISH, PSEUDO, tr
 from tests.gestures.gesture_bench import GestureBench, gesture_bench
 from tests.gestures.gesture_table import ACTS, first_button, go_to
 from ui.core.texts import Texts
@@ -126,6 +127,17 @@ def test_the_state_is_said_as_ready_to_fire_and_a_rehearsal_looks_like_one(bench
     ]  # fmt: skip
     go_to(bench, ACTS[0])
     assert page.meaning.text() == "In standby."
+
+
+def test_what_deploying_does_follows_the_language(bench: GestureBench) -> None:
+    go_to(bench, ACTS[-2])
+    effect = bench.window.findChild(QLabel, "ritual_effect")
+    assert effect is not None
+    assert effect.isVisible()
+    assert effect.text() == "Fires the parachute."
+    bench.assembly.language_switch.use(CHINESE)
+    bench.refresh()
+    assert effect.text() == tr(EFFECTS[Act.DEPLOY]) != "Fires the parachute."
 
 
 def test_a_question_that_nobody_answers_leaves_nothing_dead(bench: GestureBench) -> None:
