@@ -20,6 +20,7 @@ from tests.support.records.kept_settings import kept_settings
 from tests.support.window import walk
 from tests.support.window.settings_bench import choose, desk, notice, reason, state, type_into, write
 from tests.support.window.steps import let_lay_out, notice_text
+from ui.pages.settings.row import NAME_PX, WIDE_NAME_PX
 from ui.style.theme import Meaning
 from ui.widgets.step_button import is_in_sight
 
@@ -342,6 +343,19 @@ def test_the_table_is_dense_and_its_rows_never_move(
         write(one)
         one.until(lambda: page.strip.notice is not None)
         assert places() == before
+
+
+def test_wide_columns_never_make_a_narrow_window_scroll_sideways(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    """Otherwise the next page begins too wide, with Cancel of the deploy panel out of sight."""
+    with desk(qtbot, qapp, tmp_path) as one:
+        main, name = one.assembly.window, one.settings.rows[TILT].name
+        for width, name_px in ((940, WIDE_NAME_PX), (790, NAME_PX)):
+            main.resize(width, 600)
+            let_lay_out()
+            assert main.area.horizontalScrollBar().maximum() == 0, width
+            assert name.width() == name_px
 
 
 def test_a_profile_has_room_where_the_form_has(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
