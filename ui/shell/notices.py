@@ -25,7 +25,7 @@ def link_notice(
     if state.is_fine:
         return None
     said = link_text(state, now)
-    parts = [said.what, said.next_step]
+    parts = ["" if said.what == said.word else said.what, said.next_step]  # the top bar has the word
     if was_active and state.phase in (Phase.LATE, Phase.OFFLINE, Phase.LOST, Phase.FAILED):
         parts.insert(0, tr("Last heard ACTIVE: treat it as ready to fire."))
     steps: tuple[NextStep, ...] = () if said.step is None else (said.step,)

@@ -5,7 +5,7 @@ from typing import Final
 
 from PySide6.QtWidgets import QFrame, QPushButton, QWidget
 
-from app.safety.acts import EFFECTS, TITLES, Act
+from app.safety.acts import TITLES, Act
 from app.safety.last_known import Activation
 from app.text.i18n import tr
 from protocol.translatable import marked
@@ -91,10 +91,9 @@ class CommandsPage(Page):
         state = FlowRow(spacing_px=Space.M)
         state.add(self.activation, self.trigger, self.meaning)
         safe = named(QFrame(), "commands_safe", "card")
-        title, effect = text_label("commands_lock_title", "strong"), text_label("commands_lock_effect", "small")
+        title = text_label("commands_lock_title", "strong")
         texts.bind(title.setText, TITLES[Act.LOCK])
-        texts.bind(effect.setText, EFFECTS[Act.LOCK])
-        words = in_column(title, effect, self.said, spacing=2)
+        words = in_column(title, self.said, spacing=2)
         in_row((words, 1), self.lock, of=safe, spacing=Space.L, margins=(Space.M, Space.XS))
         groups = (
             (marked("Make safe"), safe),
