@@ -6362,10 +6362,6 @@
         <translation>{text}（不可信）</translation>
     </message>
     <message>
-        <source>{text} ({note})</source>
-        <translation>{text}（{note}）</translation>
-    </message>
-    <message>
         <source>{text} · conflicts: {count}</source>
         <translation>{text} · 待确认：{count}</translation>
     </message>

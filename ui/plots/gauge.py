@@ -13,6 +13,7 @@ from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPainterPath, QPaintE
 from PySide6.QtWidgets import QSizePolicy
 
 from app.text.i18n import tr
+from app.text.sentences import in_brackets
 from ui.plots.aircraft import ARM, draw_aircraft, stroke_px
 from ui.style.painted_widget import Freshness, PaintedWidget
 from ui.style.shapes import cleared_word, hatch, pen
@@ -79,7 +80,7 @@ class TiltGauge(PaintedWidget):
         if self._fire_deg is not None:
             name += f", {tr('{value}° fires', value=f'{self._fire_deg:g}')}"
             if self._is_limit_stale:
-                name = tr("{text} ({note})", text=name, note=tr("stale"))
+                name += in_brackets(tr("stale"))
         self.announce(name, name=tr("Tilt"))
         self.setToolTip(name)
 

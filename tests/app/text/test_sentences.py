@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import pytest
 
 from app.text.i18n import CHINESE, ENGLISH, set_language
+from app.text.messages import UserMessage, joined
 from app.text.sentences import capitalised, join_names, join_sentences
 
 
@@ -28,3 +29,13 @@ def test_names_are_joined_with_the_comma_of_the_language() -> None:
 def test_the_first_letter_becomes_a_capital() -> None:
     assert capitalised("advised: 55° or more.") == "Advised: 55° or more."
     assert capitalised("") == ""
+
+
+def test_joined_messages_have_the_comma_of_the_language_that_they_are_read_in() -> None:
+    both = joined([UserMessage("M-07"), UserMessage("H6"), UserMessage("1, 2")])
+    set_language(CHINESE)
+    assert both.translated() == "M-07，H6，1, 2"
+    assert joined([UserMessage("M-07"), UserMessage("H6")], " + ").translated() == "M-07 + H6"
+    set_language(ENGLISH)
+    assert both.translated() == both.in_english() == "M-07, H6, 1, 2"
+    assert both.to_json()["text"] == "{p0}, {p1}, {p2}"  # as records store it

@@ -12,7 +12,7 @@ from app.flight_logs.module_view import RuleReading
 from app.text.durations import stopwatch
 from app.text.i18n import tr
 from app.text.messages import clean
-from app.text.sentences import capitalised, join_names
+from app.text.sentences import capitalised, in_brackets, join_names
 from protocol.messages import Source
 from protocol.translatable import marked
 from ui.pages.flights.controller import FlightRow
@@ -99,7 +99,7 @@ def row_text(row: FlightRow) -> str:
     name = clean(row.name, longest=200)
     if row.unread is not None:
         return tr("{file}: {why}", file=name, why=row.unread.why.translated())
-    lines = [tr("{text} ({note})", text=name, note=tr(row.group.value))]
+    lines = [f"{name}{in_brackets(tr(row.group.value))}"]
     if row.outcome is not None:
         lines.append(tr("{reason}: {what}", reason=tr("Duration"), what=stopwatch(row.outcome.flight.duration_s)))
         lines += [*outcome_lines(row.outcome), *(one.translated() for one in row.outcome.flight.problems)]

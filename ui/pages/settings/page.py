@@ -3,7 +3,8 @@
 Only the rows scroll: column headers, the pane of the chosen row, notices and buttons stay in sight.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -250,8 +251,8 @@ class SettingsPage(Page):
         exchange.can_use = lambda: work.can_edit
         exchange.used.connect(self._use_drafts)
 
-    def _show_notice(self, notice: Notice) -> None:
-        self.work.job.set_notice(lambda: Notice(notice.meaning, notice.text, notice.choices, self.work.job.dismiss))
+    def _show_notice(self, make: Callable[[], Notice]) -> None:
+        self.work.job.set_notice(lambda: replace(make(), dismiss=self.work.job.dismiss))
 
     def _lay_out(self) -> QWidget:
         texts = self._services.texts

@@ -1,6 +1,6 @@
 """Opens profiles by dialog, recent list or drop; saves the current settings as one."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QMenu, QWidget
 from app.settings.profile_file import ProfileRefused, read_profile, save_profile
 from app.settings.profiles import Profile, profile_of
 from app.text.i18n import tr
+from app.text.sentences import error_text
 from protocol.catalogue import SERIAL_OUTPUT, SETTINGS
 from protocol.translatable import marked
 from ui.files.file_dialogs import AskOpen, AskPath, ask_path, ask_profile
@@ -22,7 +23,7 @@ SUFFIX = ".toml"
 
 
 class ProfileFiles(QObject):
-    """Entries of the page's menu. `notified` carries a `Notice`."""
+    """Entries of the page's menu. `notified` carries a function that makes a `Notice`."""
 
     opened = Signal(object, object)
     """`Profile` and path."""
@@ -68,7 +69,7 @@ class ProfileFiles(QObject):
         now = self._connector.clock()
         profile = profile_of(self._connector.device, now, name=tr("Profile"))
         if not profile.settings:
-            self._notify(Meaning.ATTENTION, tr("No settings known: read them first."))
+            self._notify(Meaning.ATTENTION, lambda: tr("No settings known: read them first."))
             return
         suggested = self._folder() / f"profile{SUFFIX}"
         path = self.ask_save(self._page, tr("Save as profile…"), suggested, tr("Profile (*.toml)"))
@@ -77,14 +78,15 @@ class ProfileFiles(QObject):
         try:
             save_profile(path, Profile(name=path.stem or tr("Profile"), settings=profile.settings))
         except (OSError, ProfileRefused) as error:
-            self._notify(Meaning.DANGER, tr("{path} was not saved: {why}.", path=path, why=error))
+            why = error_text(error) if isinstance(error, OSError) else " ".join(error.sentences)
+            self._notify(Meaning.DANGER, lambda: tr("{path} was not saved: {why}.", path=path, why=why))
             return
         self._remember(path)
-        missing = [tr(one.title) for one in SETTINGS if one.key not in profile.settings and one is not SERIAL_OUTPUT]
-        self._notify(Meaning.GOOD, _saved_text(path, missing))
+        missing = [one.title for one in SETTINGS if one.key not in profile.settings and one is not SERIAL_OUTPUT]
+        self._notify(Meaning.GOOD, lambda: _saved_text(path, [tr(title) for title in missing]))
 
-    def _notify(self, meaning: Meaning, text: str) -> None:
-        self.notified.emit(Notice(meaning, text))
+    def _notify(self, meaning: Meaning, text: Callable[[], str]) -> None:
+        self.notified.emit(lambda: Notice(meaning, text()))
 
     def _folder(self) -> Path:
         recent = self._remembered.recent_profiles

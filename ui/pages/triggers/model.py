@@ -9,7 +9,7 @@ from PySide6.QtGui import QIcon
 
 from app.limits.out_of_limits import record_outside
 from app.text.i18n import tr
-from app.text.sentences import capitalised
+from app.text.sentences import capitalised, in_brackets
 from app.trigger_records.fields import source_message
 from app.trigger_records.history import JUDGEMENT_WORDS, sentence, uptime_text
 from protocol.translatable import marked
@@ -63,7 +63,7 @@ def _settings(row: TriggerRow) -> str:
 def _cell(row: TriggerRow) -> str:
     volts, outside = f"{row.record.cell_voltage_v:.2f} V", record_outside(row.record)
     if outside is not None:
-        return tr("{text} ({note})", text=volts, note=tr(outside.fault.value))
+        return f"{volts}{in_brackets(tr(outside.fault.value))}"
     return tr("{text} (implausible)", text=volts) if row.record.implausible else volts
 
 
