@@ -32,7 +32,7 @@ from ui.acts.step_mark import StepMark, StepPlace
 from ui.services.context import Services
 from ui.services.module_name import module_label
 from ui.services.running_job import RunningJob
-from ui.style.theme import Meaning, Space
+from ui.style.theme import Meaning, Space, scaled
 from ui.widgets.controls import control
 from ui.widgets.gestures import gestures
 from ui.widgets.labels import ElidedLabel, text_label
@@ -146,6 +146,7 @@ class RitualWidget(QFrame):
         self.rehearse.setEnabled(is_free)
         self.arm.setEnabled(self.ritual.stage is Stage.CHOSEN and (self.ritual.is_rehearsal or not found))
         notice = self._job.notice(ASKING, can_cancel=False)
+        self.said.setMinimumHeight(scaled(_NOTICE_PX))
         self.said.show_notice(notice)
         self._head.setCurrentWidget(self._words if notice is None else self.said)
 
@@ -310,7 +311,10 @@ class RitualWidget(QFrame):
         if target is None or not self._connector.is_open:
             return act
         port = target.device.removeprefix("/dev/").partition("?")[0]
-        return tr("{act}: {module} on {port}", act=act, module=module_label(self._services.naming.name), port=port)
+        name = self._services.naming.name
+        if not name:
+            return tr("{setting}: {what}", setting=act, what=port)
+        return tr("{act}: {module} on {port}", act=act, module=module_label(name), port=port)
 
     # Qt
 
@@ -331,7 +335,6 @@ class RitualWidget(QFrame):
         ):
             for one in widgets:
                 stack.addWidget(one)
-        self.said.setMinimumHeight(_NOTICE_PX)
         in_row(self._title, (self._reasons, 1), of=self._words, spacing=Space.M, margins=0)
         step = in_row(self.step, (self.countdown, 1), spacing=Space.M)
         # The number of each step above its buttons; Cancel in the corner that a hand reaches first.
