@@ -16,6 +16,7 @@ from PySide6.QtWidgets import (
     QLineEdit,
     QListWidget,
     QListWidgetItem,
+    QSizePolicy,
     QStackedLayout,
     QWidget,
 )
@@ -69,6 +70,7 @@ class TestsPage(Page):
         self.who.setMaxLength(MAX_NAME_LENGTH)
         texts.bind(self.who.setPlaceholderText, "your name")
         self.module = ModuleField("tests_module", services.naming, texts, guard)
+        self.module.setMinimumContentsLength(10)
         self.title = named(ElidedLabel(), "tests_chosen", "title")
         self.picture, self.steps, self.instruction = GuidedPicture(), StepList(), Instruction()
         self.safety = text_label("tests_safety")
@@ -280,7 +282,8 @@ class TestsPage(Page):
         for caption, field in ((marked("Tested by"), self.who), (marked("Module"), self.module)):
             label = control(QLabel(), texts, f"{field.objectName()}_caption", caption, role="small")
             label.setBuddy(field)
-            field.setFixedWidth(_FIELD_PX)
+            field.setMinimumWidth(_FIELD_PX)
+            field.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
             header.add(label)
             header.add(field)
         self._make_step_area()
@@ -298,7 +301,7 @@ class TestsPage(Page):
         """What the stage needs, first of all what makes it safe; below it picture, steps and instruction."""
         self._safety_mark = IconLabel("tests_safety_mark", 20)
         self._ready = named(QFrame(), "tests_ready", "card")
-        words = in_column(self.safety, self.made_safe, spacing=Space.S, margins=0)
+        words = in_column(self.safety, self.made_safe, 1, spacing=Space.S, margins=0)
         in_row((self._safety_mark, Qt.AlignmentFlag.AlignTop), (words, 1), of=self._ready, spacing=Space.S,
                margins=Space.M)  # fmt: skip
         self._act_corner = named(QFrame(), "tests_act", "danger-corner")

@@ -163,10 +163,10 @@ def _free_fall(pencil: Pencil, step: int) -> None:
         pencil.arrow((140, 110), (140, 128))
     if step < 2:
         pencil.ink(theme.border)
-        pencil.line((234, 40), (234, 136))
-        pencil.line((228, 40), (240, 40))
-        pencil.line((228, 136), (240, 136))
-        pencil.text(QRectF(238, 78, 40, 20), "50 cm")
+        pencil.line((222, 40), (222, 136))
+        pencil.line((216, 40), (228, 40))
+        pencil.line((216, 136), (228, 136))
+        pencil.text(QRectF(226, 78, 52, 20), "50 cm")
 
 
 def _bay(pencil: Pencil, step: int) -> None:
