@@ -12,7 +12,7 @@ def stopwatch(seconds: float) -> str:
 
 def duration(seconds: float) -> str:
     """ "0.4 s", "12 s", "3 min", "2 h"."""
-    if seconds < 2:
+    if seconds < 1.95:  # else "2.0 s" beside "2 s"
         return tr("{value} s", value=f"{max(0.0, seconds):.1f}")
     if seconds < 120:
         return tr("{value} s", value=f"{seconds:.0f}")

@@ -6,7 +6,7 @@ from typing import Final
 
 from PySide6.QtCore import QEvent, QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QIcon, QKeyEvent, QValidator, QWheelEvent
-from PySide6.QtWidgets import QComboBox, QDoubleSpinBox, QLabel, QToolButton, QWidget
+from PySide6.QtWidgets import QComboBox, QDoubleSpinBox, QLabel, QSizePolicy, QToolButton, QWidget
 
 from app.settings.drafts import Draft
 from app.settings.setting_texts import DEFAULTS, plain_text
@@ -88,7 +88,7 @@ class NumberEditor(FieldEditor):
         self.chosen.emit(self._field.decode(raw))
 
     def _stepper(self, texts: Texts, name: str, text: str, tip: str, key: str, steps: int) -> QToolButton:
-        button = control(QToolButton(), texts, f"{self._command.name}_{name}", tip=tip, key=key, role="segment",
+        button = control(QToolButton(), texts, f"{self._command.name}_{name}", tip=tip, key=key, role="choice",
                          slot=lambda: self.step(steps))  # fmt: skip
         button.setText(text)
         button.setFixedWidth(_STEP_PX)
@@ -170,7 +170,7 @@ class FlagEditor(FieldEditor):
         super().__init__()
         self.on = self._button(texts, command, "on", marked("Enabled"))
         self.off = self._button(texts, command, "off", marked("Disabled"))
-        in_row(self.on, self.off, 1, of=self, spacing=Space.XS, margins=0)
+        in_row((self.on, 1), (self.off, 1), of=self, spacing=Space.XS, margins=0)
         self.setFocusProxy(self.on)
         self.on.clicked.connect(lambda is_down: self._choose(True if is_down else None))
         self.off.clicked.connect(lambda is_down: self._choose(False if is_down else None))
@@ -192,6 +192,7 @@ class FlagEditor(FieldEditor):
         button = control(ChoiceButton(), texts, f"{command.name}_{name}", english, tip=command.explanation,
                          role="choice", is_checkable=True)  # fmt: skip
         button.setMinimumWidth(_FLAG_PX)
+        button.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         set_icon_size(button, 14)
         button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         button.setFocusPolicy(Qt.FocusPolicy.StrongFocus)

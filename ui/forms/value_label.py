@@ -15,7 +15,7 @@ from protocol.catalogue import Command
 from protocol.translatable import marked
 from ui.style.painted_widget import Freshness, PaintedWidget
 from ui.style.shapes import pen, unknown_box
-from ui.style.theme import Size, current, font
+from ui.style.theme import Size, current, font, scaled
 
 WIDTH_PX: Final = 112
 _GAP_PX: Final = 2
@@ -78,10 +78,10 @@ class ValueLabel(PaintedWidget):
 
     def sizeHint(self) -> QSize:
         title, small = QFontMetricsF(font(Size.BODY, is_bold=True)), QFontMetricsF(font(Size.SMALL))
-        return QSize(WIDTH_PX, round(title.height() + small.height() + _GAP_PX))
+        return QSize(scaled(WIDTH_PX), round(title.height() + small.height() + _GAP_PX))
 
     def minimumSizeHint(self) -> QSize:
-        return self.sizeHint()
+        return QSize(WIDTH_PX, self.sizeHint().height())
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         theme = current()
@@ -97,12 +97,13 @@ class ValueLabel(PaintedWidget):
             is_stale = self.freshness is Freshness.STALE
             painter.setFont(title)
             painter.setPen(QColor(theme.muted if is_stale else theme.text))
-            painter.drawText(QPointF(0, metrics.ascent()), self._text)
+            shown = metrics.elidedText(self._text, Qt.TextElideMode.ElideRight, self.width())
+            painter.drawText(QPointF(0, metrics.ascent()), shown)
             if is_stale:
                 # Not by colour alone.
                 painter.setPen(pen(theme.muted, theme.border_px, is_dashed=True))
                 line = min(metrics.ascent() + 3, metrics.height())
-                painter.drawLine(QPointF(0, line), QPointF(metrics.horizontalAdvance(self._text), line))
+                painter.drawLine(QPointF(0, line), QPointF(metrics.horizontalAdvance(shown), line))
         room = QRectF(0, metrics.height() + _GAP_PX, self.width(), fine.height())
         painter.setFont(small)
         painter.setPen(QColor(theme.muted))

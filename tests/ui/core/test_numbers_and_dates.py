@@ -51,7 +51,14 @@ def test_a_voltage_has_a_point_and_its_symbol(language: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("seconds", "english", "chinese"), [(12, "12 s", "12 秒"), (240, "4 min", "4 分钟"), (7200, "2 h", "2 小时")]
+    ("seconds", "english", "chinese"),
+    [
+        (1.94, "1.9 s", "1.9 秒"),
+        (1.96, "2 s", "2 秒"),
+        (12, "12 s", "12 秒"),
+        (240, "4 min", "4 分钟"),
+        (7200, "2 h", "2 小时"),
+    ],
 )
 def test_an_age_is_in_words(seconds: float, english: str, chinese: str) -> None:
     for name, text, ago in ((ENGLISH, english, f"{english} ago"), (CHINESE, chinese, f"{chinese}前")):

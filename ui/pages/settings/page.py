@@ -35,7 +35,17 @@ from ui.pages.settings.controller import SettingsController
 from ui.pages.settings.fingerprint_view import FingerprintView
 from ui.pages.settings.profile_compare import ProfileCompare
 from ui.pages.settings.profile_files import SUFFIX, ProfileFiles
-from ui.pages.settings.row import CELL_GAP, MARGINS, NAME_PX, STATE_PX, WIDE_NAME_PX, WIDE_VALUE_PX, WRONG, SettingsRow
+from ui.pages.settings.row import (
+    CELL_GAP,
+    EDITOR_PX,
+    MARGINS,
+    NAME_PX,
+    STATE_PX,
+    WIDE_NAME_PX,
+    WIDE_VALUE_PX,
+    WRONG,
+    SettingsRow,
+)
 from ui.pages.settings.setting_pane import SettingPane
 from ui.services.context import Services
 from ui.services.page import Page
@@ -51,8 +61,8 @@ from ui.widgets.visibility_timer import VisibilityTimer
 REFRESH_EVERY_MS: Final = 250
 SIDE_FROM_PX: Final = 872
 """Narrower than this, the pane lies below the table."""
-_WIDE_FROM_PX: Final = 840
-"""With the pane below, the names have more room from this width on."""
+_WIDE_FROM_PX: Final = 816
+"""In a table of this width the names and the values have more room."""
 _SIDE_PX: Final = (154, 300)
 """Minimum and maximum width of the pane beside the table."""
 _TABLE_PX: Final = 722
@@ -258,9 +268,6 @@ class SettingsPage(Page):
         texts = self._services.texts
         table = named(QFrame(), "settings_card", "card")
         flags = [row for row in self.rows.values() if isinstance(row.command.write, Flag)]
-        editor_px = max(row.editor.sizeHint().width() for row in self.rows.values())
-        for editor in (*(row.editor for row in self.rows.values()), self.baud.editor):
-            editor.setFixedWidth(editor_px)
         serial = self.rows[BY_NAME[_SERIAL].key]
         groups = (
             (marked("Thresholds"), [row for row in self.rows.values() if row not in flags]),
@@ -277,7 +284,7 @@ class SettingsPage(Page):
         self.scroll_area = scroll_area(
             content, texts, "settings_scroll", "Settings", is_vertical=True, is_transparent=True
         )
-        in_column(self._make_heads(editor_px), (self.scroll_area, 1), of=table, spacing=0, margins=1)
+        in_column(self._make_heads(), (self.scroll_area, 1), of=table, spacing=0, margins=1)
         self._body = in_row((table, 1), self.pane, spacing=Space.S, margins=(Space.M, 0))
         head = in_column(self.header, margins=(Space.M, 0))
         foot = FlowRow()
@@ -288,13 +295,13 @@ class SettingsPage(Page):
         in_column(head, (self._body, 1), self.strip, foot, of=form, spacing=0, margins=0)
         return form
 
-    def _make_heads(self, editor_px: int) -> QWidget:
+    def _make_heads(self) -> QWidget:
         texts = self._services.texts
         heads = named(QFrame(), "settings_heads", "bar")
         columns = (
             (marked("Parameter"), NAME_PX),
             (marked("Module"), VALUE_PX),
-            (marked("New value"), editor_px),
+            (marked("New value"), EDITOR_PX),
             (marked("State"), STATE_PX),
         )
         labels = []
@@ -302,7 +309,7 @@ class SettingsPage(Page):
             label = control(QLabel(), texts, f"settings_head_{number}", english, role="caption")
             label.setFixedWidth(width)
             labels.append(label)
-        self._name_head, self._value_head = labels[:2]
+        self._heads = labels
         left, _top, right, _bottom = MARGINS
         in_row(*labels, 1, of=heads, spacing=CELL_GAP, margins=(left + 3, Space.XS, right, Space.XS))
         return heads
@@ -322,17 +329,24 @@ class SettingsPage(Page):
         """Puts the pane beside the table, or below it."""
         super().resizeEvent(event)
         is_beside = self.width() >= scaled(SIDE_FROM_PX)
-        is_wide = not is_beside and self.width() >= _WIDE_FROM_PX
         self.pane.heading.setVisible(is_beside)
-        for name in (self._name_head, self.baud.title, *(row.name for row in self.rows.values())):
-            name.setFixedWidth(WIDE_NAME_PX if is_wide else NAME_PX)
-        for value in (self._value_head, self.baud.stands, *(row.stands for row in self.rows.values())):
-            value.setFixedWidth(WIDE_VALUE_PX if is_wide else VALUE_PX)
         self._body.setDirection(QBoxLayout.Direction.LeftToRight if is_beside else QBoxLayout.Direction.TopToBottom)
         least, most = _SIDE_PX
         side_px = min(most, max(least, self.width() - 2 * Space.M - Space.S - _TABLE_PX))
         self.pane.setMaximumSize(*((side_px, _UNBOUNDED) if is_beside else (_UNBOUNDED, _BELOW_PX)))
         self.pane.setMinimumSize(*((side_px, _BELOW_PX) if is_beside else (least, _BELOW_PX)))
+        self._fit_columns(self.width() - 2 * Space.M - (side_px + Space.S if is_beside else 0))
+
+    def _fit_columns(self, table_px: int) -> None:
+        """Gives the columns the widths that fit a table of `table_px` in the size of text in use."""
+        is_wide = table_px >= _WIDE_FROM_PX
+        rows = self.rows.values()
+        for name in (self._heads[0], self.baud.title, *(row.name for row in rows)):
+            name.setFixedWidth(WIDE_NAME_PX if is_wide else NAME_PX)
+        for value in (self._heads[1], self.baud.stands, *(row.stands for row in rows)):
+            value.setFixedWidth(WIDE_VALUE_PX if is_wide else VALUE_PX)
+        for editor in (self._heads[2], self.baud.editor, *(row.editor for row in rows)):
+            editor.setFixedWidth(scaled(EDITOR_PX) if is_wide else EDITOR_PX)
 
     def on_escape(self) -> bool:
         """Leaves the profile or the calibration, or dismisses the notice."""

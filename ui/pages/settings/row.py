@@ -32,6 +32,7 @@ NAME_PX: Final = 180
 WIDE_NAME_PX: Final = 212
 WIDE_VALUE_PX: Final = 136
 """Where the pane leaves the table room for them."""
+EDITOR_PX: Final = 192
 STATE_PX: Final = 128
 BESIDE_PX: Final = 34
 """Width of an icon button beside an editor."""

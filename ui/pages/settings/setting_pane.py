@@ -3,7 +3,7 @@
 from PySide6.QtWidgets import QFrame, QWidget
 
 from app.settings.consequences import Weight
-from app.settings.form import FormRow
+from app.settings.form import FormRow, RowState
 from app.settings.setting_texts import advice_text
 from app.text.i18n import tr
 from app.text.sentences import capitalised, join_sentences
@@ -39,7 +39,7 @@ class SettingPane(QFrame):
     def show_row(self, row: FormRow) -> None:
         command = row.command
         title, term = tr(command.title), command.vendor_term
-        reason = reason_text(row)
+        reason = "" if row.state is RowState.INVALID else reason_text(row)  # the notice says it
         is_loud = any(one.weight is not Weight.PLAIN for one in row.consequences)
         for label, text in (
             (self.title, title),
