@@ -143,13 +143,13 @@ def qapp(qapp: "QApplication") -> "QApplication":
 
 
 @pytest.fixture(autouse=True)
-def fresh_gestures(request: pytest.FixtureRequest) -> Iterator[None]:
-    """No test leaves a key down, or another clock, to the next."""
+def fresh_input(request: pytest.FixtureRequest) -> Iterator[None]:
+    """No test leaves a key or button down, the pointer elsewhere, or another clock of gestures to the next."""
     yield
     if "qapp" in request.fixturenames:
-        from ui.widgets.gestures import gestures
+        from tests.support.window.steps import release_input
 
-        gestures().reset()
+        release_input()
 
 
 @pytest.fixture(scope="session")

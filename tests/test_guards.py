@@ -9,9 +9,14 @@ from types import SimpleNamespace
 from typing import cast
 
 import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QCursor
+from PySide6.QtWidgets import QWidget
+from pytestqt.qtbot import QtBot
 
 from tests import conftest
 from tests.support import archive_server
+from tests.support.window.steps import is_input_down, release_input
 
 ROOT = Path(__file__).parent.parent
 
@@ -128,3 +133,16 @@ def test_a_run_without_a_database_server_names_the_tests_left_out(monkeypatch: p
     assert len(left_out) == 3
     assert all(name in written[0] for name in left_out)
     assert "apt-get install postgresql" in written[0]
+
+
+def test_no_test_leaves_input_to_the_next(qtbot: QtBot) -> None:
+    widget = QWidget()
+    qtbot.addWidget(widget)
+    qtbot.keyPress(widget, Qt.Key.Key_A, Qt.KeyboardModifier.ControlModifier)
+    qtbot.mousePress(widget, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.ControlModifier)
+    at_start = QCursor.pos()
+    QCursor.setPos(300, 300)
+    assert is_input_down()
+    release_input()
+    assert not is_input_down()
+    assert QCursor.pos() == at_start

@@ -31,6 +31,7 @@ from app.text.sentences import join_sentences
 from ui.archive.archive_exchange import ArchiveExchange, last_time
 from ui.archive.archive_tables import history_table, modules_table, short_station
 from ui.core.background_task import BackgroundTask
+from ui.forms.table_kit import select_row
 from ui.services.context import Services
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
@@ -205,7 +206,7 @@ class ArchiveDialog(QDialog):
         self._conflicts = loaded.conflicts
         self._show_question()
         if loaded.states and not self.modules.view.selectionModel().hasSelection():
-            self.modules.view.selectRow(0)
+            select_row(self.modules.view, 0)
         self._show_life()
 
     def _show_question(self) -> None:

@@ -4,7 +4,9 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from typing import TypeVar
 
-from PySide6.QtCore import QPointF, Qt
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtGui import QCursor, QGuiApplication
+from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractButton, QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
@@ -14,6 +16,8 @@ from ui.widgets.notice_bar import NoticeBar
 from ui.widgets.step_button import DEAD_FOR_S, StepButton
 
 Found = TypeVar("Found", bound=QWidget)
+_POINTER_AT_START = QPoint(10, 10)
+"""Of Qt's offscreen platform."""
 
 
 def settle(widget: QWidget | None) -> None:
@@ -25,6 +29,28 @@ def settle(widget: QWidget | None) -> None:
         left_s = widget.appeared_at + DEAD_FOR_S - clock()
         if left_s > 0:
             gestures().clock = lambda: clock() + left_s
+
+
+def release_input() -> None:
+    """Releases the keys and buttons that a test left down, moves the pointer to where it was at first, and resets the
+    gestures.
+
+    Qt keeps them for the whole process: the next test would select rows with Ctrl held.
+    """
+    if is_input_down():
+        widget = QWidget()
+        QTest.mouseRelease(widget, Qt.MouseButton.LeftButton)
+        QTest.keyRelease(widget, Qt.Key.Key_Shift)
+    if QCursor.pos() != _POINTER_AT_START:
+        QCursor.setPos(_POINTER_AT_START)
+    gestures().reset()
+    assert not is_input_down()
+
+
+def is_input_down() -> bool:
+    """Whether Qt takes a modifier key or a mouse button as held."""
+    nothing = Qt.KeyboardModifier.NoModifier, Qt.MouseButton.NoButton
+    return (QGuiApplication.keyboardModifiers(), QGuiApplication.mouseButtons()) != nothing
 
 
 def let_lay_out() -> None:

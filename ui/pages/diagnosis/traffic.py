@@ -20,7 +20,7 @@ from app.engine.worker import Batch
 from app.text.i18n import tr
 from protocol.translatable import marked
 from ui.core.texts import Texts
-from ui.forms.table_kit import list_rows
+from ui.forms.table_kit import list_rows, select_row
 from ui.pages.diagnosis.traffic_model import MAX_MARKS, Column, Filter, TrafficModel
 from ui.pages.diagnosis.traffic_search import TrafficSearch
 from ui.pages.diagnosis.traffic_texts import hex_of, kind_of, meaning_of, raw_of
@@ -201,7 +201,7 @@ class TrafficPage(QWidget):
 
     def _show_found(self, row: int) -> None:
         self._follows = False
-        self.table.selectRow(row)
+        select_row(self.table, row)
         self.table.scrollTo(self.model.index(row, 0), QAbstractItemView.ScrollHint.EnsureVisible)
 
     def _on_search_end(self, is_found: bool) -> None:

@@ -21,6 +21,7 @@ from app.text.messages import clean
 from app.text.sentences import join_sentences
 from protocol.translatable import marked
 from ui.files.file_dialogs import AskMany, ask_flight_logs, ask_folder
+from ui.forms.table_kit import select_row
 from ui.pages.flights.column_form import ColumnForm
 from ui.pages.flights.controller import FlightRow, FlightsWork, UnreadLog
 from ui.pages.flights.fire_map import FireMapView
@@ -132,7 +133,7 @@ class FlightsPage(Page):
         first = next((one for one in self.lists.of.values() if one.filter.rowCount()), None)
         if first is not None:
             first.table.setFocus()
-            first.table.selectRow(0)
+            select_row(first.table, 0)
 
     def _dismiss(self) -> None:
         self._make_notice = self._ended = None

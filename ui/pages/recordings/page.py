@@ -12,7 +12,7 @@ from app.text.i18n import tr
 from app.text.sentences import capitalised, join_names, join_sentences
 from protocol.translatable import marked
 from ui.files.file_dialogs import AskPath, ask_path, default_name
-from ui.forms.table_kit import RowsFilter
+from ui.forms.table_kit import RowsFilter, select_row
 from ui.pages.recordings.detail import RecordingsDetail
 from ui.pages.recordings.model import recordings_model
 from ui.pages.recordings.outlines import Outlines
@@ -89,7 +89,7 @@ class RecordingsPage(Page):
         self.outlines.read(work.entries)
         self.detail.setVisible(has_entries)
         if has_entries and not self.table.chosen() and not self._to_delete:
-            self.table.selectRow(0)
+            select_row(self.table, 0)
         self._show_list()
         self.bounds.setText(self._bounds_text())
         self._refresh_notice()

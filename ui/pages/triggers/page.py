@@ -23,7 +23,7 @@ from app.text.sentences import capitalised, join_sentences
 from protocol.translatable import marked
 from ui.connect.module_field import ModuleField
 from ui.files.file_dialogs import AskPath, ask_path
-from ui.forms.table_kit import RowsFilter
+from ui.forms.table_kit import RowsFilter, select_row
 from ui.pages.triggers.controller import TriggersController
 from ui.pages.triggers.detail import WIDTH_PX, TriggersDetail
 from ui.pages.triggers.model import Show, as_text, csv_name, is_chosen, triggers_model
@@ -92,7 +92,7 @@ class TriggersPage(Page):
         has_rows = bool(work.rows)
         self._show_list()
         if has_rows and not self.table.selectionModel().hasSelection():
-            self.table.selectRow(0)
+            select_row(self.table, 0)
         self.empty.title.setText(empty_title(work))
         self.empty.text.setText(empty_text(work, is_open=self._connector.is_open))
         self.count.setText(count_text(work))

@@ -79,6 +79,15 @@ def test_repeated_texts_are_formatted_once(qtbot: QtBot, page: TrafficPage, monk
     assert [index.row() for index in page.table.selectionModel().selectedRows()] == [ROWS // 2]
 
 
+def test_a_search_backwards_selects_what_it_found_alone(qtbot: QtBot, page: TrafficPage) -> None:
+    """Shift is still down, with which a person extends a selection."""
+    page.table.selectRow(ROWS - 1)
+    page.search.field.setText("query")
+    qtbot.keyPress(page.search.field, Qt.Key.Key_Return, Qt.KeyboardModifier.ShiftModifier)
+    qtbot.waitUntil(lambda: not page.search.is_searching, timeout=WAIT_MS)
+    assert [index.row() for index in page.table.selectionModel().selectedRows()] == [ROWS // 2]
+
+
 def test_the_cache_of_the_search_is_bounded(qtbot: QtBot, page: TrafficPage, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(traffic_search, "_MAX_KNOWN", 3)
     page.search.field.setText("query")
