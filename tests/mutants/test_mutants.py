@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from tests.mutants import FOLDERS, ROOT, __main__
+from tests.mutants import FOLDERS, ROOT, __main__, judging
 from tests.mutants.changes import Mutant, chosen, mutant_at
 from tests.mutants.executed import IMPORT, ROOM_BUDGET_S, TestMap
 from tests.mutants.judging import Verdict
@@ -94,6 +94,24 @@ def test_an_interrupted_run_prints_the_score_of_what_was_judged(
     printed = capsys.readouterr().out
     assert f"2 of 4 mutants, seed 1: {score} % caught" in printed
     assert printed.splitlines()[0].startswith("  1/4 100 %  caught")
+
+
+@pytest.mark.parametrize(
+    ("failures", "caught_by"),
+    [
+        (["a", "a", None], "a"),
+        (["a", None, None], None),  # a failure that does not repeat
+        (["a", "a", "a", None], None),  # fails without the mutant, too
+        (["import of a", "import of a"], "import of a"),
+    ],
+)
+def test_only_a_failure_that_repeats_and_that_the_mutant_causes_counts(
+    failures: list[str | None], caught_by: str | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    following = iter(failures)
+    monkeypatch.setattr(judging, "_first_failure", lambda *_: next(following))
+    assert judging.judged(chosen(1, 1, FOLDERS)[0], [["a", "b"]]).caught_by == caught_by
+    assert not list(following)
 
 
 JUDGE = """
