@@ -175,7 +175,7 @@ def _lock_until_reported(
         is_going_on = repeat.is_repeating(sight.now)
         if repeat.is_due(sight.now) and not proof.says_locked:
             sent = repeat.sent
-            answer = yield Ask(LOCK, (ACKNOWLEDGED_S,), is_deliberate=True, repeat=repeat)
+            answer = yield Ask(LOCK, (ACKNOWLEDGED_S,), repeat=repeat)
             if repeat.sent == sent:  # not sent, because the computer slept
                 yield Pause(BREATH_S)
                 continue

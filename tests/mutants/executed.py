@@ -129,7 +129,7 @@ def _run_recorded(folder: str, target: Path) -> None:
         for line, tests in data.contexts_by_lineno(file).items():
             for test in lines.keys() & set(tests):
                 lines[test].setdefault(path, []).append(line)
-    found = {test: (round(recorder.seconds[test], 4), executed) for test, executed in lines.items() if executed}
+    found = {test: (round(recorder.seconds[test], 4), executed) for test, executed in lines.items()}
     target.write_text(json.dumps(found), encoding="utf-8")
 
 
