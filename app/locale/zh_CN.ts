@@ -126,6 +126,10 @@
         <translation>其他程序的文件已另存为 {path}。</translation>
     </message>
     <message>
+        <source>A jolt may fire it.</source>
+        <translation>颠簸即可能触发。</translation>
+    </message>
+    <message>
         <source>A person settled which module this is.</source>
         <translation>已由人员确认这是哪个模块。</translation>
     </message>
@@ -356,10 +360,6 @@
     <message>
         <source>Answers arrive {time} late.</source>
         <translation>应答延迟 {time}。</translation>
-    </message>
-    <message>
-        <source>Any jolt may fire it.</source>
-        <translation>任何颠簸都可能触发。</translation>
     </message>
     <message>
         <source>Apply {count} ticked</source>
@@ -1464,6 +1464,10 @@
     <message>
         <source>Invalid samples left out: {count}.</source>
         <translation>略去无效采样：{count} 个。</translation>
+    </message>
+    <message>
+        <source>Invalid value</source>
+        <translation>值无效</translation>
     </message>
     <message>
         <source>It did not rearm: other directions not tested.</source>
@@ -2898,6 +2902,10 @@
         <translation>模块应答后立即读取。</translation>
     </message>
     <message>
+        <source>Read back as written: {count}.</source>
+        <translation>回读与写入一致：{count} 项。</translation>
+    </message>
+    <message>
         <source>Read status and settings</source>
         <translation>读取状态和参数</translation>
     </message>
@@ -4296,10 +4304,6 @@
     <message>
         <source>Verdict</source>
         <translation>结论</translation>
-    </message>
-    <message>
-        <source>Verified: {count}.</source>
-        <translation>已验证：{count} 项。</translation>
     </message>
     <message>
         <source>Verify a file…</source>
@@ -6302,8 +6306,8 @@
         <translation>{seconds:.1f} 秒前的确认</translation>
     </message>
     <message>
-        <source>{seconds:.2f} s of free fall is {height:.1f} m before it fires, at {speed:.0f} km/h.</source>
-        <translation>失重 {seconds:.2f} 秒后开伞，此时已下落 {height:.1f} m，速度 {speed:.0f} km/h。</translation>
+        <source>{seconds:.2f} s of free fall is {height:.3g} m before it fires, at {speed:.2g} km/h.</source>
+        <translation>失重 {seconds:.2f} 秒后开伞，此时已下落 {height:.3g} m，速度 {speed:.2g} km/h。</translation>
     </message>
     <message>
         <source>{setting} on the module: {value}</source>
@@ -6340,10 +6344,6 @@
     <message>
         <source>{setting}: {what}</source>
         <translation>{setting}：{what}</translation>
-    </message>
-    <message>
-        <source>{setting}: {why}</source>
-        <translation>{setting}：{why}</translation>
     </message>
     <message>
         <source>{setting}: {why}.</source>

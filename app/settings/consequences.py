@@ -17,6 +17,9 @@ from protocol.translatable import marked
 GRAVITY_M_S2 = 9.80665
 RESTING_G = 1.0
 UPRIGHT_DEG = 90
+SHORT_FALL_S = 0.5
+"""Below it, as in the pre-flight check, a jolt may last as long: a hop of 30 cm has no weight for half a second."""
+_JOLT = marked("A jolt may fire it.")
 
 
 class Weight(Enum):
@@ -59,6 +62,8 @@ def consequences(command: Command, value: Value) -> tuple[Consequence, ...]:
     """The consequence of `value`, followed by the vendor's advice where it is not followed."""
     explain = _EXPLAINED.get(command)
     found = () if explain is None else (explain(value),)
+    if command is BY_NAME["freefall_time"] and 0 < float(value) < SHORT_FALL_S:
+        found = (*found, Consequence(message(_JOLT), Weight.AGAINST_ADVICE))
     advice = command.advice
     if advice is None or is_advised(command, value):
         return found
@@ -103,9 +108,9 @@ def _acceleration(value: Value) -> Consequence:
 def _time(value: Value) -> Consequence:
     seconds = float(value)
     if seconds == 0:
-        return Consequence(message(marked("Any jolt may fire it.")), weight=Weight.GRAVE)
+        return Consequence(message(_JOLT), weight=Weight.GRAVE)
     fall = fall_after(seconds)
-    text = marked("{seconds:.2f} s of free fall is {height:.1f} m before it fires, at {speed:.0f} km/h.")
+    text = marked("{seconds:.2f} s of free fall is {height:.3g} m before it fires, at {speed:.2g} km/h.")
     return Consequence(message(text, seconds=seconds, height=fall.height_m, speed=fall.speed_km_h))
 
 

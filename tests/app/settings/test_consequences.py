@@ -2,6 +2,7 @@
 
 import pytest
 
+from app.limits.limits import SETTING_BOUNDS
 from app.settings.consequences import Weight, consequences, fall_after, is_advised
 from protocol.catalogue import BY_NAME, SETTINGS
 from protocol.fields import Value
@@ -19,7 +20,13 @@ def test_height_and_speed_of_a_fall() -> None:
     [
         ("freefall_time", 1.6,
          ["1.60 s of free fall is 12.6 m before it fires, at 56 km/h."]),
-        ("freefall_time", 0, ["Any jolt may fire it."]),
+        ("freefall_time", 0, ["A jolt may fire it."]),
+        ("freefall_time", 0.1,
+         ["0.10 s of free fall is 0.049 m before it fires, at 3.5 km/h.", "A jolt may fire it."]),
+        ("freefall_time", 0.01,
+         ["0.01 s of free fall is 0.00049 m before it fires, at 0.35 km/h.", "A jolt may fire it."]),
+        ("freefall_time", 0.5, ["0.50 s of free fall is 1.23 m before it fires, at 18 km/h."]),
+        ("freefall_time", 2.55, ["2.55 s of free fall is 31.9 m before it fires, at 90 km/h."]),
         ("attitude_threshold", 60, ["Fires at 60°, rearms at 50°."]),
         ("attitude_threshold", 54, ["Fires at 54°, rearms at 44°.", "Against the vendor's advice: 55° or more."]),
         ("attitude_threshold", 100, ["Fires only upside down, at 100°; rearms at 90°."]),
@@ -59,3 +66,13 @@ def test_every_value_of_a_byte_has_a_consequence() -> None:
             assert said
             is_against = any(one.weight is Weight.AGAINST_ADVICE and "advice" in one.message.text for one in said)
             assert is_against is not is_advised(command, value)
+
+
+def test_a_free_fall_time_that_a_jolt_outlasts_needs_a_second_click() -> None:
+    """Below what the pre-flight check allows."""
+    bound = SETTING_BOUNDS["freefall_time_s"].advised_low
+    weights = {
+        seconds: [one.weight for one in consequences(BY_NAME["freefall_time"], seconds)]
+        for seconds in (bound, bound - 0.01)
+    }
+    assert weights == {bound: [Weight.PLAIN], bound - 0.01: [Weight.PLAIN, Weight.AGAINST_ADVICE]}

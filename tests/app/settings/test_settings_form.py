@@ -247,7 +247,7 @@ def test_consequences_are_of_the_edited_value_else_of_the_modules() -> None:
     form = SettingsForm()
     assert "12.6 m" in row(form, TIME).consequences[0].sentence
     form.type_text(TIME, "0.8")
-    assert "3.1 m" in row(form, TIME).consequences[0].sentence
+    assert "3.14 m" in row(form, TIME).consequences[0].sentence
     form.type_text(TIME, "9")
     assert not row(form, TIME).consequences
     assert not row(SettingsForm(), TIME, device(stale_reason=StaleReason.RESTARTED)).consequences

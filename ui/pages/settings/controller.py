@@ -181,7 +181,7 @@ class SettingsController(QObject):
         warnings = self._warnings()
         if not warnings:
             return None
-        text = join_sentences(tr("{setting}: {why}", setting=setting, why=why) for setting, why in warnings)
+        text = join_sentences(tr("{setting}: {what}", setting=setting, what=why) for setting, why in warnings)
         return Notice(Meaning.ATTENTION, text, self._choices(is_locked=True))
 
     def _choices(self, *, is_locked: bool) -> tuple[Choice, ...]:
@@ -226,7 +226,7 @@ class SettingsController(QObject):
         since = len(report.results) - verified - acknowledged - bad - states.count(RowState.CHANGED)
         parts = []
         if verified:
-            parts.append(tr("Verified: {count}.", count=verified))
+            parts.append(tr("Read back as written: {count}.", count=verified))
         if acknowledged:
             parts.append(tr("Acknowledged, cannot be read: {count}.", count=acknowledged))
         if bad:

@@ -18,7 +18,7 @@ from app.text.i18n import CHINESE
 from protocol.link_states import Presence
 from tests.support.records.kept_settings import kept_settings
 from tests.support.window import walk
-from tests.support.window.settings_bench import choose, desk, notice, reason, state, type_into, write
+from tests.support.window.settings_bench import Desk, choose, desk, notice, reason, state, type_into, write
 from tests.support.window.steps import let_lay_out, notice_text
 from ui.pages.settings.row import NAME_PX, WIDE_NAME_PX
 from ui.style.theme import Meaning
@@ -44,7 +44,7 @@ def test_edit_write_and_verify(qtbot: QtBot, qapp: QApplication, tmp_path: Path,
         assert state(one, "freefall_trigger") is RowState.ACKNOWLEDGED  # it cannot be read back: never "verified"
         assert (one.held("freefall_time"), one.held("freefall_acceleration")) == (1.2, 0.4)
         assert len(one.changes()) == 3
-        assert notice(one) == "Verified: 2. Acknowledged, cannot be read: 1."
+        assert notice(one) == "Read back as written: 2. Acknowledged, cannot be read: 1."
         assert one.settings.fingerprint.code.text() != code
         assert not one.settings.write.isEnabled()
 
@@ -63,7 +63,7 @@ def test_a_row_stays_failed_with_the_reason(
     with desk(qtbot, qapp, tmp_path) as one:
         one.bench.change(**ways)
         type_into(one, name, text)
-        write(one)
+        write_anyway(one, key)
         one.until(lambda: state(one, key) is RowState.FAILED)
         assert why in reason(one, key)
         assert one.held(name) == stands
@@ -73,9 +73,17 @@ def test_a_row_stays_failed_with_the_reason(
         one.until(lambda: not one.settings.work.job.is_running)
         assert state(one, key) is RowState.FAILED
         one.bench.change(clamps=False, keeps=True, refuses=False)
-        write(one)
+        write_anyway(one, key)
         one.until(lambda: state(one, key) is RowState.VERIFIED)
         assert one.held(name) == float(text)
+
+
+def write_anyway(one: Desk, key: str) -> None:
+    """Write, with the second click that a warned value needs."""
+    write(one)
+    row = one.settings.rows[key].row
+    if row is not None and row.warnings:
+        choose(one, "write_anyway")
 
 
 BAD_LINES: tuple[dict[str, Any], ...] = (
@@ -133,6 +141,10 @@ def test_invalid_values_cannot_be_written(qtbot: QtBot, qapp: QApplication, tmp_
         one.settings.refresh()
         assert "0.5 g and 0.6 g" in reason(one, "freefall_acceleration_g")
         assert not one.settings.write.isEnabled()
+        assert one.settings.write.text() == "Invalid value"
+        type_into(one, "freefall_time", "1.2")  # nothing is written while one of the values is invalid
+        one.settings.refresh()
+        assert (one.settings.write.text(), one.settings.write.isEnabled()) == ("Invalid value", False)
         type_into(one, "freefall_acceleration", "26")
         one.settings.refresh()
         assert "0.0 g to 25.5 g" in reason(one, "freefall_acceleration_g")
