@@ -159,4 +159,3 @@ class Slept(Cancelled):
 
     def __init__(self, slept_s: float) -> None:
         super().__init__(f"the computer slept for {slept_s:.0f} s")
-        self.slept_s = slept_s

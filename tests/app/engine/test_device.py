@@ -286,6 +286,17 @@ def test_a_heartbeat_that_may_be_a_restarts_is_decided_by_the_boot_count(
     assert (shown.fresh(TRIGGER.key, NOW + 0.2) is True) is is_known_again
 
 
+def test_only_the_serial_output_that_is_switched_off_ends_a_stream(device: Device) -> None:
+    assert not Device().view(NOW).is_restart_suspected
+    for number in (0, 1):
+        device.apply(heard(status(), Role.STREAMED, NOW + number / 10))
+    for request in (TRIGGER.set(False), SERIAL_OUTPUT.set(True)):
+        device.apply(acknowledged(request, at=NOW + 0.1))
+        assert device.is_streaming(NOW + 0.2)
+    device.apply(acknowledged(SERIAL_OUTPUT.set(False), at=NOW + 0.1))
+    assert not device.is_streaming(NOW + 0.2)
+
+
 def test_a_heartbeat_that_was_waited_for_casts_no_doubt(device: Device) -> None:
     device.apply(heard(PULSE, Role.ANSWER, NOW + 0.1, HEARTBEAT.query()))
     assert view(device).undecided == frozenset()

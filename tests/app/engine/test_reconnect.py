@@ -95,6 +95,17 @@ def test_an_adapter_is_recognised_while_its_port_is_open() -> None:
     assert made.poll([replace(MINE, device="/dev/ttyUSB5")], 3.0) is not None
 
 
+def test_a_port_that_is_requested_again_is_looked_at_again() -> None:
+    made = Reconnection(is_link=lambda _device: False)
+    for now in (1.0, 3.0):
+        made.request(Address(MINE.device))
+        assert not made.is_due(now)
+        made.feed(opened(), now)
+        assert made.is_due(now)
+        made.poll([MINE], now)
+        assert not made.is_due(now)
+
+
 def test_another_adapter_that_has_the_name_by_the_time_of_opening_is_closed_again() -> None:
     """The list was older than the name, at the first opening as at any later one."""
     made = Reconnection(is_link=lambda _device: False)
@@ -299,16 +310,25 @@ def test_what_the_system_does_not_tell_of_a_port_is_empty_and_usb_comes_first(mo
     assert scan() == [replace(MINE, description="CP2102"), PortInfo("/dev/ttyS0")]
 
 
-def test_the_process_that_lists_the_ports_has_a_deadline(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(
+    ("program", "is_frozen", "command"),
+    [("/usr/bin/python3", False, ["/usr/bin/python3", "-m", "app"]), ("/opt/dps-s-gui.exe", True, ["/opt/dps-s.exe"])],
+)
+def test_the_process_that_lists_the_ports_has_a_deadline(
+    program: str, is_frozen: bool, command: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     given: dict[str, object] = {}
 
-    def run(_command: list[str], **options: object) -> object:
-        given.update(options)
+    def run(words: list[str], **options: object) -> object:
+        given.update(options, words=words)
         return SimpleNamespace(stdout=to_json([MINE]).encode())
 
     monkeypatch.setattr(sys, "platform", "win32")
+    monkeypatch.setattr(sys, "executable", program)
+    monkeypatch.setattr(sys, "frozen", is_frozen, raising=False)
     monkeypatch.setattr("subprocess.run", run)
     assert list_ports() == [MINE]
+    assert given["words"] == [*command, "ports", "--json", "--list-here"]
     assert (given["timeout"], given["check"], given["capture_output"]) == (3.0, True, True)
 
 
@@ -323,3 +343,6 @@ def test_the_thread_that_lists_the_ports_holds_nobody_up_at_the_end(monkeypatch:
     monkeypatch.setattr("serial.tools.list_ports.comports", comports)
     assert list_ports() == [PortInfo("/dev/ttyS0")]
     assert [(one.name, one.daemon) for one in threads] == [("dps-s ports", True)]
+    monkeypatch.setattr("serial.tools.list_ports.comports", lambda: 1 / 0)
+    with pytest.raises(PortsUnknown):
+        list_ports()

@@ -2,6 +2,7 @@
 
 from collections.abc import Generator
 from concurrent.futures import Future
+from itertools import pairwise
 from typing import Any
 
 import pytest
@@ -21,7 +22,7 @@ from app.engine.procedure import (
     Report,
     UseRate,
 )
-from app.engine.session import Run
+from app.engine.session import BATCH_S, LOCK, Run
 from app.engine.transport import PortError, PortTrouble
 from app.procedures.find import find_rate
 from app.procedures.handshake import handshake
@@ -52,6 +53,36 @@ def test_no_read_gathers_while_an_answer_is_awaited() -> None:
     rig.line.read = noted  # type: ignore[method-assign]
     rig.run(read_everything())
     assert set(gathered) == {0.0}
+    gathered.clear()
+    rig.session.step()
+    assert gathered == [BATCH_S] == [0.008], "a stream is gathered while no answer is awaited"
+
+
+def test_a_step_ends_when_a_future_or_a_lock_may_be_due() -> None:
+    rig = settled_rig(active=True, mute=True)
+    wait, limits_s = rig.line.read, list[float]()
+
+    def noted(longest_s: float, gather_s: float) -> bytes:
+        limits_s.append(longest_s)
+        return wait(longest_s, gather_s)
+
+    def waiting() -> Procedure[None]:
+        yield Await(Future(), 0.5)
+
+    rig.line.read = noted  # type: ignore[method-assign]
+    run = Run(waiting())
+    rig.session.run(run)
+    rig.session.step(5.0)
+    assert limits_s == [pytest.approx(0.002)]
+    rig.step_until(lambda: run.is_done)
+    locking, sent_at = Run(lock()), list[float]()
+    rig.session.run(locking, is_urgent=True)
+    for _ in range(40):
+        before = rig.line.requests.count(LOCK)
+        rig.session.step(5.0)
+        sent_at += [rig.clock()] * (rig.line.requests.count(LOCK) - before)
+    gaps_s = [later - sooner for sooner, later in pairwise(sent_at[1:])]
+    assert gaps_s[:4] == pytest.approx(LOCK_GAPS_S[1:5], abs=1e-3)
 
 
 def test_the_rest_of_a_frame_is_waited_for_only_briefly() -> None:

@@ -5,6 +5,7 @@ import os
 import select
 import sys
 from collections.abc import Iterator
+from contextlib import nullcontext
 from typing import Any
 
 import pytest
@@ -23,11 +24,16 @@ class FakeSerial:
     def __init__(self, **failures: Exception) -> None:
         self.failures = failures
         self.is_closed = False
+        self.opened_with: dict[str, object] = {}
         self.data, self.far_end = os.pipe()
         self.pipe_abort_read_r, self._abort = os.pipe()
 
     def open(self) -> None:
+        self.opened_with = {name: getattr(self, name, None) for name in ("exclusive", "dtr", "rts")}
         self._fail("open")
+
+    def write(self, _data: bytes) -> None:
+        self._fail("write")
 
     def reset_input_buffer(self) -> None:
         self._fail("reset_input_buffer")
@@ -57,16 +63,73 @@ def fake() -> Iterator[FakeSerial]:
     made.release()
 
 
-@pytest.mark.parametrize(("number", "holder"), [(errno.EBUSY, HOLDER), (errno.EACCES, None)])
-def test_only_of_a_busy_port_it_is_looked_up_who_has_it(
-    number: int, holder: PortHolder | None, fake: FakeSerial, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    ("error", "trouble"),
+    [
+        (OSError(errno.ENOENT, ""), PortTrouble.MISSING),
+        (OSError(errno.ENXIO, ""), PortTrouble.MISSING),
+        (OSError(errno.ENODEV, ""), PortTrouble.MISSING),
+        (OSError(errno.ECONNREFUSED, ""), PortTrouble.MISSING),
+        (serial.SerialException("FileNotFoundError(2)"), PortTrouble.MISSING),
+        (serial.SerialException("No such device"), PortTrouble.MISSING),
+        (serial.SerialException("ConnectionRefusedError(111)"), PortTrouble.MISSING),
+        (serial.SerialException("[Errno 111] Connection refused"), PortTrouble.MISSING),
+        (OSError(errno.EBUSY, ""), PortTrouble.BUSY),
+        (OSError(errno.EAGAIN, ""), PortTrouble.BUSY),
+        (serial.SerialException("Could not exclusively lock port"), PortTrouble.BUSY),
+        (OSError(errno.EACCES, ""), PortTrouble.NOT_ALLOWED),
+        (OSError(errno.EPERM, ""), PortTrouble.NOT_ALLOWED),
+        (OSError(errno.ENOTTY, ""), PortTrouble.UNUSABLE),
+        (ValueError("Not a valid baudrate"), PortTrouble.UNUSABLE),
+    ],
+)
+def test_a_port_that_does_not_open_says_why_and_who_has_it_if_it_is_busy(
+    error: Exception, trouble: PortTrouble, fake: FakeSerial, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    fake.failures["open"] = serial.SerialException(number, os.strerror(number))
+    fake.failures["open"] = error
     monkeypatch.setattr(serial, "serial_for_url", lambda *_args, **_more: fake)
     monkeypatch.setattr(transport, "holder_of", lambda _port: HOLDER)
     with pytest.raises(PortError) as failed:
         open_line("/dev/ttyS9", 115200)
-    assert failed.value.holder == holder
+    assert failed.value.trouble is trouble
+    assert failed.value.holder == (HOLDER if trouble is PortTrouble.BUSY else None)
+
+
+@pytest.mark.parametrize(("port", "is_exclusive"), [("/dev/ttyS9", True), ("socket://127.0.0.1:9", None)])
+def test_a_port_is_opened_for_this_program_only_and_with_its_control_lines_low(
+    port: str, is_exclusive: bool | None, fake: FakeSerial, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    given: dict[str, object] = {}
+
+    def made(_port: str, **options: object) -> FakeSerial:
+        given.update(options)
+        return fake
+
+    monkeypatch.setattr(serial, "serial_for_url", made)
+    open_line(port, 9600)
+    assert given == {"do_not_open": True, "baudrate": 9600, "timeout": 0.01, "write_timeout": 0.3}
+    assert fake.opened_with == {"exclusive": is_exclusive, "dtr": False, "rts": False}
+
+
+@pytest.mark.parametrize(
+    ("failure", "is_aborted", "trouble"),
+    [
+        (None, False, None),
+        (None, True, PortTrouble.STUCK),
+        (serial.SerialTimeoutException(), False, PortTrouble.STUCK),
+        (OSError(errno.EIO, ""), False, PortTrouble.LOST),
+    ],
+)
+def test_a_write_that_is_broken_off_is_stuck_and_one_that_fails_is_lost(
+    failure: Exception | None, is_aborted: bool, trouble: PortTrouble | None, fake: FakeSerial
+) -> None:
+    line = SerialLine("/dev/ttyS9", fake)  # type: ignore[arg-type]
+    if failure is not None:
+        fake.failures["write"] = failure
+    if is_aborted:
+        line.abort()
+    with nullcontext() if trouble is None else pytest.raises(PortError, match=f"/dev/ttyS9: {trouble.value}"):
+        line.write(b"Ba")
 
 
 def test_a_port_that_fails_right_after_the_opening_is_lost_and_closed(

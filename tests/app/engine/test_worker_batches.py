@@ -5,8 +5,11 @@ from itertools import pairwise
 import pytest
 
 from app.engine import worker as worker_module
-from app.engine.worker import PUBLISH_EVERY_S, Batch, Worker
+from app.engine.transport import PortTrouble
+from app.engine.worker import PUBLISH_EVERY_S, Batch, PortState, Worker
 from app.procedures.stream import StreamSwitch, watch
+from protocol.catalogue import SERIAL_OUTPUT
+from protocol.events import Answered
 from protocol.link_states import Presence
 from tests.support.line.sim_line import FakeClock, SimulatedLine
 
@@ -90,6 +93,30 @@ def test_a_reading_that_differs_is_handed_over_at_once_and_one_that_does_not_wit
     (batch,) = worker.batches
     assert batch.device.values["cell_voltage_v"].value == pytest.approx(3.5, abs=0.05)
     assert batch.device.values["cell_voltage_v"].at == batch.at
+
+
+@pytest.mark.parametrize(
+    ("what", "took_s", "trouble", "has_answered"),
+    [("good", 0.0, None, True), ("mute", 0.3, None, False), ("unplugged", 0.0, PortTrouble.LOST, False)],
+)
+def test_closing_switches_the_stream_off_within_its_limit(
+    what: str, took_s: float, trouble: PortTrouble | None, has_answered: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    worker = _TurnedWorker(monkeypatch)
+    if what == "mute":
+        worker.line.bench.change(mute=True)
+    elif what == "unplugged":
+        worker.line.bench.unplug()
+    worker.close()
+    began = worker.clock.now_s
+    worker._turn()
+    assert worker.clock.now_s - began == pytest.approx(took_s, abs=0.03)
+    connection = worker.batches[-1].connection
+    assert connection.state is PortState.CLOSED
+    assert (connection.trouble and connection.trouble.trouble) is trouble
+    events = [event for batch in worker.batches for event in batch.events]
+    answers = [event for event in events if isinstance(event, Answered) and event.request == SERIAL_OUTPUT.set(False)]
+    assert len(answers) == has_answered
 
 
 def test_a_lost_module_is_told_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
