@@ -45,6 +45,7 @@ def test_the_first_question_waits_the_vendors_second_three_times(bench: Bench) -
     (given_up,) = bench.taken(Unanswered)
     assert isinstance(given_up, Unanswered)
     assert (given_up.attempts, given_up.waited_s) == (3, 1.0)
+    assert [event.attempt for event in bench.events if isinstance(event, Sent)] == [1, 2, 3]
     assert bench.link.counters.time_outs == 3
     assert bench.link.counters.retries == 2
 
@@ -80,6 +81,19 @@ def test_a_set_goes_out_once_and_unanswered_its_outcome_is_unknown(bench: Bench,
     assert request_.encode() not in bench.wait(30)
     assert [type(event) for event in bench.taken(OutcomeUnknown)] == [OutcomeUnknown]
     assert sum(event.request == request_ for event in bench.events if isinstance(event, Sent)) == 1
+
+
+@pytest.mark.parametrize(("name", "waited_s"), [("light_threshold", [0.5]), ("light", [])])
+def test_what_is_abandoned_is_of_unknown_outcome_if_it_may_have_changed_something(
+    bench: Bench, name: str, waited_s: list[float]
+) -> None:
+    bench.ask(named(name).set(2.0) if waited_s else named(name).query())
+    bench.wait(0.5)
+    unknown = bench.link.abandon(bench.now)
+    assert [(type(event), event.waited_s, event.at) for event in unknown if isinstance(event, OutcomeUnknown)] == [
+        (OutcomeUnknown, waited, bench.now) for waited in waited_s
+    ]
+    assert len(unknown) == len(waited_s)
 
 
 def test_a_dangerous_request_needs_an_explicit_act_and_goes_out_once(bench: Bench) -> None:

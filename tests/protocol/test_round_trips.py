@@ -17,6 +17,7 @@ def measured(*samples_s: float) -> RoundTrips:
 def test_the_vendors_numbers() -> None:
     timing = Timing()
     assert (timing.answer_s, timing.attempts) == (1.0, 3)
+    assert timing.late_s == timing.attempts * timing.answer_s
     assert 10.0 <= timing.heartbeat_every_s <= 30.0
     assert timing.doubled_s < 0.05 < timing.restart_s < 1.0, "a restart sends two heartbeats 50 ms apart"
     assert timing.drain_s + timing.probe_after_s < timing.shortest_wait_s < timing.quiet_s < timing.records_quiet_s

@@ -14,9 +14,12 @@ from app.preflight.findings import Case, CheckResult, Finding
 from app.preflight.line_checks import TRIALS_NEEDED
 from app.preflight.reread import StateReading
 from app.preflight.run import STEPS, run_preflight
+from app.procedures.read import read_everything
 from app.procedures.settings_reading import SettingsReading
 from protocol.fields import Value
+from protocol.frame import Reason
 from protocol.messages import Status
+from tests.support.journals import FakeJournal
 from tests.support.line.sim_line import Rig
 
 LEVEL = Status(0, 1.0, False, False)
@@ -133,7 +136,10 @@ def test_the_lowest_of_the_answers_is_the_cell_voltage(
     [([False, False], PASS), ([False, True], FAIL), ([True, False], FAIL), ([False], UNKNOWN), ([], UNKNOWN)],
 )
 def test_external_power_in_one_answer_is_enough(states: list[Value], result: CheckResult) -> None:
-    assert finding("charging", series={"charging": states}).result is result
+    found = finding("charging", series={"charging": states})
+    assert found.result is result
+    if result is not UNKNOWN:
+        assert (found.measured, found.shown.in_english()) == ((True, "yes") if result is FAIL else (False, "no"))
 
 
 @pytest.mark.parametrize(
@@ -158,6 +164,7 @@ def test_one_report_of_many_decides() -> None:
 
 
 def test_a_check_that_did_not_end_is_not_undisturbed() -> None:
+    assert finding("undisturbed", ended_at=1.0).measured is True
     assert finding("undisturbed", ended_at=1.0).result is PASS
     assert finding("undisturbed").result is UNKNOWN
     assert finding("undisturbed", ended_at=1.0, disturbance=Disturbance.SLEPT).result is FAIL
@@ -190,18 +197,32 @@ def test_both_readings_are_whole_and_the_same(
     first: StateReading | None, last: StateReading | None, result: CheckResult, shown: str
 ) -> None:
     found = finding("read_twice", first=first, last=last)
+    assert (found.measured is True) is (result is PASS)
     assert (found.result, found.shown.in_english()) == (result, shown)
 
 
+def test_what_was_before_a_check_does_not_disturb_it() -> None:
+    evidence, rig = Evidence(port="sim"), Rig({"uptime": 60})
+    rig.run(read_everything())
+    rig.bench.module.memory.boot_count += 1  # a restart that nobody heard
+    rig.session._link.counters.rejected_bytes[Reason.NO_HEADER] = 5
+    rig.run(run_preflight(evidence))
+    assert (evidence.disturbance, evidence.rejected_bytes) == (None, 0)
+
+
 def test_a_check_reports_its_seven_steps_and_keeps_the_time_of_the_last_status() -> None:
-    evidence, reports = Evidence(port="sim"), list[Report]()
+    evidence, reports, journal = Evidence(port="sim"), list[Report](), FakeJournal()
     rig = Rig({"uptime": 60})
-    run = Run(run_preflight(evidence), reports.append)
+    run = Run(run_preflight(evidence, is_enabling=True, journal=journal), reports.append)
     rig.session.run(run)
     rig.step_until(lambda: run.is_done)
     steps = [report for report in reports if report.total == STEPS]
     assert [report.done for report in steps] == list(range(STEPS))
     assert len({report.doing for report in steps}) == STEPS - 1, "the settings are read twice"
+    assert [(detail["setting"], detail["wanted"]) for _, _, detail in journal.intents] == [
+        ("attitude_trigger", True),
+        ("freefall_trigger", True),
+    ]
     assert evidence.last is not None
     assert evidence.status_at == evidence.last.status_at
     assert evidence.ended_at is not None

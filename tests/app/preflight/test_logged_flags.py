@@ -147,11 +147,14 @@ def _altered(store: Store) -> None:
     lambda store: _enable(store, None), lambda store: _enable(store, Outcome.REFUSED),
     lambda store: _enable(store, is_acknowledged=False), lambda store: _enable(store, port="/dev/ttyUSB1"),
 ])  # fmt: skip
-def test_what_comes_after_it_casts_doubt(store: Store, spoil: Callable[[Store], None]) -> None:
+def test_what_comes_after_it_casts_doubt(
+    store: Store, spoil: Callable[[Store], None], caplog: pytest.LogCaptureFixture
+) -> None:
     _enable(store)
     assert _fate(store) is FlagState.ENABLED
     spoil(store)
     assert _fate(store) is FlagState.NEVER_SET
+    assert ("The audit log does not tell" in caplog.text) is (spoil is _no_frame)
 
 
 def test_what_never_left_and_what_was_done_to_another_module_change_nothing(store: Store) -> None:

@@ -15,7 +15,7 @@ from app.safety.acts import REQUESTS, Act
 from app.safety.interlocks import Interlock
 from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
-from protocol.catalogue import Hazard
+from protocol.catalogue import BY_NAME, Hazard
 from protocol.events import Received
 from tests.support.journals import FakeJournal
 from tests.support.line.sim_line import Rig
@@ -102,6 +102,8 @@ def test_what_came_of_it_is_known_at_once_on_a_good_line(act: Act) -> None:
     begun = rig.clock()
     assert do(rig, act).outcome is Outcome.CONFIRMED
     took_s = rig.clock() - begun
+    asks_threshold = BY_NAME["attitude_threshold"].query() in rig.line.requests
+    assert asks_threshold is (act is Act.ACTIVATE), "only an activation compares the tilt with it"
     # Before zeroing it has to lie still for two seconds; a second report of firing, and a silence, take their time.
     assert took_s < {Act.ZERO: 2.4, Act.DEPLOY: 1.5, Act.SHUTDOWN: 4.0}.get(act, 0.5), took_s
 

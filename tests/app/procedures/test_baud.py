@@ -149,6 +149,7 @@ def test_what_is_not_allowed_is_not_sent(what: str) -> None:
     assert (changed.end, changed.heard) == (BaudEnd.NOT_SENT, SetReply.NOT_SENT)
     assert changed.refusals
     assert changed.sentence.startswith("Nothing was sent. ")
+    assert changed.sentence.endswith("The disk is full.") is (what == "log")
     assert sets(rig) == 0
     assert not set(journal.rates)
 

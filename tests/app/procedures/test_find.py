@@ -7,14 +7,21 @@ from types import MappingProxyType
 import pytest
 
 from app.engine.device import DeviceView
-from app.engine.procedure import Ask, Effect, EngineView, LinkView, Pause, Procedure, UseRate
-from app.procedures.baud import look_for
+from app.engine.procedure import Ask, Effect, EngineView, LinkView, Pause, Procedure, Report, Slept, UseRate
+from app.engine.run import Run
+from app.engine.transport import PortError, PortTrouble
+from app.procedures.baud import ROUNDS, look_for
 from app.procedures.find import SETTLE_S, find_rate
-from app.procedures.handshake import Silence, _silence
-from app.procedures.read import read_everything
-from protocol.catalogue import BAUD_RATES
+from app.procedures.handshake import NoAnswer, Silence, _silence
+from app.procedures.read import READABLE, read_everything
+from app.procedures.settings_reading import read_settings
+from app.procedures.write_all import SettingChange, WriteContext, write_all
+from app.safety.acts import Act
+from app.safety.journal import NoJournal
+from protocol.catalogue import BAUD_RATES, BY_NAME
 from protocol.events import Counters, Role, Unanswered
 from protocol.frame import Reason
+from tests.support.journals import FakeJournal
 from tests.support.line.sim_line import Rig
 
 
@@ -56,6 +63,43 @@ def seen(frames: int = 0, echoes: int = 0, rejected: int = 0) -> EngineView:
 )
 def test_a_silence_is_told_by_what_came_since(after: EngineView, silence: Silence) -> None:
     assert _silence(seen(5, 5, 5), after) is silence
+
+
+@pytest.mark.parametrize(
+    ("error", "text"),
+    [
+        (NoAnswer("/dev/x", 9600, Silence.ECHO), "/dev/x: no answer at 9600 baud: echo"),
+        (PortError(PortTrouble.LOST, "/dev/x", "gone"), "/dev/x: lost: gone"),
+        (Slept(90.0), "the computer slept for 90 s"),
+        (NoJournal("no disk").begin(Act.LOCK, b"", {}).exception(0.0), "no disk"),
+        (NoJournal("no disk").begin_baud(9600, 4800).exception(0.0), "no disk"),
+    ],
+    ids=lambda value: type(value).__name__,
+)
+def test_a_failure_says_in_the_log_what_it_is(error: Exception, text: str) -> None:
+    assert str(error) == text
+
+
+TWO_CHANGES = [SettingChange(BY_NAME["freefall_time"], 1.2), SettingChange(BY_NAME["attitude_threshold"], 70)]
+
+
+@pytest.mark.parametrize(
+    ("procedure", "doing", "total"),
+    [
+        (read_settings, "Reading: {what}", 6),
+        (read_everything, "Reading: {what}", len(READABLE)),
+        (lambda: look_for(57600, 38400), "Trying {rate} baud", 2 * ROUNDS + 4),
+        (find_rate, "Trying {rate} baud", 6),
+        (lambda: write_all(TWO_CHANGES, WriteContext(journal=FakeJournal())), "Writing: {what}", 2),
+    ],
+)
+def test_progress_is_counted_step_by_step(procedure: Callable[[], Procedure[object]], doing: str, total: int) -> None:
+    rig, reports = Rig({"baud": 4800}, baud_rate=115200 if "rate" in doing else 4800), list[Report]()
+    run = Run(procedure(), reports.append)
+    rig.session.run(run)
+    rig.step_until(lambda: run.is_done)
+    steps = [(report.done, report.total) for report in reports if report.doing == doing]
+    assert steps[:total] == [(done, total) for done in range(total)]
 
 
 @pytest.mark.parametrize("look", [lambda: look_for(57600, 38400), find_rate], ids=["look_for", "find_rate"])

@@ -10,7 +10,7 @@ from app.engine.snapshots import Snapshot
 from app.procedures.act import Armed
 from app.procedures.lock import lock
 from app.procedures.stream import StreamSwitch, watch
-from app.procedures.write import SetReply, WriteFault
+from app.procedures.write import SetReply, WriteFault, Written
 from app.procedures.write_all import SettingChange, WriteContext, WriteReport, write_all
 from app.safety.acts import Act
 from app.safety.interlocks import Interlock
@@ -37,13 +37,15 @@ def sets(rig: Rig) -> list[str]:
 def test_all_are_verified_and_the_baud_rate_comes_last() -> None:
     rig, journal = Rig(), FakeJournal()
     permit = Permit(Act.CHANGE_BAUD, Origin.COMMAND_LINE, rig.clock())
+    told: list[Written] = []
     report = write(
-        rig, WriteContext(journal=journal, permit=permit),
+        rig, WriteContext(journal=journal, permit=permit, on_written=told.append),
         baud_rate=9600, freefall_time=1.2, attitude_trigger=False, attitude_threshold=70,
     )  # fmt: skip
     assert [written.command.name for written in report.results] == sets(rig)
     assert sets(rig)[-1] == "baud_rate"
     assert [written.verified for written in report.results] == [True, None, True, True]
+    assert told == list(report.results)
     assert report.is_fine
     assert rig.line.baud_rate == 9600
     assert [intent[0] for intent in journal.intents] == [Act.WRITE, Act.WRITE, Act.WRITE, Act.CHANGE_BAUD]
@@ -165,6 +167,15 @@ def test_a_setting_is_written_also_where_nothing_can_be_logged_but_not_the_baud_
     report = write(rig, WriteContext(journal=NoJournal("no disk"), permit=permit), freefall_time=1.2, baud_rate=9600)
     assert sets(rig) == ["freefall_time"]
     assert [refusal.condition for refusal in report.refusals] == [Interlock.INTENT_DURABLE]
+
+
+@pytest.mark.parametrize("is_enabled", [False, True])
+def test_a_trigger_is_not_disabled_where_that_cannot_be_logged(is_enabled: bool) -> None:
+    rig, journal = Rig(), FakeJournal()
+    journal.is_broken = True
+    report = write(rig, WriteContext(journal=journal), attitude_trigger=is_enabled)
+    assert sets(rig) == ["attitude_trigger"] * is_enabled
+    assert [refusal.condition for refusal in report.refusals] == [Interlock.INTENT_DURABLE] * (not is_enabled)
 
 
 def test_the_baud_rate_needs_its_own_permit() -> None:
