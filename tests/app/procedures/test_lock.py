@@ -7,33 +7,17 @@ from typing import Any
 import pytest
 from hypothesis import settings
 
-from app.engine.device import DeviceView
-from app.engine.procedure import (
-    LOCK_GAPS_S,
-    LOCKS_FOR_S,
-    MAX_LOCKS,
-    Ask,
-    Effect,
-    EngineView,
-    Inspect,
-    LinkView,
-    LockRepeat,
-    Pause,
-    PortLost,
-    Report,
-    UseRate,
-)
+from app.engine.procedure import LOCK_GAPS_S, LOCKS_FOR_S, MAX_LOCKS, LockRepeat, PortLost
 from app.engine.session import Run
 from app.procedures.act import perform
 from app.procedures.find import Found, find_rate
-from app.procedures.lock import BREATH_S, QUESTIONS, SENTENCES, SILENT_S, Locked, lock, waiting_sentence
+from app.procedures.lock import BREATH_S, SENTENCES, SILENT_S, Locked, lock, waiting_sentence
 from app.safety.acts import REQUESTS, Act
 from app.safety.journal import NoJournal, Outcome
 from app.safety.permit import Origin, Permit
-from protocol.catalogue import BAUD_RATES, BY_NAME, Hazard, Request
-from protocol.events import Answered, Counters, Unanswered
-from protocol.messages import Acknowledgement, Reading
+from protocol.catalogue import BAUD_RATES, BY_NAME, Hazard
 from tests.support.journals import FakeJournal
+from tests.support.line.lock_script import LockScript
 from tests.support.line.sim_line import Rig, settled_rig
 
 LOCK = REQUESTS[Act.LOCK]
@@ -296,70 +280,6 @@ def test_on_bad_lines_it_arrives_and_is_never_claimed_wrongly(faults: dict[str, 
     assert confirmed >= SEEDS * 0.95
 
 
-class Script:
-    """Runs `lock` without a line. `answer` gives what the module reports at a time: active, locked or nothing."""
-
-    def __init__(self, answer: Callable[[float], bool | None], proven_rate: int | None, *, is_searched: bool) -> None:
-        self.now = 0.0
-        self.repeat = LockRepeat()
-        self.asked: list[tuple[float, Request]] = []
-        self.rates: list[tuple[float, int]] = []
-        self.progress: list[tuple[int, int]] = []
-        self.withheld = self.asked_after = 0
-        self._has_ended = False
-        self._answer = answer
-        self._proven_rate, self._is_searched = proven_rate, is_searched
-
-    def run(self, journal: FakeJournal | None = None) -> Locked:
-        procedure, result = lock(journal, self.repeat), None
-        try:
-            for _ in range(3000):
-                result = self._result(procedure.send(result))
-        except StopIteration as ended:
-            locked: Locked = ended.value
-            return locked
-        raise AssertionError("it does not end")
-
-    def _result(self, effect: Effect) -> Any:
-        match effect:
-            case Inspect():
-                self._has_ended = not self.repeat.is_repeating(self.now)
-                return EngineView(
-                    self.now, 0.0, 115200, DeviceView(), LinkView(Counters(), None, None, 0),
-                    proven_rate=self._proven_rate, is_rate_searched=self._is_searched,
-                )  # fmt: skip
-            case Ask():
-                return self._reply(effect)
-            case UseRate(rate):
-                self.rates.append((self.now, rate))
-            case Report(done, total) if total == MAX_LOCKS:
-                self.progress.append((done, self.repeat.sent))
-            case Pause(seconds):
-                self.now += seconds
-        return self.now
-
-    def _reply(self, ask: Ask) -> Answered | Unanswered:
-        if ask.request == LOCK and self.withheld:
-            self.withheld -= 1
-            return Unanswered(LOCK, 0, 0.0, self.now)
-        if ask.request == LOCK:
-            self.repeat.note_sent(self.now)
-            if self._answer(self.now) is None:
-                return Unanswered(LOCK, 1, 0.0, self.now)
-            return Answered(LOCK, (Acknowledgement(LOCK, 0),), 1, 0.01, self.now)
-        active = self._answer(self.now) if ask.request in QUESTIONS else None
-        if ask.request in QUESTIONS:
-            assert ask.attempts == 1, "LOCK is repeated meanwhile"
-            self.asked.append((self.now, ask.request))
-            self.asked_after += self._has_ended
-        self.now += 0.3 if active is None else 0.01
-        if ask.repeat is not None and active is None and self.repeat.is_due(self.now):
-            self.repeat.note_sent(self.now)
-        if active is None:
-            return Unanswered(ask.request, 1, 0.3, self.now)
-        return Answered(ask.request, (Reading(ACTIVE.command, int(active)),), 1, 0.01, self.now)
-
-
 def contradicting() -> Callable[[float], bool]:
     reports = cycle((True, False))
     return lambda _now: next(reports)
@@ -378,7 +298,7 @@ def contradicting() -> Callable[[float], bool]:
 def test_after_the_last_lock_the_state_is_asked_for_until_it_is_clear_at_most_five_times(
     answer: Callable[[float], bool | None], outcome: Outcome, heard: tuple[bool, bool], after: int
 ) -> None:
-    script, journal = Script(answer, 115200, is_searched=False), FakeJournal()
+    script, journal = LockScript(answer, 115200, is_searched=False), FakeJournal()
     journal.line_length = lambda: script.repeat.sent
     locked = script.run(journal)
     assert (locked.outcome, (locked.is_heard, locked.is_acknowledged)) == (outcome, heard)
@@ -398,7 +318,7 @@ def test_after_the_last_lock_the_state_is_asked_for_until_it_is_clear_at_most_fi
 def test_a_silent_module_is_searched_for_once_and_the_proven_rate_returns(
     proven_rate: int | None, is_searched: bool, before: list[int], after: list[int], silent_from: float
 ) -> None:
-    script = Script(lambda now: True if now < silent_from else None, proven_rate, is_searched=is_searched)
+    script = LockScript(lambda now: True if now < silent_from else None, proven_rate, is_searched=is_searched)
     assert not script.run().is_locked
     assert [rate for _, rate in script.rates] == [*before, *BAUD_RATES, 115200, *after]
     began = script.rates[len(before)][0]
@@ -409,7 +329,7 @@ def test_a_silent_module_is_searched_for_once_and_the_proven_rate_returns(
 
 
 def test_a_lock_that_a_sleep_of_the_computer_withheld_is_sent_after_a_breath_and_logged_once() -> None:
-    script, journal = Script(lambda _now: False, 115200, is_searched=False), FakeJournal()
+    script, journal = LockScript(lambda _now: False, 115200, is_searched=False), FakeJournal()
     script.withheld = 1
     assert script.run(journal).sent == 1
     assert script.asked[0][0] >= BREATH_S
