@@ -1251,7 +1251,7 @@
     </message>
     <message>
         <source>Fires the parachute.</source>
-        <translation>触发开伞。</translation>
+        <translation>降落伞将弹出。</translation>
     </message>
     <message>
         <source>Fires the parachute; 00 forbids it, for an unknown time.</source>

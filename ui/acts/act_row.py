@@ -84,7 +84,7 @@ class ActRow(QFrame):
         # An old status does not disable the button: the engine asks for a new one before it decides.
         in_the_way = [one for one in found if one.condition is not Interlock.FRESH_STATUS]
         if self.act is Act.ZERO:
-            self.live.setText(motion_text(self._connector))
+            self.live.setText("" if told else motion_text(self._connector))  # the condition gives the figures
         self.confirm.set_possible(not in_the_way and not self._job.is_running)
         notice = self._job.notice(ASKING, can_cancel=False)
         self.said.show_notice(notice)

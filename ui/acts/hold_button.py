@@ -116,13 +116,13 @@ class HoldButton(StepButton):
         painter.end()
 
     def _paint_share(self, painter: QPainter) -> None:
-        danger = current().danger
+        tint = current().danger if self.property("role") == "danger" else current().information
         outline = QPainterPath()
         outline.addRoundedRect(QRectF(self.rect()).adjusted(2, 2, -2, -2), 5, 5)
         painter.setClipPath(outline)
         done = QRectF(0, 0, self.width() * self._share, self.height())
-        painter.fillRect(done, QColor(danger.fill))
+        painter.fillRect(done, QColor(tint.fill))
         painter.setClipRect(done, Qt.ClipOperation.IntersectClip)
-        painter.setPen(QColor(danger.on_fill))
+        painter.setPen(QColor(tint.on_fill))
         painter.setFont(self.font())
         painter.drawText(self.rect(), Qt.AlignmentFlag.AlignCenter, self.text())

@@ -36,13 +36,14 @@ from ui.style.theme import Meaning, Space, scaled
 from ui.widgets.controls import control
 from ui.widgets.gestures import gestures
 from ui.widgets.labels import ElidedLabel, text_label
-from ui.widgets.layouts import FlowRow, in_column, in_row, retain_size
+from ui.widgets.layouts import FlowRow, in_column, in_row
 from ui.widgets.naming import named, set_role
 from ui.widgets.notice_bar import Notice, NoticeBar
 from ui.widgets.step_button import StepButton, is_in_sight, leave_focus
 
 TICK_MS: Final = 20
 _BAR_PX: Final = 8
+_COUNTDOWN_PX: Final = 160
 _MARK_PX: Final = 24
 _NOTICE_PX: Final = 40
 _ENDED: Final = {
@@ -96,8 +97,8 @@ class RitualWidget(QFrame):
         self.countdown = control(QProgressBar(), texts, "ritual_countdown", says="Disarms in")
         self.countdown.setTextVisible(False)
         self.countdown.setFixedHeight(_BAR_PX)
+        self.countdown.setFixedWidth(_COUNTDOWN_PX)
         self.countdown.setRange(0, round(ARMED_FOR_S * 1000))
-        retain_size(self.countdown)
         self.choose = control(StepButton(), texts, "ritual_choose", "Deploy…", role="danger",
                               slot=partial(self._choose, is_rehearsal=False))  # fmt: skip
         self.rehearse = control(StepButton(), texts, "ritual_rehearse", "Rehearse…",
@@ -335,15 +336,14 @@ class RitualWidget(QFrame):
         ):
             for one in widgets:
                 stack.addWidget(one)
-        in_row(self._title, (self._reasons, 1), of=self._words, spacing=Space.M, margins=0)
-        step = in_row(self.step, (self.countdown, 1), spacing=Space.M)
+        in_row(self._title, (self._reasons, 1), self.step, self.countdown, of=self._words, spacing=Space.M, margins=0)
         # The number of each step above its buttons; Cancel in the corner that a hand reaches first.
         row = FlowRow(spacing_px=Space.XL)
         starts = in_row(self.rehearse, self.choose, spacing=Space.S)
         for mark, buttons in zip(self.marks, (starts, in_row(self.arm), in_row(self.hold)), strict=True):
             row.add(_column(mark, buttons))
         row.add_right(_column(QWidget(), in_row(self.cancel)))
-        in_column(self._head, step, row, of=self, spacing=Space.XS, margins=(Space.M, Space.S))
+        in_column(self._head, row, of=self, spacing=Space.XS, margins=(Space.M, Space.S))
         # Cancel has the focus at every step: one Tab leads to the next one.
         for first, second in pairwise((self.rehearse, self.choose, self.cancel, self.arm, self.hold)):
             self.setTabOrder(first, second)

@@ -63,7 +63,7 @@ def control(
             one.setCheckable(True)
         if picture is not None:
             one.setIcon(icon(picture, is_on_primary=role == "primary"))
-            set_icon_size(one, ICON_PX, gap_px=TEXT_GAP_PX if text else 0)
+            set_icon_size(one, ICON_PX, gap_px=TEXT_GAP_PX if text or role == "primary" else 0)
             if text and isinstance(one, QToolButton):
                 one.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         if slot is not None:

@@ -66,9 +66,9 @@ class ElidedLabel(QLabel):
 class FittedLabel(QLabel):
     """Plain text that wraps within the height the layout gives: in small text, and at last elided, where it is long."""
 
-    def __init__(self) -> None:
+    def __init__(self, *, is_bold: bool = False) -> None:
         super().__init__()
-        self._texts = ("", "")
+        self._texts, self._is_bold = ("", ""), is_bold
         self.setWordWrap(True)
         self.setTextFormat(Qt.TextFormat.PlainText)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Ignored)
@@ -100,12 +100,12 @@ class FittedLabel(QLabel):
         if not shown:
             fits = partial(self._has_room, size=size)
             shown = next((one for end in range(len(whole), 0, -1) if fits(one := f"{whole[:end].rstrip()}…")), "…")
-        self.setFont(font(size))
+        self.setFont(font(size, is_bold=self._is_bold))
         self.setText(shown)
         self.setToolTip("" if shown in (whole, below) else whole)
 
     def _has_room(self, text: str, size: Size) -> bool:
-        room, metrics = self.contentsRect(), QFontMetrics(font(size))
+        room, metrics = self.contentsRect(), QFontMetrics(font(size, is_bold=self._is_bold))
         needed = metrics.boundingRect(QRect(0, 0, room.width(), 0), Qt.TextFlag.TextWordWrap.value, text)
         return needed.height() <= room.height() and needed.width() <= room.width()
 

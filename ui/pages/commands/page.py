@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Final
 
-from PySide6.QtWidgets import QFrame, QPushButton, QWidget
+from PySide6.QtWidgets import QFrame, QPushButton, QStackedLayout, QWidget
 
 from app.safety.acts import TITLES, Act
 from app.safety.last_known import Activation
@@ -14,10 +14,10 @@ from ui.acts.ritual_widget import RitualWidget
 from ui.services.context import Services
 from ui.services.page import Page
 from ui.style.icons import Icon, set_icon_size
-from ui.style.theme import Meaning, Size, Space
+from ui.style.theme import Meaning, Size, Space, scaled
 from ui.widgets.controls import TEXT_GAP_PX, control
-from ui.widgets.labels import text_label
-from ui.widgets.layouts import FlowRow, in_column, in_row, scroll_area
+from ui.widgets.labels import FittedLabel, text_label
+from ui.widgets.layouts import in_column, in_row, scroll_area
 from ui.widgets.naming import named, set_role
 from ui.widgets.notice_bar import Notice, NoticeBar
 from ui.widgets.readout import StateChip
@@ -25,6 +25,9 @@ from ui.widgets.state_chips import show_activation, show_known_trigger
 from ui.widgets.visibility_timer import VisibilityTimer
 
 REFRESH_EVERY_MS: Final = 200
+_CHIP_PX: Final = 40
+"""With room for the age of a stale state below its word."""
+_NOTICE_PX: Final = 40
 OPERATION: Final = (Act.ACTIVATE,)
 MAINTENANCE: Final = (Act.ZERO, Act.SHUTDOWN, Act.FORBID_DEPLOY)
 STATE_WORDS: Final[Mapping[Activation, str]] = {
@@ -44,12 +47,11 @@ class CommandsPage(Page):
         super().__init__("commands", parent)
         self._services, self._connector = services, services.connector
         texts = services.texts
-        self.activation = named(StateChip("", size=Size.TITLE), "commands_activation")
-        self.trigger = named(StateChip("", size=Size.TITLE), "commands_trigger")
+        self.activation = named(StateChip("", size=Size.TITLE, is_stacked=True), "commands_activation")
+        self.trigger = named(StateChip("", size=Size.TITLE, is_stacked=True), "commands_trigger")
         texts.bind(self.activation.name_unknown, "Activation unknown")
         texts.bind(self.trigger.name_unknown, "Trigger unknown")
-        self.meaning = text_label("commands_state_meaning", "strong")
-        self.meaning.setWordWrap(False)
+        self.meaning = named(FittedLabel(is_bold=True), "commands_state_meaning")
         self.lock = control(QPushButton(), texts, "commands_lock", "LOCK", says="Lock",
                             tip="Lock", key="Ctrl+L", picture=Icon.LOCK,
                             role="primary")  # fmt: skip
@@ -57,6 +59,8 @@ class CommandsPage(Page):
         services.lock.bind(self.lock)
         self.said = NoticeBar(texts)
         self.said.setObjectName("commands_said")
+        # Stacked, and of a fixed height: neither a notice nor another state moves the acts below.
+        self._lock_words, self._lock_title = QStackedLayout(), text_label("commands_lock_title", "strong")
         self.acts = {act: ActRow(services, act) for act in (*OPERATION, *MAINTENANCE)}
         self.ritual = RitualWidget(services)
         self._lay_out()
@@ -70,15 +74,21 @@ class CommandsPage(Page):
         for row in self.acts.values():
             row.refresh()
         self.ritual.refresh()
-        self.said.show_notice(self._notice())
+        notice = self._notice()
+        for one in (self._lock_title, self.said):
+            one.setMinimumHeight(scaled(_NOTICE_PX))
+        self.said.show_notice(notice)
+        self._lock_words.setCurrentWidget(self._lock_title if notice is None else self.said)
 
     def _show_state(self) -> None:
         device, now = self._connector.device, self._connector.clock()
         self.activation.set_caption(tr("Activation"))
         self.trigger.set_caption(tr("Trigger"))
         show_activation(self.activation, self._connector.activation, now)
-        self.meaning.setText(tr(STATE_WORDS[self._connector.activation.state]))
+        self.meaning.show_text(tr(STATE_WORDS[self._connector.activation.state]))
         show_known_trigger(self.trigger, device.known("triggered", now), now)
+        for chip in (self.activation, self.trigger):
+            chip.setFixedHeight(scaled(_CHIP_PX))
 
     def _notice(self) -> Notice | None:
         lock = self._services.lock
@@ -88,13 +98,12 @@ class CommandsPage(Page):
 
     def _lay_out(self) -> None:
         texts = self._services.texts
-        state = FlowRow(spacing_px=Space.M)
-        state.add(self.activation, self.trigger, self.meaning)
+        state = in_row(self.activation, self.trigger, (self.meaning, 1), spacing=Space.M)
         safe = named(QFrame(), "commands_safe", "card")
-        title = text_label("commands_lock_title", "strong")
-        texts.bind(title.setText, TITLES[Act.LOCK])
-        words = in_column(title, self.said, spacing=2)
-        in_row((words, 1), self.lock, of=safe, spacing=Space.L, margins=(Space.M, Space.XS))
+        texts.bind(self._lock_title.setText, TITLES[Act.LOCK])
+        for one in (self._lock_title, self.said):
+            self._lock_words.addWidget(one)
+        in_row((self._lock_words, 1), self.lock, of=safe, spacing=Space.L, margins=(Space.M, 1))
         groups = (
             (marked("Make safe"), safe),
             (marked("Operation"), self._corner("commands_operation", OPERATION)),

@@ -33,7 +33,7 @@ from ui.services.page import Page
 from ui.simulator.level_offer import rest_offer
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import Shortcut
-from ui.widgets.layouts import in_column
+from ui.widgets.layouts import in_column, in_row
 from ui.widgets.notice_bar import Notice, NoticeBar
 from ui.widgets.sliders import WheelGuard
 from ui.widgets.visibility_timer import VisibilityTimer
@@ -257,7 +257,8 @@ class PreflightPage(Page):
         head = in_column(self.header, self.banner, self.form, spacing=Space.XS, margins=(Space.M, 0, Space.M, Space.S))
         view = QWidget()
         view.setObjectName("preflight_check")
-        in_column(head, self.activation, (self.list, 1), self.strip, self.buttons, of=view, spacing=0, margins=0)
+        activation = in_row(self.activation, margins=(0, 0, 0, Space.S))
+        in_column(head, activation, (self.list, 1), self.strip, self.buttons, of=view, spacing=0, margins=0)
         return view
 
     # Qt

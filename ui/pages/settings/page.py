@@ -49,9 +49,9 @@ from ui.pages.settings.row import (
 from ui.pages.settings.setting_pane import SettingPane
 from ui.services.context import Services
 from ui.services.page import Page
-from ui.style.icons import Icon, set_icon_size
+from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space, scaled
-from ui.widgets.controls import ICON_PX, TEXT_GAP_PX, Shortcut, control
+from ui.widgets.controls import Shortcut, control
 from ui.widgets.layouts import FlowRow, in_column, in_row, scroll_area
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import Notice, NoticeBar
@@ -111,13 +111,15 @@ class SettingsPage(Page):
     def refresh(self) -> None:
         work, device, now = self.work, self._connector.device, self._connector.clock()
         form = work.form
-        for row in form.rows(device, now):
+        rows = form.rows(device, now)
+        for row in rows:
             key = row.command.key
             self.rows[key].show_row(row, now, is_editable=work.can_edit, is_chosen=key == self._chosen)
         self._show_pane()
         count = len(form.changes(device, now))
         has_invalid = form.count_unsent(device, now) > count
-        self.write.setText(tr("Invalid value") if has_invalid else _write_text(count))
+        writing = sum(row.state is RowState.WRITING for row in rows)
+        self.write.setText(tr("Invalid value") if has_invalid else _write_text(count or writing))
         self.write.setAccessibleName(self.write.text())
         self.write.setEnabled(work.can_write and count > 0 and not has_invalid)
         self.read.setEnabled(work.job.can_run)
@@ -210,7 +212,6 @@ class SettingsPage(Page):
         texts, work, form = self._services.texts, self.work, self.work.form
         self.write = control(QPushButton(), texts, "settings_write", tip="Write and verify", key="Ctrl+Return",
                              picture=Icon.DROP, role="primary", slot=work.write)  # fmt: skip
-        set_icon_size(self.write, ICON_PX, gap_px=TEXT_GAP_PX)
         self.read = control(QPushButton(), texts, "settings_read", "Read all", key="F5",
                             picture=Icon.AGAIN, slot=self.work.read_all)  # fmt: skip
         self.undo = control(QPushButton(), texts, "settings_undo", says="Undo", key="Ctrl+Z",

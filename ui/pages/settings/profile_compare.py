@@ -16,10 +16,11 @@ from PySide6.QtWidgets import (
 )
 
 from app.engine.device import DeviceView
+from app.settings.form import FORM_COMMANDS
 from app.settings.profiles import Match, Profile, ProfileRow, compare
 from app.settings.setting_texts import value_text
 from app.text.i18n import tr
-from protocol.catalogue import BAUD_RATE, SETTINGS, Command
+from protocol.catalogue import BAUD_RATE, Command
 from protocol.fields import Value
 from protocol.translatable import marked
 from ui.core.texts import Texts
@@ -60,7 +61,7 @@ class ProfileCompare(QWidget):
         self.faults = text_label("profile_faults", "attention")
         self.faults.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.note = text_label("profile_note", "small")
-        self._rows = {command.key: _CompareRow(command, texts) for command in SETTINGS}
+        self._rows = {command.key: _CompareRow(command, texts) for command in (*FORM_COMMANDS, BAUD_RATE)}
         for key, row in self._rows.items():
             row.tick.clicked.connect(partial(self._set_touched, key))
         self.apply = control(QPushButton(), texts, "profile_apply", picture=Icon.CHECK, role="primary",
@@ -125,7 +126,7 @@ class ProfileCompare(QWidget):
         for number, row in enumerate(self._rows.values(), start=1):
             for column, widget in enumerate((row.tick, row.wanted, row.stands, row.chip)):
                 grid.addWidget(widget, number, column, alignment=Qt.AlignmentFlag.AlignVCenter)
-        grid.setColumnStretch(0, 1)
+        grid.setColumnStretch(len(heads), 1)
         content = named(QWidget(), "profile_content")
         in_column(
             self.title,
@@ -136,7 +137,7 @@ class ProfileCompare(QWidget):
             1,
             of=content,
             spacing=Space.S,
-            margins=(Space.M, Space.S, Space.S, Space.S),
+            margins=(Space.M, Space.S),
         )
         scroll = scroll_area(content, texts, "profile_scroll", "Profile")
         foot = in_row(1, self.close_button, self.apply, spacing=Space.S, margins=(Space.M, Space.S))

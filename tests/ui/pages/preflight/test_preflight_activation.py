@@ -13,6 +13,7 @@ from app.simulator.quirks import Rule
 from tests.support.window.preflight_window import OnBench, find_in, kept, name_module, on_bench
 from tests.support.window.steps import settle
 from ui.pages.preflight.controller import Standing
+from ui.style.theme import Space
 from ui.widgets.step_button import StepButton
 
 
@@ -49,6 +50,7 @@ def test_three_presses_lead_from_ready_to_the_activation_and_to_go(
         assert not page.activation.isVisible()
         assert bench.check() is Standing.READY
         assert page.activation.isVisible()
+        bench.until(lambda: page.list.y() >= page.activation.geometry().bottom() + Space.S)  # it touches no heading
         ready = page.work.record
         activate(bench)
         bench.wait_standing(Standing.GO)

@@ -128,6 +128,8 @@ def test_a_restart_in_the_middle_claims_nothing(qtbot: QtBot, qapp: QApplication
         one.bench.change(delay_ms=200.0)
         write(one)
         one.until(lambda: len(one.changes("freefall_time")) == 1)
+        one.settings.refresh()
+        assert (one.settings.write.text(), one.settings.write.isEnabled()) == ("Write 1 change", False)
         one.bench.restart()
         one.bench.end_faults()
         one.until(lambda: not one.settings.work.form.is_writing, 30_000)
