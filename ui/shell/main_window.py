@@ -35,7 +35,7 @@ from ui.shell.top_bar import TopBar
 from ui.shell.window_size import fit_screen
 from ui.simulator.dock import SimulatorDock
 from ui.style.icons import app_icon
-from ui.widgets.layouts import in_column, in_row
+from ui.widgets.layouts import in_row
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import Notice, NoticeBar
 from ui.widgets.recording_bar import RecordingBar
@@ -93,7 +93,7 @@ class MainWindow(QMainWindow):
         self.area = PageArea()
         self.stack = self.area.stack
         self.panel = ConnectPanel(self._connector, ports, texts)
-        self.status_bar = StatusBar(self._connector, texts, services.in_use, self.notice_bar)
+        self.status_bar = StatusBar(self._connector, texts, services.in_use, self.notice_bar, self.recording_bar)
         sessions = services.storage.sessions
         self.recording_sign = RecordingSign(lambda: sessions.sign)
         self.status_bar.add(self.recording_sign)
@@ -136,8 +136,7 @@ class MainWindow(QMainWindow):
 
     def _lay_out(self) -> None:
         centre = self.centre = named(QWidget(), "centre")
-        body = in_row(self.navigation, (self.area, 1), (self.panel, 1), spacing=0)
-        in_column(self.recording_bar, (body, 1), of=centre, spacing=0, margins=0)
+        in_row(self.navigation, (self.area, 1), (self.panel, 1), of=centre, spacing=0, margins=0)
         self.setMenuWidget(self.top_bar)  # like the foot as wide as the window, docks included
         self.setCentralWidget(centre)
         foot = named(QToolBar(), "foot")

@@ -1,9 +1,9 @@
-"""Bar shown while a capture is played back: position, speed, stop."""
+"""Bar at the foot of the window while a capture is played back: position, speed, stop."""
 
 from pathlib import Path
 
-from PySide6.QtCore import QSignalBlocker, Qt
-from PySide6.QtWidgets import QComboBox, QLabel, QProgressBar, QPushButton
+from PySide6.QtCore import QSignalBlocker, Qt, Signal
+from PySide6.QtWidgets import QComboBox, QLabel, QProgressBar, QPushButton, QSizePolicy
 
 from app.captures.player import UrlRefused, parse_url, playing, url_of
 from app.engine.target import Target
@@ -54,10 +54,15 @@ def recording_word(connector: Connector) -> str:
 class RecordingBar(Banner):
     """Hidden while a real or a simulated module is connected."""
 
+    changed = Signal()
+    """A capture is played, or none any more."""
+    is_foot = True
+
     def __init__(self, connector: Connector, texts: Texts) -> None:
         super().__init__("recording_bar", "recording_icon")
         self.show_meaning(Meaning.INFORMATION, Icon.PLAY)
         self._connector, self._texts = connector, texts
+        self._message = ""
         self.label = named(ElidedLabel(Qt.TextElideMode.ElideMiddle), "recording_label", "strong")
         self._note = control(QLabel(), texts, "recording_note", "Nothing is sent.")
         self.place = control(QProgressBar(), texts, "recording_place", says="Position")
@@ -70,7 +75,7 @@ class RecordingBar(Banner):
         )
         self.stop = control(QPushButton(), texts, "recording_stop", "Stop playing", picture=Icon.CROSS,
                             slot=connector.disconnect_port)  # fmt: skip
-        self.row.setContentsMargins(Space.M, Space.XS, Space.M, Space.XS)
+        self.row.setContentsMargins(Space.M, 0, Space.M, 0)
         self.row.addWidget(self.label, 1)
         for widget in (self._note, self.place, self.speed, self.again, self.stop):
             self.row.addWidget(widget)
@@ -82,6 +87,7 @@ class RecordingBar(Banner):
         if is_played == self.isHidden():
             self.setVisible(is_played)
             self._show_target()
+            self.changed.emit()
         if not is_played or target is None:
             return
         player, now = playing(target.device), connector.clock()
@@ -91,10 +97,24 @@ class RecordingBar(Banner):
             self.place.setValue(round(1000 * player.position_s(now) / max(0.001, player.duration_s)))
             if player.is_over(now):
                 text = tr("RECORDING: {name}", name=name) + " · " + tr("ended")
-        if text != self.label.text():
-            self.label.setText(text)
-            self.label.set_tip(parse_url(target.device).path)
+        shown = self._message or text
+        if shown != self.label.text():
+            self.label.setText(shown)
+            self.label.set_tip(self._message or parse_url(target.device).path)
             self.setAccessibleName(text)
+
+    def show_message(self, message: str) -> None:
+        """Shows a passing message in place of the name; "" shows the name again."""
+        if message != self._message:
+            self._message = message
+            self.refresh()
+
+    def make_room(self, *, is_wanted: bool) -> None:
+        """Shows only the controls, which stay where they are, beside a notice."""
+        for widget in (self.label, self._note):
+            widget.setHidden(is_wanted)
+        policy = QSizePolicy.Policy
+        self.setSizePolicy(policy.Fixed if is_wanted else policy.Preferred, policy.Preferred)
 
     def choose_speed(self, target: Target) -> None:
         """Shows the speed at which `target` is played."""

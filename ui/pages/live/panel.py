@@ -22,7 +22,7 @@ from ui.core.texts import Texts
 from ui.pages.live.light_readout import LightReadout
 from ui.plots.gauge import TiltGauge
 from ui.style.theme import Meaning, Size, Space
-from ui.widgets.layouts import FlowRow, in_column, in_row
+from ui.widgets.layouts import FlowRow, in_column
 from ui.widgets.naming import named
 from ui.widgets.readout import Readout, StateChip
 
@@ -111,7 +111,7 @@ class LivePanel(QFrame):
 
     def _spread(self) -> None:
         """Spreads the tiles over the width; the gauge, reports and boot count are shown only where they fit, as is the
-        cell voltage, which the top bar has too."""
+        cell voltage, which the top bar has too, and the time under the cursor, which the plots have."""
         room = self.contentsRect().width() - 2 * Space.M
         here: list[QWidget] = [*self._tiles[:4], *([self._then] if self._is_recorded else [])]
         px = sum(one.minimumSizeHint().width() for one in here)
@@ -120,19 +120,15 @@ class LivePanel(QFrame):
         if not has_cell:
             here.remove(self.cell)
             px -= self.cell.minimumSizeHint().width()
-        has_gauge = self._is_recorded or (has_cell and px + self.gauge.width() + len(here) * Space.M <= room)
-        self.gauge.setVisible(has_gauge)
-        if has_gauge:
-            here.insert(0, self.gauge)
-            px += self.gauge.width()
-        for tile in (self.stream, self.boot_count):
-            tile_px = tile.minimumSizeHint().width()
-            fits = not self._is_recorded and px + tile_px + len(here) * Space.M <= room
+        for tile in (self.gauge, self.stream, self.boot_count, self.moment):
+            tile_px = tile.width() if tile is self.gauge else tile.minimumSizeHint().width()
+            belongs = has_cell if tile is self.gauge else self._is_recorded == (tile is self.moment)
+            fits = belongs and px + tile_px + len(here) * Space.M <= room
             tile.setVisible(fits)
             if fits:
                 here.append(tile)
                 px += tile_px
-        self._row.setSpacing(max(int(Space.M), min(_MAX_APART_PX, (room - px) // (len(here) - 1))))
+        self._row.setSpacing(max(int(Space.S), min(_MAX_APART_PX, (room - px) // (len(here) - 1))))
 
     def show_device(
         self, device: DeviceView, now_s: float, *, limits: PanelLimits, in_use: LimitsInUse, reports_per_s: float
@@ -240,11 +236,10 @@ class LivePanel(QFrame):
 
     def _lay_out(self) -> None:
         self._then = named(QWidget(), "live_then")
-        chips = in_row(self.activation, self.trigger, 1, spacing=Space.XS)
-        in_column(self.moment, chips, of=self._then, spacing=Space.XS, margins=0)
+        in_column(self.activation, self.trigger, of=self._then, spacing=Space.XS, margins=0)
         self._row = FlowRow(self, spacing_px=Space.M)
         self._row.setContentsMargins(Space.M, Space.XS, Space.M, Space.XS)
-        self._row.add(self.gauge, *self._tiles, self._then)
+        self._row.add(self.gauge, *self._tiles, self._then, self.moment)
 
     @property
     def _tiles(self) -> tuple[Readout, ...]:
@@ -262,6 +257,9 @@ class LivePanel(QFrame):
         self.cell.reserve((*low, *(tr(one) for one in words), age), limit="0.00 V")
         self.stream.reserve((tr(_STREAMED), tr(_POLLED), tr(_NO_STREAM), age))
         self.boot_count.reserve((age,))
+        self.activation.reserve((tr("LOCKED"), tr("ACTIVE")))
+        self.trigger.reserve((tr("NOT TRIGGERED"), tr("TRIGGERED")))
+        self.moment.reserve((tr("point at the plots"),))
         self._spread()
 
     # Qt

@@ -3,13 +3,13 @@
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QPushButton
 
-from app.recordings.entry_texts import entry_text, remarks
+from app.recordings.entry_texts import remarks
 from app.recordings.recording import Recording
 from app.text.durations import duration
 from app.text.i18n import tr
 from ui.core.texts import Texts
 from ui.style.icons import Icon
-from ui.style.theme import Meaning
+from ui.style.theme import Meaning, Space
 from ui.widgets.banner import Banner
 from ui.widgets.controls import control
 from ui.widgets.labels import ElidedLabel
@@ -29,6 +29,7 @@ class RecordedBanner(Banner):
         self.label = named(ElidedLabel(Qt.TextElideMode.ElideMiddle), "recorded_label", "strong")
         self.back = control(QPushButton(), texts, "recorded_back", "Back to live", key="Esc", picture=Icon.TO_LIVE,
                             slot=self.left)  # fmt: skip
+        self.row.setContentsMargins(Space.M, 0, Space.M, 0)  # the plots need the room on a small screen
         self.row.addWidget(self.label, 1)
         self.row.addWidget(self.back)
         VisibilityTimer(self, self._write)
@@ -50,7 +51,6 @@ class RecordedBanner(Banner):
         )
         parts = (damage, began, entry.module, entry.port, remarks(entry), tr("not live"))
         self.label.setText(" · ".join(filter(None, parts)))
-        self.label.set_tip("\n".join(filter(None, (damage, entry_text(entry)))))
         self.setAccessibleName(self.label.text())
         if damage is None:
             self.show_meaning(Meaning.INFORMATION, Icon.HISTORY)

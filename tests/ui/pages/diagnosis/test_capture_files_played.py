@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from PySide6.QtCore import QRect
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
@@ -18,6 +19,7 @@ from app.store.store import Store
 from protocol.catalogue import ACTIVATION
 from tests.support.window.capture_window import opened, play, strip_button, write_capture
 from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
+from tests.support.window.moved import moved, places
 from tests.support.window.steps import press
 from tests.ui.pages.diagnosis.test_diagnosis_page import diagnosis
 from tests.ui.pages.diagnosis.test_traffic import cell
@@ -25,6 +27,8 @@ from ui.main import PAGES
 from ui.pages.diagnosis.capture_files import SUFFIX
 from ui.pages.diagnosis.traffic_model import Column
 from ui.pages.preflight.page import PreflightPage
+from ui.style.theme import Meaning
+from ui.widgets.notice_bar import Notice
 from ui.widgets.recording_bar import SPEEDS, recording_target
 
 
@@ -62,6 +66,41 @@ def test_a_recording_is_labelled_everywhere_and_sends_nothing(qtbot: QtBot, qapp
         assert known is not None
         assert known.value is True  # … whatever was recorded
         assert shell.attention.is_risky_to_leave is False
+
+
+def test_nothing_moves_when_a_capture_is_played_and_stopped(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    """Its bar stands at the foot of the window; beside a notice its buttons stay where they are."""
+    with opened(qtbot, qapp, tmp_path) as (assembly, page, _path):
+        shell = assembly.window
+
+        def seen() -> dict[str, QRect]:
+            shell.refresh()
+            qapp.processEvents()
+            one = {key: place for key, place in places(shell).items() if not key.startswith("notice_")}
+            return one | {"area": shell.area.geometry().translated(shell.centre.pos())}
+
+        page._close_capture()
+        before = seen()
+        assembly.window.connect_to(recording_target(_path))
+        wait_online(qtbot, assembly)
+        playing = seen()
+        assert {"recording_stop", "recording_speed", "area", "traffic_pause"} <= playing.keys()
+        assert moved(before, playing) == []
+        assert playing["area"] == before["area"]
+        shell.attention.queue_notice(lambda: Notice(Meaning.ATTENTION, "Something to read. " * 20))
+        beside = seen()
+        assert shell.notice_bar.isVisible()
+        assert moved(playing, beside) == []
+        shell.attention.dismiss_queued()
+        shell.show_message("Saved.")
+        shell.status_bar._write()
+        assert shell.recording_bar.label.text() == "Saved."
+        press(qtbot, shell.recording_bar.stop)
+        qtbot.waitUntil(lambda: assembly.connector.state.phase is Phase.CLOSED, timeout=WAIT_MS)
+        after = seen()
+        assert shell.recording_bar.isHidden()
+        assert moved(before, after) == []
+        assert after["area"] == before["area"]
 
 
 def test_acts_end_unsent_while_a_recording_is_played(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:

@@ -5,19 +5,22 @@ from pathlib import Path
 from shutil import copytree
 
 import pytest
-from PySide6.QtCore import QPoint
+from PySide6.QtCore import QPoint, QSize
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.engine.target import Target
+from app.text.i18n import CHINESE, ENGLISH
 from tests.support.records.recordings_desk import Desk, made, record
 from tests.support.window.cut_off import cut_off
 from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
 from tests.support.window.walk import SMALL_SCREEN
-from ui.main import PAGES
+from ui.main import PAGES, WindowOptions
 from ui.pages.live.page import LivePage
 from ui.pages.recordings.page import RecordingsPage
+from ui.style.theme import Choice
 
+FULL_HD_AT_200 = QSize(960, 540)
 ENTRIES = tuple(entry for entry in PAGES if entry.key in ("live", "recordings"))
 
 
@@ -34,12 +37,28 @@ def one(qtbot: QtBot, qapp: QApplication, tmp_path: Path, template: Path) -> Ite
         yield desk
 
 
+@pytest.mark.parametrize(
+    ("language", "theme", "size"),
+    [
+        (ENGLISH, Choice.LIGHT, SMALL_SCREEN),
+        (ENGLISH, Choice.SUNLIGHT, FULL_HD_AT_200),
+        (CHINESE, Choice.SUNLIGHT, FULL_HD_AT_200),
+    ],
+)
 def test_a_recording_that_is_opened_from_the_list_fits_on_a_small_screen(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, template: Path
+    language: str,
+    theme: Choice,
+    size: QSize,
+    qtbot: QtBot,
+    qapp: QApplication,
+    tmp_path: Path,
+    template: Path,
 ) -> None:
-    with simulated("small"), window(qapp, tmp_path, entries=ENTRIES) as assembly:
+    options = WindowOptions(language=language)
+    with simulated("small"), window(qapp, tmp_path, entries=ENTRIES, options=options) as assembly:
         main = assembly.window
-        main.resize(SMALL_SCREEN)
+        assembly.appearance.choose(theme)
+        main.resize(size)
         qtbot.waitUntil(lambda: main.findChild(RecordingsPage) is not None, timeout=WAIT_MS)
         live = main.findChild(LivePage)
         assert live is not None
@@ -51,7 +70,14 @@ def test_a_recording_that_is_opened_from_the_list_fits_on_a_small_screen(
         assembly.storage.recordings.open(assembly.storage.sessions.library.entries()[-1])
         qtbot.waitUntil(lambda: live.isVisible() and live.recording is not None, timeout=WAIT_MS)
         QApplication.processEvents()
+        live.refresh()
+        QApplication.processEvents()
         assert not cut_off(live.panel)
+        for chip in (live.panel.activation, live.panel.trigger):
+            assert chip.visibleRegion().boundingRect() == chip.rect()
+        tops = {one.mapTo(live.panel, QPoint()).y() for one in (live.panel.tilt, live.panel.cell)}
+        assert len(tops) == 1  # one row of values, which leaves the plots their room
+        assert not cut_off(live)
 
 
 def test_several_selected_recordings_are_summed_up(one: Desk) -> None:
