@@ -113,7 +113,6 @@ class Gap:
         for pause_s in lost:
             self._outcomes[_step_of(pause_s)].append(False)
         self._outcomes[_step_of(heard)].append(True)
-        self._pauses.clear()
         self._answers += 1
         self._adapt()
 

@@ -119,15 +119,15 @@ class EngineView:
     baud_rate: int
     device: DeviceView
     link: LinkView
-    proven_rate: int | None = None
+    proven_rate: int | None
     """The rate of the last answer since the port was opened."""
-    is_rate_searched: bool = False
+    is_rate_searched: bool
     """Another procedure changes the port's rate: the module may be at any rate."""
-    overtaken_at: float | None = None
+    overtaken_at: float | None
     """When something urgent (LOCK) last overtook the rest: confirmations before it no longer count."""
-    is_playback: bool = False
+    is_playback: bool
     """A capture is played; there is no module."""
-    is_proven: bool = True
+    is_proven: bool
     """False: it may be another module than expected, so only questions are sent. See `app.engine.identity`."""
 
 

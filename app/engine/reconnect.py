@@ -31,8 +31,6 @@ EAGER_S = 0.5
 """The first interval between two lists of ports; listing takes about 10 ms on Linux."""
 EAGER_FOR_S = 30.0
 PATIENT_S = 1.0
-RETURN_LIMIT_S = 2.0
-"""From the adapter's return to the open port: one interval, one list, one opening."""
 LOSSES = frozenset({PortTrouble.LOST, PortTrouble.STUCK})
 """Troubles of a port that was open."""
 

@@ -24,7 +24,6 @@ from PySide6.QtTest import QSignalSpy
 from PySide6.QtWidgets import QApplication, QWidget
 
 from app.engine.ports import PortInfo
-from app.engine.reconnect import RETURN_LIMIT_S
 from app.engine.target import Target
 from app.engine.worker import PortState
 from protocol.link_states import Presence
@@ -46,6 +45,7 @@ from tests.gestures.gesture_table import run_table
 from tests.soak.chaos import Chaos
 from tests.soak.faults import Mistakes
 from tests.soak.stateful import run_for
+from tests.support.terminals import RETURN_LIMIT_S
 from ui.core.connector import Connector
 from ui.core.port_watcher import PortWatcher
 from ui.core.preferences import Preferences

@@ -8,6 +8,8 @@ from contextlib import contextmanager
 from protocol.messages import Status
 
 CLOSING_S = 0.5
+RETURN_LIMIT_S = 2.0
+"""From the adapter's return to the open port: one interval, one list, one opening."""
 MACHINE_S = 0.25
 """Allowance for a busy machine."""
 MOST_FILES = 128

@@ -7,12 +7,11 @@ import pytest
 
 import app.__main__ as program
 from app.engine import transport
-from app.engine.device import DeviceView
-from app.engine.procedure import Ask, Cancelled, EngineView, Inspect, LinkView
+from app.engine.procedure import Ask, Cancelled, Inspect
 from app.procedures import stream
 from protocol.catalogue import SERIAL_OUTPUT
-from protocol.events import Counters
 from tests.support.cli_line import Printed, bench_of, falls_after, is_one_sentence, run_here
+from tests.support.line.sim_line import engine_view
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english")
@@ -71,7 +70,7 @@ def test_the_stream_is_switched_off_though_its_answer_was_not_awaited() -> None:
     procedure = stream.watch(stream.StreamSwitch(), read_all=False)
     want = next(procedure)
     assert isinstance(want, Inspect)
-    sight = EngineView(10.0, 0.0, 115200, DeviceView(), LinkView(Counters(), None, None, 0))
+    sight = engine_view(10.0)
     assert procedure.send(sight) == Ask(SERIAL_OUTPUT.set(True))
     cleaning = procedure.throw(Cancelled())
     assert isinstance(cleaning, Ask)

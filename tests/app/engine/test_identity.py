@@ -5,8 +5,8 @@ from dataclasses import replace
 import pytest
 
 from app.cli.set import why_not_verified
+from app.engine.device import Device
 from app.engine.identity import (
-    READ_WITHIN_S,
     Expected,
     Identity,
     IdentityCheck,
@@ -33,7 +33,7 @@ from app.safety.acts import REQUESTS, Act
 from app.safety.interlocks import Interlock
 from app.safety.permit import Origin, Permit
 from protocol.catalogue import ACTIVATION, BY_NAME, SERIAL_OUTPUT
-from protocol.events import Answered, Received, Role, Unanswered
+from protocol.events import Answered, Received, Role, Unanswered, WentOnline
 from protocol.messages import Reading
 from tests.support.journals import FakeJournal
 from tests.support.line.sim_line import Rig, watched
@@ -121,7 +121,7 @@ def test_the_same_module_streams_again_by_itself() -> None:
 def test_nothing_but_questions_goes_to_what_may_be_another_module(expected: Expected, result: Trust) -> None:
     rig = Rig(OPTIONS, expected=expected)
     watched(rig)
-    rig.step_for(READ_WITHIN_S + 10)
+    rig.step_for(13.0)
     assert trust(rig) is result
     for request in (BY_NAME["attitude_threshold"].set(70), ACTIVATION.set(True), SERIAL_OUTPUT.set(True)):
         outcome = rig.run(ask(request))
@@ -130,6 +130,22 @@ def test_nothing_but_questions_goes_to_what_may_be_another_module(expected: Expe
     rig.step_for(60)
     assert changes(rig) == []
     assert not {one.command.code for one in rig.line.requests} & {0x10, 0x11, 0x12, 0x13, 0x24, 0x25}
+
+
+@pytest.mark.parametrize(("after_s", "result"), [(3.0, Trust.OPEN), (3.01, Trust.UNCERTAIN)])
+def test_a_person_is_asked_if_it_is_not_read_within_three_seconds(after_s: float, result: Trust) -> None:
+    check, device = IdentityCheck(Expected(FOUND)), Device(115200)
+    device.apply(WentOnline(100.0))
+    for now in (100.0, 100.0 + after_s):
+        check.on_device(device, now)
+    assert check.identity.trust is result
+
+
+@pytest.mark.parametrize(
+    ("before", "now", "is_back"), [(0, 127, False), (0, 128, True), (255, 0, False), (0, 255, True)]
+)
+def test_a_boot_count_that_grew_by_half_its_range_fell(before: int, now: int, is_back: bool) -> None:
+    assert went_back(before, now) is is_back
 
 
 NOT_PROVEN = "Module not proven: only queries are sent."

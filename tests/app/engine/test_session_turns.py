@@ -31,7 +31,7 @@ from app.procedures.read import read_everything
 from protocol.catalogue import BY_NAME, HEARTBEAT, HEARTBEAT_REPLY
 from protocol.events import Received, Role
 from protocol.frame import Direction, Frame
-from tests.support.line.sim_line import settled_rig, watched
+from tests.support.line.sim_line import end_watch, settled_rig, watched
 
 
 def test_lock_is_sent_once_and_believed_only_when_the_module_says_so() -> None:
@@ -72,8 +72,13 @@ def test_a_step_ends_when_a_future_or_a_lock_may_be_due() -> None:
     rig.line.read = noted  # type: ignore[method-assign]
     run = Run(waiting())
     rig.session.run(run)
+    began = rig.clock()
     rig.session.step(5.0)
     assert limits_s == [pytest.approx(0.002)]
+    watched(rig)
+    rig.step_until(lambda: rig.line.requests)
+    assert rig.clock() - began == pytest.approx(0.1, abs=0.005), "then the line is free for the background"
+    end_watch(rig)
     rig.step_until(lambda: run.is_done)
     locking, sent_at = Run(lock()), list[float]()
     rig.session.run(locking, is_urgent=True)

@@ -54,6 +54,27 @@ def test_reports_that_say_the_same_come_fifteen_times_a_second_at_most(monkeypat
     assert sum(len(batch.samples) for batch in worker.batches) > 9.9 * _STREAM_HZ
 
 
+@pytest.mark.parametrize(("every_s", "gather_s"), [(0.2, 0.02), (1.0, 0.025)])
+def test_a_stream_is_gathered_for_a_tenth_of_the_interval_between_batches(
+    every_s: float, gather_s: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    worker, limits_s = _TurnedWorker(monkeypatch), list[float]()
+    read = worker.line.read
+    worker.publish_every_s = every_s
+    worker.turn_for(0.1)
+
+    def noted(longest_s: float, gather_s: float) -> bytes:
+        limits_s.extend((longest_s, gather_s))
+        return read(longest_s, gather_s)
+
+    monkeypatch.setattr(worker.line, "read", noted)
+    worker.line.bench.power_off()
+    worker.turn_for(1.0)
+    assert PUBLISH_EVERY_S == 1 / 15
+    assert max(limits_s[::2]) == pytest.approx(0.05)
+    assert max(limits_s[1::2]) == pytest.approx(gather_s)
+
+
 def test_no_report_waits_longer_than_a_batch_may_take(monkeypatch: pytest.MonkeyPatch) -> None:
     worker = _TurnedWorker(monkeypatch)
     worker.turn_for(10.0)

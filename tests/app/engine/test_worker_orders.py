@@ -7,7 +7,7 @@ import pytest
 import serial
 
 from app.engine import transport, worker
-from app.engine.worker import ABORT_AFTER_S, Batch, Job, Worker
+from app.engine.worker import Batch, Job, Worker
 from app.procedures.handshake import handshake
 from app.procedures.lock import lock
 from app.procedures.read import read_everything
@@ -99,7 +99,7 @@ def test_a_lock_goes_out_although_the_port_is_closed_at_once(options: str, leave
         bench.remove_bench("lock-and-leave")
 
 
-@pytest.mark.parametrize(("limits_s", "joined_s"), [((), [ABORT_AFTER_S, 2.0 - ABORT_AFTER_S]), ((0.25,), [0.25, 0.0])])
+@pytest.mark.parametrize(("limits_s", "joined_s"), [((), [0.33, 2.0 - 0.33]), ((0.25,), [0.25, 0.0])])
 def test_stopping_waits_two_seconds_for_a_driver_that_blocks_and_breaks_it_off_before(
     limits_s: tuple[float, ...], joined_s: list[float], monkeypatch: pytest.MonkeyPatch
 ) -> None:

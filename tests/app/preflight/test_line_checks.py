@@ -69,9 +69,9 @@ def test_the_slowest_answer_may_take_a_tenth_of_a_second(slowest_s: float, resul
 @pytest.mark.parametrize(
     ("count", "lasting_s", "result"),
     [
-        (TRIALS_NEEDED, 1.5, PASS),
-        (TRIALS_NEEDED - 1, STILL_S, UNKNOWN),
-        (TRIALS_NEEDED, 1.4375, UNKNOWN),
+        (15, 1.5, PASS),
+        (14, STILL_S, UNKNOWN),
+        (15, 1.4375, UNKNOWN),
     ],
 )
 @pytest.mark.parametrize("check_id", ["tilt", "tilt_spread", "acceleration", "acceleration_spread"])
@@ -150,6 +150,12 @@ def test_the_bay_is_closed_below_the_light_threshold(lights: list[Value], result
     found = finding("light", series={"light_v": lights}, values={"light_threshold_v": 2.0})
     assert (found.result, found.limit.in_english()) == (result, "< 2.0 V")
     assert finding("light", series={"light_v": lights}).result is UNKNOWN
+
+
+@pytest.mark.parametrize(("age_s", "result"), [(1.0, PASS), (1.01, FAIL)])
+def test_the_last_status_is_a_second_old_at_most(age_s: float, result: CheckResult) -> None:
+    found = finding("status", status_age_s=age_s)
+    assert (found.result, found.measured, found.limit.in_english()) == (result, age_s, "≤ 1.0 s")
 
 
 def test_one_report_of_many_decides() -> None:

@@ -2,12 +2,10 @@
 
 from collections import Counter
 from collections.abc import Callable
-from types import MappingProxyType
 
 import pytest
 
-from app.engine.device import DeviceView
-from app.engine.procedure import Ask, Effect, EngineView, LinkView, Pause, Procedure, Report, Slept, UseRate
+from app.engine.procedure import Ask, Effect, EngineView, Pause, Procedure, Report, Slept, UseRate
 from app.engine.run import Run
 from app.engine.transport import PortError, PortTrouble
 from app.procedures.baud import ROUNDS, look_for
@@ -22,7 +20,7 @@ from protocol.catalogue import BAUD_RATES, BY_NAME
 from protocol.events import Counters, Role, Unanswered
 from protocol.frame import Reason
 from tests.support.journals import FakeJournal
-from tests.support.line.sim_line import Rig
+from tests.support.line.sim_line import Rig, engine_view
 
 
 @pytest.mark.parametrize("delay_ms", [0.0, 400.0, 760.0, 900.0, 980.0])
@@ -47,7 +45,7 @@ def seen(frames: int = 0, echoes: int = 0, rejected: int = 0) -> EngineView:
         by_role=Counter({Role.ECHO: echoes}),
         rejected_bytes=Counter({Reason.NO_HEADER: rejected}),
     )
-    return EngineView(0.0, 0.0, 115200, DeviceView(MappingProxyType({})), LinkView(counters, None, None, 0, None))
+    return engine_view(counters=counters)
 
 
 @pytest.mark.parametrize(

@@ -7,8 +7,6 @@ from typing import Any
 
 import pytest
 
-from app.engine.device import DeviceView
-from app.engine.procedure import EngineView, LinkView
 from app.limits.expectations import Expectations, Past
 from app.preflight.evidence import Evidence
 from app.preflight.findings import Case, CheckResult
@@ -25,10 +23,10 @@ from app.procedures.history import (
 )
 from app.simulator.memory import record_frame
 from protocol.catalogue import MAX_RECORDS, TRIGGER_RECORDS
-from protocol.events import Answered, Counters
+from protocol.events import Answered
 from protocol.frame import encode_long
 from protocol.messages import EmptySlot, TriggerRecord, decode, decode_record
-from tests.support.line.sim_line import settled_rig
+from tests.support.line.sim_line import engine_view, settled_rig
 from tests.support.records.record_lies import RECORD_DIALECTS, RECORD_LIES, read_records
 
 IS_THOROUGH = os.environ.get("HYPOTHESIS_PROFILE") == "thorough"
@@ -66,7 +64,7 @@ def test_a_slot_never_used_that_was_damaged_on_the_line_is_no_record() -> None:
         body[5] ^= 1 << bit  # and the sum, which fits again
         slots.append(decode_record(b"Au" + body + bytes((sum(body) & 0xFF,))))
     assert all(isinstance(one, TriggerRecord) for one in slots)
-    reading, sight = _read_once(), EngineView(0.0, 0.0, 115200, DeviceView(), LinkView(Counters(), None, None, 0))
+    reading, sight = _read_once(), engine_view()
     next(reading)
     reading.send(sight)
     reading.send(Answered(TRIGGER_RECORDS.query(), (ONE, *slots), 1, 0.01, 0.0))

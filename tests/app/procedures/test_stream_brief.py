@@ -1,20 +1,16 @@
 """A stream that is asked for: on within half a second, and left as it was found where that can be known."""
 
-from collections.abc import Mapping
 from concurrent.futures import Future
 from dataclasses import replace
 
 import pytest
 
 from app.engine.device import DeviceView, How, Known
-from app.engine.procedure import Ask, EngineView, LinkView
+from app.engine.procedure import Ask
 from app.procedures.handshake import handshake
 from app.procedures.stream import (
     BRIEF_LISTEN_S,
-    BRIEF_UNPOLLED_S,
-    LISTEN_FIRST_S,
     MIN_EXPECTED,
-    RESTART_NOTICED_S,
     StreamSwitch,
     _is_listening,
     _StreamProgress,
@@ -23,8 +19,7 @@ from app.procedures.stream import (
 )
 from app.store.stream_memory import StreamMemory
 from protocol.catalogue import SERIAL_OUTPUT
-from protocol.events import Counters
-from tests.support.line.sim_line import Rig, end_watch
+from tests.support.line.sim_line import Rig, end_watch, engine_view
 
 ON, OFF = SERIAL_OUTPUT.set(True), SERIAL_OUTPUT.set(False)
 
@@ -104,37 +99,35 @@ def test_one_that_does_not_stream_is_polled(stream: str) -> None:
 @pytest.mark.parametrize(
     ("now", "is_streamed", "is_brief", "is_listening"),
     [
-        (BRIEF_LISTEN_S, False, True, False),
-        (BRIEF_LISTEN_S - 0.01, False, True, True),
-        (BRIEF_LISTEN_S, True, True, True),
-        (BRIEF_LISTEN_S, False, False, True),
-        (LISTEN_FIRST_S, True, True, False),
-        (LISTEN_FIRST_S, False, False, False),
+        (0.2, False, True, False),
+        (0.19, False, True, True),
+        (0.2, True, True, True),
+        (0.2, False, False, True),
+        (2.2, True, True, False),
+        (2.2, False, False, False),
     ],
 )
 def test_listening_ends_at_its_limit(now: float, is_streamed: bool, is_brief: bool, is_listening: bool) -> None:
     values = {"active": Known(False, How.STREAMED, 0.0)} if is_streamed else {}
-    assert _is_listening(_StreamProgress(StreamMemory(), is_brief), sight(now, values)) is is_listening
+    assert (
+        _is_listening(_StreamProgress(StreamMemory(), is_brief), engine_view(now, DeviceView(values))) is is_listening
+    )
 
 
-@pytest.mark.parametrize(("now", "first"), [(BRIEF_UNPOLLED_S - 0.01, "cell_voltage"), (BRIEF_UNPOLLED_S, "status")])
+@pytest.mark.parametrize(("now", "first"), [(0.49, "cell_voltage"), (0.5, "status")])
 def test_a_status_is_polled_half_a_second_after_the_opening(now: float, first: str) -> None:
     course = _StreamProgress(StreamMemory(), listens_briefly=True, intent=Future())
-    asked = next(_turn(course, StreamSwitch(), sight(now, {}), read_all=False))
+    asked = next(_turn(course, StreamSwitch(), engine_view(now), read_all=False))
     assert isinstance(asked, Ask)
     assert asked.request.command.name == first
 
 
-def sight(now: float, values: Mapping[str, Known]) -> EngineView:
-    return EngineView(now, 0.0, 115200, DeviceView(values), LinkView(Counters(), None, None, 0))
-
-
-@pytest.mark.parametrize(("after_s", "is_ours"), [(RESTART_NOTICED_S - 0.01, True), (RESTART_NOTICED_S, False)])
+@pytest.mark.parametrize(("after_s", "is_ours"), [(1.99, True), (2.0, False)])
 def test_a_stream_that_appears_after_a_restart_is_ours_if_that_came_about_when_it_was_switched_on(
     after_s: float, is_ours: bool
 ) -> None:
     course = _StreamProgress(StreamMemory(), switched_on_at=100.0)
-    view = sight(100.0 + after_s, {})
+    view = engine_view(100.0 + after_s)
     restarted = replace(view, device=replace(view.device, restarts=1))
     next(_turn(course, StreamSwitch(), restarted, read_all=False))
     assert (course.may_be_ours, course.has_given_up) == (is_ours, False)

@@ -3,14 +3,11 @@
 from collections.abc import Callable
 from typing import Any
 
-from app.engine.device import DeviceView
 from app.engine.procedure import (
     MAX_LOCKS,
     Ask,
     Effect,
-    EngineView,
     Inspect,
-    LinkView,
     LockRepeat,
     Pause,
     Report,
@@ -18,9 +15,10 @@ from app.engine.procedure import (
 )
 from app.procedures.lock import LOCK, QUESTIONS, Locked, lock
 from protocol.catalogue import BY_NAME, Request
-from protocol.events import Answered, Counters, Unanswered
+from protocol.events import Answered, Unanswered
 from protocol.messages import Acknowledgement, Reading
 from tests.support.journals import FakeJournal
+from tests.support.line.sim_line import engine_view
 
 
 class LockScript:
@@ -51,10 +49,7 @@ class LockScript:
         match effect:
             case Inspect():
                 self._has_ended = not self.repeat.is_repeating(self.now)
-                return EngineView(
-                    self.now, 0.0, 115200, DeviceView(), LinkView(Counters(), None, None, 0),
-                    proven_rate=self._proven_rate, is_rate_searched=self._is_searched,
-                )  # fmt: skip
+                return engine_view(self.now, proven_rate=self._proven_rate, is_rate_searched=self._is_searched)
             case Ask():
                 return self._reply(effect)
             case UseRate(rate):

@@ -3,14 +3,16 @@
 from collections.abc import Mapping
 from typing import Any, TypeVar
 
+from app.engine.device import DeviceView
 from app.engine.identity import Expected
-from app.engine.procedure import Procedure
+from app.engine.procedure import EngineView, LinkView, Procedure
 from app.engine.session import Run, Session
 from app.engine.transport import PortError, PortTrouble
 from app.procedures.stream import StreamSwitch, watch
 from app.simulator.bench import SimulatedBench
 from app.simulator.options import Setup, as_text, parse_options, setup_from
 from protocol.catalogue import Request
+from protocol.events import Counters
 from protocol.frame import decode_request
 
 Result = TypeVar("Result")
@@ -141,6 +143,21 @@ class Rig:
 def settled_rig(**options: object) -> Rig:
     """Return a rig on a module that has run for a minute and reports no noise."""
     return Rig({"uptime": 60, "noise": 0} | options)
+
+
+def engine_view(
+    now: float = 0.0, device: DeviceView | None = None, counters: Counters | None = None, **more: Any
+) -> EngineView:
+    """What a procedure sees of a module of which nothing is known yet."""
+    known: dict[str, Any] = {
+        "proven_rate": None,
+        "is_rate_searched": False,
+        "overtaken_at": None,
+        "is_playback": False,
+        "is_proven": True,
+    }
+    link = LinkView(counters or Counters(), None, None, 0, None)
+    return EngineView(now, 0.0, 115200, device or DeviceView(), link, **(known | more))
 
 
 def watched(rig: Rig, switch: StreamSwitch | None = None) -> StreamSwitch:

@@ -17,7 +17,7 @@ from pytestqt.qtbot import QtBot
 from app.captures.entries import Way
 from app.diagnosis.link_state import Phase
 from app.engine.ports import PortInfo, PortsUnknown
-from app.engine.reconnect import RETURN_LIMIT_S, Absence
+from app.engine.reconnect import Absence
 from app.engine.target import Target
 from app.engine.worker import Batch, PortState, Worker
 from app.procedures.read import READABLE
@@ -25,7 +25,7 @@ from app.safety.acts import Act
 from protocol.catalogue import SERIAL_OUTPUT, Request
 from protocol.events import Received, Sent
 from tests.support.processes import RunningModule, run_module
-from tests.support.terminals import taken
+from tests.support.terminals import RETURN_LIMIT_S, taken
 from tests.support.window.fakes_ui import (
     ADAPTER,
     SECOND_ADAPTER,
