@@ -51,19 +51,24 @@ def notify(show: Callable[[Callable[[], Notice] | None], None], meaning: Meaning
 
 
 class NoticeBar(Banner):
-    """Shows one notice; hidden while there is none. The foot of the window fits the text into its height."""
+    """Shows one notice; hidden while there is none.
+
+    One that `is_fitted`, and that at the foot of the window, fits its text into the height of its place, so that
+    nothing around it moves.
+    """
 
     changed = Signal()
     """Another notice is shown, or none."""
 
-    def __init__(self, texts: Texts, *, is_foot: bool = False) -> None:
+    def __init__(self, texts: Texts, *, is_foot: bool = False, is_fitted: bool = False) -> None:
         super().__init__("notice_bar", "notice_icon", icon_px=_ICON_PX)
         self.notice: Notice | None = None
         self._make: Callable[[], Notice] | None = None
         self._note = ""
         self.is_foot = is_foot
-        self._text: QLabel = named(FittedLabel(), "notice_text") if is_foot else text_label("notice_text")
-        if not is_foot:
+        is_fitted = is_fitted or is_foot
+        self._text: QLabel = named(FittedLabel(), "notice_text") if is_fitted else text_label("notice_text")
+        if not is_fitted:
             self._text.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
         self._text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._dismiss = control(QToolButton(), texts, "notice_dismiss", says="Close",
@@ -71,7 +76,7 @@ class NoticeBar(Banner):
                                 slot=self._close)  # fmt: skip
         retain_size(self._dismiss)  # so that no other button is ever in its place
         self._buttons: list[QPushButton] = []
-        around = 0 if is_foot else Space.XS
+        around = 0 if is_fitted else Space.XS
         self.row.setContentsMargins(Space.M, around, Space.M, around)
         self.row.addWidget(self._text, 1)
         self.row.addWidget(self._dismiss)

@@ -199,8 +199,8 @@ class BundlePreview(QWidget):
 
     def _lay_out(self) -> None:
         body = in_row(self.parts, (self.text, 1), spacing=Space.S)
-        foot = in_row((self._where, 1), self.renew, self.save, spacing=Space.S)
-        in_column(self._privacy_note, (body, 1), foot, of=self, spacing=Space.S, margins=(Space.M, Space.S))
+        head = in_row((self._privacy_note, 1), self.renew, self.save, spacing=Space.S)
+        in_column(head, (body, 1), self._where, of=self, spacing=Space.S, margins=(Space.M, Space.S))
 
     def _apply_theme(self) -> None:
         self.text.setFont(fixed_font(Size.SMALL))

@@ -147,8 +147,8 @@ class LinkStatisticsView(QScrollArea):
         content = named(QWidget(), "figures_content")
         in_column(
             numbers,
+            (self._card("figures_time_card", head, self.over_time), 1),  # its buttons keep their place at any height
             (pair, 1),
-            (self._card("figures_time_card", head, self.over_time), 1),
             of=content,
             spacing=Space.S,
             margins=(Space.M, Space.S),

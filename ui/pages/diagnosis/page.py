@@ -195,4 +195,5 @@ class DiagnosisPage(StreamPage):
         head = self.make_header(self._texts, marked("Diagnosis"), self.files)
         head.row.setContentsMargins(Space.M, 0, Space.M, 0)
         tabs = in_row(self.tabs, 1, margins=(Space.M, 0))
-        in_column(head, tabs, self.strip, (self.stack, 1), of=self, spacing=Space.XS, margins=0)
+        # Below all controls, so that a notice moves none of them.
+        in_column(head, tabs, (self.stack, 1), self.strip, of=self, spacing=Space.XS, margins=0)

@@ -39,7 +39,7 @@ from ui.widgets.controls import Shortcut, control
 from ui.widgets.empty_state import EmptyState
 from ui.widgets.layouts import in_column, in_row, scroll_area
 from ui.widgets.naming import named
-from ui.widgets.notice_bar import Choice, Notice, NoticeBar
+from ui.widgets.notice_bar import Choice, Notice
 from ui.widgets.visibility_timer import VisibilityTimer
 
 _POLL_MS: Final = 200
@@ -65,11 +65,11 @@ class FlightsPage(Page):
         self.fired_only = control(QCheckBox(), texts, "flights_fired_only", "Only fired")
         self.open_files = control(QPushButton(), texts, "flights_open", "Open files…", key="Ctrl+O",
                                   picture=Icon.FOLDER, role="primary", slot=self.choose_files)  # fmt: skip
-        self.strip = named(NoticeBar(texts), "flights_notice")
         self.thresholds = ThresholdPanel(texts)
         self.map = FireMapView()
         self.lists = FlightLists(texts)
         self.proposal = ProposalBar(services, self.work)
+        self.strip = self.proposal.strip
         self.flight = FlightView(texts)
         self.form = ColumnForm(texts)
         self.empty = EmptyState("flights_empty", Icon.MAP)
@@ -214,8 +214,9 @@ class FlightsPage(Page):
         """Hides the page's header for the flight and the form, which have their own."""
         self._stack.setCurrentWidget(widget)
         self.header.setVisible(widget in (self.empty, self._overview))
-        for one in (self.thresholds.reading, self.fired_only, self.header.more, self.proposal):
+        for one in (self.thresholds.reading, self.fired_only, self.header.more):
             one.setVisible(widget is self._overview)
+        self.proposal.show_proposal(is_wanted=widget is self._overview)
         self._refresh_notice()
 
     def _filter(self, *, is_wanted: bool) -> None:
@@ -284,7 +285,7 @@ class FlightsPage(Page):
         self.header.add_rare("flights_profile_save", marked("Save as profile…"), self.proposal.save_profile)
         self.header.add_rare("flights_profile_put", marked("Add to a profile…"), self.proposal.add_to_profile)
         in_column(
-            self.header, (self._stack, 1), self.strip, self.proposal, of=self, spacing=Space.S,
+            self.header, (self._stack, 1), self.proposal, of=self, spacing=Space.S,
             margins=(Space.M, 0, Space.M, Space.S),
         )  # fmt: skip
 

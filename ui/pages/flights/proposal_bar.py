@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Final
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QFrame, QPushButton
+from PySide6.QtWidgets import QFrame, QPushButton, QStackedWidget, QWidget
 
 from app.settings.profile_file import ProfileRefused, read_profile, save_profile
 from app.settings.profiles import Profile
@@ -19,9 +19,9 @@ from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control
 from ui.widgets.labels import ElidedLabel, IconLabel
-from ui.widgets.layouts import FlowRow, in_column, in_row
+from ui.widgets.layouts import in_column, in_row, retain_size
 from ui.widgets.naming import named
-from ui.widgets.notice_bar import notify
+from ui.widgets.notice_bar import NoticeBar, notify
 
 SUFFIX: Final = ".toml"
 _ICON_PX: Final = 20
@@ -29,6 +29,8 @@ _LINES: Final = 2
 
 
 class ProposalBar(QFrame):
+    """A notice of the page stands in place of the proposal's text, so that it moves nothing."""
+
     notified = Signal(object)
     """A `Notice`, or None."""
     settings_wanted = Signal()
@@ -47,11 +49,29 @@ class ProposalBar(QFrame):
                             slot=self._use_proposal)  # fmt: skip
         self.use = control(QPushButton(), texts, "flights_use", "Use in Settings", tip="Nothing is sent.",
                            picture=Icon.SETTINGS, slot=self._use)  # fmt: skip
-        said = in_column(self.head, *self.lines, spacing=0)
-        buttons = FlowRow()
-        buttons.add_right(self.take, self.use)
-        in_row((self.picture, Qt.AlignmentFlag.AlignTop), (said, 1), buttons, of=self, spacing=Space.S,
-               margins=(Space.M, Space.XS))  # fmt: skip
+        self._said = named(QWidget(), "flights_proposal_said")
+        lines = in_column(self.head, *self.lines, spacing=0)
+        in_row((self.picture, Qt.AlignmentFlag.AlignTop), (lines, 1), of=self._said, spacing=Space.S, margins=0)
+        self.strip = named(NoticeBar(texts, is_fitted=True), "flights_notice")
+        self.strip.changed.connect(self._share)
+        self._stack = named(QStackedWidget(), "flights_proposal_stack")
+        for widget in (self._said, self.strip):
+            self._stack.addWidget(widget)
+        self._buttons = named(QWidget(), "flights_proposal_buttons")
+        in_row(self.take, self.use, of=self._buttons, spacing=Space.S, margins=0)
+        in_row((self._stack, 1), self._buttons, of=self, spacing=Space.S, margins=(Space.M, Space.XS))
+        for label in self.lines:
+            retain_size(label)  # so that the lists do not move when a proposal comes
+
+    def show_proposal(self, *, is_wanted: bool) -> None:
+        """Without flights there is at most a notice."""
+        self._buttons.setVisible(is_wanted)
+        self.setVisible(is_wanted or self.strip.notice is not None)
+
+    def _share(self) -> None:
+        is_noticed = self.strip.notice is not None
+        self._stack.setCurrentWidget(self.strip if is_noticed else self._said)
+        self.show_proposal(is_wanted=not self._buttons.isHidden())
 
     def refresh(self) -> None:
         work = self._work

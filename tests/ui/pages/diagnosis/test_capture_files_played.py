@@ -204,3 +204,17 @@ def test_an_active_module_is_not_left_for_a_recording_unasked(qtbot: QtBot, qapp
         press(qtbot, leave)
         qtbot.waitUntil(lambda: assembly.connector.is_playback, timeout=WAIT_MS)
         assert bench.module("armed").state().is_active
+
+
+def test_no_notice_moves_a_control_of_the_page(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with diagnosis(qtbot, qapp, tmp_path) as (_assembly, page):
+        for key in ("why", "traffic", "figures", "bundle"):
+            page.go_to(key)
+            qapp.processEvents()
+            before = places(page)
+            page._show_notice(lambda: Notice(Meaning.ATTENTION, "Something to read. " * 20, dismiss=lambda: None))
+            qapp.processEvents()
+            assert page.strip.isVisible()
+            assert moved(before, places(page)) == []
+            page._show_notice(None)
+            qapp.processEvents()

@@ -26,6 +26,7 @@ from app.settings.profile_file import read_profile
 from tests.support.flights.made_flights import made_flight
 from tests.support.flights.many_flights import crash, ordinary_flight, write_csv, write_logs
 from tests.support.window.fakes_ui import WAIT_MS, window
+from tests.support.window.moved import moved, places
 from ui.main import PAGES, Assembly
 from ui.pages.flights import loading
 from ui.pages.flights.model import FlightColumn
@@ -121,20 +122,19 @@ def test_logs_are_read_and_a_table_asks_for_its_columns(desk: Desk, tmp_path: Pa
     assert desk.notice() == ""
 
 
-def test_a_notice_leaves_the_proposal_in_place_and_problems_take_no_room_without_any(
-    desk: Desk, tmp_path: Path
-) -> None:
+def test_a_notice_moves_nothing_and_problems_take_no_room_without_any(desk: Desk, tmp_path: Path) -> None:
     page = desk.page
     desk.add(tilted("calm", 20))
-    table = page.lists.of[FlightGroup.MUST_NOT].table
-    assert table.isColumnHidden(FlightColumn.PROBLEMS)
-    bottom = page.proposal.geometry().bottom()
+    assert page.lists.of[MUST_NOT].table.isColumnHidden(FlightColumn.PROBLEMS)
+    QApplication.processEvents()
+    before, shapes = places(page), (page.map.geometry(), page.proposal.geometry())
     (tmp_path / "broken.ulg").write_bytes(b"ULog")
     page.open_paths([tmp_path / "broken.ulg"])
     desk.wait_read()
     QApplication.processEvents()
     assert "not read" in desk.notice()
-    assert page.proposal.geometry().bottom() == bottom
+    assert moved(before, places(page)) == []
+    assert (page.map.geometry(), page.proposal.geometry()) == shapes
     assert not any(one.table.isColumnHidden(FlightColumn.PROBLEMS) for one in page.lists.of.values())
 
 

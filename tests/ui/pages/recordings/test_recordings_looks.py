@@ -14,6 +14,7 @@ from app.text.i18n import CHINESE, ENGLISH
 from tests.support.records.recordings_desk import Desk, made, record
 from tests.support.window.cut_off import cut_off
 from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
+from tests.support.window.moved import moved, places
 from tests.support.window.walk import SMALL_SCREEN
 from ui.main import PAGES, WindowOptions
 from ui.pages.live.page import LivePage
@@ -108,3 +109,14 @@ def test_the_buttons_stay_where_they_are_when_a_notice_is_shown(one: Desk) -> No
     one.until(one.page.strip.isVisible)
     QApplication.processEvents()
     assert button.mapTo(one.page, QPoint()) == before
+
+
+def test_a_question_moves_nothing_but_the_end_of_the_list(one: Desk) -> None:
+    one.page.table.selectRow(0)
+    QApplication.processEvents()
+    before, detail = places(one.page), one.page.detail.geometry()
+    one.click(one.page.buttons.delete)
+    QApplication.processEvents()
+    assert one.page.strip.isVisible()
+    assert moved(before, places(one.page)) == []
+    assert one.page.detail.geometry() == detail
