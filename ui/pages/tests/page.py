@@ -42,7 +42,7 @@ from ui.style.theme import Meaning, Space
 from ui.widgets.controls import Shortcut, control
 from ui.widgets.labels import ElidedLabel, IconLabel, text_label
 from ui.widgets.layouts import in_column, in_row, scroll_area
-from ui.widgets.naming import named
+from ui.widgets.naming import named, set_role
 from ui.widgets.notice_bar import Notice, NoticeBar
 from ui.widgets.sliders import WheelGuard
 from ui.widgets.step_button import StepButton
@@ -50,7 +50,7 @@ from ui.widgets.visibility_timer import VisibilityTimer
 
 REFRESH_EVERY_MS: Final = 100
 MAX_NAME_LENGTH: Final = 80
-_LIST_PX: Final = 216
+_LIST_PX: Final = 196
 _FIELD_PX: Final = 148
 
 
@@ -138,6 +138,9 @@ class TestsPage(Page):
         self.picture.show_step(work.kind, min(step, len(steps) - 1), shown)
         self.steps.show_steps(steps, step, is_running=work.is_running)
         self.instruction.set_text(instruction(work))
+        is_instructed = bool(self.instruction.text())
+        self.instruction.setVisible(is_instructed)
+        self.title.setVisible(not is_instructed)  # the list shows which test it is
         self._show_safety()
         places = {Stage.READY: self._ready, Stage.PREPARING: self.live, Stage.MEASURING: self.live}
         act = None if test.act is None else self.acts[test.act]
@@ -148,7 +151,9 @@ class TestsPage(Page):
         if place is self._act_corner and self._region.currentWidget() is not place:
             QTimer.singleShot(0, self, lambda: self._scroll.ensureWidgetVisible(self._act_corner))
         self._region.setCurrentWidget(place)
-        self._views.setCurrentWidget(self.result if work.stage is Stage.DONE else self._doing)
+        is_done = work.stage is Stage.DONE
+        self._doing.setVisible(not is_done)
+        self.result.setVisible(is_done)
         self.result.show_outcome(work.outcome)
         self._name_buttons()
         for one in (self.who, self.module):
@@ -288,17 +293,15 @@ class TestsPage(Page):
             header.add(field)
         self._make_step_area()
         content = named(QWidget(), "tests_content")
-        self._views = QStackedLayout(content)
-        self._views.addWidget(self._doing)
-        self._views.addWidget(self.result)
+        in_column(self._doing, self.result, of=content, spacing=0, margins=0)
         scroll = self._scroll = scroll_area(content, texts, "tests_scroll", "Guided tests")
         foot = in_row(1, self.cancel, self.primary, spacing=Space.S)
-        pane = in_column(self.title, (scroll, 1), self.said, foot, spacing=Space.S)
+        pane = in_column(self.title, self.instruction, (scroll, 1), self.said, foot, spacing=Space.S)
         body = in_row(self.list, (pane, 1), spacing=Space.M)
         in_column(header, (body, 1), of=self, spacing=0, margins=(Space.M, 0, Space.M, Space.S))
 
     def _make_step_area(self) -> None:
-        """What the stage needs, first of all what makes it safe; below it picture, steps and instruction."""
+        """What the stage needs, first of all what makes it safe; below it picture and steps."""
         self._safety_mark = IconLabel("tests_safety_mark", 20)
         self._ready = named(QFrame(), "tests_ready", "card")
         words = in_column(self.safety, self.made_safe, 1, spacing=Space.S, margins=0)
@@ -306,9 +309,11 @@ class TestsPage(Page):
                margins=Space.M)  # fmt: skip
         self._act_corner = named(QFrame(), "tests_act", "danger-corner")
         in_column(*self.acts.values(), of=self._act_corner, margins=2)
+        for row in self.acts.values():
+            set_role(row, "")  # one at a time: no line below it
         self._region = QStackedLayout()
         for one in (self._ready, self.live, self._act_corner):
             self._region.addWidget(one)
-        top = in_row((self.picture, Qt.AlignmentFlag.AlignTop), (self.steps, 1), spacing=Space.L)
+        top = in_row((self.picture, Qt.AlignmentFlag.AlignTop), (self.steps, 1), spacing=Space.S)
         self._doing = named(QWidget(), "tests_doing")
-        in_column(self._region, top, self.instruction, 1, of=self._doing, spacing=Space.M, margins=0)
+        in_column(self._region, top, 1, of=self._doing, spacing=Space.M, margins=0)

@@ -1,0 +1,48 @@
+"""The Tests page on the smallest screen, in sunlight: what a person needs now is in sight, without scrolling."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from PySide6.QtWidgets import QApplication, QScrollArea
+
+from app.guided.results import GuidedKind
+from app.safety.acts import Act
+from tests.gestures.gesture_bench import GestureBench, gesture_bench
+from ui.pages.tests.controller import Stage
+from ui.style.theme import Choice
+from ui.widgets.step_button import is_in_sight
+
+
+@pytest.fixture
+def bench(qapp: QApplication, tmp_path: Path) -> Iterator[GestureBench]:
+    with gesture_bench(qapp, tmp_path) as made:
+        made.assembly.appearance.choose(Choice.SUNLIGHT)
+        made.window.resize(960, 540)
+        yield made
+
+
+def test_every_stage_of_a_guided_test_fits(bench: GestureBench) -> None:
+    page = bench.guided
+    bench.window.go_to("tests")
+    scroll = page.findChild(QScrollArea, "tests_scroll")
+    assert isinstance(scroll, QScrollArea)
+    bar = scroll.verticalScrollBar()
+    page.work.choose(GuidedKind.TILT)
+    bench.refresh()
+    bench.turn()
+    assert (page.work.stage, bar.maximum()) == (Stage.READY, 0)
+    assert page.title.isVisible()
+    bench.prepare_test(GuidedKind.TILT)
+    bench.turn()
+    assert (page.work.stage, bar.maximum()) == (Stage.CONFIRMING, 0)
+    assert is_in_sight(page.instruction)
+    assert is_in_sight(page.acts[Act.ACTIVATE].confirm)
+    assert not page.title.isVisible()
+    page.work.cancel()
+    bench.until(lambda: page.work.stage is Stage.DONE)
+    bench.refresh()
+    bench.turn()
+    assert bar.maximum() == 0
+    assert is_in_sight(page.result.verdict)
+    assert page.title.isVisible()
