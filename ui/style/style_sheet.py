@@ -115,7 +115,7 @@ QLineEdit:disabled, QSpinBox:disabled, QDoubleSpinBox:disabled, QComboBox:disabl
 }
 QTextEdit[readOnly="true"]:focus { border: ${edge}px solid $border; padding: 3px 8px; }
 QComboBox QAbstractItemView { border: ${edge}px solid $border; selection-background-color: $selection; }
-QSpinBox, QDoubleSpinBox { padding-right: 26px; }
+QSpinBox, QDoubleSpinBox { padding-right: 26px; min-height: 22px; }
 QSpinBox:focus, QDoubleSpinBox:focus { padding-right: 26px; }
 QSpinBox::up-button, QDoubleSpinBox::up-button, QSpinBox::down-button, QDoubleSpinBox::down-button {
     subcontrol-origin: border; width: 24px; border: none; background: transparent;

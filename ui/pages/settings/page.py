@@ -66,7 +66,9 @@ _WIDE_FROM_PX: Final = 816
 _SIDE_PX: Final = (154, 300)
 """Minimum and maximum width of the pane beside the table."""
 _TABLE_PX: Final = 722
-_BELOW_PX: Final = 60
+_BELOW_PX: Final = 56
+_CAPTIONS_FROM_PX: Final = 360
+"""A lower page gives the room of the captions to the rows."""
 _SERIAL: Final = "serial_output"
 _LIGHT: Final = BY_NAME["light_threshold"].key
 _UNBOUNDED: Final = 16_777_215
@@ -277,9 +279,11 @@ class SettingsPage(Page):
             (marked("Serial line"), [serial]),
         )
         rows: list[QWidget] = []
+        self._captions: list[QLabel] = []
         for number, (english, members) in enumerate(groups):
             caption = control(QLabel(), texts, f"settings_group_{number}", english, role="caption")
             caption.setContentsMargins(Space.S + 3, 2, 0, 2)
+            self._captions.append(caption)
             rows += [caption, *members]
         content = named(QWidget(), "settings_content")
         in_column(*rows, self.baud, 1, of=content, spacing=0, margins=0)
@@ -331,6 +335,8 @@ class SettingsPage(Page):
         """Puts the pane beside the table, or below it."""
         super().resizeEvent(event)
         is_beside = self.width() >= scaled(SIDE_FROM_PX)
+        for caption in self._captions:
+            caption.setVisible(self.height() >= scaled(_CAPTIONS_FROM_PX))
         self.pane.heading.setVisible(is_beside)
         self._body.setDirection(QBoxLayout.Direction.LeftToRight if is_beside else QBoxLayout.Direction.TopToBottom)
         least, most = _SIDE_PX

@@ -20,6 +20,7 @@ from tests.support.window.walk import SMALL_SCREEN
 from ui.main import WindowOptions
 from ui.pages.settings.page import SettingsPage
 from ui.style.theme import Choice, Size, font
+from ui.widgets.step_button import is_in_sight
 
 
 def test_acknowledged_is_not_cut_off(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -58,6 +59,10 @@ def test_in_sunlight_values_and_chosen_flags_are_whole(
             page.rows[command.key].show_row(row, 0.0, is_editable=True, is_chosen=False)
             QApplication.processEvents()
         assert not [fault for fault in cut_off(page) if command.name in fault]
+        rows = page.rows.values()
+        assert sum(is_in_sight(row) for row in rows) >= (7 if size == (1366, 768) else 5)
+        heights = [row.height() for row in rows]
+        assert max(heights) - min(heights) <= 1  # fields are as high as buttons
         bold, small = QFontMetricsF(font(Size.BODY, is_bold=True)), QFontMetricsF(font(Size.SMALL))
         assert bold.horizontalAdvance(value_text(BAUD_RATE, 115200)) <= page.baud.stands.width()
         assert small.horizontalAdvance(page.rows[command.key].stands.note) <= page.rows[command.key].stands.width()
