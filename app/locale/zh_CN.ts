@@ -106,10 +106,6 @@
         <translation>线路不良会使数值缺失或错误。</translation>
     </message>
     <message>
-        <source>A calculation; nothing is sent.</source>
-        <translation>仅为计算，不发送任何内容。</translation>
-    </message>
-    <message>
         <source>A capture is played here: it answers questions, but there is no module to change or to check.</source>
         <translation>这里播放的是抓包文件：只能回答查询，没有模块可以更改或检查。</translation>
     </message>
@@ -1040,6 +1036,10 @@
     <message>
         <source>E9: baud-rate change</source>
         <translation>E9：波特率切换</translation>
+    </message>
+    <message>
+        <source>Each check or test adds its module.</source>
+        <translation>每次检查或测试都会加入相应的模块。</translation>
     </message>
     <message>
         <source>Earlier values no longer count.</source>
@@ -2200,6 +2200,10 @@
     <message>
         <source>No module is connected</source>
         <translation>未连接模块</translation>
+    </message>
+    <message>
+        <source>No modules yet</source>
+        <translation>还没有模块</translation>
     </message>
     <message>
         <source>No new flight logs.</source>

@@ -15,6 +15,7 @@ from PySide6.QtWidgets import (
     QLineEdit,
     QPushButton,
     QSplitter,
+    QStackedWidget,
     QWidget,
 )
 
@@ -37,6 +38,7 @@ from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control
 from ui.widgets.document_window import bring_to_front
+from ui.widgets.empty_state import EmptyState
 from ui.widgets.labels import IconLabel, text_label
 from ui.widgets.layouts import in_column, in_row
 from ui.widgets.naming import named
@@ -96,10 +98,16 @@ class ArchiveDialog(QDialog):
         split = named(QSplitter(Qt.Orientation.Vertical), "archive_split")
         split.addWidget(self.modules.view)
         split.addWidget(self.life.view)
+        self.empty = EmptyState("archive_empty", Icon.BUNDLE)
+        texts.bind(self.empty.title.setText, "No modules yet")
+        texts.bind(self.empty.text.setText, "Each check or test adds its module.")
+        self._views = named(QStackedWidget(), "archive_views")
+        self._views.addWidget(split)
+        self._views.addWidget(self.empty)
         in_column(
             in_row(label, (self.server, 1), self.use, spacing=Space.S),
             in_row(self.sign, (self.state, 1), self.sync, self.export, self.import_, spacing=Space.S),
-            self.question, (split, 1),
+            self.question, (self._views, 1),
             of=self, spacing=Space.M, margins=Space.L,
         )  # fmt: skip
         exchange.changed.connect(self._refresh)
@@ -203,6 +211,7 @@ class ArchiveDialog(QDialog):
 
     def _show(self, loaded: Loaded) -> None:
         self.modules.model.show_rows(loaded.states)
+        self._views.setCurrentIndex(0 if loaded.states else 1)
         self._conflicts = loaded.conflicts
         self._show_question()
         if loaded.states and not self.modules.view.selectionModel().hasSelection():

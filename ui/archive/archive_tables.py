@@ -34,7 +34,7 @@ class ArchiveTable(Generic[Row]):
         identify: Callable[[Row], object],
         tell: Callable[[Row], str],
     ) -> None:
-        self.model: RowsModel[Row] = RowsModel(columns, identify, tell, parent)
+        self.model: RowsModel[Row] = RowsModel(columns, identify, tell, parent, aligns_heads=True)
         self.rows: RowsFilter[Row] = RowsFilter(self.model, parent)
         self.view = named(QTableView(), name)
         self.view.setModel(self.rows)

@@ -76,7 +76,9 @@ class RowsTable(QTableView, Generic[Row]):
 
     def _share_width(self) -> None:
         if self._spare in self._widths:
-            self.setColumnHidden(self._spare, sum(self._widths.values()) > self.viewport().width())
+            # Whether it scrolls or not, so that lists of the same width have the same columns.
+            room = self.width() - 2 * self.frameWidth() - self.verticalScrollBar().sizeHint().width()
+            self.setColumnHidden(self._spare, sum(self._widths.values()) > room)
             self.setColumnWidth(self._spare, self._widths[self._spare])
 
     def resizeEvent(self, event: QResizeEvent) -> None:

@@ -91,6 +91,20 @@ def test_without_a_server_nothing_is_shown_and_a_file_carries_everything(
         assert "Altered and left out: 1." in dialog.state.text()
 
 
+def test_an_empty_archive_says_what_fills_it(
+    here: ArchiveStation, qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    with window(qapp, tmp_path) as assembly:
+        dialog = _dialog(qtbot, assembly)
+        assert dialog.empty.isVisible()
+        assert dialog.empty.text.text() == "Each check or test adds its module."
+        here.check("M-07")
+        dialog.bring_up()
+        _wait(qtbot, dialog)
+        assert dialog.modules.view.isVisible()
+        assert not dialog.empty.isVisible()
+
+
 def test_a_server_that_is_away_is_a_quiet_line_and_its_password_is_kept_nowhere(
     here: ArchiveStation, qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:

@@ -213,7 +213,7 @@ class WhatIfPanel(QFrame):
         close = control(QToolButton(), texts, "fired_close", says="Close", key="Esc",
                         picture=Icon.CROSS, role="quiet", slot=self._close)  # fmt: skip
         note = text_label("fired_note", "small")
-        texts.bind(note.setText, "A calculation; nothing is sent.")
+        texts.bind(note.setText, "Nothing is sent.")
         head = in_row((title, 1), close)
         said = in_row((self._icon, Qt.AlignmentFlag.AlignTop), (self.head, 1), spacing=Space.S)
         starts = FlowRow()
