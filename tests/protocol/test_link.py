@@ -96,6 +96,15 @@ def test_what_is_abandoned_is_of_unknown_outcome_if_it_may_have_changed_somethin
     assert len(unknown) == len(waited_s)
 
 
+def test_a_lock_beside_the_request_in_flight_is_sent_and_counted(bench: Bench) -> None:
+    bench.ask(named("light").query())
+    before, lock = bench.link.counters.copy(), named("activation").set(False)
+    assert bench.link.lock_again(bench.now, 2) == [Sent(lock.encode(), lock, 2, bench.now)]
+    assert bench.link.take_outgoing() == lock.encode()
+    counters = bench.link.counters
+    assert (counters.sent, counters.retries) == (before.sent + 1, before.retries + 1)
+
+
 def test_a_dangerous_request_needs_an_explicit_act_and_goes_out_once(bench: Bench) -> None:
     deploy = named("deploy").set(True)
     assert deploy.hazard is Hazard.DANGEROUS

@@ -128,6 +128,8 @@ def test_a_status_flag_that_is_neither_00_nor_01_is_rejected(flag: int) -> None:
         ("00 FF 13", Reason.NO_HEADER, "no frame header"),
         ("41", Reason.NO_HEADER, "no frame header"),
         ("41 75", Reason.INCOMPLETE, "the frame broke off"),
+        ("41 75 32", Reason.INCOMPLETE, "the frame broke off"),
+        ("41 75 99", Reason.UNKNOWN_CODE, "unknown command code 99"),
         ("41 75 32 07 0A 00 01", Reason.INCOMPLETE, "the frame broke off"),
         ("42 61 32 01", Reason.INCOMPLETE, "the frame broke off"),
         ("41 75 99 01 00 9A", Reason.UNKNOWN_CODE, "unknown command code 99"),

@@ -95,6 +95,20 @@ def test_a_port_that_does_not_open_says_why_and_who_has_it_if_it_is_busy(
     assert failed.value.holder == (HOLDER if trouble is PortTrouble.BUSY else None)
 
 
+@pytest.mark.parametrize(
+    ("text", "trouble"), [("PermissionError(13)", PortTrouble.BUSY), ("OSError(22)", PortTrouble.UNUSABLE)]
+)
+def test_on_windows_a_port_without_permission_is_open_elsewhere(
+    text: str, trouble: PortTrouble, fake: FakeSerial, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fake.failures["open"] = serial.SerialException(f"could not open port 'COM3': {text}")
+    monkeypatch.setattr(serial, "serial_for_url", lambda *_args, **_more: fake)
+    monkeypatch.setattr(sys, "platform", "win32")
+    with pytest.raises(PortError) as failed:
+        open_line("COM3", 115200)
+    assert (failed.value.trouble, failed.value.holder) == (trouble, None)
+
+
 @pytest.mark.parametrize(("port", "is_exclusive"), [("/dev/ttyS9", True), ("socket://127.0.0.1:9", None)])
 def test_a_port_is_opened_for_this_program_only_and_with_its_control_lines_low(
     port: str, is_exclusive: bool | None, fake: FakeSerial, monkeypatch: pytest.MonkeyPatch

@@ -5,22 +5,26 @@ from typing import Any
 
 import pytest
 
-from app.engine.procedure import Report
+from app.engine.procedure import Ask, Report
 from app.engine.session import Run
 from app.limits.expectations import Expectations, Past
+from app.preflight import run
 from app.preflight.checks import CHECKS
-from app.preflight.evidence import HEARTBEATS, STILL_S, Disturbance, Evidence, StatusSampleAt
+from app.preflight.evidence import HEARTBEATS, STILL_S, Disturbance, Evidence, FlagState, StatusSampleAt
 from app.preflight.findings import Case, CheckResult, Finding
 from app.preflight.line_checks import TRIALS_NEEDED
 from app.preflight.reread import StateReading
 from app.preflight.run import STEPS, run_preflight
 from app.procedures.read import read_everything
 from app.procedures.settings_reading import SettingsReading
+from app.safety.journal import Outcome
+from protocol.catalogue import BY_NAME
+from protocol.events import Answered, OutcomeUnknown, Unanswered
 from protocol.fields import Value
 from protocol.frame import Reason
-from protocol.messages import Status
+from protocol.messages import Acknowledgement, Status
 from tests.support.journals import FakeJournal
-from tests.support.line.sim_line import Rig
+from tests.support.line.sim_line import Rig, engine_view
 
 LEVEL = Status(0, 1.0, False, False)
 PASS, FAIL, UNKNOWN = CheckResult.PASS, CheckResult.FAIL, CheckResult.UNKNOWN
@@ -216,12 +220,62 @@ def test_what_was_before_a_check_does_not_disturb_it() -> None:
     assert (evidence.disturbance, evidence.rejected_bytes) == (None, 0)
 
 
+@pytest.mark.parametrize(("first", "last"), [(True, False), (False, True)])
+def test_the_last_reading_decides_what_is_known(first: bool, last: bool) -> None:
+    evidence, rig = Evidence(port="sim"), Rig({"uptime": 60})
+    time = BY_NAME["freefall_time"]
+
+    def answers(report: Report) -> None:
+        if report.total == STEPS:
+            does_answer = first if report.done < STEPS - 1 else last
+            rig.bench.change(mute_codes=frozenset(() if does_answer else (time.code,)))
+
+    running = Run(run_preflight(evidence), answers)
+    rig.session.run(running)
+    rig.step_until(lambda: running.is_done)
+    assert (time.key in evidence.values, time.key in evidence.faults) == (last, not last)
+
+
+ENABLING = BY_NAME["attitude_trigger"].set(True)
+
+
+@pytest.mark.parametrize(
+    ("reply", "state", "outcome"),
+    [
+        (
+            Answered(ENABLING, (Acknowledgement(ENABLING, ENABLING.data),), 1, 0.01, 0.0),
+            FlagState.ENABLED,
+            Outcome.CONFIRMED,
+        ),
+        (
+            Answered(ENABLING, (Acknowledgement(ENABLING, 1 - ENABLING.data),), 1, 0.01, 0.0),
+            FlagState.REFUSED,
+            Outcome.REFUSED,
+        ),
+        (OutcomeUnknown(ENABLING, 1.0, 0.0), FlagState.UNANSWERED, Outcome.UNKNOWN),
+        (Unanswered(ENABLING, 0, 0.0, 0.0), FlagState.NOT_SENT, Outcome.NOT_SENT),
+    ],
+)
+def test_what_came_of_enabling_a_trigger_is_logged(
+    reply: object, state: FlagState, outcome: Outcome, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(run, "_refusals", lambda: (yield from ()))
+    journal = FakeJournal()
+    enabling = run._enable(ENABLING.command, journal)
+    next(enabling)
+    assert enabling.send(engine_view()) == Ask(ENABLING)
+    with pytest.raises(StopIteration) as ended:
+        enabling.send(reply)
+    assert ended.value.value.state is state
+    assert journal.outcomes == {0: outcome}
+
+
 def test_a_check_reports_its_seven_steps_and_keeps_the_time_of_the_last_status() -> None:
     evidence, reports, journal = Evidence(port="sim"), list[Report](), FakeJournal()
     rig = Rig({"uptime": 60})
-    run = Run(run_preflight(evidence, is_enabling=True, journal=journal), reports.append)
-    rig.session.run(run)
-    rig.step_until(lambda: run.is_done)
+    running = Run(run_preflight(evidence, is_enabling=True, journal=journal), reports.append)
+    rig.session.run(running)
+    rig.step_until(lambda: running.is_done)
     steps = [report for report in reports if report.total == STEPS]
     assert [report.done for report in steps] == list(range(STEPS))
     assert len({report.doing for report in steps}) == STEPS - 1, "the settings are read twice"

@@ -154,6 +154,26 @@ def test_what_is_not_allowed_is_not_sent(what: str) -> None:
     assert not set(journal.rates)
 
 
+@pytest.mark.parametrize("what", ["active", "cancelled", "port lost"])
+def test_what_changes_while_the_disk_works_is_logged_as_not_sent(what: str) -> None:
+    rig, journal = Rig(), FakeJournal()
+    journal.is_held = True
+    run = Run(change_baud(9600, journal, permit=permit_for(rig)))
+    rig.session.run(run)
+    rig.step_until(lambda: journal.intents)
+    if what == "active":
+        rig.bench.module.activate(is_active=True)
+        rig.step_for(0.5)
+        journal.flush()
+    elif what == "cancelled":
+        run.cancel()
+    else:
+        rig.session.close()
+    rig.step_until(lambda: run.is_done)
+    assert (journal.outcomes, journal.settled_rates) == ({0: Outcome.NOT_SENT}, {0: BaudEnd.NOT_SENT.value})
+    assert sets(rig) == 0
+
+
 def test_one_permit_is_one_change() -> None:
     rig = Rig()
     permit = permit_for(rig)

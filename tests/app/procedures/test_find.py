@@ -11,6 +11,7 @@ from app.engine.transport import PortError, PortTrouble
 from app.procedures.baud import ROUNDS, look_for
 from app.procedures.find import SETTLE_S, find_rate
 from app.procedures.handshake import NoAnswer, Silence, _silence
+from app.procedures.light_calibration import measure_light
 from app.procedures.read import READABLE, read_everything
 from app.procedures.settings_reading import read_settings
 from app.procedures.write_all import SettingChange, WriteContext, write_all
@@ -88,6 +89,7 @@ TWO_CHANGES = [SettingChange(BY_NAME["freefall_time"], 1.2), SettingChange(BY_NA
         (read_everything, "Reading: {what}", len(READABLE)),
         (lambda: look_for(57600, 38400), "Trying {rate} baud", 2 * ROUNDS + 4),
         (find_rate, "Trying {rate} baud", 6),
+        (measure_light, "Measuring the light", 20),
         (lambda: write_all(TWO_CHANGES, WriteContext(journal=FakeJournal())), "Writing: {what}", 2),
     ],
 )

@@ -59,9 +59,9 @@ def test_a_record_that_came_once_and_was_lost_later_is_still_listed() -> None:
 
 def test_a_slot_never_used_that_was_damaged_on_the_line_is_no_record() -> None:
     slots = []
-    for fill, bit in product((0x00, 0xFF), (0, 5, 7)):
+    for fill, bit, place in product((0x00, 0xFF), (0, 5, 7), (2, 5, 12)):
         body = bytearray((0x35, 0x01, *[fill] * 11))
-        body[5] ^= 1 << bit  # and the sum, which fits again
+        body[place] ^= 1 << bit  # and the sum, which fits again
         slots.append(decode_record(b"Au" + body + bytes((sum(body) & 0xFF,))))
     assert all(isinstance(one, TriggerRecord) for one in slots)
     reading, sight = _read_once(), engine_view()

@@ -9,6 +9,7 @@ from app.engine.run import Run
 from app.engine.snapshots import Snapshot
 from app.procedures.act import Armed
 from app.procedures.lock import lock
+from app.procedures.settings_reading import read_settings
 from app.procedures.stream import StreamSwitch, watch
 from app.procedures.write import SetReply, WriteFault, Written
 from app.procedures.write_all import SettingChange, WriteContext, WriteReport, write_all
@@ -167,6 +168,19 @@ def test_a_setting_is_written_also_where_nothing_can_be_logged_but_not_the_baud_
     report = write(rig, WriteContext(journal=NoJournal("no disk"), permit=permit), freefall_time=1.2, baud_rate=9600)
     assert sets(rig) == ["freefall_time"]
     assert [refusal.condition for refusal in report.refusals] == [Interlock.INTENT_DURABLE]
+
+
+def test_only_what_is_known_now_is_logged_with_a_write() -> None:
+    rig, journal = Rig(), FakeJournal()
+    rig.run(read_settings())
+    rig.bench.restart()
+    rig.step_until(lambda: rig.session.device.view(rig.clock()).restarts == 1)
+    rig.bench.change(mute_codes=frozenset({BY_NAME["attitude_threshold"].code}))
+    write(rig, WriteContext(journal=journal), freefall_time=1.2)
+    _, _, detail = journal.intents[0]
+    settings = detail["settings"]
+    assert isinstance(settings, dict)
+    assert settings.keys() == {"light_threshold_v", "freefall_acceleration_g", "freefall_time_s"}
 
 
 @pytest.mark.parametrize("is_enabled", [False, True])
