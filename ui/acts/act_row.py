@@ -13,7 +13,6 @@ from app.safety.acts import EFFECTS, TITLES, Act
 from app.safety.interlocks import Interlock
 from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
-from app.text.sentences import join_sentences
 from protocol.translatable import marked
 from ui.acts.confirm import Confirm
 from ui.acts.outcomes import ASKING, SameModule, motion_text, not_begun, open_conditions, outcome_notice
@@ -76,11 +75,11 @@ class ActRow(QFrame):
         found = open_conditions(self._services, self.act)
         # What is armed is visible on this page; another line in each row would move the button under the hand.
         told = [one for one in found if one.condition is not Interlock.NOTHING_ELSE_ARMED]
-        # Without a module, or with perhaps another one, all other conditions follow from that.
-        first = [one for one in told if one.condition in (Interlock.ONLINE, Interlock.IS_PROVEN_MODULE)][:1]
-        if self.act is Act.ZERO:  # one condition at a time: a second line would move the rows below
-            first = first or told[:1]
-        self.conditions.setText(join_sentences(one.sentence for one in first or told))
+        # One condition at a time: a second line would move the rows below. Without a module, or with perhaps another
+        # one, all other conditions follow from that.
+        is_first = (Interlock.ONLINE, Interlock.IS_PROVEN_MODULE)
+        told.sort(key=lambda one: one.condition not in is_first)
+        self.conditions.setText(told[0].sentence if told else "")
         # An old status does not disable the button: the engine asks for a new one before it decides.
         in_the_way = [one for one in found if one.condition is not Interlock.FRESH_STATUS]
         if self.act is Act.ZERO:

@@ -4,7 +4,7 @@ from functools import partial
 from typing import ClassVar, Final
 
 from PySide6.QtCore import QEvent, QRect, QSize, Qt
-from PySide6.QtGui import QAccessible, QFontMetrics, QPainter, QPaintEvent, QResizeEvent
+from PySide6.QtGui import QAccessible, QFont, QFontMetrics, QPainter, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import QLabel, QSizePolicy
 
 from app.text.sentences import join_sentences
@@ -100,12 +100,17 @@ class FittedLabel(QLabel):
         if not shown:
             fits = partial(self._has_room, size=size)
             shown = next((one for end in range(len(whole), 0, -1) if fits(one := f"{whole[:end].rstrip()}…")), "…")
-        self.setFont(font(size, is_bold=self._is_bold))
+        self.setFont(self._font(size))
         self.setText(shown)
         self.setToolTip("" if shown in (whole, below) else whole)
 
+    def _font(self, size: Size) -> QFont:
+        one = font(size)
+        one.setBold(self._is_bold)
+        return one
+
     def _has_room(self, text: str, size: Size) -> bool:
-        room, metrics = self.contentsRect(), QFontMetrics(font(size, is_bold=self._is_bold))
+        room, metrics = self.contentsRect(), QFontMetrics(self._font(size))
         needed = metrics.boundingRect(QRect(0, 0, room.width(), 0), Qt.TextFlag.TextWordWrap.value, text)
         return needed.height() <= room.height() and needed.width() <= room.width()
 

@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QApplication, QWidget
 from app.safety.acts import Act
 from app.safety.ritual import Stage
 from protocol.link_states import Presence
+from protocol.messages import Source
 from tests.gestures.gesture_bench import GestureBench, gesture_bench
 from tests.gestures.gesture_table import ACTS, go_to
 from ui.style.theme import Choice as Theme
@@ -46,6 +47,9 @@ def test_on_the_smallest_screen_the_first_acts_are_whole_and_nothing_moves_them(
     for act in whole:
         assert is_in_sight(page.acts[act].confirm), act
     bench.settle_module(is_active=True)
+    assert places() == locked
+    bench.bench.module.fire(Source.SERIAL, bench.clock())
+    bench.until(lambda: bench.device.fresh("triggered", bench.clock()) is True)
     assert places() == locked
     bench.go_and_click(page.lock)
     bench.until(lambda: page.said.notice is not None)
