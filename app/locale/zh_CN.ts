@@ -2170,10 +2170,6 @@
         <translation>还没有飞行日志</translation>
     </message>
     <message>
-        <source>No invalid bytes</source>
-        <translation>无效字节：无</translation>
-    </message>
-    <message>
         <source>No longer on the module</source>
         <translation>模块中已不存在</translation>
     </message>

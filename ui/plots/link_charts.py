@@ -132,9 +132,8 @@ class ReasonBars(_Chart):
         shown = tuple((reason, count) for reason, count in counts if count)
         if shown != self._counts or not self.accessibleName():
             self._counts = shown
-            said = "; ".join(f"{tr(REASON_WORDS[reason])}: {count}" for reason, count in shown)
-            text = tr("{setting}: {what}", setting=tr("Invalid bytes"), what=said) if shown else tr("No invalid bytes")
-            self.announce(text, name=tr("Invalid bytes"))
+            said = "; ".join(f"{tr(REASON_WORDS[reason])}: {count}" for reason, count in shown) or tr("none")
+            self.announce(tr("{setting}: {what}", setting=tr("Invalid bytes"), what=said), name=tr("Invalid bytes"))
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         theme = current()
@@ -144,7 +143,7 @@ class ReasonBars(_Chart):
         metrics = QFontMetricsF(one)
         if not self._counts:
             painter.setPen(QColor(theme.muted))
-            painter.drawText(QRectF(self.rect()), _CENTRE, tr("No invalid bytes"))
+            painter.drawText(QRectF(self.rect()), _CENTRE, tr("none"))
             painter.end()
             return
         words = metrics.horizontalAdvance(max((tr(word) for word in REASON_WORDS.values()), key=len)) + Space.S

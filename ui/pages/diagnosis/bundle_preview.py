@@ -116,6 +116,7 @@ class BundlePreview(QWidget):
         self.renew = control(QPushButton(), texts, "bundle_renew", "Refresh", picture=Icon.AGAIN,
                              slot=self.make)  # fmt: skip
         self._where = named(TickingLabel(), "bundle_log_path", "small")
+        self._where.hide()
         self._lay_out()
         VisibilityTimer(self, self.make, retranslate=self._retranslate)
         services.appearance.changed.connect(self._apply_theme)
@@ -189,6 +190,7 @@ class BundlePreview(QWidget):
     def _show_where(self) -> None:
         where = None if self._log is None else self._log.trouble or self._log.path
         self._where.setText("" if where is None else tr("Log file: {path}", path=where))
+        self._where.setHidden(where is None)
         if where is not None:  # an empty label must not take the focus
             self._where.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
 

@@ -252,8 +252,6 @@ class WhyPanel(QScrollArea):
         said = in_column(self.what, self.next_step, self.command, button, spacing=Space.S)
         in_row((self._picture, Qt.AlignmentFlag.AlignTop), (said, 1), of=card, spacing=Space.L, margins=Space.L)
         tiles = {key: self._tile(key, english) for key, english in _SEEN}
-        for key in ("noise", "port"):  # may be long
-            self.seen[key].setProperty("role", "strong")
         rows = [
             in_row(*((tiles[key], 1) for key in ("trip", "unanswered", "rejected", "echo")), spacing=Space.L),
             in_row((tiles["received"], 1), (tiles["frames"], 1), (tiles["port"], 2), Gap(Space.L), spacing=Space.L),
@@ -268,8 +266,9 @@ class WhyPanel(QScrollArea):
     def _tile(self, key: str, english: str) -> QWidget:
         caption = control(QLabel(), self._texts, f"why_seen_{key}_name", english, role="small")
         value = self.seen[key]
-        value.setProperty("role", "title")
+        is_long = key in ("noise", "port")
+        value.setProperty("role", "strong" if is_long else "title")
         self._texts.bind(value.setAccessibleDescription, english)  # a name would hide the value
         tile = named(QWidget(), f"why_seen_{key}_tile")
-        in_column(caption, value, 1, of=tile, spacing=0, margins=0)
+        in_column(caption, *((1, value) if is_long else (value, 1)), of=tile, spacing=0, margins=0)  # on one baseline
         return tile

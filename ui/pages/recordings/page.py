@@ -214,9 +214,8 @@ class RecordingsPage(Page):
         head = self.make_header(self._services.texts, marked("Recordings"), self.search)
         head.row.setStretchFactor(head.title, 0)
         head.row.insertWidget(1, self.bounds, 1)
-        lists = in_column((self._stack, 1), self.strip, spacing=Space.S)
-        body = in_row((lists, 1), self.detail, spacing=Space.S)
-        in_column(head, (body, 1), of=self, spacing=Space.S, margins=(Space.M, 0, Space.M, Space.S))
+        lists = in_row((self._stack, 1), self.detail, spacing=Space.S)
+        in_column(head, (lists, 1), self.strip, of=self, spacing=Space.S, margins=(Space.M, 0, Space.M, Space.S))
 
     # Qt
 

@@ -111,12 +111,24 @@ def test_the_buttons_stay_where_they_are_when_a_notice_is_shown(one: Desk) -> No
     assert button.mapTo(one.page, QPoint()) == before
 
 
-def test_a_question_moves_nothing_but_the_end_of_the_list(one: Desk) -> None:
-    one.page.table.selectRow(0)
-    QApplication.processEvents()
-    before, detail = places(one.page), one.page.detail.geometry()
-    one.click(one.page.buttons.delete)
-    QApplication.processEvents()
-    assert one.page.strip.isVisible()
-    assert moved(before, places(one.page)) == []
-    assert one.page.detail.geometry() == detail
+def test_a_question_is_whole_in_sunlight_and_moves_no_control(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, template: Path
+) -> None:
+    with window(qapp, tmp_path, entries=ENTRIES) as assembly:
+        main = assembly.window
+        assembly.appearance.choose(Choice.SUNLIGHT)
+        main.resize(FULL_HD_AT_200)
+        qtbot.waitUntil(lambda: main.findChild(RecordingsPage) is not None, timeout=WAIT_MS)
+        page = main.findChild(RecordingsPage)
+        assert page is not None
+        copytree(template, assembly.storage.sessions.library.folder / template.name)
+        main.go_to("recordings")
+        page.work.refresh()
+        qtbot.waitUntil(lambda: bool(page.table.chosen()), timeout=WAIT_MS)
+        QApplication.processEvents()
+        before = places(page)
+        page._ask_to_delete()
+        QApplication.processEvents()
+        assert page.strip.isVisible()
+        assert not cut_off(page.strip)
+        assert moved(before, places(page)) == []
