@@ -300,7 +300,7 @@ class FireMapView(PaintedWidget):
                 yield line
                 line, x = [], 0.0
             line.append((key, x, word))
-            x += width + Space.M
+            x += width + Space.S
         yield line
 
     def _paint_legend(self, painter: QPainter, theme: Theme, plot: QRectF, metrics: QFontMetricsF) -> None:

@@ -7,9 +7,17 @@ from typing import Final
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QLabel, QLayout, QSizePolicy, QVBoxLayout, QWidget
 
-from app.firing.what_if_drafts import TITLES, TRIED, SettingSource, WhatIfDrafts
+from app.firing.what_if_drafts import (
+    ATTITUDE_TRIGGER,
+    FREEFALL_TRIGGER,
+    TITLES,
+    TRIED,
+    SettingSource,
+    WhatIfDrafts,
+)
 from app.settings.drafts import Draft
 from protocol.catalogue import Command
+from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.forms.field_editors import FieldEditor, FlagEditor, make_editor
 from ui.style.theme import Space
@@ -19,6 +27,8 @@ from ui.widgets.sliders import WheelGuard
 
 _SWITCH_PX: Final = 108
 """Includes the check mark."""
+_LABELS: Final = TITLES | {ATTITUDE_TRIGGER.key: marked("Attitude"), FREEFALL_TRIGGER.key: marked("Free fall")}
+"""Short enough for the switches beside them."""
 
 
 class WhatIfFields(QWidget):
@@ -35,7 +45,7 @@ class WhatIfFields(QWidget):
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(2)
         for command in TRIED:
-            label = control(QLabel(), texts, f"fired_{command.name}_label", TITLES[command.key], role="caption")
+            label = control(QLabel(), texts, f"fired_{command.name}_label", _LABELS[command.key], role="caption")
             editor = self._editor(command, texts, guard)
             label.setBuddy(editor.focusProxy() or editor)
             column.addLayout(_row(label, editor))

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import (
+    QAbstractButton,
     QApplication,
     QCheckBox,
     QLabel,
@@ -19,6 +20,7 @@ from pytestqt.qtbot import QtBot
 
 from app.engine.device import StatusSample
 from app.engine.target import Target
+from app.firing.what_if_drafts import ATTITUDE_TRIGGER, FREEFALL_TRIGGER
 from app.firing.would_fire import MAX_FIRINGS
 from app.recordings.recording import open_recording
 from app.settings.form import RowState
@@ -26,11 +28,13 @@ from app.text.i18n import CHINESE, ENGLISH, set_language
 from protocol.catalogue import Hazard
 from protocol.frame import decode_request
 from tests.support.records.recordings_made import HEADING, batch, device, recorder_in, written_at_once
+from tests.support.window.cut_off import cut_off
 from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
 from tests.support.window.live_bench import Bench, live_bench
 from ui.main import PAGES, Assembly
 from ui.pages.live.page import LivePage
 from ui.pages.settings.page import SettingsPage
+from ui.style.theme import Choice
 
 FREEFALL_TIME = "fired_freefall_time_wanted"
 ATTITUDE = "fired_attitude_threshold_wanted"
@@ -365,3 +369,25 @@ def test_drafts_move_between_settings_and_live_without_sending(
         assert not changes
         settings.work.discard()
         connector.disconnect_port()
+
+
+def test_in_sunlight_a_switch_stands_beside_its_name(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with simulated("sunny"), window(qapp, tmp_path, entries=PAGES[:1]) as assembly:
+        assembly.appearance.choose(Choice.SUNLIGHT)
+        assembly.window.resize(960, 540)
+        assembly.window.connect_to(Target("sim://sunny", 115200))
+        wait_online(qtbot, assembly)
+        live = assembly.window.findChild(LivePage)
+        assert live is not None
+        qtbot.waitUntil(lambda: not live.is_empty, timeout=WAIT_MS)
+        live.fired.button.click()
+        fields = live.fired.panel.fields
+        for command in (ATTITUDE_TRIGGER, FREEFALL_TRIGGER):
+            editor = fields.editors[command.key]
+            editor.findChildren(QAbstractButton)[0].click()  # the check mark needs room too
+            QApplication.processEvents()
+            label = fields.findChild(QLabel, f"fired_{command.name}_label")
+            assert label is not None
+            assert label.geometry().right() < editor.x()
+            assert editor.y() <= label.geometry().center().y() <= editor.geometry().bottom()
+        assert not cut_off(fields)
