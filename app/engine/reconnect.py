@@ -104,23 +104,24 @@ class Reconnection:
         self._node_of = node
         self._node: Node | None = None
         """The device file of the port that was open last."""
-        self._address: Address | None = None
-        self._lasts = False
-        self._lost_at: float | None = None
-        self._next_at = 0.0
-        self._is_open = False
-        self._is_recognised = False
+        self._address: Address | None
+        self._lasts: bool
+        self._lost_at: float | None
+        self._next_at: float
+        self._is_open: bool
+        self._is_recognised: bool
         """The adapter of the open port was identified."""
-        self._is_return = False
+        self._is_return: bool
         """The open port was lost before."""
-        self.is_mistaken = False
+        self.is_mistaken: bool
         """The open port belongs to another adapter than expected and has to be closed."""
-        self._is_ambiguous = False
+        self._is_ambiguous: bool
         """Another port had the same identity."""
-        self._absence = Absence.AWAY
-        self._last_handled: Connection | None = None
+        self._absence: Absence
+        self._last_handled: Connection | None
         self.returns = 0
         """The number of lost ports that were opened again."""
+        self.give_up()
 
     @property
     def is_waiting(self) -> bool:
@@ -177,7 +178,7 @@ class Reconnection:
             self._is_return = self.is_waiting
             self._node = None if self._address.is_url else self._node_of(self._address.device)
             self._lost_at = None
-            self._is_recognised = (self._is_recognised and self._is_open) or self._address.is_url
+            self._is_recognised = (self._is_open and self._is_recognised) or self._address.is_url
             self._is_open = True
             if self._is_recognised:
                 self._count()

@@ -10,7 +10,7 @@ from app.engine.session import Run
 from app.procedures.baud import SENTENCES, BaudChanged, BaudEnd, change_baud, look_for
 from app.procedures.write import SetReply
 from app.safety.acts import Act
-from app.safety.journal import Outcome
+from app.safety.journal import NoJournal, Outcome
 from app.safety.permit import Origin, Permit
 from protocol.catalogue import BAUD_RATES, HEARTBEAT
 from protocol.events import Answered
@@ -171,6 +171,17 @@ def test_what_changes_while_the_disk_works_is_logged_as_not_sent(what: str) -> N
         rig.session.close()
     rig.step_until(lambda: run.is_done)
     assert (journal.outcomes, journal.settled_rates) == ({0: Outcome.NOT_SENT}, {0: BaudEnd.NOT_SENT.value})
+    assert sets(rig) == 0
+
+
+def test_a_change_whose_intent_cannot_be_logged_is_not_sent_and_its_rates_are_not_searched(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    rig, journal = Rig(), FakeJournal()
+    monkeypatch.setattr(journal, "begin", NoJournal("The disk is full.").begin)
+    changed = change(rig, 9600, journal)
+    assert (changed.end, changed.trouble) == (BaudEnd.NOT_SENT, "The disk is full.")
+    assert journal.settled_rates == {0: BaudEnd.NOT_SENT.value}
     assert sets(rig) == 0
 
 
