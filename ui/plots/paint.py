@@ -17,7 +17,7 @@ from ui.plots.limits import LimitPicture, limit_text, paint_limit_labels, paint_
 from ui.plots.view import Mark, Span
 from ui.style import icons
 from ui.style.shapes import cleared_word, pen
-from ui.style.theme import Size, Theme, font
+from ui.style.theme import Size, Space, Theme, font
 
 _LEFT: Final = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 _RIGHT: Final = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
@@ -88,12 +88,14 @@ def paint_back(painter: QPainter, picture: Picture) -> None:
 
 
 def _tick_labels(picture: Picture, metrics: QFontMetricsF) -> Iterator[tuple[QRectF, str]]:
-    """The labels below the plots and their rectangles, none below the scale's."""
-    for tick in picture.ticks:
+    """The labels below the plots and their rectangles, none below the scale's, none touching another."""
+    free_from = picture.axis.left()
+    for tick in sorted(picture.ticks, key=lambda tick: tick.time_s):
         width = metrics.horizontalAdvance(tick.label) + 4
         x, edge = picture.x(tick.time_s), picture.axis.left()
         left = edge if abs(x - edge) < 1 else x - width / 2
-        if left >= edge and left + width <= picture.axis.right() + width:
+        if left >= free_from and left + width <= picture.axis.right() + width:
+            free_from = left + width + Space.XS
             yield QRectF(left, picture.axis.top() + 3, width, metrics.height()), tick.label
 
 

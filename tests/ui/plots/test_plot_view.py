@@ -1,14 +1,22 @@
 """View model of the plots: time spans, scales, points and ticks."""
 
 import math
+from itertools import pairwise
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
+from PySide6.QtCore import QRectF
+from PySide6.QtGui import QFontMetricsF
+from PySide6.QtWidgets import QApplication
 
 from app.samples.ring_buffers import Envelope
 from ui.plots.axis import before_now, clock_text, clock_times
 from ui.plots.curve import points
+from ui.plots.paint import Picture, _tick_labels
 from ui.plots.view import Scale, Span, TimeView, fitting_scale
+from ui.style.theme import Size, font
 
 
 def test_a_view_is_live_until_it_is_paused() -> None:
@@ -112,3 +120,14 @@ def test_ticks_of_the_clock_are_at_round_times() -> None:
     assert all(tick.label.endswith("0") and len(tick.label) == 8 for tick in ticks)
     assert clock_text(1_700_000_000.96, 1)[-4:] == "21.0"
     assert clock_text(1_700_000_000.94, 1)[-4:] == "20.9"
+
+
+@pytest.mark.parametrize("width_px", range(300, 700, 50))
+def test_the_times_below_the_plots_never_touch(qapp: QApplication, width_px: int) -> None:
+    span = Span(0.0, 300.0)
+    axis = QRectF(50, 0, width_px, 20)
+    ticks = clock_times(span, most=int(width_px / 60), wall_offset_s=1_700_000_000.0 - 20)
+    picture = cast("Picture", SimpleNamespace(ticks=ticks, axis=axis, x=lambda at_s: 50 + at_s / 300 * width_px))
+    rooms = sorted((room for room, _label in _tick_labels(picture, QFontMetricsF(font(Size.SMALL)))), key=QRectF.left)
+    assert len(rooms) > 1
+    assert all(one.right() + 4 <= other.left() for one, other in pairwise(rooms))
