@@ -49,6 +49,8 @@ class Attention(QObject):
         self._unsent = pending_edits or PendingEdits()
         self.go_to: Callable[[str], None] = lambda _page: None
         """Shows the page with this key."""
+        self.shown_page: Callable[[], str] = lambda: ""
+        """The key of the page shown."""
         self._has_read_trigger = False
         self._question: _Question | None = None
         self._restarts: int | None = None
@@ -192,8 +194,8 @@ class Attention(QObject):
         if device.restarts == self._restarts:
             return None
         text = tr("The module restarted: enable the triggers and check again.")
-        check = Choice("after_restart", tr("Pre-flight"), lambda: self.go_to("preflight"), is_main=True)
-        return Notice(Meaning.ATTENTION, text, (check,), dismiss=self._dismiss_restart)
+        check = self._page_choices("after_restart", tr("Pre-flight"), "preflight", is_main=True)
+        return Notice(Meaning.ATTENTION, text, check, dismiss=self._dismiss_restart)
 
     def _trigger_notice(self) -> Notice | None:
         """What comes next, as long as the module reports that it has triggered."""
@@ -205,8 +207,19 @@ class Attention(QObject):
         if not is_triggered or self._has_read_trigger or connector.is_playback:
             return None
         text = tr("The module has triggered: LOCK, read the record, pack, check again.")
-        look = Choice("after_trigger", tr("Read the record"), lambda: self.go_to("triggers"), is_main=True)
-        return Notice(Meaning.DANGER, text, (look,), dismiss=self._dismiss_trigger)
+        look = self._page_choices("after_trigger", tr("Read the record"), "triggers", is_main=True)
+        return Notice(Meaning.DANGER, text, look, dismiss=self._dismiss_trigger)
+
+    def recording_notice(self, sentence: str) -> Notice:
+        """To be queued when recording stopped."""
+        look = self._page_choices("recordings", tr("Recordings"), "recordings")
+        return Notice(Meaning.ATTENTION, sentence, look, self.dismiss_queued)
+
+    def _page_choices(self, key: str, text: str, page: str, *, is_main: bool = False) -> tuple[Choice, ...]:
+        """A button that leads to a page; none while that page is shown."""
+        if self.shown_page() == page:
+            return ()
+        return (Choice(key, text, lambda: self.go_to(page), is_main=is_main),)
 
     def _dismiss_trigger(self) -> None:
         self._has_read_trigger = True

@@ -26,7 +26,7 @@ from ui.shell.actions import Actions
 from ui.shell.attention import Attention
 from ui.shell.page_area import PageArea
 from ui.shell.page_maker import PageMaker
-from ui.shell.recording_sign import RecordingSign, trouble_notice
+from ui.shell.recording_sign import RecordingSign
 from ui.shell.resume import ResumeWatcher
 from ui.shell.shutdown import close_down
 from ui.shell.sidebar import Sidebar
@@ -121,6 +121,7 @@ class MainWindow(QMainWindow):
             parent=self,
         )
         self.attention.go_to = self.go_to
+        self.attention.shown_page = lambda: "" if self.panel.isVisible() else self.navigation.chosen
         self.attention.find_identity = lambda: identity_notice(self._connector.identity, services.naming)
         self.files = FileOpener(self, self._file_pages, self.go_to, preferences=self._remembered, say=self.show_message)
         services.appearance.apply_theme(self, self.centre, *self.area.holders)
@@ -292,8 +293,7 @@ class MainWindow(QMainWindow):
 
     def _recording_notice(self) -> Notice:
         """The recording failed; the link is not affected."""
-        look, forget = partial(self.go_to, "recordings"), self.attention.dismiss_queued
-        return trouble_notice(self.recording_sign.last_trouble, look, forget)
+        return self.attention.recording_notice(self.recording_sign.last_trouble)
 
     def _connect_again(self) -> None:
         if self._connector.target is not None:

@@ -13,7 +13,6 @@ from ui.style.theme import Meaning, Space
 from ui.widgets.labels import IconLabel
 from ui.widgets.layouts import in_row
 from ui.widgets.naming import named
-from ui.widgets.notice_bar import Choice, Notice
 from ui.widgets.visibility_timer import VisibilityTimer
 
 _ICON_PX: Final = 12
@@ -77,8 +76,3 @@ class RecordingSign(QWidget):
             self._picture.show_icon(Icon.RECORD, is_muted=True)
         else:
             self._picture.show_icon(Icon.WARNING, Meaning.ATTENTION)
-
-
-def trouble_notice(sentence: str, look: Callable[[], None], dismiss: Callable[[], None]) -> Notice:
-    """Recording stopped; `look` opens the recordings."""
-    return Notice(Meaning.ATTENTION, sentence, (Choice("recordings", tr("Recordings"), look),), dismiss)

@@ -148,6 +148,7 @@ class StatusBar(QFrame):
             self._write()
 
     def _retranslate(self) -> None:
+        self._message = ""  # in the former language
         self._reserve()
         self._write()
 

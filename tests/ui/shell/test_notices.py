@@ -83,14 +83,16 @@ def test_notices_after_a_trigger_and_a_restart(qtbot: QtBot, qapp: QApplication,
         bench.module.activate(is_active=True)
         assembly.connector.connect_to(Target("sim://next", 115200))
         wait_online(qtbot, assembly)
+        main.go_to("preflight")
         bench.pulse_pwm()
         qtbot.waitUntil(lambda: main.notice_bar.button("after_trigger") is not None, timeout=WAIT_MS)
         notice = main.notice_bar.notice
         assert notice is not None
         assert notice.meaning is Meaning.DANGER
-        main.go_to("preflight")
         notice.choices[0].act()
         assert main.navigation.chosen == "triggers"
+        main.refresh()
+        assert main.notice_bar.button("after_trigger") is None  # it leads to the page that is shown
         assert notice.dismiss is not None
         notice.dismiss()
         assert main.notice_bar.notice is None  # it was read; the top bar still says TRIGGERED
@@ -232,3 +234,5 @@ def test_a_passing_message_is_shown_beside_a_notice(qapp: QApplication, tmp_path
         label = main.notice_bar.findChild(FittedLabel, "notice_text")
         assert label is not None
         assert label.text() == "Short.\nCopied."
+        assembly.language_switch.use("zh_CN")
+        assert label.text() == "Short."  # what was said in the former language is gone
