@@ -274,8 +274,7 @@ class RitualWidget(QFrame):
             (self.rehearse, not self.is_under_way),
             (self.countdown, ritual.is_armed),
         ):
-            if widget.isHidden() is is_shown:
-                widget.setVisible(is_shown)
+            widget.setVisible(is_shown)  # also what was never shown: it would appear with its parent
         self.countdown.setValue(round(ritual.armed_left_s(now) * 1000))
         self.hold.show_share(ritual.held_s(now) / HOLD_S)
         self._show_step(now)

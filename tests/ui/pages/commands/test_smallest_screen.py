@@ -13,6 +13,7 @@ from protocol.link_states import Presence
 from protocol.messages import Source
 from tests.gestures.gesture_bench import GestureBench, gesture_bench
 from tests.gestures.gesture_table import ACTS, go_to
+from ui.acts.ritual_widget import RitualWidget
 from ui.style.theme import Choice as Theme
 from ui.widgets.step_button import is_in_sight
 
@@ -88,3 +89,13 @@ def test_the_deploy_panel_keeps_its_place_at_every_step(bench: GestureBench, the
     assert places() == armed
     bench.settle_module(is_active=False)
     assert places() == armed
+
+
+def test_a_new_deploy_panel_shows_only_its_first_step(bench: GestureBench) -> None:
+    ritual = RitualWidget(bench.commands._services)
+    ritual.show()
+    bench.turn()
+    shown = {one for one in (ritual.rehearse, ritual.choose, ritual.arm, ritual.hold, ritual.cancel, ritual.countdown)
+             if one.isVisible()}  # fmt: skip
+    ritual.close()
+    assert shown == {ritual.rehearse, ritual.choose}
