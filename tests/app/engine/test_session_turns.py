@@ -29,7 +29,7 @@ from app.procedures.handshake import handshake
 from app.procedures.lock import lock
 from app.procedures.read import read_everything
 from protocol.catalogue import BY_NAME, HEARTBEAT, HEARTBEAT_REPLY
-from protocol.events import Received, Role
+from protocol.events import Received, Role, WentOffline
 from protocol.frame import Direction, Frame
 from tests.support.line.sim_line import end_watch, settled_rig, watched
 
@@ -102,6 +102,15 @@ def test_the_rest_of_a_frame_is_waited_for_only_briefly() -> None:
     rig.session.step(0.25)
     assert len(waited_s) == 2, "once for the beginning and once for the rest"
     assert waited_s[1] <= 0.002
+
+
+def test_a_sleep_of_the_computer_is_told_as_a_lost_link(monkeypatch: pytest.MonkeyPatch) -> None:
+    rig, naps_s = settled_rig(), iter((0.0, 60.0))
+    rig.run(handshake())
+    rig.session.take_events()
+    monkeypatch.setattr(rig.session, "_asleep_s", lambda: next(naps_s, 0.0))
+    rig.session.step()
+    assert [type(event) for event in rig.session.take_events()][:1] == [WentOffline]
 
 
 def test_a_cancelled_procedure_ends_at_once() -> None:

@@ -178,3 +178,23 @@ def test_a_read_gathers_for_as_long_as_it_is_told(
     os.write(fake.far_end, b"Au")
     assert SerialLine("/dev/ttyS9", fake).read(0.05, gather_s) == b"Au"  # type: ignore[arg-type]
     assert waits == [0.05] + [gather_s] * (gather_s > 0)
+
+
+@pytest.mark.parametrize(("port", "rest"), [("socket://127.0.0.1:9", (65536, 0)), ("COM3", (5, 0.01))])
+def test_where_a_read_cannot_be_interrupted_the_rest_is_read_without_waiting(
+    port: str, rest: tuple[int, float]
+) -> None:
+    class Uninterrupted:
+        timeout, in_waiting = 0.01, 5
+
+        def __init__(self) -> None:
+            self.reads: list[tuple[int, float]] = []
+
+        def read(self, size: int) -> bytes:
+            self.reads.append((size, self.timeout))
+            return b"A" if size == 1 else b"uAuAu"
+
+    opened = Uninterrupted()
+    assert SerialLine(port, opened).read(0.05, 0.0) == b"AuAuAu"  # type: ignore[arg-type]
+    assert opened.reads == [(1, 0.01), rest]
+    assert opened.timeout == 0.01
