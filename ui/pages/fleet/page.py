@@ -37,7 +37,7 @@ from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control
 from ui.widgets.empty_state import EmptyState
 from ui.widgets.labels import text_label
-from ui.widgets.layouts import in_column, scroll_area
+from ui.widgets.layouts import in_column, in_row, scroll_area
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.visibility_timer import VisibilityTimer
@@ -108,8 +108,10 @@ class FleetPage(Page):
         self.stack = named(QStackedWidget(), "fleet_stack")
         for one in (self.empty, self.view, self.panel):
             self.stack.addWidget(one)
-        top = in_column(head, self.summary, self.said, spacing=Space.S, margins=(Space.M, 0, Space.M, Space.S))
-        in_column(top, (self.stack, 1), of=self, spacing=0, margins=0)
+        top = in_column(head, self.summary, spacing=Space.S, margins=(Space.M, 0, Space.M, Space.S))
+        # Below the cards, so that a notice moves none of them.
+        foot = in_row(self.said, margins=(Space.M, 0, Space.M, Space.S))
+        in_column(top, (self.stack, 1), foot, of=self, spacing=0, margins=0)
 
     # What is shown
 

@@ -11,11 +11,9 @@ def is_known_empty(work: TriggersController) -> bool:
 
 
 def count_text(work: TriggersController) -> str:
-    """Without a number as long as it is unknown."""
+    """Without a number while the list is empty: its place says why."""
     count = len(work.rows)
-    if count == 0 and not is_known_empty(work):
-        return tr("Trigger records")
-    return tr("Trigger records: {count}", count=count)
+    return tr("Trigger records: {count}", count=count) if count else tr("Trigger records")
 
 
 def news_text(work: TriggersController) -> str:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QApplication, QPushButton, QWidget
 from pytestqt.qtbot import QtBot
 
@@ -35,8 +35,8 @@ from ui.services.lock import LockControl
 from ui.services.storage import Storage
 from ui.shell.attention import Attention
 from ui.style.appearance import Appearance
-from ui.style.theme import Choice
-from ui.widgets.notice_bar import NoticeBar
+from ui.style.theme import Choice, Meaning
+from ui.widgets.notice_bar import Notice, NoticeBar
 
 WAIT_MS = 8000
 
@@ -261,6 +261,22 @@ def test_a_group_act_sends_questions_and_settings_only_where_it_may(desk: Desk) 
     desk.settle()
     states = [desk.page.profile.applied[one].state for one, _ in desk.modules]
     assert states == [Applied.UNREACHABLE, Applied.FAILED, Applied.WRITING]
+
+
+def test_a_notice_moves_no_card(desk: Desk) -> None:
+    desk.plug_in(9)
+    desk.settle()
+    QApplication.processEvents()
+
+    def places() -> list[QPoint]:
+        return [card.mapTo(desk.page, QPoint()) for card in desk.page.board.cards]
+
+    before = places()
+    desk.page._make_notice = lambda: Notice(Meaning.ATTENTION, "That did not work. " * 12)
+    desk.settle()
+    QApplication.processEvents()
+    assert desk.page.said.isVisible()
+    assert places() == before
 
 
 def test_the_cells_of_a_profile_follow_the_theme(desk: Desk) -> None:
