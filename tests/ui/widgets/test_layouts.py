@@ -4,6 +4,8 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 from pytestqt.qtbot import QtBot
 
+from tests.support.window.cut_off import cut_off_in_paint
+from tests.support.window.painted_text import watching
 from ui.style.theme import Space
 from ui.widgets.labels import ElidedLabel
 from ui.widgets.layouts import FlowRow, Gap, in_column, in_row
@@ -88,6 +90,23 @@ def test_an_elided_text_is_whole_in_the_tooltip(qtbot: QtBot) -> None:
     label.setText("The module")
     assert label.toolTip() == ""
     assert label.grab().toImage() != wide
+
+
+def test_a_label_is_found_where_it_is_elided_and_not_where_its_text_ends_with_dots(qtbot: QtBot) -> None:
+    window = QWidget()
+    qtbot.addWidget(window)
+    label = ElidedLabel()
+    label.setParent(window)
+    label.setText("Looking for thresholds…")
+    found = []
+    for width_px in (800, 60):
+        label.resize(width_px, 20)
+        label.setToolTip("")
+        with watching() as drawn:
+            label.grab()
+        found.append(cut_off_in_paint(drawn))
+    assert found[0] == []
+    assert len(found[1]) == 1
 
 
 def test_a_column_keeps_order_margins_and_stretches(qtbot: QtBot) -> None:
