@@ -1515,7 +1515,7 @@
     </message>
     <message>
         <source>It would send {frame}.</source>
-        <translation>将发送 {frame}。</translation>
+        <translation>正式执行时将发送 {frame}。</translation>
     </message>
     <message>
         <source>Its approved fingerprint was removed.</source>
