@@ -286,6 +286,14 @@ def test_a_heartbeat_that_may_be_a_restarts_is_decided_by_the_boot_count(
     assert (shown.fresh(TRIGGER.key, NOW + 0.2) is True) is is_known_again
 
 
+def test_the_first_boot_count_does_not_tell_whether_there_was_a_restart() -> None:
+    device = Device(115200)
+    device.apply(acknowledged(TRIGGER.set(True)))
+    device.apply(heard(PULSE, Role.DUPLICATE, NOW + 0.1, HEARTBEAT.query()))
+    device.apply(read(BOOT_COUNT, 37, NOW + 0.2))
+    assert view(device, NOW + 0.2).fresh(TRIGGER.key, NOW + 0.2) is None
+
+
 def test_only_the_serial_output_that_is_switched_off_ends_a_stream(device: Device) -> None:
     assert not Device().view(NOW).is_restart_suspected
     for number in (0, 1):

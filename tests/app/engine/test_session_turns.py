@@ -113,6 +113,19 @@ def test_a_sleep_of_the_computer_is_told_as_a_lost_link(monkeypatch: pytest.Monk
     assert [type(event) for event in rig.session.take_events()][:1] == [WentOffline]
 
 
+def test_the_background_goes_on_after_a_sleep_and_does_not_repeat_what_it_set(monkeypatch: pytest.MonkeyPatch) -> None:
+    rig, naps_s = settled_rig(delay_ms=50), iter((60.0,))
+    watched(rig)
+    stream_on = BY_NAME["serial_output"].set(True)
+    rig.step_until(lambda: stream_on in rig.line.requests)
+    monkeypatch.setattr(rig.session, "_asleep_s", lambda: next(naps_s, 0.0))
+    rig.session.step()
+    before = len(rig.line.requests)
+    rig.step_for(5)
+    assert len(rig.line.requests) > before + 10
+    assert rig.line.requests.count(stream_on) == 1
+
+
 def test_a_cancelled_procedure_ends_at_once() -> None:
     rig = settled_rig(mute=True)
     run = Run(read_everything())

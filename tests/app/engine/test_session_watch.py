@@ -8,7 +8,7 @@ from app.engine.device import How, StaleReason
 from app.engine.procedure import Ask, Procedure
 from app.engine.session import Run
 from app.procedures.handshake import handshake
-from app.procedures.read import read_everything
+from app.procedures.read import READABLE, read_everything
 from app.procedures.stream import StreamSwitch, watch
 from protocol.catalogue import BY_NAME, HEARTBEAT, SERIAL_OUTPUT
 from tests.support.line import reference_decoder
@@ -25,6 +25,18 @@ def test_the_stream_is_switched_on_and_off_again() -> None:
     assert view.values["serial_output"].how is How.STREAMED
     end_watch(rig)
     assert not rig.bench.state().is_streaming
+
+
+def test_everything_is_read_first_and_again_after_a_restart() -> None:
+    rig, sent = settled_rig(), 0
+    watched(rig)
+    for _ in range(2):
+        rig.step_for(1)
+        asked = [one.command for one in rig.line.requests[sent:] if one.is_repeatable and one.command is not HEARTBEAT]
+        assert [command for command in asked if command in READABLE][: len(READABLE)] == list(READABLE)
+        rig.bench.restart()
+        rig.step_until(lambda: rig.session.device.view(0).restarts == 1)
+        sent = len(rig.line.requests)
 
 
 def test_a_module_that_streamed_before_is_left_streaming() -> None:

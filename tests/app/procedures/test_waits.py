@@ -6,7 +6,7 @@ from concurrent.futures import Future
 
 import pytest
 
-from app.engine.procedure import Procedure
+from app.engine.procedure import Cancelled, Procedure
 from app.preflight.evidence import Evidence
 from app.preflight.run import run_preflight
 from app.procedures.act import perform
@@ -174,8 +174,11 @@ def test_off_is_sent_three_times_to_a_module_that_does_not_answer_it() -> None:
     watched(rig)
     rig.step_for(4)
     rig.bench.change(mute_codes=frozenset({SERIAL_OUTPUT.code}))
+    background = rig.session.background
     end_watch(rig)
     assert rig.line.requests.count(OFF) == 3
+    assert background is not None
+    assert isinstance(background.error, Cancelled)
 
 
 def test_a_silent_module_is_not_asked_again() -> None:
