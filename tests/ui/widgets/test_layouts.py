@@ -101,9 +101,9 @@ def test_a_label_is_found_where_it_is_elided_and_not_where_its_text_ends_with_do
     found = []
     for width_px in (800, 60):
         label.resize(width_px, 20)
-        label.setToolTip("")
         with watching() as drawn:
             label.grab()
+        label.setToolTip("")
         found.append(cut_off_in_paint(drawn))
     assert found[0] == []
     assert len(found[1]) == 1
