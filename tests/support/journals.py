@@ -12,6 +12,7 @@ class FakeJournal:
     def __init__(self) -> None:
         self.intents: list[tuple[Act, bytes, Mapping[str, object]]] = []
         self.outcomes: dict[int, Outcome] = {}
+        self.results: dict[int, Mapping[str, object]] = {}
         self.rates: list[tuple[int, int]] = []
         self.settled_rates: dict[int, str] = {}
         self.is_ready = True
@@ -33,6 +34,7 @@ class FakeJournal:
     def settle(self, entry: Entry, outcome: Outcome, result: Mapping[str, object], /) -> None:
         if entry in self._numbers:
             self.outcomes[self._numbers[entry]] = outcome
+            self.results[self._numbers[entry]] = result
 
     def begin_baud(self, old_rate: int, new_rate: int, /) -> Entry:
         if self.is_broken:

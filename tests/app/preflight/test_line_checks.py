@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from app.engine.procedure import Ask, Report
+from app.engine.procedure import Ask, Cancelled, PortLost, Report
 from app.engine.session import Run
 from app.limits.expectations import Expectations, Past
 from app.preflight import run
@@ -220,6 +220,23 @@ def test_what_was_before_a_check_does_not_disturb_it() -> None:
     assert (evidence.disturbance, evidence.rejected_bytes) == (None, 0)
 
 
+@pytest.mark.parametrize(
+    ("before", "error", "disturbance"),
+    [
+        (None, None, None),
+        (None, Cancelled(), Disturbance.INTERRUPTED),
+        (None, PortLost(), Disturbance.DISCONNECTED),
+        (Disturbance.SLEPT, PortLost(), Disturbance.SLEPT),
+    ],
+)
+def test_the_first_disturbance_stays(
+    before: Disturbance | None, error: Exception | None, disturbance: Disturbance | None
+) -> None:
+    evidence = Evidence(port="sim", disturbance=before)
+    evidence.note_error(error)
+    assert evidence.disturbance is disturbance
+
+
 @pytest.mark.parametrize(("first", "last"), [(True, False), (False, True)])
 def test_the_last_reading_decides_what_is_known(first: bool, last: bool) -> None:
     evidence, rig = Evidence(port="sim"), Rig({"uptime": 60})
@@ -268,6 +285,7 @@ def test_what_came_of_enabling_a_trigger_is_logged(
         enabling.send(reply)
     assert ended.value.value.state is state
     assert journal.outcomes == {0: outcome}
+    assert journal.results == {0: {"acknowledged": state is FlagState.ENABLED}}
 
 
 def test_a_check_reports_its_seven_steps_and_keeps_the_time_of_the_last_status() -> None:

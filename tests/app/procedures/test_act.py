@@ -201,7 +201,9 @@ def test_a_log_that_takes_its_time_makes_the_gesture_too_old() -> None:
 @pytest.mark.parametrize("act", READY)
 def test_a_rehearsal_shows_the_bytes_and_sends_nothing(act: Act) -> None:
     rig, journal = Rig(READY[act]), FakeJournal()
-    done = do(rig, act, journal, permit=permit_for(rig, act, is_rehearsal=True))
+    permit = permit_for(rig, act, is_rehearsal=True)
+    done = do(rig, act, journal, permit=permit)
+    assert permit.is_spent
     assert (done.frame, done.outcome, done.is_rehearsal) == (REQUESTS[act].encode(), Outcome.NOT_SENT, True)
     assert rig.line.sent == b""
     assert not journal.intents
