@@ -25,8 +25,8 @@ from ui.widgets.controls import control
 from ui.widgets.layouts import FlowRow, in_row
 from ui.widgets.sliders import WheelGuard
 
-_SWITCH_PX: Final = 108
-"""Includes the check mark."""
+_SWITCH_PX: Final = 116
+"""Includes the check mark, in sunlight too."""
 _LABELS: Final = TITLES | {ATTITUDE_TRIGGER.key: marked("Attitude"), FREEFALL_TRIGGER.key: marked("Free fall")}
 """Short enough for the switches beside them."""
 

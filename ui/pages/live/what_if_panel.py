@@ -156,6 +156,7 @@ class WhatIfPanel(QFrame):
     def _list(self, rows: tuple[WhatIfRow, ...]) -> None:
         """Keeps unchanged rows, so that a selected one stays selected."""
         if rows == self._rows:
+            self._fit_list()  # another size of text wraps them otherwise
             return
         common = 0
         while common < min(len(rows), len(self._rows)) and rows[common] == self._rows[common]:
@@ -170,7 +171,10 @@ class WhatIfPanel(QFrame):
                 item.setToolTip(row.text)
                 self.list.addItem(item)
         self.list.setVisible(bool(rows))
-        shown = min(len(rows), _ROWS_IN_SIGHT)  # the panel scrolls, not a list within it
+        self._fit_list()
+
+    def _fit_list(self) -> None:
+        shown = min(self.list.count(), _ROWS_IN_SIGHT)  # the panel scrolls, not a list within it
         height = sum(self.list.sizeHintForRow(row) for row in range(shown))
         self.list.setFixedHeight(height + 2 * self.list.frameWidth() + Space.XS)
 

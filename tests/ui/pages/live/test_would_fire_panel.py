@@ -96,6 +96,15 @@ def test_the_modules_values_are_tried_first(live: Bench) -> None:
     assert live.find(QLineEdit, ATTITUDE).placeholderText() == "60"
 
 
+def test_the_list_fits_its_rows_at_another_size_of_text(live: Bench) -> None:
+    tell(live, 0, 20, 57, 20, 0)
+    toggle(live)
+    listed = live.find(QListWidget, "fired_list")
+    listed.setStyleSheet("font-size: 40px")
+    live.page.refresh()
+    assert listed.height() >= listed.sizeHintForRow(0) > 40
+
+
 def test_another_threshold_is_judged_as_it_is_typed(live: Bench) -> None:
     tell(live, 0, 20, 57, 20, 0)
     toggle(live)
@@ -377,8 +386,7 @@ def test_in_sunlight_a_switch_stands_beside_its_name(qtbot: QtBot, qapp: QApplic
         assembly.window.resize(960, 540)
         assembly.window.connect_to(Target("sim://sunny", 115200))
         wait_online(qtbot, assembly)
-        live = assembly.window.findChild(LivePage)
-        assert live is not None
+        live = assembly.window.findChildren(LivePage)[0]
         qtbot.waitUntil(lambda: not live.is_empty, timeout=WAIT_MS)
         live.fired.button.click()
         fields = live.fired.panel.fields
@@ -386,8 +394,7 @@ def test_in_sunlight_a_switch_stands_beside_its_name(qtbot: QtBot, qapp: QApplic
             editor = fields.editors[command.key]
             editor.findChildren(QAbstractButton)[0].click()  # the check mark needs room too
             QApplication.processEvents()
-            label = fields.findChild(QLabel, f"fired_{command.name}_label")
-            assert label is not None
+            label = fields.findChildren(QLabel, f"fired_{command.name}_label")[0]
             assert label.geometry().right() < editor.x()
             assert editor.y() <= label.geometry().center().y() <= editor.geometry().bottom()
         assert not cut_off(fields)
