@@ -6,7 +6,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import QBuffer, QByteArray, QIODevice, QRectF, QStandardPaths, Qt
+from PySide6.QtCore import QBuffer, QByteArray, QEvent, QIODevice, QRectF, QStandardPaths, Qt
 from PySide6.QtGui import QColor, QImage, QPainter, QPixmap
 from PySide6.QtWidgets import QPushButton, QSizePolicy, QWidget
 
@@ -131,7 +131,15 @@ class SaveBar(QWidget):
         self.stop.hide()
         buttons = FlowRow()
         buttons.add_right(self.stop, self.csv, self.png)
-        in_row((self.note, 1), (buttons, 3), of=self, spacing=Space.S, margins=0)
+        self._row = in_row((self.note, 1), (buttons, 3), of=self, spacing=Space.S, margins=0)
+        self._buttons = buttons
+
+    def event(self, event: QEvent) -> bool:
+        """The buttons take two lines only where one has no room for them."""
+        if event.type() in (QEvent.Type.Resize, QEvent.Type.LayoutRequest):
+            needed = self._buttons.sizeHint().width() + self._row.spacing()
+            self._row.setStretch(1, 0 if self.width() >= needed else 3)
+        return super().event(event)
 
     @property
     def is_saving(self) -> bool:

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from datetime import UTC, datetime
 from itertools import repeat
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 from PySide6.QtCore import Qt
@@ -14,8 +15,10 @@ from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
 from tests.support.window.live_bench import Bench, live_bench
+from ui.core.texts import Texts
 from ui.files.file_dialogs import default_name
-from ui.style.theme import Meaning
+from ui.files.save_bar import SaveBar
+from ui.style.theme import Meaning, Space
 
 
 @pytest.fixture
@@ -133,3 +136,15 @@ def test_a_long_saving_can_be_cancelled(live: Bench, tmp_path: Path, monkeypatch
     assert list(tmp_path.iterdir()) == []
     assert live.page.save.csv.isEnabled()
     assert not live.page.save.stop.isVisible()
+
+
+def test_the_buttons_take_two_lines_only_where_one_has_no_room(qtbot: QtBot) -> None:
+    bar = SaveBar(Texts(), take_excerpt=Mock(), take_picture=Mock(), find_origin=Mock())
+    qtbot.addWidget(bar)
+    bar.show()
+    needed = bar.csv.sizeHint().width() + bar.png.sizeHint().width() + 2 * Space.S
+    for width, is_one_line in ((needed, True), (needed + 200, True), (needed - 30, False)):
+        bar.resize(width, 100)
+        QApplication.processEvents()
+        assert (bar.csv.y() == bar.png.y()) is is_one_line
+        assert all(bar.rect().contains(one.geometry()) for one in (bar.csv, bar.png))
