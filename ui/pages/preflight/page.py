@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QStackedLayout, QWidget
 
 from app.records.check_store import CheckStore
@@ -27,11 +28,11 @@ from ui.pages.preflight.form import PreflightForm
 from ui.pages.preflight.profile_editor import ProfileEditor
 from ui.pages.preflight.record_files import SUFFIXES, RecordFiles
 from ui.pages.preflight.texts import announcement
-from ui.pages.preflight.verdict import SPOKEN, VerdictBanner
+from ui.pages.preflight.verdict import HEIGHT_PX, LOW_PX, SPOKEN, VerdictBanner
 from ui.services.context import Services
 from ui.services.page import Page
 from ui.simulator.level_offer import rest_offer
-from ui.style.theme import Meaning, Space
+from ui.style.theme import Meaning, Space, scaled
 from ui.widgets.controls import Shortcut
 from ui.widgets.layouts import in_column, in_row
 from ui.widgets.notice_bar import Notice, NoticeBar
@@ -39,6 +40,8 @@ from ui.widgets.sliders import WheelGuard
 from ui.widgets.visibility_timer import VisibilityTimer
 
 REFRESH_EVERY_MS: Final = 250
+_LOW_PAGE_PX: Final = 380
+"""A lower page has a lower banner, so that its buttons are in sight."""
 
 
 class PreflightPage(Page):
@@ -262,6 +265,10 @@ class PreflightPage(Page):
         return view
 
     # Qt
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self.banner.use_height(LOW_PX if self.height() < scaled(_LOW_PAGE_PX) else HEIGHT_PX)
 
     def on_escape(self) -> bool:
         """Leave the past checks or the profile editor, cancel the check, or close a message."""

@@ -20,6 +20,8 @@ from ui.style.shapes import hatch, pen
 from ui.style.theme import Meaning, Size, Space, Theme, current, font, scaled
 
 HEIGHT_PX: Final = 128
+LOW_PX: Final = 88
+"""On a low page."""
 WORD_PX: Final = 96
 QUIET_PX: Final = 44
 """For a word that is no verdict."""
@@ -46,13 +48,19 @@ class Announcement:
 
 
 class VerdictBanner(PaintedWidget):
-    """Shows one announcement, at a fixed height."""
+    """Shows one announcement, at a height that does not depend on it."""
 
     def __init__(self, announcement: Announcement) -> None:
         super().__init__()
         self.setObjectName("verdict")
         self.announcement = announcement
+        self._height_px = HEIGHT_PX
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+
+    def use_height(self, height_px: int) -> None:
+        if height_px != self._height_px:
+            self._height_px = height_px
+            self.updateGeometry()
 
     def show_announcement(self, announcement: Announcement) -> None:
         if announcement != self.announcement or not self.accessibleName():
@@ -63,10 +71,10 @@ class VerdictBanner(PaintedWidget):
             self.announce(text, name=announcement.word)
 
     def sizeHint(self) -> QSize:
-        return QSize(640, HEIGHT_PX)
+        return QSize(640, self._height_px)
 
     def minimumSizeHint(self) -> QSize:
-        return QSize(320, HEIGHT_PX)
+        return QSize(320, self._height_px)
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         theme, one = current(), self.announcement
@@ -117,7 +125,7 @@ class VerdictBanner(PaintedWidget):
         is_big = self.announcement.standing in SPOKEN
         one = font(Size.HERO)
         one.setWeight(QFont.Weight.Bold)
-        size = WORD_PX if is_big else QUIET_PX
+        size = WORD_PX * self._height_px // HEIGHT_PX if is_big else QUIET_PX
         one.setPixelSize(size)
         while size > Size.NUMBER and QFontMetricsF(one).horizontalAdvance(self.announcement.word) > room_px:
             size -= 4

@@ -6,7 +6,7 @@ import time
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QFontMetricsF
 from PySide6.QtWidgets import QApplication, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
@@ -16,11 +16,14 @@ from app.preflight.findings import CheckResult
 from app.records.verification import RecordState, verify_file
 from app.store.store import Store, data_folder
 from protocol.catalogue import BY_NAME
-from tests.support.window.fakes_ui import WAIT_MS
+from tests.support.window.fakes_ui import WAIT_MS, window
 from tests.support.window.preflight_window import VERDICTS, find_in, kept, name_module, on_bench, said
+from ui.main import PAGES
 from ui.pages.preflight.controller import Standing
+from ui.pages.preflight.page import PreflightPage
 from ui.pages.preflight.verdict import fitted, text_px
-from ui.style.theme import Meaning, Size, font
+from ui.style.theme import Choice, Meaning, Size, font
+from ui.widgets.notice_bar import Notice
 
 PROFILE = """
 format = 1
@@ -251,3 +254,26 @@ def test_no_line_of_the_banner_is_lost_where_there_is_little_room(qapp: QApplica
     assert text_px(one, 200.0, text) <= room_px
     assert [shown[:8] for shown in text.splitlines()] == [line[:8] for line in lines]
     assert fitted(lines, 200.0, 1000.0)[1] == "\n".join(lines)
+
+
+def test_the_buttons_are_whole_on_the_smallest_screen_in_sunlight(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    """With the act of activation, or with a notice."""
+    entries = tuple(entry for entry in PAGES if entry.key == "preflight")
+    with window(qapp, tmp_path, entries=entries) as assembly:
+        assembly.appearance.choose(Choice.SUNLIGHT)
+        assembly.window.resize(960, 540)
+        qtbot.waitUntil(lambda: assembly.window.findChild(PreflightPage) is not None, timeout=WAIT_MS)
+        page = assembly.window.findChild(PreflightPage)
+        assert page is not None
+        assembly.window.panel.hide()
+        QApplication.processEvents()
+        empty_px = page.minimumSizeHint().height()
+        for more in (page.activation, page.strip):
+            page.show_notice(lambda: Notice(Meaning.INFORMATION, "The simulated module is not at rest."))
+            page.strip.hide()
+            more.show()
+            QApplication.sendPostedEvents(None, QEvent.Type.LayoutRequest)
+            assert empty_px < page.minimumSizeHint().height() <= page.height(), more.objectName()
+            more.hide()
