@@ -20,7 +20,7 @@ from ui.style.shapes import hatch, pen
 from ui.style.theme import Meaning, Size, Space, Theme, current, font, scaled
 
 HEIGHT_PX: Final = 128
-LOW_PX: Final = 88
+LOW_PX: Final = 92
 """On a low page."""
 WORD_PX: Final = 96
 QUIET_PX: Final = 44
@@ -144,7 +144,7 @@ class VerdictBanner(PaintedWidget):
         bar_px = 14.0 if one.progress is not None else 0.0
         body_font, body = fitted(one.lines, width, self.height() - 2 * Space.S - head_px - bar_px)
         body_px = text_px(body_font, width, body)
-        top = max(float(Space.S), (self.height() - head_px - body_px - bar_px) / 2)
+        top = max(float(Space.XS), (self.height() - head_px - body_px - bar_px) / 2)
         if one.standing is Standing.VOID:
             _clear(painter, QColor(theme.surface), QRectF(left, 0, width, self.height()), head_px + body_px)
         painter.setPen(ink)
