@@ -5,7 +5,7 @@ Chinese is embedded where the computer has a font for it; the size of the text i
 
 import sys
 
-from PySide6.QtCore import QBuffer, QByteArray, QIODevice, QMarginsF, QSizeF
+from PySide6.QtCore import QBuffer, QByteArray, QEventLoop, QIODevice, QMarginsF, QSizeF
 from PySide6.QtGui import (
     QFont,
     QFontDatabase,
@@ -28,6 +28,7 @@ _CHINESE = ("WenQuanYi Micro Hei", "Noto Sans CJK SC", "Microsoft YaHei", "PingF
 def print_report(body: str, attachment: bytes) -> bytes:
     """The PDF of the HTML `body`, with `attachment`. Raises `RuntimeError`."""
     _application()
+    _timers = QEventLoop()  # gives a background thread the event dispatcher that the timers of the text layout need
     data = QByteArray()
     buffer = QBuffer(data)
     buffer.open(QIODevice.OpenModeFlag.WriteOnly)
@@ -58,6 +59,7 @@ def _fitting(body: str, page: QSizeF, writer: QPdfWriter) -> QTextDocument:
         document = _document(body, page, writer, size_pt)
         if document.size().height() <= page.height():
             return document
+        del document  # in its own thread: the traceback of the error may outlive it
         if size_pt <= SMALLEST_PT:
             raise RuntimeError("the report does not fit on one page")
         size_pt -= STEP_PT
