@@ -7,6 +7,7 @@ from typing import Final
 from app.text.i18n import CHINESE, language
 
 _WIDE_STOP_AND_SPACE: Final = re.compile("([。！？；：]) ")
+_BEFORE_UNIT: Final = re.compile(r"(?<=\d) (?=(?:g|V|s|m|km/h)\b)")
 
 
 def capitalised(text: str) -> str:
@@ -27,6 +28,11 @@ def join_names(names: Iterable[str]) -> str:
 def in_brackets(text: str) -> str:
     """`text` in the parentheses of the language in use, to be appended to a word."""
     return f"（{text}）" if language() == CHINESE else f" ({text})"
+
+
+def with_units(text: str) -> str:
+    """`text`, whose numbers keep their units on their line."""
+    return _BEFORE_UNIT.sub("\u00a0", text)
 
 
 def error_text(error: Exception) -> str:

@@ -6,7 +6,7 @@ import pytest
 
 from app.text.i18n import CHINESE, ENGLISH, set_language
 from app.text.messages import UserMessage, joined
-from app.text.sentences import capitalised, join_names, join_sentences
+from app.text.sentences import capitalised, join_names, join_sentences, with_units
 
 
 @pytest.fixture(autouse=True)
@@ -39,3 +39,9 @@ def test_joined_messages_have_the_comma_of_the_language_that_they_are_read_in() 
     set_language(ENGLISH)
     assert both.translated() == both.in_english() == "M-07, H6, 1, 2"
     assert both.to_json()["text"] == "{p0}, {p1}, {p2}"  # as records store it
+
+
+def test_a_number_keeps_its_unit() -> None:
+    assert with_units("Below 0.5 g for 2.00 s: 3 steps, 低于 0.5 g 达") == (
+        "Below 0.5\u00a0g for 2.00\u00a0s: 3 steps, 低于 0.5\u00a0g 达"
+    )

@@ -1,23 +1,18 @@
 """Pane with the explanation, consequences and vendor's advice of the chosen setting."""
 
-import re
-from typing import Final
-
 from PySide6.QtWidgets import QFrame, QWidget
 
 from app.settings.consequences import Weight
 from app.settings.form import FormRow, RowState
 from app.settings.setting_texts import advice_text
 from app.text.i18n import tr
-from app.text.sentences import capitalised, join_sentences
+from app.text.sentences import capitalised, join_sentences, with_units
 from ui.core.texts import Texts
 from ui.pages.settings.row import WRONG, reason_text
 from ui.style.theme import Space
 from ui.widgets.labels import text_label
 from ui.widgets.layouts import in_column, scroll_area
 from ui.widgets.naming import named, set_role
-
-_BEFORE_UNIT: Final = re.compile(r"(?<=\d) (?=(?:g|V|s|m|km/h)\b)")
 
 
 class SettingPane(QFrame):
@@ -51,7 +46,7 @@ class SettingPane(QFrame):
             (self.term, "" if term == title else term),  # in Chinese it is the title
             (self.reason, reason),
             (self.what, tr(command.explanation)),
-            (self.meaning, _BEFORE_UNIT.sub("\u00a0", join_sentences(one.sentence for one in row.consequences))),
+            (self.meaning, with_units(join_sentences(one.sentence for one in row.consequences))),
             (self.advice, capitalised(advice_text(command))),
         ):
             label.setText(text)

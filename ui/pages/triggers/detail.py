@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QFrame, QLineEdit, QToolButton
 from app.records.check_store import MAX_NOTE_LENGTH
 from app.system.wall_clock import local_time
 from app.text.i18n import tr
-from app.text.sentences import capitalised
+from app.text.sentences import capitalised, with_units
 from app.trigger_records.history import JUDGEMENT_WORDS, Judgement, cause_message
 from protocol.translatable import marked
 from ui.core.texts import Texts
@@ -83,7 +83,7 @@ class TriggersDetail(QFrame):
             self.cause.setText(otherwise)
             self._note_of = None
             return
-        self.cause.setText(capitalised(cause_message(row.record).translated()))
+        self.cause.setText(with_units(capitalised(cause_message(row.record).translated())))
         self.facts.show_facts({key: COLUMNS[column].text(row) for key, column in _FACTS.items()})
         self.picture.show_record(row.record, sources_text(row.record.sources))
         self.bytes.setText(row.record.raw.hex(" ").upper())
