@@ -273,8 +273,8 @@ class Walk(Driver):
         live.refresh()
         live.draw()
         QApplication.processEvents()
-        # The events may have changed a text, which is laid out from child to parent.
-        for _ in range(4):
+        # The events may have changed a text, which is laid out from child to parent: as often as widgets are nested.
+        for _ in range(12):
             QApplication.sendPostedEvents(None, QEvent.Type.LayoutRequest.value)
 
 
