@@ -106,7 +106,8 @@ class Card:
             case Need.VOID if self.verdict is not None and self.verdict.void is not None:
                 return tr(Need.VOID.value, why=self.verdict.void.message.translated())
             case Need.OUTSIDE if self.cell_outside is not None:
-                return self.cell_outside.beside(tr("Cell voltage"))
+                fault, limit = tr(self.cell_outside.fault.value), tr("limit {value}", value=self.cell_outside.limit)
+                return tr("{reason}: {what}", reason=tr("Cell voltage"), what=join_names((fault, limit)))
             case Need.ACTIVATE:
                 return verdict_sentence(Verdict.READY, ActivatedBy.PERSON).translated()
             case Need.WAIT if self.is_checking:

@@ -3,8 +3,8 @@
 What a widget is for is its dynamic property ``role``:
 
 - QPushButton: ``primary`` (one on a page), ``danger``, ``quiet`` (no frame); none is an everyday button
-- QFrame: ``card``, ``bar``, ``danger-corner``, ``rehearsal``, ``row``, ``row-failed``, ``setting``,
-  ``setting-chosen``, ``setting-failed``
+- QFrame: ``card``, ``bar``, ``danger-corner``, ``rehearsal``, ``row``, ``marked-row``,
+  ``marked-row-chosen``, ``marked-row-failed``
 - QLabel: ``muted``, ``small``, ``title``, ``heading`` (28 px), ``hero`` (48 px), ``caption``, ``strong``, ``danger``,
   ``attention``
 - QToolButton: ``quiet``, ``segment``, ``choice`` (one of two, side by side)
@@ -43,16 +43,13 @@ QToolBar#foot QFrame[role="bar"] { border-top: ${edge}px solid $divider; }
 QFrame[role="danger-corner"] { background: $surface; border: ${edge}px solid $danger_ink; border-radius: 8px; }
 QFrame[role="rehearsal"] { background: $rehearsal; border: 2px dashed $focus; border-radius: 8px; }
 QFrame[role="row"] { background: transparent; border: none; border-bottom: ${edge}px solid $divider; }
-QFrame[role="setting"] {
+QFrame[role="marked-row"] {
     background: transparent; border: none; border-left: 3px solid transparent; border-bottom: ${edge}px solid $divider;
 }
-QFrame[role="setting-chosen"] {
+QFrame[role="marked-row-chosen"] {
     background: $selection; border: none; border-left: 3px solid $focus; border-bottom: ${edge}px solid $divider;
 }
-QFrame[role="setting-failed"] {
-    background: $danger_wash; border: none; border-left: 3px solid $danger_ink; border-bottom: ${edge}px solid $divider;
-}
-QFrame[role="row-failed"] {
+QFrame[role="marked-row-failed"] {
     background: $danger_wash; border: none; border-left: 3px solid $danger_ink; border-bottom: ${edge}px solid $divider;
 }
 QLabel[role="strong"] { font-weight: 700; }

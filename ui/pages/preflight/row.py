@@ -62,7 +62,7 @@ class CheckRow(QFrame):
     def __init__(self, check: Check, texts: Texts) -> None:
         super().__init__()
         self.setObjectName(f"check_{check.id}")
-        self.setProperty("role", "row")
+        self.setProperty("role", "marked-row")
         self.check = check
         self.chip = _chip(f"check_{check.id}_result")
         self._title = text_label(f"check_{check.id}_title", "strong")
@@ -97,7 +97,7 @@ class CheckRow(QFrame):
         self.limit.setText("")
         self._show_act(is_shown=False)
         self._show_texts(tr(self.check.why), is_explained=False)
-        set_role(self, "row")
+        set_role(self, "marked-row")
 
     def show_judged(self, judged: Judged, *, is_void: bool, can_act: bool) -> None:
         finding = judged.finding
@@ -115,7 +115,7 @@ class CheckRow(QFrame):
         self._show_texts(f"{tr(self.check.why)}{do}", is_explained=not is_fine)
         self._show_act(is_shown=self.check.id in ACTS and judged.blocks_go)
         self.act.setEnabled(can_act)
-        set_role(self, "row-failed" if judged.blocks_go and not is_void else "row")
+        set_role(self, "marked-row-failed" if judged.blocks_go and not is_void else "marked-row")
         set_role(self.measured, "muted" if is_void else ("strong" if not is_fine else ""))
 
     def _show_act(self, *, is_shown: bool) -> None:
@@ -147,7 +147,7 @@ class ManualRow(QFrame):
         super().__init__()
         name = f"manual_{number}"
         self.setObjectName(name)
-        self.setProperty("role", "row")
+        self.setProperty("role", "marked-row")
         self.number, self.line = number, line
         self.state: bool | None = None
         self.chip = _chip(f"{name}_state")
@@ -185,7 +185,7 @@ class ManualRow(QFrame):
         for button, is_on in ((self.done, state is True), (self.bad, state is False)):
             button.setChecked(is_on)
             button.setEnabled(can_tick)
-        set_role(self, "row-failed" if state is False else "row")
+        set_role(self, "marked-row-failed" if state is False else "marked-row")
         self.setAccessibleName(f"{clean(self.line.text)}, {self.chip.word}")
 
     def _tick(self, state: bool | None) -> None:

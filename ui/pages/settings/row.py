@@ -108,7 +108,7 @@ class SettingsRow(QFrame):
         is_wrong = row.state in WRONG
         self.reason.setText(reason or warning)
         set_role(self.reason, "danger" if is_wrong else "attention" if warning and not reason else "small")
-        set_role(self, "setting-failed" if is_wrong else "setting-chosen" if is_chosen else "setting")
+        set_role(self, "marked-row-failed" if is_wrong else "marked-row-chosen" if is_chosen else "marked-row")
 
     def add_beside_editor(self, button: QWidget) -> None:
         """Adds `button` to the right of the editor, next in the tab order."""
