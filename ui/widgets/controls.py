@@ -5,7 +5,7 @@ from typing import ClassVar, Final, TypeVar
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QAccessible, QAction, QKeySequence
-from PySide6.QtWidgets import QAbstractButton, QLabel, QToolButton, QWidget
+from PySide6.QtWidgets import QAbstractButton, QLabel, QPushButton, QToolButton, QWidget
 
 from app.text.i18n import tr
 from ui.core.texts import Texts
@@ -63,7 +63,7 @@ def control(
             one.setCheckable(True)
         if picture is not None:
             one.setIcon(icon(picture, is_on_primary=role == "primary"))
-            set_icon_size(one, ICON_PX, gap_px=TEXT_GAP_PX if text or role == "primary" else 0)
+            set_icon_size(one, ICON_PX, gap_px=TEXT_GAP_PX if text or isinstance(one, QPushButton) else 0)
             if text and isinstance(one, QToolButton):
                 one.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         if slot is not None:
