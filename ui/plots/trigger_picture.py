@@ -20,6 +20,8 @@ from ui.style.theme import Meaning, Size, current, font
 
 _BEYOND_DEG: Final = 8.0
 """How far past the threshold the aircraft is drawn; the record does not contain the tilt."""
+_TILT_SHARE: Final = 1.25
+"""Of the picture of a tilt, which has labels beside it."""
 _CENTRE: Final = Qt.AlignmentFlag.AlignCenter
 
 
@@ -28,20 +30,27 @@ def draw_attitude(painter: QPainter, box: QRectF, threshold_deg: float) -> None:
     theme = current()
     label = QFontMetricsF(font(Size.SMALL, is_bold=True))
     radius = max(24.0, min(box.height() - label.height() - 12, (box.width() - 80) / 2))
+    reset_deg = threshold_deg - RESET_BELOW_THRESHOLD_DEG
+    danger, rearm = theme.danger.ink, theme.information.ink
+    labels = (
+        (threshold_deg, danger, tr("{value}° fires", value=f"{threshold_deg:g}")),
+        (reset_deg, rearm, tr("{value}° rearms", value=f"{reset_deg:g}")),
+    )
+    right = max(
+        math.cos(math.radians(degrees)) * (radius + 10) + label.horizontalAdvance(text) + 2
+        for degrees, _, text in labels
+    )
     painter.save()
-    painter.translate(box.center().x(), box.top() + label.height() + 6 + radius)
+    # In the middle, or further left where a label would reach into what is drawn beside it.
+    middle = max(box.left() + radius + 3, min(box.center().x(), box.right() - right))
+    painter.translate(middle, box.top() + label.height() + 6 + radius)
     arc = QRectF(-radius, -radius, 2 * radius, 2 * radius)
     painter.setPen(pen(theme.border, theme.border_px))
     painter.drawLine(QPointF(-radius, 0), QPointF(radius, 0))
     painter.drawArc(arc, 0, 180 * 16)
-    danger, rearm = theme.danger.ink, theme.information.ink
     painter.setPen(pen(danger, 3.0 + theme.line_px))
     painter.drawArc(arc, round(threshold_deg * 16), round((180 - threshold_deg) * 16))
-    reset_deg = threshold_deg - RESET_BELOW_THRESHOLD_DEG
-    for degrees, colour, text in (
-        (threshold_deg, danger, tr("{value}° fires", value=f"{threshold_deg:g}")),
-        (reset_deg, rearm, tr("{value}° rearms", value=f"{reset_deg:g}")),
-    ):
+    for degrees, colour, text in labels:
         way = QPointF(math.cos(math.radians(degrees)), -math.sin(math.radians(degrees)))
         painter.setPen(pen(colour, 1.0 + theme.line_px))
         painter.drawLine(way * (radius - 6), way * (radius + 6))
@@ -120,12 +129,15 @@ class TriggerPicture(PaintedWidget):
     def paintEvent(self, _event: QPaintEvent) -> None:
         painter = self.begin_paint()
         parts = self._parts()
-        for number, draw in enumerate(parts):
-            width = self.width() / len(parts)
-            draw(painter, QRectF(number * width, 0, width, self.height()))
+        left, whole = 0.0, sum(share for share, _ in parts)
+        for share, draw in parts:
+            width = self.width() * share / whole
+            draw(painter, QRectF(left, 0, width, self.height()))
+            left += width
         painter.end()
 
-    def _parts(self) -> list[Callable[[QPainter, QRectF], None]]:
+    def _parts(self) -> list[tuple[float, Callable[[QPainter, QRectF], None]]]:
+        """The share in the width of each cause of the record, and what draws it."""
         record = self._record
         if record is None:
             return []
@@ -137,4 +149,4 @@ class TriggerPicture(PaintedWidget):
             "serial": lambda painter, box: _draw_command(painter, box, Icon.LINK),
             "pwm": lambda painter, box: _draw_command(painter, box, Icon.PLUG),
         }
-        return [known[one] for one in record.sources if one in known]
+        return [(_TILT_SHARE if one == "attitude" else 1.0, known[one]) for one in record.sources if one in known]
