@@ -105,8 +105,9 @@ def test_a_clean_exchange_is_all_frames(vectors: list[Vector], data: st.DataObje
     assert not rejected(pieces)
 
 
-def test_status_frames_back_to_back_up_to_a_bad_one_are_taken() -> None:
-    bad = bytes((*STREAMED[:-1], STREAMED[-1] ^ 1))
+@pytest.mark.parametrize("checksum", [STREAMED[-1] ^ 1, 0xFF])
+def test_status_frames_back_to_back_up_to_a_bad_one_are_taken(checksum: int) -> None:
+    bad = bytes((*STREAMED[:-1], checksum))
     pieces = parse(STREAMED * 600 + bad + STREAMED * 3)
     assert frames(pieces) == [STREAMED] * 603
     assert [piece.offset for piece in pieces] == list(range(0, 604 * 8, 8))

@@ -172,6 +172,8 @@ def test_only_the_ritual_deploys() -> None:
         (Act.ACTIVATE, InterlockInputs(now=NOW, armed=Act.DEPLOY), "Already armed: Deploy."),
         (Act.DEPLOY, InterlockInputs(now=NOW, permit=Permit(Act.DEPLOY, Origin.RITUAL, NOW - 2)),
          "Confirm again: 2.0 s old."),
+        (Act.ACTIVATE, InterlockInputs(now=NOW, triggered=True), "The module reports that it has fired."),
+        (Act.ACTIVATE, InterlockInputs(now=NOW), "Unknown: Trigger."),
         (Act.DEPLOY, InterlockInputs(now=NOW, is_audit_ready=False),
          "The audit log cannot be written."),
         (Act.WRITE, InterlockInputs(now=NOW, active=True),
