@@ -106,7 +106,7 @@ def test_a_missing_file_is_said(whole: Whole, tmp_path: Path) -> None:
 
 
 KILLED = """
-import os, sys
+import os, sys, time
 from pathlib import Path
 sys.path.insert(0, {root!r})
 from tests.support.records.recordings_made import HEADING, WAIT_S, stream
@@ -115,7 +115,7 @@ from app.recordings.library import RecordingLibrary
 
 recorder = Recorder(RecordingLibrary(Path({folder!r})))
 recorder.begin(HEADING)
-for one in stream(1000.0, 2.0, rate_hz=100):
+for one in stream(time.monotonic(), 2.0, rate_hz=100):
     recorder.on_batch(one)
 assert recorder.settle(WAIT_S)
 print("there", flush=True)
