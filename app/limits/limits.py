@@ -9,6 +9,7 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from app.limits.expectations import CheckLimits, Expectations
+from app.settings.consequences import SHORT_FALL_S
 from app.text.messages import UserMessage, message
 
 
@@ -46,7 +47,7 @@ class SettingBound(NamedTuple):
 SETTING_BOUNDS: Mapping[str, SettingBound] = MappingProxyType({
     "attitude_threshold_deg": SettingBound("attitude_threshold", 55, 90, 30, 90),
     "freefall_acceleration_g": SettingBound("freefall_acceleration", 0.1, 0.6, 0.1, 0.8),
-    "freefall_time_s": SettingBound("freefall_time", 0.5, 2.55, 0.2, 2.55),
+    "freefall_time_s": SettingBound("freefall_time", SHORT_FALL_S, 2.55, 0.2, 2.55),
     "light_threshold_v": SettingBound("light_threshold", 0.1, 25.5, 0.1, 25.5),
 })  # fmt: skip
 

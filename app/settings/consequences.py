@@ -18,7 +18,8 @@ GRAVITY_M_S2 = 9.80665
 RESTING_G = 1.0
 UPRIGHT_DEG = 90
 SHORT_FALL_S = 0.5
-"""Below it, as in the pre-flight check, a jolt may last as long: a hop of 30 cm has no weight for half a second."""
+"""The shortest that the pre-flight check advises. Below it a jolt may last as long: a hop of 30 cm has no weight for
+half a second."""
 _JOLT = marked("A jolt may fire it.")
 
 

@@ -10,6 +10,11 @@ _SLACK_PX = 1
 _PRESSED = (QAbstractButton, QComboBox, QLineEdit)
 
 
+def place(widget: QWidget) -> QRect:
+    """Return the place of a widget in its window."""
+    return QRect(widget.mapTo(widget.window(), QPoint(0, 0)), widget.size())
+
+
 def places(root: QWidget) -> dict[str, QRect]:
     """Return the place in `root` of each control and each chip, by object name."""
     found: list[QWidget] = [one for one in controls_in(root) if isinstance(one, _PRESSED)]

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 from PySide6.QtCore import QPoint, QRect
-from PySide6.QtWidgets import QApplication, QWidget
+from PySide6.QtWidgets import QApplication
 
 from app.safety.acts import Act
 from app.safety.ritual import Stage
@@ -13,6 +13,7 @@ from protocol.link_states import Presence
 from protocol.messages import Source
 from tests.gestures.gesture_bench import GestureBench, gesture_bench
 from tests.gestures.gesture_table import ACTS, go_to
+from tests.support.window.moved import place
 from ui.acts.ritual_widget import RitualWidget
 from ui.style.theme import Choice as Theme
 from ui.widgets.step_button import is_in_sight
@@ -22,10 +23,6 @@ from ui.widgets.step_button import is_in_sight
 def bench(qapp: QApplication, tmp_path: Path) -> Iterator[GestureBench]:
     with gesture_bench(qapp, tmp_path) as made:
         yield made
-
-
-def place(widget: QWidget) -> QRect:
-    return QRect(widget.mapTo(widget.window(), QPoint(0, 0)), widget.size())
 
 
 @pytest.mark.parametrize(

@@ -19,6 +19,7 @@ from app.safety.ritual import Stage
 from app.text.i18n import CHINESE, ENGLISH, PSEUDO, tr
 from tests.gestures.gesture_bench import GestureBench, gesture_bench
 from tests.gestures.gesture_table import ACTS, first_button, go_to
+from tests.support.window.moved import place
 from ui.core.texts import Texts
 from ui.style.theme import Meaning
 from ui.widgets.gestures import gestures
@@ -30,10 +31,6 @@ from ui.widgets.step_button import StepButton, bring_into_sight, is_in_sight
 def bench(qapp: QApplication, tmp_path: Path) -> Iterator[GestureBench]:
     with gesture_bench(qapp, tmp_path) as made:
         yield made
-
-
-def place(widget: QWidget) -> QRect:
-    return QRect(widget.mapTo(widget.window(), QPoint(0, 0)), widget.size())
 
 
 def arm(bench: GestureBench) -> None:
