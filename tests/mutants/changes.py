@@ -3,7 +3,8 @@
 import ast
 import random
 from collections.abc import Callable, Iterator, Sequence
-from functools import partial
+from functools import cache, partial
+from types import CodeType
 from typing import NamedTuple
 
 from tests.mutants import ROOT
@@ -36,17 +37,46 @@ _LEFT_OUT_CALLS = frozenset({"marked", "tr", "message", "isinstance", "cast"})
 
 
 class Mutant(NamedTuple):
-    """One change of one file; `text` is the whole file with it."""
+    """One change of one file."""
 
     path: str
+    source: str
+    number: int
+    """Which of the places in the source is changed."""
     lines: range
     """The lines of the statement that is changed; empty outside functions, where importing the file executes it."""
     line: int
     change: str
-    text: str
 
     def __str__(self) -> str:
         return f"{self.path}:{self.line}: {self.change}"
+
+    def code(self) -> CodeType:
+        """The whole file with the change; every line keeps its number."""
+        tree = ast.parse(self.source)
+        list(_sites_below(tree))[self.number].mutate()
+        return compile(ast.fix_missing_locations(tree), str(ROOT / self.path), "exec", dont_inherit=True)
+
+    def changes_functions_only(self) -> bool:
+        """Whether the change can be made in the functions of the imported file, without importing it again."""
+        before, after = _functions_of(self.source), functions_in(self.code())
+        return bool(self.lines) and all(
+            before[key].co_freevars == code.co_freevars for key, code in after.items() if key in before
+        )
+
+
+def functions_in(code: CodeType) -> dict[tuple[str, int], CodeType]:
+    """What is compiled in a file, by its qualified name and first line."""
+    found = {(code.co_qualname, code.co_firstlineno): code}
+    for inner in code.co_consts:
+        if isinstance(inner, CodeType):
+            found |= functions_in(inner)
+    return found
+
+
+@cache
+def _functions_of(source: str) -> dict[tuple[str, int], CodeType]:
+    return functions_in(compile(source, "", "exec", dont_inherit=True))
 
 
 class Site(NamedTuple):
@@ -64,9 +94,8 @@ def mutant_at(path: str, source: str, number: int) -> Mutant:
     site = list(_sites_below(tree))[number]
     before, lines = _line(site.node), _statement_lines(tree, site.node)
     site.mutate()
-    text = ast.unparse(ast.fix_missing_locations(tree))
     change = f"{site.word}: {before}" if site.word else f"{before}  ->  {_line(site.node)}"
-    return Mutant(path, lines, getattr(site.node, "lineno", 0), change, text)
+    return Mutant(path, source, number, lines, getattr(site.node, "lineno", 0), change)
 
 
 def _line(node: ast.AST) -> str:
@@ -117,7 +146,11 @@ def _sites_at(node: ast.AST) -> Iterator[Site]:
         case ast.Constant(value=int() | float() as value):
             yield Site(node, lambda: setattr(node, "value", value + 1))
         case ast.If() | ast.IfExp():
-            yield Site(node.test, lambda: setattr(node, "test", ast.UnaryOp(ast.Not(), node.test)), "branches swapped")
+            yield Site(
+                node.test,
+                lambda: setattr(node, "test", ast.UnaryOp(ast.Not(), node.test)),
+                "branches swapped",
+            )
     for name in ("body", "orelse", "finalbody"):
         found = getattr(node, name, None)
         statements: list[ast.stmt] = found if isinstance(found, list) else []
@@ -142,12 +175,12 @@ def _is_droppable(statement: ast.stmt) -> bool:
     return False
 
 
-def chosen(seed: int, count: int, folders: Sequence[str]) -> list[Mutant]:
-    """So many mutants of all that there are, the same ones for the same seed and source."""
+def chosen(seed: int, count: int | None, folders: Sequence[str]) -> list[Mutant]:
+    """So many mutants of all that there are, the same ones for the same seed and source; or all."""
     found = []
     for folder in folders:
         for path in sorted((ROOT / folder).rglob("*.py")) or [ROOT / folder]:
             source = path.read_text(encoding="utf-8")
             found += [(path, source, number) for number, _ in enumerate(_sites_below(ast.parse(source)))]
-    some = random.Random(seed).sample(found, min(count, len(found)))
+    some = random.Random(seed).sample(found, len(found) if count is None else min(count, len(found)))
     return [mutant_at(path.relative_to(ROOT).as_posix(), source, number) for path, source, number in some]

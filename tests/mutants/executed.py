@@ -2,11 +2,9 @@
 
 import hashlib
 import json
-import sys
 import time
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -14,7 +12,7 @@ from coverage import Coverage
 
 from tests.mutants import FOLDERS, ROOT
 from tests.mutants.changes import Mutant
-from tests.mutants.processes import forked, run_pytest
+from tests.mutants.processes import run_pytest, side_by_side
 
 ROOMS = tuple(f"tests/{folder}" for folder in FOLDERS)
 OTHERS = ("tests/app/*", "tests/faults", "tests/scenarios", "tests/ui/*")
@@ -74,14 +72,13 @@ def _importing(path: str) -> list[str]:
     return [path, *(file.relative_to(ROOT).as_posix() for file in importing)]
 
 
-def recorded_map(workers: ProcessPoolExecutor, names: Sequence[str]) -> TestMap:
+def recorded_map(jobs: int, names: Sequence[str]) -> TestMap:
     """The map of the source as it is now and the tests in these folders; recorded where not yet in `build/mutants`."""
     place = ROOT / "build/mutants"
     place.mkdir(parents=True, exist_ok=True)
     files = {name: place / f"{name.replace('/', '-')}-{_digest(name)}.json" for name in names}
-    missing = {name: file for name, file in files.items() if not file.exists()}
-    recorded = workers.map(_record, missing.keys(), missing.values())
-    for number, name in enumerate(recorded, 1):
+    missing = [(name, file) for name, file in files.items() if not file.exists()]
+    for number, name in enumerate(side_by_side(jobs, _record, missing), 1):
         print(f"recorded {name} ({number} of {len(missing)})", flush=True)
     tests = TestMap()
     for file in files.values():
@@ -106,21 +103,13 @@ def _digest(folder: str) -> str:
 
 
 def _record(folder: str, target: Path) -> str:
-    process = forked(_run_recorded, folder, target)
-    process.join()
-    if not target.exists():
-        raise RuntimeError(f"the tests of {folder} ended with {process.exitcode}")
-    return folder
-
-
-def _run_recorded(folder: str, target: Path) -> None:
     coverage = Coverage(data_file=None, config_file=False, include=[f"{ROOT}/{one}/*" for one in FOLDERS])
     recorder = _Recorder(coverage)
     coverage.start()
     ended = run_pytest([folder], recorder)
     coverage.stop()
     if ended not in (pytest.ExitCode.OK, pytest.ExitCode.TESTS_FAILED):
-        sys.exit(ended)  # interrupted: the map would lack tests
+        raise RuntimeError(f"the tests of {folder} ended with {ended}")  # the map would lack tests
     data = coverage.get_data()
     recorder.seconds[IMPORT] = 0.0
     lines: dict[str, dict[str, list[int]]] = {test: {} for test in recorder.seconds.keys() - recorder.failed}
@@ -131,6 +120,7 @@ def _run_recorded(folder: str, target: Path) -> None:
                 lines[test].setdefault(path, []).append(line)
     found = {test: (round(recorder.seconds[test], 4), executed) for test, executed in lines.items()}
     target.write_text(json.dumps(found), encoding="utf-8")
+    return folder
 
 
 class _Recorder:

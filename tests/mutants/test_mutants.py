@@ -1,10 +1,9 @@
 """The mutation test: what it changes, which tests it runs, and what it concludes."""
 
-import ast
 import os
 import subprocess
 import sys
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Iterator
 
 import pytest
 
@@ -29,15 +28,29 @@ from tests.mutants.judging import Verdict
     ],
 )
 def test_each_place_is_changed_once(source: str, changes: list[str]) -> None:
-    found: list[str] = []
+    before, found = compile(source, str(ROOT / "x.py"), "exec"), list[str]()
     while True:
         try:
             one = mutant_at("x.py", source, len(found))
         except IndexError:
             break
-        assert ast.dump(ast.parse(one.text)) != ast.dump(ast.parse(source))
+        assert one.code() != before
         found.append(one.change)
     assert sorted(found) == sorted(changes)
+
+
+@pytest.mark.parametrize(
+    ("source", "are_functions"),
+    [
+        ("X = 1", False),
+        ("def f(a=1):\n    pass", False),
+        ("class C:\n    def f(self):\n        return 1", True),
+        ("def f():\n    return lambda: 1", True),
+        ("class C:\n    def f(self):\n        super().f()", False),  # without the call, it holds no class
+    ],
+)
+def test_what_importing_a_file_executes_is_not_changed_in_its_functions(source: str, are_functions: bool) -> None:
+    assert mutant_at("x.py", source, 0).changes_functions_only() is are_functions
 
 
 def test_the_same_seed_chooses_the_same() -> None:
@@ -67,12 +80,13 @@ def test_only_tests_that_execute_the_line_run_those_of_the_room_and_the_fastest_
     tests.add("tests/protocol/test_a.py::test_1", 0.5, {"protocol/x.py": [3]})
     tests.add("tests/protocol/test_a.py::test_3", ROOM_BUDGET_S, {"protocol/x.py": [3]})
     tests.add("tests/protocol/test_d.py::test_1", 0.1, {"protocol/y.py": [3]})
+    mutant = Mutant("protocol/x.py", "", 0, range(3, 4), 3, "")
     room = ["tests/protocol/test_b.py::test_1", "tests/protocol/test_a.py::test_2", "tests/protocol/test_a.py::test_1"]
-    assert tests.batches(Mutant("protocol/x.py", range(3, 4), 3, "", "")) == [room, ["tests/ui/test_c.py::test_1"]]
-    assert tests.batches(Mutant("protocol/x.py", range(4, 5), 4, "", "")) == []
+    assert tests.batches(mutant) == [room, ["tests/ui/test_c.py::test_1"]]
+    assert tests.batches(mutant._replace(lines=range(4, 5))) == []
     tests.add(IMPORT, 0.0, {"protocol/x.py": [5]})
     for lines in (range(0), range(5, 6)):
-        at_import = tests.batches(Mutant("protocol/x.py", lines, 1, "", ""))
+        at_import = tests.batches(mutant._replace(lines=lines))
         assert at_import[0][0] == "tests/protocol/test_d.py::test_1"  # may read a constant of the file
 
 
@@ -82,18 +96,18 @@ def test_an_interrupted_run_prints_the_score_of_what_was_judged(
 ) -> None:
     mutants = chosen(1, 4, FOLDERS)
 
-    def judged(mutant: Mutant, _: list[list[str]]) -> Verdict:
-        if mutants.index(mutant) == 2:
-            raise KeyboardInterrupt
-        return Verdict(mutant, 1, None if mutants.index(mutant) in survivors else "test", 0.0)
+    def judged(*_: object) -> Iterator[Verdict]:
+        for number, mutant in enumerate(mutants[:2]):
+            yield Verdict(mutant, 1, None if number in survivors else "test", 0.0)
+        raise KeyboardInterrupt
 
-    monkeypatch.setattr(__main__, "pool", ThreadPoolExecutor)
+    monkeypatch.setattr(__main__, "preload", lambda: None)
     monkeypatch.setattr(__main__, "recorded_map", lambda *_: TestMap())
-    monkeypatch.setattr(__main__, "judged", judged)
+    monkeypatch.setattr(__main__, "verdicts", judged)
     assert __main__.main(["--seed", "1", "--count", "4", "--jobs", "1"]) == 1
     printed = capsys.readouterr().out
     assert f"2 of 4 mutants, seed 1: {score} % caught" in printed
-    assert printed.splitlines()[0].startswith("  1/4 100 %  caught")
+    assert printed.splitlines()[0].startswith("   1/4 100 %  caught")
 
 
 @pytest.mark.parametrize(
@@ -110,22 +124,27 @@ def test_only_a_failure_that_repeats_and_that_the_mutant_causes_counts(
 ) -> None:
     following = iter(failures)
     monkeypatch.setattr(judging, "_first_failure", lambda *_: next(following))
-    assert judging.judged(chosen(1, 1, FOLDERS)[0], [["a", "b"]]).caught_by == caught_by
+    assert judging.judged(judging.run_imported, chosen(1, 1, FOLDERS)[0], [["a", "b"]]).caught_by == caught_by
     assert not list(following)
 
 
 JUDGE = """
 from tests.mutants import ROOT
-from tests.mutants.changes import Mutant
-from tests.mutants.judging import judged
+from tests.mutants.changes import mutant_at
+from tests.mutants.judging import judged, run_imported, verdicts
 
 source = (ROOT / "protocol/frame.py").read_text(encoding="utf-8")
-broken = Mutant("protocol/frame.py", range(0), 0, "", source.replace("sum(body) & 0xFF", "0"))
+mutants = [mutant_at("protocol/frame.py", source, number) for number in range(20)]
+in_function = next(one for one in mutants if one.change == "sum(body) & 255  ->  sum(body) | 255")
+at_import = next(one for one in mutants if not one.lines)
 noticing = "tests/protocol/test_frame.py::test_a_request_with_a_wrong_sum_is_refused_with_the_reason"
 other = "tests/protocol/test_frame.py::test_lengths_by_code"
-assert judged(broken, [[other], [noticing]]).caught_by == noticing
-assert judged(broken, [[other]]).caught_by is None
-assert judged(broken._replace(text=source), [[noticing]]).caught_by is None
+cases = [(in_function, [[other], [noticing]]), (in_function, [[other]]), (at_import, [[other, noticing]])]
+found = {(verdict.mutant, verdict.tests): verdict.caught_by for verdict in verdicts(2, ["tests/protocol"], cases)}
+assert found.pop((in_function, 2)) == noticing
+assert found.pop((in_function, 1)) is None
+assert list(found) == [(at_import, 2)]
+assert judged(run_imported, in_function, [[other], [noticing]]).caught_by == noticing
 """
 
 
