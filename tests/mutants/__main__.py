@@ -44,8 +44,7 @@ def _judge(
     mutants: Sequence[Mutant], executed: TestMap, jobs: int, folders: Sequence[str], found: dict[Mutant, Verdict]
 ) -> None:
     """Note and print each verdict as soon as there is one, so that an interrupted run still has a score."""
-    cases = [(mutant, executed.batches(mutant)) for mutant in mutants]
-    for number, verdict in enumerate(verdicts(jobs, folders, cases), 1):
+    for number, verdict in enumerate(verdicts(jobs, folders, executed, mutants), 1):
         found[verdict.mutant] = verdict
         print(f"{number:4}/{len(mutants)} {_score(found):3.0f} %  {verdict}", flush=True)
 

@@ -20,6 +20,7 @@ OTHERS = ("tests/app/*", "tests/faults", "tests/scenarios", "tests/ui/*")
 ROOM_BUDGET_S = 20
 OTHERS_BUDGET_S = 20
 """The tests of a mutant's room and all other tests: the fastest of each that together take no longer."""
+Batches = list[list[str]]
 IMPORT = ""
 """Stands for a test that executes what importing a file executes."""
 
@@ -40,11 +41,16 @@ class TestMap:
             for number in numbers:
                 self._tests[path][number].add(test)
 
-    def batches(self, mutant: Mutant) -> list[list[str]]:
+    def is_executed_by_import(self, mutant: Mutant) -> bool:
+        """Also a function that runs while its file is imported, or for a test's parameters."""
+        lines = self._tests[mutant.path]
+        return not mutant.lines or any(IMPORT in lines.get(number, ()) for number in mutant.lines)
+
+    def batches(self, mutant: Mutant) -> Batches:
         """The tests that execute a mutant, fastest first: those of its room, then the others."""
         room = f"tests/{Path(mutant.path).parent.as_posix()}/"
         found = {test for number in mutant.lines for test in self._tests[mutant.path].get(number, ())}
-        if not mutant.lines or found == {IMPORT}:
+        if self.is_executed_by_import(mutant):
             found |= {test for test in self.seconds if test.startswith(room)}
             for path in _importing(mutant.path):
                 found.update(*self._tests[path].values())

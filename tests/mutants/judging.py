@@ -16,13 +16,13 @@ import pytest
 
 from tests.mutants import ROOT
 from tests.mutants.changes import Mutant, functions_in
+from tests.mutants.executed import Batches, TestMap
 from tests.mutants.processes import forked, run_pytest, side_by_side
 
 HANGS_S = 30
 """A test that says nothing for this long hangs, which CI notices, too."""
 MOST_MEMORY = 3 << 30
 """Bytes; a mutant that collects without end takes no more."""
-Batches = list[list[str]]
 Run = Callable[[Sequence[str], Mutant | None, Connection], None]
 """Runs tests on a mutant, or on the program as it is; says which test runs and whether it failed."""
 
@@ -39,15 +39,16 @@ class Verdict(NamedTuple):
         return f"{word:8} {self.seconds:5.0f} s  {self.mutant}  [{self.caught_by}]"
 
 
-def verdicts(jobs: int, folders: Sequence[str], cases: Sequence[tuple[Mutant, Batches]]) -> Iterator[Verdict]:
-    """Judge each mutant with its batches of the tests in these folders.
+def verdicts(jobs: int, folders: Sequence[str], executed: TestMap, mutants: Iterable[Mutant]) -> Iterator[Verdict]:
+    """Judge each mutant with those tests in these folders that execute it.
 
     Tests are collected once; a mutant then changes the imported functions in a process of its own. What takes effect
     while a file is imported (a constant, a default) is judged in processes that import the program afresh.
     """
     functions, others = list[tuple[Mutant, Batches]](), list[tuple[Mutant, Batches]]()
-    for case in cases:
-        (functions if case[0].changes_functions_only() else others).append(case)
+    for one in mutants:
+        in_functions = one.changes_functions_only() and not executed.is_executed_by_import(one)
+        (functions if in_functions else others).append((one, executed.batches(one)))
     yield from _verdicts_of_collected(jobs, folders, functions)
     yield from side_by_side(jobs, partial(judged, run_imported), others)
 

@@ -131,19 +131,24 @@ def test_only_a_failure_that_repeats_and_that_the_mutant_causes_counts(
 JUDGE = """
 from tests.mutants import ROOT
 from tests.mutants.changes import mutant_at
+from tests.mutants.executed import IMPORT, TestMap
 from tests.mutants.judging import judged, run_imported, verdicts
 
 source = (ROOT / "protocol/frame.py").read_text(encoding="utf-8")
-mutants = [mutant_at("protocol/frame.py", source, number) for number in range(20)]
+mutants = [mutant_at("protocol/frame.py", source, number) for number in range(30)]
 in_function = next(one for one in mutants if one.change == "sum(body) & 255  ->  sum(body) | 255")
 at_import = next(one for one in mutants if not one.lines)
+while_imported = next(one for one in mutants if one.change == "dropped: forms[command.code] = by_control")
 noticing = "tests/protocol/test_frame.py::test_a_request_with_a_wrong_sum_is_refused_with_the_reason"
 other = "tests/protocol/test_frame.py::test_lengths_by_code"
-cases = [(in_function, [[other], [noticing]]), (in_function, [[other]]), (at_import, [[other, noticing]])]
-found = {(verdict.mutant, verdict.tests): verdict.caught_by for verdict in verdicts(2, ["tests/protocol"], cases)}
-assert found.pop((in_function, 2)) == noticing
-assert found.pop((in_function, 1)) is None
-assert list(found) == [(at_import, 2)]
+executed = TestMap()
+executed.add(other, 0.1, {"protocol/frame.py": [*in_function.lines, *while_imported.lines]})
+assert [one.caught_by for one in verdicts(2, ["tests/protocol"], executed, [in_function])] == [None]
+executed.add(noticing, 0.1, {"protocol/frame.py": list(in_function.lines)})
+executed.add(IMPORT, 0.1, {"protocol/frame.py": list(while_imported.lines)})
+found = list(verdicts(2, ["tests/protocol"], executed, [at_import, while_imported, in_function]))
+assert found[0].mutant == in_function and found[0].caught_by == noticing
+assert {one.mutant for one in found[1:]} == {at_import, while_imported} and all(one.caught_by for one in found[1:])
 assert judged(run_imported, in_function, [[other], [noticing]]).caught_by == noticing
 """
 
