@@ -104,24 +104,24 @@ class Reconnection:
         self._node_of = node
         self._node: Node | None = None
         """The device file of the port that was open last."""
-        self._address: Address | None
-        self._lasts: bool
-        self._lost_at: float | None
-        self._next_at: float
-        self._is_open: bool
-        self._is_recognised: bool
+        self._address: Address | None = None
+        self._lasts = False
+        """The address cannot belong to another adapter."""
+        self._lost_at: float | None = None
+        self._next_at = 0.0
+        self._is_open = False
+        self._is_recognised = False
         """The adapter of the open port was identified."""
-        self._is_return: bool
+        self._is_return = False
         """The open port was lost before."""
-        self.is_mistaken: bool
+        self.is_mistaken = False
         """The open port belongs to another adapter than expected and has to be closed."""
-        self._is_ambiguous: bool
+        self._is_ambiguous = False
         """Another port had the same identity."""
-        self._absence: Absence
-        self._last_handled: Connection | None
+        self._absence = Absence.AWAY
+        self._last_handled: Connection | None = None
         self.returns = 0
         """The number of lost ports that were opened again."""
-        self.give_up()
 
     @property
     def is_waiting(self) -> bool:
@@ -157,10 +157,10 @@ class Reconnection:
 
     def request(self, address: Address) -> None:
         """The user connects. To be called before the port is opened, while a symbolic link exists."""
+        self.give_up()
         self._address = address
         self._lasts = address.is_url or (not address.identity and self._is_link(address.device))
-        self._lost_at = None
-        self._is_open = self._is_ambiguous = self.is_mistaken = False
+        self._is_ambiguous = False
         self._last_handled = None
 
     def give_up(self) -> None:

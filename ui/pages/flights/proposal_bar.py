@@ -32,7 +32,7 @@ class ProposalBar(QFrame):
     """A notice of the page stands in place of the proposal's text, so that it moves nothing."""
 
     notified = Signal(object)
-    """A `Notice`, or None."""
+    """What makes a `Notice`, see `notify`; or None."""
     settings_wanted = Signal()
 
     def __init__(self, services: Services, work: FlightsWork) -> None:
