@@ -101,6 +101,10 @@ class StatusSample(NamedTuple):
     triggered: bool
     active: bool
 
+    @classmethod
+    def of(cls, status: Status, at: float) -> "StatusSample":
+        return cls(at, status.tilt_deg, status.acceleration_g, status.triggered, status.active)
+
 
 class Sleep(NamedTuple):
     """The computer slept. `ended_at`: monotonic seconds."""
@@ -297,9 +301,7 @@ class Device:
             return
         if event.role is Role.STREAMED:
             self._streamed_at.append(event.at)
-        self._samples.append(
-            StatusSample(event.at, message.tilt_deg, message.acceleration_g, message.triggered, message.active)
-        )
+        self._samples.append(StatusSample.of(message, event.at))
         self._motion.feed(message, event.at)
         self._latest = event
 
@@ -309,7 +311,7 @@ class Device:
         if event is None or not isinstance(event.message, Status):
             return
         how = How.READ if event.role is Role.ANSWER else How.STREAMED
-        for key, value in zip(STATUS_KEYS, _status_values(event.message), strict=True):
+        for key, value in zip(STATUS_KEYS, StatusSample.of(event.message, event.at)[1:], strict=True):
             self._values[key] = Known(value, how, event.at, sent_after=event.sent_after)
         if len(self._streamed_at) > 1:
             self._values[SERIAL_OUTPUT.key] = Known(True, How.STREAMED, self._streamed_at[-1])
@@ -389,7 +391,3 @@ class Device:
         self.mark_all_stale(StaleReason.RESTARTED)
         for key in UNREADABLE:
             self._values.pop(key, None)
-
-
-def _status_values(status: Status) -> tuple[int, float, bool, bool]:
-    return status.tilt_deg, status.acceleration_g, status.triggered, status.active

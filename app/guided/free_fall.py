@@ -7,12 +7,12 @@ time between the reports around them.
 
 from dataclasses import dataclass, field
 
+from app.engine.device import StatusSample
 from app.engine.procedure import EngineView, Inspect, Procedure, Report
 from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue, passed_if
 from app.guided.status_watch import (
     GuidedSetup,
     PersonSteps,
-    StatusReport,
     StatusWatch,
     read_setting,
     require_in_time,
@@ -41,7 +41,7 @@ class MeasuredFall:
     """The reports below the threshold, and those around them."""
 
     before_at: float
-    below: list[StatusReport] = field(default_factory=list)
+    below: list[StatusSample] = field(default_factory=list)
     after_at: float = 0.0
 
     @property
@@ -54,7 +54,7 @@ class MeasuredFall:
 
     @property
     def lowest_g(self) -> float:
-        return min(one.status.acceleration_g for one in self.below)
+        return min(one.acceleration_g for one in self.below)
 
 
 def prepare_free_fall() -> Procedure[GuidedSetup]:
@@ -72,10 +72,10 @@ def measure_free_fall(setup: GuidedSetup, _steps: PersonSteps) -> Procedure[Guid
     has_fired, ends_at = False, now + AFTERWARDS_S
     while now < ends_at:
         reports = yield from watch.next_reports()
-        has_fired = has_fired or any(one.status.triggered for one in reports)
+        has_fired = has_fired or any(one.triggered for one in reports)
         view: EngineView = yield Inspect()
         now = view.now
-    has_fired = has_fired or any(one.status.triggered for one in fall.below)
+    has_fired = has_fired or any(one.triggered for one in fall.below)
     return _result(fall, setup, has_fired=has_fired)
 
 
@@ -86,7 +86,7 @@ def _until_still(watch: StatusWatch) -> Procedure[float]:
     still_at: float | None = None
     while still_at is None:
         for report in (yield from watch.next_reports()):
-            is_still = STILL_FROM_G <= report.status.acceleration_g <= STILL_TO_G
+            is_still = STILL_FROM_G <= report.acceleration_g <= STILL_TO_G
             since = (since if since is not None else report.at) if is_still else None
             if since is not None and report.at - since >= STILL_S:
                 still_at = report.at
@@ -101,7 +101,7 @@ def _fall(watch: StatusWatch, threshold_g: float, before_at: float) -> Procedure
     while True:
         for report in (yield from watch.next_reports()):
             require_in_time(began, report.at)
-            if report.status.acceleration_g < threshold_g:
+            if report.acceleration_g < threshold_g:
                 fall = fall or MeasuredFall(before_at)
                 fall.below.append(report)
                 continue

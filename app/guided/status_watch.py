@@ -4,7 +4,7 @@ from concurrent.futures import Future
 from dataclasses import dataclass, field
 from math import inf
 
-from app.engine.device import MAX_LAG_S
+from app.engine.device import MAX_LAG_S, StatusSample
 from app.engine.playback import require_module
 from app.engine.procedure import Ask, Await, EngineView, Inspect, Listen, Pause, Procedure
 from app.guided.results import BreakOff
@@ -43,14 +43,6 @@ class GuidedSetup:
     light_threshold_v: float = 0.0
     tilt_deg: float = 0.0
     """Before zeroing."""
-
-
-@dataclass(frozen=True, slots=True)
-class StatusReport:
-    """`at`: monotonic seconds at which it arrived."""
-
-    at: float
-    status: Status
 
 
 @dataclass(slots=True)
@@ -113,18 +105,18 @@ class StatusWatch:
     _against: int = 0
     """Reports in a row that contradict: a single one may be a damaged frame."""
 
-    def next_reports(self) -> Procedure[tuple[StatusReport, ...]]:
+    def next_reports(self) -> Procedure[tuple[StatusSample, ...]]:
         """Reports since the last call; may be empty."""
         view: EngineView = yield Inspect()
         require_start(view, self.restarts)
-        reports: tuple[StatusReport, ...] = ()
+        reports: tuple[StatusSample, ...] = ()
         if view.now - self._anchored_at > ANCHOR_EVERY_S:
             self._anchored_at = view.now
             yield Ask(HEARTBEAT.query(), ASK_WAITS_S, attempts=1)
         if view.device.is_streaming:
             heard: tuple[Received, ...] = yield Listen(LISTEN_S)
             reports = tuple(
-                StatusReport(one.at, one.message)
+                StatusSample.of(one.message, one.at)
                 for one in heard
                 if isinstance(one.message, Status) and one.role in (Role.STREAMED, Role.ANSWER)
             )
@@ -133,19 +125,19 @@ class StatusWatch:
         if not reports:
             outcome = yield Ask(STATUS.query(), ASK_WAITS_S, attempts=1)
             if isinstance(outcome, Answered):
-                reports = tuple(StatusReport(outcome.at, one) for one in outcome.messages if isinstance(one, Status))
+                reports = tuple(StatusSample.of(one, outcome.at) for one in outcome.messages if isinstance(one, Status))
             view = yield Inspect()
         self._check(reports, view.now)
         return reports
 
-    def _check(self, reports: tuple[StatusReport, ...], now: float) -> None:
+    def _check(self, reports: tuple[StatusSample, ...], now: float) -> None:
         if self._heard_at is None or reports:
             self._heard_at = now
         if now - self._heard_at > SILENT_S:
             raise BreakOff(marked("The module does not answer."))
         for one in reports:
-            is_other = one.status.active is not self.is_active
-            is_against = is_other or (one.status.triggered and not self.may_trigger)
+            is_other = one.active is not self.is_active
+            is_against = is_other or (one.triggered and not self.may_trigger)
             self._against = self._against + 1 if is_against else 0
             if self._against < AGREEING:
                 continue

@@ -9,13 +9,13 @@ to lie between two reports. If the module moved so fast that they are too far ap
 from dataclasses import dataclass
 from enum import Enum
 
+from app.engine.device import StatusSample
 from app.engine.procedure import EngineView, Inspect, Procedure, Report
 from app.guided.results import BreakOff, GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue, passed_if
 from app.guided.status_watch import (
     AGREEING,
     GuidedSetup,
     PersonSteps,
-    StatusReport,
     StatusWatch,
     read_setting,
     require_in_time,
@@ -121,7 +121,7 @@ class _TiltWatch:
     def __init__(self, setup: GuidedSetup) -> None:
         self._setup = setup
         self._watch = StatusWatch(setup.restarts, is_active=True, may_trigger=True)
-        self._waiting: list[StatusReport] = []
+        self._waiting: list[StatusSample] = []
         self.ends_at = 0.0
         self._step_began = 0.0
 
@@ -129,8 +129,8 @@ class _TiltWatch:
         yield from self._begin(number, text, direction)
         agreeing = 0
         while agreeing < AGREEING:
-            status = (yield from self._next()).status
-            is_level = status.tilt_deg <= LEVEL_WITHIN_DEG and not status.triggered
+            report = yield from self._next()
+            is_level = report.tilt_deg <= LEVEL_WITHIN_DEG and not report.triggered
             agreeing = agreeing + 1 if is_level else 0
 
     def one_turn(self, number: int, direction: TiltDirection) -> Procedure[Turn]:
@@ -140,13 +140,13 @@ class _TiltWatch:
         before, first, reached = 0.0, 0.0, 0.0
         agreeing = beyond = 0
         while agreeing < AGREEING:
-            status = (yield from self._next()).status
-            reached = max(reached, status.tilt_deg)
-            if not status.triggered:
-                before, agreeing = status.tilt_deg, 0
+            report = yield from self._next()
+            reached = max(reached, report.tilt_deg)
+            if not report.triggered:
+                before, agreeing = report.tilt_deg, 0
             else:
-                first, agreeing = (status.tilt_deg if agreeing == 0 else first), agreeing + 1
-            beyond = beyond + 1 if status.tilt_deg >= limit and not status.triggered else 0
+                first, agreeing = (report.tilt_deg if agreeing == 0 else first), agreeing + 1
+            beyond = beyond + 1 if report.tilt_deg >= limit and not report.triggered else 0
             if beyond > 2 * AGREEING:
                 return Turn(direction, reached)
         rearmed = yield from self._back(number, direction)
@@ -158,22 +158,21 @@ class _TiltWatch:
         level_since: float | None = None
         while agreeing < AGREEING:
             report = yield from self._next()
-            status = report.status
-            if status.triggered:
-                before, agreeing = status.tilt_deg, 0
-                is_level = status.tilt_deg <= LEVEL_WITHIN_DEG
+            if report.triggered:
+                before, agreeing = report.tilt_deg, 0
+                is_level = report.tilt_deg <= LEVEL_WITHIN_DEG
                 level_since = (level_since or report.at) if is_level else None
                 if level_since is not None and report.at - level_since > REARMS_WITHIN_S:
                     return None
             else:
-                first, agreeing = (status.tilt_deg if agreeing == 0 else first), agreeing + 1
+                first, agreeing = (report.tilt_deg if agreeing == 0 else first), agreeing + 1
         return Span(before, first)
 
     def _begin(self, number: int, text: str, direction: TiltDirection) -> Procedure[None]:
         now: float = yield Report(number + 1, STEPS, text, (("direction", message(direction.value)),))
         self._step_began = now
 
-    def _next(self) -> Procedure[StatusReport]:
+    def _next(self) -> Procedure[StatusSample]:
         while not self._waiting:
             self._waiting += yield from self._watch.next_reports()
             view: EngineView = yield Inspect()

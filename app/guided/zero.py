@@ -47,6 +47,6 @@ def _tilt(restarts: int) -> Procedure[float]:
     view: EngineView = yield Inspect()
     ends_at, tilts = view.now + WATCHED_S, list[float]()
     while view.now < ends_at or not tilts:
-        tilts += [float(one.status.tilt_deg) for one in (yield from watch.next_reports())]
+        tilts += [float(one.tilt_deg) for one in (yield from watch.next_reports())]
         view = yield Inspect()
     return float(median(tilts))

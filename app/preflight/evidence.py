@@ -6,6 +6,7 @@ from enum import Enum
 from math import inf
 from typing import NamedTuple
 
+from app.engine.device import StatusSample
 from app.engine.procedure import Cancelled
 from app.preflight.reread import StateChange, StateReading, changes_between
 from app.procedures.history import History
@@ -33,13 +34,6 @@ class Disturbance(Enum):
     CHANGED = marked("changed")
     UNREAD = marked("not read again")
     TOO_OLD = marked("too old")
-
-
-class StatusSampleAt(NamedTuple):
-    """A status received during the two seconds."""
-
-    at: float
-    status: Status
 
 
 class FlagState(Enum):
@@ -87,7 +81,8 @@ class Evidence:
     """Session count at the start of the check."""
     rejected_bytes: int = 0
     """During the check, also an aborted one."""
-    trials: list[StatusSampleAt] = field(default_factory=list)
+    trials: list[StatusSample] = field(default_factory=list)
+    """During the two seconds."""
     status: Status | None = None
     """The last one."""
     status_at: float | None = None
@@ -109,10 +104,10 @@ class Evidence:
     disturbance: Disturbance | None = None
 
     @property
-    def statuses(self) -> list[Status]:
+    def statuses(self) -> list[Status | StatusSample]:
         """All statuses that were asked for."""
         ends = [one.status for one in (self.first, self.last) if one is not None and one.status is not None]
-        return [*ends, *(trial.status for trial in self.trials)]
+        return [*ends, *self.trials]
 
     @property
     def changes(self) -> tuple[StateChange, ...]:

@@ -3,12 +3,12 @@
 from collections.abc import Callable
 from typing import Final, NamedTuple
 
+from app.engine.device import StatusSample
 from app.limits.out_of_limits import OutOfLimit, bay_outside, cell_outside
 from app.preflight.evidence import HEARTBEATS, STILL_S
 from app.preflight.findings import NO, YES, Case, Check, CheckResult, Finding, judged, unknown
 from app.text.messages import UserMessage, joined, message
 from protocol.fields import Value
-from protocol.messages import Status
 from protocol.translatable import marked
 
 STATUS_FRESH_S = 1.0
@@ -101,22 +101,22 @@ class _Spread(NamedTuple):
     highest: float
 
 
-def _spread(case: Case, value: Callable[[Status], float], limit: UserMessage) -> _Spread | Finding:
+def _spread(case: Case, value: Callable[[StatusSample], float], limit: UserMessage) -> _Spread | Finding:
     """A finding instead where the reports are too few or do not cover the two seconds."""
     trials = case.evidence.trials
     if not trials:
         return unknown(case.fault("status"), limit)
     if len(trials) < TRIALS_NEEDED or trials[-1].at - trials[0].at < STILL_S * 0.75:
         return unknown(message(marked("reports in 2 s: only {count}"), count=str(len(trials))), limit)
-    values = [value(trial.status) for trial in trials]
+    values = [value(trial) for trial in trials]
     return _Spread(min(values), max(values))
 
 
-def _tilt(status: Status) -> float:
+def _tilt(status: StatusSample) -> float:
     return status.tilt_deg
 
 
-def _acceleration(status: Status) -> float:
+def _acceleration(status: StatusSample) -> float:
     return status.acceleration_g
 
 

@@ -9,11 +9,11 @@ frames pass. What may change while a trigger is enabled or during measuring is r
 `app.preflight.reread`. Nothing that is sent activates, locks, fires, zeroes, shuts down or changes the rate.
 """
 
-from app.engine.device import How
+from app.engine.device import How, StatusSample
 from app.engine.identity import as_logged, evidence_of
 from app.engine.playback import require_module
 from app.engine.procedure import Ask, Await, Cancelled, EngineView, Inspect, Pause, PortLost, Procedure, Report, Slept
-from app.preflight.evidence import HEARTBEATS, STILL_S, Disturbance, Evidence, FlagState, StatusSampleAt, TriggerFlag
+from app.preflight.evidence import HEARTBEATS, STILL_S, Disturbance, Evidence, FlagState, TriggerFlag
 from app.preflight.reread import StateReading, read_state
 from app.procedures.ask_status import ask_status
 from app.procedures.history import read_history
@@ -203,7 +203,7 @@ def _record_status(evidence: Evidence, outcome: Answered) -> None:
     message = outcome.messages[0]
     if isinstance(message, Status):
         evidence.status, evidence.status_at = message, outcome.at
-        evidence.trials.append(StatusSampleAt(outcome.at, message))
+        evidence.trials.append(StatusSample.of(message, outcome.at))
 
 
 def _refusals() -> Procedure[tuple[UserMessage, ...]]:

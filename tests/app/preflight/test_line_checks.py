@@ -5,12 +5,13 @@ from typing import Any
 
 import pytest
 
+from app.engine.device import StatusSample
 from app.engine.procedure import Ask, Cancelled, PortLost, Report
 from app.engine.session import Run
 from app.limits.expectations import Expectations, Past
 from app.preflight import run
 from app.preflight.checks import CHECKS
-from app.preflight.evidence import HEARTBEATS, STILL_S, Disturbance, Evidence, FlagState, StatusSampleAt
+from app.preflight.evidence import HEARTBEATS, STILL_S, Disturbance, Evidence, FlagState
 from app.preflight.findings import Case, CheckResult, Finding
 from app.preflight.line_checks import TRIALS_NEEDED
 from app.preflight.reread import StateReading
@@ -35,9 +36,9 @@ def finding(check_id: str, **evidence: Any) -> Finding:
     return next(check for check in CHECKS if check.id == check_id).judge(case)
 
 
-def trials(*statuses: Status, count: int = TRIALS_NEEDED, lasting_s: float = STILL_S) -> list[StatusSampleAt]:
+def trials(*statuses: Status, count: int = TRIALS_NEEDED, lasting_s: float = STILL_S) -> list[StatusSample]:
     filled = [*statuses, *[LEVEL] * (count - len(statuses))]
-    return [StatusSampleAt(lasting_s * number / (count - 1), status) for number, status in enumerate(filled)]
+    return [StatusSample.of(status, lasting_s * number / (count - 1)) for number, status in enumerate(filled)]
 
 
 @pytest.mark.parametrize(

@@ -6,9 +6,10 @@ from itertools import combinations
 
 import pytest
 
+from app.engine.device import StatusSample
 from app.limits.expectations import CheckLimits, Expectations, ManualItem, Past, expectations_of
 from app.preflight.checks import CHECKS
-from app.preflight.evidence import STILL_S, Disturbance, Evidence, StatusSampleAt
+from app.preflight.evidence import STILL_S, Disturbance, Evidence
 from app.preflight.findings import Case, CheckResult, Finding
 from app.preflight.line_checks import TRIALS_NEEDED, acceleration_still, status_fresh, tilt_level, tilt_still
 from app.preflight.run import TRIGGERS, run_preflight
@@ -160,11 +161,11 @@ def test_a_module_may_move_up_to_the_limit(
     check_of: Callable[[Case], Finding], at_limit: Status, beyond: Status
 ) -> None:
     trials = [
-        StatusSampleAt(STILL_S * number / TRIALS_NEEDED, Status(0, 1.0, False, False))
+        StatusSample.of(Status(0, 1.0, False, False), STILL_S * number / TRIALS_NEEDED)
         for number in range(TRIALS_NEEDED)
     ]
     for last, result in ((at_limit, CheckResult.PASS), (beyond, CheckResult.FAIL)):
-        evidence = Evidence(port="sim", trials=[*trials, StatusSampleAt(STILL_S, last)])
+        evidence = Evidence(port="sim", trials=[*trials, StatusSample.of(last, STILL_S)])
         assert check_of(Case(evidence=evidence, expectations=Expectations(), past=Past())).result is result
 
 
