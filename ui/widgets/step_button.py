@@ -143,6 +143,7 @@ class StepButton(QPushButton):
     def hideEvent(self, event: QHideEvent) -> None:
         super().hideEvent(event)
         self._gestures.remove(self)
+        self._live_timer.stop()
         self.cancel_press()
 
     def changeEvent(self, event: QEvent) -> None:

@@ -333,3 +333,4 @@ def test_a_choice_that_loses_something_is_a_step(qapp: QApplication) -> None:
     keep.click()
     assert done == ["kept"]
     bar.hide()
+    assert not lose._live_timer.isActive()  # it would outlive the test's clock
