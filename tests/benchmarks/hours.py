@@ -9,10 +9,8 @@ series directly, because 52 million frames would take most of an hour.
 import json
 import random
 import sys
-import tempfile
 from collections.abc import Callable
-from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from PySide6.QtWidgets import QApplication, QWidget
@@ -20,16 +18,8 @@ from PySide6.QtWidgets import QApplication, QWidget
 from app.engine.session import Session
 from app.engine.worker import Batch, Connection, PortState
 from tests.benchmarks.parser import stream
-from tests.benchmarks.window.window import (
-    LIMIT_S,
-    assemble_apart,
-    fill_capture,
-    live_page,
-    reserve,
-    resident_mb,
-    turn_until,
-)
-from ui.main import Assembly, WindowOptions, collecting_garbage, start
+from tests.benchmarks.window.window import fill_capture, live_page, reserve, resident_mb, window_with_pages
+from ui.main import Assembly, WindowOptions
 
 _LINE_HZ: Final = 1440
 _STEP_S: Final = 1 / 120
@@ -118,26 +108,15 @@ class Hours:
 def main(words: list[str]) -> int:
     """Entry point."""
     hours, full_s = int(words[0]), float(words[1])
-    app = QApplication(sys.argv[:1])
-    with tempfile.TemporaryDirectory() as folder:
-        options = WindowOptions(language="en", offscreen_seconds=1)
-        assembly = assemble_apart(app, options, Path(folder))
-        with collecting_garbage(assembly):
-            start(assembly, options)
-            turn_until(lambda: assembly.window.findChild(QWidget, "diagnosis_page") is not None, LIMIT_S)
-            turn_until(lambda: live_page(assembly) is not None, LIMIT_S)
-            fill_capture(assembly.window.findChild(QWidget, "diagnosis_page"))
-            simulated = Hours(app, assembly)
-            memory = [resident_mb()]
-            for _ in range(hours):
-                simulated.stream_whole(full_s)
-                simulated.stream_samples(3600 - full_s)
-                memory.append(resident_mb())
-        found: dict[str, Any] = {"memory_mb": memory, "frames": simulated.frames}
-        assembly.window.close_now()
-        assembly.storage.close()
-        app.processEvents()
-    print(json.dumps(found))
+    with window_with_pages(WindowOptions(language="en", offscreen_seconds=1)) as (app, assembly):
+        fill_capture(assembly.window.findChild(QWidget, "diagnosis_page"))
+        simulated = Hours(app, assembly)
+        memory = [resident_mb()]
+        for _ in range(hours):
+            simulated.stream_whole(full_s)
+            simulated.stream_samples(3600 - full_s)
+            memory.append(resident_mb())
+    print(json.dumps({"memory_mb": memory, "frames": simulated.frames}))
     return 0
 
 

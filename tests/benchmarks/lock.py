@@ -17,14 +17,13 @@ from typing import Final
 
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication
 
 from app.store.store import Store
 from tests.benchmarks.figures import Figure, quantile
 from tests.benchmarks.module import streaming_module
 from tests.benchmarks.runs import measured
-from tests.benchmarks.window.window import LIMIT_S, WARM_UP_S, assemble_apart, turn_for, turn_until
-from ui.main import WindowOptions, collecting_garbage, start
+from tests.benchmarks.window.window import LIMIT_S, WARM_UP_S, turn_for, turn_until, window_apart
+from ui.main import WindowOptions, start
 
 AIM_S: Final = 0.050
 BLOCKED_S: Final = 3.0
@@ -41,13 +40,11 @@ def _block(store: Store, is_over: threading.Event) -> None:
 
 def measure(presses: int) -> dict[str, list[float]]:
     """Seconds of each press, for the free and the blocked store."""
-    app = QApplication(sys.argv[:1])
     found: dict[str, list[float]] = {"free": [], "blocked": []}
     with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
         module = stack.enter_context(streaming_module(Path(folder) / "module", "rate=100"))
         options = WindowOptions(port=module.port, language="en")
-        assembly = assemble_apart(app, options, Path(folder))
-        stack.enter_context(collecting_garbage(assembly))
+        _app, assembly = stack.enter_context(window_apart(options))
         start(assembly, options)
         button = assembly.window.top_bar.lock
         if not turn_until(lambda: button.isEnabled() and assembly.connector.is_open, LIMIT_S):
@@ -68,8 +65,6 @@ def measure(presses: int) -> dict[str, list[float]]:
                 arrived_at = module.locked_at
                 took_s.append(arrived_at - pressed_at if arrived_at >= pressed_at else LIMIT_S)
             is_over.set()
-        assembly.window.close_now()
-        assembly.connector.stop(2.0)
     return found
 
 

@@ -3,15 +3,7 @@
 import pytest
 
 from protocol.catalogue import HEARTBEAT, TRIGGER_RECORDS, Hazard, Request
-from protocol.events import (
-    Answered,
-    OutcomeUnknown,
-    Role,
-    Sent,
-    Unanswered,
-    WentOffline,
-    WentOnline,
-)
+from protocol.events import Answered, OutcomeUnknown, Role, Sent, Unanswered, WentOffline, WentOnline
 from protocol.frame import encode_reply
 from protocol.link import LinkMisused
 from protocol.link_states import EXCHANGE, Exchange, Presence, Step

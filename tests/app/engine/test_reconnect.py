@@ -11,13 +11,7 @@ from typing import NamedTuple
 import pytest
 
 from app.engine.ports import PortInfo, PortsUnknown, list_ports, scan, to_json
-from app.engine.reconnect import (
-    EAGER_S,
-    Absence,
-    Address,
-    Reconnection,
-    address_of,
-)
+from app.engine.reconnect import EAGER_S, Absence, Address, Reconnection, address_of
 from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Connection, PortState
 

@@ -7,15 +7,7 @@ import pytest
 
 from app.engine.procedure import Cancelled, PortLost
 from app.fleet.check_set import SetMember, check_set_target, plain_set, summary, word_of, write_set_reports
-from app.fleet.profile_table import (
-    Applied,
-    AppliedProfile,
-    broken_off,
-    column,
-    outcome_of,
-    result_line,
-    settings_in,
-)
+from app.fleet.profile_table import Applied, AppliedProfile, broken_off, column, outcome_of, result_line, settings_in
 from app.limits.expectations import Expectations
 from app.preflight.evidence import FrameLog
 from app.preflight.verdict import Verdict

@@ -12,15 +12,7 @@ import pytest
 import app.__main__ as program
 from app.recordings.library import RecordingInUse, RecordingLibrary, recordings_folder
 from tests.support.cli_line import Printed
-from tests.support.records.recordings_made import (
-    NOON,
-    batch,
-    recorded,
-    recorder_in,
-    report,
-    stream,
-    written_at_once,
-)
+from tests.support.records.recordings_made import NOON, batch, recorded, recorder_in, report, stream, written_at_once
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 

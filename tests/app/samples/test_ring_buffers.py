@@ -7,15 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.samples.ring_buffers import (
-    SUMMARY_BUCKETS,
-    SUMMARY_S,
-    Envelope,
-    Extent,
-    Series,
-    SeriesSample,
-    bucket_width_s,
-)
+from app.samples.ring_buffers import SUMMARY_BUCKETS, SUMMARY_S, Envelope, Extent, Series, SeriesSample, bucket_width_s
 from app.samples.step_function import StepFunction, StepPoint
 
 RATE_HZ = 1440

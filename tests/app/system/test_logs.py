@@ -10,12 +10,7 @@ from pathlib import Path
 import pytest
 
 from app.system import logs
-from app.system.logs import (
-    MAX_LINES,
-    Log,
-    start_log,
-    text_of,
-)
+from app.system.logs import MAX_LINES, Log, start_log, text_of
 from app.system.uncaught import UncaughtError, catch_uncaught_errors, report_uncaught_error
 
 ROOT = Path(__file__).parents[3]

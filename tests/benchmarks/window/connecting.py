@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from PySide6.QtCore import QTimer
-from PySide6.QtWidgets import QApplication, QWidget
+from PySide6.QtWidgets import QWidget
 
 from app.engine.target import Target
 from app.engine.worker import PortState
@@ -24,8 +24,8 @@ from protocol.catalogue import STATUS
 from tests.benchmarks.figures import Figure
 from tests.benchmarks.module import streaming_module
 from tests.benchmarks.runs import measured
-from tests.benchmarks.window.window import LIMIT_S, assemble_apart, turn_until
-from ui.main import Assembly, WindowOptions, collecting_garbage, start
+from tests.benchmarks.window.window import LIMIT_S, turn_until, window_with_pages
+from ui.main import Assembly, WindowOptions
 from ui.style.painted_widget import Freshness
 
 AIMS_S: Final = {"the first value": 0.200, "everything read": 0.400}
@@ -110,20 +110,8 @@ def _measure_one(assembly: Assembly, port: str) -> dict[str, tuple[float, float]
 def main(words: list[str]) -> int:
     """Entry point."""
     (port,) = words
-    app = QApplication(sys.argv[:1])
-    with tempfile.TemporaryDirectory() as folder:
-        options = WindowOptions(language="en")
-        assembly = assemble_apart(app, options, Path(folder))
-        made: list[bool] = []
-        assembly.window.pages_made.connect(lambda: made.append(True))
-        with collecting_garbage(assembly):
-            start(assembly, options)
-            turn_until(lambda: bool(made), LIMIT_S)
-            found = measure(assembly, port)
-        assembly.window.close_now()
-        assembly.storage.close()
-        app.processEvents()
-    print(json.dumps(found))
+    with window_with_pages(WindowOptions(language="en")) as (_app, assembly):
+        print(json.dumps(measure(assembly, port)))
     return 0
 
 

@@ -14,25 +14,21 @@ import time
 from pathlib import Path
 from typing import Any, Final
 
-from PySide6.QtCore import QTimer
-from PySide6.QtWidgets import QApplication
-
 from app.engine.target import Target
 from app.fleet.card import Card
 from tests.benchmarks.figures import Figure
 from tests.benchmarks.runs import measured
 from tests.benchmarks.window.fleet_modules import FIRST_TILT, ManyModules, many_modules
 from tests.benchmarks.window.window import (
-    BEAT_MS,
     LIMIT_S,
     LoopWatch,
     Traffic,
-    assemble_apart,
     resident_mb,
     turn_for,
     turn_until,
+    window_with_pages,
 )
-from ui.main import Assembly, WindowOptions, collecting_garbage, start
+from ui.main import Assembly, WindowOptions
 from ui.pages.fleet.page import FleetPage
 
 COUNT: Final = 32
@@ -69,10 +65,6 @@ def is_wrong(card: Card, number: int, port: str, *, is_plugged_in: bool | None) 
 
 
 def _connect(assembly: Assembly, modules: ManyModules) -> tuple[FleetPage, list[Traffic]]:
-    made: list[bool] = []
-    assembly.window.pages_made.connect(lambda: made.append(True))
-    start(assembly, WindowOptions(language="en", offscreen_seconds=1))
-    turn_until(lambda: bool(made), 4 * LIMIT_S)
     assembly.window.go_to("fleet")
     page = assembly.window._pages["fleet"]
     if not isinstance(page, FleetPage):
@@ -123,15 +115,11 @@ def _unplug(page: FleetPage, modules: ManyModules, unplugs: int) -> tuple[int, i
 def main(words: list[str]) -> int:
     """Entry point."""
     count, seconds, unplugs = int(words[0]), float(words[1]), int(words[2])
-    app, watch = QApplication(sys.argv[:1]), LoopWatch()
+    watch, options = LoopWatch(), WindowOptions(language="en", offscreen_seconds=1)
     with tempfile.TemporaryDirectory() as folder, many_modules(Path(folder), count, RATE_HZ) as modules:
-        assembly = assemble_apart(app, WindowOptions(language="en", offscreen_seconds=1), Path(folder))
-        with collecting_garbage(assembly):
+        with window_with_pages(options) as (_app, assembly):
             page, traffic = _connect(assembly, modules)
-            beats = QTimer()
-            beats.setTimerType(beats.timerType().PreciseTimer)
-            beats.setInterval(BEAT_MS)
-            beats.timeout.connect(watch.beat)
+            beats = watch.timer()
             beats.start()
             began, cpu = time.perf_counter(), time.process_time()
             watch.is_measuring = True
@@ -150,9 +138,6 @@ def main(words: list[str]) -> int:
             "stall_s": watch.late.longest_s, "beat_p99_s": watch.late.quantile_s(0.99), "unplugs": unplugs,
             "looked_at": looked_at, "wrong": wrong, "online": online,
         }  # fmt: skip
-        assembly.window.close_now()
-        assembly.storage.close()
-        app.processEvents()
     print(json.dumps(found))
     return 0
 

@@ -7,11 +7,9 @@ measures in its own process and prints JSON.
 
 import json
 import sys
-import tempfile
 import time
 from collections.abc import Callable
 from functools import partial
-from pathlib import Path
 from typing import Final
 
 import numpy as np
@@ -21,9 +19,9 @@ from app.flight_analysis.flight_set import FlightGroup
 from app.flight_analysis.summary import summarise
 from tests.benchmarks.figures import Figure, quantile
 from tests.benchmarks.runs import measured
-from tests.benchmarks.window.window import LIMIT_S, assemble_apart, turn_for, turn_until
+from tests.benchmarks.window.window import LIMIT_S, turn_for, turn_until, window_with_pages
 from tests.support.flights.many_flights import crash, ordinary_flight
-from ui.main import Assembly, WindowOptions, collecting_garbage, start
+from ui.main import Assembly, WindowOptions
 from ui.pages.flights.page import FlightsPage
 
 FLIGHTS: Final = 500
@@ -91,20 +89,9 @@ def _took_s(app: QApplication, act: Callable[[], None]) -> float:
 
 
 def main(count: int, drags: int) -> int:
-    app = QApplication(sys.argv[:1])
-    options = WindowOptions(language="en", offscreen_seconds=1)
-    with tempfile.TemporaryDirectory() as folder:
-        assembly = assemble_apart(app, options, Path(folder))
-        with collecting_garbage(assembly):
-            start(assembly, options)
-            if not turn_until(lambda: assembly.window.findChild(FlightsPage) is not None, LIMIT_S):
-                raise RuntimeError("the pages were not made")
-            assembly.window.panel.hide()
-            took = measure(app, assembly, count, drags)
-        assembly.window.close_now()
-        assembly.storage.close()
-        app.processEvents()
-    print(json.dumps(took))
+    with window_with_pages(WindowOptions(language="en", offscreen_seconds=1)) as (app, assembly):
+        assembly.window.panel.hide()
+        print(json.dumps(measure(app, assembly, count, drags)))
     return 0
 
 

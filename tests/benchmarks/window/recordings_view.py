@@ -11,20 +11,18 @@ import random
 import sys
 import tempfile
 import time
-from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, Final
 
-from PySide6.QtCore import QTimer
-from PySide6.QtWidgets import QApplication, QWidget
+from PySide6.QtWidgets import QWidget
 
 from tests.benchmarks.figures import Figure, quantile
 from tests.benchmarks.runs import measured
-from tests.benchmarks.window.window import BEAT_MS, LoopWatch, live_page, turn_for, turn_until
+from tests.benchmarks.window.window import LoopWatch, live_page, turn_for, turn_until, window_apart
 from tests.support.records.recordings_made import written_at_once
-from ui.core.preferences import Preferences
-from ui.main import WindowOptions, assemble, collecting_garbage, start
-from ui.services.storage import RECORDINGS, Storage
+from ui.main import WindowOptions, start
+from ui.plots.time_plot import TimePlot
+from ui.services.storage import RECORDINGS
 
 ROWS: Final = 10_000_000
 DRAW_AIM_S: Final = 0.010
@@ -67,18 +65,11 @@ def figures(rows: int = ROWS) -> list[Figure]:
 
 def measure(folder: Path) -> dict[str, float]:
     """In this process."""
-    app = QApplication(sys.argv[:1])
-    options = WindowOptions(language="en")
-    assembly = assemble(app, options, preferences=Preferences(folder / "window.ini"), storage=Storage(folder))
-    window, watch = assembly.window, LoopWatch()
-    beat = QTimer()
-    beat.setInterval(BEAT_MS)
-    beat.timeout.connect(watch.beat)
-    stack = ExitStack()
-    stack.enter_context(collecting_garbage(assembly))
-    start(assembly, options)
-    try:
-        page = _list_of(assembly, window)
+    options, watch = WindowOptions(language="en"), LoopWatch()
+    with window_apart(options, store=folder) as (_app, assembly):
+        beat = watch.timer()
+        start(assembly, options)
+        page = _list_of(assembly, assembly.window)
         beat.start()
         turn_for(_SETTLE_S)
         watch.is_measuring = True
@@ -92,10 +83,6 @@ def measure(folder: Path) -> dict[str, float]:
         turn_for(_SETTLE_S)
         beat.stop()
         draws = _draws(live)
-    finally:
-        window.close_now()
-        app.processEvents()
-        stack.close()
     return {
         "opening_s": opening_s,
         "stall_s": watch.late.longest_s,
@@ -124,8 +111,8 @@ def _list_of(assembly: Any, window: Any) -> Any:
 
 def _draws(live: Any) -> list[float]:
     """Seconds of each draw with its painting: drags at several zoom levels, and jumps."""
-    plot = live.plot
-    canvas = plot.findChild(QWidget, "time-plot-canvas")
+    plot: TimePlot = live.plot
+    canvas: Any = plot.findChild(QWidget, "time-plot-canvas")
     source = random.Random(1)
     found = []
 
@@ -139,12 +126,12 @@ def _draws(live: Any) -> list[float]:
         timed(canvas.zoomed.emit, source.choice((0.5, 0.8, 1.25, 1.6)), source.random())
     for length_s in _LENGTHS_S:
         timed(plot.choose_window, length_s)
-        timed(plot.look_at, source.uniform(live.recording.start_s, live.recording.end_s))
+        timed(plot.show_instant, source.uniform(live.recording.start_s, live.recording.end_s))
         for _ in range(_STEPS):
             timed(canvas.panned.emit, source.uniform(-0.05, 0.05))
             timed(canvas.set_cursor, source.random())
     for _ in range(_STEPS):
-        timed(plot.look_at, source.uniform(live.recording.start_s, live.recording.end_s))
+        timed(plot.show_instant, source.uniform(live.recording.start_s, live.recording.end_s))
     timed(plot.back_to_live)
     return found
 

@@ -9,10 +9,8 @@ measures on these pages in its own process and prints JSON.
 import json
 import statistics
 import sys
-import tempfile
 import time
 from collections.abc import Callable
-from pathlib import Path
 from typing import Final
 
 from PySide6.QtWidgets import QApplication
@@ -20,8 +18,8 @@ from PySide6.QtWidgets import QApplication
 from app.text.i18n import CHINESE, ENGLISH
 from tests.benchmarks.figures import Figure
 from tests.benchmarks.runs import measured
-from tests.benchmarks.window.window import LIMIT_S, assemble_apart, turn_for, turn_until
-from ui.main import Assembly, WindowOptions, collecting_garbage, start
+from tests.benchmarks.window.window import LIMIT_S, turn_for, turn_until, window_with_pages
+from ui.main import Assembly, WindowOptions
 from ui.style.theme import Choice
 
 AIMS_S: Final = {"theme": 0.150, "language": 0.250}
@@ -81,22 +79,11 @@ def measure(app: QApplication, assembly: Assembly, pages: list[str]) -> dict[str
 
 def main(pages: list[str]) -> int:
     """Entry point."""
-    app = QApplication(sys.argv[:1])
-    with tempfile.TemporaryDirectory() as folder:
-        options = WindowOptions(demo=True, language="en", offscreen_seconds=1)
-        assembly = assemble_apart(app, options, Path(folder))
-        made: list[bool] = []
-        assembly.window.pages_made.connect(lambda: made.append(True))
-        with collecting_garbage(assembly):
-            start(assembly, options)
-            if not turn_until(lambda: bool(made) and assembly.connector.device.is_streaming, LIMIT_S):
-                raise RuntimeError("the module did not stream")
-            turn_for(_SETTLE_S)
-            found = measure(app, assembly, pages)
-        assembly.window.close_now()
-        assembly.storage.close()
-        app.processEvents()
-    print(json.dumps(found))
+    with window_with_pages(WindowOptions(demo=True, language="en", offscreen_seconds=1)) as (app, assembly):
+        if not turn_until(lambda: assembly.connector.device.is_streaming, LIMIT_S):
+            raise RuntimeError("the module did not stream")
+        turn_for(_SETTLE_S)
+        print(json.dumps(measure(app, assembly, pages)))
     return 0
 
 

@@ -12,13 +12,14 @@ import os
 import sys
 import tempfile
 import time
-from contextlib import ExitStack
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-from PySide6.QtCore import QEventLoop, QTimer
+from PySide6.QtCore import QEventLoop, Qt, QTimer
 from PySide6.QtGui import QPaintEvent
 from PySide6.QtWidgets import QApplication, QWidget
 
@@ -72,6 +73,12 @@ class LoopWatch:
     _beat_at: float = 0.0
     _drawn_s: float = 0.0
 
+    def timer(self) -> QTimer:
+        """What measures the delay, once it is started."""
+        beats = QTimer(interval=BEAT_MS, timerType=Qt.TimerType.PreciseTimer)
+        beats.timeout.connect(self.beat)
+        return beats
+
     def beat(self) -> None:
         now = time.perf_counter()
         if self.is_measuring and self._beat_at:
@@ -117,9 +124,34 @@ def turn_for(seconds: float) -> None:
     loop.exec()
 
 
-def assemble_apart(app: QApplication, options: WindowOptions, folder: Path) -> Assembly:
-    """The window with preferences and store in `folder`, so that the user's are not changed."""
-    return assemble(app, options, preferences=Preferences(folder / "window.ini"), storage=Storage(folder / "store"))
+@contextmanager
+def window_apart(options: WindowOptions, store: Path | None = None) -> Iterator[tuple[QApplication, Assembly]]:
+    """A window with preferences and store (unless `store`) in a folder of its own: the user's are not changed."""
+    app = QApplication(sys.argv[:1])
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        preferences, storage = Preferences(folder / "window.ini"), Storage(store or folder / "store")
+        assembly = assemble(app, options, preferences=preferences, storage=storage)
+        try:
+            with collecting_garbage(assembly):
+                yield app, assembly
+        finally:
+            assembly.window.close_now()
+            assembly.connector.stop(2.0)
+            storage.close()
+            app.processEvents()
+
+
+@contextmanager
+def window_with_pages(options: WindowOptions) -> Iterator[tuple[QApplication, Assembly]]:
+    """The same, started and with all its pages."""
+    with window_apart(options) as (app, assembly):
+        made: list[bool] = []
+        assembly.window.pages_made.connect(lambda: made.append(True))
+        start(assembly, options)
+        if not turn_until(lambda: bool(made), 4 * LIMIT_S):
+            raise RuntimeError("the pages were not made")
+        yield app, assembly
 
 
 def live_page(assembly: Assembly) -> Any:
@@ -163,24 +195,18 @@ def fill(page: Any, length_s: float) -> None:
 
 def measure(port: str, seconds: float, watched_s: float | None) -> dict[str, object]:
     """All results by name; times in seconds."""
-    app = QApplication(sys.argv[:1])
     traffic, watch = Traffic(), LoopWatch()
-    with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
-        options = WindowOptions(port=port, language="en", offscreen_seconds=seconds)
-        assembly = assemble_apart(app, options, Path(folder))
+    options = WindowOptions(port=port, language="en", offscreen_seconds=seconds)
+    with window_apart(options) as (_app, assembly):
         connector = assembly.connector
         connector.batch.connect(traffic.on_batch)
-        stack.enter_context(collecting_garbage(assembly))
         start(assembly, options)
-        beats = QTimer()
+        beats = watch.timer()
         if watched_s is not None:
             turn_until(lambda: live_page(assembly) is not None, LIMIT_S)
             fill(live_page(assembly), watched_s)
             live_page(assembly).plot.choose_window(watched_s)
             watch.follow(live_page(assembly))
-            beats.setTimerType(beats.timerType().PreciseTimer)
-            beats.setInterval(BEAT_MS)
-            beats.timeout.connect(watch.beat)
             beats.start()
         is_streaming = turn_until(lambda: connector.device.is_streaming, LIMIT_S)
         turn_for(WARM_UP_S)
@@ -194,9 +220,6 @@ def measure(port: str, seconds: float, watched_s: float | None) -> dict[str, obj
         is_closed = turn_until(lambda: connector.connection.state is PortState.CLOSED, LIMIT_S)
         turn_for(SETTLE_S)
         kept = len(live_page(assembly).data.tilt) if watched_s is None else None
-        assembly.window.close_now()
-        assembly.storage.close()
-        app.processEvents()
     found: dict[str, object] = {
         "is_streaming": is_streaming, "is_closed": is_closed, "cpu_share": cpu_s / wall_s,
         "rate_hz": measured / wall_s, "statuses": traffic.statuses, "asked": traffic.asked,

@@ -3,16 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
-from app.engine.procedure import (
-    MAX_LOCKS,
-    Ask,
-    Effect,
-    Inspect,
-    LockRepeat,
-    Pause,
-    Report,
-    UseRate,
-)
+from app.engine.procedure import MAX_LOCKS, Ask, Effect, Inspect, LockRepeat, Pause, Report, UseRate
 from app.procedures.lock import LOCK, QUESTIONS, Locked, lock
 from protocol.catalogue import BY_NAME, Request
 from protocol.events import Answered, Unanswered

@@ -1,28 +1,18 @@
 """The Commands page on the smallest screen: what is in sight, and what never moves."""
 
-from collections.abc import Iterator
-from pathlib import Path
-
 import pytest
 from PySide6.QtCore import QPoint, QRect
-from PySide6.QtWidgets import QApplication
 
 from app.safety.acts import Act
 from app.safety.ritual import Stage
 from protocol.link_states import Presence
 from protocol.messages import Source
-from tests.gestures.gesture_bench import GestureBench, gesture_bench
+from tests.gestures.gesture_bench import GestureBench
 from tests.gestures.gesture_table import ACTS, go_to
 from tests.support.window.moved import place
 from ui.acts.ritual_widget import RitualWidget
 from ui.style.theme import Choice as Theme
 from ui.widgets.step_button import is_in_sight
-
-
-@pytest.fixture
-def bench(qapp: QApplication, tmp_path: Path) -> Iterator[GestureBench]:
-    with gesture_bench(qapp, tmp_path) as made:
-        yield made
 
 
 @pytest.mark.parametrize(

@@ -1,36 +1,22 @@
 """The steps of an act: which presses count, by mouse, by key and by both at once."""
 
-from collections.abc import Iterator
 from itertools import product
-from pathlib import Path
 
 import pytest
 from PySide6.QtCore import QPoint, Qt
-from PySide6.QtWidgets import (
-    QApplication,
-    QStyle,
-    QStyleOptionButton,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QApplication, QStyle, QStyleOptionButton, QVBoxLayout, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.safety.acts import Act
 from protocol.link_states import Presence
 from tests.gestures.clumsy import run
-from tests.gestures.gesture_bench import GestureBench, gesture_bench
+from tests.gestures.gesture_bench import GestureBench
 from tests.gestures.gesture_table import ACTS, first_button, go_to
 from ui.pages.preflight.controller import Standing
 from ui.style.appearance import Appearance
 from ui.style.theme import Choice as Look
 from ui.widgets.gestures import gestures
 from ui.widgets.step_button import DEAD_FOR_S, StepButton
-
-
-@pytest.fixture
-def bench(qapp: QApplication, tmp_path: Path) -> Iterator[GestureBench]:
-    with gesture_bench(qapp, tmp_path) as made:
-        yield made
 
 
 def ask_to_forbid(bench: GestureBench) -> StepButton:

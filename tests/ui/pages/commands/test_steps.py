@@ -1,18 +1,11 @@
 """The steps of an act: where they lie, when they count, and what becomes of the keys, the focus and the window."""
 
-from collections.abc import Iterator
 from itertools import combinations
 from pathlib import Path
 
 import pytest
 from PySide6.QtCore import QPoint, QRect, Qt
-from PySide6.QtWidgets import (
-    QApplication,
-    QLabel,
-    QPushButton,
-    QScrollArea,
-    QWidget,
-)
+from PySide6.QtWidgets import QApplication, QLabel, QPushButton, QScrollArea, QWidget
 
 from app.safety.acts import EFFECTS, Act
 from app.safety.ritual import Stage
@@ -25,12 +18,6 @@ from ui.style.theme import Meaning
 from ui.widgets.gestures import gestures
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.step_button import StepButton, bring_into_sight, is_in_sight
-
-
-@pytest.fixture
-def bench(qapp: QApplication, tmp_path: Path) -> Iterator[GestureBench]:
-    with gesture_bench(qapp, tmp_path) as made:
-        yield made
 
 
 def arm(bench: GestureBench) -> None:

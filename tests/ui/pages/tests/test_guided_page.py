@@ -1,7 +1,5 @@
 """The Tests page on a simulated module: each test end to end, and LOCK whatever happens to the one that activates."""
 
-from collections.abc import Iterator
-from pathlib import Path
 from unittest.mock import patch
 
 import pytest
@@ -13,7 +11,7 @@ from pytestqt.qtbot import QtBot
 from app.guided.results import BrokenOff, GuidedKind, GuidedResult, GuidedVerdict
 from app.guided.status_watch import PersonSteps, StatusWatch
 from app.safety.acts import REQUESTS, Act
-from tests.gestures.gesture_bench import GestureBench, gesture_bench
+from tests.gestures.gesture_bench import GestureBench
 from tests.support.hands import Hands
 from tests.support.window.steps import settle
 from ui.acts.act_row import ActRow
@@ -24,13 +22,12 @@ LOCK, ACTIVATE = REQUESTS[Act.LOCK], REQUESTS[Act.ACTIVATE]
 
 
 @pytest.fixture
-def bench(qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[GestureBench]:
+def bench(bench: GestureBench, monkeypatch: pytest.MonkeyPatch) -> GestureBench:
     monkeypatch.setattr("app.guided.link.SHAKEN_S", 2.0)
-    with gesture_bench(qapp, tmp_path) as made:
-        made.assembly.storage.open_store()
-        made.guided._services.preferences.who = "Li"
-        made.guided._services.naming.choose("M-07")
-        yield made
+    bench.assembly.storage.open_store()
+    bench.guided._services.preferences.who = "Li"
+    bench.guided._services.naming.choose("M-07")
+    return bench
 
 
 def confirm(bench: GestureBench, act: Act) -> None:

@@ -1,25 +1,21 @@
 """The Tests page on the smallest screen, in sunlight: what a person needs now is in sight, without scrolling."""
 
-from collections.abc import Iterator
-from pathlib import Path
-
 import pytest
-from PySide6.QtWidgets import QApplication, QScrollArea
+from PySide6.QtWidgets import QScrollArea
 
 from app.guided.results import GuidedKind
 from app.safety.acts import Act
-from tests.gestures.gesture_bench import GestureBench, gesture_bench
+from tests.gestures.gesture_bench import GestureBench
 from ui.pages.tests.controller import Stage
 from ui.style.theme import Choice
 from ui.widgets.step_button import is_in_sight
 
 
 @pytest.fixture
-def bench(qapp: QApplication, tmp_path: Path) -> Iterator[GestureBench]:
-    with gesture_bench(qapp, tmp_path) as made:
-        made.assembly.appearance.choose(Choice.SUNLIGHT)
-        made.window.resize(960, 540)
-        yield made
+def bench(bench: GestureBench) -> GestureBench:
+    bench.assembly.appearance.choose(Choice.SUNLIGHT)
+    bench.window.resize(960, 540)
+    return bench
 
 
 def test_every_stage_of_a_guided_test_fits(bench: GestureBench) -> None:
