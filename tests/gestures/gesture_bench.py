@@ -27,6 +27,7 @@ from protocol.link_states import Presence
 from tests.support.journals import FakeJournal
 from tests.support.line.sim_line import FakeClock, SimulatedLine
 from tests.support.window.fakes_ui import Ports, close_window
+from tests.support.window.steps import find
 from ui.acts.confirm import Confirm
 from ui.core.connector import Connector
 from ui.core.port_watcher import PortWatcher
@@ -147,27 +148,19 @@ class GestureBench:
 
     @cached_property
     def commands(self) -> CommandsPage:
-        found = self.window.findChild(CommandsPage)
-        assert isinstance(found, CommandsPage)
-        return found
+        return find(self.window, CommandsPage)
 
     @cached_property
     def settings(self) -> SettingsPage:
-        found = self.window.findChild(SettingsPage)
-        assert isinstance(found, SettingsPage)
-        return found
+        return find(self.window, SettingsPage)
 
     @cached_property
     def preflight(self) -> PreflightPage:
-        found = self.window.findChild(PreflightPage)
-        assert isinstance(found, PreflightPage)
-        return found
+        return find(self.window, PreflightPage)
 
     @cached_property
     def guided(self) -> TestsPage:
-        found = self.window.findChild(TestsPage)
-        assert isinstance(found, TestsPage)
-        return found
+        return find(self.window, TestsPage)
 
     def heard(self, data: bytes) -> None:
         for at in range(0, len(data), 6):

@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QApplication, QToolButton
 
 from tests.gestures.gesture_bench import gesture_bench
 from tests.gestures.gesture_table import ACTS, LANGUAGES, SIZES, is_possible, run_window
+from tests.support.window.steps import find
 
 EVERY = 499
 """Of some 6,000 tries at each button."""
@@ -49,8 +50,7 @@ def test_a_menu_that_a_key_opens_is_closed(qapp: QApplication, tmp_path: Path) -
     with gesture_bench(qapp, tmp_path) as bench:
         bench.window.go_to("settings")
         bench.turn()
-        more = bench.settings.findChild(QToolButton, "settings_more")
-        assert more is not None
+        more = find(bench.settings, QToolButton, "settings_more")
         more.setFocus()
         assert more.hasFocus()
         opened = QSignalSpy(more.menu().aboutToShow)

@@ -14,7 +14,6 @@ from pytestqt.qtbot import QtBot
 from app.cli.monitor import WordLines
 from app.engine.device import DeviceView, How, Known, StatusSample
 from app.engine.procedure import LinkView
-from app.engine.target import Target
 from app.limits.expectations import CheckLimits
 from app.limits.out_of_limits import (
     LimitsInUse,
@@ -40,7 +39,7 @@ from protocol.fields import Value
 from protocol.messages import TriggerRecord
 from tests.support.records.recordings_desk import made, record
 from tests.support.records.recordings_made import batch
-from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
+from tests.support.window.fakes_ui import WAIT_MS, connect, simulated, window
 from tests.support.window.live_bench import Bench, live_bench
 from ui.pages.live.page import LivePage
 from ui.style.painted_widget import Freshness
@@ -211,8 +210,7 @@ def test_live_marks_cell_and_bay(live: Bench) -> None:
 def test_the_top_bar_and_the_status_line_mark(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("weak") as bench, window(qapp, tmp_path) as assembly:
         top, line, connector = assembly.window.top_bar, assembly.window.status_bar, assembly.connector
-        connector.connect_to(Target("sim://weak", 115200))
-        wait_online(qtbot, assembly)
+        connect(qtbot, assembly, "sim://weak")
         qtbot.waitUntil(lambda: top.cell.word.endswith(" V"), timeout=WAIT_MS)
         assert top.cell.meaning is None
         bench.set_cell(3.5)

@@ -18,7 +18,7 @@ from app.store.store import Store, open_store
 from app.trigger_records.history import Judgement
 from tests.support.window.fakes_ui import TRAFFIC_ALONE, WAIT_MS, simulated, window
 from tests.support.window.preflight_window import OnBench, on_bench
-from tests.support.window.steps import settle
+from tests.support.window.steps import await_child, find, settle
 from tests.ui.pages.triggers.test_triggers_page import fire, name_module, said, texts
 from ui.pages.diagnosis.traffic import TrafficPage
 from ui.pages.triggers.model import Column
@@ -153,8 +153,7 @@ def test_the_window_goes_on_while_a_broken_off_baud_change_is_forgotten(
     storage.store.begin_baud(115200, 9600, port="sim://crashed", adapter="")
     storage.close()
     with simulated("crashed"), window(qapp, tmp_path) as assembly:
-        bar = assembly.window.findChild(NoticeBar, "notice_bar")
-        assert bar is not None
+        bar = find(assembly.window, NoticeBar, "notice_bar")
         qtbot.waitUntil(lambda: bar.button("forget_baud") is not None, timeout=WAIT_MS)
         button, store = bar.button("forget_baud"), assembly.storage.store
         assert button is not None
@@ -189,7 +188,7 @@ def test_the_store_is_opened_beside_the_window(
             assert turns.longest_s < STALL_S
         finally:
             may_open.set()
-        qtbot.waitUntil(lambda: assembly.window.findChild(TrafficPage) is not None, timeout=WAIT_MS)
+        await_child(qtbot, assembly.window, TrafficPage)
         assert isinstance(assembly.storage.store, Store)
     assert opened_in == [opened_in[0]]
     assert opened_in[0] is not threading.main_thread()

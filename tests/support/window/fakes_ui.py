@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QApplication, QVBoxLayout
 from pytestqt.qtbot import QtBot
 
 from app.engine.ports import PortInfo
+from app.engine.target import Target
 from app.engine.worker import Batch
 from app.simulator import bench
 from app.simulator.bench import SimulatedBench
@@ -121,3 +122,9 @@ def wait_online(qtbot: QtBot, assembly: Assembly) -> None:
         return device.presence is Presence.ONLINE and device.known("active", assembly.connector.clock()) is not None
 
     qtbot.waitUntil(is_known, timeout=WAIT_MS)
+
+
+def connect(qtbot: QtBot, assembly: Assembly, port: str) -> None:
+    """Connect to this port, and wait until its module answers."""
+    assembly.connector.connect_to(Target(port, 115200))
+    wait_online(qtbot, assembly)

@@ -11,7 +11,6 @@ from PySide6.QtWidgets import QApplication, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.diagnosis.link_state import Phase
-from app.engine.target import Target
 from app.engine.worker import Batch
 from app.records.check_store import CheckStore
 from app.records.verification import FindStation
@@ -20,8 +19,8 @@ from app.stations.known import Stations
 from app.store.store import Store
 from protocol.catalogue import SERIAL_OUTPUT, Hazard, Request
 from protocol.events import Sent
-from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
-from tests.support.window.steps import Driver, Found
+from tests.support.window.fakes_ui import connect, simulated, window
+from tests.support.window.steps import Driver, Found, await_child, find
 from ui.main import PAGES, Assembly
 from ui.pages.preflight.controller import Standing
 from ui.pages.preflight.page import PreflightPage
@@ -65,8 +64,7 @@ class OnBench(Driver):
         return self.find(kind)
 
     def connect(self) -> None:
-        self.assembly.connector.connect_to(Target(f"sim://{self.name}", 115200))
-        wait_online(self.qtbot, self.assembly)
+        connect(self.qtbot, self.assembly, f"sim://{self.name}")
         self.assembly.window.panel.hide()
         self.until(lambda: self.assembly.connector.state.phase is Phase.ONLINE)
 
@@ -112,11 +110,10 @@ def on_bench(qtbot: QtBot, qapp: QApplication, folder: Path, name: str, *, is_co
              reads_triggers: bool = False, **options: object) -> Iterator[OnBench]:  # fmt: skip
     with simulated(name, **options) as bench, window(qapp, folder, entries=ENTRIES) as assembly:
         assembly.window.resize(1024, 600)
-        qtbot.waitUntil(lambda: assembly.window.findChild(TriggersPage) is not None, timeout=WAIT_MS)
-        qtbot.waitUntil(lambda: assembly.window.findChild(PreflightPage) is not None, timeout=WAIT_MS)
+        await_child(qtbot, assembly.window, TriggersPage)
+        await_child(qtbot, assembly.window, PreflightPage)
         one = OnBench(qtbot, assembly, bench, name)
-        triggers = assembly.window.findChild(TriggersPage)
-        assert triggers is not None
+        triggers = find(assembly.window, TriggersPage)
         triggers.work.reads_by_itself = reads_triggers
 
         def note(batch: Batch) -> None:

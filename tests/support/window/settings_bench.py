@@ -9,14 +9,13 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QApplication, QLineEdit, QPushButton, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.engine.target import Target
 from app.settings.form import RowState
 from app.simulator.bench import SimulatedBench
 from protocol.catalogue import BY_NAME, Hazard, Request
 from protocol.fields import Value
 from protocol.frame import decode_request
-from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
-from tests.support.window.steps import Driver, let_lay_out
+from tests.support.window.fakes_ui import WAIT_MS, connect, simulated, window
+from tests.support.window.steps import Driver, await_child, find, let_lay_out
 from ui.acts.confirm import Confirm
 from ui.main import PAGES, Assembly
 from ui.pages.commands.page import CommandsPage
@@ -57,8 +56,7 @@ class Desk(Driver):
 
     def choose_rare(self, name: str) -> None:
         """Choose an entry of the menu "⋯"."""
-        action = self.assembly.window.findChild(QAction, name)
-        assert action is not None, name
+        action = find(self.assembly.window, QAction, name)
         assert action.isEnabled(), name
         action.trigger()
 
@@ -89,8 +87,7 @@ class Desk(Driver):
         self.until(self.find(kind).isVisible)
 
     def connect(self) -> None:
-        self.assembly.connector.connect_to(Target(self.url, 115200))
-        wait_online(self.qtbot, self.assembly)
+        connect(self.qtbot, self.assembly, self.url)
         connector = self.assembly.connector
         self.until(lambda: connector.device.known("freefall_time_s", connector.clock()) is not None)
         self.until(lambda: connector.device.known("boot_count", connector.clock()) is not None)
@@ -111,7 +108,7 @@ def desk(
             write(data, now_s)
 
         bench.wire.write = watched  # type: ignore[method-assign]
-        qtbot.waitUntil(lambda: assembly.window.findChild(CommandsPage) is not None, timeout=WAIT_MS)
+        await_child(qtbot, assembly.window, CommandsPage)
         assembly.window.activateWindow()
         qtbot.waitUntil(assembly.window.isActiveWindow, timeout=WAIT_MS)
         made.connect()

@@ -4,7 +4,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from typing import TypeVar
 
-from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtCore import QObject, QPoint, QPointF, Qt
 from PySide6.QtGui import QCursor, QGuiApplication
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractButton, QApplication, QWidget
@@ -15,7 +15,7 @@ from ui.widgets.gestures import gestures
 from ui.widgets.notice_bar import NoticeBar
 from ui.widgets.step_button import DEAD_FOR_S, StepButton
 
-Found = TypeVar("Found", bound=QWidget)
+Found = TypeVar("Found", bound=QObject)
 _POINTER_AT_START = QPoint(10, 10)
 """Of Qt's offscreen platform."""
 
@@ -65,6 +65,19 @@ def press(qtbot: QtBot, widget: QWidget | None) -> None:
     qtbot.mouseClick(widget, Qt.MouseButton.LeftButton)
 
 
+def find(root: QObject, kind: type[Found], name: str = "") -> Found:
+    """The child of this kind, and name if one is given, which has to exist."""
+    found = root.findChild(kind, name) if name else root.findChild(kind)
+    assert found is not None, name or kind
+    return found
+
+
+def await_child(qtbot: QtBot, root: QObject, kind: type[Found], name: str = "") -> Found:
+    """The same, once it exists."""
+    qtbot.waitUntil(lambda: (root.findChild(kind, name) if name else root.findChild(kind)) is not None, timeout=WAIT_MS)
+    return find(root, kind, name)
+
+
 def notice_text(bar: NoticeBar) -> str:
     """The text of the notice shown, "" without one."""
     return "" if bar.notice is None else bar.notice.text
@@ -81,9 +94,7 @@ class Driver(ABC):
         """The widget in whose children is searched."""
 
     def find(self, kind: type[Found], name: str = "") -> Found:
-        found = self.root.findChild(kind, name) if name else self.root.findChild(kind)
-        assert found is not None, name or kind
-        return found
+        return find(self.root, kind, name)
 
     def click(self, widget: QWidget | str | None) -> None:
         """Click a widget, or a button given by its name, once it is visible and enabled."""

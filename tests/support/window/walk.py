@@ -14,12 +14,19 @@ from PySide6.QtCore import QEvent, QSize
 from PySide6.QtWidgets import QApplication, QMessageBox, QPushButton, QToolButton, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.engine.target import Target
 from app.flight_analysis.flight_set import FlightGroup
 from app.simulator.bench import SimulatedBench
 from tests.support.check_pace import hurry_check
 from tests.support.flights.many_flights import write_logs
-from tests.support.window.fakes_ui import ADAPTER, SECOND_ADAPTER, WAIT_MS, Ports, simulated, wait_online, window
+from tests.support.window.fakes_ui import (
+    ADAPTER,
+    SECOND_ADAPTER,
+    WAIT_MS,
+    Ports,
+    connect,
+    simulated,
+    window,
+)
 from tests.support.window.moved import moved, places
 from tests.support.window.steps import Driver, settle
 from ui.main import PAGES, Assembly, WindowOptions
@@ -92,9 +99,7 @@ class Walk(Driver):
 
     def connect(self) -> None:
         """Connect, and wait until the values have been read."""
-        connector = self.assembly.connector
-        connector.connect_to(Target(self._url, 115200))
-        wait_online(self.qtbot, self.assembly)
+        connect(self.qtbot, self.assembly, self._url)
         for key in ("freefall_time_s", "boot_count"):
             self.until(partial(self._knows, key))
         self.window.go_to("live")

@@ -20,7 +20,16 @@ from app.engine.worker import Batch, Connection, PortState
 from app.procedures.handshake import Handshake, Silence
 from app.text.durations import duration
 from protocol.link_states import Presence
-from tests.support.window.fakes_ui import ADAPTER, SECOND_ADAPTER, WAIT_MS, Ports, simulated, wait_online, window
+from tests.support.window.fakes_ui import (
+    ADAPTER,
+    SECOND_ADAPTER,
+    WAIT_MS,
+    Ports,
+    connect,
+    simulated,
+    wait_online,
+    window,
+)
 from tests.support.window.steps import notice_text, press
 from ui.connect.connect_panel import FIND_RATE, SIMULATED_PORT
 from ui.core.bridge import Bridge, joined
@@ -231,8 +240,7 @@ def test_find_the_rate_from_the_list_of_rates(qtbot: QtBot, qapp: QApplication, 
 
 def test_after_disconnect_it_stays_disconnected(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("gone") as bench, window(qapp, tmp_path) as assembly:
-        assembly.connector.connect_to(Target("sim://gone", 115200))
-        wait_online(qtbot, assembly)
+        connect(qtbot, assembly, "sim://gone")
         bench.unplug()
         qtbot.waitUntil(lambda: phase(assembly) is Phase.LOST, timeout=WAIT_MS)
         assembly.window.disconnect_port()

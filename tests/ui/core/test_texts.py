@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QApplication, QDialogButtonBox, QLabel, QMenu, QTa
 
 from app.text.i18n import set_language
 from tests.app.text.test_i18n import write_ts
+from tests.support.window.steps import find
 from ui.core.texts import Texts
 
 
@@ -75,8 +76,7 @@ def test_widgets_that_nobody_else_names_are_reached(qapp: QApplication, pseudo: 
     QVBoxLayout(window).addWidget(QLabel())
     box = QDialogButtonBox(QDialogButtonBox.StandardButton.Ok, window)
     menu = QMenu(window)
-    label = window.findChild(QLabel)
-    assert isinstance(label, QLabel)
+    label = find(window, QLabel)
     texts.bind(label.setText, "Tilt")
     texts.bind(box.button(QDialogButtonBox.StandardButton.Ok).setText, "Tilt")
     texts.bind(menu.addAction("").setText, "Tilt")
@@ -84,8 +84,7 @@ def test_widgets_that_nobody_else_names_are_reached(qapp: QApplication, pseudo: 
     gc.collect()
     set_language(pseudo)
     texts.retranslate()
-    again = window.findChild(QLabel)
-    assert isinstance(again, QLabel)
+    again = find(window, QLabel)
     button = box.button(QDialogButtonBox.StandardButton.Ok)
     assert [again.text(), button.text(), menu.actions()[0].text()] == ["倾角"] * 3
 

@@ -12,7 +12,7 @@ from app.simulator import bench as benches
 from tests.support.check_pace import hurry_check
 from tests.support.window.fakes_ui import WAIT_MS, Ports, wait_online, window
 from tests.support.window.preflight_window import CHECK_MS, VERDICTS
-from tests.support.window.steps import press
+from tests.support.window.steps import find, press
 from ui.main import PAGES, Assembly
 from ui.pages.preflight.controller import Standing
 from ui.pages.preflight.page import PreflightPage
@@ -22,8 +22,7 @@ MAX_CHECKS = 6
 
 
 def click(qtbot: QtBot, assembly: Assembly, name: str) -> None:
-    widget = assembly.window.findChild(QWidget, name)
-    assert widget is not None, name
+    widget = find(assembly.window, QWidget, name)
     assert widget.isVisible(), name
     assert widget.isEnabled(), name
     press(qtbot, widget)
@@ -51,8 +50,7 @@ def test_from_the_icon_to_go(qtbot: QtBot, qapp: QApplication, tmp_path: Path, m
         assert "Pre-flight" in main.status_bar.passing.text()  # what comes next
         benches.module("demo").set_tilt(20)  # as if it were not set down
         qtbot.keyClick(main, Qt.Key.Key_4, Qt.KeyboardModifier.ControlModifier)
-        page = main.findChild(PreflightPage)
-        assert page is not None
+        page = find(main, PreflightPage)
         qtbot.waitUntil(page.isVisible, timeout=WAIT_MS)
         page.tick()
         assert "Enable triggers and check" in page.banner.announcement.head

@@ -33,6 +33,7 @@ from app.text.i18n import CHINESE
 from app.text.sentences import capitalised
 from protocol.catalogue import BY_NAME, SETTINGS
 from tests.support.window.fakes_ui import WAIT_MS, Ports, window
+from tests.support.window.steps import find
 from ui.core.texts import Texts
 from ui.help.guide_viewer import GuideViewer, anchor_of, guide_page
 from ui.help.shortcuts import keys_of
@@ -217,8 +218,7 @@ def test_advice_is_shown_beside_the_chosen_row(qtbot: QtBot, qapp: QApplication,
     """In sight at 1024 x 600, not only in a tooltip."""
     with whole_window(qtbot, qapp, tmp_path) as assembly:
         assembly.window.go_to("settings")
-        page = assembly.window.findChild(SettingsPage)
-        assert page is not None
+        page = find(assembly.window, SettingsPage)
         qtbot.waitUntil(page.isVisible, timeout=WAIT_MS)
         page.refresh()
         for key, row in page.rows.items():
@@ -259,15 +259,13 @@ def test_help_windows_are_modeless(qtbot: QtBot, qapp: QApplication, tmp_path: P
         missing = [name for name, key in native if key and key not in named]
         assert not missing
         main.menus.keys.trigger()
-        view = main.findChild(QWidget, "keys_view")
-        assert view is not None
+        view = find(main, QWidget, "keys_view")
         assert not view.isModal()  # LOCK stays in reach
         assert "Ctrl+L" in view.findChild(QWidget, "keys_view_text").toPlainText()  # type: ignore[union-attr]
         view.close()
         # About names versions
         main.menus.about.trigger()
-        box = assembly.window.findChild(QMessageBox, "about_box")
-        assert box is not None
+        box = find(assembly.window, QMessageBox, "about_box")
         assert box.windowModality() == Qt.WindowModality.NonModal
         for part in ("MIT", "PySide6", "numpy", "pyserial"):
             assert part in box.informativeText()

@@ -9,6 +9,7 @@ from pytestqt.qtbot import QtBot
 
 from app.samples.ring_buffers import Series
 from tests.support.window.painted_text import watching
+from tests.support.window.steps import find
 from tests.ui.plots.test_time_plot import NOW_S, Bench
 from ui.plots.canvas import Canvas
 from ui.plots.limits import LimitLine, apart, word_places
@@ -121,8 +122,7 @@ def test_in_a_low_window_the_first_plots_stay_high_enough_to_read(bench: Bench, 
     plot = TimePlot([Lane(title, "", Series(), scales, weight=one) for title, one in weights.items()], bench.texts)
     qtbot.addWidget(plot)
     plot.show()
-    canvas = plot.findChild(Canvas, "time-plot-canvas")
-    assert isinstance(canvas, Canvas)
+    canvas = find(plot, Canvas, "time-plot-canvas")
     seen = {}
     for height in (600, 300, 240, 600):
         plot.resize(600, height)

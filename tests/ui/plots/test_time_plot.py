@@ -12,6 +12,7 @@ from pytestqt.qtbot import QtBot
 from app.samples.ring_buffers import Series
 from app.samples.step_function import StepFunction
 from tests.support.window.painted_text import watching
+from tests.support.window.steps import find
 from ui.core.texts import Texts
 from ui.plots.canvas import Canvas
 from ui.plots.time_plot import TimePlot
@@ -61,14 +62,11 @@ class Bench:
 
     @property
     def canvas(self) -> Canvas:
-        found = self.plot.findChild(Canvas, "time-plot-canvas")
-        assert isinstance(found, Canvas)
-        return found
+        return find(self.plot, Canvas, "time-plot-canvas")
 
     @property
     def state(self) -> str:
-        chip = self.plot.findChild(StateChip, "time-plot-state")
-        assert isinstance(chip, StateChip)
+        chip = find(self.plot, StateChip, "time-plot-state")
         return chip.word
 
     def button(self, name: str) -> QPushButton | QToolButton:
@@ -318,8 +316,7 @@ def test_the_time_line_can_show_the_clock(bench: Bench, qtbot: QtBot) -> None:
 def test_the_state_is_cut_to_what_there_is_room_for(bench: Bench) -> None:
     bench.plot.toggle_pause()
     bench.plot.draw(NOW_S + 12)
-    chip = bench.plot.findChild(StateChip, "time-plot-state")
-    assert isinstance(chip, StateChip)
+    chip = find(bench.plot, StateChip, "time-plot-state")
     assert bench.state == "paused, 12 s behind"
     beside_px = bench.window.width() - bench.plot.width()
     for word in ("paused", "", "paused, 12 s behind"):

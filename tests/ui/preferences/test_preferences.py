@@ -11,6 +11,7 @@ from pytestqt.qtbot import QtBot
 
 from app.text.i18n import language
 from tests.support.window.fakes_ui import WAIT_MS, window
+from tests.support.window.steps import find
 from ui.core.preferences import Preferences
 from ui.main import WindowOptions
 from ui.preferences.dialog import PreferencesDialog
@@ -30,8 +31,7 @@ def test_preferences_apply_at_once_and_are_saved(qtbot: QtBot, qapp: QApplicatio
         main.activateWindow()
         qtbot.waitUntil(main.isActiveWindow, timeout=WAIT_MS)
         qtbot.keyClick(main, Qt.Key.Key_Comma, Qt.KeyboardModifier.ControlModifier)
-        dialog = main.findChild(PreferencesDialog)
-        assert dialog is not None
+        dialog = find(main, PreferencesDialog)
         assert dialog.isVisible()
         assert not dialog.isModal()  # LOCK stays in reach
         usual = main.top_bar.height()

@@ -8,8 +8,7 @@ import pytest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from app.engine.target import Target
-from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
+from tests.support.window.fakes_ui import WAIT_MS, connect, simulated, window
 from tests.support.window.spoken import said_by
 from ui.main import PAGES
 
@@ -43,8 +42,7 @@ def test_no_page_says_so_of_an_active_module(qtbot: QtBot, qapp: QApplication, t
         main = assembly.window
         qtbot.waitUntil(lambda: main.stack.count() == len(PAGES), timeout=WAIT_MS)
         bench.module.activate(is_active=True)
-        assembly.connector.connect_to(Target("sim://active_said", 115200))
-        wait_online(qtbot, assembly)
+        connect(qtbot, assembly, "sim://active_said")
         qtbot.waitUntil(lambda: main.top_bar.activation.word == "ACTIVE", timeout=WAIT_MS)
         for entry in PAGES:
             main.go_to(entry.key)

@@ -10,7 +10,6 @@ from pytestqt.qtbot import QtBot
 
 from app.diagnosis.link_state import LinkState, NextStep, Phase, link_text
 from app.engine.reconnect import Absence
-from app.engine.target import Target
 from app.engine.transport import PortError, PortTrouble
 from app.procedures.handshake import Silence
 from app.procedures.lock import Locked
@@ -18,8 +17,9 @@ from app.safety.journal import Outcome
 from app.text.i18n import tr
 from app.text.sentences import join_sentences
 from tests.support.window.cut_off import cut_off
-from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
+from tests.support.window.fakes_ui import WAIT_MS, connect, simulated, window
 from tests.support.window.moved import covered, moved, places
+from tests.support.window.steps import find
 from ui.core.texts import Texts
 from ui.main import PAGES, WindowOptions
 from ui.shell.main_window import MainWindow
@@ -69,8 +69,7 @@ def test_the_close_button_never_takes_the_place_of_another(qtbot: QtBot) -> None
 def test_an_equal_notice_that_can_be_closed_gets_its_close_button(qtbot: QtBot) -> None:
     bar = NoticeBar(Texts())
     qtbot.addWidget(bar)
-    close = bar.findChild(QToolButton, "notice_dismiss")
-    assert close is not None
+    close = find(bar, QToolButton, "notice_dismiss")
     for dismiss in (None, bar.hide, None):
         bar.show_notice(Notice(Meaning.ATTENTION, "Something", dismiss=dismiss))
         assert close.isVisibleTo(bar) == (dismiss is not None)
@@ -81,8 +80,7 @@ def test_notices_after_a_trigger_and_a_restart(qtbot: QtBot, qapp: QApplication,
     with simulated("next") as bench, window(qapp, tmp_path, entries=pages) as assembly:
         main = assembly.window
         bench.module.activate(is_active=True)
-        assembly.connector.connect_to(Target("sim://next", 115200))
-        wait_online(qtbot, assembly)
+        connect(qtbot, assembly, "sim://next")
         main.go_to("preflight")
         bench.pulse_pwm()
         qtbot.waitUntil(lambda: main.notice_bar.button("after_trigger") is not None, timeout=WAIT_MS)
@@ -173,8 +171,7 @@ def test_every_notice_about_the_link_says_all_that_matters_on_a_narrow_window(
         assembly.appearance.choose(theme)
         main.resize(width, 540)
         monkeypatch.setattr(main.attention, "_notice", lambda: shown[0])
-        label = main.notice_bar.findChild(FittedLabel, "notice_text")
-        assert label is not None
+        label = find(main.notice_bar, FittedLabel, "notice_text")
         again = Choice("lock_again", tr("LOCK again"), lambda: None)
         for state in (*LOST, *SILENT, LinkState(Phase.OFFLINE, "/dev/ttyUSB10", since=0.0), LinkState(Phase.LATE)):
             alone, said = (link_notice(state, 99.0, ACTS, was_active=one) for one in (True, False))
@@ -210,8 +207,7 @@ def test_a_notice_at_the_foot_never_needs_more_than_its_height(qtbot: QtBot) -> 
     bar = NoticeBar(Texts(), is_foot=True)
     qtbot.addWidget(bar)
     bar.setFixedSize(400, 40)
-    label = bar.findChild(FittedLabel, "notice_text")
-    assert label is not None
+    label = find(bar, FittedLabel, "notice_text")
     sizes = []
     for text in ("Short.", "Some words more. " * 6, "Far too long. " * 30):
         bar.show_notice(Notice(Meaning.DANGER, text))
@@ -231,8 +227,7 @@ def test_a_passing_message_is_shown_beside_a_notice(qapp: QApplication, tmp_path
         main = assembly.window
         main.attention.queue_notice(lambda: NOTICES[0])
         main.show_message("Copied.")
-        label = main.notice_bar.findChild(FittedLabel, "notice_text")
-        assert label is not None
+        label = find(main.notice_bar, FittedLabel, "notice_text")
         assert label.text() == "Short.\nCopied."
         assembly.language_switch.use("zh_CN")
         assert label.text() == "Short."  # what was said in the former language is gone

@@ -32,6 +32,7 @@ from tests.support.window.fakes_ui import (
     TRAFFIC_ALONE,
     WAIT_MS,
     Ports,
+    connect,
     simulated,
     wait_online,
     window,
@@ -355,8 +356,7 @@ def test_a_sleep_withdraws_confirmations_and_is_shown(
     assert defaults is not None
     monkeypatch.setitem(defaults, "with_sleep", lambda: time.monotonic() + leap["s"])
     with simulated("night"), window(qapp, tmp_path) as assembly:
-        assembly.connector.connect_to(Target("sim://night", 115200))
-        wait_online(qtbot, assembly)
+        connect(qtbot, assembly, "sim://night")
         question = Confirm("night", assembly.window._services.texts, ask="Zero", go="Zero now")
         question.setParent(assembly.window)
         question.ask.click()

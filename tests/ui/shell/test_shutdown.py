@@ -28,7 +28,7 @@ from tests.support.line.batches import Batches
 from tests.support.line.stubborn_port import StubbornPort
 from tests.support.processes import ENVIRONMENT, ROOT
 from tests.support.terminals import CLOSING_S, Terminal, in_time
-from tests.support.window.fakes_ui import WAIT_MS, Ports, simulated, wait_online, window
+from tests.support.window.fakes_ui import WAIT_MS, Ports, connect, simulated, window
 from ui.core.preferences import Preferences
 from ui.main import Assembly, WindowOptions, _memory
 from ui.services.storage import Storage
@@ -165,16 +165,14 @@ def test_a_disk_that_never_returns(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, owner: type, name: str
 ) -> None:
     with simulated("slow-disk"), window(qapp, tmp_path) as assembly, held(monkeypatch, owner, name) as was_called:
-        assembly.connector.connect_to(Target("sim://slow-disk", 115200))
-        wait_online(qtbot, assembly)
+        connect(qtbot, assembly, "sim://slow-disk")
         close_in_time(assembly)
         assert was_called.is_set()
 
 
 def test_closing_twice_ends_once(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("ended"), window(qapp, tmp_path) as assembly:
-        assembly.connector.connect_to(Target("sim://ended", 115200))
-        wait_online(qtbot, assembly)
+        connect(qtbot, assembly, "sim://ended")
         close_in_time(assembly)
         with in_time(0.0):
             assembly.window.close_now()

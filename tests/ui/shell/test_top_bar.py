@@ -7,10 +7,9 @@ from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.engine.target import Target
 from app.limits.out_of_limits import LimitsInUse
 from tests.support.window.cut_off import cut_off
-from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
+from tests.support.window.fakes_ui import WAIT_MS, connect, simulated, window
 from tests.support.window.moved import moved, places
 from tests.support.window.painted_text import watching
 from ui.core.texts import Texts
@@ -37,8 +36,7 @@ def test_the_top_bar_shows_the_name_of_the_connected_module(qtbot: QtBot, qapp: 
         top = TopBar(assembly.connector, Texts(), lock, naming, LimitsInUse())
         qtbot.addWidget(top)
         assert (top.port.title, top.name.text()) == ("Not connected", "")
-        assembly.connector.connect_to(Target("sim://named", 115200))
-        wait_online(qtbot, assembly)
+        connect(qtbot, assembly, "sim://named")
         top.refresh()
         assert (top.port.title, top.name.text()) == ("Simulated module", "M-07")
         naming.choose("")
@@ -66,8 +64,7 @@ def test_nothing_is_cut_off_or_moves_when_the_language_or_the_theme_is_switched(
     with simulated("switched") as bench, window(qapp, tmp_path) as assembly:
         main = assembly.window
         main.resize(1024, 600)
-        assembly.connector.connect_to(Target("sim://switched", 115200))
-        wait_online(qtbot, assembly)
+        connect(qtbot, assembly, "sim://switched")
         qtbot.waitUntil(lambda: main.top_bar.cell.word.endswith(" V"), timeout=WAIT_MS)
         cell = main.top_bar.cell
         switched = (("zh_CN", Choice.SUNLIGHT), ("en", Choice.SUNLIGHT), ("zh_CN", Choice.LIGHT), ("en", Choice.LIGHT))
@@ -91,8 +88,7 @@ def test_the_port_is_named_whole_in_sunlight_on_a_narrow_window(
         main = assembly.window
         assembly.appearance.choose(Choice.SUNLIGHT)
         main.resize(960, 540)
-        assembly.connector.connect_to(Target("sim://narrow", 115200))
-        wait_online(qtbot, assembly)
+        connect(qtbot, assembly, "sim://narrow")
         main.refresh()
         laid_out(main)
         with watching() as drawn:

@@ -12,7 +12,7 @@ from app.diagnosis.link_state import Phase
 from app.engine.target import Target
 from app.engine.worker import Batch
 from app.text.i18n import language
-from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
+from tests.support.window.fakes_ui import WAIT_MS, connect, simulated, wait_online, window
 from tests.support.window.steps import notice_text, press
 from ui.core.preferences import LastPort, Preferences
 from ui.main import Assembly, WindowOptions
@@ -42,8 +42,7 @@ def test_without_a_port_everything_is_unknown_and_says_so(qtbot: QtBot, qapp: QA
 def test_a_module_shows_its_state(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("state") as bench, window(qapp, tmp_path) as assembly:
         top = assembly.window.top_bar
-        assembly.connector.connect_to(Target("sim://state", 115200))
-        wait_online(qtbot, assembly)
+        connect(qtbot, assembly, "sim://state")
         qtbot.waitUntil(lambda: top.activation.word == "LOCKED", timeout=WAIT_MS)
         assert (top.port.word, top.trigger.word) == ("Connected", "NOT TRIGGERED")
         qtbot.waitUntil(lambda: top.cell.word.endswith(" V"), timeout=WAIT_MS)
@@ -60,8 +59,7 @@ def test_a_module_shows_its_state(qtbot: QtBot, qapp: QApplication, tmp_path: Pa
 def test_closing_an_active_module_asks_and_locks(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("leave") as bench, window(qapp, tmp_path) as assembly:
         bench.module.activate(is_active=True)
-        assembly.connector.connect_to(Target("sim://leave", 115200))
-        wait_online(qtbot, assembly)
+        connect(qtbot, assembly, "sim://leave")
         assert not assembly.window.close()
         assert assembly.window.isVisible()
         press(qtbot, choose(assembly, "stay"))
@@ -75,8 +73,7 @@ def test_closing_an_active_module_asks_and_locks(qtbot: QtBot, qapp: QApplicatio
 def test_escape_cancels_leaving_and_sends_nothing(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("escape") as bench, window(qapp, tmp_path) as assembly:
         bench.module.activate(is_active=True)
-        assembly.connector.connect_to(Target("sim://escape", 115200))
-        wait_online(qtbot, assembly)
+        connect(qtbot, assembly, "sim://escape")
         qtbot.waitUntil(assembly.window.panel.isHidden, timeout=WAIT_MS)
         assert not assembly.window.close()
         qtbot.keyClick(choose(assembly, "lock_and_leave"), Qt.Key.Key_Escape)
@@ -88,8 +85,7 @@ def test_escape_cancels_leaving_and_sends_nothing(qtbot: QtBot, qapp: QApplicati
 def test_closing_twice_leaves_the_module_as_it_is(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("twice") as bench, window(qapp, tmp_path) as assembly:
         bench.module.activate(is_active=True)
-        assembly.connector.connect_to(Target("sim://twice", 115200))
-        wait_online(qtbot, assembly)
+        connect(qtbot, assembly, "sim://twice")
         assert not assembly.window.close()
         assert assembly.window.close()
         assert bench.state().is_active
@@ -98,8 +94,7 @@ def test_closing_twice_leaves_the_module_as_it_is(qtbot: QtBot, qapp: QApplicati
 def test_disconnecting_an_active_module_asks(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("part") as bench, window(qapp, tmp_path) as assembly:
         bench.module.activate(is_active=True)
-        assembly.connector.connect_to(Target("sim://part", 115200))
-        wait_online(qtbot, assembly)
+        connect(qtbot, assembly, "sim://part")
         qtbot.keyClick(assembly.window, Qt.Key.Key_D, Qt.KeyboardModifier.ControlModifier)
         assert assembly.connector.is_open
         press(qtbot, choose(assembly, "leave_active"))
@@ -110,8 +105,7 @@ def test_disconnecting_an_active_module_asks(qtbot: QtBot, qapp: QApplication, t
 def test_a_lost_active_is_said_with_its_age(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("stale") as bench, window(qapp, tmp_path) as assembly:
         bench.module.activate(is_active=True)
-        assembly.connector.connect_to(Target("sim://stale", 115200))
-        wait_online(qtbot, assembly)
+        connect(qtbot, assembly, "sim://stale")
         bench.unplug()
         activation = assembly.window.top_bar.activation
         qtbot.waitUntil(lambda: "ago" in activation.accessibleName(), timeout=WAIT_MS)

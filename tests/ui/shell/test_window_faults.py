@@ -29,7 +29,7 @@ from app.store.database import StoreTrouble
 from app.store.store import Store
 from app.system.logs import start_log
 from tests.support.processes import ENVIRONMENT, PROGRAM, ROOT, run_module
-from tests.support.window.fakes_ui import ADAPTER, WAIT_MS, Ports, simulated, wait_online, window
+from tests.support.window.fakes_ui import ADAPTER, WAIT_MS, Ports, connect, simulated, wait_online, window
 from ui.main import Assembly, _errors_shown
 
 BEAT_MS = 10
@@ -54,8 +54,7 @@ def test_a_blocked_list_of_ports_blocks_nothing_else(qtbot: QtBot, qapp: QApplic
         qtbot.waitUntil(lambda: ports.looks == 1, timeout=WAIT_MS)
         timer.start()
         assembly.window.go_to("traffic")
-        assembly.connector.connect_to(Target("sim://patient", 115200))
-        wait_online(qtbot, assembly)
+        connect(qtbot, assembly, "sim://patient")
         qtbot.waitUntil(lambda: len(beats) > 50, timeout=WAIT_MS)
         timer.stop()
         assert not assembly.ports.has_listed
@@ -152,16 +151,14 @@ def test_an_error_in_the_worker_closes_the_port_and_is_shown(
         raise KeyError("bug")
 
     with simulated("struck"), window(qapp, tmp_path) as assembly, _errors_shown(assembly.window, assembly.armed):
-        assembly.connector.connect_to(Target("sim://struck", 115200))
-        wait_online(qtbot, assembly)
+        connect(qtbot, assembly, "sim://struck")
         assembly.armed.act = Act.ZERO
         monkeypatch.setattr(Session, "step", fail)
         qtbot.waitUntil(lambda: "KeyError: 'bug'" in notice_of(assembly), timeout=WAIT_MS)
         assert assembly.window.notice_bar.button("copy_details") is not None
         assert not assembly.connector.is_open
         assert assembly.armed.act is None
-        assembly.connector.connect_to(Target("sim://struck", 115200))
-        wait_online(qtbot, assembly)
+        connect(qtbot, assembly, "sim://struck")
 
 
 @POSIX_ONLY

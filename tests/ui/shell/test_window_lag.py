@@ -6,15 +6,13 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.diagnosis.link_state import Phase
-from app.engine.target import Target
-from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
+from tests.support.window.fakes_ui import WAIT_MS, connect, simulated, window
 
 
 def test_beyond_a_second_of_lag_nothing_is_shown_as_current(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("bridge") as bench, window(qapp, tmp_path) as assembly:
         connector, main = assembly.connector, assembly.window
-        connector.connect_to(Target("sim://bridge", 115200))
-        wait_online(qtbot, assembly)
+        connect(qtbot, assembly, "sim://bridge")
         qtbot.waitUntil(lambda: connector.state.phase is Phase.ONLINE, timeout=WAIT_MS)
         qtbot.waitUntil(lambda: "lag 0.0" in main.status_bar.figures.text(), timeout=WAIT_MS)
         bench.change(stream_at_boot=True, lag_ms=1600.0)

@@ -9,10 +9,9 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from app.engine.target import Target
 from app.simulator.bench import SimulatedBench
 from protocol.catalogue import ACTIVATION
-from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
+from tests.support.window.fakes_ui import WAIT_MS, connect, simulated, window
 from tests.support.window.steps import notice_text, press
 from ui.main import Assembly
 from ui.style.theme import Meaning
@@ -23,8 +22,7 @@ from ui.widgets.notice_bar import Notice
 def test_lock_is_one_gesture(qtbot: QtBot, qapp: QApplication, tmp_path: Path, way: str) -> None:
     with simulated("lock") as bench, window(qapp, tmp_path) as assembly:
         bench.module.activate(is_active=True)
-        assembly.connector.connect_to(Target("sim://lock", 115200))
-        wait_online(qtbot, assembly)
+        connect(qtbot, assembly, "sim://lock")
         qtbot.waitUntil(assembly.window.top_bar.lock.isEnabled, timeout=WAIT_MS)
         if way == "click":
             press(qtbot, assembly.window.top_bar.lock)
@@ -55,8 +53,7 @@ def active_module(
 ) -> Iterator[tuple[Assembly, SimulatedBench]]:
     with simulated(name) as bench, window(qapp, folder) as assembly:
         bench.module.activate(is_active=True)
-        assembly.connector.connect_to(Target(f"sim://{name}", 115200))
-        wait_online(qtbot, assembly)
+        connect(qtbot, assembly, f"sim://{name}")
         qtbot.waitUntil(assembly.window.top_bar.lock.isEnabled, timeout=WAIT_MS)
         yield assembly, bench
 
@@ -132,8 +129,7 @@ def test_a_lock_that_fails_is_forgotten_with_its_module(
 ) -> None:
     with active_module(qtbot, qapp, tmp_path, "deaf") as (assembly, bench), simulated("other"):
         fail(qtbot, assembly, bench, monkeypatch)
-        assembly.connector.connect_to(Target("sim://other", 115200))
-        wait_online(qtbot, assembly)
+        connect(qtbot, assembly, "sim://other")
         qtbot.waitUntil(lambda: assembly.window.notice_bar.notice is None, timeout=WAIT_MS)
 
 

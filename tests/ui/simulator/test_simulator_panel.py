@@ -24,6 +24,7 @@ from app.simulator.quirks import Acknowledge, Quirks, Rule
 from app.simulator.wire import Faults
 from app.text import i18n
 from tests.support.line.sim_line import FakeClock
+from tests.support.window.steps import find
 from ui.core.texts import Texts
 from ui.simulator.panel import SimulatorPanel
 
@@ -61,12 +62,6 @@ def panel(qtbot: QtBot, texts: Texts, bench: SimulatedBench) -> Iterator[Simulat
 def click(qtbot: QtBot, button: QWidget) -> None:
     """With the mouse, at the left, where the box of a check box is."""
     qtbot.mouseClick(button, Qt.MouseButton.LeftButton, pos=QPoint(10, button.height() // 2))
-
-
-def child(panel: SimulatorPanel, kind: type[QWidget], name: str) -> QWidget:
-    found = panel.findChild(kind, name)
-    assert isinstance(found, QWidget), name
-    return found
 
 
 def type_into(qtbot: QtBot, box: QAbstractSpinBox, text: str) -> None:
@@ -156,16 +151,16 @@ def test_it_does_not_change_a_number_under_the_fingers(panel: SimulatorPanel, be
 
 def test_line_and_protocol(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:
     click(qtbot, panel.options.folds["line"])
-    drop = child(panel, QDoubleSpinBox, "simulator_option_drop")
+    drop = find(panel, QDoubleSpinBox, "simulator_option_drop")
     assert isinstance(drop, QDoubleSpinBox)
     type_into(qtbot, drop, "20")
     assert bench.state().values["drop"] == pytest.approx(0.2)
     click(qtbot, panel.options.folds["protocol"])
-    ack = child(panel, QComboBox, "simulator_option_ack")
+    ack = find(panel, QComboBox, "simulator_option_ack")
     ack.setFocus()
     qtbot.keyClick(ack, Qt.Key.Key_Down)
     assert bench.state().values["ack"] is Acknowledge.ONE
-    keeps = child(panel, QAbstractButton, "simulator_option_keeps")
+    keeps = find(panel, QAbstractButton, "simulator_option_keeps")
     click(qtbot, keeps)
     assert bench.state().values["keeps"] is False
     panel.options.heal.click()
@@ -183,17 +178,17 @@ def test_every_fault_and_quirk_has_a_row(panel: SimulatorPanel) -> None:
 
 
 def test_defects(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:
-    assert not child(panel, QLineEdit, "simulator_option_cross_talk").isVisible()
+    assert not find(panel, QLineEdit, "simulator_option_cross_talk").isVisible()
     click(qtbot, panel.options.folds["defects"])
-    talk = child(panel, QLineEdit, "simulator_option_cross_talk")
+    talk = find(panel, QLineEdit, "simulator_option_cross_talk")
     assert isinstance(talk, QLineEdit)
     type_line(qtbot, talk, "21:20=14@500")
     assert bench.state().values["cross_talk"] == (Rule(0x21, 0x20, 0x14, 0, 500.0),)
-    revert = child(panel, QDoubleSpinBox, "simulator_option_revert_ms")
+    revert = find(panel, QDoubleSpinBox, "simulator_option_revert_ms")
     assert isinstance(revert, QDoubleSpinBox)
     type_into(qtbot, revert, "20")
     assert bench.state().values["revert_ms"] == 20
-    click(qtbot, child(panel, QAbstractButton, "simulator_option_locks"))
+    click(qtbot, find(panel, QAbstractButton, "simulator_option_locks"))
     assert bench.state().values["locks"] is False
     bench.change(cross_talk=())
     revert.setFocus()
@@ -205,10 +200,10 @@ def test_a_rule_that_means_nothing_is_refused_beside_it(
     qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench
 ) -> None:
     click(qtbot, panel.options.folds["defects"])
-    talk = child(panel, QLineEdit, "simulator_option_cross_talk")
+    talk = find(panel, QLineEdit, "simulator_option_cross_talk")
     assert isinstance(talk, QLineEdit)
     type_line(qtbot, talk, "21>20")
-    refusal = child(panel, QLabel, "simulator_option_cross_talk_refusal")
+    refusal = find(panel, QLabel, "simulator_option_cross_talk_refusal")
     assert isinstance(refusal, QLabel)
     assert "CODE:CODE" in refusal.text()
     assert bench.state().values["cross_talk"] == ()
@@ -250,8 +245,7 @@ def test_it_fits_a_narrow_dock_and_scrolls(panel: SimulatorPanel) -> None:
     open_all(panel)
     panel.resize(panel.minimumSizeHint().width(), 400)
     QApplication.processEvents()
-    area = panel.findChild(QScrollArea, "simulator_scroll")
-    assert area is not None
+    area = find(panel, QScrollArea, "simulator_scroll")
     assert panel.width() <= 360
     body = area.widget()
     assert body is not None

@@ -8,6 +8,7 @@ from PySide6.QtWidgets import QApplication, QDialog, QLabel, QPushButton, QVBoxL
 from pytestqt.qtbot import QtBot
 
 from tests.support.window.fakes_ui import WAIT_MS, window
+from tests.support.window.steps import find
 from ui.main import PAGES
 from ui.style.theme import DARK, LIGHT, Choice
 
@@ -56,8 +57,7 @@ def test_a_page_out_of_sight_is_dressed_when_it_is_shown(qapp: QApplication, qtb
             main.go_to(entry.key)
             QApplication.processEvents()
         main.go_to("commands")
-        page = main.findChild(QWidget, "settings_page")
-        assert page is not None
+        page = find(main, QWidget, "settings_page")
         paints = _Paints(page)
         assembly.appearance.choose(Choice.DARK)
         QApplication.processEvents()

@@ -7,16 +7,15 @@ from pytestqt.qtbot import QtBot
 
 from app.engine.target import Target
 from app.safety.acts import Act
-from tests.support.window.fakes_ui import WAIT_MS, simulated, window
+from tests.support.window.fakes_ui import simulated, window
 from tests.support.window.settings_bench import ENTRIES, desk
+from tests.support.window.steps import await_child
 from ui.pages.commands.page import CommandsPage
 
 
 def test_without_a_port_nothing_is_said_of_the_log(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with window(qapp, tmp_path, entries=ENTRIES) as assembly:
-        qtbot.waitUntil(lambda: assembly.window.findChild(CommandsPage) is not None, timeout=WAIT_MS)
-        page = assembly.window.findChild(CommandsPage)
-        assert page is not None
+        page = await_child(qtbot, assembly.window, CommandsPage)
         page.refresh()
         for row in page.acts.values():
             assert "does not answer" in row.conditions.text()

@@ -13,6 +13,7 @@ from app.text.i18n import CHINESE, ENGLISH, PSEUDO, tr
 from tests.gestures.gesture_bench import GestureBench, gesture_bench
 from tests.gestures.gesture_table import ACTS, first_button, go_to
 from tests.support.window.moved import place
+from tests.support.window.steps import find
 from ui.core.texts import Texts
 from ui.style.theme import Meaning
 from ui.widgets.gestures import gestures
@@ -115,8 +116,7 @@ def test_the_state_is_said_as_ready_to_fire_and_a_rehearsal_looks_like_one(bench
 
 def test_what_deploying_does_follows_the_language(bench: GestureBench) -> None:
     go_to(bench, ACTS[-2])
-    effect = bench.window.findChild(QLabel, "ritual_effect")
-    assert effect is not None
+    effect = find(bench.window, QLabel, "ritual_effect")
     assert effect.isVisible()
     assert effect.text() == "Fires the parachute."
     bench.assembly.language_switch.use(CHINESE)
@@ -143,8 +143,7 @@ def test_a_question_that_is_scrolled_away_is_withdrawn(bench: GestureBench) -> N
     bring_into_sight(confirm)
     bench.go_and_click(confirm.ask)
     assert confirm.is_asking
-    scroll = bench.window.findChild(QScrollArea, "commands_scroll")
-    assert isinstance(scroll, QScrollArea)
+    scroll = find(bench.window, QScrollArea, "commands_scroll")
     scroll.verticalScrollBar().setValue(0)
     bench.turn()
     confirm.check()
@@ -153,8 +152,7 @@ def test_a_question_that_is_scrolled_away_is_withdrawn(bench: GestureBench) -> N
 
 def test_a_button_that_is_half_out_of_sight_asks_nothing_yet(bench: GestureBench) -> None:
     confirm = bench.commands.acts[Act.FORBID_DEPLOY].confirm
-    scroll = bench.window.findChild(QScrollArea, "commands_scroll")
-    assert isinstance(scroll, QScrollArea)
+    scroll = find(bench.window, QScrollArea, "commands_scroll")
     bar, window = scroll.verticalScrollBar(), bench.window
     top = place(confirm.ask).top()
     limit = scroll.viewport().mapTo(window, QPoint(0, 0)).y() + scroll.viewport().height()

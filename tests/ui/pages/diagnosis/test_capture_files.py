@@ -9,11 +9,10 @@ from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.engine.target import Target
 from app.recordings.export import ExportCancelled
 from tests.support.records.captures import explained, read_capture
 from tests.support.window.capture_window import opened, strip_button, write_capture
-from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online
+from tests.support.window.fakes_ui import WAIT_MS, connect, simulated
 from tests.support.window.steps import press
 from tests.ui.pages.diagnosis.test_diagnosis_page import diagnosis
 from tests.ui.pages.diagnosis.test_traffic import cell, sent, streamed
@@ -102,8 +101,7 @@ def test_mark_by_key(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
 def test_a_saved_capture_can_be_opened(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     path = tmp_path / f"saved{SUFFIX}"
     with simulated("saved", stream_at_boot=True), diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
-        assembly.connector.connect_to(Target("sim://saved", 115200))
-        wait_online(qtbot, assembly)
+        connect(qtbot, assembly, "sim://saved")
         page.files.ask_save = lambda _parent, _title, _suggested, _filter: path
         qtbot.waitUntil(page.files.save.isEnabled, timeout=WAIT_MS)
         kept = page.traffic_buffer.entries()

@@ -8,7 +8,6 @@ from pytestqt.qtbot import QtBot
 
 from app.diagnosis.link_state import Phase
 from app.engine.playback import OnlyPlayedBack
-from app.engine.target import Target
 from app.engine.worker import Job
 from app.procedures.act import Performed, perform
 from app.procedures.lock import Locked, lock
@@ -18,9 +17,9 @@ from app.store.database import StoreTrouble
 from app.store.store import Store
 from protocol.catalogue import ACTIVATION
 from tests.support.window.capture_window import opened, play, strip_button, write_capture
-from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
+from tests.support.window.fakes_ui import WAIT_MS, connect, simulated, wait_online, window
 from tests.support.window.moved import moved, places
-from tests.support.window.steps import press
+from tests.support.window.steps import find, press
 from tests.ui.pages.diagnosis.test_diagnosis_page import diagnosis
 from tests.ui.pages.diagnosis.test_traffic import cell
 from ui.main import PAGES
@@ -180,8 +179,7 @@ def test_it_is_played_through_every_page(qtbot: QtBot, qapp: QApplication, tmp_p
             shell.go_to(key)
             QApplication.processEvents()
             assert shell.recording_bar.isVisible() or not shell.isVisible()
-        preflight = shell.findChild(PreflightPage)
-        assert isinstance(preflight, PreflightPage)
+        preflight = find(shell, PreflightPage)
         assert not preflight.work.can_check  # there is no module that could be found fit to fly
         tilt = assembly.connector.device.known("tilt_deg", assembly.connector.clock())
         assert tilt is not None
@@ -191,8 +189,7 @@ def test_it_is_played_through_every_page(qtbot: QtBot, qapp: QApplication, tmp_p
 def test_an_active_module_is_not_left_for_a_recording_unasked(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     path = write_capture(tmp_path / f"other{SUFFIX}", seconds=1)
     with simulated("armed", active=True), diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
-        assembly.connector.connect_to(Target("sim://armed", 115200))
-        wait_online(qtbot, assembly)
+        connect(qtbot, assembly, "sim://armed")
         qtbot.waitUntil(lambda: assembly.connector.is_active, timeout=WAIT_MS)
         page.open_file(path)
         qtbot.waitUntil(lambda: page.opened is not None, timeout=WAIT_MS)

@@ -35,9 +35,9 @@ from protocol.events import Answered, Counters, Received, Role, Sent
 from protocol.frame import Direction, Frame, Reason
 from protocol.link_states import Presence
 from protocol.messages import Heartbeat, Status, decode
-from tests.support.window.fakes_ui import ADAPTER, WAIT_MS, Ports, simulated, wait_online, window
+from tests.support.window.fakes_ui import ADAPTER, WAIT_MS, Ports, connect, simulated, wait_online, window
 from tests.support.window.settings_bench import desk
-from tests.support.window.steps import press
+from tests.support.window.steps import await_child, find, press
 from tests.ui.pages.commands.test_commands_page import arm, wait_disarmed
 from ui.main import Assembly, _errors_shown
 from ui.pages.diagnosis.page import DiagnosisPage
@@ -54,10 +54,9 @@ def diagnosis(
 ) -> Iterator[tuple[Assembly, DiagnosisPage]]:
     with window(qapp, folder, entries=ALONE, **more) as assembly:  # type: ignore[arg-type]
         shell = assembly.window
-        qtbot.waitUntil(lambda: shell.findChild(DiagnosisPage) is not None, timeout=WAIT_MS)
+        await_child(qtbot, shell, DiagnosisPage)
         shell.go_to("diagnosis")
-        page = shell.findChild(DiagnosisPage)
-        assert isinstance(page, DiagnosisPage)
+        page = find(shell, DiagnosisPage)
         qtbot.waitUntil(page.isVisible, timeout=WAIT_MS)
         yield assembly, page
 
@@ -269,8 +268,7 @@ def test_the_saved_bundle_equals_the_preview(qtbot: QtBot, qapp: QApplication, t
     logging.getLogger("test").warning("the cable is loose, says /home/somebody/notes")
     with simulated("bundle"), diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
         page.bundle._log = log
-        assembly.connector.connect_to(Target("sim://bundle", 115200))
-        wait_online(qtbot, assembly)
+        connect(qtbot, assembly, "sim://bundle")
         page.go_to("bundle")
         qtbot.waitUntil(lambda: page.bundle.bundle is not None, timeout=WAIT_MS)
         qtbot.waitUntil(page.bundle.save.isEnabled, timeout=WAIT_MS)
@@ -329,8 +327,7 @@ def test_an_error_disarms_is_logged_and_said_with_its_details(
             assert "raise_uncaught" in QApplication.clipboard().text()
             assert "Traceback" not in bar.notice.text  # type: ignore[union-attr]
             assert "a bug" in log.recent.text()
-            dismiss = bar.findChild(QWidget, "notice_dismiss")
-            assert isinstance(dismiss, QWidget)
+            dismiss = find(bar, QWidget, "notice_dismiss")
             press(qtbot, dismiss)
             qtbot.waitUntil(lambda: bar.notice is None or "a bug" not in bar.notice.text, timeout=WAIT_MS)
             assert page.isVisible()

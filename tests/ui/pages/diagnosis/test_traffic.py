@@ -9,7 +9,6 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.engine.device import DeviceView
-from app.engine.target import Target
 from app.engine.worker import Batch, Connection
 from app.text import i18n
 from protocol.catalogue import BY_NAME, HEARTBEAT
@@ -17,7 +16,8 @@ from protocol.events import Event, OutcomeUnknown, Received, Rejected, Restarted
 from protocol.frame import Direction, Frame
 from protocol.messages import Status, decode
 from protocol.stream import StreamParser
-from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
+from tests.support.window.fakes_ui import WAIT_MS, connect, simulated, window
+from tests.support.window.steps import await_child, find
 from ui.main import Assembly
 from ui.pages.diagnosis import traffic_texts
 from ui.pages.diagnosis.traffic import TrafficPage
@@ -55,13 +55,11 @@ def cell(model: TrafficModel, row: int, column: Column) -> str:
 
 def page(qtbot: QtBot, assembly: Assembly) -> TrafficPage:
     shell = assembly.window
-    qtbot.waitUntil(lambda: shell.findChild(TrafficPage) is not None, timeout=WAIT_MS)
+    await_child(qtbot, shell, TrafficPage)
     shell.go_to("traffic")
-    found = shell.findChild(TrafficPage)
-    assert isinstance(found, TrafficPage)
+    found = find(shell, TrafficPage)
     qtbot.waitUntil(found.isVisible, timeout=WAIT_MS)
-    maker = shell.findChild(PageMaker)
-    assert maker is not None
+    maker = find(shell, PageMaker)
     qtbot.waitUntil(lambda: maker.is_done, timeout=WAIT_MS)
     QApplication.processEvents()
     return found
@@ -149,8 +147,7 @@ def test_a_long_run_of_garbage_takes_several_rows_and_loses_nothing(qapp: QAppli
 def test_frames_of_a_real_exchange_appear(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("frames"), window(qapp, tmp_path) as assembly:
         traffic = page(qtbot, assembly)
-        assembly.connector.connect_to(Target("sim://frames", 115200))
-        wait_online(qtbot, assembly)
+        connect(qtbot, assembly, "sim://frames")
         qtbot.waitUntil(lambda: traffic.model.rowCount() > 4, timeout=WAIT_MS)
         assert cell(traffic.model, 0, Column.MEANING) == "heartbeat"
         kinds = {cell(traffic.model, row, Column.KIND) for row in range(traffic.model.rowCount())}

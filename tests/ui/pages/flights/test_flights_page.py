@@ -27,6 +27,7 @@ from tests.support.flights.made_flights import made_flight
 from tests.support.flights.many_flights import crash, ordinary_flight, write_csv, write_logs
 from tests.support.window.fakes_ui import WAIT_MS, window
 from tests.support.window.moved import moved, places
+from tests.support.window.steps import await_child
 from ui.main import PAGES, Assembly
 from ui.pages.flights import loading
 from ui.pages.flights.model import FlightColumn
@@ -70,9 +71,7 @@ class Desk:
 @contextmanager
 def opened(qtbot: QtBot, qapp: QApplication, folder: Path) -> Iterator[Desk]:
     with window(qapp, folder, entries=ENTRIES) as assembly:
-        qtbot.waitUntil(lambda: assembly.window.findChild(FlightsPage) is not None, timeout=WAIT_MS)
-        page = assembly.window.findChild(FlightsPage)
-        assert page is not None
+        page = await_child(qtbot, assembly.window, FlightsPage)
         assembly.window.panel.hide()
         yield Desk(qtbot, assembly, page)
 

@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
 from tests.support.window.fakes_ui import WAIT_MS, window
+from tests.support.window.steps import await_child
 from ui.services.context import PageEntry, Services
 from ui.services.page import Page
 from ui.shell.main_window import MainWindow
@@ -42,7 +43,7 @@ def test_a_window_that_is_never_painted_gets_its_pages(
 ) -> None:
     monkeypatch.setattr(MainWindow, "show", lambda self: None)
     with window(qapp, tmp_path) as assembly:
-        qtbot.waitUntil(lambda: assembly.window.findChild(QWidget, "traffic_page") is not None, timeout=WAIT_MS)
+        await_child(qtbot, assembly.window, QWidget, "traffic_page")
 
 
 class Leaf(Page):

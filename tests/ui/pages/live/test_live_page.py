@@ -9,8 +9,7 @@ from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.engine.device import StatusSample
-from app.engine.target import Target
-from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
+from tests.support.window.fakes_ui import WAIT_MS, connect, simulated, window
 from tests.support.window.live_bench import Bench, live_bench
 from ui.core.language_switch import LanguageSwitch
 from ui.main import PAGES, Assembly
@@ -236,8 +235,7 @@ def live_page(qtbot: QtBot, assembly: Assembly) -> LivePage:
 def test_a_hidden_page_records_but_does_not_draw(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("live") as bench, window(qapp, tmp_path, entries=PAGES) as assembly:
         page = live_page(qtbot, assembly)
-        assembly.connector.connect_to(Target("sim://live", 115200))
-        wait_online(qtbot, assembly)
+        connect(qtbot, assembly, "sim://live")
         qtbot.waitUntil(lambda: not page.is_empty, timeout=WAIT_MS)
         qtbot.waitUntil(lambda: "60° fires" in page.panel.gauge.accessibleName(), timeout=WAIT_MS)
         qtbot.waitUntil(lambda: bench.state().is_streaming, timeout=WAIT_MS)
@@ -260,8 +258,7 @@ def test_the_plot_header_takes_two_rows_at_most_beside_the_simulator(
     with simulated("beside"), window(qapp, tmp_path, entries=PAGES) as assembly:
         page = live_page(qtbot, assembly)
         assembly.window.resize(1024, 600)
-        assembly.connector.connect_to(Target("sim://beside", 115200))
-        wait_online(qtbot, assembly)
+        connect(qtbot, assembly, "sim://beside")
         qtbot.waitUntil(lambda: not page.is_empty, timeout=WAIT_MS)
         assembly.window.menus.simulator.setChecked(True)
         head, pause = (page.plot.findChild(QWidget, f"time-plot-{name}") for name in ("header", "pause"))
@@ -273,8 +270,7 @@ def test_the_plot_header_takes_two_rows_at_most_beside_the_simulator(
 def test_a_trigger_of_the_module_is_marked(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("fires") as bench, window(qapp, tmp_path, entries=PAGES) as assembly:
         page = live_page(qtbot, assembly)
-        assembly.connector.connect_to(Target("sim://fires", 115200))
-        wait_online(qtbot, assembly)
+        connect(qtbot, assembly, "sim://fires")
         qtbot.waitUntil(lambda: not page.is_empty, timeout=WAIT_MS)
         bench.module.activate(is_active=True)
         qtbot.waitUntil(lambda: happened(page) == ["connected", "activated"], timeout=WAIT_MS)
@@ -292,8 +288,7 @@ def test_all_values_are_in_one_row_beside_the_simulator(qtbot: QtBot, qapp: QApp
         page = live_page(qtbot, assembly)
         assembly.appearance.choose(Choice.SUNLIGHT)
         assembly.window.resize(960, 540)
-        assembly.connector.connect_to(Target("sim://row", 115200))
-        wait_online(qtbot, assembly)
+        connect(qtbot, assembly, "sim://row")
         qtbot.waitUntil(lambda: not page.is_empty, timeout=WAIT_MS)
         panel = page.panel
         qtbot.waitUntil(panel.gauge.isVisible, timeout=WAIT_MS)

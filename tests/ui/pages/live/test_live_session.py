@@ -20,8 +20,8 @@ from app.engine.worker import Batch, Connection, PortState
 from app.procedures.stream import StreamSwitch
 from app.recordings.recording import open_recording
 from tests.support.records.recordings_made import CLOSED, OPEN, WAIT_S, batch, report
-from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
-from tests.support.window.steps import notice_text
+from tests.support.window.fakes_ui import WAIT_MS, connect, simulated, window
+from tests.support.window.steps import await_child, find, notice_text
 from ui.core.bridge import Bridge
 from ui.main import PAGES
 from ui.pages.live.page import LivePage
@@ -204,8 +204,7 @@ def test_the_sign_shows_since_when(bench: Bench, qtbot: QtBot) -> None:
 
 
 def _is_a_warning(sign: RecordingSign) -> bool:
-    shown = sign.findChild(IconLabel)
-    assert shown is not None
+    shown = find(sign, IconLabel)
     return shown.icon is Icon.WARNING
 
 
@@ -228,8 +227,7 @@ def test_every_sample_of_a_session_is_recorded(qtbot: QtBot, qapp: QApplication,
         sessions, sign = assembly.storage.sessions, assembly.window.recording_sign
         taken: list[StatusSample] = []
         assembly.connector.batch.connect(lambda batch: taken.extend(batch.samples))
-        assembly.connector.connect_to(Target("sim://kept", 115200))
-        wait_online(qtbot, assembly)
+        connect(qtbot, assembly, "sim://kept")
         qtbot.waitUntil(lambda: sign.label.text().startswith("Recorded since"), timeout=WAIT_MS)
         qtbot.waitUntil(lambda: len(taken) > 20, timeout=WAIT_MS)
         assembly.window.disconnect_port()
@@ -248,8 +246,7 @@ def test_a_recorded_session_streams_on_every_page(qtbot: QtBot, qapp: QApplicati
     entries = tuple(one for one in PAGES if one.key in ("live", "triggers"))
     with simulated("paged?uptime=60"), window(qapp, tmp_path, entries=entries) as assembly:
         assembly.window.go_to("triggers")
-        assembly.connector.connect_to(Target("sim://paged?uptime=60", 115200))
-        wait_online(qtbot, assembly)
+        connect(qtbot, assembly, "sim://paged?uptime=60")
         qtbot.waitUntil(lambda: assembly.connector.device.is_streaming, timeout=WAIT_MS)
         assert not assembly.connector.current.stream.is_wanted
         assert assembly.connector.current.stream.is_recorded
@@ -264,8 +261,7 @@ def test_a_recorded_session_streams_on_every_page(qtbot: QtBot, qapp: QApplicati
 def test_closing_the_window_closes_the_recording(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("closed"), window(qapp, tmp_path, entries=PAGES[:1]) as assembly:
         library = assembly.storage.sessions.library
-        assembly.connector.connect_to(Target("sim://closed", 115200))
-        wait_online(qtbot, assembly)
+        connect(qtbot, assembly, "sim://closed")
         qtbot.waitUntil(lambda: assembly.storage.sessions.sign.since is not None, timeout=WAIT_MS)
         assembly.window.close_now()
         qtbot.waitUntil(lambda: not any(one.is_running for one in library.entries()), timeout=WAIT_MS)
@@ -277,8 +273,7 @@ def test_an_unwritable_disk_is_shown_and_the_link_continues(qtbot: QtBot, qapp: 
         folder = assembly.storage.sessions.library.folder
         folder.parent.mkdir(parents=True, exist_ok=True)
         folder.write_text("a file stands where the folder should be", encoding="utf-8")
-        assembly.connector.connect_to(Target("sim://unkept", 115200))
-        wait_online(qtbot, assembly)
+        connect(qtbot, assembly, "sim://unkept")
         bar, sign = assembly.window.notice_bar, assembly.window.recording_sign
         qtbot.waitUntil(lambda: "Not recording" in notice_text(bar), timeout=WAIT_MS)
         assert bar.button("recordings") is not None
@@ -289,9 +284,7 @@ def test_an_unwritable_disk_is_shown_and_the_link_continues(qtbot: QtBot, qapp: 
 def test_another_module_begins_another_time_line(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     modules = simulated("first", tilt=20), simulated("second", tilt=4)
     with modules[0], modules[1], window(qapp, tmp_path, entries=PAGES[:1]) as assembly:
-        qtbot.waitUntil(lambda: assembly.window.findChild(LivePage) is not None, timeout=WAIT_MS)
-        page = assembly.window.findChild(LivePage)
-        assert isinstance(page, LivePage)
+        page = await_child(qtbot, assembly.window, LivePage)
         for port, tilt_deg in (("sim://first", 20), ("sim://second", 4)):
             assembly.connector.connect_to(Target(port, 115200))
             qtbot.waitUntil(partial(_shows, page, tilt_deg), timeout=WAIT_MS)

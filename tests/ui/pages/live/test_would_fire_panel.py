@@ -29,9 +29,10 @@ from protocol.catalogue import Hazard
 from protocol.frame import decode_request
 from tests.support.records.recordings_made import HEADING, batch, device, recorder_in, written_at_once
 from tests.support.window.cut_off import cut_off
-from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
+from tests.support.window.fakes_ui import WAIT_MS, connect, simulated, wait_online, window
 from tests.support.window.live_bench import Bench, live_bench
-from ui.main import PAGES, Assembly
+from tests.support.window.steps import find
+from ui.main import PAGES
 from ui.pages.live.page import LivePage
 from ui.pages.settings.page import SettingsPage
 from ui.style.theme import Choice
@@ -330,12 +331,6 @@ def test_the_panel_releases_a_recording_before_it_is_closed(live: Bench, tmp_pat
 # With Settings
 
 
-def page_of(assembly: Assembly, kind: type[LivePage] | type[SettingsPage]) -> LivePage | SettingsPage:
-    page = assembly.window.findChild(kind)
-    assert page is not None
-    return page
-
-
 def test_drafts_move_between_settings_and_live_without_sending(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:
@@ -353,21 +348,19 @@ def test_drafts_move_between_settings_and_live_without_sending(
         window_ = assembly.window
         with qtbot.waitSignal(window_.pages_made, timeout=WAIT_MS):
             pass
-        assembly.connector.connect_to(Target(f"sim://{name}", 115200))
-        wait_online(qtbot, assembly)
+        connect(qtbot, assembly, f"sim://{name}")
         connector = assembly.connector
         qtbot.waitUntil(
             lambda: connector.device.known("freefall_time_s", connector.clock()) is not None, timeout=WAIT_MS
         )
-        live, settings = page_of(assembly, LivePage), page_of(assembly, SettingsPage)
+        live, settings = find(assembly.window, LivePage), find(assembly.window, SettingsPage)
         assert isinstance(live, LivePage)
         assert isinstance(settings, SettingsPage)
         window_.go_to("settings")
         settings.work.edit(lambda: settings.work.form.type_text("attitude_threshold_deg", "70"))
         settings.try_out.trigger()
         qtbot.waitUntil(live.fired.panel.isVisible, timeout=WAIT_MS)
-        box = live.findChild(QLineEdit, ATTITUDE)
-        assert box is not None
+        box = find(live, QLineEdit, ATTITUDE)
         assert box.text() == "70"
         qtbot.keyClick(box, Qt.Key.Key_Up)
         live.fired.panel.use.click()

@@ -18,6 +18,7 @@ from app.store.store import Store, data_folder
 from protocol.catalogue import BY_NAME
 from tests.support.window.fakes_ui import WAIT_MS, window
 from tests.support.window.preflight_window import VERDICTS, find_in, kept, name_module, on_bench, said
+from tests.support.window.steps import await_child
 from ui.main import PAGES
 from ui.pages.preflight.controller import Standing
 from ui.pages.preflight.page import PreflightPage
@@ -264,9 +265,7 @@ def test_the_buttons_are_whole_on_the_smallest_screen_in_sunlight(
     with window(qapp, tmp_path, entries=entries) as assembly:
         assembly.appearance.choose(Choice.SUNLIGHT)
         assembly.window.resize(960, 540)
-        qtbot.waitUntil(lambda: assembly.window.findChild(PreflightPage) is not None, timeout=WAIT_MS)
-        page = assembly.window.findChild(PreflightPage)
-        assert page is not None
+        page = await_child(qtbot, assembly.window, PreflightPage)
         assembly.window.panel.hide()
         QApplication.processEvents()
         empty_px = page.minimumSizeHint().height()

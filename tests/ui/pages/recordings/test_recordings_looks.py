@@ -15,6 +15,7 @@ from tests.support.records.recordings_desk import Desk, made, record
 from tests.support.window.cut_off import cut_off
 from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
 from tests.support.window.moved import moved, places
+from tests.support.window.steps import await_child, find
 from tests.support.window.walk import SMALL_SCREEN
 from ui.main import PAGES, WindowOptions
 from ui.pages.live.page import LivePage
@@ -60,9 +61,8 @@ def test_a_recording_that_is_opened_from_the_list_fits_on_a_small_screen(
         main = assembly.window
         assembly.appearance.choose(theme)
         main.resize(size)
-        qtbot.waitUntil(lambda: main.findChild(RecordingsPage) is not None, timeout=WAIT_MS)
-        live = main.findChild(LivePage)
-        assert live is not None
+        await_child(qtbot, main, RecordingsPage)
+        live = find(main, LivePage)
         copytree(template, assembly.storage.sessions.library.folder / template.name)
         main.connect_to(Target("sim://small", 115200))
         wait_online(qtbot, assembly)
@@ -118,9 +118,7 @@ def test_a_question_is_whole_in_sunlight_and_moves_no_control(
         main = assembly.window
         assembly.appearance.choose(Choice.SUNLIGHT)
         main.resize(FULL_HD_AT_200)
-        qtbot.waitUntil(lambda: main.findChild(RecordingsPage) is not None, timeout=WAIT_MS)
-        page = main.findChild(RecordingsPage)
-        assert page is not None
+        page = await_child(qtbot, main, RecordingsPage)
         copytree(template, assembly.storage.sessions.library.folder / template.name)
         main.go_to("recordings")
         page.work.refresh()

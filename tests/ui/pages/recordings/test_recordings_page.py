@@ -12,13 +12,13 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QLabel, QToolButton, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.engine.target import Target
 from app.recordings.entry_texts import size_text
 from app.recordings.export import ExportCancelled
 from app.recordings.recording import open_recording, tilt_outline
 from tests.support.records.recordings_desk import SECONDS, Desk, made, record
 from tests.support.records.recordings_made import NOON
-from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
+from tests.support.window.fakes_ui import WAIT_MS, connect, simulated, window
+from tests.support.window.steps import find
 from ui.core.language_switch import LanguageSwitch
 from ui.core.texts import Texts
 from ui.main import PAGES
@@ -164,8 +164,7 @@ def test_the_numbers_are_those_under_the_cursor(opened: Desk) -> None:
 
 def test_it_is_zoomed_and_panned_within_its_bounds(opened: Desk) -> None:
     plot = opened.live.plot
-    canvas = plot.findChild(QWidget, "time-plot-canvas")
-    assert canvas is not None
+    canvas = find(plot, QWidget, "time-plot-canvas")
     whole = plot.span
     canvas.setFocus()
     for _ in range(8):
@@ -179,10 +178,10 @@ def test_it_is_zoomed_and_panned_within_its_bounds(opened: Desk) -> None:
     for _ in range(40):
         opened.qtbot.keyClick(canvas, Qt.Key.Key_Minus)
     assert plot.span.length_s == pytest.approx(whole.length_s)
-    opened.click(_tool(plot, "time-plot-window-10"))
+    opened.click(find(plot, QToolButton, "time-plot-window-10"))
     assert plot.span.length_s == pytest.approx(10)
     opened.qtbot.keyClick(canvas, Qt.Key.Key_Space)  # nothing to pause
-    opened.click(_tool(plot, "time-plot-whole"))
+    opened.click(find(plot, QToolButton, "time-plot-whole"))
     assert plot.span == whole
 
 
@@ -329,8 +328,7 @@ def test_from_the_empty_page_to_a_recording_and_back_while_a_module_goes_on(
         assert not page.buttons.open.isEnabled()
         copytree(template, desk.library.folder / template.name)
 
-        connector.connect_to(Target("sim://beside", 115200))
-        wait_online(qtbot, assembly)
+        connect(qtbot, assembly, "sim://beside")
         desk.list_again(2)
         desk.until(lambda: any("being recorded" in text for text in desk.texts(Column.REMARKS)))
         page.table.selectAll()
@@ -372,22 +370,10 @@ def test_the_language_changes_while_it_is_open(
         language_switch.use(str(path))
         try:
             both.until(lambda: both.live.banner.label.text().endswith("nicht jetzt"))
-            assert _label(both.page, "recordings_title").text() == "Aufnahmen"
+            assert find(both.page, QLabel, "recordings_title").text() == "Aufnahmen"
             assert both.page.model.headerData(Column.MODULE, Qt.Orientation.Horizontal) == "Modul"
         finally:
             language_switch.use("en")
-
-
-def _label(parent: QWidget, name: str) -> QLabel:
-    found = parent.findChild(QLabel, name)
-    assert found is not None
-    return found
-
-
-def _tool(parent: QWidget, name: str) -> QToolButton:
-    found = parent.findChild(QToolButton, name)
-    assert found is not None, name
-    return found
 
 
 def _choose(path: Path, *_: object) -> Path:

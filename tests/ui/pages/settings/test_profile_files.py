@@ -15,7 +15,7 @@ from app.simulator import bench as benches
 from tests.support.window import walk
 from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
 from tests.support.window.settings_bench import ENTRIES, Desk, desk
-from tests.support.window.steps import notice_text, press
+from tests.support.window.steps import find, notice_text, press
 from ui.services.storage import Storage
 from ui.widgets.notice_bar import NoticeBar
 
@@ -173,8 +173,7 @@ def test_an_interrupted_baud_change_is_resumed_at_the_next_start(
     storage.store.begin_baud(115200, 9600, port="sim://crashed", adapter="")  # type: ignore[union-attr]
     storage.close()
     with simulated("crashed", baud=module_rate), window(qapp, tmp_path, entries=ENTRIES) as assembly:
-        bar = assembly.window.findChild(NoticeBar, "notice_bar")
-        assert bar is not None
+        bar = find(assembly.window, NoticeBar, "notice_bar")
 
         def shown() -> QPushButton | None:
             button = bar.button("look_for_baud")
@@ -193,8 +192,7 @@ def test_leaving_an_active_module_for_it_is_confirmed(qtbot: QtBot, qapp: QAppli
     storage.close()
     with simulated("flying", active=True), window(qapp, tmp_path, entries=ENTRIES) as assembly:
         connector = assembly.connector
-        bar = assembly.window.findChild(NoticeBar, "notice_bar")
-        assert bar is not None
+        bar = find(assembly.window, NoticeBar, "notice_bar")
         qtbot.waitUntil(lambda: bar.button("look_for_baud") is not None, timeout=WAIT_MS)
         connector.connect_to(Target("sim://flying", 115200))
         qtbot.waitUntil(lambda: connector.is_active, timeout=WAIT_MS)

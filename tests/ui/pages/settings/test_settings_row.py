@@ -16,6 +16,7 @@ from protocol.catalogue import BAUD_RATE, BY_NAME, SERIAL_OUTPUT
 from tests.support.window.cut_off import cut_off
 from tests.support.window.fakes_ui import window
 from tests.support.window.settings_bench import ENTRIES
+from tests.support.window.steps import find
 from tests.support.window.walk import SMALL_SCREEN
 from ui.main import WindowOptions
 from ui.pages.settings.page import SettingsPage
@@ -30,8 +31,7 @@ def test_acknowledged_is_not_cut_off(qtbot: QtBot, qapp: QApplication, tmp_path:
             assembly.window.resize(SMALL_SCREEN)
         assembly.window.panel.hide()
         assembly.window.go_to("settings")
-        page = assembly.window.findChild(SettingsPage)
-        assert page is not None
+        page = find(assembly.window, SettingsPage)
         known = Known(value=True, how=How.ACKNOWLEDGED, at=assembly.connector.clock())
         row = FormRow(command=SERIAL_OUTPUT, module_value=known, draft=None, state=RowState.ACKNOWLEDGED)
         for _ in range(2):  # a layout asks for another one
@@ -51,8 +51,7 @@ def test_in_sunlight_values_and_chosen_flags_are_whole(
         assembly.appearance.choose(Choice.SUNLIGHT)
         assembly.window.panel.hide()
         assembly.window.go_to("settings")
-        page = assembly.window.findChild(SettingsPage)
-        assert page is not None
+        page = find(assembly.window, SettingsPage)
         command = BY_NAME["attitude_trigger"]
         row = FormRow(command=command, module_value=None, draft=Draft("", value=False), state=RowState.EDITED)
         for _ in range(2):  # a layout asks for another one

@@ -6,6 +6,7 @@ from PySide6.QtWidgets import QScrollArea
 from app.guided.results import GuidedKind
 from app.safety.acts import Act
 from tests.gestures.gesture_bench import GestureBench
+from tests.support.window.steps import find
 from ui.pages.tests.controller import Stage
 from ui.style.theme import Choice
 from ui.widgets.step_button import is_in_sight
@@ -21,8 +22,7 @@ def bench(bench: GestureBench) -> GestureBench:
 def test_every_stage_of_a_guided_test_fits(bench: GestureBench) -> None:
     page = bench.guided
     bench.window.go_to("tests")
-    scroll = page.findChild(QScrollArea, "tests_scroll")
-    assert isinstance(scroll, QScrollArea)
+    scroll = find(page, QScrollArea, "tests_scroll")
     bar = scroll.verticalScrollBar()
     page.work.choose(GuidedKind.TILT)
     bench.refresh()
