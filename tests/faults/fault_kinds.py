@@ -31,6 +31,9 @@ GARBAGE_EVERY_S = 0.01
 CHARGING = BY_NAME["charging"]
 
 
+Begin = Callable[["Cell", FakePort], None]
+
+
 class End:
     """What ends the session."""
 
@@ -46,21 +49,21 @@ class FaultKind:
     name: str
     behaviour: str
     """How the program reacts."""
-    begin: Callable[["Cell", FakePort], None]
+    begin: Begin
     is_of_port: bool = False
     """The port is gone or unusable: the session ends with a `PortError`."""
     hides: frozenset[str] = frozenset()
     """Keys that change in the module without a sign before the next heartbeat."""
 
 
-def _all_fail(make: Callable[[], Exception]) -> Callable[["Cell", FakePort], None]:
+def _all_fail(make: Callable[[], Exception]) -> Begin:
     def begin(_cell: "Cell", port: FakePort) -> None:
         port.read_fails = port.waiting_fails = port.write_fails = port.reset_fails = make
 
     return begin
 
 
-def _waiting_fails(make: Callable[[], Exception]) -> Callable[["Cell", FakePort], None]:
+def _waiting_fails(make: Callable[[], Exception]) -> Begin:
     """Reading one byte works; asking for the count of waiting bytes fails."""
 
     def begin(_cell: "Cell", port: FakePort) -> None:
@@ -93,15 +96,14 @@ def _blocks(_cell: "Cell", port: FakePort) -> None:
     port.shape = lambda _data, _now_s: []
 
 
-def _close(cell: "Cell", _port: FakePort) -> None:
-    cell.wanted_end = End.CLOSED
+def _ends(end: str) -> Begin:
+    def begin(cell: "Cell", _port: FakePort) -> None:
+        cell.wanted_end = end
+
+    return begin
 
 
-def _cancel(cell: "Cell", _port: FakePort) -> None:
-    cell.wanted_end = End.CANCELLED
-
-
-def _change(**values: object) -> Callable[["Cell", FakePort], None]:
+def _change(**values: object) -> Begin:
     def begin(_cell: "Cell", port: FakePort) -> None:
         port.bench.change(**values)
 
@@ -113,44 +115,30 @@ def _mute(_cell: "Cell", port: FakePort) -> None:
     port.bench.change(mute=True)
 
 
-def _lose_reply(_cell: "Cell", port: FakePort) -> None:
-    one_shot(port, lambda _data: b"")
-
-
 def _lose_request(_cell: "Cell", port: FakePort) -> None:
     port.loses_requests = 1
 
 
-def _corrupt(_cell: "Cell", port: FakePort) -> None:
-    one_shot(port, lambda data: data[:-1] + bytes((data[-1] ^ 0x10,)))
+def _once(change: Callable[[bytes], bytes]) -> Begin:
+    """The next reply arrives changed."""
+    return lambda _cell, port: one_shot(port, change)
 
 
-def _cut(_cell: "Cell", port: FakePort) -> None:
-    one_shot(port, lambda data: data[: len(data) // 2])
+def _arrive(shape: Callable[[bytes, float], list[Arrival]]) -> Begin:
+    """When, and how often, which bytes arrive."""
 
-
-def _pieces(_cell: "Cell", port: FakePort) -> None:
-    port.shape = lambda data, now_s: spread(data, now_s, 0.02)
-
-
-def _bursts(_cell: "Cell", port: FakePort) -> None:
-    """Bytes arrive five times a second, in blocks."""
-    port.shape = lambda data, now_s: [Arrival((int(now_s / 0.2) + 1) * 0.2, data)]
-
-
-def _delay(seconds: float) -> Callable[["Cell", FakePort], None]:
     def begin(_cell: "Cell", port: FakePort) -> None:
-        port.shape = lambda data, now_s: [Arrival(now_s + seconds, data)]
+        port.shape = shape
 
     return begin
 
 
-def _late_adapter(_cell: "Cell", port: FakePort) -> None:
-    port.shape = lambda data, now_s: [Arrival((int(now_s / 0.016) + 1) * 0.016, data)]
+def _in_blocks(every_s: float) -> Begin:
+    return _arrive(lambda data, now_s: [Arrival((int(now_s / every_s) + 1) * every_s, data)])
 
 
-def _double(_cell: "Cell", port: FakePort) -> None:
-    port.shape = lambda data, now_s: [Arrival(now_s, data), Arrival(now_s, data)]
+def _delay(seconds: float) -> Begin:
+    return _arrive(lambda data, now_s: [Arrival(now_s + seconds, data)])
 
 
 def _wrong_rate(_cell: "Cell", port: FakePort) -> None:
@@ -159,7 +147,7 @@ def _wrong_rate(_cell: "Cell", port: FakePort) -> None:
     module.baud_rate = 19200
 
 
-def _inject(data: bytes, times: int = 1) -> Callable[["Cell", FakePort], None]:
+def _inject(data: bytes, times: int = 1) -> Begin:
     def begin(_cell: "Cell", port: FakePort) -> None:
         for number in range(times):
             port.inject(data, after_s=0.4 * number)
@@ -230,19 +218,21 @@ FAULTS: tuple[FaultKind, ...] = (
     ),
     FaultKind("driver error (TypeError)", "ends with the port's error", _all_fail(_type_error), is_of_port=True),
     FaultKind("a write that blocks", "ends with the port's error (stuck)", _blocks, is_of_port=True),
-    FaultKind("window closed", "closes cleanly", _close),
-    FaultKind("cancelled", "undoes its changes, then ends", _cancel),
+    FaultKind("window closed", "closes cleanly", _ends(End.CLOSED)),
+    FaultKind("cancelled", "undoes its changes, then ends", _ends(End.CANCELLED)),
     FaultKind("module silent", "sends a query three times; never repeats a set", _mute),
-    FaultKind("reply lost", "repeats a query; never repeats a set", _lose_reply),
+    FaultKind("reply lost", "repeats a query; never repeats a set", _once(lambda _data: b"")),
     FaultKind("request lost", "repeats a query; never repeats a set", _lose_request),
-    FaultKind("reply corrupted", "rejects it; repeats the query", _corrupt),
-    FaultKind("reply cut off", "rejects it; repeats the query", _cut),
-    FaultKind("replies in pieces", "reassembles them", _pieces),
-    FaultKind("replies in bursts", "waits for them", _bursts),
-    FaultKind("adapter holds bytes for 16 ms", "waits for them", _late_adapter),
+    FaultKind(
+        "reply corrupted", "rejects it; repeats the query", _once(lambda data: data[:-1] + bytes((data[-1] ^ 0x10,)))
+    ),
+    FaultKind("reply cut off", "rejects it; repeats the query", _once(lambda data: data[: len(data) // 2])),
+    FaultKind("replies in pieces", "reassembles them", _arrive(lambda data, now_s: spread(data, now_s, 0.02))),
+    FaultKind("replies in bursts", "waits for them", _in_blocks(0.2)),
+    FaultKind("adapter holds bytes for 16 ms", "waits for them", _in_blocks(0.016)),
     FaultKind("replies 700 ms late", "waits one second, as the vendor's table says", _delay(0.7)),
     FaultKind("replies 1.4 s late", "treats them as too late", _delay(1.4)),
-    FaultKind("replies doubled", "uses the first", _double),
+    FaultKind("replies doubled", "uses the first", _arrive(lambda data, now_s: [Arrival(now_s, data)] * 2)),
     FaultKind("echo of our own bytes", "tells the echo from replies", _change(echo=True)),
     FaultKind("wrong rate", "rejects everything", _wrong_rate, hides=frozenset({"baud_rate"})),
     FaultKind("login prompt", "rejects it", _inject(LOGIN, 3)),

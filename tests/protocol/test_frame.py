@@ -86,15 +86,19 @@ def test_lengths_by_code() -> None:
     assert max(length for code in BY_CODE for length in module_lengths(code)) == MAX_FRAME_LENGTH
 
 
-@pytest.mark.parametrize("hex_text", ["", "42 61 34 01 00", "41 75 34 01 00 35", "42 61 34 01 00 35 00"])
-def test_what_is_no_host_frame_is_no_request(hex_text: str) -> None:
-    with pytest.raises(ValueError, match="no host frame"):
+@pytest.mark.parametrize(
+    ("hex_text", "reason"),
+    [
+        ("", "no host frame"),
+        ("42 61 34 01 00", "no host frame"),
+        ("41 75 34 01 00 35", "no host frame"),
+        ("42 61 34 01 00 35 00", "no host frame"),
+        ("42 61 34 01 00 36", "checksum 36, the sum is 35"),
+    ],
+)
+def test_what_is_no_request_is_refused_with_the_reason(hex_text: str, reason: str) -> None:
+    with pytest.raises(ValueError, match=reason):
         decode_request(bytes.fromhex(hex_text))
-
-
-def test_a_request_with_a_wrong_sum_is_refused_with_the_reason() -> None:
-    with pytest.raises(ValueError, match="checksum 36, the sum is 35"):
-        decode_request(bytes.fromhex("42 61 34 01 00 36"))
 
 
 @pytest.mark.parametrize(

@@ -30,6 +30,14 @@ def store(tmp_path: Path) -> Iterator[Store]:
         yield made
 
 
+def streaming_rig(**options: object) -> Rig:
+    """On a module that streams already."""
+    rig = settled_rig(**options)
+    rig.bench.module.state.serial_output_is_on = True
+    rig.bench.module.start_stream(rig.clock.now_s)
+    return rig
+
+
 def watched(rig: Rig, memory: StreamMemory, *, is_wanted: bool = True) -> None:
     rig.session.run_in_background(watch(StreamSwitch(is_wanted=is_wanted), memory=memory))
 
@@ -79,12 +87,12 @@ def test_it_is_remembered_until_the_module_confirms_off(store: Store) -> None:
     wait_stored(store, is_on=False)
 
 
-@pytest.mark.parametrize("is_wanted", [True, False])
-def test_a_stream_left_on_is_switched_off(store: Store, is_wanted: bool) -> None:
-    store.note_stream_on(ADAPTER, 37)
-    rig, memory = settled_rig(), StoredStreamMemory(store, ADAPTER)
-    rig.bench.module.state.serial_output_is_on = True
-    rig.bench.module.start_stream(rig.clock.now_s)
+@pytest.mark.parametrize(
+    ("boots", "is_wanted"), [(37, True), (37, False), pytest.param(None, False, id="the adapter alone identifies it")]
+)
+def test_a_stream_left_on_is_switched_off(store: Store, boots: int | None, is_wanted: bool) -> None:
+    store.note_stream_on(ADAPTER, boots)
+    rig, memory = streaming_rig(), StoredStreamMemory(store, ADAPTER)
     watched(rig, memory, is_wanted=is_wanted)
     rig.step_for(LISTEN_FIRST_S + 3)
     assert memory.is_taken_over
@@ -98,9 +106,7 @@ def test_a_stream_left_on_is_switched_off(store: Store, is_wanted: bool) -> None
 @pytest.mark.parametrize("boots", [36, 38])
 def test_another_module_on_the_same_adapter_is_left_as_it_was_found(store: Store, boots: int) -> None:
     store.note_stream_on(ADAPTER, 37)
-    rig, memory = settled_rig(boots=boots), StoredStreamMemory(store, ADAPTER)
-    rig.bench.module.state.serial_output_is_on = True
-    rig.bench.module.start_stream(rig.clock.now_s)
+    rig, memory = streaming_rig(boots=boots), StoredStreamMemory(store, ADAPTER)
     watched(rig, memory, is_wanted=False)
     rig.step_for(LISTEN_FIRST_S + 30)
     end_watch(rig)
@@ -110,21 +116,8 @@ def test_another_module_on_the_same_adapter_is_left_as_it_was_found(store: Store
     wait_stored(store, is_on=False)
 
 
-def test_without_a_boot_count_the_adapter_identifies_the_module(store: Store) -> None:
-    store.note_stream_on(ADAPTER, None)
-    rig, memory = settled_rig(), StoredStreamMemory(store, ADAPTER)
-    rig.bench.module.state.serial_output_is_on = True
-    rig.bench.module.start_stream(rig.clock.now_s)
-    watched(rig, memory, is_wanted=False)
-    rig.step_for(LISTEN_FIRST_S + 3)
-    assert memory.is_taken_over
-    assert changes(rig) == [OFF]
-
-
 def test_a_module_that_streamed_before_keeps_streaming(store: Store) -> None:
-    rig = settled_rig()
-    rig.bench.module.state.serial_output_is_on = True
-    rig.bench.module.start_stream(rig.clock.now_s)
+    rig = streaming_rig()
     watched(rig, StoredStreamMemory(store, ADAPTER))
     rig.step_for(LISTEN_FIRST_S + 3)
     end_watch(rig)

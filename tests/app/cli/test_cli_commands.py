@@ -58,27 +58,18 @@ def test_a_stream_that_was_on_is_seen(port: str, capsys: pytest.CaptureFixture[s
     assert json.loads(Printed(capsys).out)["settings"]["serial_output"] is True
 
 
-def test_silence_in_the_middle_keeps_what_was_read(port: str, hasty: None, capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize(("is_unplugged", "error", "said"), [(False, "no reply", ""), (True, "port lost", "unplugged")])
+def test_what_ends_in_the_middle_keeps_what_was_read(
+    port: str, hasty: None, is_unplugged: bool, error: str, said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
     bench = bench_of(port)
-    with falls_after(bench, 4, lambda: bench.change(mute=True)):
+    with falls_after(bench, 4, bench.unplug if is_unplugged else lambda: bench.change(mute=True)):
         assert program.main(["read", "--port", port, "--json"]) == 4
     printed = Printed(capsys)
     shown = json.loads(printed.out)
-    assert shown["status"]["tilt_deg"] == 0
-    assert shown["errors"]["boot_count"] == "no reply"
-    assert shown["boot_count"] is None
-    assert is_one_sentence(printed.err)
-
-
-def test_unplugged_in_the_middle_keeps_what_was_read(port: str, capsys: pytest.CaptureFixture[str]) -> None:
-    bench = bench_of(port)
-    with falls_after(bench, 4, bench.unplug):
-        assert program.main(["read", "--port", port, "--json"]) == 4
-    printed = Printed(capsys)
-    shown = json.loads(printed.out)
-    assert shown["status"]["acceleration_g"] == 1.0
-    assert shown["errors"]["boot_count"] == "port lost"
-    assert "unplugged" in printed.err
+    assert (shown["status"]["tilt_deg"], shown["status"]["acceleration_g"]) == (0, 1.0)
+    assert (shown["boot_count"], shown["errors"]["boot_count"]) == (None, error)
+    assert said in printed.err
     assert is_one_sentence(printed.err)
 
 

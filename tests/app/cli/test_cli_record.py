@@ -140,13 +140,16 @@ def test_bad_lines_and_bytes_of_a_capture_are_named(tmp_path: Path, capsys: pyte
     assert printed.err == "Line 3 is left out: no time, direction and bytes.\n"
 
 
-def test_a_file_of_hex_text_is_decoded(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path = tmp_path / "bytes.txt"
-    path.write_text("\n41 75 32 07 0A\n00 01 44\n", "utf-8")
-    assert "status: tilt 7°" in run_here(capsys, ["decode", str(path)]).out
-
-
-def test_a_later_capture_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path = tmp_path / "a.dpscap"
-    path.write_text("# DPS-S capture 2\n0.1 < 41\n", "utf-8")
-    assert "later version" in run_here(capsys, ["decode", str(path)], 2).err
+@pytest.mark.parametrize(
+    ("name", "text", "code", "said"),
+    [
+        ("bytes.txt", "\n41 75 32 07 0A\n00 01 44\n", 0, "status: tilt 7°"),
+        ("a.dpscap", "# DPS-S capture 2\n0.1 < 41\n", 2, "later version"),
+    ],
+)
+def test_a_file_is_decoded_or_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str, text: str, code: int, said: str
+) -> None:
+    (tmp_path / name).write_text(text, "utf-8")
+    printed = run_here(capsys, ["decode", str(tmp_path / name)], code)
+    assert said in (printed.err if code else printed.out)

@@ -1,5 +1,6 @@
 """What keeps the screen fresh, on the simulated module: streamed or polled, left as found, doubted when perhaps old."""
 
+from collections.abc import Callable
 from itertools import pairwise
 
 import pytest
@@ -132,14 +133,23 @@ def _hide_restart(rig: Rig) -> None:
     rig.step_for(0.2)
 
 
-def test_a_restart_that_looks_like_late_answers_leaves_nothing_fresh_that_it_lost() -> None:
+def _show_first_heartbeat(rig: Rig) -> None:
+    """Before it is decided that it was a restart."""
+    rig.bench.restart()
+    rig.step_for(0.01)
+
+
+@pytest.mark.parametrize(("restart", "is_suspected"), [(_hide_restart, True), (_show_first_heartbeat, False)])
+def test_what_may_be_a_restart_leaves_nothing_fresh_that_one_loses(
+    restart: Callable[[Rig], None], is_suspected: bool
+) -> None:
     """Else the flag would be shown as it had been set, and the module has forgotten it."""
     rig = settled_rig()
     rig.run(_set_trigger())
-    _hide_restart(rig)
+    restart(rig)
     view = rig.session.device.view(rig.clock.now_s)
     assert view.restarts == 0
-    assert view.is_restart_suspected
+    assert view.is_restart_suspected is is_suspected
     assert "attitude_trigger" not in view.values
 
 
@@ -152,17 +162,6 @@ def test_a_restart_that_looks_like_late_answers_is_told_by_the_boot_count_at_onc
     _hide_restart(rig)
     view = rig.session.device.view(rig.clock.now_s)
     assert view.restarts == 1
-    assert "attitude_trigger" not in view.values
-
-
-def test_the_first_heartbeat_of_a_restart_is_doubt_enough() -> None:
-    """Before it is decided that it was one."""
-    rig = settled_rig()
-    rig.run(_set_trigger())
-    rig.bench.restart()
-    rig.step_for(0.01)
-    view = rig.session.device.view(rig.clock.now_s)
-    assert view.restarts == 0
     assert "attitude_trigger" not in view.values
 
 

@@ -234,12 +234,6 @@ def test_a_deploy_whose_answer_was_lost_is_confirmed_by_the_report() -> None:
     assert (done.is_acknowledged, done.outcome) == (False, Outcome.CONFIRMED)
 
 
-def test_a_module_that_says_it_did_not_fire() -> None:
-    rig = Rig({"active": True})
-    rig.bench.module.fire = lambda *_: False  # type: ignore[method-assign]
-    assert do(rig, Act.DEPLOY).outcome is Outcome.REFUSED
-
-
 def test_a_module_that_refuses() -> None:
     done = do(Rig({"refuses": True}), Act.ACTIVATE)
     assert done.outcome is Outcome.REFUSED

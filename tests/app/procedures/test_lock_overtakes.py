@@ -1,6 +1,7 @@
 """LOCK goes before everything else, and nothing dangerous that was asked for before it follows."""
 
 from collections.abc import Callable
+from typing import Any
 
 import pytest
 
@@ -213,20 +214,21 @@ def test_what_is_dangerous_and_waits_behind_a_fence_is_withheld() -> None:
     assert not rig.bench.module.state.is_active
 
 
-def test_it_is_said_why() -> None:
-    """The permit alone is good, and LOCK came after it."""
+@pytest.mark.parametrize(
+    ("since", "said"),
+    [
+        ({}, []),
+        ({"overtaken_at": 99.0}, []),
+        ({"overtaken_at": 100.0}, [WHY]),
+        ({"overtaken_at": 100.5}, [WHY]),
+        ({"slept_until": 99.0}, []),
+        ({"slept_until": 100.5}, ["Confirm again: computer slept."]),
+    ],
+)
+def test_what_was_confirmed_before_a_lock_or_a_sleep_is_not_done_and_it_is_said_why(
+    since: dict[str, Any], said: list[str]
+) -> None:
+    """The permit alone is good, and LOCK or the sleep came after it."""
     permit = Permit(Act.SHUTDOWN, Origin.CONFIRMATION, 100.0)
-    for overtaken_at, said in ((99.0, []), (100.0, [WHY]), (100.5, [WHY]), (None, [])):
-        now_is = InterlockInputs(
-            now=101.0, presence=Presence.ONLINE, status_at=101.0, active=False, permit=permit, overtaken_at=overtaken_at
-        )
-        assert [one.sentence for one in refusals(Act.SHUTDOWN, now_is)] == said
-
-
-def test_what_was_confirmed_before_the_computer_slept_is_not_done() -> None:
-    permit = Permit(Act.SHUTDOWN, Origin.CONFIRMATION, 100.0)
-    for slept_until, said in ((99.0, []), (100.5, ["Confirm again: computer slept."])):
-        now_is = InterlockInputs(
-            now=101.0, presence=Presence.ONLINE, status_at=101.0, active=False, permit=permit, slept_until=slept_until
-        )
-        assert [one.sentence for one in refusals(Act.SHUTDOWN, now_is)] == said
+    now_is = InterlockInputs(now=101.0, presence=Presence.ONLINE, status_at=101.0, active=False, permit=permit, **since)
+    assert [one.sentence for one in refusals(Act.SHUTDOWN, now_is)] == said

@@ -276,16 +276,15 @@ def test_a_name_must_match_one_recording(kept_at: Path, tmp_path: Path, capsys: 
     assert not Path(path).exists()
 
 
-def test_a_file_of_another_kind_is_refused(kept_at: Path, capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize(
+    ("file", "code", "said"), [("x.txt", 2, "expected .csv|.mcap|.dpscap"), ("no/x.csv", 4, "cannot be written")]
+)
+def test_a_file_of_another_kind_or_that_cannot_be_written_is_refused(
+    kept_at: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], file: str, code: int, said: str
+) -> None:
     recorded(kept_at, 0.1)
-    assert program.main(["recordings", "export", "latest", "x.txt"]) == 2
-    assert "expected .csv|.mcap|.dpscap" in Printed(capsys).err
-
-
-def test_a_file_that_cannot_be_written(kept_at: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    recorded(kept_at, 0.1)
-    assert program.main(["recordings", "export", "latest", str(tmp_path / "no" / "x.csv")]) == 4
-    assert "cannot be written" in Printed(capsys).err
+    assert program.main(["recordings", "export", "latest", str(tmp_path / file)]) == code
+    assert said in Printed(capsys).err
 
 
 def test_an_unreadable_recording_is_not_exported(

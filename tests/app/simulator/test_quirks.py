@@ -1,6 +1,7 @@
 """Each place where the table leaves it open can be switched, by the name of its E-number."""
 
 import itertools
+from typing import Any
 
 import pytest
 
@@ -9,7 +10,7 @@ from app.simulator.module import SimulatedModule
 from app.simulator.options import parse_options, setup_from
 from app.simulator.physics import Physics
 from app.simulator.quirks import Quirks
-from protocol.catalogue import CELL_VOLTAGE, TRIGGER_RECORDS
+from protocol.catalogue import BY_CODE, CELL_VOLTAGE, TRIGGER_RECORDS
 from protocol.frame import Frame
 from protocol.messages import EmptySlot, TriggerRecord, decode_record
 from protocol.stream import StreamParser
@@ -134,23 +135,22 @@ def test_e15_a_prohibition_ends_with_deploy_activation_or_a_restart() -> None:
     assert not module.state.is_forbidden
 
 
-def test_a_module_that_acknowledges_and_does_not_keep() -> None:
-    module = running(keeps="no")
-    assert say(module, "42 61 20 02 46 68") == "41 75 20 01 46 67"
-    assert say(module, "42 61 20 01 00 21") == "41 75 20 01 3c 5d"
-
-
-def test_a_module_that_clamps() -> None:
-    module = running(clamps="yes")
-    assert say(module, "42 61 20 02 1e 40") == "41 75 20 01 37 58"
-    assert say(module, "42 61 20 01 00 21") == "41 75 20 01 37 58"
-
-
-@pytest.mark.parametrize(("ack", "answer"), [("echo", "41 75 21 01 05 27"), ("one", "41 75 21 01 00 22")])
-def test_a_module_that_refuses(ack: str, answer: str) -> None:
-    module = running(refuses="yes", ack=ack)
-    assert say(module, "42 61 21 02 04 27") == answer
-    assert say(module, "42 61 21 01 00 22") == "41 75 21 01 05 27"
+@pytest.mark.parametrize(
+    ("quirks", "asked", "answer", "read_back"),
+    [
+        ({"keeps": "no"}, "42 61 20 02 46 68", "41 75 20 01 46 67", "41 75 20 01 3c 5d"),
+        ({"clamps": "yes"}, "42 61 20 02 1e 40", "41 75 20 01 37 58", "41 75 20 01 37 58"),
+        ({"refuses": "yes", "ack": "echo"}, "42 61 21 02 04 27", "41 75 21 01 05 27", "41 75 21 01 05 27"),
+        ({"refuses": "yes", "ack": "one"}, "42 61 21 02 04 27", "41 75 21 01 00 22", "41 75 21 01 05 27"),
+    ],
+    ids=["does not keep", "clamps", "refuses", "refuses with a zero"],
+)
+def test_a_module_that_does_not_keep_what_it_is_told(
+    quirks: dict[str, Any], asked: str, answer: str, read_back: str
+) -> None:
+    module = running(**quirks)
+    assert say(module, asked) == answer
+    assert say(module, BY_CODE[int(asked[6:8], 16)].query().encode().hex(" ")) == read_back
 
 
 @pytest.mark.parametrize(("how", "answer"), [("acknowledged", "41 75 13 01 01 15"), ("silent", "")])

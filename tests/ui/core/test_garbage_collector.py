@@ -77,29 +77,26 @@ def test_afterwards_all_is_as_it_was(qtbot: QtBot, enabled: None) -> None:
 
 
 @pytest.mark.parametrize(
-    ("counts", "collected"),
-    [((1, 0, 0), []), ((701, 0, 0), [0]), ((701, 11, 0), [1]), ((5, 11, 0), [1]), ((701, 11, 11), [2])],
+    ("counts", "oldest", "collected"),
+    [
+        ((1, 0, 0), 10, []),
+        ((701, 0, 0), 10, [0]),
+        ((701, 11, 0), 10, [1]),
+        ((5, 11, 0), 10, [1]),
+        ((701, 11, 11), 10, [2]),
+        pytest.param((9000, 9000, 9000), 0, [1], id="a generation that is switched off is never due"),
+    ],
 )
 def test_the_oldest_that_is_due(
-    qtbot: QtBot, monkeypatch: pytest.MonkeyPatch, counts: tuple[int, int, int], collected: list[int]
+    qtbot: QtBot, monkeypatch: pytest.MonkeyPatch, counts: tuple[int, int, int], oldest: int, collected: list[int]
 ) -> None:
     done: list[int] = []
     monkeypatch.setattr(gc, "get_count", lambda: counts)
-    monkeypatch.setattr(gc, "get_threshold", lambda: (700, 10, 10))
+    monkeypatch.setattr(gc, "get_threshold", lambda: (700, 10, oldest))
     monkeypatch.setattr(gc, "collect", done.append)
     GarbageCollector().collect()
     monkeypatch.undo()
     assert done == collected
-
-
-def test_a_generation_that_is_switched_off_is_never_due(qtbot: QtBot, monkeypatch: pytest.MonkeyPatch) -> None:
-    done: list[int] = []
-    monkeypatch.setattr(gc, "get_count", lambda: (9000, 9000, 9000))
-    monkeypatch.setattr(gc, "get_threshold", lambda: (700, 10, 0))
-    monkeypatch.setattr(gc, "collect", done.append)
-    GarbageCollector().collect()
-    monkeypatch.undo()
-    assert done == [1]
 
 
 def test_only_in_the_main_thread() -> None:

@@ -183,29 +183,19 @@ def test_a_restart_found_by_the_boot_count_is_marked_too() -> None:
     assert take(LiveData(), batch(1.0), batch(2.0, view=device(restarts=1))) == [(2.0, "restarted")]
 
 
-def test_a_lost_port_and_its_return_are_marked() -> None:
-    data = LiveData()
+@pytest.mark.parametrize("port", [OPEN.port, "/dev/ttyUSB1"])
+def test_a_lost_port_and_its_return_are_marked(port: str) -> None:
+    """An adapter that returns by another name is the same module."""
+    data, returned = LiveData(), replace(OPEN, port=port)
     marks = take(
         data,
         batch(1.0, report(1.0, active=True)),
         batch(2.0, connection=LOST, view=doubted(device())),
-        batch(3.0, connection=replace(OPEN, state=PortState.OPENING), view=doubted(device())),
-        batch(4.0, view=device(presence=Presence.UNKNOWN)),
-        batch(5.0, report(5.0), view=device(4.9)),
+        batch(3.0, connection=replace(returned, state=PortState.OPENING), view=doubted(device())),
+        batch(4.0, view=device(presence=Presence.UNKNOWN), connection=returned),
+        batch(5.0, report(5.0), view=device(4.9), connection=returned),
     )
     # It comes back locked: that is news, for it is the same port.
-    assert marks == [(2.0, "port lost"), (5.0, "locked"), (4.9, "reconnected")]
-
-
-def test_an_adapter_that_returns_by_another_name_is_the_same_module() -> None:
-    data, renamed = LiveData(), replace(OPEN, port="/dev/ttyUSB1")
-    marks = take(
-        data,
-        batch(1.0, report(1.0, active=True)),
-        batch(2.0, connection=LOST, view=doubted(device())),
-        batch(4.0, view=device(presence=Presence.UNKNOWN), connection=renamed),
-        batch(5.0, report(5.0), view=device(4.9), connection=renamed),
-    )
     assert marks == [(2.0, "port lost"), (5.0, "locked"), (4.9, "reconnected")]
 
 
