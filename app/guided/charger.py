@@ -6,7 +6,7 @@ reports a little later is the result.
 
 from typing import NamedTuple
 
-from app.engine.procedure import Ask, EngineView, Inspect, Pause, Procedure, Report
+from app.engine.procedure import EngineView, Inspect, Pause, Procedure, Report
 from app.guided.results import BreakOff, GuidedKind, GuidedResult, MeasuredValue, passed_if
 from app.guided.status_watch import (
     AGREEING,
@@ -18,11 +18,10 @@ from app.guided.status_watch import (
     require_locked,
     require_start,
 )
+from app.procedures.questions import ask_value
 from app.text.messages import message
-from protocol.catalogue import BY_NAME, Request
-from protocol.events import Answered
-from protocol.fields import Value
-from protocol.messages import HIGHEST_CELL_V, Reading
+from protocol.catalogue import BY_NAME
+from protocol.messages import HIGHEST_CELL_V
 from protocol.translatable import marked
 
 LOWEST_CELL_V = 3.5
@@ -36,7 +35,7 @@ PLUGGED_IN = (False, True, False)
 """In each step."""
 STEPS = len(PLUGGED_IN)
 UNPLUG, PLUG_IN = marked("Unplug the external power."), marked("Plug the external power in.")
-_CHARGING, _VOLTAGE = BY_NAME["charging"].query(), BY_NAME["cell_voltage"].query()
+_CHARGING, _VOLTAGE = BY_NAME["charging"], BY_NAME["cell_voltage"]
 
 
 class _ChargeSeen(NamedTuple):
@@ -59,12 +58,12 @@ def _until(setup: GuidedSetup, steps: PersonSteps, *, is_charging: bool) -> Proc
     began, heard_at, said_at = view.now, view.now, None
     confirmed, agreeing = steps.ask(), 0
     while agreeing < AGREEING:
-        value = yield from _read(_CHARGING)
+        reading = yield from ask_value(_CHARGING)
         view = yield Inspect()
         require_start(view, setup.restarts)
         now = view.now
-        heard_at = now if value is not None else heard_at
-        agreeing = agreeing + 1 if value is not None and bool(value) is is_charging else 0
+        heard_at = now if reading is not None else heard_at
+        agreeing = agreeing + 1 if reading is not None and bool(reading.value) is is_charging else 0
         if confirmed.done():
             said_at = said_at if said_at is not None else now
             if now - said_at > REPORTED_WITHIN_S:
@@ -75,16 +74,10 @@ def _until(setup: GuidedSetup, steps: PersonSteps, *, is_charging: bool) -> Proc
         yield Pause(ASK_EVERY_S)
     steps.done()
     yield Pause(SETTLES_S)
-    charging, voltage = (yield from _read(_CHARGING)), (yield from _read(_VOLTAGE))
+    charging, voltage = (yield from ask_value(_CHARGING)), (yield from ask_value(_VOLTAGE))
     if charging is None or voltage is None:
         raise BreakOff(NOT_READ, what=message(marked("Charging")))
-    return _ChargeSeen(bool(charging), float(voltage))
-
-
-def _read(request: Request) -> Procedure[Value | None]:
-    outcome = yield Ask(request)
-    reading = outcome.messages[0] if isinstance(outcome, Answered) else None
-    return reading.value if isinstance(reading, Reading) else None
+    return _ChargeSeen(bool(charging.value), float(voltage.value))
 
 
 def _result(seen: list[_ChargeSeen]) -> GuidedResult:

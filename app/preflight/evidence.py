@@ -13,7 +13,6 @@ from app.procedures.history import History
 from app.text.messages import UserMessage
 from protocol.events import Event, Received, Rejected, Role, Sent
 from protocol.fields import Value
-from protocol.messages import Status
 from protocol.translatable import marked
 
 HEARTBEATS = 20
@@ -83,9 +82,8 @@ class Evidence:
     """During the check, also an aborted one."""
     trials: list[StatusSample] = field(default_factory=list)
     """During the two seconds."""
-    status: Status | None = None
+    status: StatusSample | None = None
     """The last one."""
-    status_at: float | None = None
     status_age_s: float | None = None
     """At the end of the check."""
     values: dict[str, Value] = field(default_factory=dict)
@@ -104,7 +102,7 @@ class Evidence:
     disturbance: Disturbance | None = None
 
     @property
-    def statuses(self) -> list[Status | StatusSample]:
+    def statuses(self) -> list[StatusSample]:
         """All statuses that were asked for."""
         ends = [one.status for one in (self.first, self.last) if one is not None and one.status is not None]
         return [*ends, *self.trials]

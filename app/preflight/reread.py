@@ -6,14 +6,14 @@ The check reads it before and after measuring; the window reads it again every t
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from app.engine.procedure import Ask, Procedure
+from app.engine.device import StatusSample
+from app.engine.procedure import Procedure
 from app.engine.setting_changes import BOOT_COUNT, changed_settings
+from app.procedures.questions import ask_report
 from app.procedures.settings_reading import SettingsReading, read_settings
 from app.settings.setting_texts import value_text
 from app.text.messages import UserMessage, message
-from protocol.catalogue import SETTINGS, STATUS
-from protocol.events import Answered
-from protocol.messages import Status
+from protocol.catalogue import SETTINGS
 from protocol.translatable import marked
 
 REREAD_EVERY_S = 10.0
@@ -31,11 +31,8 @@ TITLES: Mapping[str, str] = {
 
 @dataclass(frozen=True, slots=True)
 class StateReading:
-    """`status_at`: monotonic seconds."""
-
     settings: SettingsReading
-    status: Status | None = None
-    status_at: float | None = None
+    status: StatusSample | None = None
 
     @property
     def is_complete(self) -> bool:
@@ -55,11 +52,7 @@ def read_state() -> Procedure[StateReading]:
     settings = yield from read_settings()
     if settings.is_silent:
         return StateReading(settings)
-    outcome = yield Ask(STATUS.query())
-    message = outcome.messages[0] if isinstance(outcome, Answered) else None
-    if not isinstance(outcome, Answered) or not isinstance(message, Status):
-        return StateReading(settings)
-    return StateReading(settings, message, outcome.at)
+    return StateReading(settings, (yield from ask_report()))
 
 
 def changes_between(before: StateReading, after: StateReading) -> tuple[StateChange, ...]:

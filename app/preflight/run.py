@@ -9,7 +9,7 @@ frames pass. What may change while a trigger is enabled or during measuring is r
 `app.preflight.reread`. Nothing that is sent activates, locks, fires, zeroes, shuts down or changes the rate.
 """
 
-from app.engine.device import How, StatusSample
+from app.engine.device import How
 from app.engine.identity import as_logged, evidence_of
 from app.engine.playback import require_module
 from app.engine.procedure import Ask, Await, Cancelled, EngineView, Inspect, Pause, PortLost, Procedure, Report, Slept
@@ -17,19 +17,18 @@ from app.preflight.evidence import HEARTBEATS, STILL_S, Disturbance, Evidence, F
 from app.preflight.reread import StateReading, read_state
 from app.procedures.ask_status import ask_status
 from app.procedures.history import read_history
+from app.procedures.questions import HEARTBEAT_WAITS_S, ask_report, ask_value, is_alive
 from app.procedures.write import read_back
 from app.procedures.write_all import DISK_LIMIT_S
 from app.safety.acts import Act
 from app.safety.interlocks import interlock_inputs, refusals
 from app.safety.journal import Journal, NoJournal, Outcome
 from app.text.messages import UserMessage, message
-from protocol.catalogue import BY_NAME, HEARTBEAT, STATUS, Command
+from protocol.catalogue import BY_NAME, HEARTBEAT, Command
 from protocol.events import Answered, Unanswered
-from protocol.messages import Acknowledgement, Reading, Status
+from protocol.messages import Acknowledgement
 from protocol.translatable import marked
 
-HEARTBEAT_WAITS_S = (1.0,)
-"""The vendor gives the module one second; a lost heartbeat is not asked for again."""
 TRIAL_EVERY_S = 0.05
 TRIAL_WAITS_S = (0.25,)
 VALUE_ROUNDS = 3
@@ -115,9 +114,7 @@ def _read_state(evidence: Evidence) -> Procedure[StateReading]:
         evidence.faults[key] = message(fault.value)
     if state.settings.boot_count is not None:
         evidence.values[BOOT_COUNT.key] = state.settings.boot_count
-    if state.status is not None:
-        evidence.status = state.status
-        evidence.status_at = state.status_at
+    evidence.status = state.status or evidence.status
     if state.settings.is_restarted:
         evidence.disturbance = Disturbance.RESTARTED
     if state.settings.is_silent:
@@ -140,8 +137,8 @@ def _finish(evidence: Evidence) -> Procedure[None]:
     end: EngineView = yield Inspect()
     for command in TRIGGERS:
         evidence.flags[command.key] = _final_state(command, evidence.flags[command.key], end)
-    if evidence.status_at is not None:
-        evidence.status_age_s = max(0.0, end.now - evidence.status_at)
+    if evidence.status is not None:
+        evidence.status_age_s = max(0.0, end.now - evidence.status.at)
     yield from _count_rejected(evidence)
     evidence.ended_at = end.now
     is_another_start = BOOT_COUNT.key in {change.key for change in evidence.changes}
@@ -165,9 +162,8 @@ def _heartbeats(evidence: Evidence) -> Procedure[None]:
 
 def _read_slow(evidence: Evidence, command: Command) -> Procedure[None]:
     before: EngineView = yield Inspect()
-    outcome = yield Ask(command.query())
-    reading = outcome.messages[0] if isinstance(outcome, Answered) else None
-    if isinstance(reading, Reading):
+    reading = yield from ask_value(command)
+    if reading is not None:
         evidence.series.setdefault(command.key, []).append(reading.value)
         return
     evidence.faults[command.key] = message(marked("no reply"))
@@ -181,7 +177,7 @@ def _require_answers(before: EngineView) -> Procedure[None]:
         view: EngineView = yield Inspect()
         if view.link.counters.frames > frames:
             return
-        yield Ask(HEARTBEAT.query(), HEARTBEAT_WAITS_S)
+        yield from is_alive()
     view = yield Inspect()
     if view.link.counters.frames == frames:
         raise _Silent
@@ -193,17 +189,11 @@ def _watch(evidence: Evidence) -> Procedure[None]:
     ends_at = begin.now + STILL_S
     now = begin.now
     while now < ends_at:
-        outcome = yield Ask(STATUS.query(), TRIAL_WAITS_S)
-        if isinstance(outcome, Answered):
-            _record_status(evidence, outcome)
+        report = yield from ask_report(TRIAL_WAITS_S)
+        if report is not None:
+            evidence.status = report
+            evidence.trials.append(report)
         now = yield Pause(TRIAL_EVERY_S)
-
-
-def _record_status(evidence: Evidence, outcome: Answered) -> None:
-    message = outcome.messages[0]
-    if isinstance(message, Status):
-        evidence.status, evidence.status_at = message, outcome.at
-        evidence.trials.append(StatusSample.of(message, outcome.at))
 
 
 def _refusals() -> Procedure[tuple[UserMessage, ...]]:

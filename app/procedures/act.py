@@ -12,10 +12,12 @@ repeated. The outcome is what the module reports afterwards.
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from app.engine.device import StatusSample
 from app.engine.playback import require_module
 from app.engine.procedure import Ask, Cancelled, EngineView, Inspect, Pause, PortLost, Procedure
 from app.engine.transport import PortError
 from app.procedures.ask_status import ask_status
+from app.procedures.questions import ask_report, ask_value, is_alive
 from app.safety.acts import REQUESTS, Act
 from app.safety.interlocks import Interlock, Refusal, interlock_inputs, refusals
 from app.safety.journal import Journal, JournalFailed, Outcome, durable
@@ -23,11 +25,11 @@ from app.safety.permit import Permit
 from app.text.i18n import tr
 from app.text.messages import message
 from app.text.sentences import join_sentences
-from protocol.catalogue import BY_NAME, HEARTBEAT, STATUS
+from protocol.catalogue import BY_NAME, STATUS
 from protocol.events import Answered, Unanswered
 from protocol.events import Outcome as Reply
 from protocol.link_states import Presence
-from protocol.messages import Acknowledgement, Reading, Status
+from protocol.messages import Acknowledgement
 from protocol.translatable import marked
 
 AFTER_WAITS_S = (0.3, 0.3, 1.0)
@@ -74,7 +76,7 @@ class Performed:
     """The bytes that were sent, or would have been sent after a rehearsal."""
     is_rehearsal: bool = False
     is_acknowledged: bool = False
-    status: Status | None = None
+    status: StatusSample | None = None
     """The last report afterwards."""
     trouble: str | None = None
     """Why the intent could not be logged: a sentence."""
@@ -125,7 +127,7 @@ def rehearse(act: Act, permit: Permit) -> Performed:
 class _Observed:
     is_acknowledged: bool
     raw: int | None
-    reports: tuple[Status, ...] = ()
+    reports: tuple[StatusSample, ...] = ()
     is_alive: bool | None = None
     has_fired: bool | None = None
     """For deploying: the answer to "triggered?"."""
@@ -257,8 +259,7 @@ def _observe_after(act: Act, outcome: Reply) -> Procedure[_Observed]:
 def _still_answers() -> Procedure[bool]:
     """Ask twice, with a pause: a doubled reply to an earlier heartbeat must not count."""
     for pause_s in (ALIVE_AGAIN_S, 0.0):
-        alive = yield Ask(HEARTBEAT.query(), AFTER_WAITS_S)
-        if not isinstance(alive, Answered):
+        if not (yield from is_alive(AFTER_WAITS_S)):
             return False
         yield Pause(pause_s)
     return True
@@ -266,20 +267,19 @@ def _still_answers() -> Procedure[bool]:
 
 def _reports_fired() -> Procedure[bool | None]:
     """Ask "triggered?", which a doubled status cannot answer. None: no answer."""
-    outcome = yield Ask(BY_NAME["triggered"].query(), AFTER_WAITS_S)
-    message = outcome.messages[0] if isinstance(outcome, Answered) else None
-    return bool(message.value) if isinstance(message, Reading) else None
+    reading = yield from ask_value(BY_NAME["triggered"], AFTER_WAITS_S)
+    return bool(reading.value) if reading is not None else None
 
 
-def _reports(*, is_fenced: bool, apart_s: float = 0.0) -> Procedure[tuple[Status, ...]]:
+def _reports(*, is_fenced: bool, apart_s: float = 0.0) -> Procedure[tuple[StatusSample, ...]]:
     """Ask for `READINGS` reports. `apart_s`: the pause in which a doubled first report passes."""
-    reports: list[Status] = []
+    reports: list[StatusSample] = []
     for number in range(READINGS):
         if number and apart_s:
             yield Pause(apart_s)
-        seen = yield Ask(STATUS.query(), AFTER_WAITS_S, is_fenced=is_fenced and number == 0)
-        if isinstance(seen, Answered) and isinstance(seen.messages[0], Status):
-            reports.append(seen.messages[0])
+        seen = yield from ask_report(AFTER_WAITS_S, is_fenced=is_fenced and number == 0)
+        if seen is not None:
+            reports.append(seen)
     return tuple(reports)
 
 

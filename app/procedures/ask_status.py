@@ -8,12 +8,12 @@ whether that is recent enough.
 """
 
 from app.engine.procedure import Ask, EngineView, Inspect, Procedure
-from protocol.catalogue import HEARTBEAT, STATUS
+from app.procedures.questions import is_alive
+from protocol.catalogue import STATUS
 from protocol.events import Answered
 
 TRIES = 3
 """The module may not know one of the questions, and the first answer of a slow module may be too old."""
-HEARTBEAT_WAITS_S = (1.0,)
 
 
 def ask_status() -> Procedure[bool]:
@@ -23,8 +23,6 @@ def ask_status() -> Procedure[bool]:
         sight: EngineView = yield Inspect()
         if sight.device.proven("active", sight.now) is not None:
             return True
-        if not isinstance(outcome, Answered):
-            alive = yield Ask(HEARTBEAT.query(), HEARTBEAT_WAITS_S)
-            if not isinstance(alive, Answered):
-                break
+        if not isinstance(outcome, Answered) and not (yield from is_alive()):
+            break
     return False

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 from itertools import cycle
 
 from app.engine.procedure import Ask, EngineView, Inspect, Pause, Procedure, Report, UseRate
-from protocol.catalogue import BAUD_RATES, BY_NAME, HEARTBEAT, Request
+from app.procedures.questions import is_alive
+from protocol.catalogue import BAUD_RATES, BY_NAME, Request
 from protocol.events import Answered
 from protocol.translatable import marked
 
@@ -39,8 +40,7 @@ def answers_here(waits_s: tuple[float, ...], questions: Iterator[Request]) -> Pr
     The answer to a heartbeat at another rate may still come (a serial server passes on whole bytes), but not the answer
     to a question that was not asked there.
     """
-    sign = yield Ask(HEARTBEAT.query(), waits_s)
-    if not isinstance(sign, Answered):
+    if not (yield from is_alive(waits_s)):
         return False
     for _ in range(_PROOFS_TRIED):
         proof = yield Ask(next(questions), PROOF_WAITS_S)

@@ -13,7 +13,8 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from app.engine.procedure import Ask, EngineView, Inspect, Procedure, Report
-from protocol.catalogue import HEARTBEAT, MAX_RECORDS, TRIGGER_RECORDS
+from app.procedures.questions import is_alive
+from protocol.catalogue import MAX_RECORDS, TRIGGER_RECORDS
 from protocol.events import Answered, Role
 from protocol.messages import EmptySlot, TriggerRecord
 from protocol.translatable import marked
@@ -23,7 +24,6 @@ MAX_SEARCH_LENGTH = 5
 UNANSWERED_PASSES = 3
 """After this many passes without an answer the module does not know the query."""
 LINE_HEARTBEATS = 20
-HEARTBEAT_WAITS_S = (1.0,)
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,10 +85,8 @@ def _read_passes() -> Procedure[History]:
     for turn in range(MAX_SEARCH_LENGTH):
         yield Report(turn, MAX_SEARCH_LENGTH, marked("Reading the trigger records"))
         one = yield from _read_once()
-        if not one.messages:
-            alive = yield Ask(HEARTBEAT.query())
-            if not isinstance(alive, Answered):
-                return history_of(passes, is_line_dead=True)
+        if not one.messages and not (yield from is_alive(None)):
+            return history_of(passes, is_line_dead=True)
         passes.append(one)
         if _agree(passes) and (yield from _is_line_good()):
             return history_of(passes, is_confirmed=True)
@@ -137,7 +135,7 @@ def _is_line_good() -> Procedure[bool]:
     """Test with heartbeats whether the line loses or doubles frames."""
     before: EngineView = yield Inspect()
     for _ in range(LINE_HEARTBEATS):
-        yield Ask(HEARTBEAT.query(), HEARTBEAT_WAITS_S)
+        yield from is_alive()
         after: EngineView = yield Inspect()
         if not _is_clean(before, after):
             return False

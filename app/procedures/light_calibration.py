@@ -10,12 +10,11 @@ from enum import Enum
 from statistics import median
 
 from app.engine.playback import require_module
-from app.engine.procedure import Ask, EngineView, Inspect, Pause, Procedure, Report
+from app.engine.procedure import EngineView, Inspect, Pause, Procedure, Report
+from app.procedures.questions import ask_value
 from app.text.i18n import tr
 from protocol.catalogue import BY_NAME
-from protocol.events import Answered
 from protocol.fields import Quantity
-from protocol.messages import Reading
 from protocol.translatable import marked
 
 SAMPLES = 20
@@ -69,9 +68,8 @@ def measure_light(*, samples: int = SAMPLES) -> Procedure[Band]:
     before: EngineView = yield Inspect()
     while len(raws) < samples and lost < MAX_LOST:
         yield Report(len(raws), samples, marked("Measuring the light"))
-        outcome = yield Ask(_LIGHT.query())
-        reading = outcome.messages[0] if isinstance(outcome, Answered) else None
-        if isinstance(reading, Reading):
+        reading = yield from ask_value(_LIGHT)
+        if reading is not None:
             raws.append(reading.raw)
         else:
             lost += 1

@@ -12,12 +12,11 @@ from enum import Enum
 
 from app.engine.device import BOOTS
 from app.engine.playback import require_module
-from app.engine.procedure import Ask, EngineView, Inspect, Pause, Procedure, Report
+from app.engine.procedure import EngineView, Inspect, Pause, Procedure, Report
+from app.procedures.questions import ask_value
 from app.procedures.write import RESTART_SHOWS_S, read_back
 from protocol.catalogue import BY_NAME, SETTINGS, Command
-from protocol.events import Answered
 from protocol.fields import Value
-from protocol.messages import Reading
 from protocol.translatable import marked
 
 MAX_WAIT_S = 120.0
@@ -118,9 +117,8 @@ def _boots() -> Procedure[int | None]:
     """The boot count, if two answers agree: one damaged frame must not count as a restart."""
     said: list[int] = []
     for _ in range(2):
-        outcome = yield Ask(_BOOT_COUNT.query(), ASK_WAITS_S)
-        reading = outcome.messages[0] if isinstance(outcome, Answered) else None
-        if not isinstance(reading, Reading):
+        reading = yield from ask_value(_BOOT_COUNT, ASK_WAITS_S)
+        if reading is None:
             return None
         said.append(reading.raw)
     return said[0] if said[0] == said[1] else None

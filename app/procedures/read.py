@@ -3,14 +3,12 @@
 from dataclasses import dataclass, field
 
 from app.engine.procedure import Ask, Procedure, Report
+from app.procedures.questions import is_alive
 from protocol.catalogue import BY_NAME, COMMANDS, HEARTBEAT, STATUS, TRIGGER_RECORDS, Command
 from protocol.events import Answered, Unanswered
 from protocol.fields import Value
 from protocol.messages import Reading, Status
 from protocol.translatable import marked
-
-PROBE_WAITS_S = (1.0,)
-"""For the heartbeat after an unanswered question."""
 
 READABLE: tuple[Command, ...] = (
     STATUS,
@@ -43,8 +41,7 @@ def read_everything() -> Procedure[Everything]:
         outcome = yield Ask(command.query())
         if not isinstance(outcome, Answered):
             everything.errors[command.key] = outcome
-            alive = yield Ask(HEARTBEAT.query(), PROBE_WAITS_S)
-            if not isinstance(alive, Answered):
+            if not (yield from is_alive()):
                 everything.is_line_dead = True
                 break
             continue

@@ -9,11 +9,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 
-from app.engine.procedure import Ask, EngineView, Inspect, Procedure, Report
+from app.engine.procedure import EngineView, Inspect, Procedure, Report
 from app.engine.setting_changes import BOOT_COUNT, READABLE_SETTINGS
+from app.procedures.questions import is_alive
 from app.procedures.write import ReadBack, read_back, restarted_since
-from protocol.catalogue import HEARTBEAT, Command
-from protocol.events import Answered
+from protocol.catalogue import Command
 from protocol.fields import Value
 from protocol.translatable import marked
 
@@ -62,7 +62,7 @@ def read_settings() -> Procedure[SettingsReading]:
         back = yield from read_back(command)
         if back.raw is None:
             faults[command.key] = ReadFault.UNSTEADY if back.is_unsteady else ReadFault.NO_REPLY
-            if not back.is_unsteady and not (yield from _is_alive()):
+            if not back.is_unsteady and not (yield from is_alive(HEARTBEAT_WAITS_S)):
                 is_silent = True
                 break
         if command is BOOT_COUNT:
@@ -85,7 +85,3 @@ def read_settings() -> Procedure[SettingsReading]:
 
 def _value(command: Command, back: ReadBack) -> Mapping[str, Value]:
     return {} if back.raw is None or command.reply is None else {command.key: command.reply.decode(back.raw)}
-
-
-def _is_alive() -> Procedure[bool]:
-    return isinstance((yield Ask(HEARTBEAT.query(), HEARTBEAT_WAITS_S)), Answered)

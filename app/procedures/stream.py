@@ -11,9 +11,10 @@ from dataclasses import dataclass, field
 from app.engine.device import How, Sleep
 from app.engine.procedure import Ask, Cancelled, EngineView, Inspect, Pause, Procedure
 from app.engine.setting_changes import READABLE_SETTINGS
+from app.procedures.questions import is_alive
 from app.procedures.read import READABLE
 from app.store.stream_memory import StreamMemory
-from protocol.catalogue import BY_NAME, HEARTBEAT, SERIAL_OUTPUT, STATUS, Request
+from protocol.catalogue import BY_NAME, SERIAL_OUTPUT, STATUS, Request
 from protocol.events import Answered, OutcomeUnknown
 from protocol.link_states import Presence
 from protocol.messages import Acknowledgement
@@ -40,8 +41,6 @@ SETTINGS_EVERY_S = 10.0
 TURN_S = 0.01
 REST_S = 0.1
 """The longest pause while no question is due."""
-HEARTBEAT_WAITS_S = (1.0,)
-"""The vendor's second; without an answer the module is offline."""
 OFF_ATTEMPTS = 3
 _BOOT_COUNT = BY_NAME["boot_count"].query()
 _SETTINGS = tuple((command.query(), SETTINGS_EVERY_S) for command in READABLE_SETTINGS)
@@ -171,10 +170,7 @@ def _read_all(course: _StreamProgress) -> Procedure[None]:
 def _ask(question: Request, *, attempts: int | None = None) -> Procedure[bool]:
     """Ask; return whether the module answers the question or else a heartbeat."""
     outcome = yield Ask(question, attempts=attempts)
-    if isinstance(outcome, Answered):
-        return True
-    heartbeat = yield Ask(HEARTBEAT.query(), HEARTBEAT_WAITS_S)
-    return isinstance(heartbeat, Answered)
+    return isinstance(outcome, Answered) or (yield from is_alive())
 
 
 def _steer_stream(course: _StreamProgress, switch: StreamSwitch, sight: EngineView) -> Procedure[None]:

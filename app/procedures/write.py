@@ -13,10 +13,11 @@ from enum import Enum
 from typing import NamedTuple
 
 from app.engine.procedure import Ask, EngineView, Inspect, Pause, Procedure
+from app.procedures.questions import ask_value
 from protocol.catalogue import Command
 from protocol.events import Answered, Outcome, Role, Unanswered
 from protocol.fields import Value
-from protocol.messages import Acknowledgement, Reading
+from protocol.messages import Acknowledgement
 from protocol.translatable import marked
 
 MAX_READS = 4
@@ -103,11 +104,8 @@ def read_back(command: Command) -> Procedure[ReadBack]:
     """Ask until two answers in a row agree."""
     last: int | None = None
     for _ in range(MAX_READS):
-        outcome = yield Ask(command.query())
-        if not isinstance(outcome, Answered):
-            return ReadBack()
-        reading = outcome.messages[0]
-        if not isinstance(reading, Reading):
+        reading = yield from ask_value(command)
+        if reading is None:
             return ReadBack()
         if reading.raw == last:
             return ReadBack(last)
@@ -159,9 +157,8 @@ def _old_value(command: Command) -> Procedure[int | None]:
     known = sight.device.fresh(command.key, sight.now)
     if known is not None:
         return command.write.encode(known)
-    outcome = yield Ask(command.query())
-    reading = outcome.messages[0] if isinstance(outcome, Answered) else None
-    return reading.raw if isinstance(reading, Reading) else None
+    reading = yield from ask_value(command)
+    return reading.raw if reading is not None else None
 
 
 def acknowledged(outcome: Outcome) -> Acknowledged:

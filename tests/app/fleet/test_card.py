@@ -140,7 +140,7 @@ def test_ready_is_not_go_because_it_was_activated_and_go_is_ready_when_it_is_loc
     assert held.verdict is None
     case = filed.assessment.case
     assert case.evidence.status is not None
-    seen_active = replace(case, evidence=replace(case.evidence, status=replace(case.evidence.status, active=True)))
+    seen_active = replace(case, evidence=replace(case.evidence, status=case.evidence.status._replace(active=True)))
     verdicts.store("b", Filed(assess(seen_active), {}))
     both = (verdicts.held("b", each, now, is_open=True) for each in (active, device))
     assert [one and one.verdict for one in both] == [Verdict.GO, Verdict.READY]

@@ -1,6 +1,7 @@
 """The limits of the checks of the line and the sensors: what is exactly at a limit passes, one step beyond does not."""
 
 from collections.abc import Mapping
+from functools import partial
 from typing import Any
 
 import pytest
@@ -23,11 +24,12 @@ from protocol.catalogue import BY_NAME
 from protocol.events import Answered, OutcomeUnknown, Unanswered
 from protocol.fields import Value
 from protocol.frame import Reason
-from protocol.messages import Acknowledgement, Status
+from protocol.messages import Acknowledgement
 from tests.support.journals import FakeJournal
 from tests.support.line.sim_line import Rig, engine_view
 
-LEVEL = Status(0, 1.0, False, False)
+seen = partial(StatusSample, 0.0)
+LEVEL = seen(0, 1.0, False, False)
 PASS, FAIL, UNKNOWN = CheckResult.PASS, CheckResult.FAIL, CheckResult.UNKNOWN
 
 
@@ -36,9 +38,9 @@ def finding(check_id: str, **evidence: Any) -> Finding:
     return next(check for check in CHECKS if check.id == check_id).judge(case)
 
 
-def trials(*statuses: Status, count: int = TRIALS_NEEDED, lasting_s: float = STILL_S) -> list[StatusSample]:
+def trials(*statuses: StatusSample, count: int = TRIALS_NEEDED, lasting_s: float = STILL_S) -> list[StatusSample]:
     filled = [*statuses, *[LEVEL] * (count - len(statuses))]
-    return [StatusSample.of(status, lasting_s * number / (count - 1)) for number, status in enumerate(filled)]
+    return [status._replace(at=lasting_s * number / (count - 1)) for number, status in enumerate(filled)]
 
 
 @pytest.mark.parametrize(
@@ -91,23 +93,23 @@ def test_too_few_reports_prove_nothing(check_id: str, count: int, lasting_s: flo
 @pytest.mark.parametrize(
     ("check_id", "statuses", "result", "shown", "limit"),
     [
-        ("tilt", [Status(5, 1.0, False, False)], PASS, "5°", "≤ 5°"),
-        ("tilt", [Status(6, 1.0, False, False)], FAIL, "6°", "≤ 5°"),
-        ("tilt_spread", [Status(2, 1.0, False, False)], PASS, "2°", "≤ 2° / 2 s"),
-        ("tilt_spread", [Status(3, 1.0, False, False)], FAIL, "3°", "≤ 2° / 2 s"),
-        ("acceleration", [Status(0, 0.9, False, False)], PASS, "0.9 g", "0.9–1.1 g"),
-        ("acceleration", [Status(0, 1.1, False, False)], PASS, "1.1 g", "0.9–1.1 g"),
-        ("acceleration", [Status(0, 0.8, False, False)], FAIL, "0.8 g", "0.9–1.1 g"),
-        ("acceleration", [Status(0, 1.2, False, False)], FAIL, "1.2 g", "0.9–1.1 g"),
-        ("acceleration", [Status(0, 0.7, False, False), Status(0, 1.2, False, False)], FAIL, "0.7 g", "0.9–1.1 g"),
-        ("acceleration_spread", [Status(0, 0.9, False, False), Status(0, 1.1, False, False)], PASS, "0.2 g",
+        ("tilt", [seen(5, 1.0, False, False)], PASS, "5°", "≤ 5°"),
+        ("tilt", [seen(6, 1.0, False, False)], FAIL, "6°", "≤ 5°"),
+        ("tilt_spread", [seen(2, 1.0, False, False)], PASS, "2°", "≤ 2° / 2 s"),
+        ("tilt_spread", [seen(3, 1.0, False, False)], FAIL, "3°", "≤ 2° / 2 s"),
+        ("acceleration", [seen(0, 0.9, False, False)], PASS, "0.9 g", "0.9–1.1 g"),
+        ("acceleration", [seen(0, 1.1, False, False)], PASS, "1.1 g", "0.9–1.1 g"),
+        ("acceleration", [seen(0, 0.8, False, False)], FAIL, "0.8 g", "0.9–1.1 g"),
+        ("acceleration", [seen(0, 1.2, False, False)], FAIL, "1.2 g", "0.9–1.1 g"),
+        ("acceleration", [seen(0, 0.7, False, False), seen(0, 1.2, False, False)], FAIL, "0.7 g", "0.9–1.1 g"),
+        ("acceleration_spread", [seen(0, 0.9, False, False), seen(0, 1.1, False, False)], PASS, "0.2 g",
          "≤ 0.2 g / 2 s"),
-        ("acceleration_spread", [Status(0, 0.9, False, False), Status(0, 1.2, False, False)], FAIL, "0.3 g",
+        ("acceleration_spread", [seen(0, 0.9, False, False), seen(0, 1.2, False, False)], FAIL, "0.3 g",
          "≤ 0.2 g / 2 s"),
     ],
 )  # fmt: skip
 def test_a_module_may_lie_and_move_up_to_the_limit(
-    check_id: str, statuses: list[Status], result: CheckResult, shown: str, limit: str
+    check_id: str, statuses: list[StatusSample], result: CheckResult, shown: str, limit: str
 ) -> None:
     found = finding(check_id, trials=trials(*statuses))
     assert (found.result, found.shown.in_english(), found.limit.in_english()) == (result, shown, limit)
@@ -164,7 +166,7 @@ def test_the_last_status_is_a_second_old_at_most(age_s: float, result: CheckResu
 
 
 def test_one_report_of_many_decides() -> None:
-    fired, active = Status(0, 1.0, True, False), Status(0, 1.0, False, True)
+    fired, active = seen(0, 1.0, True, False), seen(0, 1.0, False, True)
     assert finding("triggered", trials=trials()).result is PASS
     assert finding("triggered", trials=trials(LEVEL, fired)).shown.in_english() == "TRIGGERED"
     assert finding("activation", trials=trials(), status=LEVEL).shown.in_english() == "locked"
@@ -182,11 +184,11 @@ def test_a_check_that_did_not_end_is_not_undisturbed() -> None:
     assert finding("undisturbed", disturbance=Disturbance.SLEPT).measured is False
 
 
-def reading(boot_count: int | None, status: Status | None = LEVEL, freefall_time_s: float = 1.6) -> StateReading:
+def reading(boot_count: int | None, status: StatusSample | None = LEVEL, freefall_time_s: float = 1.6) -> StateReading:
     settings = SettingsReading(
         values={"freefall_time_s": freefall_time_s}, faults={}, boot_count=boot_count, began_at=0.0, ended_at=1.0
     )
-    return StateReading(settings, status, 1.0)
+    return StateReading(settings, status)
 
 
 @pytest.mark.parametrize(
@@ -200,8 +202,8 @@ def reading(boot_count: int | None, status: Status | None = LEVEL, freefall_time
         (reading(7), None, UNKNOWN, "unknown: not asked"),
         (reading(7), reading(8), FAIL, "Boot count: 7 → 8"),
         (reading(7), reading(7, freefall_time_s=1.7), FAIL, "Free-fall time: 1.60 s → 1.70 s"),
-        (reading(7), reading(7, Status(0, 1.0, True, False)), FAIL, "Triggered"),
-        (reading(7), reading(7, Status(0, 1.0, False, True)), PASS, "yes"),
+        (reading(7), reading(7, seen(0, 1.0, True, False)), FAIL, "Triggered"),
+        (reading(7), reading(7, seen(0, 1.0, False, True)), PASS, "yes"),
     ],
 )
 def test_both_readings_are_whole_and_the_same(
@@ -303,7 +305,7 @@ def test_a_check_reports_its_seven_steps_and_keeps_the_time_of_the_last_status()
         ("freefall_trigger", True),
     ]
     assert evidence.last is not None
-    assert evidence.status_at == evidence.last.status_at
+    assert evidence.status == evidence.last.status
     assert evidence.ended_at is not None
-    assert evidence.status_at is not None
-    assert evidence.status_age_s == evidence.ended_at - evidence.status_at
+    assert evidence.status is not None
+    assert evidence.status_age_s == evidence.ended_at - evidence.status.at

@@ -9,6 +9,7 @@ import pytest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
+from app.engine.device import StatusSample
 from app.preflight.evidence import Disturbance, Evidence, FlagState, TriggerFlag
 from app.preflight.logged_flags import with_logged_flags
 from app.preflight.verdict import Void
@@ -19,7 +20,6 @@ from app.store.store import Store, open_store
 from app.text.messages import UserMessage
 from protocol.catalogue import BAUD_RATE, BY_NAME
 from protocol.fields import Value
-from protocol.messages import Status
 from tests.support.check_pace import hurry_check
 from tests.support.journals import FakeJournal
 from tests.support.window.preflight_window import name_module, on_bench
@@ -61,7 +61,7 @@ def _seen(
 ) -> Evidence:
     return Evidence(
         port=PORT, ended_at=1.0, values={**SETTINGS, **settings, "boot_count": boots},
-        flags={TRIGGER.key: TriggerFlag(fate)}, status=Status(0, 10, triggered=False, active=is_active),
+        flags={TRIGGER.key: TriggerFlag(fate)}, status=StatusSample(0.0, 0, 10, triggered=False, active=is_active),
     )  # fmt: skip
 
 

@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 
+from app.engine.device import StatusSample
 from app.guided.kept_test import StoredTest
 from app.guided.results import GuidedKind, GuidedVerdict
 from app.limits.expectations import Expectations, LastTested, Past
@@ -16,7 +17,7 @@ from app.preflight.module_checks import guided_tests
 from app.procedures.history import History
 from app.text.messages import UserMessage
 from protocol.fields import Value
-from protocol.messages import Status, TriggerRecord, decode
+from protocol.messages import TriggerRecord, decode
 from tests.support.line.link_bench import RECORD
 
 PASS, FAIL, WARN, UNKNOWN = CheckResult.PASS, CheckResult.FAIL, CheckResult.WARN, CheckResult.UNKNOWN
@@ -81,7 +82,7 @@ def test_a_trigger_is_enabled_only_where_that_is_known(
 ) -> None:
     flags = {} if flag is None else {"attitude_trigger": flag}
     for is_active in (False, True):
-        found = finding("attitude_trigger", flags=flags, status=Status(0, 1.0, False, is_active))
+        found = finding("attitude_trigger", flags=flags, status=StatusSample(0.0, 0, 1.0, False, is_active))
         assert (found.result, found.shown.in_english()) == (result, shown)
         is_enabled = {FlagState.ENABLED: True, FlagState.DISABLED: False}
         assert found.measured is (None if flag is None else is_enabled.get(flag.state))

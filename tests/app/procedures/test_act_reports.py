@@ -4,6 +4,7 @@ from typing import Any
 
 import pytest
 
+from app.engine.device import StatusSample
 from app.procedures.act import (
     READINGS,
     REPORTS_EVERY_S,
@@ -18,7 +19,6 @@ from app.safety.acts import REQUESTS, Act
 from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
 from protocol.catalogue import STATUS
-from protocol.messages import Status
 from tests.support.journals import FakeJournal
 from tests.support.line.sim_line import Rig
 
@@ -46,7 +46,8 @@ def test_before_zeroing_reports_are_asked_for_at_a_steady_pace() -> None:
     assert 0.9 < reports / (WATCH_S / REPORTS_EVERY_S) < 1.2, reports
 
 
-LOCKED, ACTIVE, FIRED = Status(0, 1.0, False, False), Status(0, 1.0, False, True), Status(0, 1.0, True, True)
+LOCKED = StatusSample(0.0, 0, 1.0, triggered=False, active=False)
+ACTIVE, FIRED = LOCKED._replace(active=True), LOCKED._replace(triggered=True, active=True)
 CONFIRMED, REFUSED, UNKNOWN = Outcome.CONFIRMED, Outcome.REFUSED, Outcome.UNKNOWN
 
 
@@ -63,7 +64,9 @@ CONFIRMED, REFUSED, UNKNOWN = Outcome.CONFIRMED, Outcome.REFUSED, Outcome.UNKNOW
         (1, (), UNKNOWN),
     ],
 )
-def test_an_activation_is_what_two_reports_say(raw: int | None, reports: tuple[Status, ...], outcome: Outcome) -> None:
+def test_an_activation_is_what_two_reports_say(
+    raw: int | None, reports: tuple[StatusSample, ...], outcome: Outcome
+) -> None:
     assert _outcome(Act.ACTIVATE, _Observed(raw == 1, raw, reports)) is outcome
 
 
@@ -81,7 +84,7 @@ def test_an_activation_is_what_two_reports_say(raw: int | None, reports: tuple[S
     ],
 )
 def test_not_fired_is_said_only_where_everything_says_so(
-    raw: int | None, has_fired: bool | None, reports: tuple[Status, ...], outcome: Outcome
+    raw: int | None, has_fired: bool | None, reports: tuple[StatusSample, ...], outcome: Outcome
 ) -> None:
     assert _outcome(Act.DEPLOY, _Observed(raw == 1, raw, reports, has_fired=has_fired)) is outcome
 
@@ -115,7 +118,7 @@ def test_what_follows_from_an_acknowledgement(
 )
 def test_after_zeroing_the_tilt_is_said(tilt_deg: int | None, sentence: str) -> None:
     assert ZEROED_WITHIN_DEG == 1
-    status = None if tilt_deg is None else Status(tilt_deg, 1.0, False, False)
+    status = None if tilt_deg is None else StatusSample(0.0, tilt_deg, 1.0, False, False)
     done = Performed(act=Act.ZERO, outcome=CONFIRMED, status=status)
     assert done.sentence == sentence
     assert done.is_level is (tilt_deg in (0, 1))

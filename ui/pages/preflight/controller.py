@@ -259,8 +259,7 @@ class PreflightController(QObject):
         if reported and not was:
             self.read_again()
         elif was and reported is False and self._evidence.status is not None:
-            status = replace(self._evidence.status, active=False)
-            self._judge_again(replace(self._evidence, status=status))
+            self._judge_again(replace(self._evidence, status=self._evidence.status._replace(active=False)))
 
     def _end_rereading(self, job: Job[StateReading]) -> None:
         self.poll()
@@ -274,7 +273,7 @@ class PreflightController(QObject):
         elif state is None or state.status is None or not state.is_complete:
             self._set_void(Void(Disturbance.UNREAD))
         elif state.status.active is not evidence.is_active:
-            self._judge_again(replace(evidence, status=state.status, status_at=state.status_at))
+            self._judge_again(replace(evidence, status=state.status))
         self.changed.emit()
 
     def _judge_again(self, evidence: Evidence) -> None:

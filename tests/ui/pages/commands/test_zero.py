@@ -2,6 +2,7 @@
 
 import pytest
 
+from app.engine.device import StatusSample
 from app.engine.motion import MotionExtremes, MotionWatch
 from app.engine.session import Run
 from app.procedures.act import Performed, perform
@@ -80,7 +81,7 @@ def test_it_moves_at_the_last_moment() -> None:
 
 
 def test_the_tilt_is_read_afterwards_and_nothing_is_promised() -> None:
-    done = Performed(act=Act.ZERO, outcome=Outcome.CONFIRMED, status=Status(7, 1.0, triggered=False, active=False))
+    done = Performed(act=Act.ZERO, outcome=Outcome.CONFIRMED, status=StatusSample(0.0, 7, 1.0, False, False))
     assert done.sentence == "Acknowledged. Tilt now 7°, not 0°: check the mounting."
     assert outcome_meaning(done) is Meaning.ATTENTION
     unread = Performed(act=Act.ZERO, outcome=Outcome.CONFIRMED)
