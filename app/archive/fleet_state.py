@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from datetime import UTC, datetime
+from datetime import datetime
 from enum import Enum
 from typing import Final
 
@@ -14,13 +14,13 @@ from app.guided.results import TITLES, GuidedVerdict
 from app.preflight.verdict import VERDICT_WORDS, Verdict, verdict_named
 from app.records.record import Record
 from app.records.verification import RecordState, verify
+from app.system.wall_clock import age_days
 from app.text.messages import UserMessage, clean, message
 from protocol.translatable import marked
 
 CHECK_DAYS: Final = 30
 TEST_DAYS: Final = 180
 SIMULATED: Final = marked("{verdict} (simulated)")
-_SECONDS_A_DAY: Final = 86_400.0
 
 
 class DueKind(Enum):
@@ -131,12 +131,6 @@ def check_line(fact: Fact, record: Record) -> CheckLine:
         aircraft=text("aircraft"), fingerprint=text("fingerprint") or None, hash=text("hash"),
         is_altered=verify(record).state in (RecordState.ALTERED, RecordState.UNREADABLE),
     )  # fmt: skip
-
-
-def age_days(at: str, now: datetime) -> float | None:
-    """None for a time more than a day in the future: a clock was wrong."""
-    days = (now - datetime.fromisoformat(at).astimezone(UTC)).total_seconds() / _SECONDS_A_DAY
-    return None if days < -1 else max(0.0, days)
 
 
 def _by_module(facts: LocalFacts, names: ModuleNames) -> dict[tuple[KnownModule, FactKind], list[Fact]]:

@@ -2,11 +2,8 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from datetime import UTC, datetime
 
 from app.guided.results import GuidedKind, GuidedVerdict
-
-SECONDS_A_DAY = 86_400.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -19,16 +16,6 @@ class StoredTest:
     who: str
     is_simulated: bool = False
     measured: tuple[Mapping[str, object], ...] = ()
-
-    def age_days(self, now: datetime) -> float | None:
-        """None if the time is invalid, or more than a day in the future."""
-        try:
-            at = datetime.fromisoformat(self.at)
-        except ValueError:
-            return None
-        at = at if at.tzinfo is not None else at.replace(tzinfo=UTC)
-        days = (now - at).total_seconds() / SECONDS_A_DAY
-        return None if days < -1 else max(0.0, days)
 
     def plain(self) -> dict[str, object]:
         """For a record."""

@@ -21,6 +21,7 @@ from app.records.record import NOT_STORED, Record, RecordContext, is_simulated, 
 from app.stations.station import Station, StationTrouble, own_station
 from app.store.database import StoreFault, StoreTrouble
 from app.store.store import Store, data_folder
+from app.system.wall_clock import age_days
 from app.text.messages import clean
 
 _log = logging.getLogger(__name__)
@@ -141,7 +142,7 @@ def _past(store: Store, module_id: int, name: str | None, evidence: Evidence) ->
 def _tests(store: Store, module_id: int, evidence: Evidence, at: datetime) -> Mapping[GuidedKind, LastTested]:
     """The last guided tests; those of a simulated module never count for a real one."""
     last = GuidedStore(store.database).last(module_id, counts_simulated=is_simulated(evidence.port))
-    return {kind: LastTested(kept, kept.age_days(at)) for kind, kept in last.items()}
+    return {kind: LastTested(kept, age_days(kept.at, at)) for kind, kept in last.items()}
 
 
 def _store(store: Store, assessment: Assessment, make: MakeRecord, circumstances: RecordContext) -> Record:

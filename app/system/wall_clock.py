@@ -7,7 +7,7 @@ therefore depends on the time.
 import math
 import time
 from bisect import bisect_left
-from datetime import datetime
+from datetime import UTC, datetime, timedelta
 
 from app.system.sleep_detector import Clock
 
@@ -43,6 +43,17 @@ class WallClock:
     def at(self, time_s: float) -> float:
         """Convert a monotonic time, also an earlier one, to seconds since 1970."""
         return time_s + self._offsets[bisect_left(self._froms, time_s) - 1]
+
+
+def age_days(at: str, now: datetime) -> float | None:
+    """The age of an ISO 8601 time, without zone in UTC; None if it is invalid, or more than a day in the future, as a
+    clock was wrong then."""
+    try:
+        then = datetime.fromisoformat(at)
+    except ValueError:
+        return None
+    days = (now - (then if then.tzinfo is not None else then.replace(tzinfo=UTC))) / timedelta(days=1)
+    return None if days < -1 else max(0.0, days)
 
 
 def local_time(text: str) -> str:
