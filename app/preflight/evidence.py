@@ -7,7 +7,7 @@ from math import inf
 from typing import NamedTuple
 
 from app.engine.device import StatusSample
-from app.engine.procedure import Cancelled
+from app.engine.procedure import Cancelled, Slept
 from app.preflight.reread import StateChange, StateReading, changes_between
 from app.procedures.history import History
 from app.text.messages import UserMessage
@@ -127,7 +127,11 @@ class Evidence:
 
     def note_error(self, error: BaseException | None) -> None:
         """Record why the procedure ended early, unless that is known already."""
-        if error is not None and self.disturbance is None:
+        if error is None or self.disturbance is not None:
+            return
+        if isinstance(error, Slept):
+            self.disturbance = Disturbance.SLEPT
+        else:
             self.disturbance = Disturbance.INTERRUPTED if isinstance(error, Cancelled) else Disturbance.DISCONNECTED
 
     def settings(self, keys: Iterable[str]) -> Mapping[str, Value]:

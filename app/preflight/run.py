@@ -12,7 +12,7 @@ frames pass. What may change while a trigger is enabled or during measuring is r
 from app.engine.device import How
 from app.engine.identity import as_logged, evidence_of
 from app.engine.playback import require_module
-from app.engine.procedure import Ask, Await, Cancelled, EngineView, Inspect, Pause, PortLost, Procedure, Report, Slept
+from app.engine.procedure import Ask, Await, Cancelled, EngineView, Inspect, Pause, PortLost, Procedure, Report
 from app.preflight.evidence import HEARTBEATS, STILL_S, Disturbance, Evidence, FlagState, TriggerFlag
 from app.preflight.reread import StateReading, read_state
 from app.procedures.ask_status import ask_status
@@ -59,14 +59,8 @@ def run_preflight(
     except _Silent:
         evidence.disturbance = Disturbance.SILENT
         yield from _count_rejected(evidence)
-    except Slept:
-        evidence.disturbance = Disturbance.SLEPT
-        raise
-    except Cancelled:
-        evidence.disturbance = Disturbance.INTERRUPTED
-        raise
-    except PortLost:
-        evidence.disturbance = Disturbance.DISCONNECTED
+    except (Cancelled, PortLost) as error:
+        evidence.note_error(error)
         raise
     return evidence
 

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from app.engine.device import StatusSample
-from app.engine.procedure import Ask, Cancelled, PortLost, Report
+from app.engine.procedure import Ask, Cancelled, PortLost, Report, Slept
 from app.engine.session import Run
 from app.limits.expectations import Expectations, Past
 from app.preflight import run
@@ -229,6 +229,7 @@ def test_what_was_before_a_check_does_not_disturb_it() -> None:
         (None, None, None),
         (None, Cancelled(), Disturbance.INTERRUPTED),
         (None, PortLost(), Disturbance.DISCONNECTED),
+        (None, Slept(9.0), Disturbance.SLEPT),
         (Disturbance.SLEPT, PortLost(), Disturbance.SLEPT),
     ],
 )
