@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
     from app.engine.snapshots import Snapshot
     from app.safety.journal import Journal
+    from app.store.database import StoreTrouble
     from app.store.store import Store
 
 ORIGIN = "command line"
@@ -48,13 +49,20 @@ class Records:
 def open_store_or_notify(consequence: str = "") -> "Store | None":
     """The store; None if it cannot be opened, which is reported with `consequence`."""
     from app.store.database import StoreTrouble
+
+    store = _opened(consequence)
+    return None if isinstance(store, StoreTrouble) else store
+
+
+def _opened(consequence: str = "") -> "Store | StoreTrouble":
+    from app.store.database import StoreTrouble
     from app.store.store import open_store
 
     try:
         store = open_store()
     except StoreTrouble as error:
         notify(join_sentences((error.sentence, consequence)))
-        return None
+        return error
     if store.notice is not None:
         notify(store.notice)
     return store
@@ -74,20 +82,12 @@ def adapter_of(port: str) -> str:
 @contextmanager
 def records_of(port: str, adapter: str = "") -> Iterator[Records]:
     from app.store.database import StoreTrouble
-    from app.store.store import open_store
     from app.store.store_journal import journal_for
 
-    store: Store | None = None
+    opened = _opened()
+    store = None if isinstance(opened, StoreTrouble) else opened
     try:
-        store = open_store()
-        if store.notice is not None:
-            notify(store.notice)
-        yield Records(journal_for(store, port=port, origin=ORIGIN, adapter=adapter), store, port)
-    except StoreTrouble as error:
-        if store is not None:
-            raise
-        notify(error.sentence)
-        yield Records(journal_for(error, port=port, origin=ORIGIN), None, port)
+        yield Records(journal_for(opened, port=port, origin=ORIGIN, adapter=adapter), store, port)
     finally:
         if store is not None and store.close():
             notify(tr("The audit log is incomplete."))
