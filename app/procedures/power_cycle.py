@@ -3,7 +3,7 @@
     boot count -> wait while a person switches it off and on -> boot count again, one more -> read everything back
 
 A restart shows in two heartbeats and is proven by the boot count. If the adapter loses its power with the module, the
-procedure ends with the port; start it again with the previous boot count.
+procedure ends with the port.
 """
 
 from collections.abc import Mapping
@@ -73,13 +73,12 @@ class PowerCycleResult:
 
 
 def survives_power_cycle(
-    wanted: Mapping[str, Value], *, boots_before: int | None = None, longest_wait_s: float = MAX_WAIT_S
+    wanted: Mapping[str, Value], *, longest_wait_s: float = MAX_WAIT_S
 ) -> Procedure[PowerCycleResult]:
-    """`wanted`: the written values by key. `boots_before`: from an earlier try that lost the port."""
+    """`wanted`: the written values by key."""
     yield from require_module()
     before: EngineView = yield Inspect()
-    if boots_before is None:
-        boots_before = yield from _boots()
+    boots_before = yield from _boots()
     boots: int | None = None
     while True:
         sight: EngineView = yield Inspect()

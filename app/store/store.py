@@ -42,7 +42,6 @@ class AuditEntry:
     """`settled_at` None: the program ended before the outcome was known; the outcome reads as unknown."""
 
     id: int
-    module_id: int | None
     port: str
     origin: str
     at: str
@@ -164,11 +163,10 @@ class Store:
 
     # Audit
 
-    def begin(self, act: Act, frame: bytes, detail: Mapping[str, object], *, port: str, origin: str,
-              module_id: int | None = None) -> int:  # fmt: skip
+    def begin(self, act: Act, frame: bytes, detail: Mapping[str, object], *, port: str, origin: str) -> int:
         return self.database.write(
-            "INSERT INTO audit (module_id, port, origin, at, act, frame, detail) VALUES (?, ?, ?, ?, ?, ?, ?)",
-            (module_id, port, origin, self.database.now(), act.value, frame.hex(" ").upper(), json.dumps(dict(detail))),
+            "INSERT INTO audit (port, origin, at, act, frame, detail) VALUES (?, ?, ?, ?, ?, ?)",
+            (port, origin, self.database.now(), act.value, frame.hex(" ").upper(), json.dumps(dict(detail))),
         )
 
     def settle(self, entry: int, outcome: Outcome, result: Mapping[str, object]) -> None:
@@ -180,14 +178,14 @@ class Store:
     def audit(self, *, limit: int = 200) -> tuple[AuditEntry, ...]:
         """The newest first."""
         rows = self.database.read(
-            "SELECT id, module_id, port, origin, at, act, frame, detail, settled_at, outcome, result FROM audit "
+            "SELECT id, port, origin, at, act, frame, detail, settled_at, outcome, result FROM audit "
             "ORDER BY id DESC LIMIT ?",
             (limit,),
         )
         return tuple(
-            AuditEntry(row[0], row[1], row[2], row[3], row[4], Act(row[5]), bytes.fromhex(row[6]), _object(row[7]),
-                       row[8], Outcome(row[9]) if row[9] else Outcome.UNKNOWN, _object(row[10]))
-            for row in rows
+            AuditEntry(id_, port, origin, at, Act(act), bytes.fromhex(frame), _object(detail), settled_at,
+                       Outcome(outcome) if outcome else Outcome.UNKNOWN, _object(result))
+            for id_, port, origin, at, act, frame, detail, settled_at, outcome, result in rows
         )  # fmt: skip
 
     # Changes of baud rate

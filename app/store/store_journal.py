@@ -14,17 +14,13 @@ _log = logging.getLogger(__name__)
 class StoreJournal:
     """The journal of one connection, written by the store's own thread."""
 
-    def __init__(
-        self, store: Store, *, port: str, origin: str, adapter: str = "", module: str = "",
-        module_id: int | None = None,
-    ) -> None:  # fmt: skip
+    def __init__(self, store: Store, *, port: str, origin: str, adapter: str = "", module: str = "") -> None:
         """`module`: its name, where it has one."""
         self._store = store
         self._port = port
         self._origin = origin
         self._adapter = adapter
         self._module = module
-        self._module_id = module_id
 
     @property
     def is_ready(self) -> bool:
@@ -33,9 +29,7 @@ class StoreJournal:
     def begin(self, act: Act, frame: bytes, detail: Mapping[str, object]) -> Entry:
         where = {"adapter": self._adapter, "module": self._module}
         store, kept = self._store, {**detail, **{name: text for name, text in where.items() if text}}
-        return self._write(
-            lambda: store.begin(act, frame, kept, port=self._port, origin=self._origin, module_id=self._module_id)
-        )
+        return self._write(lambda: store.begin(act, frame, kept, port=self._port, origin=self._origin))
 
     def settle(self, entry: Entry, outcome: Outcome, result: Mapping[str, object]) -> None:
         kept = dict(result)

@@ -105,13 +105,6 @@ def test_nobody_switches_it_off() -> None:
     assert (survival.ending, survival.stamps, survival.is_fine) == (Ending.NOT_SEEN, {}, False)
 
 
-def test_it_goes_on_after_the_port_was_lost() -> None:
-    rig = Rig({"boots": 38})
-    survival = rig.run(survives_power_cycle(WANTED, boots_before=37))
-    assert survival.ending is Ending.RESTARTED
-    assert survival.is_fine
-
-
 def test_a_boot_count_that_cannot_be_read_proves_nothing() -> None:
     rig = Rig({"mute_codes": frozenset((0x23,))})
     survival = survive(rig, rig.bench.restart, longest_wait_s=20.0)
