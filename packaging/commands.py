@@ -115,7 +115,8 @@ COMMANDS: dict[str, Command] = {
     "soak": Command("run the endurance test", _offscreen("tests.soak")),
     "adversary": Command("run every command against every fault and lie", _offscreen("tests.adversary")),
     "mutants": Command(
-        "break the program in small ways, one at a time, and count how many the tests notice", _offscreen("tests.mutants")
+        "break the program in small ways, one at a time, and count how many the tests notice",
+        _offscreen("tests.mutants"),
     ),
     "run": Command("run dps-s with the arguments", _run),
     "translations": Command("update, check or merge the translations", _script("docs/generate/translations.py")),
