@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.recordings.file_layout import MAX_UPTIME_S
-from app.samples.ring_buffers import SUMMARY_S, Envelope, Readable, Seconds, Values
+from app.samples.ring_buffers import SUMMARY_S, Envelope, Readable, Seconds, Values, buckets_of
 
 _ROWS_AT_ONCE = 1 << 19
 """Bounds the memory of `beginnings` to a few megabytes."""
@@ -64,12 +64,7 @@ class RecordedSeries(Readable):
 
     def __init__(self, times: Seconds, values: Values, firsts: NDArray[np.intp]) -> None:
         self._time_column, self._value_column = times, values
-        if len(firsts):
-            lasts = np.append(firsts[1:], len(times)) - 1
-            low, high = np.minimum.reduceat(values, firsts), np.maximum.reduceat(values, firsts)
-            self._summary = Envelope(times[firsts], times[lasts], low, high)
-        else:
-            self._summary = Envelope(np.empty(0), np.empty(0), np.empty(0, np.float32), np.empty(0, np.float32))
+        self._summary = buckets_of(times, values, firsts)
 
     @property
     def _times(self) -> Seconds:
@@ -78,10 +73,6 @@ class RecordedSeries(Readable):
     @property
     def _values(self) -> Values:
         return self._value_column
-
-    @property
-    def _has_dropped(self) -> bool:
-        return False
 
     def _summary_columns(self) -> Envelope:
         return self._summary

@@ -1,11 +1,10 @@
 """Exports a recording for other programs."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from itertools import chain
 from pathlib import Path
 
-from app.captures.entries import CaptureEntry
-from app.captures.writer import FULL, MAX_FILE_BYTES, Header, lines_of
+from app.captures.writer import FULL, MAX_FILE_BYTES, lines_of
 from app.recordings.recording import Recording
 from app.recordings.table import csv_parts, part_count
 from app.system.files import whole_file
@@ -93,19 +92,13 @@ def export_capture(
 
     `appends`: adds another part to an existing capture.
     """
-    opening = recording.opening
-    header = Header(
-        program=opening.program,
-        port=opening.port,
-        baud_rate=opening.baud_rate,
-        started=opening.started_at.isoformat(),
-    )
     expected = max(1, recording.line_bytes)
     before = path.read_bytes() if appends and path.exists() else b""
     count, written = 0, len(before)
     with whole_file(path) as file:
         file.write(before)
-        for line in chain(header.lines(), _capture_lines(recording)):
+        bytes_on_line = chain.from_iterable(map(lines_of, recording.traffic()))
+        for line in chain(recording.opening.capture_header.lines(), bytes_on_line):
             written += len(line) + 1
             if written > MAX_FILE_BYTES:
                 file.write(f"{FULL}\n".encode())
@@ -114,8 +107,3 @@ def export_capture(
             count += not line.startswith("#")
             on_progress(min(1.0, (written - len(before)) / expected))
     return count, False
-
-
-def _capture_lines(recording: Recording) -> Iterator[str]:
-    for one in recording.traffic():
-        yield from lines_of(CaptureEntry(one.time_s - recording.opening.start_s, one.way, one.raw))

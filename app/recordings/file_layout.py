@@ -13,6 +13,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import IO, Final
 
+from app.captures.writer import Header
 from app.system.files import lock, private_opener
 from protocol.translatable import marked
 
@@ -75,6 +76,12 @@ class Opening:
     def wall_offset_s(self) -> float:
         """Seconds since 1970 minus monotonic seconds."""
         return self.started_at.timestamp() - self.start_s
+
+    @property
+    def capture_header(self) -> Header:
+        """Of the bytes on the line."""
+        started = self.started_at.isoformat()
+        return Header(program=self.program, port=self.port, baud_rate=self.baud_rate, started=started)
 
     def encoded(self) -> bytes:
         fields = {"format": FORMAT, "version": VERSION, **asdict(self), "started_at": self.started_at.isoformat()}

@@ -166,9 +166,10 @@ def _limits(recording: Recording) -> Iterator[_Message]:
 
 
 def _traffic(recording: Recording) -> Iterator[_Message]:
-    for time_s, way, raw in recording.traffic():
+    start_s = recording.opening.start_s
+    for at_s, way, raw in recording.traffic():
         text = base64.b64encode(raw).decode()
-        yield _Message(time_s, _TOPIC_OF_WAY[way], f'{{"data":"{text}"}}'.encode())
+        yield _Message(start_s + at_s, _TOPIC_OF_WAY[way], f'{{"data":"{text}"}}'.encode())
 
 
 def _json(value: object) -> bytes:

@@ -10,7 +10,7 @@ from typing import IO, Any, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from app.captures.entries import Way
+from app.captures.entries import CaptureEntry, Way
 from app.recordings.columns import RecordedSeries, beginnings, column
 from app.recordings.commits import Damaged, Extents, damaged_pieces, read_extents
 from app.recordings.excerpt import Excerpt
@@ -34,14 +34,6 @@ from app.text.i18n import tr
 from app.text.sentences import error_text, join_sentences
 
 _MAX_LIMITS = 1_000_000
-
-
-class Traffic(NamedTuple):
-    """Bytes of one direction. `time_s`: monotonic seconds."""
-
-    time_s: float
-    way: Way
-    raw: bytes
 
 
 class LimitsAt(NamedTuple):
@@ -113,8 +105,8 @@ class Recording:
             markers=tuple(one for one in self.markers if start_s <= one.time_s <= end_s),
         )
 
-    def traffic(self) -> Iterator[Traffic]:
-        """Yields the bytes on the line in order. Raises OSError."""
+    def traffic(self) -> Iterator[CaptureEntry]:
+        """Yields the bytes on the line in order; times count from `opening.start_s`. Raises OSError."""
         with (self.entry.folder / LINE).open("rb") as file:
             for length in self._sound(file, LINE):
                 left = length
@@ -128,7 +120,7 @@ class Recording:
                     except ValueError:
                         continue
                     if is_time(at_s):
-                        yield Traffic(self.opening.start_s + at_s, way, raw)
+                        yield CaptureEntry(at_s, way, raw)
 
     def _sound(self, file: IO[bytes], name: str) -> Iterator[int]:
         """Yields the lengths of the undamaged pieces of a file, positioned at the start of each."""

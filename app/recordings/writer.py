@@ -13,7 +13,7 @@ from typing import IO
 
 import numpy as np
 
-from app.captures.writer import Header, entries_of, lines_of
+from app.captures.writer import entries_of, lines_of
 from app.engine.device import DeviceView, StatusSample
 from app.engine.worker import Batch, PortState
 from app.recordings.commits import Extents, encoded_commit, nothing
@@ -65,13 +65,7 @@ class SessionWriter:
             for name in (*DATA_FILES, COMMITS):
                 self._files[name] = open(folder / name, "xb", buffering=0, opener=private_opener)  # noqa: SIM115
             write_whole(folder / SESSION, opening.encoded(), is_private=True)
-            header = Header(
-                program=opening.program,
-                port=opening.port,
-                baud_rate=opening.baud_rate,
-                started=opening.started_at.isoformat(),
-            )
-            self._head = "".join(f"{line}\n" for line in header.lines()).encode("utf-8", "replace")
+            self._head = "".join(f"{line}\n" for line in opening.capture_header.lines()).encode("utf-8", "replace")
         except BaseException:
             self.close()
             raise

@@ -117,9 +117,9 @@ class Readable(ABC):
         """The values of the exact samples."""
 
     @property
-    @abstractmethod
     def _has_dropped(self) -> bool:
         """Whether older samples are only in the summary."""
+        return False
 
     @abstractmethod
     def _summary_columns(self) -> Envelope:
@@ -196,7 +196,7 @@ class Readable(ABC):
             times, values = times[first:stop], self._values[first:stop]
             return Envelope(times.copy(), times.copy(), values.copy(), values.copy())
         firsts = bounds[:-1][bounds[:-1] < bounds[1:]] - first
-        return _buckets(times[first:stop], self._values[first:stop], firsts)
+        return buckets_of(times[first:stop], self._values[first:stop], firsts)
 
     def _from_summary(self, start_s: float, end_s: float, width_s: float) -> Envelope:
         start, end, low, high = self._summary_columns()
@@ -291,7 +291,7 @@ class Series(Readable):
         else:
             numbers = np.floor(times / SUMMARY_S)
             firsts = np.flatnonzero(np.concatenate(([True], numbers[1:] != numbers[:-1])))
-            batch = _buckets(times, values, firsts)
+            batch = buckets_of(times, values, firsts)
         start, end, low, high = (self._summary.column(number) for number in range(4))
         if len(start) and math.floor(start[-1] / SUMMARY_S) == first:
             end[-1] = batch.end_s[0]
@@ -320,9 +320,9 @@ def _edges(start_s: float, end_s: float, width_s: float) -> Seconds:
     return np.arange(first, last + 1, dtype=np.float64) * width_s
 
 
-def _buckets(times: Seconds, values: Values, firsts: NDArray[np.intp]) -> Envelope:
+def buckets_of(times: Seconds, values: Values, firsts: NDArray[np.intp]) -> Envelope:
     """One bucket from each index of `firsts` up to the next; none of them empty."""
-    lasts = np.append(firsts[1:], len(times)) - 1
+    lasts = np.append(firsts, len(times))[1:] - 1
     return Envelope(
         times[firsts],
         times[lasts],

@@ -99,7 +99,8 @@ def test_mcap_holds_every_value_and_every_byte(recording: Recording, tmp_path: P
         ("connected", PORT), ("activated", PORT), ("triggered", PORT), ("port lost", PORT)
     ]  # fmt: skip
     for topic, way in (("/line/rx", Way.IN), ("/line/tx", Way.OUT)):
-        expected = [(at_ns(recording, one.time_s), one.raw) for one in recording.traffic() if one.way is way]
+        start_s = recording.opening.start_s
+        expected = [(at_ns(recording, start_s + one.at_s), one.raw) for one in recording.traffic() if one.way is way]
         assert [(at, base64.b64decode(values["data"])) for at, values in found[topic]] == expected
         assert expected
     first_ns = found["/events"][0][0]

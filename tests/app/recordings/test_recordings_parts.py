@@ -12,7 +12,7 @@ from app.engine.device import Sleep
 from app.recordings import file_layout as layout
 from app.recordings.library import RecordingLibrary
 from app.recordings.recorder import DISK_CHECK_EVERY_S, MAX_PART_S, SYNC_EVERY_S, Recorder
-from app.recordings.recording import Traffic, open_recording
+from app.recordings.recording import open_recording
 from app.recordings.writer import SessionWriter
 from tests.support.records.recordings_made import HEADING, NOON, WAIT_S, batch, received, recorder_in, report, stream
 
@@ -166,6 +166,6 @@ def test_bytes_of_equal_times_stay_in_order(tmp_path: Path) -> None:
         bench.feed(*(batch(one.at, one) for one in samples))
         bench.finish()
         with open_recording(bench.folder) as recording:
-            traffic: list[Traffic] = list(recording.traffic())
+            traffic = list(recording.traffic())
         assert b"".join(one.raw for one in traffic) == b"".join(received(one).frame.raw for one in samples)
         assert len(traffic) == 15
