@@ -7,6 +7,7 @@ reports a little later is the result.
 from typing import NamedTuple
 
 from app.engine.procedure import EngineView, Inspect, Pause, Procedure, Report
+from app.engine.questions import ask_value
 from app.guided.results import BreakOff, GuidedKind, GuidedResult, MeasuredValue, passed_if
 from app.guided.status_watch import (
     AGREEING,
@@ -18,7 +19,6 @@ from app.guided.status_watch import (
     require_locked,
     require_start,
 )
-from app.procedures.questions import ask_value
 from app.text.messages import message
 from protocol.catalogue import BY_NAME
 from protocol.messages import HIGHEST_CELL_V

@@ -13,11 +13,11 @@ from app.engine.device import How
 from app.engine.identity import as_logged, evidence_of
 from app.engine.playback import require_module
 from app.engine.procedure import Ask, Await, Cancelled, EngineView, Inspect, Pause, PortLost, Procedure, Report
+from app.engine.questions import HEARTBEAT_WAITS_S, ask_report, ask_value, is_alive
 from app.preflight.evidence import HEARTBEATS, STILL_S, Disturbance, Evidence, FlagState, TriggerFlag
 from app.preflight.reread import StateReading, read_state
 from app.procedures.ask_status import ask_status
 from app.procedures.history import read_history
-from app.procedures.questions import HEARTBEAT_WAITS_S, ask_report, ask_value, is_alive
 from app.procedures.write import read_back
 from app.procedures.write_all import DISK_LIMIT_S
 from app.safety.acts import Act

@@ -8,7 +8,7 @@ whether that is recent enough.
 """
 
 from app.engine.procedure import Ask, EngineView, Inspect, Procedure
-from app.procedures.questions import is_alive
+from app.engine.questions import is_alive
 from protocol.catalogue import STATUS
 from protocol.events import Answered
 

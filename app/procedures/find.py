@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from itertools import cycle
 
 from app.engine.procedure import Ask, EngineView, Inspect, Pause, Procedure, Report, UseRate
-from app.procedures.questions import is_alive
+from app.engine.questions import is_alive
 from protocol.catalogue import BAUD_RATES, BY_NAME, Request
 from protocol.events import Answered
 from protocol.translatable import marked

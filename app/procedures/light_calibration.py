@@ -11,7 +11,7 @@ from statistics import median
 
 from app.engine.playback import require_module
 from app.engine.procedure import EngineView, Inspect, Pause, Procedure, Report
-from app.procedures.questions import ask_value
+from app.engine.questions import ask_value
 from app.text.i18n import tr
 from protocol.catalogue import BY_NAME
 from protocol.fields import Quantity

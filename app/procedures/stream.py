@@ -10,8 +10,8 @@ from dataclasses import dataclass, field
 
 from app.engine.device import How, Sleep
 from app.engine.procedure import Ask, Cancelled, EngineView, Inspect, Pause, Procedure
+from app.engine.questions import is_alive
 from app.engine.setting_changes import READABLE_SETTINGS
-from app.procedures.questions import is_alive
 from app.procedures.read import READABLE
 from app.store.stream_memory import StreamMemory
 from protocol.catalogue import BY_NAME, SERIAL_OUTPUT, STATUS, Request

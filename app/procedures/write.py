@@ -13,7 +13,7 @@ from enum import Enum
 from typing import NamedTuple
 
 from app.engine.procedure import Ask, EngineView, Inspect, Pause, Procedure
-from app.procedures.questions import ask_value
+from app.engine.questions import ask_value
 from protocol.catalogue import Command
 from protocol.events import Answered, Outcome, Role, Unanswered
 from protocol.fields import Value

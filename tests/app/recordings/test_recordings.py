@@ -67,7 +67,9 @@ def test_every_sample_and_every_byte_comes_back(tmp_path: Path) -> None:
     assert bytes_of[Way.OUT] == asked(1000.0).raw
     frames = [one.frame.raw for each in batches[1:] for one in each.events]  # type: ignore[union-attr]
     assert bytes_of[Way.IN] == b"".join(frames)
-    assert [recording.opening.start_s + one.at_s for one in traffic] == pytest.approx([1000.0, *(one.at for one in samples)], abs=1e-6)
+    assert [recording.opening.start_s + one.at_s for one in traffic] == pytest.approx(
+        [1000.0, *(one.at for one in samples)], abs=1e-6
+    )
 
 
 def test_the_entry_of_a_session(tmp_path: Path) -> None:
