@@ -12,6 +12,7 @@ from enum import Enum
 from app.engine.device import DeviceView
 from app.limits.expectations import ManualItem
 from app.limits.limits import softened
+from app.limits.out_of_limits import bay_outside
 from app.preflight.checks import CHECKS
 from app.preflight.evidence import Disturbance, FlagState
 from app.preflight.findings import Case, Check, CheckResult, Finding
@@ -225,8 +226,7 @@ def _changed(assessment: Assessment, device: DeviceView, now: float) -> UserMess
     if was_charged and voltage is not None and voltage < expectations.limits.cell_voltage_min_v:
         return UserMessage(TITLES["cell_voltage_v"])
     light, threshold = device.fresh("light_v", now), evidence.values.get("light_threshold_v")
-    if light is not None and threshold is not None and assessment.result("light") is CheckResult.PASS:
-        is_dark = light > threshold if expectations.is_light_inverted else light < threshold
-        if not is_dark:
-            return UserMessage(TITLES["light_v"])
-    return None
+    if light is None or threshold is None or assessment.result("light") is not CheckResult.PASS:
+        return None
+    is_open = bay_outside(light, threshold, is_inverted=expectations.is_light_inverted) is not None
+    return UserMessage(TITLES["light_v"]) if is_open else None
