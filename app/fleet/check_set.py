@@ -9,16 +9,16 @@ from pathlib import Path
 
 from app.preflight.verdict import Verdict
 from app.records.filing import Filed, local_now
-from app.records.report_files import Printer, ReportRefused, suggested_name, write_report
+from app.records.report_files import Printer, check_target, suggested_name, write_report
+from app.records.report_html import VERDICT_STYLES, html_page
 from app.stations.station import Station
 from app.system.files import write_whole
-from app.text.i18n import CHINESE, language, tr
+from app.text.i18n import tr
 from app.text.messages import UserMessage, clean
 from app.text.sentences import join_names
 from protocol.translatable import marked
 
 FORMAT = "dps-s pre-flight set"
-_COLOURS = {Verdict.GO: "#0b5d1e", Verdict.READY: "#0b4a9e", Verdict.NO_GO: "#a4001d"}
 NOT_CHECKED = marked("not checked")
 
 
@@ -87,7 +87,7 @@ def report_body(members: Sequence[SetMember]) -> str:
     )
     rows = []
     for one in members:
-        colour = _COLOURS.get(one.verdict or Verdict.NO_GO, "#a4001d")
+        _, colour = VERDICT_STYLES[one.verdict or Verdict.NO_GO]
         cells = (one.title, clean(one.port), clean(one.why))
         rows.append(
             f'<tr><td bgcolor="{colour}"><font color="#ffffff"><b>{html.escape(word_of(one.verdict))}</b></font></td>'
@@ -102,25 +102,9 @@ def report_body(members: Sequence[SetMember]) -> str:
     )
 
 
-def _page(members: Sequence[SetMember]) -> bytes:
-    return (
-        f'<!DOCTYPE html>\n<html lang="{"zh-CN" if language() == CHINESE else "en"}"><head><meta charset="utf-8">\n'
-        "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'\">\n"
-        f"<title>{html.escape(tr('Pre-flight check, modules: {count}', count=len(members)))}</title>\n"
-        "<style>body{font-family:sans-serif;max-width:190mm;margin:8mm auto}</style></head>\n"
-        f"<body>{report_body(members)}</body></html>"
-    ).encode()
-
-
 def check_set_target(path: Path) -> None:
     """Raise `ReportRefused` if the reports cannot be written there."""
-    if path.suffix.lower() != ".pdf":
-        raise ReportRefused(tr("{file}: the name of the report must end in .pdf.", file=path.name))
-    if not path.parent.is_dir():
-        raise ReportRefused(tr("There is no folder {folder}.", folder=path.parent))
-    for target in (path, path.with_suffix(".html"), path.with_suffix(".json")):
-        if target.exists() and not _is_ours(target.with_suffix(".json")):
-            raise ReportRefused(tr("{file} is there and is no pre-flight report: choose another name.", file=target))
+    check_target(path, lambda target: _is_ours(target.with_suffix(".json")))
 
 
 def _is_ours(path: Path) -> bool:
@@ -141,7 +125,8 @@ def write_set_reports(
     plain = json.dumps(plain_set(members), ensure_ascii=False, indent=1).encode()
     json_path, html_path = path.with_suffix(".json"), path.with_suffix(".html")
     write_whole(json_path, plain)
-    write_whole(html_path, _page(members))
+    title = tr("Pre-flight check, modules: {count}", count=len(members))
+    write_whole(html_path, html_page(title, report_body(members)))
     written = [json_path, html_path]
     for number, one in enumerate(members, 1):
         if one.filed is not None:

@@ -26,14 +26,15 @@ class ReportRefused(ValueError):
     """The message is a sentence in the language in use."""
 
 
-def check_target(path: Path) -> None:
-    """Raises `ReportRefused` where the report cannot be written there."""
+def check_target(path: Path, is_ours: Callable[[Path], bool] | None = None) -> None:
+    """Raises `ReportRefused` where the report cannot be written there. `is_ours`: whether a file may be replaced."""
+    may_replace = is_ours or _is_ours
     if path.suffix.lower() != ".pdf":
         raise ReportRefused(tr("{file}: the name of the report must end in .pdf.", file=path.name))
     if not path.parent.is_dir():
         raise ReportRefused(tr("There is no folder {folder}.", folder=path.parent))
     for target in (path, *_beside(path)):
-        if target.exists() and not _is_ours(target):
+        if target.exists() and not may_replace(target):
             raise ReportRefused(tr("{file} is there and is no pre-flight report: choose another name.", file=target))
 
 

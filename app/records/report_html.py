@@ -36,7 +36,7 @@ _MARKS = {
     CheckResult.WARN: ("!", AMBER),
     CheckResult.UNKNOWN: ("?", RED),
 }
-_VERDICT_STYLES = {Verdict.GO: ("√", GREEN), Verdict.READY: ("■", BLUE), Verdict.NO_GO: ("×", RED)}
+VERDICT_STYLES = {Verdict.GO: ("√", GREEN), Verdict.READY: ("■", BLUE), Verdict.NO_GO: ("×", RED)}
 _TEST_MARKS = {
     GuidedVerdict.PASSED: ("√", GREEN),
     GuidedVerdict.FAILED: ("×", RED),
@@ -65,14 +65,19 @@ def is_page_of(record: Mapping[str, object], data: bytes) -> bool:
 def _unsealed(record: Record) -> bytes:
     # A "<" inside the JSON could end the element that holds it.
     inside = json.dumps(record, ensure_ascii=True, allow_nan=False).replace("<", "\\u003c")
-    title = _escaped(tr("Pre-flight check of a parachute module"))
+    data = f'\n<script type="application/json" id="record">{inside}</script>'
+    return html_page(tr("Pre-flight check of a parachute module"), body(record) + data)
+
+
+def html_page(title: str, content: str) -> bytes:
+    """A page in the language in use that loads and runs nothing."""
     text = (
         f'<!DOCTYPE html>\n<html lang="{"zh-CN" if language() == "zh_CN" else "en"}"><head><meta charset="utf-8">\n'
         "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'\">\n"
-        f"<title>{title}</title>\n"
+        f"<title>{_escaped(title)}</title>\n"
         "<style>body{font-family:sans-serif;max-width:190mm;margin:8mm auto;font-size:10pt;color:#111}"
         "table{overflow-wrap:anywhere}@page{size:A4;margin:12mm}</style></head>\n"
-        f'<body>{body(record)}\n<script type="application/json" id="record">{inside}</script></body></html>'
+        f"<body>{content}</body></html>"
     )
     return text.encode()
 
@@ -89,7 +94,7 @@ def body(record: Record) -> str:
 def _head(record: Record) -> str:
     void, verdict, checks = record.get("void"), recorded_verdict(record), list_in(record, "checks")
     failed = sum(_result(one) in (CheckResult.FAIL, CheckResult.UNKNOWN) for one in checks)
-    mark, colour = _VERDICT_STYLES[verdict if void is None else Verdict.NO_GO]
+    mark, colour = VERDICT_STYLES[verdict if void is None else Verdict.NO_GO]
     word = verdict_sentence(verdict, activated_by(record)).translated()
     skipped = sum(1 for one in list_in(record, "manual") if isinstance(one, Mapping) and one.get("is_done") is None)
     if verdict is not Verdict.NO_GO and void is None:
