@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from app.terminal import console
 from app.text.i18n import tr
-from app.text.sentences import error_text
+from app.text.sentences import not_written
 
 if TYPE_CHECKING:
     from app.engine.worker import Batch
@@ -104,7 +104,7 @@ def _print(history: "History", args: argparse.Namespace) -> bool:
         write_csv(args.csv, history)
     except OSError as error:
         console.write_lines(page_of(history))  # so that no record is lost
-        console.notify(tr("{file} cannot be written: {why}.", file=args.csv, why=error_text(error)))
+        console.notify(not_written(args.csv, error))
         return False
     console.write_lines([tr("Rows written to {file}: {count}.", count=len(history.all), file=args.csv)])
     return True

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from app.terminal import console
 from app.text.i18n import tr
-from app.text.sentences import error_text, in_brackets, join_names, join_sentences
+from app.text.sentences import in_brackets, join_names, join_sentences, not_written
 
 if TYPE_CHECKING:
     from app.fleet.check_set import SetMember
@@ -269,7 +269,7 @@ def _written(path: Path, write: "Callable[[Station | None], Sequence[Path]]") ->
     try:
         written = write(station_to_sign(data_folder()))
     except (OSError, RuntimeError, ImportError) as error:
-        console.notify(tr("{file} cannot be written: {why}.", file=path, why=error_text(error)))
+        console.notify(not_written(path, error))
         return False
     console.note(join_names(map(str, written)))
     return path in written

@@ -9,7 +9,7 @@ from app.recordings.recording import Recording
 from app.recordings.table import csv_parts, part_count
 from app.system.files import whole_file
 from app.text.i18n import tr
-from app.text.sentences import error_text
+from app.text.sentences import not_written
 
 Progress = Callable[[float], None]
 
@@ -22,7 +22,7 @@ def not_saved_text(path: Path, error: Exception) -> str:
     """Why the file was not written, in the language in use."""
     if isinstance(error, ExportCancelled):
         return tr("Cancelled.")
-    return tr("{file} cannot be written: {why}.", file=path, why=error_text(error))
+    return not_written(path, error)
 
 
 def write_parts(

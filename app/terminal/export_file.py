@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from app.terminal.console import clear_progress, expected, notify, show_progress, write_lines
 from app.text.i18n import tr
-from app.text.sentences import error_text
+from app.text.sentences import not_written
 
 CSV, MCAP, CAPTURE = ".csv", ".mcap", ".dpscap"
 ENDINGS = (CSV, MCAP, CAPTURE)
@@ -47,11 +47,6 @@ def unwritable_reason(path: Path, *, appends: bool, replaces: bool) -> str | Non
     if first not in ("", HEAD if path.suffix.lower() == CSV else MAGIC):
         return tr("{file} was not written by this program.", file=path)
     return None
-
-
-def not_written(path: Path, error: Exception) -> str:
-    """`error`: OSError, or ValueError for an invalid name."""
-    return tr("{file} cannot be written: {why}.", file=path, why=error_text(error))
 
 
 def export_and_report(folder: Path, path: Path, *, appends: bool = False) -> Exported | None:

@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterable
 from typing import Final
 
-from app.text.i18n import CHINESE, language
+from app.text.i18n import CHINESE, language, tr
 
 _WIDE_STOP_AND_SPACE: Final = re.compile("([。！？；：]) ")
 _BEFORE_UNIT: Final = re.compile(r"(?<=\d) (?=(?:g|V|s|m|km/h)\b)")
@@ -33,6 +33,11 @@ def in_brackets(text: str) -> str:
 def with_units(text: str) -> str:
     """`text`, whose numbers keep their units on their line."""
     return _BEFORE_UNIT.sub("\u00a0", text)
+
+
+def not_written(file: object, error: Exception) -> str:
+    """`error`: OSError, or ValueError for an invalid name."""
+    return tr("{file} cannot be written: {why}.", file=file, why=error_text(error))
 
 
 def error_text(error: Exception) -> str:
