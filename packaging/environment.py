@@ -184,6 +184,7 @@ def run(
     variables: Mapping[str, str] = MappingProxyType({}),
     folder: Path = ROOT,
     exit_code: int = 4,
+    limit_s: float | None = None,
 ) -> str:
     """Run a program to its end, and return what it printed. `variables` are added to the environment.
 
@@ -191,7 +192,7 @@ def run(
     """
     done = subprocess.run(
         command, cwd=folder, env={**os.environ, **variables}, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT, text=True, errors="replace", check=False,
+        stderr=subprocess.STDOUT, text=True, errors="replace", check=False, timeout=limit_s,
     )  # fmt: skip
     if done.returncode != 0 and failure is not None:
         raise SetupError(f"{done.stdout}\n{failure}; it says why above.", exit_code=exit_code)

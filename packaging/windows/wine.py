@@ -12,11 +12,11 @@ import sys
 import tarfile
 import time
 import zipfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Final
 
-from environment import LOCK, ROOT, SetupError, install_with_apt, say
+from environment import LOCK, ROOT, SetupError, install_with_apt, run, say
 from release import NAME
 
 HERE: Final = Path(__file__).parent
@@ -345,10 +345,5 @@ def _pip(*arguments: str) -> None:
     _do([sys.executable, "-m", "pip", *arguments, "--quiet"])
 
 
-def _do(command: Sequence[str], variables: Mapping[str, str] | None = None) -> None:
-    done = subprocess.run(
-        command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-        errors="replace", timeout=PREPARE_LIMIT_S, check=False, env={**os.environ, **(variables or {})},
-    )  # fmt: skip
-    if done.returncode != 0:
-        raise SetupError(f"{done.stdout[-4000:]}\n{command[0]} failed; it says why above.", exit_code=4)
+def _do(command: Sequence[str]) -> None:
+    run(command, f"{command[0]} failed", limit_s=PREPARE_LIMIT_S)
