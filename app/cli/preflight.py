@@ -53,21 +53,24 @@ def _name(text: str) -> str:
 
 
 def run(args: argparse.Namespace) -> int:
+    from app.fleet.check_set import check_set_target
     from app.records.report_files import check_target
     from app.terminal.command_journal import open_store_or_notify
 
     ports = [args.port] if isinstance(args.port, str) else list(dict.fromkeys(args.port))
-    if len(ports) > 1:
-        return _check_several(args, ports)
-    args = argparse.Namespace(**{**vars(args), "port": ports[0]})
+    is_one = len(ports) == 1
+    if args.module is not None and not is_one:
+        raise console.Refused(tr("--module takes one port only."))
     try:
         expectations = _expectations(args.profile, args.done)
         if args.report is not None:
-            check_target(args.report)
+            (check_target if is_one else check_set_target)(args.report)
     except ValueError as error:
         raise console.Refused(str(error)) from error
     store = open_store_or_notify(tr("Not kept."))
     try:
+        if not is_one:
+            return _check_several(args, ports, expectations, store)
         found = _collect_evidence(args, ports[0], store)
         filed = _file(args, found, expectations, store)
     finally:
@@ -104,41 +107,29 @@ def _file(
 # Several modules
 
 
-def _check_several(args: argparse.Namespace, ports: list[str]) -> int:
+def _check_several(
+    args: argparse.Namespace, ports: list[str], expectations: "Expectations", store: "Store | None"
+) -> int:
     """Check all ports at the same time; one that fails does not stop the others."""
-    from app.fleet.check_set import SetMember, check_set_target, write_set_reports
-    from app.terminal.command_journal import open_store_or_notify
+    from app.fleet.check_set import SetMember, write_set_reports
     from app.terminal.connection import link_trouble
 
-    if args.module is not None:
-        raise console.Refused(tr("--module takes one port only."))
-    try:
-        expectations = _expectations(args.profile, args.done)
-        if args.report is not None:
-            check_set_target(args.report)
-    except ValueError as error:
-        raise console.Refused(str(error)) from error
     members: list[SetMember] = []
     codes: list[int] = []
-    store = open_store_or_notify(tr("Not kept."))
-    try:
-        for port, found in zip(ports, _collect_all(args, ports, store), strict=True):
-            if not args.json:
-                console.write_lines([*([""] if members else []), port])
-            if found.error is not None:
-                trouble = link_trouble(found.error)
-                if trouble is None:
-                    raise found.error
-                console.notify(trouble)
-                codes.append(console.NO_LINK)
-                members.append(SetMember(port, trouble=trouble))
-                continue
-            filed = _file(args, found, expectations, store)
-            codes.append(_conclude(argparse.Namespace(**{**vars(args), "report": None}), filed, found.trouble))
-            members.append(SetMember(port, "", filed, found.trouble or ""))
-    finally:
-        if store is not None:
-            store.close()
+    for port, found in zip(ports, _collect_all(args, ports, store), strict=True):
+        if not args.json:
+            console.write_lines([*([""] if members else []), port])
+        if found.error is not None:
+            trouble = link_trouble(found.error)
+            if trouble is None:
+                raise found.error
+            console.notify(trouble)
+            codes.append(console.NO_LINK)
+            members.append(SetMember(port, trouble=trouble))
+            continue
+        filed = _file(args, found, expectations, store)
+        codes.append(_conclude(argparse.Namespace(**{**vars(args), "report": None}), filed, found.trouble))
+        members.append(SetMember(port, "", filed, found.trouble or ""))
     if not args.json:
         console.write_lines(["", *_summary_of(members)])
     if args.report is not None and not _written(
