@@ -6,8 +6,7 @@ reports a little later is the result.
 
 from typing import NamedTuple
 
-from app.engine.procedure import EngineView, Inspect, Pause, Procedure, Report
-from app.engine.questions import ask_value
+from app.engine.procedure import EngineView, Inspect, Pause, Procedure, Report, ask_value
 from app.guided.results import BreakOff, GuidedKind, GuidedResult, MeasuredValue, passed_if
 from app.guided.status_watch import (
     AGREEING,

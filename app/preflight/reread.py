@@ -7,8 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from app.engine.device import StatusSample
-from app.engine.procedure import Procedure
-from app.engine.questions import ask_report
+from app.engine.procedure import Procedure, ask_report
 from app.engine.setting_changes import BOOT_COUNT, changed_settings
 from app.procedures.settings_reading import SettingsReading, read_settings
 from app.settings.setting_texts import value_text

@@ -12,8 +12,21 @@ frames pass. What may change while a trigger is enabled or during measuring is r
 from app.engine.device import How
 from app.engine.identity import as_logged, evidence_of
 from app.engine.playback import require_module
-from app.engine.procedure import Ask, Await, Cancelled, EngineView, Inspect, Pause, PortLost, Procedure, Report
-from app.engine.questions import HEARTBEAT_WAITS_S, ask_report, ask_value, is_alive
+from app.engine.procedure import (
+    HEARTBEAT_WAITS_S,
+    Ask,
+    Await,
+    Cancelled,
+    EngineView,
+    Inspect,
+    Pause,
+    PortLost,
+    Procedure,
+    Report,
+    ask_report,
+    ask_value,
+    is_alive,
+)
 from app.preflight.evidence import HEARTBEATS, STILL_S, Disturbance, Evidence, FlagState, TriggerFlag
 from app.preflight.reread import StateReading, read_state
 from app.procedures.ask_status import ask_status

@@ -14,8 +14,18 @@ from dataclasses import dataclass
 
 from app.engine.device import StatusSample
 from app.engine.playback import require_module
-from app.engine.procedure import Ask, Cancelled, EngineView, Inspect, Pause, PortLost, Procedure
-from app.engine.questions import ask_report, ask_value, is_alive
+from app.engine.procedure import (
+    Ask,
+    Cancelled,
+    EngineView,
+    Inspect,
+    Pause,
+    PortLost,
+    Procedure,
+    ask_report,
+    ask_value,
+    is_alive,
+)
 from app.engine.transport import PortError
 from app.procedures.ask_status import ask_status
 from app.safety.acts import REQUESTS, Act

@@ -7,8 +7,7 @@ answers in order, a status after the answer to another question was sent after t
 whether that is recent enough.
 """
 
-from app.engine.procedure import Ask, EngineView, Inspect, Procedure
-from app.engine.questions import is_alive
+from app.engine.procedure import Ask, EngineView, Inspect, Procedure, is_alive
 from protocol.catalogue import STATUS
 from protocol.events import Answered
 

@@ -4,8 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import cycle
 
-from app.engine.procedure import Ask, EngineView, Inspect, Pause, Procedure, Report, UseRate
-from app.engine.questions import is_alive
+from app.engine.procedure import Ask, EngineView, Inspect, Pause, Procedure, Report, UseRate, is_alive
 from protocol.catalogue import BAUD_RATES, BY_NAME, Request
 from protocol.events import Answered
 from protocol.translatable import marked

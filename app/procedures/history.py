@@ -12,8 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from app.engine.procedure import Ask, EngineView, Inspect, Procedure, Report
-from app.engine.questions import is_alive
+from app.engine.procedure import Ask, EngineView, Inspect, Procedure, Report, is_alive
 from protocol.catalogue import MAX_RECORDS, TRIGGER_RECORDS
 from protocol.events import Answered, Role
 from protocol.messages import EmptySlot, TriggerRecord

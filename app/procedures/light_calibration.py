@@ -10,8 +10,7 @@ from enum import Enum
 from statistics import median
 
 from app.engine.playback import require_module
-from app.engine.procedure import EngineView, Inspect, Pause, Procedure, Report
-from app.engine.questions import ask_value
+from app.engine.procedure import EngineView, Inspect, Pause, Procedure, Report, ask_value
 from app.text.i18n import tr
 from protocol.catalogue import BY_NAME
 from protocol.fields import Quantity

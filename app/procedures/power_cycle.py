@@ -12,8 +12,7 @@ from enum import Enum
 
 from app.engine.device import BOOTS
 from app.engine.playback import require_module
-from app.engine.procedure import EngineView, Inspect, Pause, Procedure, Report
-from app.engine.questions import ask_value
+from app.engine.procedure import EngineView, Inspect, Pause, Procedure, Report, ask_value
 from app.procedures.write import RESTART_SHOWS_S, read_back
 from protocol.catalogue import BY_NAME, SETTINGS, Command
 from protocol.fields import Value

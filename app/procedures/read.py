@@ -2,8 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from app.engine.procedure import Ask, Procedure, Report
-from app.engine.questions import is_alive
+from app.engine.procedure import Ask, Procedure, Report, is_alive
 from protocol.catalogue import BY_NAME, COMMANDS, HEARTBEAT, STATUS, TRIGGER_RECORDS, Command
 from protocol.events import Answered, Unanswered
 from protocol.fields import Value

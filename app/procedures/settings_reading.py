@@ -9,8 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 
-from app.engine.procedure import EngineView, Inspect, Procedure, Report
-from app.engine.questions import is_alive
+from app.engine.procedure import EngineView, Inspect, Procedure, Report, is_alive
 from app.engine.setting_changes import BOOT_COUNT, READABLE_SETTINGS
 from app.procedures.write import ReadBack, read_back, restarted_since
 from protocol.catalogue import Command

@@ -9,8 +9,7 @@ from concurrent.futures import Future
 from dataclasses import dataclass, field
 
 from app.engine.device import How, Sleep
-from app.engine.procedure import Ask, Cancelled, EngineView, Inspect, Pause, Procedure
-from app.engine.questions import is_alive
+from app.engine.procedure import Ask, Cancelled, EngineView, Inspect, Pause, Procedure, is_alive
 from app.engine.setting_changes import READABLE_SETTINGS
 from app.procedures.read import READABLE
 from app.store.stream_memory import StreamMemory

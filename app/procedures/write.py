@@ -12,8 +12,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
 
-from app.engine.procedure import Ask, EngineView, Inspect, Pause, Procedure
-from app.engine.questions import ask_value
+from app.engine.procedure import Ask, EngineView, Inspect, Pause, Procedure, ask_value
 from protocol.catalogue import Command
 from protocol.events import Answered, Outcome, Role, Unanswered
 from protocol.fields import Value
