@@ -257,3 +257,17 @@ def decode_request(raw: bytes) -> Request:
     if fault is not None:
         raise ValueError(fault.detail)
     return Request(BY_CODE[raw[2]], raw[3], raw[4])
+
+
+def requests_in(heard: bytes) -> tuple[list[Request], bytes]:
+    """The valid host frames in these bytes, and the rest, which may begin another one; other bytes are skipped."""
+    requests: list[Request] = []
+    position = 0
+    while (start := heard.find(HOST_HEADER, position)) >= 0 and len(heard) - start >= HOST_FRAME_LENGTH:
+        raw = heard[start : start + HOST_FRAME_LENGTH]
+        if check_host(raw) is None:
+            requests.append(decode_request(raw))
+            position = start + HOST_FRAME_LENGTH
+        else:
+            position = start + 1
+    return requests, heard[start:] if start >= 0 else heard[position:][-1:]

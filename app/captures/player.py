@@ -19,8 +19,8 @@ from urllib.parse import parse_qsl, quote, unquote, urlsplit
 
 from app.captures.script import MAX_RECORDS_S, Answer, Script
 from app.engine.playback import SCHEME
-from protocol.catalogue import HEARTBEAT, HEARTBEAT_REPLY, HOST_HEADER, Request
-from protocol.frame import HOST_FRAME_LENGTH, check_host, decode_request
+from protocol.catalogue import HEARTBEAT, HEARTBEAT_REPLY, Request
+from protocol.frame import requests_in
 
 SLOWEST, QUICKEST = 0.05, 100.0
 ALIVE_FOR_S = 12.0
@@ -33,8 +33,6 @@ MIN_AHEAD_S: Final = 1.0
 """The capture's time waits if less than this has been read ahead."""
 READ_EARLIER_S: Final = 2.0
 """How much earlier than necessary it is read, in time of the clock."""
-
-_MAX_REQUEST_BYTES = 64
 
 
 class Player:
@@ -79,15 +77,8 @@ class Player:
     def write(self, data: bytes, now_s: float) -> None:
         """Take requests of the host."""
         self._limit_position(now_s)
-        heard = (self._heard + data)[-_MAX_REQUEST_BYTES:]
-        while len(heard) >= HOST_FRAME_LENGTH:
-            raw = heard[:HOST_FRAME_LENGTH]
-            if raw.startswith(HOST_HEADER) and check_host(raw) is None:
-                self._waiting[decode_request(raw)] = None
-                heard = heard[HOST_FRAME_LENGTH:]
-            else:
-                heard = heard[1:]
-        self._heard = heard
+        requests, self._heard = requests_in(self._heard + data)
+        self._waiting |= dict.fromkeys(requests)
         self._answer_all(now_s)
 
     def read(self, now_s: float) -> bytes:

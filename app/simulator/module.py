@@ -15,8 +15,8 @@ import math
 
 from app.simulator.answers import answer
 from app.simulator.hardware import Hardware, SentBytes
-from protocol.catalogue import HOST_HEADER, Request
-from protocol.frame import HOST_FRAME_LENGTH, check_host, decode_request
+from protocol.catalogue import Request
+from protocol.frame import requests_in
 
 BROKEN_OFF_S = 0.1
 """After this much silence, a part of a frame is discarded."""
@@ -48,15 +48,5 @@ class SimulatedModule(Hardware):
         if now_s - self._last_byte_s > BROKEN_OFF_S:
             self._heard = b""
         self._last_byte_s = now_s
-        heard = self._heard + data
-        requests: list[Request] = []
-        position = 0
-        while (start := heard.find(HOST_HEADER, position)) >= 0 and len(heard) - start >= HOST_FRAME_LENGTH:
-            raw = heard[start : start + HOST_FRAME_LENGTH]
-            if check_host(raw) is None:
-                requests.append(decode_request(raw))
-                position = start + HOST_FRAME_LENGTH
-            else:
-                position = start + 1
-        self._heard = heard[start:] if start >= 0 else heard[position:][-1:]
+        requests, self._heard = requests_in(self._heard + data)
         return requests
