@@ -20,13 +20,11 @@ from app.engine.procedure import (
     Pause,
     PortLost,
     Procedure,
-    Report,
-    UseRate,
 )
 from app.engine.transport import PortError
 from app.procedures.act import LOG_FAILED, Armed, conditions_open
 from app.procedures.ask_status import ask_status
-from app.procedures.find import SETTLE_S, answers_here, proofs
+from app.procedures.find import look_for
 from app.procedures.write import SetReply, acknowledged
 from app.safety.acts import Act
 from app.safety.interlocks import Interlock, Refusal
@@ -35,13 +33,8 @@ from app.safety.permit import Permit
 from app.text.i18n import tr
 from app.text.messages import message
 from app.text.sentences import join_sentences
-from protocol.catalogue import BAUD_RATE, BAUD_RATES
+from protocol.catalogue import BAUD_RATE
 from protocol.translatable import marked
-
-LIKELY_WAITS_S = (0.25, 0.5, 1.0)
-"""At the new and the old rate; enough for a line that loses every other frame."""
-SWEEP_WAITS_S = (0.25, 1.0)
-ROUNDS = 2
 
 
 class BaudEnd(Enum):
@@ -162,22 +155,3 @@ def _end(old_rate: int, new_rate: int, found: int | None, heard: SetReply) -> Ba
     if found != old_rate:
         return BaudEnd.ELSEWHERE
     return BaudEnd.AT_RESTART if heard in (SetReply.ECHO, SetReply.ONE) else BaudEnd.UNCHANGED
-
-
-def look_for(new_rate: int, old_rate: int) -> Procedure[int | None]:
-    """Search for the module at the new, the old and then all rates; return its rate, where the port stays, or None
-    with the port at the old rate. Only questions are sent.
-    """
-    questions = proofs()
-    likely = list(dict.fromkeys((new_rate, old_rate)))
-    others = [rate for rate in BAUD_RATES if rate not in likely]
-    places = [(rate, LIKELY_WAITS_S) for rate in likely * ROUNDS] + [(rate, SWEEP_WAITS_S) for rate in others]
-    for done, (rate, waits_s) in enumerate(places):
-        yield Report(done, len(places), marked("Trying {rate} baud"), (("rate", rate),))
-        yield UseRate(rate)
-        yield Pause(SETTLE_S)
-        is_here = yield from answers_here(waits_s, questions)
-        if is_here:
-            return rate
-    yield UseRate(old_rate)
-    return None

@@ -1,6 +1,6 @@
 """Searches for the baud rate at which a module answers."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import cycle
 
@@ -13,8 +13,10 @@ WAITS_S = (0.25, 1.0)
 """The last wait is the second that the vendor gives the module."""
 SETTLE_S = 0.03
 """After a change of rate, for the last character at the old rate."""
-PROOF_WAITS_S = (0.25, 0.5, 1.0)
-"""Enough for a line that loses every other frame."""
+LIKELY_WAITS_S = (0.25, 0.5, 1.0)
+"""At a likely rate and for a proof; enough for a line that loses every other frame."""
+ROUNDS = 2
+"""At the likely rates."""
 _PROOFS = tuple(BY_NAME[name].query() for name in ("boot_count", "charging", "active", "triggered"))
 _PROOFS_TRIED = 2
 """In case the module does not know one of them."""
@@ -42,7 +44,7 @@ def answers_here(waits_s: tuple[float, ...], questions: Iterator[Request]) -> Pr
     if not (yield from is_alive(waits_s)):
         return False
     for _ in range(_PROOFS_TRIED):
-        proof = yield Ask(next(questions), PROOF_WAITS_S)
+        proof = yield Ask(next(questions), LIKELY_WAITS_S)
         if isinstance(proof, Answered):
             return True
     return False
@@ -53,20 +55,31 @@ def find_rate(first: int | None = None) -> Procedure[Found]:
 
     Only questions are sent.
     """
-    questions = proofs()
     sight: EngineView = yield Inspect()
-    candidates = list(BAUD_RATES)
-    if first in candidates:
-        candidates.remove(first)
-        candidates.insert(0, first)
-    tried: list[int] = []
-    for rate in candidates:
-        yield Report(len(tried), len(candidates), marked("Trying {rate} baud"), (("rate", rate),))
+    rates = sorted(BAUD_RATES, key=lambda rate: rate != first)
+    return (yield from _search([(rate, WAITS_S) for rate in rates], sight.baud_rate))
+
+
+def look_for(new_rate: int, old_rate: int) -> Procedure[int | None]:
+    """Search for the module at the new, the old and then all rates; return its rate, where the port stays, or None
+    with the port at the old rate. Only questions are sent.
+    """
+    likely = list(dict.fromkeys((new_rate, old_rate)))
+    places: list[tuple[int, tuple[float, ...]]] = [(rate, LIKELY_WAITS_S) for rate in likely * ROUNDS]
+    places += [(rate, WAITS_S) for rate in BAUD_RATES if rate not in likely]
+    return (yield from _search(places, old_rate)).baud_rate
+
+
+def _search(places: Sequence[tuple[int, tuple[float, ...]]], old_rate: int) -> Procedure[Found]:
+    """Try these rates, each with its waits; the port stays at the first that answers, else at the old one."""
+    questions = proofs()
+    tried = [rate for rate, _ in places]
+    for done, (rate, waits_s) in enumerate(places):
+        yield Report(done, len(places), marked("Trying {rate} baud"), (("rate", rate),))
         yield UseRate(rate)
         yield Pause(SETTLE_S)
-        tried.append(rate)
-        is_here = yield from answers_here(WAITS_S, questions)
+        is_here = yield from answers_here(waits_s, questions)
         if is_here:
-            return Found(rate, tuple(tried))
-    yield UseRate(sight.baud_rate)
+            return Found(rate, tuple(tried[: done + 1]))
+    yield UseRate(old_rate)
     return Found(None, tuple(tried))

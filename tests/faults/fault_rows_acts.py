@@ -6,7 +6,8 @@ from typing import Any
 
 from app.engine.procedure import Ask, EngineView, Inspect, Procedure
 from app.procedures.act import Performed, perform
-from app.procedures.baud import BaudChanged, BaudEnd, change_baud, look_for
+from app.procedures.baud import BaudChanged, BaudEnd, change_baud
+from app.procedures.find import look_for
 from app.procedures.light_calibration import Band, measure_light
 from app.procedures.power_cycle import Ending, PowerCycleResult, Retention, survives_power_cycle
 from app.procedures.write import restarted_since
@@ -153,7 +154,7 @@ ACT_ROWS: tuple[Row, ...] = (
         _no_baud_lie,
     ),
     Row(
-        "baud.look_for",
+        "find.look_for",
         lambda: look_for(WANTED_RATE, 115200),
         lambda rate: "not found" if rate is None else f"{rate}",
         _no_found_lie,

@@ -5,7 +5,8 @@ from functools import partial
 
 from app.engine.target import Target
 from app.engine.worker import Job
-from app.procedures.baud import BaudEnd, look_for
+from app.procedures.baud import BaudEnd
+from app.procedures.find import look_for
 from app.store.database import StoreTrouble
 from app.store.store import PendingBaud, Store
 from app.text.i18n import tr

@@ -7,7 +7,8 @@ import pytest
 
 from app.engine.procedure import PortLost
 from app.engine.session import Run
-from app.procedures.baud import SENTENCES, BaudChanged, BaudEnd, change_baud, look_for
+from app.procedures.baud import SENTENCES, BaudChanged, BaudEnd, change_baud
+from app.procedures.find import look_for
 from app.procedures.write import SetReply
 from app.safety.acts import Act
 from app.safety.journal import NoJournal, Outcome

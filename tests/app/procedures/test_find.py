@@ -8,8 +8,7 @@ import pytest
 from app.engine.procedure import Ask, Effect, EngineView, Pause, Procedure, Report, Slept, UseRate
 from app.engine.run import Run
 from app.engine.transport import PortError, PortTrouble
-from app.procedures.baud import ROUNDS, look_for
-from app.procedures.find import SETTLE_S, find_rate
+from app.procedures.find import ROUNDS, SETTLE_S, find_rate, look_for
 from app.procedures.handshake import NoAnswer, Silence, _silence
 from app.procedures.light_calibration import measure_light
 from app.procedures.read import READABLE, read_everything

@@ -11,8 +11,7 @@ from app.preflight.evidence import Evidence
 from app.preflight.run import run_preflight
 from app.procedures.act import perform
 from app.procedures.ask_status import ask_status
-from app.procedures.baud import look_for
-from app.procedures.find import find_rate
+from app.procedures.find import find_rate, look_for
 from app.procedures.handshake import handshake
 from app.procedures.history import read_history
 from app.procedures.light_calibration import measure_light
