@@ -67,11 +67,6 @@ class Frame(NamedTuple):
     def code(self) -> int:
         return self.raw[2]
 
-    @property
-    def body(self) -> bytes:
-        """The bytes between code and checksum."""
-        return self.raw[3:-1]
-
 
 @dataclass(frozen=True, slots=True)
 class Fault:

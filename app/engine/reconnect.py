@@ -134,10 +134,6 @@ class Reconnection:
         return self._address is not None and (bool(self._address.identity) or not self._address.is_url)
 
     @property
-    def lost_at(self) -> float | None:
-        return self._lost_at
-
-    @property
     def absence(self) -> Absence | None:
         """Why the lost port is not open again yet; None while none is lost."""
         return self._absence if self.is_waiting else None

@@ -65,10 +65,6 @@ class FireMap:
     """Shape (rows, columns), like all below: false triggers."""
     must_fired: Counts
     """Fired before the impact."""
-    worst_delay_s: Floats
-    """Longest time from loss of control to firing, of the flights that must and do fire in time; NaN without any."""
-    worst_drop_m: Floats
-    """Largest loss of altitude in that time; NaN without any."""
 
 
 class FlightSet:
@@ -136,7 +132,6 @@ class FlightSet:
             np.where(must.attitude_s <= ends_s[:, None], must.attitude_s, np.inf),
             np.where(must.freefall_s <= ends_s[:, None], must.freefall_s, np.inf),
         )
-        worst_delay_s, worst_drop_m = self._worst(in_time)
         return FireMap(
             limits=limits,
             reading=reading,
@@ -146,8 +141,6 @@ class FlightSet:
             must_count=len(must.attitude_s),
             must_not_fired=must_not.fired(),
             must_fired=in_time.fired(),
-            worst_delay_s=worst_delay_s,
-            worst_drop_m=worst_drop_m,
         )
 
     def _stack(self, group: FlightGroup, reading: RuleReading) -> "_Stacked":
@@ -161,21 +154,6 @@ class FlightSet:
                 ),
             )
         return self._stacked[key]
-
-    def _worst(self, in_time: "_Cut") -> tuple[Floats, Floats]:
-        shape = (in_time.attitude_s.shape[1], in_time.freefall_s.shape[1])
-        delay_s, drop_m = np.full(shape, -np.inf), np.full(shape, -np.inf)
-        for number, flight in enumerate(self.flights(FlightGroup.MUST)):
-            if flight.loss_s is None:
-                continue
-            first_s = np.minimum(in_time.attitude_s[number][:, None], in_time.freefall_s[number][None, :])
-            fires = np.isfinite(first_s)
-            delay_s[fires] = np.maximum(delay_s[fires], first_s[fires] - flight.loss_s)
-            from_m = flight.altitude_at(flight.loss_s)
-            if np.isfinite(from_m):
-                to_m = np.interp(first_s[fires], flight.altitude_time_s, flight.altitude_m)
-                drop_m[fires] = np.maximum(drop_m[fires], from_m - to_m)
-        return np.where(np.isfinite(delay_s), delay_s, np.nan), np.where(np.isfinite(drop_m), drop_m, np.nan)
 
 
 class _Cut(NamedTuple):

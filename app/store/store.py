@@ -34,7 +34,6 @@ class Module:
     name: str
     adapter: str
     first_seen_at: str
-    last_seen_at: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +70,7 @@ class PendingBaud:
     at: str
 
 
-_MODULES = "SELECT id, name, adapter, first_seen_at, last_seen_at FROM modules"
+_MODULES = "SELECT id, name, adapter, first_seen_at FROM modules"
 
 
 class Store:
