@@ -6,7 +6,7 @@ import subprocess
 import sys
 import termios
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -16,7 +16,7 @@ import serial
 
 from app.engine import ports, transport
 from app.engine.ports import PortInfo, PortsUnknown, list_ports
-from app.engine.transport import PortError, PortTrouble, open_line
+from app.engine.transport import PortError, PortTrouble, SerialLine, open_line
 from protocol.catalogue import STATUS
 from tests.support.processes import ENVIRONMENT, ROOT
 from tests.support.terminals import STATUS_FRAME, Terminal, in_time
@@ -81,20 +81,26 @@ RAISED = pytest.mark.parametrize(
 )
 
 
-def raising(error: Exception) -> Callable[..., Any]:
+@pytest.fixture
+def fail(error: Exception) -> Callable[..., Any]:
     def fail(*_: object) -> Any:
         raise error
 
     return fail
 
 
+@pytest.fixture
+def line(terminal: Terminal) -> Iterator[SerialLine]:
+    line = open_line(terminal.name, 115200)
+    yield line
+    line.close()
+
+
 @RAISED
 @pytest.mark.parametrize("where", ["write", "reset_input_buffer", "close"])
 def test_any_error_of_pyserial_is_a_lost_port(
-    where: str, error: Exception, terminal: Terminal, monkeypatch: pytest.MonkeyPatch
+    where: str, fail: Callable[..., Any], line: SerialLine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    line = open_line(terminal.name, 115200)
-    fail = raising(error)
     with monkeypatch.context() as patch:
         patch.setattr(serial.Serial, where, fail)
         match where:
@@ -107,16 +113,13 @@ def test_any_error_of_pyserial_is_a_lost_port(
                 with pytest.raises(PortError):
                     line.use_rate(9600)
     line.close()
-    line.close()
 
 
 @RAISED
 @pytest.mark.parametrize("where", ["select", "os.read", "fileno", "read"])
 def test_any_error_of_a_read_by_the_system_is_a_lost_port(
-    where: str, error: Exception, terminal: Terminal, monkeypatch: pytest.MonkeyPatch
+    where: str, fail: Callable[..., Any], line: SerialLine, terminal: Terminal, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    line = open_line(terminal.name, 115200)
-    fail = raising(error)
     with monkeypatch.context() as patch:
         match where:
             case "select":
@@ -132,17 +135,14 @@ def test_any_error_of_a_read_by_the_system_is_a_lost_port(
         with pytest.raises(PortError) as lost:
             line.read(10.0, 0.0)
     assert lost.value.trouble is PortTrouble.LOST
-    line.close()
 
 
 @RAISED
 @pytest.mark.parametrize("where", ["read", "in_waiting"])
 def test_any_error_of_a_read_by_pyserial_is_a_lost_port(
-    where: str, error: Exception, terminal: Terminal, monkeypatch: pytest.MonkeyPatch
+    where: str, fail: Callable[..., Any], line: SerialLine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The way used on Windows, and for ports given by a URL."""
-    line = open_line(terminal.name, 115200)
-    fail = raising(error)
     with monkeypatch.context() as patch:
         patch.setattr(line, "_interrupts", None)
         patch.setattr(serial.Serial, where, property(fail) if where == "in_waiting" else fail)
@@ -151,7 +151,6 @@ def test_any_error_of_a_read_by_pyserial_is_a_lost_port(
         with pytest.raises(PortError) as lost:
             line.read(0.01, 0.0)
     assert lost.value.trouble is PortTrouble.LOST
-    line.close()
 
 
 @pytest.mark.parametrize("longest_s", [0.0, 0.01])
@@ -171,11 +170,10 @@ def test_a_read_after_the_close_is_a_lost_port(
 @pytest.mark.parametrize(
     "error", ["OSError(22, 'Timeout.', None, 1460)", "BrokenPipeError(32, 'Broken pipe.', None, 109)"]
 )
-def test_a_timeout_of_wine_is_not_a_lost_port(error: str, terminal: Terminal, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_timeout_of_wine_is_not_a_lost_port(error: str, line: SerialLine, monkeypatch: pytest.MonkeyPatch) -> None:
     def time_out(*_: object) -> bytes:
         raise serial.SerialException(f"GetOverlappedResult failed ({error})")
 
-    line = open_line(terminal.name, 115200)
     with monkeypatch.context() as patch:
         patch.setattr(line, "_interrupts", None)  # as on Windows
         patch.setattr(serial.Serial, "read", time_out)
@@ -184,7 +182,6 @@ def test_a_timeout_of_wine_is_not_a_lost_port(error: str, terminal: Terminal, mo
         with pytest.raises(PortError) as lost:
             line.read(0.01, 0.0)
         assert lost.value.trouble is PortTrouble.LOST
-    line.close()
 
 
 def test_a_slow_list_of_ports_is_abandoned_in_time(monkeypatch: pytest.MonkeyPatch) -> None:

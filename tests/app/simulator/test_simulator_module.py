@@ -113,10 +113,6 @@ def test_settings_survive_a_restart_and_the_rest_does_not() -> None:
     assert not module.is_streaming
 
 
-def test_it_boots_locked() -> None:
-    assert say(running(), "42 61 30 01 00 31") == "41 75 30 01 00 31"
-
-
 def test_after_shutdown_it_is_silent_until_its_switch_is_pressed() -> None:
     module = running()
     assert say(module, "42 61 12 02 01 15") == "41 75 12 01 01 14"

@@ -19,7 +19,7 @@ from app.trigger_records.history import Judgement
 from tests.support.window.fakes_ui import TRAFFIC_ALONE, WAIT_MS, simulated, window
 from tests.support.window.preflight_window import OnBench, on_bench
 from tests.support.window.steps import await_child, find, settle
-from tests.ui.pages.triggers.test_triggers_page import fire, name_module, said, texts
+from tests.ui.pages.triggers.test_triggers_page import fire, name_kept, said, texts
 from ui.pages.diagnosis.traffic import TrafficPage
 from ui.pages.triggers.model import Column
 from ui.services.storage import Storage
@@ -75,7 +75,7 @@ def test_the_window_goes_on_while_trigger_records_and_judgements_are_kept(
     with on_bench(qtbot, qapp, tmp_path, "blocked") as bench:
         fire(bench)
         page, store = bench.triggers, store_of(bench)
-        name_module(bench, "M-07")
+        name_kept(bench, "M-07")
         with held_by_another(qtbot, store) as release:
             bench.click(page.read)
             qtbot.waitUntil(lambda: page.work.reading is not None, timeout=WAIT_MS)
@@ -105,7 +105,7 @@ def test_a_judgement_that_could_not_be_kept_is_said_and_tried_again(
     with on_bench(qtbot, qapp, tmp_path, "again") as bench:
         fire(bench)
         page, store = bench.triggers, store_of(bench)
-        name_module(bench, "M-07")
+        name_kept(bench, "M-07")
         bench.read_triggers()
         page.table.selectRow(0)
         store.database._connection.execute("PRAGMA busy_timeout = 50")
@@ -131,7 +131,7 @@ def test_the_window_goes_on_while_the_module_and_what_was_read_of_it_are_kept(
 ) -> None:
     with on_bench(qtbot, qapp, tmp_path, "met") as bench:
         page, store = bench.triggers, store_of(bench)
-        name_module(bench, "M-07")
+        name_kept(bench, "M-07")
         naming = page._naming.of(page._connector.current)
         qtbot.waitUntil(lambda: "M-07" in naming._read, timeout=WAIT_MS)
         with held_by_another(qtbot, store) as release:

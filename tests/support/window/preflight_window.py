@@ -138,8 +138,8 @@ def said(bench: OnBench) -> str:
     return "" if notice is None else notice.text
 
 
-def name_module(bench: OnBench, name: str) -> None:
-    edit = bench.find(QLineEdit, "preflight_module_edit")
+def name_module(bench: OnBench, name: str, page: str = "preflight") -> None:
+    edit = bench.find(QLineEdit, f"{page}_module_edit")
     edit.setFocus()
     edit.clear()
     bench.qtbot.keyClicks(edit, name)

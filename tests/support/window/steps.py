@@ -11,11 +11,13 @@ from PySide6.QtWidgets import QAbstractButton, QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
 from tests.support.window.fakes_ui import WAIT_MS
+from ui.shell.main_window import MainWindow
 from ui.widgets.gestures import gestures
 from ui.widgets.notice_bar import NoticeBar
 from ui.widgets.step_button import DEAD_FOR_S, StepButton
 
 Found = TypeVar("Found", bound=QObject)
+Shown = TypeVar("Shown", bound=QWidget)
 _POINTER_AT_START = QPoint(10, 10)
 """Of Qt's offscreen platform."""
 
@@ -76,6 +78,14 @@ def await_child(qtbot: QtBot, root: QObject, kind: type[Found], name: str = "") 
     """The same, once it exists."""
     qtbot.waitUntil(lambda: (root.findChild(kind, name) if name else root.findChild(kind)) is not None, timeout=WAIT_MS)
     return find(root, kind, name)
+
+
+def show_page(qtbot: QtBot, window: MainWindow, key: str, kind: type[Shown]) -> Shown:
+    """The page of this key, once it is made and in sight."""
+    page = await_child(qtbot, window, kind)
+    window.go_to(key)
+    qtbot.waitUntil(page.isVisible, timeout=WAIT_MS)
+    return page
 
 
 def notice_text(bar: NoticeBar) -> str:

@@ -38,10 +38,9 @@ def test_no_text_of_the_program_says_that_a_module_does_not_fire() -> None:
 
 
 def test_no_page_says_so_of_an_active_module(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with simulated("active_said") as bench, window(qapp, tmp_path, entries=PAGES) as assembly:
+    with simulated("active_said", active=True), window(qapp, tmp_path, entries=PAGES) as assembly:
         main = assembly.window
         qtbot.waitUntil(lambda: main.stack.count() == len(PAGES), timeout=WAIT_MS)
-        bench.module.activate(is_active=True)
         connect(qtbot, assembly, "sim://active_said")
         qtbot.waitUntil(lambda: main.top_bar.activation.word == "ACTIVE", timeout=WAIT_MS)
         for entry in PAGES:

@@ -77,9 +77,8 @@ def test_an_equal_notice_that_can_be_closed_gets_its_close_button(qtbot: QtBot) 
 
 def test_notices_after_a_trigger_and_a_restart(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     pages = tuple(entry for entry in PAGES if entry.key in ("triggers", "preflight"))
-    with simulated("next") as bench, window(qapp, tmp_path, entries=pages) as assembly:
+    with simulated("next", active=True) as bench, window(qapp, tmp_path, entries=pages) as assembly:
         main = assembly.window
-        bench.module.activate(is_active=True)
         connect(qtbot, assembly, "sim://next")
         main.go_to("preflight")
         bench.pulse_pwm()

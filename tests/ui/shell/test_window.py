@@ -57,8 +57,7 @@ def test_a_module_shows_its_state(qtbot: QtBot, qapp: QApplication, tmp_path: Pa
 
 
 def test_closing_an_active_module_asks_and_locks(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with simulated("leave") as bench, window(qapp, tmp_path) as assembly:
-        bench.module.activate(is_active=True)
+    with simulated("leave", active=True) as bench, window(qapp, tmp_path) as assembly:
         connect(qtbot, assembly, "sim://leave")
         assert not assembly.window.close()
         assert assembly.window.isVisible()
@@ -71,8 +70,7 @@ def test_closing_an_active_module_asks_and_locks(qtbot: QtBot, qapp: QApplicatio
 
 
 def test_escape_cancels_leaving_and_sends_nothing(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with simulated("escape") as bench, window(qapp, tmp_path) as assembly:
-        bench.module.activate(is_active=True)
+    with simulated("escape", active=True) as bench, window(qapp, tmp_path) as assembly:
         connect(qtbot, assembly, "sim://escape")
         qtbot.waitUntil(assembly.window.panel.isHidden, timeout=WAIT_MS)
         assert not assembly.window.close()
@@ -83,8 +81,7 @@ def test_escape_cancels_leaving_and_sends_nothing(qtbot: QtBot, qapp: QApplicati
 
 
 def test_closing_twice_leaves_the_module_as_it_is(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with simulated("twice") as bench, window(qapp, tmp_path) as assembly:
-        bench.module.activate(is_active=True)
+    with simulated("twice", active=True) as bench, window(qapp, tmp_path) as assembly:
         connect(qtbot, assembly, "sim://twice")
         assert not assembly.window.close()
         assert assembly.window.close()
@@ -92,8 +89,7 @@ def test_closing_twice_leaves_the_module_as_it_is(qtbot: QtBot, qapp: QApplicati
 
 
 def test_disconnecting_an_active_module_asks(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with simulated("part") as bench, window(qapp, tmp_path) as assembly:
-        bench.module.activate(is_active=True)
+    with simulated("part", active=True) as bench, window(qapp, tmp_path) as assembly:
         connect(qtbot, assembly, "sim://part")
         qtbot.keyClick(assembly.window, Qt.Key.Key_D, Qt.KeyboardModifier.ControlModifier)
         assert assembly.connector.is_open
@@ -103,8 +99,7 @@ def test_disconnecting_an_active_module_asks(qtbot: QtBot, qapp: QApplication, t
 
 
 def test_a_lost_active_is_said_with_its_age(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with simulated("stale") as bench, window(qapp, tmp_path) as assembly:
-        bench.module.activate(is_active=True)
+    with simulated("stale", active=True) as bench, window(qapp, tmp_path) as assembly:
         connect(qtbot, assembly, "sim://stale")
         bench.unplug()
         activation = assembly.window.top_bar.activation

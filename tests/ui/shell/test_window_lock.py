@@ -20,10 +20,7 @@ from ui.widgets.notice_bar import Notice
 
 @pytest.mark.parametrize("way", ["click", "key"])
 def test_lock_is_one_gesture(qtbot: QtBot, qapp: QApplication, tmp_path: Path, way: str) -> None:
-    with simulated("lock") as bench, window(qapp, tmp_path) as assembly:
-        bench.module.activate(is_active=True)
-        connect(qtbot, assembly, "sim://lock")
-        qtbot.waitUntil(assembly.window.top_bar.lock.isEnabled, timeout=WAIT_MS)
+    with active_module(qtbot, qapp, tmp_path, "lock") as (assembly, bench):
         if way == "click":
             press(qtbot, assembly.window.top_bar.lock)
         else:
@@ -51,8 +48,7 @@ def lossy(bench: SimulatedBench, lost: int) -> list[float]:
 def active_module(
     qtbot: QtBot, qapp: QApplication, folder: Path, name: str
 ) -> Iterator[tuple[Assembly, SimulatedBench]]:
-    with simulated(name) as bench, window(qapp, folder) as assembly:
-        bench.module.activate(is_active=True)
+    with simulated(name, active=True) as bench, window(qapp, folder) as assembly:
         connect(qtbot, assembly, f"sim://{name}")
         qtbot.waitUntil(assembly.window.top_bar.lock.isEnabled, timeout=WAIT_MS)
         yield assembly, bench

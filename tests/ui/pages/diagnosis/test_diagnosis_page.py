@@ -37,7 +37,7 @@ from protocol.link_states import Presence
 from protocol.messages import Heartbeat, Status, decode
 from tests.support.window.fakes_ui import ADAPTER, WAIT_MS, Ports, connect, simulated, wait_online, window
 from tests.support.window.settings_bench import desk
-from tests.support.window.steps import await_child, find, press
+from tests.support.window.steps import find, press, show_page
 from tests.ui.pages.commands.test_commands_page import arm, wait_disarmed
 from ui.main import Assembly, _errors_shown
 from ui.pages.diagnosis.page import DiagnosisPage
@@ -53,12 +53,7 @@ def diagnosis(
     qtbot: QtBot, qapp: QApplication, folder: Path, **more: object
 ) -> Iterator[tuple[Assembly, DiagnosisPage]]:
     with window(qapp, folder, entries=ALONE, **more) as assembly:  # type: ignore[arg-type]
-        shell = assembly.window
-        await_child(qtbot, shell, DiagnosisPage)
-        shell.go_to("diagnosis")
-        page = find(shell, DiagnosisPage)
-        qtbot.waitUntil(page.isVisible, timeout=WAIT_MS)
-        yield assembly, page
+        yield assembly, show_page(qtbot, assembly.window, "diagnosis", DiagnosisPage)
 
 
 def cause_of(page: DiagnosisPage) -> Cause | None:

@@ -17,7 +17,7 @@ from protocol.frame import Direction, Frame
 from protocol.messages import Status, decode
 from protocol.stream import StreamParser
 from tests.support.window.fakes_ui import WAIT_MS, connect, simulated, window
-from tests.support.window.steps import await_child, find
+from tests.support.window.steps import find, show_page
 from ui.main import Assembly
 from ui.pages.diagnosis import traffic_texts
 from ui.pages.diagnosis.traffic import TrafficPage
@@ -54,12 +54,8 @@ def cell(model: TrafficModel, row: int, column: Column) -> str:
 
 
 def page(qtbot: QtBot, assembly: Assembly) -> TrafficPage:
-    shell = assembly.window
-    await_child(qtbot, shell, TrafficPage)
-    shell.go_to("traffic")
-    found = find(shell, TrafficPage)
-    qtbot.waitUntil(found.isVisible, timeout=WAIT_MS)
-    maker = find(shell, PageMaker)
+    found = show_page(qtbot, assembly.window, "traffic", TrafficPage)
+    maker = find(assembly.window, PageMaker)
     qtbot.waitUntil(lambda: maker.is_done, timeout=WAIT_MS)
     QApplication.processEvents()
     return found

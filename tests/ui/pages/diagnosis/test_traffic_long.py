@@ -17,7 +17,7 @@ from protocol.catalogue import BY_NAME
 from protocol.messages import Status
 from tests.support.records.captures import explained
 from tests.support.window.fakes_ui import WAIT_MS, window
-from tests.support.window.steps import await_child
+from tests.support.window.steps import show_page
 from ui.pages.diagnosis import traffic_search
 from ui.pages.diagnosis.traffic import TrafficPage
 from ui.pages.diagnosis.traffic_model import Filter, TrafficModel
@@ -37,9 +37,7 @@ def capture(rows: int = ROWS) -> CaptureRows:
 @pytest.fixture
 def page(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[TrafficPage]:
     with window(qapp, tmp_path) as assembly:
-        found = await_child(qtbot, assembly.window, TrafficPage)
-        assembly.window.go_to("traffic")
-        qtbot.waitUntil(found.isVisible, timeout=WAIT_MS)
+        found = show_page(qtbot, assembly.window, "traffic", TrafficPage)
         found.show_recorded(capture())
         yield found
 
@@ -109,9 +107,7 @@ def test_selecting_all_asks_for_no_more_than_is_in_sight(
 
     monkeypatch.setattr(TrafficModel, "flags", flags, raising=False)
     with window(qapp, tmp_path) as assembly:
-        page = await_child(qtbot, assembly.window, TrafficPage)
-        assembly.window.go_to("traffic")
-        qtbot.waitUntil(page.isVisible, timeout=WAIT_MS)
+        page = show_page(qtbot, assembly.window, "traffic", TrafficPage)
         page.show_recorded(capture())
         asked.clear()
         page.table.selectAll()

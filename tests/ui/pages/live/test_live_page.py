@@ -11,8 +11,9 @@ from pytestqt.qtbot import QtBot
 from app.engine.device import StatusSample
 from tests.support.window.fakes_ui import WAIT_MS, connect, simulated, window
 from tests.support.window.live_bench import Bench, live_bench
+from tests.support.window.steps import await_child
 from ui.core.language_switch import LanguageSwitch
-from ui.main import PAGES, Assembly
+from ui.main import PAGES
 from ui.pages.live.page import LivePage
 from ui.plots.canvas import Canvas
 from ui.style.painted_widget import Freshness, PaintedWidget
@@ -43,7 +44,7 @@ def test_without_a_module_it_says_what_to_do(live: Bench) -> None:
 def test_the_buttons_of_the_empty_page(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with window(qapp, tmp_path, entries=PAGES) as assembly:
         panel = assembly.window.panel
-        page = live_page(qtbot, assembly)
+        page = await_child(qtbot, assembly.window, LivePage)
         qtbot.waitUntil(panel.isVisible)
         qtbot.waitUntil(lambda: not page.empty.choose.isVisible())  # the ports are at hand already
         panel.hide()
@@ -221,20 +222,9 @@ def test_the_theme_changes_while_it_is_open(live: Bench) -> None:
 # In the window
 
 
-def live_page(qtbot: QtBot, assembly: Assembly) -> LivePage:
-    found: list[LivePage] = []
-
-    def is_made() -> bool:
-        found.extend(assembly.window.findChildren(LivePage))
-        return bool(found)
-
-    qtbot.waitUntil(is_made, timeout=WAIT_MS)
-    return found[0]
-
-
 def test_a_hidden_page_records_but_does_not_draw(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("live") as bench, window(qapp, tmp_path, entries=PAGES) as assembly:
-        page = live_page(qtbot, assembly)
+        page = await_child(qtbot, assembly.window, LivePage)
         connect(qtbot, assembly, "sim://live")
         qtbot.waitUntil(lambda: not page.is_empty, timeout=WAIT_MS)
         qtbot.waitUntil(lambda: "60° fires" in page.panel.gauge.accessibleName(), timeout=WAIT_MS)
@@ -256,7 +246,7 @@ def test_the_plot_header_takes_two_rows_at_most_beside_the_simulator(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:
     with simulated("beside"), window(qapp, tmp_path, entries=PAGES) as assembly:
-        page = live_page(qtbot, assembly)
+        page = await_child(qtbot, assembly.window, LivePage)
         assembly.window.resize(1024, 600)
         connect(qtbot, assembly, "sim://beside")
         qtbot.waitUntil(lambda: not page.is_empty, timeout=WAIT_MS)
@@ -269,7 +259,7 @@ def test_the_plot_header_takes_two_rows_at_most_beside_the_simulator(
 
 def test_a_trigger_of_the_module_is_marked(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("fires") as bench, window(qapp, tmp_path, entries=PAGES) as assembly:
-        page = live_page(qtbot, assembly)
+        page = await_child(qtbot, assembly.window, LivePage)
         connect(qtbot, assembly, "sim://fires")
         qtbot.waitUntil(lambda: not page.is_empty, timeout=WAIT_MS)
         bench.module.activate(is_active=True)
@@ -285,7 +275,7 @@ def happened(page: LivePage) -> list[str]:
 
 def test_all_values_are_in_one_row_beside_the_simulator(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("row"), window(qapp, tmp_path, entries=PAGES) as assembly:
-        page = live_page(qtbot, assembly)
+        page = await_child(qtbot, assembly.window, LivePage)
         assembly.appearance.choose(Choice.SUNLIGHT)
         assembly.window.resize(960, 540)
         connect(qtbot, assembly, "sim://row")

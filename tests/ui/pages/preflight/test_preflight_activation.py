@@ -151,9 +151,7 @@ def test_it_stands_while_nothing_changes(
     with on_bench(qtbot, qapp, tmp_path, "stands") as bench:
         assert bench.check() is Standing.READY
         before = len(bench.sent)
-        qtbot.wait(1500)
-        codes = [one.command.name for one in bench.sent[before:]]
-        assert codes.count("attitude_threshold") >= 6
+        bench.until(lambda: [one.command.name for one in bench.sent[before:]].count("attitude_threshold") >= 6)
         assert bench.preflight.work.standing is Standing.READY
 
 

@@ -13,7 +13,7 @@ from app.simulator.quirks import Delivery
 from app.text.i18n import tr
 from app.trigger_records.history import Judgement
 from tests.support.window.fakes_ui import WAIT_MS
-from tests.support.window.preflight_window import CHECK_MS, OnBench, on_bench
+from tests.support.window.preflight_window import CHECK_MS, OnBench, name_module, on_bench
 from ui.pages.triggers.model import Column
 from ui.pages.triggers.table import TriggersTable
 from ui.style.theme import Meaning
@@ -22,12 +22,8 @@ EXAMPLE = bytes.fromhex("01 00 6C 02 3C 05 A0 00 01 03 EB".replace(" ", ""))
 """D4 to D14 of the vendor's worked example."""
 
 
-def name_module(bench: OnBench, name: str) -> None:
-    edit = bench.find(QLineEdit, "triggers_module_edit")
-    edit.setFocus()
-    edit.clear()
-    bench.qtbot.keyClicks(edit, name)
-    bench.qtbot.keyClick(edit, Qt.Key.Key_Return)
+def name_kept(bench: OnBench, name: str) -> None:
+    name_module(bench, name, "triggers")
     wait_kept(bench)
 
 
@@ -156,7 +152,7 @@ def test_nine_records_in_any_order(qtbot: QtBot, qapp: QApplication, tmp_path: P
 def test_the_tenth_trigger_is_added_to_the_stored_nine(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with on_bench(qtbot, qapp, tmp_path, "tenth", history=9) as bench:
         page = bench.triggers
-        name_module(bench, "M-07")
+        name_kept(bench, "M-07")
         bench.read_triggers()
         assert page.news.text() == "no earlier visit"
         bench.bench.module.activate(is_active=True)
@@ -178,7 +174,7 @@ def test_the_tenth_trigger_is_added_to_the_stored_nine(qtbot: QtBot, qapp: QAppl
 def test_a_judgement_and_a_note_are_kept(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with on_bench(qtbot, qapp, tmp_path, "judge") as bench:
         fire(bench)
-        name_module(bench, "M-07")
+        name_kept(bench, "M-07")
         bench.read_triggers()
         page = bench.triggers
         page.table.selectRow(0)
@@ -190,7 +186,7 @@ def test_a_judgement_and_a_note_are_kept(qtbot: QtBot, qapp: QApplication, tmp_p
         assert "tipped on the table" in told(bench, 0)
     with on_bench(qtbot, qapp, tmp_path, "judge", is_connected=False) as bench:
         page = bench.triggers
-        name_module(bench, "M-07")  # known without the module
+        name_kept(bench, "M-07")  # known without the module
         assert texts(bench, 0)[Column.JUDGED] == "bench test"
         page.table.selectRow(0)
         assert page.detail.note.text() == "tipped on the table"
@@ -201,18 +197,18 @@ def test_a_judgement_and_a_note_are_kept(qtbot: QtBot, qapp: QApplication, tmp_p
 
 def test_another_module_under_the_same_name_is_not_mixed_in(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with on_bench(qtbot, qapp, tmp_path, "first", history=3, boots=37) as bench:
-        name_module(bench, "M-07")
+        name_kept(bench, "M-07")
         bench.read_triggers()
         assert bench.triggers.count.text() == "Trigger records: 3"
     with on_bench(qtbot, qapp, tmp_path, "second", history=2, boots=12, seed=9) as bench:
         page = bench.triggers
-        name_module(bench, "M-07")
+        name_kept(bench, "M-07")
         bench.read_triggers()
         assert said(bench).startswith("Boot 12, but M-07 was at 37: is it the same module?")
         assert page.count.text() == "Trigger records: 2"  # what was read, not what M-07 had
         bench.click(bench.find(QPushButton, "notice_another_module"))
         assert page.module.currentText() == ""
-        name_module(bench, "M-07")
+        name_kept(bench, "M-07")
         assert "is it the same module?" in said(bench)
         button = page.strip.button("same_module")
         assert button is not None
@@ -269,7 +265,7 @@ def test_csv_of_the_page_and_of_the_archive(qtbot: QtBot, qapp: QApplication, tm
     with on_bench(qtbot, qapp, tmp_path, "csv", history=5) as bench:
         fire(bench)
         page = bench.triggers
-        name_module(bench, "=M-07")
+        name_kept(bench, "=M-07")
         bench.read_triggers()
         page.table.selectRow(5)
         page.detail.note.setText("=1+1")
