@@ -63,12 +63,6 @@ def test_e02_a_01_in_reply_to_a_set_is_never_shown_as_the_value() -> None:
     assert meaning(frame) == {"command": "freefall_time", "value_s": None}
 
 
-def test_e02_the_baud_rate_has_no_read_back() -> None:
-    assert not BY_NAME["baud_rate"].reads_back
-    assert BY_NAME["freefall_time"].reads_back
-    assert BY_NAME["freefall_acceleration"].reads_back
-
-
 @pytest.mark.parametrize("code", [0x34, 0x35])
 def test_e03_a_cell_voltage_comes_with_code_34_or_35(code: int) -> None:
     query = BY_NAME["cell_voltage"].query()

@@ -25,7 +25,6 @@ from protocol.fields import ValueRefused
 from protocol.frame import encode_long, encode_reply
 from protocol.messages import (
     Acknowledgement,
-    EmptySlot,
     Heartbeat,
     Reading,
     Source,
@@ -189,8 +188,3 @@ def test_the_parts_cover_the_frame_without_a_gap(parts: tuple[FramePart, ...]) -
 def test_the_parts_bear_the_names_of_the_values() -> None:
     assert {part.name for part in STATUS_PARTS} == set(Status.__dataclass_fields__)
     assert {part.name for part in RECORD_PARTS} == set(TriggerRecord.__dataclass_fields__) - {"raw"}
-
-
-def test_an_empty_slot_is_no_record() -> None:
-    raw = encode_long(RECORD_CODE, b"\1" + bytes(11))
-    assert decode(raw) == EmptySlot(raw)

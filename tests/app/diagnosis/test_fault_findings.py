@@ -44,33 +44,25 @@ def test_an_act_that_waits_for_its_heartbeat_was_not_sent() -> None:
     assert link.abandon(0.3) == []
 
 
-def test_a_cancelled_write_makes_the_known_value_stale() -> None:
+@pytest.mark.parametrize(("is_sent", "reason"), [(True, StaleReason.WRITE_UNCONFIRMED), (False, None)])
+def test_a_write_that_is_cancelled_makes_the_known_value_stale_if_it_was_sent(
+    is_sent: bool, reason: StaleReason | None
+) -> None:
     rig = Rig()
     rig.run(ask(Ask(THRESHOLD.query())))
-    run = Run(ask(Ask(THRESHOLD.set(75))))
-    rig.session.run(run)
-    rig.step_until(lambda: THRESHOLD.set(75) in rig.line.requests)
-    run.cancel()
-    rig.step_until(lambda: run.is_done)
-    assert isinstance(run.error, Cancelled)
-    known = rig.session.device.value(THRESHOLD.key)
-    assert known is not None
-    assert known.stale_reason is StaleReason.WRITE_UNCONFIRMED
-
-
-def test_a_write_that_was_cancelled_before_sending_leaves_the_value_fresh() -> None:
-    rig = Rig()
-    rig.run(ask(Ask(THRESHOLD.query())))
-    rig.bench.change(mute=True)
+    rig.bench.change(mute=not is_sent)
     run = Run(ask(Ask(THRESHOLD.set(75))))
     rig.session.run(run)
     rig.session.step()
+    if is_sent:
+        rig.step_until(lambda: THRESHOLD.set(75) in rig.line.requests)
     run.cancel()
     rig.step_until(lambda: run.is_done)
-    assert THRESHOLD.set(75) not in rig.line.requests
+    assert isinstance(run.error, Cancelled)
+    assert (THRESHOLD.set(75) in rig.line.requests) is is_sent
     known = rig.session.device.value(THRESHOLD.key)
     assert known is not None
-    assert known.stale_reason is None
+    assert known.stale_reason is reason
 
 
 def test_a_second_cancel_does_not_interrupt_the_cleanup() -> None:

@@ -58,15 +58,10 @@ def test_a_gap_in_a_recording_proves_no_fall() -> None:
     assert not list(firings(samples, TriggerLimits(freefall_time_s=1.6)))
 
 
-def test_both_fire_together() -> None:
-    limits = TriggerLimits(freefall_time_s=0.0)
-    verdict = Judge().judge(SensorSample(0.0, 80.0, 0.0), limits)
-    assert verdict.fired == Source.ATTITUDE | Source.FREEFALL
-
-
-def test_what_is_disabled_does_not_fire() -> None:
-    limits = TriggerLimits(freefall_time_s=0.0, attitude_is_enabled=False, freefall_is_enabled=False)
-    assert not Judge().judge(SensorSample(0.0, 80.0, 0.0), limits).fired
+@pytest.mark.parametrize(("is_enabled", "fired"), [(True, Source.ATTITUDE | Source.FREEFALL), (False, Source(0))])
+def test_both_fire_together_and_what_is_disabled_does_not(is_enabled: bool, fired: Source) -> None:
+    limits = TriggerLimits(freefall_time_s=0.0, attitude_is_enabled=is_enabled, freefall_is_enabled=is_enabled)
+    assert Judge().judge(SensorSample(0.0, 80.0, 0.0), limits).fired == fired
 
 
 def test_a_locked_module_never_fires_and_forgets_a_fall() -> None:

@@ -171,16 +171,13 @@ def test_each_change_is_marked_where_it_was_seen() -> None:
     assert marks == [(2.0, "activated"), (2.5, "triggered"), (3.0, "trigger ended"), (4.0, "locked")]
 
 
-def test_a_restart_is_marked_once_with_its_time() -> None:
-    data = LiveData()
+@pytest.mark.parametrize(("heard_at", "marked_at"), [(1.97, 1.97), (None, 2.0)])
+def test_a_restart_is_marked_once_with_its_time_or_when_the_boot_count_told(
+    heard_at: float | None, marked_at: float
+) -> None:
     again = device(restarts=1)
-    assert take(data, batch(1.0), batch(2.0, view=again, restarted_at=1.97), batch(3.0, view=again)) == [
-        (1.97, "restarted")
-    ]
-
-
-def test_a_restart_found_by_the_boot_count_is_marked_too() -> None:
-    assert take(LiveData(), batch(1.0), batch(2.0, view=device(restarts=1))) == [(2.0, "restarted")]
+    batches = batch(1.0), batch(2.0, view=again, restarted_at=heard_at), batch(3.0, view=again)
+    assert take(LiveData(), *batches) == [(marked_at, "restarted")]
 
 
 @pytest.mark.parametrize("port", [OPEN.port, "/dev/ttyUSB1"])
