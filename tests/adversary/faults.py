@@ -60,10 +60,6 @@ def _accident(at_s: float, happen: Callable[[SimulatedBench], None]) -> Trouble:
     return Trouble(accident=Accident(at_s, happen))
 
 
-def _slip(bench: SimulatedBench) -> None:
-    bench.unplug(for_s=0.2)
-
-
 def _forget(bench: SimulatedBench) -> None:
     bench.restart()
     bench.module.memory.reset_settings()
@@ -72,18 +68,6 @@ def _forget(bench: SimulatedBench) -> None:
 def _change(bench: SimulatedBench, **values: Any) -> None:
     for name, value in values.items():
         setattr(bench.module.memory, name, value)
-
-
-def _tip(bench: SimulatedBench) -> None:
-    bench.set_tilt(75)
-
-
-def _somebody_activates(bench: SimulatedBench) -> None:
-    bench.module.activate(is_active=True)
-
-
-def _somebody_locks(bench: SimulatedBench) -> None:
-    bench.module.activate(is_active=False)
 
 
 LINE: Final[Mapping[str, Trouble]] = {
@@ -112,7 +96,7 @@ LINE: Final[Mapping[str, Trouble]] = {
     "lag and loss": _lie(lag_ms="250", drop="0.1"),
     "unplugged": _accident(0.15, SimulatedBench.unplug),
     "unplugged later": _accident(1.2, SimulatedBench.unplug),
-    "plug slipped": _accident(0.3, _slip),
+    "plug slipped": _accident(0.3, lambda bench: bench.unplug(for_s=0.2)),
 }
 LIES: Final[Mapping[str, Trouble]] = {
     "keeps nothing": _lie(keeps="no"),
@@ -181,8 +165,8 @@ LIES: Final[Mapping[str, Trouble]] = {
     "memory changes": _accident(0.5, partial(_change, attitude_threshold=20)),
     "memory changes later": _accident(2.0, partial(_change, attitude_threshold=20, freefall_time=5)),
     "memory changes while it stands": _accident(6.0, partial(_change, attitude_threshold=20)),
-    "tips over": _accident(0.6, _tip),
-    "somebody activates": _accident(0.3, _somebody_activates),
-    "somebody locks": _accident(0.3, _somebody_locks),
+    "tips over": _accident(0.6, lambda bench: bench.set_tilt(75)),
+    "somebody activates": _accident(0.3, lambda bench: bench.module.activate(is_active=True)),
+    "somebody locks": _accident(0.3, lambda bench: bench.module.activate(is_active=False)),
 }
 TROUBLES: Final[Mapping[str, Trouble]] = {**LINE, **LIES}

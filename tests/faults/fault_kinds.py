@@ -160,10 +160,6 @@ def _restart(_cell: "Cell", port: FakePort) -> None:
     port.bench.restart()
 
 
-def _off(_cell: "Cell", port: FakePort) -> None:
-    port.bench.power_off()
-
-
 def _endless_stream(_cell: "Cell", port: FakePort) -> None:
     bench = port.bench
     bench.change(rate=STREAM_HZ)
@@ -239,7 +235,7 @@ FAULTS: tuple[FaultKind, ...] = (
     FaultKind("modem prober", "rejects it", _inject(PROBER, 3)),
     FaultKind("half a frame", "rejects it", _inject(HALF_A_FRAME)),
     FaultKind("module restarts", "marks every value as stale", _restart),
-    FaultKind("module switched off", "goes offline", _off),
+    FaultKind("module switched off", "goes offline", lambda _cell, port: port.bench.power_off()),
     FaultKind("a stream that does not stop", "works alongside it", _endless_stream),
     FaultKind("garbage that does not stop", "rejects it; accepts replies in between", _endless_garbage),
     FaultKind("clock leaps an hour", "repeats the query or gives up", _leap),

@@ -6,7 +6,7 @@ from typing import Any
 
 from app.procedures.ask_status import ask_status
 from app.procedures.find import WAITS_S, Found, answers_here, find_rate, proofs
-from app.procedures.handshake import Handshake, handshake
+from app.procedures.handshake import handshake
 from app.procedures.history import History, read_history
 from app.procedures.lock import LOCK, Locked, lock
 from app.procedures.read import Everything, read_everything
@@ -21,20 +21,8 @@ THRESHOLD = BY_NAME["attitude_threshold"]
 WANTED_DEG = 75
 
 
-def _says_status(is_known: bool) -> str:
-    return "known" if is_known else "unknown"
-
-
-def _silence_text(done: Handshake) -> str:
-    return "answered" if done.silence is None else done.silence.value
-
-
 def _says_found(found: Found) -> str:
     return "not found" if found.baud_rate is None else f"{found.baud_rate}"
-
-
-def _says_here(is_here: bool) -> str:
-    return "answers here" if is_here else "not here"
 
 
 def _says_everything(everything: Everything) -> str:
@@ -47,10 +35,6 @@ def _says_history(history: History) -> str:
     if history.is_confirmed:
         return "confirmed"
     return "silent" if history.is_line_dead else "not confirmed"
-
-
-def _says_locked(locked: Locked) -> str:
-    return {True: "locked", False: "not locked", None: "not known"}[locked.is_locked]
 
 
 def _says_back(back: ReadBack) -> str:
@@ -134,25 +118,27 @@ def _no_written_lie(written: Written, cell: Cell) -> list[str]:
     return faults
 
 
-def _says_watch(cell: Cell) -> str:
-    return "stream left on" if cell.bench.module.state.serial_output_is_on else "stream off again"
-
-
-def _no_watch_lie(_result: Any, _cell: Cell) -> list[str]:
-    return ["it has no end of its own"]
-
-
 ROWS: tuple[Row, ...] = (
-    Row("handshake.handshake", handshake, _silence_text, _nothing),
-    Row("ask_status.ask_status", ask_status, _says_status, _nothing),
-    Row("find.answers_here", lambda: answers_here(WAITS_S, proofs()), _says_here, _no_here_lie),
+    Row(
+        "handshake.handshake",
+        handshake,
+        lambda done: "answered" if done.silence is None else done.silence.value,
+        _nothing,
+    ),
+    Row("ask_status.ask_status", ask_status, lambda is_known: "known" if is_known else "unknown", _nothing),
+    Row(
+        "find.answers_here",
+        lambda: answers_here(WAITS_S, proofs()),
+        lambda is_here: "answers here" if is_here else "not here",
+        _no_here_lie,
+    ),
     Row("find.find_rate", lambda: find_rate(115200), _says_found, _no_found_lie),
     Row("read.read_everything", read_everything, _says_everything, _no_everything_lie),
     Row("history.read_history", read_history, _says_history, _no_history_lie),
     Row(
         "lock.lock",
         lock,
-        _says_locked,
+        lambda locked: {True: "locked", False: "not locked", None: "not known"}[locked.is_locked],
         _no_locked_lie,
         options=MappingProxyType({"active": "yes"}),
         may_repeat=frozenset({LOCK}),
@@ -161,10 +147,12 @@ ROWS: tuple[Row, ...] = (
         "stream.watch",
         lambda: watch(StreamSwitch()),
         str,
-        _no_watch_lie,
+        lambda _result, _cell: ["it has no end of its own"],
         may_repeat=frozenset({SERIAL_OUTPUT.set(False), SERIAL_OUTPUT.set(True)}),
         runs_for_s=3.0,
-        says_cancelled=_says_watch,
+        says_cancelled=lambda cell: (
+            "stream left on" if cell.bench.module.state.serial_output_is_on else "stream off again"
+        ),
     ),
     Row("settings_reading.read_settings", read_settings, _says_reading, _no_reading_lie),
     Row("write.read_back", lambda: read_back(THRESHOLD), _says_back, _no_back_lie),

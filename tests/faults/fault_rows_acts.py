@@ -8,7 +8,7 @@ from app.engine.procedure import Ask, EngineView, Inspect, Procedure
 from app.procedures.act import Performed, perform
 from app.procedures.baud import BaudChanged, BaudEnd, change_baud
 from app.procedures.find import look_for
-from app.procedures.light_calibration import Band, measure_light
+from app.procedures.light_calibration import measure_light
 from app.procedures.power_cycle import Ending, PowerCycleResult, Retention, survives_power_cycle
 from app.procedures.write import restarted_since
 from app.procedures.write_all import SettingChange, WriteContext, WriteReport, write_all
@@ -29,10 +29,6 @@ ACTIVE = MappingProxyType({"active": "yes"})
 def _permit(act: Act) -> Permit:
     """A permit granted when the clock of the cell starts."""
     return Permit(act, Origin.RITUAL if act is Act.DEPLOY else Origin.COMMAND_LINE, FakeClock().now_s + INSTANT_S)
-
-
-def _says_performed(done: Performed) -> str:
-    return done.outcome.value
 
 
 def _holds(act: Act, cell: Cell) -> bool:
@@ -72,7 +68,7 @@ def _act(act: Act, **options: str) -> Row:
     return Row(
         "act.perform",
         lambda: perform(act, FakeJournal(), permit=_permit(act)),
-        _says_performed,
+        lambda done: done.outcome.value,
         _no_performed_lie,
         options=MappingProxyType(options),
         variant=act.value,
@@ -121,10 +117,6 @@ def _no_survival_lie(survival: PowerCycleResult, cell: Cell) -> list[str]:
     holds = truth(cell.bench, cell.clock.now_s)
     kept = [key for key, stamp in survival.stamps.items() if stamp.result is Retention.RETAINED]
     return [f"{key} kept, and it is not" for key in kept if holds[key] != survival.stamps[key].wanted]
-
-
-def _no_band_lie(band: Band, _cell: Cell) -> list[str]:
-    return [f"read {raw}, the module holds 3" for raw in band.raws if raw != 3]
 
 
 def _restarted() -> Procedure[bool]:
@@ -176,7 +168,7 @@ ACT_ROWS: tuple[Row, ...] = (
         "light_calibration.measure_light",
         lambda: measure_light(samples=12),
         lambda band: "enough" if band.is_enough else "too few",
-        _no_band_lie,
+        lambda band, _cell: [f"read {raw}, the module holds 3" for raw in band.raws if raw != 3],
     ),
     Row("write.restarted_since", _restarted, _yes_or_no("restarted", "not restarted"), _no_restart_lie),
 )

@@ -12,7 +12,6 @@ from protocol import link as link_module
 from protocol import request_gap as gap_module
 from protocol.catalogue import ACTIVATION, Request
 from protocol.events import Event
-from protocol.frame import Frame
 from protocol.link import Link
 from protocol.messages import Message, Reading, answers, decode
 from protocol.request_gap import Gap
@@ -52,22 +51,18 @@ def _forgets_at_any_restart(link: Any, events: list[Event], now: float, *, is_ce
     _restart(link, events, now, is_certain=is_certain)
 
 
-def _also_from_before(_link: Any, flight: Any, frame: Frame, _now: float) -> bool:
-    return answers(frame.raw, flight.request)
-
-
-def _passes_by_anything(earlier: Any, _answered: Request) -> None:
-    earlier._not_past.clear()
-
-
 _restart = Link._restart
 ERRORS: dict[str, tuple[object, str, Any]] = {
     "no fence": (StaleReplies, "could_answer", lambda *_: False),
     "a fence before everything": (StaleReplies, "could_answer", lambda *_: True),
     "copies are not known": (StaleReplies, "is_copy", lambda *_: False),
-    "any answer passes everything": (StaleReplies, "on_answered", _passes_by_anything),
+    "any answer passes everything": (StaleReplies, "on_answered", lambda earlier, _answered: earlier._not_past.clear()),
     "any restart passes everything": (Link, "_restart", _forgets_at_any_restart),
-    "what began before is believed": (Link, "_is_answer", _also_from_before),
+    "what began before is believed": (
+        Link,
+        "_is_answer",
+        lambda _link, flight, frame, _now: answers(frame.raw, flight.request),
+    ),
     "answers are ignored": (Link, "_is_answer", lambda *_: False),
     "time never runs out": (Link, "_run_out", lambda *_: None),
     "sets are repeated": (Request, "is_repeatable", property(lambda _self: True)),

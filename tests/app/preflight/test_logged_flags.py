@@ -109,41 +109,19 @@ def test_another_adapter_another_name_or_an_old_entry_say_nothing(store: Store) 
     assert _fate(store, minutes=14.9) is FlagState.ENABLED
 
 
-def _disabled(store: Store) -> None:
-    _log(store, Act.WRITE, TRIGGER.set(False).encode(), Outcome.CONFIRMED)
-
-
-def _disabled_elsewhere(store: Store) -> None:
-    _log(store, Act.WRITE, TRIGGER.set(False).encode(), Outcome.CONFIRMED, port="/dev/ttyUSB1")
-
-
-def _by_an_older_version(store: Store) -> None:
-    _enable(store, boot_count=None)
-
-
-def _other_unknown(store: Store) -> None:
-    _log(store, Act.ACTIVATE, b"", Outcome.UNKNOWN)
-
-
-def _baud_unknown(store: Store) -> None:
-    _log(store, Act.CHANGE_BAUD, BAUD_RATE.set(9600).encode(), Outcome.UNKNOWN)
-
-
-def _shut_down(store: Store) -> None:
-    _log(store, Act.SHUTDOWN, b"", Outcome.CONFIRMED)
-
-
 def _no_frame(store: Store) -> None:
     _log(store, Act.WRITE, b"x", Outcome.CONFIRMED)
 
 
-def _altered(store: Store) -> None:
-    store.database.write("UPDATE audit SET origin = 'x' WHERE id = 1")
-
-
 @pytest.mark.parametrize("spoil", [
-    _disabled, _disabled_elsewhere, _by_an_older_version, _other_unknown, _baud_unknown, _shut_down, _no_frame,
-    _altered,
+    lambda store: _log(store, Act.WRITE, TRIGGER.set(False).encode(), Outcome.CONFIRMED),
+    lambda store: _log(store, Act.WRITE, TRIGGER.set(False).encode(), Outcome.CONFIRMED, port="/dev/ttyUSB1"),
+    lambda store: _enable(store, boot_count=None),  # written by an older version
+    lambda store: _log(store, Act.ACTIVATE, b"", Outcome.UNKNOWN),
+    lambda store: _log(store, Act.CHANGE_BAUD, BAUD_RATE.set(9600).encode(), Outcome.UNKNOWN),
+    lambda store: _log(store, Act.SHUTDOWN, b"", Outcome.CONFIRMED),
+    _no_frame,
+    lambda store: store.database.write("UPDATE audit SET origin = 'x' WHERE id = 1"),
     lambda store: _enable(store, None), lambda store: _enable(store, Outcome.REFUSED),
     lambda store: _enable(store, is_acknowledged=False), lambda store: _enable(store, port="/dev/ttyUSB1"),
 ])  # fmt: skip

@@ -227,47 +227,15 @@ def test_the_ten_seconds_run_out(qtbot: QtBot, qapp: QApplication, tmp_path: Pat
         stays_quiet(one, 200)
 
 
-def _lose_focus(one: Desk) -> None:
-    one.assembly.window.navigation.setFocus()
-
-
-def _leave_page(one: Desk) -> None:
-    one.assembly.window.go_to("settings")
-
-
-def _leave_window(one: Desk) -> None:
-    one.assembly.window.hide()
-
-
-def _escape(one: Desk) -> None:
-    one.qtbot.keyClick(one.commands.ritual.hold, Qt.Key.Key_Escape)
-
-
-def _cancel(one: Desk) -> None:
-    one.click(one.commands.ritual.cancel)
-
-
-def _restart(one: Desk) -> None:
-    one.bench.restart()
-
-
-def _unplug(one: Desk) -> None:
-    one.bench.unplug()
-
-
-def _lock(one: Desk) -> None:
-    one.bench.module.activate(is_active=False)
-
-
 REASONS: dict[str, tuple[Callable[[Desk], None], str]] = {
-    "focus": (_lose_focus, "focus lost"),
-    "page": (_leave_page, "Disarmed"),
-    "window": (_leave_window, "window left"),
-    "escape": (_escape, "cancelled"),
-    "cancel": (_cancel, "cancelled"),
-    "restart": (_restart, "Disarmed"),
-    "unplugged": (_unplug, "Disarmed"),
-    "locked meanwhile": (_lock, "a condition is not met"),
+    "focus": (lambda one: one.assembly.window.navigation.setFocus(), "focus lost"),
+    "page": (lambda one: one.assembly.window.go_to("settings"), "Disarmed"),
+    "window": (lambda one: one.assembly.window.hide(), "window left"),
+    "escape": (lambda one: one.qtbot.keyClick(one.commands.ritual.hold, Qt.Key.Key_Escape), "cancelled"),
+    "cancel": (lambda one: one.click(one.commands.ritual.cancel), "cancelled"),
+    "restart": (lambda one: one.bench.restart(), "Disarmed"),
+    "unplugged": (lambda one: one.bench.unplug(), "Disarmed"),
+    "locked meanwhile": (lambda one: one.bench.module.activate(is_active=False), "a condition is not met"),
 }
 
 

@@ -14,26 +14,6 @@ from ui.core.announcer import announcer
 from ui.pages.preflight.controller import Standing
 
 
-def restart(bench: OnBench) -> None:
-    bench.bench.restart()
-
-
-def unplug(bench: OnBench) -> None:
-    bench.bench.unplug()
-
-
-def silence(bench: OnBench) -> None:
-    bench.bench.power_off()
-
-
-def open_bay(bench: OnBench) -> None:
-    bench.bench.set_bay(is_open=True)
-
-
-def plug_charger(bench: OnBench) -> None:
-    bench.bench.set_charger(is_plugged_in=True)
-
-
 def grow_old(bench: OnBench) -> None:
     bench.assembly.connector.clock = lambda: time.monotonic() + 901.0
 
@@ -45,21 +25,17 @@ def type_another_name(bench: OnBench) -> None:
     bench.qtbot.keyClick(edit, Qt.Key.Key_Return)
 
 
-def name_it(bench: OnBench) -> None:
-    name_module(bench, "M-08")
-
-
 @pytest.mark.parametrize(
     ("act", "why"),
     [
-        (restart, "The module restarted"),
-        (unplug, "Port lost"),
-        (silence, "No reply"),
-        (open_bay, "Changed: Light"),
-        (plug_charger, "Changed: Charging"),
+        (lambda bench: bench.bench.restart(), "The module restarted"),
+        (lambda bench: bench.bench.unplug(), "Port lost"),
+        (lambda bench: bench.bench.power_off(), "No reply"),
+        (lambda bench: bench.bench.set_bay(is_open=True), "Changed: Light"),
+        (lambda bench: bench.bench.set_charger(is_plugged_in=True), "Changed: Charging"),
         (grow_old, "Too old"),
         (type_another_name, "Changed: entries"),
-        (name_it, "Changed: entries"),
+        (lambda bench: name_module(bench, "M-08"), "Changed: entries"),
     ],
 )
 def test_what_voids_a_go(
