@@ -71,9 +71,8 @@ class Quantity:
             raise ValueRefused("a finite number is needed", ())
         steps = exact * self.per_unit
         if not 0 <= steps <= 255:
-            nearest = 0 if steps < 0 else 255
-            limits = f"{self.text(0)} to {self.text(255)}"
-            raise ValueRefused(f"{value} is outside {limits}", (self.decode(nearest),))
+            nearest = self.decode(int(min(max(steps, 0), 255)))
+            raise ValueRefused(f"{value} is outside {self.text(0)} to {self.text(255)}", (nearest,))
         raw = int(steps)
         if steps != raw:
             low, high = self.decode(raw), self.decode(raw + 1)

@@ -75,9 +75,8 @@ class Link:
         self._behind_fence: Flight | None = None
         self._stale = StaleReplies(self.timing)
         self._unasked_heartbeat_at: float | None = None
-        self._last_byte_at = now
         self._received_bytes = 0
-        self._proven_at = -inf
+        self._last_byte_at = self._proven_at = -inf
         self._probe_at = now + self.timing.heartbeat_every_s
 
     @property

@@ -36,8 +36,8 @@ class LastKnown:
         self._adapter_key = ""
         self._active: Known | None = None
         """The last report, or an acknowledged activation. An acknowledged LOCK alone is no report."""
-        self._shut_down_at: float | None = None
-        self._wall_s = 0.0
+        self._shut_down: tuple[float, float] | None = None
+        """When, by the session's clock and by `time.time()`."""
 
     def feed(self, device: DeviceView, whose: str) -> None:
         """To be called with every view of the device."""
@@ -47,22 +47,21 @@ class LastKnown:
         known = device.values.get("active")
         if known is not None and (known.value is True or known.how is not How.ACKNOWLEDGED):
             self._active = known
-        off_at = self._shut_down_at
-        if off_at is not None and any(one.at > off_at for one in device.values.values()):
-            self._shut_down_at = None  # the module answers again
+        if self._shut_down is not None and any(one.at > self._shut_down[0] for one in device.values.values()):
+            self._shut_down = None  # the module answers again
 
     def clear(self) -> None:
         """Reset: another module may be connected."""
-        self._active = self._shut_down_at = None
+        self._active = self._shut_down = None
 
     def note_shutdown(self, at: float, wall_s: float) -> None:
         """The module acknowledged a shutdown by this program. `wall_s`: as `time.time()`."""
-        self._shut_down_at, self._wall_s = at, wall_s
+        self._shut_down = at, wall_s
 
     @property
     def switched_off_at(self) -> float | None:
         """As `time.time()`; None if it was not shut down, or once it answers again."""
-        return None if self._shut_down_at is None else self._wall_s
+        return None if self._shut_down is None else self._shut_down[1]
 
     def activation(self, device: DeviceView, now: float) -> SeenActivation:
         """The state to show at `now`."""

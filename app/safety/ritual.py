@@ -16,6 +16,7 @@ A rehearsal is the same machine; its permit sends nothing.
 """
 
 from enum import Enum, auto
+from math import inf
 
 from app.safety.acts import Act
 from app.safety.permit import Origin, Permit
@@ -108,9 +109,7 @@ class Ritual:
         self.is_rehearsal = False
         self.ended_by: Input | None = None
         """The input that led back to IDLE last, for the notice in the window."""
-        self._armed_at = 0.0
-        self._pressed_at = 0.0
-        self._ticked_at = 0.0
+        self._armed_at = self._pressed_at = self._ticked_at = -inf
 
     @property
     def is_armed(self) -> bool:

@@ -92,6 +92,11 @@ def test_what_a_byte_cannot_carry_is_refused_with_what_it_can(
     assert str(refused.value)
 
 
+def test_a_refusal_names_both_ends_of_the_range() -> None:
+    with pytest.raises(ValueRefused, match=r"^25\.6 is outside 0\.0 g to 25\.5 g$"):
+        TENTH_G.encode(25.6)
+
+
 @pytest.mark.parametrize("field", QUANTITIES, ids=str)
 @given(value=st.floats(allow_nan=True, allow_infinity=True) | st.integers())
 def test_a_number_is_carried_exactly_or_refused(field: Quantity, value: float) -> None:

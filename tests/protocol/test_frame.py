@@ -125,6 +125,12 @@ def test_a_record_flag_that_is_neither_00_nor_01_is_rejected(position: int, name
     assert (fault.reason, fault.detail) == (Reason.VALUE, f"{name} flag 02, expected 00 or 01")
 
 
+def test_a_record_with_another_control_byte_is_rejected() -> None:
+    fault = module_check(16)(encode_long(RECORD_CODE, b"\2" + bytes(11)))
+    assert fault is not None
+    assert (fault.reason, fault.detail) == (Reason.CONTROL, "control byte 02, expected 01")
+
+
 def test_code_of_a_frame() -> None:
     frame = Frame(Direction.HOST_TO_MODULE, BY_NAME["status"].query().encode())
     assert (frame.code, frame.offset) == (0x32, 0)

@@ -3,7 +3,17 @@
 import pytest
 
 from protocol.catalogue import HEARTBEAT, TRIGGER_RECORDS, Hazard, Request
-from protocol.events import Answered, OutcomeUnknown, Role, Sent, Unanswered, WentOffline, WentOnline
+from protocol.events import (
+    Answered,
+    OutcomeUnknown,
+    Received,
+    Rejected,
+    Role,
+    Sent,
+    Unanswered,
+    WentOffline,
+    WentOnline,
+)
 from protocol.frame import encode_reply
 from protocol.link import LinkMisused
 from protocol.link_states import EXCHANGE, Exchange, Presence, Step
@@ -95,6 +105,22 @@ def test_a_lock_beside_the_request_in_flight_is_sent_and_counted(bench: Bench) -
     assert bench.link.take_outgoing() == lock.encode()
     counters = bench.link.counters
     assert (counters.sent, counters.retries) == (before.sent + 1, before.retries + 1)
+    bench.hear(encode_reply(lock.command.code, 1))
+    assert bench.roles() == [Role.LATE], "nobody waits for it"
+
+
+def test_what_is_no_frame_is_told_with_its_bytes(bench: Bench) -> None:
+    bench.hear(b"AT\r")
+    bench.wait(1)
+    assert b"".join(one.noise.raw for one in bench.events if isinstance(one, Rejected)) == b"AT\r"
+
+
+def test_after_its_answer_a_voltage_is_no_longer_expected(bench: Bench) -> None:
+    bench.ask(named("cell_voltage").query())
+    bench.hear(encode_reply(0x35, 0xC8))
+    bench.hear(TRAP)
+    *_, heard = (one for one in bench.events if isinstance(one, Received))
+    assert isinstance(heard.message, TriggerRecord)
 
 
 def test_a_dangerous_request_needs_an_explicit_act_and_goes_out_once(bench: Bench) -> None:

@@ -2,8 +2,14 @@
 
 import pytest
 
-from protocol.catalogue import HEARTBEAT, TRIGGER_RECORDS
-from protocol.events import Answered, Restarted, Role, Sent, Unanswered
+from protocol.catalogue import HEARTBEAT, STATUS, TRIGGER_RECORDS
+from protocol.events import (
+    Answered,
+    Restarted,
+    Role,
+    Sent,
+    Unanswered,
+)
 from protocol.frame import encode_reply
 from protocol.messages import Reading
 from protocol.round_trips import Timing
@@ -186,6 +192,25 @@ def test_the_second_reply_to_a_repeated_question_acknowledges_no_set(bench: Benc
     bench.hear(encode_reply(0x20, 60))
     assert bench.roles() == [Role.ANSWER, Role.LATE]
     assert bench.hear(PULSE) == named("attitude_threshold").set(70).encode()
+
+
+def test_a_reading_may_come_a_third_time_but_a_third_status_was_streamed(bench: Bench) -> None:
+    reading, status = encode_reply(0x20, 60), STREAMED
+    for request, frame in ((named("attitude_threshold").query(), reading), (STATUS.query(), status)):
+        bench.ask(request)
+        bench.hear(frame)
+        bench.hear(frame)
+        bench.hear(frame)
+    copied = [Role.ANSWER, Role.DUPLICATE, Role.DUPLICATE]
+    assert bench.roles() == [*copied, Role.ANSWER, Role.DUPLICATE, Role.STREAMED]
+
+
+@pytest.mark.parametrize(("waited_s", "role"), [(2.0, Role.LATE), (60.0, Role.UNSOLICITED)])
+def test_a_reply_is_late_only_until_its_time_is_over(waited_s: float, role: Role, bench: Bench) -> None:
+    bench.ask(named("light").query(), attempts=1)
+    bench.wait(waited_s)
+    bench.hear(encode_reply(named("light").code, 1))
+    assert bench.roles() == [role]
 
 
 def test_a_second_copy_of_a_reading_acknowledges_no_set(bench: Bench) -> None:

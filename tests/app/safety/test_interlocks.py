@@ -169,6 +169,8 @@ def test_only_the_ritual_deploys() -> None:
         (Act.DEPLOY, InterlockInputs(now=NOW, active=False), "The module is LOCKED: activate it first."),
         (Act.ACTIVATE, InterlockInputs(now=NOW, tilt_deg=70, attitude_threshold_deg=60),
          "Tilt 70° (threshold 60°): it would fire at once."),
+        (Act.ACTIVATE, InterlockInputs(now=NOW, attitude_threshold_deg=60), "Unknown: Tilt."),
+        (Act.ACTIVATE, InterlockInputs(now=NOW, tilt_deg=7), "Unknown: Attitude threshold."),
         (Act.ACTIVATE, InterlockInputs(now=NOW, armed=Act.DEPLOY), "Already armed: Deploy."),
         (Act.DEPLOY, InterlockInputs(now=NOW, permit=Permit(Act.DEPLOY, Origin.RITUAL, NOW - 2)),
          "Confirm again: 2.0 s old."),
@@ -196,6 +198,19 @@ def test_what_is_stale_or_only_acknowledged_is_not_known() -> None:
     )
     assert interlock_inputs(view(Known(False, How.ACKNOWLEDGED, NOW)), NOW, must_be_proven=False).active is None
     assert interlock_inputs(DeviceView(), NOW, must_be_proven=False).tilt_deg is None
+
+
+def test_what_sends_counts_from_when_the_status_was_sent_and_displays_from_when_it_arrived() -> None:
+    known = Known(5, How.STREAMED, NOW - 0.2, sent_after=NOW - 0.9)
+    view = DeviceView(MappingProxyType({"tilt_deg": known}), Presence.ONLINE, lag_s=1.5)
+    sends, shows = (interlock_inputs(view, NOW, must_be_proven=one) for one in (True, False))
+    assert (sends.status_at, sends.status_fault) == (NOW - 0.9, None)
+    assert (shows.status_at, shows.status_fault) == (NOW - 0.2, StaleReason.LATE)
+
+
+@pytest.mark.parametrize(("lag_s", "named_s"), [(None, None), (0.02, None), (2.5, 2.5)])
+def test_a_lag_is_named_only_where_data_arrives_too_late(lag_s: float | None, named_s: float | None) -> None:
+    assert interlock_inputs(DeviceView(lag_s=lag_s), NOW, must_be_proven=False).lag_s == named_s
 
 
 def test_a_permit_is_used_once() -> None:

@@ -38,13 +38,15 @@ def test_the_whole_way_gives_one_permit() -> None:
         (Act.DEPLOY, Origin.RITUAL, False)
     ]
     assert permits[0].granted_at == pytest.approx(T0 + 3, abs=0.051)
-    assert ritual.stage is Stage.FIRED
+    assert (ritual.stage, ritual.ended_by) == (Stage.FIRED, None)
     ritual.press(T0 + 6)
     ritual.release()
     ritual.arm(T0 + 6)
     assert hold(ritual, T0 + 6, 5.0) == []
     ritual.disarm(Input.FINISHED)
     assert ritual.stage is Stage.IDLE
+    ritual.disarm(Input.LINK_LOST)
+    assert ritual.ended_by is Input.FINISHED, "nothing was left to end"
 
 
 def test_a_rehearsal_gives_a_permit_that_sends_nothing() -> None:
@@ -67,6 +69,7 @@ def test_letting_go_ends_the_ritual() -> None:
     assert (ritual.stage, ritual.ended_by) == (Stage.IDLE, Input.RELEASE)
     ritual.press(T0 + 2.0)
     assert hold(ritual, T0 + 2.0, 3.0) == []
+    assert ritual.ended_by is Input.RELEASE, "it had ended before the press"
 
 
 def test_auto_repeat_and_double_clicks_never_count() -> None:

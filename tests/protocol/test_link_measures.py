@@ -1,0 +1,59 @@
+"""What the link tells its measurements: how late frames are, and which pauses the module needs."""
+
+import pytest
+
+from protocol.catalogue import STATUS, TRIGGER_RECORDS
+from protocol.events import Answered, Received, Role
+from protocol.frame import encode_reply
+from tests.support.line.link_bench import PULSE, RECORD, STREAMED, Bench, named
+
+SOUND = named("attitude_threshold")
+
+
+@pytest.fixture
+def bench() -> Bench:
+    bench = Bench()
+    bench.warm_up(10)  # for longer than it takes to know that nothing streams
+    return bench
+
+
+@pytest.mark.parametrize(("unasked", "is_timed"), [((), True), ((STREAMED,), False), ((PULSE,), False)])
+def test_a_status_is_timed_only_where_none_streams(unasked: tuple[bytes, ...], is_timed: bool, bench: Bench) -> None:
+    bench.hear(*unasked)
+    bench.ask(SOUND.query())
+    bench.hear(encode_reply(SOUND.code, 60), after_s=0.02)
+    bench.ask(STATUS.query())
+    asked_at = bench.now
+    bench.hear(STREAMED, after_s=0.01)
+    *_, answered = bench.taken(Answered)
+    assert isinstance(answered, Answered)
+    assert answered.round_trip_s == (pytest.approx(0.01) if is_timed else None)
+    *_, status = bench.taken(Received)
+    assert isinstance(status, Received)
+    assert (status.sent_after == asked_at) is is_timed
+
+
+def test_a_late_status_was_sent_after_what_was_answered_before(bench: Bench) -> None:
+    bench.ask(SOUND.query())
+    asked_at = bench.now
+    bench.hear(encode_reply(SOUND.code, 60))
+    bench.ask(STATUS.query(), attempts=1)
+    bench.hear(STREAMED, after_s=1.5)
+    *_, late = bench.taken(Received)
+    assert isinstance(late, Received)
+    assert (late.role, late.sent_after) == (Role.LATE, asked_at)
+
+
+def test_what_follows_a_record_was_sent_after_its_question(bench: Bench) -> None:
+    bench.ask(TRIGGER_RECORDS.query())
+    asked_at = bench.now
+    bench.hear(RECORD)
+    assert bench.link.lag.sent_after == asked_at
+
+
+def test_a_question_is_asked_at_once_between_streamed_reports(bench: Bench) -> None:
+    for _ in range(4):
+        bench.hear(STREAMED, after_s=0.02)
+    bench.wait(0.018)
+    assert bench.link.ask(SOUND.query(), bench.now)
+    assert bench.link.take_outgoing() == SOUND.query().encode()
