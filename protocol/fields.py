@@ -71,7 +71,7 @@ class Quantity:
             raise ValueRefused("a finite number is needed", ())
         steps = exact * self.per_unit
         if not 0 <= steps <= 255:
-            nearest = self.decode(int(min(max(steps, 0), 255)))
+            nearest = self.decode(max(0, min(int(steps), 255)))
             raise ValueRefused(f"{value} is outside {self.text(0)} to {self.text(255)}", (nearest,))
         raw = int(steps)
         if steps != raw:
