@@ -3,13 +3,7 @@
 import pytest
 
 from protocol.catalogue import HEARTBEAT, STATUS, TRIGGER_RECORDS
-from protocol.events import (
-    Answered,
-    Restarted,
-    Role,
-    Sent,
-    Unanswered,
-)
+from protocol.events import Answered, Restarted, Role, Sent, Unanswered
 from protocol.frame import encode_reply
 from protocol.messages import Reading
 from protocol.round_trips import Timing
