@@ -11,7 +11,8 @@ from app.records.record_files import NoRecord, record_in
 from app.records.report_html import body, page
 from app.stations.station import Station
 from app.system.files import write_whole
-from app.text.i18n import tr
+from app.text.messages import UserMessage, message
+from protocol.translatable import marked
 
 Printer = Callable[[str, bytes], bytes]
 """Prints the body of a page (`report_html.body`) on A4, attaches the record and returns the PDF. Passed in by the
@@ -23,19 +24,27 @@ MAX_NAME_LENGTH = 60
 
 
 class ReportRefused(ValueError):
-    """The message is a sentence in the language in use."""
+    """As text it is a sentence in the language in use."""
+
+    def __init__(self, why: UserMessage) -> None:
+        super().__init__(why)
+        self._why = why
+
+    def __str__(self) -> str:
+        return self._why.translated()
 
 
 def check_target(path: Path, is_ours: Callable[[Path], bool] | None = None) -> None:
     """Raises `ReportRefused` where the report cannot be written there. `is_ours`: whether a file may be replaced."""
     may_replace = is_ours or _is_ours
     if path.suffix.lower() != ".pdf":
-        raise ReportRefused(tr("{file}: the name of the report must end in .pdf.", file=path.name))
+        raise ReportRefused(message(marked("{file}: the name of the report must end in .pdf."), file=path.name))
     if not path.parent.is_dir():
-        raise ReportRefused(tr("There is no folder {folder}.", folder=path.parent))
+        raise ReportRefused(message(marked("There is no folder {folder}."), folder=path.parent))
     for target in (path, *_beside(path)):
         if target.exists() and not may_replace(target):
-            raise ReportRefused(tr("{file} is there and is no pre-flight report: choose another name.", file=target))
+            text = marked("{file} is there and is no pre-flight report: choose another name.")
+            raise ReportRefused(message(text, file=target))
 
 
 def _beside(path: Path) -> tuple[Path, Path]:

@@ -83,6 +83,11 @@ class ProfileRefused(ValueError):
         return tuple(fault.sentence for fault in self.faults)
 
 
+def refusal_text(error: OSError | ProfileRefused) -> str:
+    """Why a profile was not read or written, in the language in use."""
+    return error_text(error) if isinstance(error, OSError) else " ".join(error.sentences)
+
+
 def read_profile(path: Path) -> Profile:
     """Raises `ProfileRefused`, also where the file cannot be read. A profile without a name is named after the file."""
     try:

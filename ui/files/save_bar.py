@@ -24,6 +24,7 @@ from ui.widgets.controls import control
 from ui.widgets.labels import ElidedLabel, IconLabel
 from ui.widgets.layouts import FlowRow, in_row
 from ui.widgets.naming import named
+from ui.widgets.visibility_timer import VisibilityTimer
 
 _ICON_PX: Final = 16
 _FOOT_PX: Final = 28
@@ -87,20 +88,26 @@ class Note(QWidget):
         self.meaning: Meaning | None = None
         self._icon = IconLabel("live_note_icon", _ICON_PX)
         self._label = named(ElidedLabel(Qt.TextElideMode.ElideMiddle), "live_note", "small")
+        self._make_text: Callable[[], str] = str
         in_row(self._icon, (self._label, 1), of=self, spacing=Space.XS, margins=0)
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        VisibilityTimer(self, self._write)
 
     @property
     def text(self) -> str:
         return self._label.text()
 
-    def show_message(self, text: str, meaning: Meaning | None = None) -> None:
-        self.meaning = meaning
-        self._label.setText(text)
+    def show_message(self, make_text: Callable[[], str], meaning: Meaning | None = None) -> None:
+        """`make_text` is called again when the language changes."""
+        self.meaning, self._make_text = meaning, make_text
+        self._write()
         if meaning is None:
             self._icon.clear_icon()
         else:
             self._icon.show_icon(MEANING_ICONS[meaning], meaning)
+
+    def _write(self) -> None:
+        self._label.setText(self._make_text())
 
 
 class SaveBar(QWidget):
@@ -154,11 +161,12 @@ class SaveBar(QWidget):
         if path is None:
             return
         rows = f"{excerpt.row_count:,}"
-        saved = (
-            tr("Saved to {path}. Rows: {rows}.", rows=rows, path=path)
-            if excerpt.is_whole
-            else tr("Saved to {path}. Rows: {rows}; older ones are gone.", rows=rows, path=path)
-        )
+
+        def saved() -> str:
+            if excerpt.is_whole:
+                return tr("Saved to {path}. Rows: {rows}.", rows=rows, path=path)
+            return tr("Saved to {path}. Rows: {rows}; older ones are gone.", rows=rows, path=path)
+
         self._save(path, csv_parts(excerpt, wall_offset_s=origin.wall_offset_s), part_count(excerpt), saved)
 
     def save_png(self) -> None:
@@ -169,29 +177,31 @@ class SaveBar(QWidget):
         path = self._choose(tr("Save picture…"), ".png", tr("Picture (*.png)"))
         if path is None:
             return
-        self._save(path, png_parts(image), 1, tr("Saved to {path}.", path=path))
+        self._save(path, png_parts(image), 1, lambda: tr("Saved to {path}.", path=path))
 
     def refresh(self) -> None:
         """Shows the progress of saving; called by the page's timer."""
         if self.is_saving:
-            self.note.show_message(tr("Saving… {percent} %", percent=f"{(self._saving.share or 0.0) * 100:.0f}"))
+            percent = f"{(self._saving.share or 0.0) * 100:.0f}"
+            self.note.show_message(lambda: tr("Saving… {percent} %", percent=percent))
 
-    def _save(self, path: Path, parts: Iterable[bytes], count: int, saved: str) -> None:
+    def _save(self, path: Path, parts: Iterable[bytes], count: int, saved: Callable[[], str]) -> None:
         """`parts` is iterated in the background."""
 
         def write(running: Running) -> None:
             write_parts(path, parts, count, on_progress=running.set_progress, is_cancelled=running.is_cancelled)
 
         def fail(error: Exception) -> None:
-            self._end(not_saved_text(path, error), None if isinstance(error, ExportCancelled) else Meaning.ATTENTION)
+            meaning = None if isinstance(error, ExportCancelled) else Meaning.ATTENTION
+            self._end(lambda: not_saved_text(path, error), meaning)
 
         self._saving.run(write, lambda _none: self._end(saved, Meaning.GOOD), fail)
         self._set_busy(is_busy=True)
         self.refresh()
 
-    def _end(self, text: str, meaning: Meaning | None) -> None:
+    def _end(self, make_text: Callable[[], str], meaning: Meaning | None) -> None:
         self._set_busy(is_busy=False)
-        self.note.show_message(text, meaning)
+        self.note.show_message(make_text, meaning)
 
     def _set_busy(self, *, is_busy: bool) -> None:
         self.csv.setEnabled(not is_busy)

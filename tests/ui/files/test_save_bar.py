@@ -9,11 +9,12 @@ from pathlib import Path
 from unittest.mock import Mock
 
 import pytest
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
+from app.text.i18n import CHINESE, set_language
 from tests.support.window.live_bench import Bench, live_bench
 from ui.core.texts import Texts
 from ui.files.file_dialogs import default_name
@@ -81,6 +82,15 @@ def test_no_file_without_a_choice(live: Bench, tmp_path: Path) -> None:
     save(live, "live_save_csv", None)
     assert live.page.save.note.text == ""
     assert not live.page.save.is_saving
+
+
+def test_the_outcome_follows_the_language(live: Bench, tmp_path: Path) -> None:
+    live.say()
+    path = tmp_path / "values.csv"
+    save(live, "live_save_csv", path)
+    set_language(CHINESE)
+    QApplication.sendEvent(live.page, QEvent(QEvent.Type.LanguageChange))
+    assert live.page.save.note.text == f"已保存到 {path}。行数：{len(path.read_text('utf-8-sig').splitlines()) - 1}。"
 
 
 def test_a_file_that_cannot_be_written_is_reported(live: Bench, tmp_path: Path) -> None:

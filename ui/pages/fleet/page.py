@@ -16,7 +16,7 @@ from app.fleet.check_set import check_set_target, summary, write_set_reports
 from app.fleet.profile_table import Applied, result_line
 from app.records.report_files import ReportRefused
 from app.safety.last_known import Activation
-from app.settings.profile_file import ProfileRefused, read_profile
+from app.settings.profile_file import ProfileRefused, read_profile, refusal_text
 from app.stations.station import station_to_sign
 from app.text.i18n import tr
 from app.text.sentences import capitalised, error_text, join_names
@@ -289,8 +289,7 @@ class FleetPage(Page):
         try:
             profile = read_profile(path)
         except ProfileRefused as refusal:
-            sentences = refusal.sentences
-            self._notify(Meaning.ATTENTION, lambda: " ".join(sentences))
+            self._notify(Meaning.ATTENTION, partial(refusal_text, refusal))
             return
         self._clear()
         self.profile.open(profile)
@@ -313,8 +312,7 @@ class FleetPage(Page):
         try:
             check_set_target(path)
         except ReportRefused as refusal:
-            why = str(refusal)
-            self._notify(Meaning.ATTENTION, lambda: why)
+            self._notify(Meaning.ATTENTION, partial(str, refusal))
             return
         station = station_to_sign(self._services.storage.folder)
         self._report.run(

@@ -58,6 +58,7 @@ class ColumnForm(QWidget):
         self._texts = texts
         self._name = ""
         self._head: tuple[str, ...] = ()
+        self._fault: LogUnreadable | None = None
         self._guard = WheelGuard(self)
         self.title = named(ElidedLabel(), "csv_title", "title")
         self.fault = text_label("csv_fault", "danger")
@@ -82,7 +83,7 @@ class ColumnForm(QWidget):
 
     def show_file(self, name: str, head: Sequence[str]) -> None:
         self._name, self._head = name, tuple(head)
-        self.fault.hide()
+        self._show_fault(None)
         self.retranslate()
         self.time.setFocus()
 
@@ -99,6 +100,7 @@ class ColumnForm(QWidget):
         for box in (self.altitude, self.armed):
             self._fill(box, [(tr("none"), ""), *columns])
         self._show_parts()
+        self._show_fault(self._fault)
 
     def columns(self) -> CsvColumns:
         """The chosen columns. Raises `LogUnreadable` where they are not enough."""
@@ -118,10 +120,14 @@ class ColumnForm(QWidget):
         try:
             columns = self.columns()
         except LogUnreadable as error:
-            self.fault.setText(error.why.translated())
-            self.fault.show()
+            self._show_fault(error)
             return
         self.chosen.emit(self._name, columns)
+
+    def _show_fault(self, fault: LogUnreadable | None) -> None:
+        self._fault = fault
+        self.fault.setText("" if fault is None else fault.why.translated())
+        self.fault.setVisible(fault is not None)
 
     def _fill(self, box: QComboBox, entries: Sequence[tuple[str, Any]], *, is_open: bool = False) -> None:
         """`is_open`: nothing is preselected."""
@@ -185,7 +191,7 @@ class ColumnForm(QWidget):
         head = in_row((self.title, 1), self.cancel, self.read, spacing=Space.S)
         head.addStrut(HEIGHT_PX)
         in_column(head, self.fault, (scroll, 1), of=self, spacing=Space.S, margins=0)
-        self.fault.hide()
+        self._show_fault(None)
 
 
 def _part_text(role: CsvRole) -> str:

@@ -52,6 +52,8 @@ class FlightView(QWidget):
         self.plot: TimePlot | None = None
         self._outcome: FlightOutcome | None = None
         self._limits = TriggerLimits()
+        self._trouble: LogUnreadable | None = None
+        """Why the file could not be read again."""
         self._reading: BackgroundTask[FlightLog] = BackgroundTask("dps-s flight", self)
         self.back = control(QPushButton(), texts, "flight_back", "All flights", key="Esc", picture=Icon.CHEVRON_LEFT,
                             slot=self.close_flight)  # fmt: skip
@@ -70,10 +72,9 @@ class FlightView(QWidget):
 
     def show_flight(self, outcome: FlightOutcome, limits: TriggerLimits, columns: CsvColumns | None) -> None:
         """The file is read again in the background."""
-        self._outcome, self._limits = outcome, limits
+        self._outcome, self._limits, self._trouble = outcome, limits, None
         self._remove_plot()
         self.retranslate()
-        self.waiting.setText(tr("Reading logs…"))
         self.waiting.show()
         path = Path(outcome.flight.name)
         self._reading.run(lambda _running: read_flight_log(path, columns), self._show_log, self._fail)
@@ -99,6 +100,12 @@ class FlightView(QWidget):
         self.problems.setText("\n".join(clean(one) for one in shown))
         self.problems.setToolTip("\n".join(problems))
         self.problems.setVisible(bool(problems))
+        trouble = self._trouble
+        self.waiting.setText(
+            tr("Reading logs…")
+            if trouble is None
+            else tr("{file}: {why}", file=self.name.text(), why=trouble.why.translated())
+        )
 
     def _show_log(self, log: FlightLog) -> None:
         if self._outcome is None:
@@ -118,7 +125,8 @@ class FlightView(QWidget):
     def _fail(self, error: Exception) -> None:
         if not isinstance(error, LogUnreadable):
             raise error
-        self.waiting.setText(tr("{file}: {why}", file=self.name.text(), why=error.why.translated()))
+        self._trouble = error
+        self.retranslate()
 
     def _remove_plot(self) -> None:
         if self.plot is not None:

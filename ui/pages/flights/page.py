@@ -233,7 +233,6 @@ class FlightsPage(Page):
         self.refresh()
 
     def _retranslate(self) -> None:
-        self._make_notice = None
         for one in self.lists.of.values():
             one.model.retranslate()
             one.table.measure()

@@ -7,10 +7,10 @@ from typing import Final
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFrame, QPushButton, QStackedWidget, QWidget
 
-from app.settings.profile_file import ProfileRefused, read_profile, save_profile
+from app.settings.profile_file import ProfileRefused, read_profile, refusal_text, save_profile
 from app.settings.profiles import Profile
 from app.text.i18n import tr
-from app.text.sentences import error_text, join_sentences
+from app.text.sentences import join_sentences
 from ui.files.file_dialogs import AskOpen, AskPath, ask_path, ask_profile
 from ui.pages.flights.controller import FlightsWork
 from ui.pages.flights.texts import proposal_text
@@ -114,8 +114,9 @@ class ProposalBar(QFrame):
         try:
             profile = read_profile(path)
         except ProfileRefused as refusal:
-            reason = refusal.sentences[0]
-            notify(self.notified.emit, Meaning.ATTENTION, lambda: tr("{file}: {why}", file=path.name, why=reason))
+            faults = refusal  # the name of an except clause ends with it
+            notify(self.notified.emit, Meaning.ATTENTION,
+                   lambda: tr("{file}: {why}", file=path.name, why=faults.sentences[0]))  # fmt: skip
             return
         settings = {**profile.settings, **self._work.settings()}
         loses_approval = profile.approved_fingerprint is not None and settings != dict(profile.settings)
@@ -129,9 +130,9 @@ class ProposalBar(QFrame):
         try:
             save_profile(path, profile)
         except (OSError, ProfileRefused) as error:
-            why = error.sentences[0] if isinstance(error, ProfileRefused) else error_text(error)
+            fault = error
             notify(self.notified.emit, Meaning.DANGER,
-                   lambda: tr("{file} cannot be written: {why}.", file=path, why=why))  # fmt: skip
+                   lambda: tr("{file} cannot be written: {why}.", file=path, why=refusal_text(fault)))  # fmt: skip
             return
         self._remembered.add_profile(path)
 

@@ -30,7 +30,7 @@ _MAX_AIRCRAFT: Final = 30
 
 
 class PreflightForm(QWidget):
-    """`changed`: an entry changed. `refused`: path and sentences, of a file that is no profile."""
+    """`changed`: an entry changed. `refused`: path and `ProfileRefused`."""
 
     changed = Signal()
     refused = Signal(object, object)
@@ -100,7 +100,7 @@ class PreflightForm(QWidget):
         try:
             self.profile = read_profile(path)
         except ProfileRefused as refusal:
-            self.refused.emit(path, refusal.sentences)
+            self.refused.emit(path, refusal)
             return
         self.path = path
         self._services.preferences.add_profile(path)

@@ -13,6 +13,7 @@ from PySide6.QtWidgets import QStackedLayout, QWidget
 
 from app.records.check_store import CheckStore
 from app.safety.acts import Act
+from app.settings.profile_file import ProfileRefused
 from app.store.database import StoreTrouble
 from app.store.store import Store
 from app.text.i18n import tr
@@ -223,9 +224,12 @@ class PreflightPage(Page):
         if offer is not None and self.strip.notice is None:
             self.show_notice(offer)
 
-    def _show_faults(self, path: Path, sentences: tuple[str, ...]) -> None:
-        why = join_sentences(sentences[:3])
-        self.show_notice(lambda: Notice(Meaning.ATTENTION, tr("{file} is no profile: {why}", file=path.name, why=why)))
+    def _show_faults(self, path: Path, refusal: ProfileRefused) -> None:
+        def notice() -> Notice:
+            why = join_sentences(refusal.sentences[:3])
+            return Notice(Meaning.ATTENTION, tr("{file} is no profile: {why}", file=path.name, why=why))
+
+        self.show_notice(notice)
 
     # Construction
 

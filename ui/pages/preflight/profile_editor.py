@@ -23,10 +23,9 @@ from app.guided.results import TITLES
 from app.limits.expectations import CheckLimits
 from app.limits.limits import SOFT_LIMITS
 from app.preflight.checks import CHECKS
-from app.settings.profile_file import ProfileRefused, parse_profile, profile_text, save_profile
+from app.settings.profile_file import ProfileRefused, parse_profile, profile_text, refusal_text, save_profile
 from app.settings.profiles import LIMITS, MAX_ITEMS, MAX_NAME_LENGTH, MAX_TEST_DAYS, ActivatedBy, ManualLine, Profile
 from app.text.i18n import tr
-from app.text.sentences import error_text
 from protocol.translatable import marked
 from ui.files.file_dialogs import AskPath, ask_path
 from ui.pages.preflight.profile_fields import ManualEditor, OptionalNumber, captioned_row
@@ -202,9 +201,9 @@ class ProfileEditor(QWidget):
         try:
             save_profile(path, replace(profile, name=profile.name or path.stem))
         except (OSError, ProfileRefused) as error:
-            why = error_text(error) if isinstance(error, OSError) else " ".join(error.sentences)
+            fault = error  # the name of an except clause ends with it
             notify(self.strip.show_notice, Meaning.DANGER,
-                   lambda: tr("{path} was not saved: {why}.", path=path, why=why))  # fmt: skip
+                   lambda: tr("{path} was not saved: {why}.", path=path, why=refusal_text(fault)))  # fmt: skip
             return
         self.saved.emit(path)
 

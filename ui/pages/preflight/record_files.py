@@ -69,8 +69,7 @@ class RecordFiles(QObject):
             check_target(path)
             written = write_report(path, record, self.printer, station_to_sign(self._storage.folder))
         except ReportRefused as refused:
-            why = str(refused)
-            self._notify(Meaning.ATTENTION, lambda: why)
+            self._notify(Meaning.ATTENTION, partial(str, refused))
         except (OSError, RuntimeError) as error:
             fault = error
             self._notify(Meaning.DANGER, lambda: tr("The report cannot be written: {why}.", why=error_text(fault)))

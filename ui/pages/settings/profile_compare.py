@@ -1,6 +1,6 @@
 """Compares a profile with the module row by row, or lists the errors of an invalid file."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -17,6 +17,7 @@ from PySide6.QtWidgets import (
 
 from app.engine.device import DeviceView
 from app.settings.form import FORM_COMMANDS
+from app.settings.profile_file import ProfileRefused
 from app.settings.profiles import Match, Profile, ProfileRow, compare
 from app.settings.setting_texts import value_text
 from app.text.i18n import tr
@@ -54,7 +55,7 @@ class ProfileCompare(QWidget):
         self.setObjectName("profile_compare")
         self.profile: Profile | None = None
         self._path = Path()
-        self._faults: tuple[str, ...] = ()
+        self._refusal: ProfileRefused | None = None
         self._is_touched: set[str] = set()
         self.title = text_label("profile_title", "title")
         self.about = text_label("profile_about", "small")
@@ -71,12 +72,12 @@ class ProfileCompare(QWidget):
         self._lay_out(texts)
 
     def show_profile(self, profile: Profile, path: Path) -> None:
-        self.profile, self._path, self._faults = profile, path, ()
+        self.profile, self._path, self._refusal = profile, path, None
         self._is_touched.clear()
         self.shown.emit()
 
-    def show_faults(self, path: Path, sentences: Sequence[str]) -> None:
-        self.profile, self._path, self._faults = None, path, tuple(sentences)
+    def show_faults(self, path: Path, refusal: ProfileRefused) -> None:
+        self.profile, self._path, self._refusal = None, path, refusal
         self.shown.emit()
 
     def refresh(self, device: DeviceView, now: float, *, can_apply: bool) -> None:
@@ -88,7 +89,7 @@ class ProfileCompare(QWidget):
         if profile is None:
             self.title.setText(tr("{file} is not a profile", file=self._path.name))
             self.about.setText(tr("Nothing was applied. Correct these and open it again:"))
-            self.faults.setText("\n".join(self._faults))
+            self.faults.setText("" if self._refusal is None else "\n".join(self._refusal.sentences))
             return
         self.title.setText(profile.name)
         self.about.setText(" · ".join(part for part in (profile.airframe, profile.notes, str(self._path)) if part))

@@ -6,10 +6,9 @@ from pathlib import Path
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QMenu, QWidget
 
-from app.settings.profile_file import ProfileRefused, read_profile, save_profile
+from app.settings.profile_file import ProfileRefused, read_profile, refusal_text, save_profile
 from app.settings.profiles import Profile, profile_of
 from app.text.i18n import tr
-from app.text.sentences import error_text
 from protocol.catalogue import SERIAL_OUTPUT, SETTINGS
 from protocol.translatable import marked
 from ui.files.file_dialogs import AskOpen, AskPath, ask_path, ask_profile
@@ -28,7 +27,7 @@ class ProfileFiles(QObject):
     opened = Signal(object, object)
     """`Profile` and path."""
     refused = Signal(object, object)
-    """Path and one sentence for each error."""
+    """Path and `ProfileRefused`."""
     notified = Signal(object)
 
     def __init__(self, services: Services, page: QWidget, header: PageHeader) -> None:
@@ -59,7 +58,7 @@ class ProfileFiles(QObject):
         except ProfileRefused as refusal:
             if not path.exists():
                 self._remove_recent(path)
-            self.refused.emit(path, refusal.sentences)
+            self.refused.emit(path, refusal)
             return
         self._remember(path)
         self.opened.emit(profile, path)
@@ -78,8 +77,8 @@ class ProfileFiles(QObject):
         try:
             save_profile(path, Profile(name=path.stem or tr("Profile"), settings=profile.settings))
         except (OSError, ProfileRefused) as error:
-            why = error_text(error) if isinstance(error, OSError) else " ".join(error.sentences)
-            self._notify(Meaning.DANGER, lambda: tr("{path} was not saved: {why}.", path=path, why=why))
+            fault = error  # the name of an except clause ends with it
+            self._notify(Meaning.DANGER, lambda: tr("{path} was not saved: {why}.", path=path, why=refusal_text(fault)))
             return
         self._remember(path)
         missing = [one.title for one in SETTINGS if one.key not in profile.settings and one is not SERIAL_OUTPUT]

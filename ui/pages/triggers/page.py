@@ -149,12 +149,11 @@ class TriggersPage(Page):
             once = frozenset(row.seen.id for row in rows if row.is_seen_once)
             write_archive(path, name, [row.seen for row in rows], new=new if has_past else None, seen_once=once)
         except OSError as error:
-            text = not_saved_text(path, error)
-            self.work.job.notify(Meaning.DANGER, lambda: text)
+            fault = error  # the name of an except clause ends with it
+            self.work.job.notify(Meaning.DANGER, lambda: not_saved_text(path, fault))
             return
         self._folder = path.parent
-        text = tr("Saved to {path}. Rows: {rows}.", rows=len(rows), path=path)
-        self.work.job.notify(Meaning.GOOD, lambda: text)
+        self.work.job.notify(Meaning.GOOD, lambda: tr("Saved to {path}. Rows: {rows}.", rows=len(rows), path=path))
 
     def _use_filter(self) -> None:
         self.filter.use(self.search.text(), partial(is_chosen, self.show_box.currentData()))

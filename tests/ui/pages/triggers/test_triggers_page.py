@@ -283,9 +283,14 @@ def test_csv_of_the_page_and_of_the_archive(qtbot: QtBot, qapp: QApplication, tm
             assert {row["module"] for row in rows} == {"'=M-07"}
             assert all(not row["note"].startswith("=") for row in rows)
             assert "Saved" in said(bench)
+        bench.assembly.language_switch.use("zh_CN")
+        assert said(bench).startswith("已保存")
+        bench.assembly.language_switch.use("en")
         page.ask_path = lambda *_: tmp_path / "no folder" / "x.csv"
         bench.click(page.save_page)
         assert "cannot be written" in said(bench)
+        bench.assembly.language_switch.use("zh_CN")
+        assert "无法写入" in said(bench)
 
 
 def test_the_language_changes_while_it_is_open(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
