@@ -83,6 +83,7 @@ class PreferencesDialog(QDialog):
         self.sidebar.toggled.connect(wide.setChecked)
         wide.toggled.connect(self.sidebar.setChecked)
         self.sounds.toggled.connect(choices.use_sounds)
+        choices.changed.connect(self.refresh)
 
     def refresh(self) -> None:
         preferences = self._remembered

@@ -46,6 +46,14 @@ def test_preferences_apply_at_once_and_are_saved(qtbot: QtBot, qapp: QApplicatio
         assert main.navigation.is_wide
         main.menus.names.trigger()
         assert not dialog.sidebar.isChecked()
+        main.choices.use_theme("light")  # not in the dialog
+        main.choices.use_zoom(150)
+        main.choices.use_language("en")
+        main.choices.use_sounds(False)
+        shown = [box.currentData() for box in (dialog.theme, dialog.zoom, dialog.language)]
+        assert (shown, dialog.sounds.isChecked()) == (["light", 150, "en"], False)
+        main.choices.use_language("zh_CN")
+        main.choices.use_sounds(True)
         choose(dialog.zoom, 100)
         choose(dialog.theme, "dark")
     after = Preferences(tmp_path / "window.ini")

@@ -106,6 +106,9 @@ def test_all_errors_of_a_file_are_shown_at_once(qtbot: QtBot, qapp: QApplication
         open_by_dialog(one, profile_file(tmp_path, bad))
         told = one.find(QLabel, "profile_faults").text().splitlines()
         assert [line.split(":")[0] for line in told] == ["Line 2", "Line 4", "Line 5"]
+        one.assembly.language_switch.use("zh_CN")
+        told = one.find(QLabel, "profile_faults").text().splitlines()
+        assert [line.split("：")[0] for line in told] == ["第 2 行", "第 4 行", "第 5 行"]
         assert not one.find(QPushButton, "profile_apply").isVisible()
         qtbot.keyClick(one.settings, Qt.Key.Key_Escape)
         assert one.settings.write.isVisible()
