@@ -45,11 +45,6 @@ class Notice:
     dismiss: Callable[[], None] | None = None
 
 
-def notify(show: Callable[[Callable[[], Notice] | None], None], meaning: Meaning, text: Callable[[], str]) -> None:
-    """Shows a notice that its close button removes again; `show(None)` removes it. `text` is in the language in use."""
-    show(lambda: Notice(meaning, text(), dismiss=lambda: show(None)))
-
-
 class NoticeBar(Banner):
     """Shows one notice; hidden while there is none.
 

@@ -6,7 +6,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any, Final
 
-from PySide6.QtCore import QAbstractListModel, QModelIndex, QPersistentModelIndex, QSize, Qt, Signal
+from PySide6.QtCore import QAbstractListModel, QModelIndex, QPersistentModelIndex, QSize, Qt
 from PySide6.QtGui import QFont, QFontMetrics
 from PySide6.QtWidgets import (
     QLabel,
@@ -23,7 +23,7 @@ from app.diagnosis.link_statistics import LinkStatistics
 from app.diagnosis.support_bundle import BundleFile, Contents, SupportBundle
 from app.recordings.entry_texts import size_text
 from app.recordings.export import not_saved_text
-from app.system.logs import Log, text_of
+from app.system.logs import text_of
 from app.text import i18n
 from app.text.i18n import tr
 from app.text.sentences import error_text
@@ -31,13 +31,13 @@ from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask, Running
 from ui.files.file_dialogs import AskPath, ask_path, default_name
 from ui.services.context import Services
+from ui.services.job_notice import JobNotice, progress_notice
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Size, Space, fixed_font
 from ui.widgets.controls import control
 from ui.widgets.labels import TickingLabel
 from ui.widgets.layouts import in_column, in_row
 from ui.widgets.naming import named
-from ui.widgets.notice_bar import Notice, notify
 from ui.widgets.visibility_timer import VisibilityTimer
 
 CAPTURE_ENTRIES: Final = 20_000
@@ -80,16 +80,14 @@ class Lines(QAbstractListModel):
 
 
 class BundlePreview(QWidget):
-    """Makes the bundle each time it is shown. `notified`: makes a `Notice`; None removes it."""
+    """Makes the bundle each time it is shown."""
 
-    notified = Signal(object)
-
-    def __init__(self, services: Services, figures: LinkStatistics, traffic: TrafficBuffer, log: Log | None) -> None:
+    def __init__(self, services: Services, figures: LinkStatistics, traffic: TrafficBuffer, result: JobNotice) -> None:
         super().__init__()
         self.setObjectName("bundle_preview")
         self.ask_path: AskPath = ask_path
         self._connector, self._appearance = services.connector, services.appearance
-        self._figures, self._traffic, self._log = figures, traffic, log
+        self._figures, self._traffic, self._log, self._result = figures, traffic, services.log, result
         self.bundle: SupportBundle | None = None
         self._making: BackgroundTask[SupportBundle] = BackgroundTask("dps-s support bundle", self)
         self._saving: BackgroundTask[None] = BackgroundTask("dps-s save bundle", self)
@@ -156,13 +154,13 @@ class BundlePreview(QWidget):
         if path is None:
             return
         self._folder = path.parent
-        self.notified.emit(lambda: Notice(Meaning.INFORMATION, tr("Saving…")))
+        self._result.set_notice(lambda: progress_notice(tr("Saving…"), None))
 
         def fail(error: Exception) -> None:
-            notify(self.notified.emit, Meaning.ATTENTION, lambda: not_saved_text(path, error))
+            self._result.notify(Meaning.ATTENTION, lambda: not_saved_text(path, error))
 
         def tell(_none: None) -> None:
-            notify(self.notified.emit, Meaning.GOOD, lambda: tr("Saved as {path}.", path=path))
+            self._result.notify(Meaning.GOOD, lambda: tr("Saved as {path}.", path=path))
 
         self._saving.run(lambda _running: bundle.write(path), tell, fail)
 
@@ -195,7 +193,7 @@ class BundlePreview(QWidget):
             self._where.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
 
     def _notify_failure(self, error: Exception) -> None:
-        notify(self.notified.emit, Meaning.ATTENTION, lambda: tr("That did not work: {why}.", why=error_text(error)))
+        self._result.notify(Meaning.ATTENTION, lambda: tr("That did not work: {why}.", why=error_text(error)))
 
     # Making
 

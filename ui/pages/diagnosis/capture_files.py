@@ -1,6 +1,5 @@
 """Saves traffic as a capture; opens captures by dialog or drop."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import datetime
 from functools import partial
@@ -21,16 +20,15 @@ from app.text.sentences import error_text
 from ui.core.background_task import BackgroundTask, Running
 from ui.files.file_dialogs import AskOpen, AskPath, ask_open, ask_path, default_name
 from ui.services.context import Services
+from ui.services.job_notice import JobNotice, progress_notice
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control
 from ui.widgets.layouts import in_row
-from ui.widgets.notice_bar import Choice, Notice, notify
-from ui.widgets.visibility_timer import VisibilityTimer
+from ui.widgets.notice_bar import Notice
 
 SUFFIX = ".dpscap"
 OPENED_SUFFIXES = (SUFFIX, ".hex", ".txt", ".log")
-_PROGRESS_EVERY_MS = 100
 
 
 def ask_capture(parent: QWidget, folder: Path) -> Path | None:
@@ -67,17 +65,16 @@ def load_capture(path: Path, running: Running) -> Opened:
 
 
 class CaptureFiles(QWidget):
-    """Buttons to open and save captures. `opened`: an `Opened`. `notified`: makes a `Notice`; None removes it."""
+    """Buttons to open and save captures. `opened`: an `Opened`."""
 
     opened = Signal(object)
-    notified = Signal(object)
 
-    def __init__(self, services: Services, buffer: TrafficBuffer) -> None:
+    def __init__(self, services: Services, buffer: TrafficBuffer, result: JobNotice) -> None:
         super().__init__()
         self.setObjectName("capture_files")
         self.ask_open: AskOpen = ask_capture
         self.ask_save: AskPath = ask_path
-        self._connector, self._buffer = services.connector, buffer
+        self._connector, self._buffer, self._result = services.connector, buffer, result
         self._folder = Path.home()
         self._saving: BackgroundTask[None] = BackgroundTask("dps-s save", self, finished_at_close=True)
         self._loading: BackgroundTask[Opened] = BackgroundTask("dps-s open capture", self)
@@ -89,7 +86,6 @@ class CaptureFiles(QWidget):
         self.save = control(QPushButton(), texts, "capture_save", "Save capture…", key="Ctrl+S", picture=Icon.SAVE,
                             slot=self.choose_and_save)  # fmt: skip
         in_row(self.open, self.save, of=self, spacing=Space.S, margins=0)
-        VisibilityTimer(self, self._show_progress, every_ms=_PROGRESS_EVERY_MS)
 
     def refresh(self) -> None:
         self.save.setEnabled(len(self._buffer) > 0 and not self._saving.is_running)
@@ -100,15 +96,15 @@ class CaptureFiles(QWidget):
             self.open_file(path)
 
     def open_file(self, path: Path) -> None:
-        """Reads a file in the background; emits `opened` or `notified`."""
+        """Reads a file in the background; emits `opened`, or says why not."""
         self._folder = path.parent
         self._opening = path.name
         self._loading.run(
             partial(load_capture, path),
             self._show,
-            lambda error: notify(self.notified.emit, Meaning.ATTENTION, lambda: _refusal(path, error)),
+            lambda error: self._result.notify(Meaning.ATTENTION, lambda: _refusal(path, error)),
         )
-        self._show_progress()
+        self._result.dismiss()
 
     def choose_and_save(self) -> None:
         """Saves the traffic up to now, not up to when the file is chosen."""
@@ -137,37 +133,29 @@ class CaptureFiles(QWidget):
             self.refresh()
             meaning = Meaning.INFORMATION if isinstance(error, ExportCancelled) else Meaning.ATTENTION
             if error is None:
-                notify(self.notified.emit, Meaning.GOOD, saved_text)
+                self._result.notify(Meaning.GOOD, saved_text)
             else:
-                notify(self.notified.emit, meaning, lambda: not_saved_text(path, error))
+                self._result.notify(meaning, lambda: not_saved_text(path, error))
 
         self._saving.run(write, lambda _none: end(), end)
         self.refresh()
-        self._show_progress()
+        self._result.dismiss()
+
+    def progress(self) -> Notice | None:
+        """Of reading, else of writing."""
+        if self._loading.is_running:
+            percent = round((self._loading.share or 0.0) * 100)
+            return progress_notice(tr("{what}: {percent} %", what=self._opening, percent=percent), self._cancel_loading)
+        return progress_notice(tr("Saving…"), self._saving.stop) if self._saving.is_running else None
 
     def _cancel_loading(self) -> None:
         self._loading.cancel()
-        self.notified.emit(None)
-
-    def _show_progress(self) -> None:
-        """Progress of reading, else of writing."""
-        if self._loading.is_running:
-            percent, cancel = round((self._loading.share or 0.0) * 100), self._cancel_loading
-        elif self._saving.is_running:
-            percent, cancel = None, self._saving.stop
-        else:
-            return
-        self.notified.emit(partial(self._progress_notice, percent, cancel))
-
-    def _progress_notice(self, percent: int | None, cancel: Callable[[], None]) -> Notice:
-        text = tr("Saving…") if percent is None else tr("{what}: {percent} %", what=self._opening, percent=percent)
-        return Notice(Meaning.INFORMATION, text, (Choice("capture_cancel", tr("Cancel"), cancel),))
+        self._result.dismiss()
 
     def _show(self, opened: Opened) -> None:
         if not opened.rows:
-            notify(self.notified.emit, Meaning.ATTENTION, lambda: tr("{name} is empty.", name=opened.path.name))
+            self._result.notify(Meaning.ATTENTION, lambda: tr("{name} is empty.", name=opened.path.name))
             return
-        self.notified.emit(None)
         self.opened.emit(opened)
 
 

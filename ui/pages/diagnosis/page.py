@@ -3,7 +3,6 @@
 While hidden it only collects frames, statistics and evidence.
 """
 
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -24,6 +23,7 @@ from ui.pages.diagnosis.link_statistics import LinkStatisticsView
 from ui.pages.diagnosis.traffic import TrafficPage
 from ui.pages.diagnosis.why_panel import WhyPanel
 from ui.services.context import Services
+from ui.services.job_notice import JobNotice
 from ui.services.page import StreamPage
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import Shortcut, control
@@ -33,6 +33,7 @@ from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.recording_bar import recording_target
 from ui.widgets.visibility_timer import VisibilityTimer
 
+_PROGRESS_EVERY_MS: Final = 100
 _VIEWS: Final = (
     ("why", marked("Connection")),
     ("traffic", marked("Traffic")),
@@ -57,10 +58,10 @@ class DiagnosisPage(StreamPage):
         self.traffic = TrafficPage(services)
         self.why = WhyPanel(services)
         self.figures = LinkStatisticsView(services, self.live_figures)
-        self.bundle = BundlePreview(services, self.live_figures, self.traffic_buffer, services.log)
-        self.files = CaptureFiles(services, self.traffic_buffer)
+        self.result = JobNotice(self)
+        self.bundle = BundlePreview(services, self.live_figures, self.traffic_buffer, self.result)
+        self.files = CaptureFiles(services, self.traffic_buffer, self.result)
         self.strip = named(NoticeBar(services.texts), "diagnosis_notice")
-        self._make_notice: Callable[[], Notice] | None = None
         self.stack = named(QStackedWidget(), "diagnosis_views")
         for view in (self.why, self.traffic, self.figures, self.bundle):
             self.stack.addWidget(view)
@@ -68,8 +69,7 @@ class DiagnosisPage(StreamPage):
         self.tabs.currentChanged.connect(self.stack.setCurrentIndex)
         self._lay_out()
         self.files.opened.connect(self._show_capture)
-        self.files.notified.connect(self._show_notice)
-        self.bundle.notified.connect(self._show_notice)
+        self.result.changed.connect(self._refresh_strip)
         self.why.connect_wanted.connect(self.connect_wanted)
         self.why.choose_wanted.connect(self.ports_wanted)
         self._connector.changed.connect(self._refresh_strip)
@@ -77,7 +77,7 @@ class DiagnosisPage(StreamPage):
         Shortcut("capture_save_key", self, self.files.save, self.files.choose_and_save, keys=("Ctrl+S",))
         self.files.refresh()
         self.go_to("why")
-        VisibilityTimer(self, self._refresh_strip)
+        VisibilityTimer(self, self._refresh_strip, every_ms=_PROGRESS_EVERY_MS)
 
     def on_batch(self, batch: Batch) -> None:
         """Collects a batch. The data of a playback is kept apart from the module's."""
@@ -149,16 +149,11 @@ class DiagnosisPage(StreamPage):
             said.append(tr("Line {line}: {what}", line=faults[0].line, what=tr(faults[0].text)))
         return said
 
-    def _show_notice(self, make: Callable[[], Notice] | None) -> None:
-        self._make_notice = make
-        self._refresh_strip()
-
     def _refresh_strip(self) -> None:
-        opened = self.opened
-        if self._make_notice is not None:
-            self.strip.show_notice(self._make_notice)
-        else:
-            self.strip.show_notice(None if opened is None else partial(self._capture_notice, opened))
+        notice = self.files.progress() or self.result.result_notice()
+        if notice is None and self.opened is not None:
+            notice = self._capture_notice(self.opened)
+        self.strip.show_notice(notice)
 
     # Making
 

@@ -1,7 +1,6 @@
 """Fleet page: every connected module as a card, LOCK for one and for all, checks and one profile for several."""
 
 from collections import Counter
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -31,6 +30,7 @@ from ui.pages.fleet.group_jobs import GroupChecks, GroupProfile
 from ui.pages.fleet.members import FleetMembers
 from ui.pages.fleet.profile_panel import ProfilePanel
 from ui.services.context import Services
+from ui.services.job_notice import JobNotice
 from ui.services.page import Page
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
@@ -59,12 +59,12 @@ class FleetPage(Page):
         self.checks = GroupChecks(services, self.members, self)
         self.profile = GroupProfile(services, self.members, self)
         self._widgets: dict[PortConnection, CardWidget] = {}
-        self._make_notice: Callable[[], Notice] | None = None
+        self.result = JobNotice(self)
         self._report: BackgroundTask[tuple[Path, ...]] = BackgroundTask("dps-s set report", self)
         self._make_controls()
         self._lay_out()
         self._timer = VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS, tick=self._tick)
-        for changed in (self.members.changed, self.checks.changed, self._connector.ports.listed):
+        for changed in (self.members.changed, self.checks.changed, self.result.changed, self._connector.ports.listed):
             changed.connect(self._timer.refresh_seen)
         self.checks.finished.connect(self._on_finished)
         self.profile.changed.connect(self._show_profile)
@@ -198,7 +198,7 @@ class FleetPage(Page):
         if self.profile.is_running:
             cancel = Choice("cancel", tr("Cancel"), self.profile.cancel)
             return Notice(Meaning.INFORMATION, result_line(self.profile.applied.values()), (cancel,))
-        return None if self._make_notice is None else self._make_notice()
+        return self.result.result_notice()
 
     def _lock_notice(self, cards: list[Card]) -> Notice | None:
         """LOCK of all modules, until every one has reported."""
@@ -222,22 +222,22 @@ class FleetPage(Page):
         if connection is self._connector.current:
             return
         if count and self._connector.is_requested:
-            self._show_notice(partial(self._edits_notice, connection, count))
+            self.result.set_notice(partial(self._edits_notice, connection, count))
             return
-        self._clear()
+        self.result.dismiss()
         self._connector.choose(connection)
 
     def _edits_notice(self, connection: PortConnection, count: int) -> Notice:
         discard = partial(self._discard_and_choose, connection)
         choices = (
-            Choice("stay", tr("Cancel"), self._clear, is_main=True),
+            Choice("stay", tr("Cancel"), self.result.dismiss, is_main=True),
             Choice("discard", tr("Discard edits"), discard, is_step=True),
         )
         return Notice(Meaning.ATTENTION, tr("Settings not written: {count}.", count=count), choices)
 
     def _discard_and_choose(self, connection: PortConnection) -> None:
         self._services.pending_edits.discard()
-        self._clear()
+        self.result.dismiss()
         self._connector.choose(connection)
 
     def _lock_all(self) -> None:
@@ -245,14 +245,14 @@ class FleetPage(Page):
         self.refresh()
 
     def _check(self) -> None:
-        self._clear()
+        self.result.dismiss()
         self.checks.profile = self.profile.profile
         self.checks.check(self.members.connections)
 
     def _on_finished(self) -> None:
         members = tuple(self.checks.results.values())
         is_fine = not any(one.why for one in members)
-        self._notify(Meaning.INFORMATION if is_fine else Meaning.ATTENTION, lambda: summary(members))
+        self.result.notify(Meaning.INFORMATION if is_fine else Meaning.ATTENTION, lambda: summary(members))
 
     def _connect_all(self) -> None:
         self.members.connect_all(self._connector.ports.ports)
@@ -289,9 +289,9 @@ class FleetPage(Page):
         try:
             profile = read_profile(path)
         except ProfileRefused as refusal:
-            self._notify(Meaning.ATTENTION, partial(refusal_text, refusal))
+            self.result.notify(Meaning.ATTENTION, partial(refusal_text, refusal))
             return
-        self._clear()
+        self.result.dismiss()
         self.profile.open(profile)
 
     def _show_profile(self) -> None:
@@ -299,7 +299,7 @@ class FleetPage(Page):
         if states and not self.profile.is_running:
             has_failed, is_fine = Applied.FAILED in states, all(state.is_fine for state in states)
             meaning = Meaning.DANGER if has_failed else Meaning.GOOD if is_fine else Meaning.ATTENTION
-            self._notify(meaning, lambda: result_line(self.profile.applied.values()))
+            self.result.notify(meaning, lambda: result_line(self.profile.applied.values()))
         self._timer.refresh_seen()
 
     def _choose_report(self) -> None:
@@ -312,7 +312,7 @@ class FleetPage(Page):
         try:
             check_set_target(path)
         except ReportRefused as refusal:
-            self._notify(Meaning.ATTENTION, partial(str, refusal))
+            self.result.notify(Meaning.ATTENTION, partial(str, refusal))
             return
         station = station_to_sign(self._services.storage.folder)
         self._report.run(
@@ -323,20 +323,10 @@ class FleetPage(Page):
 
     def _show_written(self, written: tuple[Path, ...]) -> None:
         names = [one.name for one in written]
-        self._notify(Meaning.INFORMATION, lambda: tr("Written: {names}.", names=join_names(names)))
+        self.result.notify(Meaning.INFORMATION, lambda: tr("Written: {names}.", names=join_names(names)))
 
     def _show_unwritten(self, error: Exception) -> None:
-        self._notify(Meaning.DANGER, lambda: tr("The report cannot be written: {why}.", why=error_text(error)))
-
-    def _notify(self, meaning: Meaning, text: Callable[[], str]) -> None:
-        self._show_notice(lambda: Notice(meaning, text(), dismiss=self._clear))
-
-    def _show_notice(self, make: Callable[[], Notice] | None) -> None:
-        self._make_notice = make
-        self._timer.refresh_seen()
-
-    def _clear(self) -> None:
-        self._show_notice(None)
+        self.result.notify(Meaning.DANGER, lambda: tr("The report cannot be written: {why}.", why=error_text(error)))
 
     def on_escape(self) -> bool:
         if self.profile.profile is not None and not self.profile.is_running:

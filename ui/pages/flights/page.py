@@ -1,6 +1,6 @@
 """Flight logs page: which thresholds would have fired in which flights. It never sends anything to a module."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -32,6 +32,7 @@ from ui.pages.flights.proposal_bar import ProposalBar
 from ui.pages.flights.texts import limits_text, short_name
 from ui.pages.flights.thresholds import ThresholdPanel
 from ui.services.context import Services
+from ui.services.job_notice import JobNotice
 from ui.services.page import Page
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
@@ -59,8 +60,7 @@ class FlightsPage(Page):
         self.ask_files: AskMany = ask_flight_logs
         self.ask_folder: AskMany = ask_folder
         self._folder = Path.home()
-        self._make_notice: Callable[[], Notice] | None = None
-        self._ended: LoadEnded | None = None
+        self.result = JobNotice(self)
         texts = services.texts
         self.fired_only = control(QCheckBox(), texts, "flights_fired_only", "Only fired")
         self.open_files = control(QPushButton(), texts, "flights_open", "Open files…", key="Ctrl+O",
@@ -68,7 +68,7 @@ class FlightsPage(Page):
         self.thresholds = ThresholdPanel(texts)
         self.map = FireMapView()
         self.lists = FlightLists(texts)
-        self.proposal = ProposalBar(services, self.work)
+        self.proposal = ProposalBar(services, self.work, self.result)
         self.strip = self.proposal.strip
         self.flight = FlightView(texts)
         self.form = ColumnForm(texts)
@@ -99,7 +99,7 @@ class FlightsPage(Page):
         if not paths:
             return
         self._folder = paths[0].parent
-        self._make_notice = self._ended = None
+        self.result.dismiss()
         self.work.open(paths, columns)
         self.refresh()
 
@@ -134,10 +134,6 @@ class FlightsPage(Page):
         if first is not None:
             first.table.setFocus()
             select_row(first.table, 0)
-
-    def _dismiss(self) -> None:
-        self._make_notice = self._ended = None
-        self._refresh_notice()
 
     # Showing
 
@@ -178,20 +174,20 @@ class FlightsPage(Page):
             return Notice(Meaning.INFORMATION, text, (Choice("cancel_flights", tr("Cancel"), self._cancel),))
         if self._stack.currentWidget() is self.form:
             return None  # which it leads to
-        if self._make_notice is not None:
-            return self._make_notice()
-        return None if self._ended is None else self._ended_notice(self._ended)
+        return self.result.result_notice()
 
     def _ended_notice(self, ended: LoadEnded) -> Notice | None:
         """None where everything was read."""
         if ended.why:
-            return Notice(Meaning.ATTENTION, tr("That did not work: {why}.", why=ended.why), dismiss=self._dismiss)
+            return Notice(
+                Meaning.ATTENTION, tr("That did not work: {why}.", why=ended.why), dismiss=self.result.dismiss
+            )
         if ended.was_cancelled:
             read = [] if ended.total is None else [tr("{count} of {total} logs", count=ended.read, total=ended.total)]
-            return Notice(Meaning.INFORMATION, join_sentences((tr("Cancelled."), *read)), dismiss=self._dismiss)
+            return Notice(Meaning.INFORMATION, join_sentences((tr("Cancelled."), *read)), dismiss=self.result.dismiss)
         unread = self.work.unread()
         if ended.total == 0:
-            return Notice(Meaning.INFORMATION, tr("No new flight logs."), dismiss=self._dismiss)
+            return Notice(Meaning.INFORMATION, tr("No new flight logs."), dismiss=self.result.dismiss)
         if not unread:
             return None
         first = unread[0]
@@ -201,11 +197,7 @@ class FlightsPage(Page):
         choices = () if table is None else (
             Choice("columns", tr("Choose columns…"), partial(self._show_form, table)),
         )  # fmt: skip
-        return Notice(Meaning.ATTENTION, text, choices, dismiss=self._dismiss)
-
-    def _show_notice(self, make: Callable[[], Notice] | None) -> None:
-        self._make_notice = make
-        self._refresh_notice()
+        return Notice(Meaning.ATTENTION, text, choices, dismiss=self.result.dismiss)
 
     def _show_overview(self) -> None:
         self._show(self.empty if self.work.is_empty else self._overview)
@@ -229,7 +221,7 @@ class FlightsPage(Page):
         self.proposal.refresh()
 
     def _end_loading(self, ended: LoadEnded) -> None:
-        self._ended = ended
+        self.result.set_notice(partial(self._ended_notice, ended))
         self.refresh()
 
     def _retranslate(self) -> None:
@@ -263,7 +255,7 @@ class FlightsPage(Page):
         self.flight.closed.connect(self._show_overview)
         self.form.closed.connect(self._show_overview)
         self.form.chosen.connect(self._read_with)
-        self.proposal.notified.connect(self._show_notice)
+        self.result.changed.connect(self._refresh_notice)
         self.proposal.settings_wanted.connect(lambda: self.page_wanted.emit("settings"))
         Shortcut("flights_open_key", self, self.open_files, self.choose_files)
 
@@ -298,8 +290,8 @@ class FlightsPage(Page):
             self._show_overview()
         elif self.work.loading.is_running:
             self._cancel()
-        elif self._make_notice is not None or self._ended is not None:
-            self._dismiss()
+        elif self.result.result_notice() is not None:
+            self.result.dismiss()
         elif self.fired_only.isChecked():
             self.fired_only.setChecked(False)
         else:

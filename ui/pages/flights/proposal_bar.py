@@ -15,13 +15,14 @@ from ui.files.file_dialogs import AskOpen, AskPath, ask_path, ask_profile
 from ui.pages.flights.controller import FlightsWork
 from ui.pages.flights.texts import proposal_text
 from ui.services.context import Services
+from ui.services.job_notice import JobNotice
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control
 from ui.widgets.labels import ElidedLabel, IconLabel
 from ui.widgets.layouts import in_column, in_row, retain_size
 from ui.widgets.naming import named
-from ui.widgets.notice_bar import NoticeBar, notify
+from ui.widgets.notice_bar import NoticeBar
 
 SUFFIX: Final = ".toml"
 _ICON_PX: Final = 20
@@ -31,16 +32,15 @@ _LINES: Final = 2
 class ProposalBar(QFrame):
     """A notice of the page stands in place of the proposal's text, so that it moves nothing."""
 
-    notified = Signal(object)
-    """What makes a `Notice`, see `notify`; or None."""
     settings_wanted = Signal()
 
-    def __init__(self, services: Services, work: FlightsWork) -> None:
+    def __init__(self, services: Services, work: FlightsWork, result: JobNotice) -> None:
         super().__init__()
         named(self, "flights_proposal", "card")
         self.ask_open: AskOpen = ask_profile
         self.ask_save: AskPath = ask_path
-        self._work, self._exchange, self._remembered = work, services.exchange, services.preferences
+        self._work, self._result = work, result
+        self._exchange, self._remembered = services.exchange, services.preferences
         texts = services.texts
         self.picture = IconLabel("flights_proposal_icon", _ICON_PX)
         self.head = named(ElidedLabel(), "flights_proposal_head", "strong")
@@ -115,7 +115,7 @@ class ProposalBar(QFrame):
             profile = read_profile(path)
         except ProfileRefused as refusal:
             faults = refusal  # the name of an except clause ends with it
-            notify(self.notified.emit, Meaning.ATTENTION,
+            self._result.notify(Meaning.ATTENTION,
                    lambda: tr("{file}: {why}", file=path.name, why=faults.sentences[0]))  # fmt: skip
             return
         settings = {**profile.settings, **self._work.settings()}
@@ -131,7 +131,7 @@ class ProposalBar(QFrame):
             save_profile(path, profile)
         except (OSError, ProfileRefused) as error:
             fault = error
-            notify(self.notified.emit, Meaning.DANGER,
+            self._result.notify(Meaning.DANGER,
                    lambda: tr("{file} cannot be written: {why}.", file=path, why=refusal_text(fault)))  # fmt: skip
             return
         self._remembered.add_profile(path)
@@ -140,7 +140,7 @@ class ProposalBar(QFrame):
             note = tr("Its approved fingerprint was removed.") if loses_approval else ""
             return join_sentences([tr("Saved as {path}.", path=path), note])
 
-        notify(self.notified.emit, Meaning.GOOD, saved_text)
+        self._result.notify(Meaning.GOOD, saved_text)
 
     def _folder(self) -> Path:
         recent = self._remembered.recent_profiles

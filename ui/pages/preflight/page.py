@@ -3,7 +3,6 @@
 The verdict is watched as long as the program runs; what voids it is announced at once, also while the page is hidden.
 """
 
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Final
@@ -31,12 +30,13 @@ from ui.pages.preflight.record_files import SUFFIXES, RecordFiles
 from ui.pages.preflight.texts import announcement
 from ui.pages.preflight.verdict import HEIGHT_PX, LOW_PX, SPOKEN, VerdictBanner
 from ui.services.context import Services
+from ui.services.job_notice import JobNotice
 from ui.services.page import Page
 from ui.simulator.level_offer import rest_offer
 from ui.style.theme import Meaning, Space, scaled
 from ui.widgets.controls import Shortcut
 from ui.widgets.layouts import in_column, in_row
-from ui.widgets.notice_bar import Notice, NoticeBar
+from ui.widgets.notice_bar import NoticeBar
 from ui.widgets.sliders import WheelGuard
 from ui.widgets.visibility_timer import VisibilityTimer
 
@@ -56,7 +56,8 @@ class PreflightPage(Page):
         services.naming.bind(services.connector, services.storage)
         guard = WheelGuard(self)
         self.work = PreflightController(services, self)
-        self.files = RecordFiles(services.storage, self)
+        self.result = JobNotice(self)
+        self.files = RecordFiles(services.storage, self.result, self)
         self.banner = VerdictBanner(announcement(self.work))
         self.form = PreflightForm(services, guard)
         self.activation = ActRow(services, Act.ACTIVATE, place="preflight")
@@ -109,6 +110,7 @@ class PreflightPage(Page):
         self.form.show_profile()
         if self.history.filter.count():
             self.history.retranslate()
+        self._show_result()
         self.refresh()
 
     def _show_rows(self) -> None:
@@ -121,7 +123,7 @@ class PreflightPage(Page):
         self.list.clear_old_ticks()
         self._copy_entries()
         if self.work.can_check:
-            self.dismiss()
+            self.result.dismiss()
             self.work.check(statement)
 
     def print(self) -> None:
@@ -149,12 +151,8 @@ class PreflightPage(Page):
         self.show_check()
         self.form.use_profile(path)
 
-    def show_notice(self, make: Callable[[], Notice]) -> None:
-        """Shows a notice that can be closed; `make` is called again when the language changes."""
-        self.strip.show_notice(lambda: replace(make(), dismiss=self.dismiss))
-
-    def dismiss(self) -> None:
-        self.strip.show_notice(None)
+    def _show_result(self) -> None:
+        self.strip.show_notice(self.result.result_notice())
 
     def _export_stored(self, hash_: str) -> None:
         """Export a record of the store as it was kept."""
@@ -163,7 +161,7 @@ class PreflightPage(Page):
             record = CheckStore(store.database).record(hash_) if isinstance(store, Store) else None
         except StoreTrouble as error:
             trouble = error  # the name of an except clause ends with it
-            self.show_notice(lambda: Notice(Meaning.DANGER, trouble.sentence))
+            self.result.notify(Meaning.DANGER, lambda: trouble.sentence)
             return
         if record is not None and record.get("void") is None:
             self.show_check()
@@ -191,7 +189,7 @@ class PreflightPage(Page):
         self._timer.refresh_seen()
 
     def _reset_check(self) -> None:
-        self.dismiss()
+        self.result.dismiss()
         self.work.reset()
 
     def _copy_entries(self) -> None:
@@ -204,7 +202,7 @@ class PreflightPage(Page):
         self._announce()
         standing, trouble = self.work.standing, self.work.trouble
         if trouble is not None and standing in (Standing.GO, Standing.READY, Standing.NO_GO):
-            self.show_notice(lambda: Notice(Meaning.ATTENTION, join_sentences((trouble.sentence, tr("Not kept.")))))
+            self.result.notify(Meaning.ATTENTION, lambda: join_sentences((trouble.sentence, tr("Not kept."))))
         if standing in (Standing.CHECKING, Standing.GO, Standing.READY, Standing.NO_GO):
             self.list.verticalScrollBar().setValue(0)  # what failed is at the top
         if standing is Standing.NO_GO:
@@ -222,14 +220,13 @@ class PreflightPage(Page):
         against = () if assessment is None else assessment.open_checks
         offer = rest_offer(self._connector.target, against, self.check)
         if offer is not None and self.strip.notice is None:
-            self.show_notice(offer)
+            self.result.set_notice(lambda: replace(offer(), dismiss=self.result.dismiss))
 
     def _show_faults(self, path: Path, refusal: ProfileRefused) -> None:
-        def notice() -> Notice:
-            why = join_sentences(refusal.sentences[:3])
-            return Notice(Meaning.ATTENTION, tr("{file} is no profile: {why}", file=path.name, why=why))
+        def text() -> str:
+            return tr("{file} is no profile: {why}", file=path.name, why=join_sentences(refusal.sentences[:3]))
 
-        self.show_notice(notice)
+        self.result.notify(Meaning.ATTENTION, text)
 
     # Construction
 
@@ -248,7 +245,7 @@ class PreflightPage(Page):
         self.form.edit_wanted.connect(self.edit_profile)
         self.editor.saved.connect(self._use_profile)
         self.editor.closed.connect(self.show_check)
-        self.files.notified.connect(self.show_notice)
+        self.result.changed.connect(self._show_result)
         self.files.stations_changed.connect(self.history.stations.refresh)
         self.history.closed.connect(self.show_check)
         self.history.print_wanted.connect(self._export_stored)
@@ -283,7 +280,7 @@ class PreflightPage(Page):
         elif self.work.standing is Standing.CHECKING:
             self.work.cancel()
         elif self.strip.notice is not None:
-            self.dismiss()
+            self.result.dismiss()
         else:
             return False
         return True

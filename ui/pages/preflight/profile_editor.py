@@ -36,7 +36,7 @@ from ui.widgets.controls import control
 from ui.widgets.labels import text_label
 from ui.widgets.layouts import in_column, in_row, scroll_area
 from ui.widgets.naming import named
-from ui.widgets.notice_bar import Choice, Notice, NoticeBar, notify
+from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.sliders import WheelGuard
 from ui.widgets.visibility_timer import VisibilityTimer
 
@@ -202,8 +202,13 @@ class ProfileEditor(QWidget):
             save_profile(path, replace(profile, name=profile.name or path.stem))
         except (OSError, ProfileRefused) as error:
             fault = error  # the name of an except clause ends with it
-            notify(self.strip.show_notice, Meaning.DANGER,
-                   lambda: tr("{path} was not saved: {why}.", path=path, why=refusal_text(fault)))  # fmt: skip
+            self.strip.show_notice(
+                lambda: Notice(
+                    Meaning.DANGER,
+                    tr("{path} was not saved: {why}.", path=path, why=refusal_text(fault)),
+                    dismiss=lambda: self.strip.show_notice(None),
+                )
+            )
             return
         self.saved.emit(path)
 

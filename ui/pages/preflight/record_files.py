@@ -24,6 +24,7 @@ from ui.core.background_task import BackgroundTask
 from ui.files.file_dialogs import AskPath, ask_path
 from ui.files.report_printer import print_report
 from ui.pages.preflight.stations_row import AskName, ask_name
+from ui.services.job_notice import JobNotice
 from ui.services.storage import Storage
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice
@@ -42,18 +43,17 @@ def ask_record(parent: QWidget) -> Path | None:
 
 
 class RecordFiles(QObject):
-    """`notified`: a function that makes a `Notice`. `stations_changed`: one more station is trusted."""
+    """`stations_changed`: one more station is trusted."""
 
-    notified = Signal(object)
     stations_changed = Signal()
 
-    def __init__(self, storage: Storage, parent: QWidget) -> None:
+    def __init__(self, storage: Storage, result: JobNotice, parent: QWidget) -> None:
         super().__init__(parent)
         self.ask_path: AskPath = ask_path
         self.ask_record: AskRecord = ask_record
         self.ask_name: AskName = ask_name
         self.printer: Printer = print_report
-        self._storage, self._window = storage, parent
+        self._storage, self._result, self._window = storage, result, parent
         self._folder = Path.home()
         self._verifying: BackgroundTask[Verification] = BackgroundTask("dps-s verify", self)
 
@@ -69,14 +69,18 @@ class RecordFiles(QObject):
             check_target(path)
             written = write_report(path, record, self.printer, station_to_sign(self._storage.folder))
         except ReportRefused as refused:
-            self._notify(Meaning.ATTENTION, partial(str, refused))
+            self._result.notify(Meaning.ATTENTION, partial(str, refused))
         except (OSError, RuntimeError) as error:
             fault = error
-            self._notify(Meaning.DANGER, lambda: tr("The report cannot be written: {why}.", why=error_text(fault)))
+            self._result.notify(
+                Meaning.DANGER, lambda: tr("The report cannot be written: {why}.", why=error_text(fault))
+            )
         else:
             self._folder = path.parent
             names = ", ".join(one.name for one in reversed(written))
-            self._notify(Meaning.GOOD, lambda: tr("Written to {folder}: {names}.", folder=path.parent, names=names))
+            self._result.notify(
+                Meaning.GOOD, lambda: tr("Written to {folder}: {names}.", folder=path.parent, names=names)
+            )
 
     # Verifying
 
@@ -89,7 +93,7 @@ class RecordFiles(QObject):
         """Verify a file in a background thread: it may be large, and on a slow disk."""
         if self._verifying.is_running:
             return
-        self._notify(Meaning.INFORMATION, lambda: tr("Reading {file}…", file=path.name))
+        self._result.notify(Meaning.INFORMATION, lambda: tr("Reading {file}…", file=path.name))
         store = self._storage.store
         kept = CheckStore(store.database) if isinstance(store, Store) else None
         stations = Stations(self._storage.folder)
@@ -110,7 +114,7 @@ class RecordFiles(QObject):
             why = error_text(error) if is_expected else type(error).__name__
             return tr("{file} cannot be read: {why}.", file=file, why=why)
 
-        self._notify(Meaning.ATTENTION, text)
+        self._result.notify(Meaning.ATTENTION, text)
 
     def _notify_verified(self, path: Path, done: Verification) -> None:
         file = clean(path.name, longest=60)
@@ -123,9 +127,9 @@ class RecordFiles(QObject):
         def notice() -> Notice:
             sentences = join_sentences(one.translated() for one in done.sentences())
             choices = (Choice("trust_station", tr("Trust this station…"), trust),) if is_to_trust else ()
-            return Notice(meaning, f"{file} — {sentences}", choices)
+            return Notice(meaning, f"{file} — {sentences}", choices, self._result.dismiss)
 
-        self.notified.emit(notice)
+        self._result.set_notice(notice)
 
     def _ask_to_trust(self, path: Path, public: bytes | None) -> None:
         name = None if public is None else self.ask_name(self._window, fingerprint_of(public))
@@ -135,13 +139,12 @@ class RecordFiles(QObject):
             Stations(self._storage.folder).trust(public, name)
         except OSError as error:
             fault = error
-            self._notify(Meaning.DANGER, lambda: tr("Known stations cannot be written: {why}.", why=error_text(fault)))
+            self._result.notify(
+                Meaning.DANGER, lambda: tr("Known stations cannot be written: {why}.", why=error_text(fault))
+            )
             return
         self.stations_changed.emit()
         self.verify(path)
-
-    def _notify(self, meaning: Meaning, text: Callable[[], str]) -> None:
-        self.notified.emit(lambda: Notice(meaning, text()))
 
 
 _MEANINGS: Final = {

@@ -3,8 +3,7 @@
 Only the rows scroll: column headers, the pane of the chosen row, notices and buttons stay in sight.
 """
 
-from collections.abc import Callable, Mapping
-from dataclasses import replace
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -89,7 +88,7 @@ class SettingsPage(Page):
         self.rows = {command.key: SettingsRow(command, texts, self._guard) for command in FORM_COMMANDS}
         self.baud = BaudPanel(services, self._guard)
         self.header = self.make_header(texts, marked("Settings"))
-        self.files = ProfileFiles(services, self, self.header)
+        self.files = ProfileFiles(services, self, self.header, self.work.job)
         self.pane = SettingPane(texts)
         self._chosen = FORM_COMMANDS[0].key
         self.compare = ProfileCompare(texts)
@@ -255,7 +254,6 @@ class SettingsPage(Page):
         self.files.opened.connect(self.compare.show_profile)
         self.files.refused.connect(self.compare.show_faults)
         self.compare.shown.connect(self._show_compare)
-        self.files.notified.connect(self._show_notice)
         self.compare.applied.connect(self._apply_profile)
         self.compare.closed.connect(self.show_form)
         self.calibration.closed.connect(self.show_form)
@@ -264,9 +262,6 @@ class SettingsPage(Page):
         exchange.find_drafts = lambda: form.edited
         exchange.can_use = lambda: work.can_edit
         exchange.used.connect(self._use_drafts)
-
-    def _show_notice(self, make: Callable[[], Notice]) -> None:
-        self.work.job.set_notice(lambda: replace(make(), dismiss=self.work.job.dismiss))
 
     def _lay_out(self) -> QWidget:
         texts = self._services.texts

@@ -1,6 +1,6 @@
 """Opens profiles by dialog, recent list or drop; saves the current settings as one."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
@@ -13,28 +13,27 @@ from protocol.catalogue import SERIAL_OUTPUT, SETTINGS
 from protocol.translatable import marked
 from ui.files.file_dialogs import AskOpen, AskPath, ask_path, ask_profile
 from ui.services.context import Services
+from ui.services.job_notice import JobNotice
 from ui.services.page_header import PageHeader
 from ui.style.theme import Meaning
 from ui.widgets.naming import named
-from ui.widgets.notice_bar import Notice
 
 SUFFIX = ".toml"
 
 
 class ProfileFiles(QObject):
-    """Entries of the page's menu. `notified` carries a function that makes a `Notice`."""
+    """Entries of the page's menu."""
 
     opened = Signal(object, object)
     """`Profile` and path."""
     refused = Signal(object, object)
     """Path and `ProfileRefused`."""
-    notified = Signal(object)
 
-    def __init__(self, services: Services, page: QWidget, header: PageHeader) -> None:
+    def __init__(self, services: Services, page: QWidget, header: PageHeader, result: JobNotice) -> None:
         super().__init__(page)
         self.ask_open: AskOpen = ask_profile
         self.ask_save: AskPath = ask_path
-        self._page = page
+        self._page, self._result = page, result
         self._connector, self._remembered = services.connector, services.preferences
         self.open = header.add_rare("profile_open", marked("Open profile…"), self.choose)
         self.recent = header.add_rare("profile_recent", marked("Recent profiles"), self._fill_menu)
@@ -68,7 +67,7 @@ class ProfileFiles(QObject):
         now = self._connector.clock()
         profile = profile_of(self._connector.device, now, name=tr("Profile"))
         if not profile.settings:
-            self._notify(Meaning.ATTENTION, lambda: tr("No settings known: read them first."))
+            self._result.notify(Meaning.ATTENTION, lambda: tr("No settings known: read them first."))
             return
         suggested = self._folder() / f"profile{SUFFIX}"
         path = self.ask_save(self._page, tr("Save as profile…"), suggested, tr("Profile (*.toml)"))
@@ -78,14 +77,13 @@ class ProfileFiles(QObject):
             save_profile(path, Profile(name=path.stem or tr("Profile"), settings=profile.settings))
         except (OSError, ProfileRefused) as error:
             fault = error  # the name of an except clause ends with it
-            self._notify(Meaning.DANGER, lambda: tr("{path} was not saved: {why}.", path=path, why=refusal_text(fault)))
+            self._result.notify(
+                Meaning.DANGER, lambda: tr("{path} was not saved: {why}.", path=path, why=refusal_text(fault))
+            )
             return
         self._remember(path)
         missing = [one.title for one in SETTINGS if one.key not in profile.settings and one is not SERIAL_OUTPUT]
-        self._notify(Meaning.GOOD, lambda: _saved_text(path, [tr(title) for title in missing]))
-
-    def _notify(self, meaning: Meaning, text: Callable[[], str]) -> None:
-        self.notified.emit(lambda: Notice(meaning, text()))
+        self._result.notify(Meaning.GOOD, lambda: _saved_text(path, [tr(title) for title in missing]))
 
     def _folder(self) -> Path:
         recent = self._remembered.recent_profiles

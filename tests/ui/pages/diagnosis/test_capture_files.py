@@ -229,7 +229,7 @@ def test_opening_shows_progress_and_can_be_cancelled(
     with diagnosis(qtbot, qapp, tmp_path) as (_assembly, page):
         page.open_file(path)
         qtbot.waitUntil(lambda: "43 %" in page.strip.accessibleName(), timeout=WAIT_MS)
-        press(qtbot, strip_button(page, "capture_cancel"))
+        press(qtbot, strip_button(page, "cancel"))
         assert page.strip.isHidden()
         assert not page.files._loading.is_running
         may_go_on.set()

@@ -209,9 +209,9 @@ def test_no_notice_moves_a_control_of_the_page(qtbot: QtBot, qapp: QApplication,
             page.go_to(key)
             qapp.processEvents()
             before = places(page)
-            page._show_notice(lambda: Notice(Meaning.ATTENTION, "Something to read. " * 20, dismiss=lambda: None))
+            page.result.notify(Meaning.ATTENTION, lambda: "Something to read. " * 20)
             qapp.processEvents()
             assert page.strip.isVisible()
             assert moved(before, places(page)) == []
-            page._show_notice(None)
+            page.result.dismiss()
             qapp.processEvents()

@@ -24,7 +24,6 @@ from ui.pages.preflight.controller import Standing
 from ui.pages.preflight.page import PreflightPage
 from ui.pages.preflight.verdict import fitted, text_px
 from ui.style.theme import Choice, Meaning, Size, font
-from ui.widgets.notice_bar import Notice
 
 PROFILE = """
 format = 1
@@ -270,7 +269,7 @@ def test_the_buttons_are_whole_on_the_smallest_screen_in_sunlight(
         QApplication.processEvents()
         empty_px = page.minimumSizeHint().height()
         for more in (page.activation, page.strip):
-            page.show_notice(lambda: Notice(Meaning.INFORMATION, "The simulated module is not at rest."))
+            page.result.notify(Meaning.INFORMATION, lambda: "The simulated module is not at rest.")
             page.strip.hide()
             more.show()
             QApplication.sendPostedEvents(None, QEvent.Type.LayoutRequest)
