@@ -1,7 +1,9 @@
 """Preferences in one INI file in the platform's folder for settings."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, Generic, TypeVar
 
 from platformdirs import user_config_path
 from PySide6.QtCore import QByteArray, QSettings
@@ -12,6 +14,7 @@ APPLICATION = "dps-s-configurator"
 MAX_ZOOM_PERCENT = 150
 MAX_RECENT = 8
 """Profiles."""
+_Value = TypeVar("_Value")
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,150 +26,105 @@ class LastPort:
     baud_rate: int
 
 
+class _Entry(Generic[_Value]):
+    """One entry of the file: `read` gets what is in it, None or spoilt where it was never set."""
+
+    def __init__(self, key: str, read: Callable[[Any], _Value], write: Callable[[_Value], object] = str) -> None:
+        self._key, self._read, self._write = key, read, write
+
+    def __get__(self, one: "Preferences", _kind: type | None = None) -> _Value:
+        return self._read(one.settings.value(self._key))
+
+    def __set__(self, one: "Preferences", value: _Value) -> None:
+        one.settings.setValue(self._key, self._write(value))
+
+
 def settings_file() -> Path:
     return user_config_path(APPLICATION, appauthor=False) / "window.ini"
+
+
+def _text(value: object) -> str:
+    return value if isinstance(value, str) else ""
+
+
+def _text_or_none(value: object) -> str | None:
+    return _text(value) or None
+
+
+def _lines(value: object) -> tuple[str, ...]:
+    return tuple(filter(None, _text(value).split("\n")))
+
+
+def _bytes(value: object) -> QByteArray | None:
+    return value if isinstance(value, QByteArray) and not value.isEmpty() else None
+
+
+def _zoom_percent(value: object) -> int:
+    text = _text(value)
+    return int(text) if text.isdecimal() and 100 <= int(text) <= MAX_ZOOM_PERCENT else 100
+
+
+def _flag(key: str, on: str, off: str) -> _Entry[bool]:
+    return _Entry(key, lambda value: value == on, lambda is_on: on if is_on else off)
 
 
 class Preferences:
     """Typed access to the file. What is missing or spoilt in it reads as never set; a file that cannot be
     written is no reason to stop (a read-only home)."""
 
+    language = _Entry("language", _text_or_none)
+    theme = _Entry("theme", _text_or_none)
+    zoom_percent = _Entry("zoom_percent", _zoom_percent)
+    """The size of text and controls."""
+    has_sounds = _flag("sounds", "yes", "no")
+    is_sidebar_wide = _flag("window/sidebar", "wide", "narrow")
+    seen_ports = _Entry("port/seen", _lines, "\n".join)
+    """Identities of the ports that were there at the last look."""
+    recent_profiles = _Entry("profiles/recent", _lines, "\n".join)
+    """Paths of profiles, the last used first."""
+    recent_files = _Entry("files/recent", _lines, "\n".join)
+    """Paths of files of any type, the last opened first."""
+    who = _Entry("preflight/who", _text)
+    """Who checked last."""
+    aircraft = _Entry("preflight/aircraft", _text)
+    """The last aircraft."""
+    geometry: _Entry[QByteArray | None] = _Entry("window/geometry", _bytes, lambda value: value)
+    layout: _Entry[QByteArray | None] = _Entry("window/layout", _bytes, lambda value: value)
+    """Where the docks are."""
+
     def __init__(self, path: Path | None = None) -> None:
-        self._settings = QSettings(str(path or settings_file()), QSettings.Format.IniFormat)
+        self.settings = QSettings(str(path or settings_file()), QSettings.Format.IniFormat)
 
     def save(self) -> None:
-        self._settings.sync()
-
-    @property
-    def language(self) -> str | None:
-        return self._text("language")
-
-    @language.setter
-    def language(self, name: str) -> None:
-        self._settings.setValue("language", name)
-
-    @property
-    def theme(self) -> str | None:
-        return self._text("theme")
-
-    @theme.setter
-    def theme(self, name: str) -> None:
-        self._settings.setValue("theme", name)
-
-    @property
-    def zoom_percent(self) -> int:
-        """The size of text and controls."""
-        text = self._text("zoom_percent") or ""
-        return int(text) if text.isdecimal() and 100 <= int(text) <= MAX_ZOOM_PERCENT else 100
-
-    @zoom_percent.setter
-    def zoom_percent(self, percent: int) -> None:
-        self._settings.setValue("zoom_percent", str(percent))
-
-    @property
-    def has_sounds(self) -> bool:
-        return self._text("sounds") == "yes"
-
-    @has_sounds.setter
-    def has_sounds(self, is_wanted: bool) -> None:
-        self._settings.setValue("sounds", "yes" if is_wanted else "no")
-
-    @property
-    def is_sidebar_wide(self) -> bool:
-        return self._text("window/sidebar") == "wide"
-
-    @is_sidebar_wide.setter
-    def is_sidebar_wide(self, is_wide: bool) -> None:
-        self._settings.setValue("window/sidebar", "wide" if is_wide else "narrow")
+        self.settings.sync()
 
     @property
     def last_port(self) -> LastPort | None:
-        device = self._text("port/device")
-        if device is None:
-            return None
-        rate = self._text("port/baud_rate") or ""
-        return LastPort(device, self._text("port/identity") or "", int(rate) if rate.isdecimal() else DEFAULT_BAUD_RATE)
+        device, identity, rate = (
+            _text(self.settings.value(f"port/{key}")) for key in ("device", "identity", "baud_rate")
+        )
+        return LastPort(device, identity, int(rate) if rate.isdecimal() else DEFAULT_BAUD_RATE) if device else None
 
     @last_port.setter
     def last_port(self, port: LastPort) -> None:
-        self._settings.setValue("port/device", port.device)
-        self._settings.setValue("port/identity", port.identity)
-        self._settings.setValue("port/baud_rate", str(port.baud_rate))
+        self.settings.setValue("port/device", port.device)
+        self.settings.setValue("port/identity", port.identity)
+        self.settings.setValue("port/baud_rate", str(port.baud_rate))
 
     @property
-    def seen_ports(self) -> tuple[str, ...]:
-        """Identities of the ports that were there at the last look."""
-        return tuple(filter(None, (self._text("port/seen") or "").split("\n")))
-
-    @seen_ports.setter
-    def seen_ports(self, identities: tuple[str, ...]) -> None:
-        self._settings.setValue("port/seen", "\n".join(identities))
-
-    @property
-    def recent_profiles(self) -> tuple[str, ...]:
-        """Paths of profiles, the last used first."""
-        return tuple(filter(None, (self._text("profiles/recent") or "").split("\n")))
-
-    @recent_profiles.setter
-    def recent_profiles(self, paths: tuple[str, ...]) -> None:
-        self._settings.setValue("profiles/recent", "\n".join(paths))
+    def profile_folder(self) -> Path:
+        """Where a dialog for profiles begins."""
+        return Path(self.recent_profiles[0]).parent if self.recent_profiles else Path.home()
 
     def add_profile(self, path: Path) -> None:
         """At the head of the recent ones; the oldest is dropped."""
-        name = str(path.absolute())
-        others = [one for one in self.recent_profiles if one != name]
-        self.recent_profiles = (name, *others)[:MAX_RECENT]
-
-    @property
-    def recent_files(self) -> tuple[str, ...]:
-        """Paths of files of any type, the last opened first."""
-        return tuple(filter(None, (self._text("files/recent") or "").split("\n")))
+        self.recent_profiles = _at_head(path, self.recent_profiles)
 
     def add_file(self, path: Path) -> None:
         """At the head of the recent ones; the oldest is dropped."""
-        name = str(path.absolute())
-        names = (name, *(one for one in self.recent_files if one != name))[:MAX_RECENT]
-        self._settings.setValue("files/recent", "\n".join(names))
+        self.recent_files = _at_head(path, self.recent_files)
 
-    @property
-    def who(self) -> str:
-        """Who checked last."""
-        return self._text("preflight/who") or ""
 
-    @who.setter
-    def who(self, name: str) -> None:
-        self._settings.setValue("preflight/who", name)
-
-    @property
-    def aircraft(self) -> str:
-        """The last aircraft."""
-        return self._text("preflight/aircraft") or ""
-
-    @aircraft.setter
-    def aircraft(self, name: str) -> None:
-        self._settings.setValue("preflight/aircraft", name)
-
-    @property
-    def geometry(self) -> QByteArray | None:
-        return self._bytes("window/geometry")
-
-    @geometry.setter
-    def geometry(self, geometry: QByteArray) -> None:
-        self._settings.setValue("window/geometry", geometry)
-
-    @property
-    def layout(self) -> QByteArray | None:
-        """Where the docks are."""
-        return self._bytes("window/layout")
-
-    @layout.setter
-    def layout(self, layout: QByteArray) -> None:
-        self._settings.setValue("window/layout", layout)
-
-    def _text(self, key: str) -> str | None:
-        value = self._settings.value(key)
-        return value if isinstance(value, str) and value else None
-
-    def _bytes(self, key: str) -> QByteArray | None:
-        value = self._settings.value(key)
-        return value if isinstance(value, QByteArray) and not value.isEmpty() else None
+def _at_head(path: Path, names: tuple[str, ...]) -> tuple[str, ...]:
+    name = str(path.absolute())
+    return (name, *(one for one in names if one != name))[:MAX_RECENT]

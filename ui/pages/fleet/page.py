@@ -279,9 +279,7 @@ class FleetPage(Page):
         self._connector.ports.refresh()
 
     def _choose_profile(self) -> None:
-        recent = self._services.preferences.recent_profiles
-        folder = Path(recent[0]).parent if recent else Path.home()
-        path = self.ask_profile(self, folder)
+        path = self.ask_profile(self, self._services.preferences.profile_folder)
         if path is not None:
             self.open_profile_file(path)
 

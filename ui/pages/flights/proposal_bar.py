@@ -102,13 +102,15 @@ class ProposalBar(QFrame):
 
     def save_profile(self) -> None:
         """Saves a new profile with the three thresholds."""
-        path = self.ask_save(self, tr("Save as profile…"), self._folder() / f"profile{SUFFIX}", _kinds())
+        path = self.ask_save(
+            self, tr("Save as profile…"), self._remembered.profile_folder / f"profile{SUFFIX}", _kinds()
+        )
         if path is not None:
             self._write(path, Profile(name=path.stem or tr("Profile"), settings=self._work.settings()))
 
     def add_to_profile(self) -> None:
         """Changes the three thresholds of a profile, and asks where to save it."""
-        path = self.ask_open(self, self._folder())
+        path = self.ask_open(self, self._remembered.profile_folder)
         if path is None:
             return
         try:
@@ -141,10 +143,6 @@ class ProposalBar(QFrame):
             return join_sentences([tr("Saved as {path}.", path=path), note])
 
         self._result.notify(Meaning.GOOD, saved_text)
-
-    def _folder(self) -> Path:
-        recent = self._remembered.recent_profiles
-        return Path(recent[0]).parent if recent else Path.home()
 
 
 def _kinds() -> str:

@@ -120,8 +120,7 @@ class PreflightForm(QWidget):
         self.choose.setAccessibleName(tr("Profile: {name}", name=name))
 
     def choose_file(self) -> None:
-        recent = self._services.preferences.recent_profiles
-        path = self.ask_open(self, Path(recent[0]).parent if recent else Path.home())
+        path = self.ask_open(self, self._services.preferences.profile_folder)
         if path is not None:
             self.use_profile(path)
 

@@ -183,10 +183,8 @@ class ProfileEditor(QWidget):
         return Notice(Meaning.ATTENTION, tr("Unsaved edits."), (keep, discard))
 
     def choose_and_save(self) -> None:
-        recent = self._preferences.recent_profiles
-        folder = self._path.parent if self._path is not None else Path(recent[0]).parent if recent else Path.home()
-        name = self._path.name if self._path is not None else f"profile{SUFFIX}"
-        path = self.ask_save(self, tr("Save as profile…"), folder / name, tr("Profile (*.toml)"))
+        suggested = self._path or self._preferences.profile_folder / f"profile{SUFFIX}"
+        path = self.ask_save(self, tr("Save as profile…"), suggested, tr("Profile (*.toml)"))
         if path is not None:
             self._save_to(path)
 

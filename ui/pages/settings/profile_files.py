@@ -46,7 +46,7 @@ class ProfileFiles(QObject):
         self.recent.setEnabled(bool(self._remembered.recent_profiles))
 
     def choose(self) -> None:
-        path = self.ask_open(self._page, self._folder())
+        path = self.ask_open(self._page, self._remembered.profile_folder)
         if path is not None:
             self.open_file(path)
 
@@ -69,7 +69,7 @@ class ProfileFiles(QObject):
         if not profile.settings:
             self._result.notify(Meaning.ATTENTION, lambda: tr("No settings known: read them first."))
             return
-        suggested = self._folder() / f"profile{SUFFIX}"
+        suggested = self._remembered.profile_folder / f"profile{SUFFIX}"
         path = self.ask_save(self._page, tr("Save as profile…"), suggested, tr("Profile (*.toml)"))
         if path is None:
             return
@@ -84,10 +84,6 @@ class ProfileFiles(QObject):
         self._remember(path)
         missing = [one.title for one in SETTINGS if one.key not in profile.settings and one is not SERIAL_OUTPUT]
         self._result.notify(Meaning.GOOD, lambda: _saved_text(path, [tr(title) for title in missing]))
-
-    def _folder(self) -> Path:
-        recent = self._remembered.recent_profiles
-        return Path(recent[0]).parent if recent else Path.home()
 
     def _remember(self, path: Path) -> None:
         self._remembered.add_profile(path)
