@@ -180,8 +180,7 @@ def assemble(
 def start(assembly: Assembly, options: WindowOptions) -> None:
     """Shows the window; after the first paint makes the pages, lists ports, and connects if requested."""
     window, load = assembly.window, assembly.load
-    copies = QTimer(window)
-    copies.setInterval(COPY_EVERY_MS)
+    copies = QTimer(window, interval=COPY_EVERY_MS)
     copies.timeout.connect(assembly.storage.copy_if_due)
     copies.start()
     target = _target(options)
@@ -244,8 +243,7 @@ class _AfterPaint(QObject):
     def __init__(self, window: QWidget, act: Callable[[], None]) -> None:
         super().__init__(window)
         self._window, self._act = window, act
-        self._limit = QTimer(self)
-        self._limit.setSingleShot(True)
+        self._limit = QTimer(self, singleShot=True)
         self._limit.timeout.connect(self._continue)
         self._limit.start(PAINT_LIMIT_MS)
         window.installEventFilter(self)
@@ -318,9 +316,7 @@ def _load_for_good(load: Callable[[], object]) -> None:
 
 def _end_after(seconds: float, assembly: Assembly, options: WindowOptions) -> None:
     """Ends an unattended run `seconds` after the pages were made, which may take long on a busy machine."""
-    end = QTimer(assembly.window)
-    end.setSingleShot(True)
-    end.setInterval(round(seconds * 1000))
+    end = QTimer(assembly.window, singleShot=True, interval=round(seconds * 1000))
     end.timeout.connect(lambda: _end_unattended(assembly, options))
     assembly.window.pages_made.connect(end.start)
 

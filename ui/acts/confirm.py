@@ -37,8 +37,7 @@ class Confirm(QWidget):
         self.setTabOrder(self.ask, self.cancel)
         self.setTabOrder(self.cancel, self.go)
         self._asked_at = 0.0
-        self._timer = QTimer(self)
-        self._timer.setInterval(CHECK_EVERY_MS)
+        self._timer = QTimer(self, interval=CHECK_EVERY_MS)
         self._timer.timeout.connect(self.check)
         self._show()
 

@@ -67,9 +67,7 @@ class Connector(QObject):
         self._next: PortConnection | None = None
         self._opening: Connection | None = None
         """What the pages see while they switch from one port to another."""
-        self._settling = QTimer(self)
-        self._settling.setSingleShot(True)
-        self._settling.setInterval(SETTLE_MS)
+        self._settling = QTimer(self, singleShot=True, interval=SETTLE_MS)
         self._settling.timeout.connect(self._switch)
         self._current = self.add(make_worker)
         self._relay(self._current)

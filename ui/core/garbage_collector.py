@@ -23,8 +23,7 @@ class GarbageCollector(QObject):
     def __init__(self) -> None:
         super().__init__()
         self._was_enabled = False
-        self._timer = QTimer(self)
-        self._timer.setInterval(POLL_EVERY_MS)
+        self._timer = QTimer(self, interval=POLL_EVERY_MS)
         self._timer.timeout.connect(self.collect)
 
     def begin(self) -> None:

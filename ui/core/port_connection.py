@@ -95,8 +95,7 @@ class PortConnection(QObject):
         """The worker was told to open a port, and no batch has shown the result yet."""
         self._was_mistaken = False
         """The port that was open last belongs to another adapter: the known values are another module's."""
-        self._follow_up = QTimer(self)
-        self._follow_up.setInterval(FOLLOW_EVERY_MS)
+        self._follow_up = QTimer(self, interval=FOLLOW_EVERY_MS)
         self._follow_up.timeout.connect(self._poll_absence)
         self._worker.start()
 

@@ -37,8 +37,7 @@ class PortWatcher(QObject):
         self.is_current = False
         """`ports` is the result of the last look; else of an earlier one."""
         self._seen: frozenset[str] | None = None
-        self._timer = QTimer(self)
-        self._timer.setInterval(POLL_EVERY_MS)
+        self._timer = QTimer(self, interval=POLL_EVERY_MS)
         self._timer.timeout.connect(self.refresh)
         self._arrived.connect(self._on_listed, Qt.ConnectionType.QueuedConnection)
 

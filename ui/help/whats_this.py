@@ -34,8 +34,7 @@ class WhatsThis(QObject):
         super().__init__(root)
         self._root = root
         self._left: list[QWidget] = []
-        self._timer = QTimer(self)
-        self._timer.setInterval(_BREATH_MS)
+        self._timer = QTimer(self, interval=_BREATH_MS)
         self._timer.timeout.connect(self._continue)
 
     @property

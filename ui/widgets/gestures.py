@@ -58,9 +58,7 @@ class Gestures(QObject):
         self._release: tuple[QWindow, QKeyEvent] | None = None
         """A release held back until it is certain that it is not an auto-repeat."""
         self._is_sending = False
-        self._release_timer = QTimer(self)
-        self._release_timer.setSingleShot(True)
-        self._release_timer.setInterval(REPEATS_WITHIN_MS)
+        self._release_timer = QTimer(self, singleShot=True, interval=REPEATS_WITHIN_MS)
         self._release_timer.timeout.connect(self._send_release)
         application.focusWindowChanged.connect(self._on_focus_window)
 

@@ -49,9 +49,7 @@ class StepButton(QPushButton):
         policy.setRetainSizeWhenHidden(True)
         self.setSizePolicy(policy)
         self.setAutoDefault(False)
-        self._live_timer = QTimer(self)
-        self._live_timer.setSingleShot(True)
-        self._live_timer.setTimerType(Qt.TimerType.PreciseTimer)
+        self._live_timer = QTimer(self, singleShot=True, timerType=Qt.TimerType.PreciseTimer)
         self._live_timer.timeout.connect(self._show_live)
         self.clicked.connect(self._on_clicked)
 

@@ -74,8 +74,7 @@ class TrafficSearch(QWidget):
         self._step = 1
         self._known: dict[Hashable, bool] = {}
         """Matches by `same_text_key`: the many rows of a capture have few different texts."""
-        self._timer = QTimer(self)
-        self._timer.setInterval(0)
+        self._timer = QTimer(self, interval=0)
         self._timer.timeout.connect(self._search_slice)
 
     @property
