@@ -57,9 +57,6 @@ class StepMark(PaintedWidget):
         metrics = QFontMetricsF(font(Size.SMALL, is_bold=True))
         return QSize(round(_CIRCLE_PX + Space.S + metrics.horizontalAdvance(self._text)) + 4, _CIRCLE_PX + 2)
 
-    def minimumSizeHint(self) -> QSize:
-        return self.sizeHint()
-
     def paintEvent(self, _event: QPaintEvent) -> None:
         theme, is_now = current(), self._place is StepPlace.NOW
         tint = theme.tint(self._meaning)

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Final
 
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
-from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPaintEvent
+from PySide6.QtGui import QColor, QFontMetricsF, QPaintEvent
 from PySide6.QtWidgets import QSizePolicy
 
 from app.engine.device import How, Known, StaleReason
@@ -85,8 +85,7 @@ class ValueLabel(PaintedWidget):
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         theme = current()
-        painter = QPainter(self)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter = self.begin_paint()
         title, small = font(Size.BODY, is_bold=True), font(Size.SMALL)
         metrics, fine = QFontMetricsF(title), QFontMetricsF(small)
         if self.freshness is Freshness.UNKNOWN:

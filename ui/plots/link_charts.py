@@ -43,25 +43,20 @@ class _Chart(PaintedWidget):
     """A chart that takes all the room that it gets."""
 
     accessible_role: ClassVar = QAccessible.Role.Chart
+    usual: ClassVar = QSize(320, 130)
+    least: ClassVar = QSize(220, 90)
 
-    def __init__(self, name: str, *, hint: QSize, least: QSize) -> None:
+    def __init__(self, name: str) -> None:
         super().__init__()
         self.setObjectName(name)
-        self._hint, self._least = hint, least
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
-
-    def sizeHint(self) -> QSize:
-        return self._hint
-
-    def minimumSizeHint(self) -> QSize:
-        return self._least
 
 
 class Histogram(_Chart):
     """Histogram of round trips, with shares."""
 
     def __init__(self) -> None:
-        super().__init__("figures_trips", hint=QSize(320, 130), least=QSize(220, 90))
+        super().__init__("figures_trips")
         self._classes: tuple[TripClass, ...] = ()
 
     def show_classes(self, classes: tuple[TripClass, ...]) -> None:
@@ -125,7 +120,7 @@ class ReasonBars(_Chart):
     """Invalid bytes by reason, most frequent first."""
 
     def __init__(self) -> None:
-        super().__init__("figures_reasons", hint=QSize(320, 130), least=QSize(220, 90))
+        super().__init__("figures_reasons")
         self._counts: tuple[tuple[Reason, int], ...] = ()
 
     def show_counts(self, counts: Sequence[tuple[Reason, int]]) -> None:
@@ -182,8 +177,11 @@ class OverTime(_Chart):
     """Slowest answer, queries without reply and invalid bytes over time, with marks for restarts of the module and lost
     ports."""
 
+    usual: ClassVar = QSize(640, 200)
+    least: ClassVar = QSize(260, 150)
+
     def __init__(self) -> None:
-        super().__init__("figures_over_time", hint=QSize(640, 200), least=QSize(260, 150))
+        super().__init__("figures_over_time")
         self._stretch = Stretch(0.0, 600.0, ())
 
     def show_stretch(self, stretch: Stretch) -> None:

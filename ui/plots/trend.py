@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import ClassVar, Final
 
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
-from PySide6.QtGui import QAccessible, QColor, QFontMetricsF, QPainter, QPaintEvent, QPolygonF
+from PySide6.QtGui import QAccessible, QColor, QFontMetricsF, QPaintEvent, QPolygonF
 from PySide6.QtWidgets import QSizePolicy
 
 from app.records.check_store import Point
@@ -22,6 +22,8 @@ class Trend(PaintedWidget):
     """Equal distances between the checks, since days or minutes may lie between them."""
 
     accessible_role: ClassVar = QAccessible.Role.Chart
+    usual: ClassVar = QSize(240, 96)
+    least: ClassVar = QSize(160, 88)
 
     def __init__(self, name: str) -> None:
         super().__init__()
@@ -49,20 +51,13 @@ class Trend(PaintedWidget):
         self.setToolTip(text)
         self.announce(text)
 
-    def sizeHint(self) -> QSize:
-        return QSize(240, 96)
-
-    def minimumSizeHint(self) -> QSize:
-        return QSize(160, 88)
-
     def _shown(self, value: float) -> str:
         gap = "" if self._unit in ("°", "") else " "
         return f"{value:.{self._decimals}f}{gap}{self._unit}"
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         theme = current()
-        painter = QPainter(self)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter = self.begin_paint()
         small = font(Size.SMALL)
         metrics = QFontMetricsF(small)
         painter.setFont(small)

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from typing import Final
+from typing import ClassVar, Final
 
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPainterPath, QPaintEvent
@@ -111,6 +111,9 @@ def _draw_command(painter: QPainter, box: QRectF, picture: Icon) -> None:
 class TriggerPicture(PaintedWidget):
     """Draws the causes in a trigger record side by side."""
 
+    usual: ClassVar = QSize(280, 96)
+    least: ClassVar = QSize(0, 0)
+
     def __init__(self, name: str) -> None:
         super().__init__()
         self.setObjectName(name)
@@ -122,9 +125,6 @@ class TriggerPicture(PaintedWidget):
         """`words`: the causes, for screen readers."""
         self._record = record
         self.announce(words)
-
-    def sizeHint(self) -> QSize:
-        return QSize(280, 96)
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         painter = self.begin_paint()

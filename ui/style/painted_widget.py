@@ -3,7 +3,7 @@
 from enum import Enum
 from typing import ClassVar
 
-from PySide6.QtCore import QEvent, Qt
+from PySide6.QtCore import QEvent, QSize, Qt
 from PySide6.QtGui import QAccessible, QColor, QPainter
 from PySide6.QtWidgets import QWidget
 
@@ -26,7 +26,17 @@ class PaintedWidget(QWidget):
 
     accessible_role: ClassVar = QAccessible.Role.StaticText
     """See `ui.style.accessible_roles`."""
+    usual: ClassVar = QSize()
+    """Its size hint, where that does not depend on what it shows."""
+    least: ClassVar = QSize()
+    """Its minimum size hint; without one it is the size hint."""
     _spoken = ""
+
+    def sizeHint(self) -> QSize:
+        return QSize(self.usual)
+
+    def minimumSizeHint(self) -> QSize:
+        return QSize(self.least) if self.least.isValid() else self.sizeHint()
 
     def changeEvent(self, event: QEvent) -> None:
         if event.type() in (QEvent.Type.FontChange, QEvent.Type.PaletteChange, QEvent.Type.LanguageChange):

@@ -144,9 +144,6 @@ class Readout(PaintedWidget):
         number = QFontMetricsF(font(self._size, is_bold=True))
         return QSize(round(width) + 2, ceil(2 * small.height() + number.height()) + 2)
 
-    def minimumSizeHint(self) -> QSize:
-        return self.sizeHint()
-
     def paintEvent(self, _event: QPaintEvent) -> None:
         theme = current()
         painter = self.begin_paint()
@@ -326,13 +323,9 @@ class StateChip(PaintedWidget):
         lines = metrics.height() + (small.height() + 2 * current().border_px if self._lines[1] else Space.S)
         return QSize(round(width) + 1, max(scaled(30), round(lines)))
 
-    def minimumSizeHint(self) -> QSize:
-        return self.sizeHint()
-
     def paintEvent(self, _event: QPaintEvent) -> None:
         theme = current()
-        painter = QPainter(self)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter = self.begin_paint()
         edge = theme.border_px
         outline = QPainterPath()
         outline.addRoundedRect(QRectF(self.rect()).adjusted(edge / 2, edge / 2, -edge / 2, -edge / 2), 6, 6)

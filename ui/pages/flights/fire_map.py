@@ -130,6 +130,8 @@ class FireMapView(PaintedWidget):
     """Double click or Enter: show the flights of this cell."""
 
     accessible_role: ClassVar = QAccessible.Role.Chart
+    usual: ClassVar = QSize(320, 280)
+    least: ClassVar = QSize(240, 200)
 
     def __init__(self) -> None:
         super().__init__()
@@ -153,12 +155,6 @@ class FireMapView(PaintedWidget):
         """Moves the cross; `told` is the accessible text."""
         self._limits = limits
         self.announce(told)
-
-    def sizeHint(self) -> QSize:
-        return QSize(320, 280)
-
-    def minimumSizeHint(self) -> QSize:
-        return QSize(240, 200)
 
     # Geometry
 

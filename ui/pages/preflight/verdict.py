@@ -78,8 +78,7 @@ class VerdictBanner(PaintedWidget):
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         theme, one = current(), self.announcement
-        painter = QPainter(self)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter = self.begin_paint()
         edge = float(theme.border_px)
         outline = QPainterPath()
         outline.addRoundedRect(QRectF(self.rect()).adjusted(edge / 2, edge / 2, -edge / 2, -edge / 2), 8, 8)

@@ -1,7 +1,7 @@
 """Details of the selected recording: outline, facts and buttons."""
 
 from collections.abc import Sequence
-from typing import Final
+from typing import ClassVar, Final
 
 from PySide6.QtCore import QRectF, QSize
 from PySide6.QtGui import QPaintEvent
@@ -36,7 +36,10 @@ _FACTS: Final = {
 
 
 class OutlinePicture(PaintedWidget):
-    """The tilt of one recording over its duration."""
+    """The tilt of one recording over its duration; it takes what the facts leave."""
+
+    usual: ClassVar = QSize(200, 0)
+    least: ClassVar = QSize(120, 0)
 
     def __init__(self) -> None:
         super().__init__()
@@ -50,12 +53,6 @@ class OutlinePicture(PaintedWidget):
         self._outline = outline
         highest = f" ≤ {round(max(high for _, high in outline))}°" if outline else ""
         self.announce(f"{tr('Tilt')}{highest}")
-
-    def sizeHint(self) -> QSize:
-        return QSize(200, 0)  # it takes what the facts leave
-
-    def minimumSizeHint(self) -> QSize:
-        return QSize(120, 0)
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         painter = self.begin_paint()

@@ -1,7 +1,7 @@
 """Widgets of the Tests page: picture, list of steps, live value."""
 
 from dataclasses import dataclass
-from typing import Final
+from typing import ClassVar, Final
 
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QAccessible, QAccessibleEvent, QColor, QFontMetricsF, QPainter, QPaintEvent
@@ -25,6 +25,8 @@ _MAX_STEPS: Final = 6
 class GuidedPicture(PaintedWidget):
     """Picture of the current step."""
 
+    usual: ClassVar = QSize(round(WIDTH), round(HEIGHT))
+
     def __init__(self) -> None:
         super().__init__()
         named(self, "tests_picture")
@@ -36,13 +38,9 @@ class GuidedPicture(PaintedWidget):
         self._kind, self._step = kind, step
         self.announce(tr("Picture: {what}", what=what))
 
-    def sizeHint(self) -> QSize:
-        return QSize(round(WIDTH), round(HEIGHT))
-
     def paintEvent(self, _event: QPaintEvent) -> None:
         theme = current()
-        painter = QPainter(self)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter = self.begin_paint()
         painter.setPen(pen(theme.divider, theme.border_px))
         painter.setBrush(ground(theme))
         box = QRectF(self.rect()).adjusted(1, 1, -1, -1)
@@ -135,6 +133,9 @@ class LiveReading:
 class LiveValue(PaintedWidget):
     """A number with a caption, above a bar with the limits."""
 
+    usual: ClassVar = QSize(320, 84)
+    least: ClassVar = QSize(200, 84)
+
     def __init__(self) -> None:
         super().__init__()
         named(self, "tests_live")
@@ -148,16 +149,9 @@ class LiveValue(PaintedWidget):
             limits = ", ".join(mark.text for mark in reading.marks)
             self.announce(f"{reading.caption}: {limits}" if limits else reading.caption)
 
-    def sizeHint(self) -> QSize:
-        return QSize(320, 84)
-
-    def minimumSizeHint(self) -> QSize:
-        return QSize(200, 84)
-
     def paintEvent(self, _event: QPaintEvent) -> None:
         theme, reading = current(), self._reading
-        painter = QPainter(self)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter = self.begin_paint()
         number = font(Size.NUMBER, is_bold=True)
         painter.setFont(number)
         painter.setPen(QColor(theme.text if reading.value is not None else theme.muted))
