@@ -58,7 +58,7 @@ class Connector(QObject):
     ) -> None:
         super().__init__(parent)
         self.clock = clock
-        self._ports = ports
+        self.ports = ports
         self._memory_of: Callable[[Target], StreamMemory] | None = None
         self._connections: list[PortConnection] = []
         self._leaving: set[PortConnection] = set()
@@ -90,7 +90,7 @@ class Connector(QObject):
 
     def add(self, make_worker: MakeWorker = Worker) -> PortConnection:
         """Another port, not yet connected; the current one stays current."""
-        connection = PortConnection(self._ports, make_worker=make_worker, clock=self.clock, parent=self)
+        connection = PortConnection(self.ports, make_worker=make_worker, clock=self.clock, parent=self)
         connection.set_shown(is_shown=not self._connections)
         if self._memory_of is not None:
             connection.remember_stream(self._memory_of)
@@ -164,10 +164,6 @@ class Connector(QObject):
     @property
     def is_playback(self) -> bool:
         return self._current.is_playback
-
-    @property
-    def ports(self) -> PortWatcher:
-        return self._ports
 
     @property
     def is_active(self) -> bool:

@@ -48,18 +48,10 @@ class ValueLabel(PaintedWidget):
         super().__init__()
         self.setObjectName(f"{command.name}_stands")
         self._command = command
-        self._text = self._note = self._name = ""
+        self.text = self.note = self._name = ""
         self.freshness = Freshness.UNKNOWN
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
         self.show_known(None, 0.0)
-
-    @property
-    def text(self) -> str:
-        return self._text
-
-    @property
-    def note(self) -> str:
-        return self._note
 
     def show_known(self, known: Known | None, now: float) -> None:
         if known is None:
@@ -69,10 +61,10 @@ class ValueLabel(PaintedWidget):
             freshness = Freshness.STALE if known.is_stale else Freshness.FRESH
             text, note = value_text(self._command, known.value), how_known(known, now)
         name = tr("{setting} on the module: {value}", setting=tr(self._command.title), value=text)
-        if (freshness, text, note, name) == (self.freshness, self._text, self._note, self._name):
+        if (freshness, text, note, name) == (self.freshness, self.text, self.note, self._name):
             return
         self._name = name
-        self.freshness, self._text, self._note = freshness, text, note
+        self.freshness, self.text, self.note = freshness, text, note
         self.setToolTip(note)
         self.announce(f"{name}, {note}" if note else name, name=name)
 
@@ -90,13 +82,13 @@ class ValueLabel(PaintedWidget):
         metrics, fine = QFontMetricsF(title), QFontMetricsF(small)
         if self.freshness is Freshness.UNKNOWN:
             word_font = font(Size.SMALL, is_bold=True)
-            width = max(88.0, QFontMetricsF(word_font).horizontalAdvance(self._text) + 28)
-            unknown_box(painter, theme, QRectF(0, 0, width, metrics.height()), self._text, word_font)
+            width = max(88.0, QFontMetricsF(word_font).horizontalAdvance(self.text) + 28)
+            unknown_box(painter, theme, QRectF(0, 0, width, metrics.height()), self.text, word_font)
         else:
             is_stale = self.freshness is Freshness.STALE
             painter.setFont(title)
             painter.setPen(QColor(theme.muted if is_stale else theme.text))
-            shown = metrics.elidedText(self._text, Qt.TextElideMode.ElideRight, self.width())
+            shown = metrics.elidedText(self.text, Qt.TextElideMode.ElideRight, self.width())
             painter.drawText(QPointF(0, metrics.ascent()), shown)
             if is_stale:
                 # Not by colour alone.
@@ -106,5 +98,5 @@ class ValueLabel(PaintedWidget):
         room = QRectF(0, metrics.height() + _GAP_PX, self.width(), fine.height())
         painter.setFont(small)
         painter.setPen(QColor(theme.muted))
-        painter.drawText(room, _LEFT, fine.elidedText(self._note, Qt.TextElideMode.ElideRight, room.width()))
+        painter.drawText(room, _LEFT, fine.elidedText(self.note, Qt.TextElideMode.ElideRight, room.width()))
         painter.end()

@@ -35,7 +35,7 @@ class TiltGauge(PaintedWidget):
         self._fire_deg: float | None = None
         self._reset_deg: float | None = None
         self._is_limit_stale = False
-        self._freshness = Freshness.UNKNOWN
+        self.freshness = Freshness.UNKNOWN
         self._age = ""
         self._face = QPixmap()
         self._face_of: Hashable = None
@@ -43,11 +43,6 @@ class TiltGauge(PaintedWidget):
         policy.setHeightForWidth(True)
         self.setSizePolicy(policy)
         self._changed()
-
-    @property
-    def freshness(self) -> Freshness:
-        """How the tilt shown is known."""
-        return self._freshness
 
     def set_threshold(self, fire_deg: float | None, *, reset_deg: float | None = None, is_stale: bool = False) -> None:
         """The tilt from which the module fires, and the one below which it rearms; None: not known, not drawn."""
@@ -68,8 +63,8 @@ class TiltGauge(PaintedWidget):
         self._show(Freshness.UNKNOWN, None, "")
 
     def _show(self, freshness: Freshness, tilt_deg: float | None, age: str) -> None:
-        if (freshness, tilt_deg, age) != (self._freshness, self._tilt_deg, self._age):
-            self._freshness, self._tilt_deg, self._age = freshness, tilt_deg, age
+        if (freshness, tilt_deg, age) != (self.freshness, self._tilt_deg, self._age):
+            self.freshness, self._tilt_deg, self._age = freshness, tilt_deg, age
             self._changed()
 
     def _changed(self) -> None:
@@ -139,7 +134,7 @@ class TiltGauge(PaintedWidget):
             small,
             ratio,
             self.size(),
-            self._freshness,
+            self.freshness,
             self._fire_deg,
             self._reset_deg,
             self._is_limit_stale,
@@ -162,7 +157,7 @@ class TiltGauge(PaintedWidget):
         disc = QPainterPath()
         disc.addEllipse(QPointF(0, 0), inner, inner)
         painter.fillPath(disc, QColor(theme.surface))
-        if self._freshness is Freshness.UNKNOWN:
+        if self.freshness is Freshness.UNKNOWN:
             hatch(painter, disc, theme.divider if theme.line_px == 1 else theme.muted)
             painter.setPen(pen(theme.border, theme.border_px, is_dashed=True))
             painter.drawPath(disc)
@@ -174,7 +169,7 @@ class TiltGauge(PaintedWidget):
         painter.fillPath(ground, QColor(theme.sunken))
         painter.setPen(pen(theme.border, theme.border_px))
         painter.drawLine(QPointF(-inner, 0), QPointF(inner, 0))
-        painter.setPen(pen(theme.divider, theme.border_px, is_dashed=self._freshness is Freshness.STALE))
+        painter.setPen(pen(theme.divider, theme.border_px, is_dashed=self.freshness is Freshness.STALE))
         painter.drawPath(disc)
 
     def _paint_scale(self, painter: QPainter, theme: Theme, radius: float) -> None:
@@ -225,7 +220,7 @@ class TiltGauge(PaintedWidget):
 
     def _paint_aircraft(self, painter: QPainter, theme: Theme, radius: float, tilt_deg: float) -> None:
         """A multicopter from behind, rotated by the tilt, with a needle from its right arm to the scale."""
-        is_stale = self._freshness is Freshness.STALE
+        is_stale = self.freshness is Freshness.STALE
         fires = self._fire_deg is not None and not self._is_limit_stale and tilt_deg >= self._fire_deg
         ink = QColor(theme.muted) if is_stale else theme.ink(Meaning.DANGER if fires else None)
         arm, width = radius * ARM, stroke_px(theme, radius)

@@ -56,8 +56,9 @@ class TimePlot(QWidget):
         self._wall_offset_s = time.time() - time.monotonic() if wall_offset_s is None else wall_offset_s
         self._now_s = 0.0
         self._shows_clock = False
-        self._reading = ""
-        self._cursor_s: float | None = None
+        self.reading = ""
+        """The values at the cursor in words."""
+        self.cursor_s: float | None = None
         self._drawn: Hashable = None
         """What the last picture depended on; None: it has to be drawn again."""
         self._canvas = Canvas(lanes)
@@ -112,16 +113,6 @@ class TimePlot(QWidget):
     def is_recorded(self) -> bool:
         """Whether it shows a recording."""
         return self._view.is_recorded
-
-    @property
-    def cursor_s(self) -> float | None:
-        """The time at the cursor, None without one."""
-        return self._cursor_s
-
-    @property
-    def reading(self) -> str:
-        """The values at the cursor in words, "" without one."""
-        return self._reading
 
     def add_mark(self, mark: Mark) -> None:
         """Adds a mark, drawn with the next `draw`."""
@@ -261,8 +252,8 @@ class TimePlot(QWidget):
         self._canvas.show_picture(picture)
         self._read_off(picture)
         self._head.show_view(self._now_s)
-        if cursor_s != self._cursor_s:
-            self._cursor_s = cursor_s
+        if cursor_s != self.cursor_s:
+            self.cursor_s = cursor_s
             self.cursor_moved.emit()
 
     def _pixel_aligned(self, span: Span) -> Span:
@@ -275,11 +266,11 @@ class TimePlot(QWidget):
 
     def _read_off(self, picture: Picture) -> None:
         if picture.cursor_s is None:
-            self._reading = ""
+            self.reading = ""
             return
         # All lanes, also those that a low window does not show.
         lanes = self._canvas.all_lanes
         values = (f"{tr(lane.lane.title)} {reading(lane, picture.cursor_s, picture.span)}" for lane in lanes)
-        self._reading = ", ".join((cursor_time(picture, picture.cursor_s), *values))
+        self.reading = ", ".join((cursor_time(picture, picture.cursor_s), *values))
         if self._canvas.hasFocus():
-            self._canvas.setAccessibleDescription(self._reading)
+            self._canvas.setAccessibleDescription(self.reading)

@@ -91,14 +91,9 @@ class TimeView:
     """
 
     def __init__(self, window_s: float = WINDOWS_S[1], *, bounds: Span | None = None) -> None:
-        self._window_s = window_s
+        self.window_s = window_s
         self._bounds = None if bounds is None else _at_least(bounds, SHORTEST_S)
         self._held: Span | None = None
-
-    @property
-    def window_s(self) -> float:
-        """The chosen length."""
-        return self._window_s
 
     @property
     def is_live(self) -> bool:
@@ -119,7 +114,7 @@ class TimeView:
 
     def span(self, now_s: float) -> Span:
         """The span in sight."""
-        return self._held or self._bounds or Span(now_s - self._window_s, now_s)
+        return self._held or self._bounds or Span(now_s - self.window_s, now_s)
 
     def behind_s(self, now_s: float) -> float:
         """How far the span is behind now; 0 while it is live."""
@@ -127,7 +122,7 @@ class TimeView:
 
     def choose(self, window_s: float, *, now_s: float) -> None:
         """Sets the length; a held span keeps its end, that of a recording its middle."""
-        self._window_s = window_s
+        self.window_s = window_s
         if self.is_recorded:
             start_s, end_s = self.span(now_s)
             middle_s = (start_s + end_s) / 2
@@ -160,7 +155,7 @@ class TimeView:
         """Holds the span with `time_s` in the middle, as far as the data go; the length stays."""
         length_s = self.span(now_s).length_s
         if self.is_whole:
-            length_s = min(length_s, self._window_s)
+            length_s = min(length_s, self.window_s)
         self._hold(Span(time_s - length_s / 2, time_s + length_s / 2), now_s)
 
     @property

@@ -79,7 +79,7 @@ class PortButton(QPushButton):
 
     def __init__(self, texts: Texts) -> None:
         super().__init__()
-        self._title = ""
+        self.title = ""
         self._words: LinkText | None = None
         self._phase = Phase.CLOSED
         control(self, texts, "port_button", tip="Choose a port", key="Ctrl+K", role="quiet")
@@ -89,14 +89,10 @@ class PortButton(QPushButton):
     def word(self) -> str:
         return "" if self._words is None else self._words.word
 
-    @property
-    def title(self) -> str:
-        return self._title
-
     def show_link(self, title: str, phase: Phase, said: LinkText) -> None:
-        if (title, phase, said) == (self._title, self._phase, self._words):
+        if (title, phase, said) == (self.title, self._phase, self._words):
             return
-        self._title, self._phase, self._words = title, phase, said
+        self.title, self._phase, self._words = title, phase, said
         # Without the duration, which would be announced every second.
         word = tr("Offline") if phase is Phase.OFFLINE else said.word
         self.setAccessibleName(tr("Port {port}: {state}", port=title, state=word))
@@ -126,13 +122,13 @@ class PortButton(QPushButton):
         half = self.height() // 2
         is_fine = self._phase is Phase.ONLINE
         lines = [
-            (self._title, title_size, True, QColor(theme.text), 1, half - 1, Qt.AlignmentFlag.AlignBottom),
+            (self.title, title_size, True, QColor(theme.text), 1, half - 1, Qt.AlignmentFlag.AlignBottom),
             (self._fitting_word(room), Size.SMALL, False, QColor(theme.muted) if is_fine else ink, half, half - 1,
              Qt.AlignmentFlag.AlignTop),
         ]  # fmt: skip
-        if self._title == self.word:
+        if self.title == self.word:
             lines = [
-                (self._title, title_size, True, QColor(theme.text), 0, self.height(), Qt.AlignmentFlag.AlignVCenter)
+                (self.title, title_size, True, QColor(theme.text), 0, self.height(), Qt.AlignmentFlag.AlignVCenter)
             ]
         for text, size, is_bold, colour, top, high, vertical in lines:
             one = font(size, is_bold=is_bold)
@@ -152,7 +148,7 @@ class PortButton(QPushButton):
         is smaller, at last without the arrow."""
         beside, whole = right - 12 - Space.S - left, right + Space.XS - left
         for room, size in ((beside, Size.BODY), (beside, Size.SMALL)):
-            if not _fitting(self._title, QFontMetrics(font(size, is_bold=True)), room).endswith("…"):
+            if not _fitting(self.title, QFontMetrics(font(size, is_bold=True)), room).endswith("…"):
                 return room, size, True
         return whole, Size.SMALL, False
 

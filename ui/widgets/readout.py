@@ -45,20 +45,10 @@ class Readout(PaintedWidget):
         self._note = ""
         self._notes: tuple[str, ...] = ()
         self._widest_limit = ""
-        self._meaning: Meaning | None = None
-        self._freshness = Freshness.UNKNOWN
+        self.meaning: Meaning | None = None
+        self.freshness = Freshness.UNKNOWN
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
         self._changed()
-
-    @property
-    def freshness(self) -> Freshness:
-        """How the shown value is known."""
-        return self._freshness
-
-    @property
-    def meaning(self) -> Meaning | None:
-        """The meaning that colours the value, None for a plain one."""
-        return self._meaning
 
     def set_caption(self, caption: str) -> None:
         """Sets the caption, in the language in use."""
@@ -90,13 +80,13 @@ class Readout(PaintedWidget):
         self._show(Freshness.UNKNOWN, "", reason, None)
 
     def _show(self, freshness: Freshness, text: str, note: str, meaning: Meaning | None) -> None:
-        if (freshness, text, note, meaning) != (self._freshness, self._text, self._note, self._meaning):
-            self._freshness, self._text, self._note, self._meaning = freshness, text, note, meaning
+        if (freshness, text, note, meaning) != (self.freshness, self._text, self._note, self.meaning):
+            self.freshness, self._text, self._note, self.meaning = freshness, text, note, meaning
             self._changed()
 
     def _changed(self) -> None:
         gap = "" if self._unit == "°" else " "
-        value = tr("unknown") if self._freshness is Freshness.UNKNOWN else f"{self._text}{gap}{self._unit}"
+        value = tr("unknown") if self.freshness is Freshness.UNKNOWN else f"{self._text}{gap}{self._unit}"
         name = f"{self._caption}: {value}"
         if self._limit:
             name += f", {tr('limit {value}', value=self._limit)}"
@@ -155,7 +145,7 @@ class Readout(PaintedWidget):
         painter.drawText(QRectF(0, body.top() - line_px, self.width(), line_px), _LEFT, self._caption)
         if self._note:
             self._paint_note(painter, self._note_room())
-        if self._freshness is Freshness.UNKNOWN:
+        if self.freshness is Freshness.UNKNOWN:
             width = min(self.width(), max(sum(self._widths()), self._unknown_px()))
             box = QRectF(0, body.top() + 2, width, body.height() - 4)
             unknown_box(painter, theme, box, tr("unknown"), font(Size.SMALL, is_bold=True))
@@ -165,12 +155,12 @@ class Readout(PaintedWidget):
 
     def _paint_note(self, painter: QPainter, room: QRectF) -> None:
         theme, metrics = current(), QFontMetricsF(font(Size.SMALL))
-        if self._meaning is not None:
+        if self.meaning is not None:
             side = Size.SMALL
             square = QRectF(0, room.top() + (room.height() - side) / 2, side, side)
-            icons.draw(painter, icons.MEANING_ICONS[self._meaning], square, theme.ink(self._meaning))
+            icons.draw(painter, icons.MEANING_ICONS[self.meaning], square, theme.ink(self.meaning))
             room = room.adjusted(side + Space.XS, 0, 0, 0)
-        painter.setPen(theme.ink(self._meaning) if self._meaning else QColor(theme.muted))
+        painter.setPen(theme.ink(self.meaning) if self.meaning else QColor(theme.muted))
         painter.drawText(room, _LEFT, metrics.elidedText(self._note, Qt.TextElideMode.ElideRight, room.width()))
 
     def _paint_number(self, painter: QPainter, body: QRectF) -> None:
@@ -181,9 +171,9 @@ class Readout(PaintedWidget):
         text_px = metrics.horizontalAdvance(self._text)
         number = max(number, text_px)
         base = body.top() + (body.height() - metrics.height()) / 2 + metrics.ascent()
-        is_stale = self._freshness is Freshness.STALE
+        is_stale = self.freshness is Freshness.STALE
         painter.setFont(number_font)
-        painter.setPen(QColor(theme.muted) if is_stale else theme.ink(self._meaning))
+        painter.setPen(QColor(theme.muted) if is_stale else theme.ink(self.meaning))
         painter.drawText(QPointF(0, base), self._text)
         painter.setFont(font(self._unit_font_size()))
         painter.setPen(QColor(theme.muted))
@@ -216,8 +206,8 @@ class StateChip(PaintedWidget):
         self._caption, self._size = caption, size
         self._is_measured, self._is_stacked = is_measured, is_stacked
         self._icon: Icon | str = Icon.UNKNOWN
-        self._word = tr("unknown")
-        self._meaning: Meaning | None = Meaning.UNKNOWN
+        self.word = tr("unknown")
+        self.meaning: Meaning | None = Meaning.UNKNOWN
         self._age = ""
         self._has_fixed_colour = False
         self._certain_age = ""
@@ -227,15 +217,6 @@ class StateChip(PaintedWidget):
         self._reserved_below: tuple[str, ...] = ()
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
         self._changed()
-
-    @property
-    def word(self) -> str:
-        return self._word
-
-    @property
-    def meaning(self) -> Meaning | None:
-        """The meaning shown, None for a neutral state."""
-        return self._meaning
 
     def set_caption(self, caption: str) -> None:
         """Sets what the state is of, for screen readers and the tooltip."""
@@ -269,8 +250,8 @@ class StateChip(PaintedWidget):
         only for the tooltip and screen readers.
         """
         new = (word, icon, meaning, stale_age, keeps_colour and bool(stale_age), detail)
-        if new != (self._word, self._icon, self._meaning, self._age, self._has_fixed_colour, self._detail):
-            self._word, self._icon, self._meaning, self._age, self._has_fixed_colour, self._detail = new
+        if new != (self.word, self._icon, self.meaning, self._age, self._has_fixed_colour, self._detail):
+            self.word, self._icon, self.meaning, self._age, self._has_fixed_colour, self._detail = new
             self.updateGeometry()
             self._changed()
 
@@ -285,31 +266,31 @@ class StateChip(PaintedWidget):
         self.show_state(tr("unknown"), Icon.UNKNOWN, Meaning.UNKNOWN)
 
     def _changed(self) -> None:
-        name = f"{self._caption}: {self._word}"
+        name = f"{self._caption}: {self.word}"
         text = ", ".join(filter(None, (name, self._detail, self._age or self._certain_age)))
         self.announce(text, name=self._caption if self._is_measured else name)
         self.setToolTip(self.accessibleName())
 
     @property
     def _is_filled(self) -> bool:
-        return self._meaning in (Meaning.ATTENTION, Meaning.DANGER) and not self._age
+        return self.meaning in (Meaning.ATTENTION, Meaning.DANGER) and not self._age
 
     @property
     def _text(self) -> str:
-        if self._meaning is Meaning.UNKNOWN and self._unknown:
+        if self.meaning is Meaning.UNKNOWN and self._unknown:
             return self._unknown
         if self._certain_age and not self._age:
-            return f"{self._word} {self._certain_age}"
-        return f"{self._word} · {self._age}" if self._age else self._word
+            return f"{self.word} {self._certain_age}"
+        return f"{self.word} · {self._age}" if self._age else self.word
 
     @property
     def _lines(self) -> tuple[str, str]:
         """The text in the size of the chip, and the one below it in small letters, or ""."""
         if not self._is_stacked:
             return self._text, ""
-        if self._meaning is Meaning.UNKNOWN and self._unknown:
-            return self._unknown, self._word
-        word, more = parts_of(self._word)
+        if self.meaning is Meaning.UNKNOWN and self._unknown:
+            return self._unknown, self.word
+        word, more = parts_of(self.word)
         return word, self._age or self._certain_age or more
 
     def _icon_px(self) -> int:
@@ -329,9 +310,9 @@ class StateChip(PaintedWidget):
         edge = theme.border_px
         outline = QPainterPath()
         outline.addRoundedRect(QRectF(self.rect()).adjusted(edge / 2, edge / 2, -edge / 2, -edge / 2), 6, 6)
-        tint = theme.tint(self._meaning) if self._meaning else None
-        ink = theme.ink(self._meaning)
-        is_unknown = self._meaning is Meaning.UNKNOWN
+        tint = theme.tint(self.meaning) if self.meaning else None
+        ink = theme.ink(self.meaning)
+        is_unknown = self.meaning is Meaning.UNKNOWN
         if tint and self._is_filled:
             painter.fillPath(outline, QColor(tint.fill))
             painter.setPen(pen(tint.ink, edge))
@@ -354,7 +335,7 @@ class StateChip(PaintedWidget):
         side = self._icon_px()
         square = QRectF(Space.S, (self.height() - side) / 2, side, side)
         # In a plain state only the icon is coloured.
-        is_quiet = not self._is_filled and self._meaning is not Meaning.UNKNOWN
+        is_quiet = not self._is_filled and self.meaning is not Meaning.UNKNOWN
         is_dim = bool(self._age) and not self._has_fixed_colour
         text = QColor(theme.muted) if is_dim else (QColor(theme.text) if is_quiet else ink)
         left = square.right() + Space.XS + 2
@@ -362,7 +343,7 @@ class StateChip(PaintedWidget):
         one, small = font(self._size, is_bold=True), font(Size.SMALL)
         above, below = self._lines
         below = QFontMetricsF(small).elidedText(below, Qt.TextElideMode.ElideRight, room.width())
-        if self._meaning is Meaning.UNKNOWN or self._has_fixed_colour:
+        if self.meaning is Meaning.UNKNOWN or self._has_fixed_colour:
             # Without hatching behind the word.
             words = max(QFontMetricsF(one).horizontalAdvance(above), QFontMetricsF(small).horizontalAdvance(below))
             ground = QRectF(square.left() - 3, 3, square.width() + words + Space.XS + 10, self.height() - 6.0)
