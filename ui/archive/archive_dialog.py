@@ -256,8 +256,6 @@ class ArchiveDialog(QDialog):
         self._show_message(error.message.translated(), Meaning.ATTENTION)
 
     def _retranslate(self) -> None:
-        self.modules.model.retranslate()
-        self.life.model.retranslate()
         self._show_question()
         self._refresh()
 

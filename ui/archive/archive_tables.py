@@ -4,8 +4,7 @@ from collections.abc import Callable, Sequence
 from datetime import datetime
 from typing import Final, Generic, TypeVar
 
-from PySide6.QtCore import QObject
-from PySide6.QtWidgets import QHeaderView, QTableView
+from PySide6.QtWidgets import QHeaderView, QTableView, QWidget
 
 from app.archive.fleet_state import ModuleToday
 from app.archive.module_history import HistoryEvent
@@ -28,7 +27,7 @@ class ArchiveTable(Generic[Row]):
 
     def __init__(
         self,
-        parent: QObject,
+        parent: QWidget,
         name: str,
         columns: Sequence[TableColumn[Row]],
         identify: Callable[[Row], object],
@@ -50,11 +49,11 @@ class ArchiveTable(Generic[Row]):
         return self.rows.row_at(rows[0].row()) if rows else None
 
 
-def modules_table(parent: QObject) -> ArchiveTable[ModuleToday]:
+def modules_table(parent: QWidget) -> ArchiveTable[ModuleToday]:
     return ArchiveTable(parent, "archive_modules", _MODULE_COLUMNS, lambda row: row.module.members, _accessible_text)
 
 
-def history_table(parent: QObject) -> ArchiveTable[HistoryEvent]:
+def history_table(parent: QWidget) -> ArchiveTable[HistoryEvent]:
     return ArchiveTable(
         parent, "archive_life", _HISTORY_COLUMNS, lambda row: row.fact.id, lambda row: row.text.translated()
     )

@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QHeaderView, QTableView
 from ui.forms.table_kit import Row, RowsFilter, list_rows
 from ui.style.theme import Size, Space, font, scaled
 from ui.widgets.naming import named
+from ui.widgets.visibility_timer import VisibilityTimer
 
 _PAD_PX: Final = 5
 """Padding at each side of a cell, in the style sheet."""
@@ -42,6 +43,10 @@ class RowsTable(QTableView, Generic[Row]):
             self.setColumnHidden(column, True)
         self.horizontalHeader().setSectionResizeMode(stretched, QHeaderView.ResizeMode.Stretch)
         self.doubleClicked.connect(self._open)
+        VisibilityTimer(self, self.measure, restyle=self.measure)
+
+    def measure(self) -> None:
+        """Sets the widths of the columns; called again after a change of language, font or theme."""
 
     def chosen(self) -> tuple[Row, ...]:
         """The selected rows in the order shown."""

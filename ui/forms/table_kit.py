@@ -14,10 +14,11 @@ from PySide6.QtCore import (
     Qt,
 )
 from PySide6.QtGui import QColor, QIcon
-from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableView
+from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableView, QWidget
 
 from app.text.i18n import tr
 from ui.style.theme import Meaning, current
+from ui.widgets.visibility_timer import VisibilityTimer
 
 Index = QModelIndex | QPersistentModelIndex
 Row = TypeVar("Row")
@@ -39,14 +40,15 @@ class TableColumn(Generic[Row]):
 
 
 class RowsModel(QAbstractTableModel, Generic[Row]):
-    """`identify` returns what identifies a row while its figures change, `tell` the row as a sentence."""
+    """`identify` returns what identifies a row while its figures change, `tell` the row as a sentence. It follows a
+    change of language with its parent."""
 
     def __init__(
         self,
         columns: Sequence[TableColumn[Row]],
         identify: Callable[[Row], object],
         tell: Callable[[Row], str],
-        parent: QObject | None = None,
+        parent: QWidget | None = None,
         *,
         aligns_heads: bool = False,
     ) -> None:
@@ -55,6 +57,8 @@ class RowsModel(QAbstractTableModel, Generic[Row]):
         self._aligns_heads = aligns_heads
         self.columns, self.tell = columns, tell
         self._identify = identify
+        if parent is not None:
+            VisibilityTimer(parent, lambda: None, retranslate=self._retranslate)
 
     def show_rows(self, rows: tuple[Row, ...]) -> None:
         """Replaces the rows; the same rows with other figures stay selected."""
@@ -68,7 +72,7 @@ class RowsModel(QAbstractTableModel, Generic[Row]):
         self.rows = rows
         self.endResetModel()
 
-    def retranslate(self) -> None:
+    def _retranslate(self) -> None:
         self.headerDataChanged.emit(Qt.Orientation.Horizontal, 0, len(self.columns) - 1)
         if self.rows:
             self._emit_data_changed()

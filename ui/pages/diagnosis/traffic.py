@@ -276,6 +276,5 @@ class TrafficPage(QWidget):
         self._show_count()
 
     def _retranslate(self) -> None:
-        self.model.retranslate()
         self._show_count()
         self._show_detail()

@@ -6,8 +6,9 @@ from enum import Enum
 from itertools import islice
 from typing import Any
 
-from PySide6.QtCore import QModelIndex, QObject, Qt
+from PySide6.QtCore import QModelIndex, Qt
 from PySide6.QtGui import QFont
+from PySide6.QtWidgets import QWidget
 
 from app.captures.rows import CaptureRows, ChosenRows, Rows
 from app.system.wall_clock import WallClock
@@ -79,7 +80,7 @@ class TrafficModel(RowsModel[Row]):
     `append` only stores events; `show_new` makes rows of them and is called when the view is drawn.
     """
 
-    def __init__(self, parent: QObject | None = None) -> None:
+    def __init__(self, parent: QWidget | None = None) -> None:
         columns = (
             TableColumn[Row](marked("Time"), self.time_of),
             TableColumn[Row](marked("Kind"), kind_of),

@@ -4,8 +4,8 @@ import math
 from enum import IntEnum
 from typing import Final
 
-from PySide6.QtCore import QObject
 from PySide6.QtGui import QIcon
+from PySide6.QtWidgets import QWidget
 
 from app.text.durations import stopwatch
 from protocol.translatable import marked
@@ -88,5 +88,5 @@ COLUMNS: Final = (
 )
 
 
-def flights_model(parent: QObject) -> RowsModel[FlightRow]:
+def flights_model(parent: QWidget) -> RowsModel[FlightRow]:
     return RowsModel(COLUMNS, lambda row: row.name, row_text, parent, aligns_heads=True)

@@ -225,9 +225,6 @@ class FlightsPage(Page):
         self.refresh()
 
     def _retranslate(self) -> None:
-        for one in self.lists.of.values():
-            one.model.retranslate()
-            one.table.measure()
         self.flight.retranslate()
         self.form.retranslate()
         self.refresh()
@@ -251,7 +248,6 @@ class FlightsPage(Page):
             one.opened.connect(self.open_flight)
             one.move_wanted.connect(work.move)
             one.remove_wanted.connect(work.remove)
-            self._services.appearance.changed.connect(one.table.measure)
         self.flight.closed.connect(self._show_overview)
         self.form.closed.connect(self._show_overview)
         self.form.chosen.connect(self._read_with)

@@ -42,7 +42,6 @@ class FlightTable(RowsTable[FlightRow]):
             self.measure()
 
     def measure(self) -> None:
-        """After a change of language, font or theme."""
         words = tr("unclear"), tr("too late"), tr("not read"), "8888.8 s"
         texts: dict[int, str] = {
             FlightColumn.NAME: "survey-0000",

@@ -169,7 +169,6 @@ class CheckHistory(QWidget):
         columns.ensurePolished()
         width = columns.fontMetrics().horizontalAdvance
         columns.setMinimumSectionSize(max(width(tr(column.title)) for column in _COLUMNS) + Space.L)
-        self.model.retranslate()
         self.model.show_rows(self.checks)
         if self.checks:
             flags = QItemSelectionModel.SelectionFlag.ClearAndSelect | QItemSelectionModel.SelectionFlag.Rows

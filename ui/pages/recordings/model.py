@@ -4,8 +4,8 @@ from collections.abc import Callable
 from enum import IntEnum
 from typing import Final
 
-from PySide6.QtCore import QObject
 from PySide6.QtGui import QIcon
+from PySide6.QtWidgets import QWidget
 
 from app.recordings.entry_texts import entry_text, remarks, size_text
 from app.recordings.library import RecordingEntry
@@ -87,5 +87,5 @@ COLUMNS: Final = (
 )
 
 
-def recordings_model(parent: QObject) -> RowsModel[RecordingEntry]:
+def recordings_model(parent: QWidget) -> RowsModel[RecordingEntry]:
     return RowsModel(COLUMNS, lambda entry: entry.folder, entry_text, parent, aligns_heads=True)

@@ -72,9 +72,7 @@ class RecordingsPage(Page):
             self._stack.addWidget(widget)
         self._lay_out()
         VisibilityTimer(self, self.work.refresh, every_ms=_LIST_EVERY_MS)
-        timer = VisibilityTimer(
-            self, self.refresh, every_ms=_DRAW_EVERY_MS, tick=self._refresh_notice, retranslate=self._retranslate
-        )
+        timer = VisibilityTimer(self, self.refresh, every_ms=_DRAW_EVERY_MS, tick=self._refresh_notice)
         self.work.changed.connect(timer.refresh_seen)
         self._wire()
         self.refresh()
@@ -204,11 +202,9 @@ class RecordingsPage(Page):
         self.table.remove_wanted.connect(self._ask_to_delete)
         self.search.textChanged.connect(self._search)
         self.table.selectionModel().selectionChanged.connect(self._on_selection_changed)
-        self._services.appearance.changed.connect(self.table.measure)
         Shortcut("recordings_csv_key", self, self.buttons.csv)
         Shortcut("recordings_mcap_key", self, self.buttons.mcap)
         Shortcut("recordings_search_key", self, self.search, self.search.setFocus)
-        self.table.measure()
 
     def _lay_out(self) -> None:
         head = self.make_header(self._services.texts, marked("Recordings"), self.search)
@@ -230,8 +226,3 @@ class RecordingsPage(Page):
         else:
             return False
         return True
-
-    def _retranslate(self) -> None:
-        self.model.retranslate()
-        self.table.measure()
-        self.refresh()

@@ -57,7 +57,6 @@ class RecordingsTable(RowsTable[RecordingEntry]):
         self.measure()
 
     def measure(self) -> None:
-        """After a change of language, font or theme."""
         self.fit_columns(
             {
                 Column.WHEN: "0000-00-00 00:00", Column.MODULE: "M-00", Column.DURATION: "00:00:00",

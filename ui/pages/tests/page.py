@@ -86,9 +86,8 @@ class TestsPage(Page):
         self.primary = control(StepButton(), texts, "tests_run", "Start", key="Ctrl+Return", role="primary",
                                slot=self._continue)  # fmt: skip
         self._timer = VisibilityTimer(
-            self, self.refresh, every_ms=REFRESH_EVERY_MS, tick=self.tick, retranslate=self._retranslate,
-            hidden=self.work.cancel,
-        )  # fmt: skip
+            self, self.refresh, every_ms=REFRESH_EVERY_MS, tick=self.tick, hidden=self.work.cancel
+        )
         self._lay_out()
         self._wire()
         self.refresh()
@@ -204,10 +203,6 @@ class TestsPage(Page):
         if work.stage is Stage.DONE and isinstance(work.outcome, GuidedResult) and not self._services.naming.name:
             return Notice(Meaning.ATTENTION, tr("The module has no name: the result counts for no check."))
         return None
-
-    def _retranslate(self) -> None:
-        self.result.model.retranslate()
-        self.refresh()
 
     # What a person does
 

@@ -4,8 +4,8 @@ from collections.abc import Iterable
 from enum import Enum, IntEnum
 from typing import Final
 
-from PySide6.QtCore import QObject
 from PySide6.QtGui import QIcon
+from PySide6.QtWidgets import QWidget
 
 from app.limits.out_of_limits import record_outside
 from app.text.i18n import tr
@@ -109,7 +109,7 @@ COLUMNS: Final = (
 )
 
 
-def triggers_model(parent: QObject) -> RowsModel[TriggerRow]:
+def triggers_model(parent: QWidget) -> RowsModel[TriggerRow]:
     return RowsModel(COLUMNS, lambda row: row.seen.id, record_text, parent)
 
 

@@ -79,9 +79,8 @@ class TriggersPage(Page):
             self._stack.addWidget(widget)
         self._lay_out()
         timer = VisibilityTimer(
-            self, self._on_shown, every_ms=_READ_EVERY_MS, tick=self.work.read_unasked,
-            retranslate=self._retranslate,
-        )  # fmt: skip
+            self, self._on_shown, every_ms=_READ_EVERY_MS, tick=self.work.read_unasked, retranslate=self.refresh
+        )
         self.work.changed.connect(timer.refresh_seen)
         self._wire()
         self.refresh()
@@ -192,7 +191,6 @@ class TriggersPage(Page):
         self.search.textChanged.connect(self._use_filter)
         self.table.selectionModel().selectionChanged.connect(self._show_detail)
         self.detail.judged.connect(self.work.judge)
-        self._services.appearance.changed.connect(self.table.measure)
         Shortcut("triggers_read_key", self, self.read)
         Shortcut("triggers_copy_key", self, self.copy)
         Shortcut("triggers_save_key", self, self.save_page)
@@ -235,8 +233,3 @@ class TriggersPage(Page):
         else:
             return False
         return True
-
-    def _retranslate(self) -> None:
-        self.model.retranslate()
-        self.table.measure()
-        self.refresh()

@@ -24,7 +24,6 @@ class TriggersTable(RowsTable[TriggerRow]):
         self.measure()
 
     def measure(self) -> None:
-        """After a change of language, font or theme."""
         self.fit_columns({
             Column.WHY: max(f"{tr('attitude')} + {tr('free fall')}", f"{tr('serial')} + PWM", key=len),
             Column.WHEN: tr("boot {boot} · {uptime}", boot=255, uptime="0:00:00"),
