@@ -68,7 +68,7 @@ def judged(run: Run, mutant: Mutant, batches: Batches) -> Verdict:
                 break
             alone = [failed] if failed in tests else tests
             is_steady = _first_failure(run, alone, mutant) is not None
-            if is_steady and (failed not in tests or _first_failure(run, alone, None) is None):
+            if is_steady and _first_failure(run, alone, None) is None:
                 return Verdict(mutant, count, failed, time.monotonic() - began)
             tests = [test for test in tests if test != failed]
     return Verdict(mutant, count, None, time.monotonic() - began)
