@@ -24,6 +24,7 @@ class FakeSerial:
     def __init__(self, **failures: Exception) -> None:
         self.failures = failures
         self.is_closed = False
+        self.called: list[str] = []
         self.opened_with: dict[str, object] = {}
         self.data, self.far_end = os.pipe()
         self.pipe_abort_read_r, self._abort = os.pipe()
@@ -38,7 +39,14 @@ class FakeSerial:
     def reset_input_buffer(self) -> None:
         self._fail("reset_input_buffer")
 
+    def reset_output_buffer(self) -> None:
+        self._fail("reset_output_buffer")
+
+    def cancel_write(self) -> None:
+        self._fail("cancel_write")
+
     def _fail(self, name: str) -> None:
+        self.called.append(name)
         if name in self.failures:
             raise self.failures[name]
 
@@ -146,6 +154,41 @@ def test_a_write_that_is_broken_off_is_stuck_and_one_that_fails_is_lost(
         line.write(b"Ba")
 
 
+def test_after_a_write_that_took_too_long_no_other_is_taken_for_done(fake: FakeSerial) -> None:
+    line = SerialLine("/dev/ttyS9", fake)  # type: ignore[arg-type]
+    fake.failures["write"] = serial.SerialTimeoutException()
+    with pytest.raises(PortError):
+        line.write(b"Ba")
+    del fake.failures["write"]
+    with pytest.raises(PortError, match=PortTrouble.STUCK.value):
+        line.write(b"Ba")
+
+
+@pytest.mark.parametrize("failing", ["reset_input_buffer", None])
+def test_another_rate_begins_with_nothing_heard_before(failing: str | None, fake: FakeSerial) -> None:
+    line = SerialLine("/dev/ttyS9", fake)  # type: ignore[arg-type]
+    if failing is not None:
+        fake.failures[failing] = OSError(errno.EIO, "gone")
+    with nullcontext() if failing is None else pytest.raises(PortError, match=PortTrouble.LOST.value):
+        line.use_rate(9600)
+    assert (line.baud_rate, fake.called) == (9600, ["reset_input_buffer"])
+
+
+@pytest.mark.parametrize("is_aborted", [False, True])
+def test_only_a_blocked_write_is_forgotten_before_closing(is_aborted: bool, fake: FakeSerial) -> None:
+    line = SerialLine("/dev/ttyS9", fake)  # type: ignore[arg-type]
+    if is_aborted:
+        line.abort()
+    line.close()
+    assert fake.called == ["cancel_write", "reset_output_buffer"] * is_aborted
+    assert fake.is_closed
+    line.abort()
+    line.interrupt()
+    assert fake.called == ["cancel_write", "reset_output_buffer"] * is_aborted, "its numbers may be another file's"
+    woken = select.select([fake.pipe_abort_read_r], [], [], 0.0)[0]
+    assert bool(woken) is is_aborted
+
+
 def test_a_port_that_fails_right_after_the_opening_is_lost_and_closed(
     fake: FakeSerial, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -180,21 +223,66 @@ def test_a_read_gathers_for_as_long_as_it_is_told(
     assert waits == [0.05] + [gather_s] * (gather_s > 0)
 
 
+class Uninterrupted:
+    """A port whose waiting read cannot be ended, as on Windows."""
+
+    def __init__(self, arriving: bytes = b"AuAuAu", trouble: str = "") -> None:
+        self.timeout, self.trouble = 0.01, trouble
+        self.left = arriving
+        self.reads: list[tuple[int, float]] = []
+
+    @property
+    def in_waiting(self) -> int:
+        return len(self.left)
+
+    def read(self, size: int) -> bytes:
+        self.reads.append((size, self.timeout))
+        if self.trouble:
+            trouble, self.trouble = self.trouble, ""
+            raise serial.SerialException(trouble)
+        taken, self.left = self.left[:size], self.left[size:]
+        return taken
+
+
 @pytest.mark.parametrize(("port", "rest"), [("socket://127.0.0.1:9", (65536, 0)), ("COM3", (5, 0.01))])
 def test_where_a_read_cannot_be_interrupted_the_rest_is_read_without_waiting(
     port: str, rest: tuple[int, float]
 ) -> None:
-    class Uninterrupted:
-        timeout, in_waiting = 0.01, 5
-
-        def __init__(self) -> None:
-            self.reads: list[tuple[int, float]] = []
-
-        def read(self, size: int) -> bytes:
-            self.reads.append((size, self.timeout))
-            return b"A" if size == 1 else b"uAuAu"
-
     opened = Uninterrupted()
     assert SerialLine(port, opened).read(0.05, 0.0) == b"AuAuAu"  # type: ignore[arg-type]
     assert opened.reads == [(1, 0.01), rest]
     assert opened.timeout == 0.01
+
+
+@pytest.mark.parametrize(
+    ("longest_s", "waiting", "reads"), [(0.0, b"", 0), (0.05, b"", 1), (0.0, b"A", 1), (0.0, b"Au", 2)]
+)
+def test_a_read_without_time_takes_only_what_waits(longest_s: float, waiting: bytes, reads: int) -> None:
+    opened = Uninterrupted(waiting)
+    assert SerialLine("COM3", opened).read(longest_s, 0.0) == waiting  # type: ignore[arg-type]
+    assert len(opened.reads) == reads
+
+
+def test_a_read_that_cannot_be_interrupted_gathers_until_it_is_woken(monkeypatch: pytest.MonkeyPatch) -> None:
+    waits: list[float | None] = []
+    monkeypatch.setattr(transport.Event, "wait", lambda _event, timeout=None: waits.append(timeout))
+    for gather_s in (0.0, 0.008):
+        line = SerialLine("COM3", Uninterrupted())  # type: ignore[arg-type]
+        line.interrupt()
+        assert line.read(0.05, gather_s) == b"AuAuAu"
+        assert line._wake_up.is_set() is (gather_s == 0.0)
+    assert waits == [0.008]
+
+
+@pytest.mark.parametrize(
+    ("trouble", "arriving", "heard"),
+    [
+        ("GetOverlappedResult failed (OSError(9, 'x', None, 1460))", b"Au", b"Au"),
+        ("GetOverlappedResult failed (OSError(9, 'x', None, 1460))", b"", b""),
+        ("ClearCommError failed", b"Au", None),
+    ],
+)
+def test_a_read_of_nothing_is_no_lost_port(trouble: str, arriving: bytes, heard: bytes | None) -> None:
+    line = SerialLine("COM3", Uninterrupted(arriving, trouble))  # type: ignore[arg-type]
+    with pytest.raises(PortError, match=PortTrouble.LOST.value) if heard is None else nullcontext():
+        assert line.read(0.05, 0.0) == heard
