@@ -6,6 +6,7 @@ import select
 import sys
 from collections.abc import Iterator
 from contextlib import nullcontext
+from threading import Event
 from typing import Any
 
 import pytest
@@ -265,7 +266,7 @@ def test_a_read_without_time_takes_only_what_waits(longest_s: float, waiting: by
 
 def test_a_read_that_cannot_be_interrupted_gathers_until_it_is_woken(monkeypatch: pytest.MonkeyPatch) -> None:
     waits: list[float | None] = []
-    monkeypatch.setattr(transport.Event, "wait", lambda _event, timeout=None: waits.append(timeout))
+    monkeypatch.setattr(Event, "wait", lambda _event, timeout=None: waits.append(timeout))
     for gather_s in (0.0, 0.008):
         line = SerialLine("COM3", Uninterrupted())  # type: ignore[arg-type]
         line.interrupt()
