@@ -1,4 +1,4 @@
-"""The opened port: what opening reports, and how a read waits."""
+"""The opened port: what opening reports, who has it open, and how a read waits."""
 
 import errno
 import os
@@ -6,14 +6,15 @@ import select
 import sys
 from collections.abc import Iterator
 from contextlib import nullcontext
+from pathlib import Path
 from threading import Event
-from typing import Any
+from typing import Any, NamedTuple
 
 import pytest
 import serial
 
 from app.engine import transport
-from app.engine.transport import PortError, PortHolder, PortTrouble, SerialLine, open_line
+from app.engine.transport import PortError, PortHolder, PortTrouble, SerialLine, holder_of, open_line
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="pipes cannot be selected on Windows")
 HOLDER = PortHolder("other", 42)
@@ -287,3 +288,94 @@ def test_a_read_of_nothing_is_no_lost_port(trouble: str, arriving: bytes, heard:
     line = SerialLine("COM3", Uninterrupted(arriving, trouble))  # type: ignore[arg-type]
     with pytest.raises(PortError, match=PortTrouble.LOST.value) if heard is None else nullcontext():
         assert line.read(0.05, 0.0) == heard
+
+
+STAT_FIELDS = " ".join(str(number) for number in range(3, 53))
+"""The fields of /proc/…/stat behind the name; the 22nd is the start time."""
+
+
+LINUX_ONLY = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="/proc is Linux's")
+
+
+class Proc(NamedTuple):
+    """A made-up /proc, and a port."""
+
+    device: Path
+    folder: Path
+
+    def runs(self, number: int, name: str, opened: Path | None = None) -> None:
+        (self.folder / str(number) / "fd").mkdir(parents=True)
+        (self.folder / str(number) / "comm").write_text(f"{name}\n", encoding="utf-8")
+        (self.folder / str(number) / "stat").write_text(f"{number} ({name} :) 7) {STAT_FIELDS}", encoding="utf-8")
+        (self.folder / str(number) / "fd" / "3").symlink_to(opened or self.device)
+
+    def has_locked(self, number: str, kind: str = "FLOCK", of: Path | None = None) -> None:
+        file = (of or self.device).stat()
+        place = f"{os.major(file.st_dev):02x}:{os.minor(file.st_dev):02x}:{file.st_ino}"
+        with (self.folder / "locks").open("a", encoding="utf-8") as locks:
+            locks.write(f"1: {kind}  ADVISORY  WRITE {number} {place} 0 EOF\n")
+
+    def holder(self) -> PortHolder | None:
+        return holder_of(str(self.device), self.folder)
+
+
+@pytest.fixture
+def proc(tmp_path: Path) -> Proc:
+    made = Proc(tmp_path / "ttyUSB0", tmp_path / "proc")
+    made.device.touch()
+    (tmp_path / "ttyUSB1").touch()
+    made.folder.mkdir()
+    made.runs(os.getpid(), "dps-s")
+    made.runs(77, "other", tmp_path / "ttyUSB1")
+    return made
+
+
+@LINUX_ONLY
+def test_the_only_other_program_that_has_it_open_is_named(proc: Proc) -> None:
+    assert proc.holder() is None
+    proc.runs(42, "minicom")
+    assert proc.holder() == PortHolder("minicom", 42)
+
+
+@LINUX_ONLY
+@pytest.mark.parametrize(
+    ("number", "kind", "name"),
+    [("43", "FLOCK", "screen"), ("43", "POSIX", None), ("77", "FLOCK", None), ("-1", "FLOCK", None)],
+)
+def test_of_several_the_one_that_locked_it_is_named(number: str, kind: str, name: str | None, proc: Proc) -> None:
+    proc.runs(42, "minicom")
+    proc.runs(43, "screen")
+    assert proc.holder() is None
+    (proc.folder / "locks").write_text("1: FLOCK  ADVISORY  WRITE\n", encoding="utf-8")
+    proc.has_locked("42", of=proc.device.with_name("ttyUSB1"))
+    proc.has_locked(number, kind)
+    assert proc.holder() == (PortHolder(name, 43) if name else None)
+    proc.has_locked("43")
+    proc.has_locked("42")
+    assert proc.holder() is None, "both say so"
+
+
+@LINUX_ONLY
+def test_a_process_that_ended_meanwhile_holds_nothing(proc: Proc, monkeypatch: pytest.MonkeyPatch) -> None:
+    proc.runs(42, "minicom")
+    starts = iter(["100", "200"])
+    monkeypatch.setattr(transport, "_started", lambda _process: next(starts))
+    assert proc.holder() is None
+    monkeypatch.undo()
+    (proc.folder / "42" / "comm").unlink()
+    assert proc.holder() is None
+
+
+@LINUX_ONLY
+def test_a_process_is_known_by_its_start_time(proc: Proc) -> None:
+    assert transport._started(proc.folder / "77") == "22"
+
+
+@LINUX_ONLY
+def test_an_unplugged_port_and_another_system_name_nobody(proc: Proc, monkeypatch: pytest.MonkeyPatch) -> None:
+    proc.runs(42, "minicom")
+    monkeypatch.setattr(sys, "platform", "darwin")
+    assert proc.holder() is None
+    monkeypatch.undo()
+    proc.device.unlink()
+    assert proc.holder() is None
