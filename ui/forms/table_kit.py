@@ -58,7 +58,7 @@ class RowsModel(QAbstractTableModel, Generic[Row]):
         self.columns, self.tell = columns, tell
         self._identify = identify
         if parent is not None:
-            VisibilityTimer(parent, lambda: None, retranslate=self._retranslate)
+            VisibilityTimer(parent, retranslate=self._retranslate)
 
     def show_rows(self, rows: tuple[Row, ...]) -> None:
         """Replaces the rows; the same rows with other figures stay selected."""

@@ -10,7 +10,7 @@ from collections import deque
 from collections.abc import Hashable, Iterable, Sequence
 from typing import Final
 
-from PySide6.QtCore import QEvent, Signal
+from PySide6.QtCore import Signal
 from PySide6.QtGui import QPixmap
 from PySide6.QtWidgets import QWidget
 
@@ -24,6 +24,7 @@ from ui.plots.paint import Picture, cursor_time, reading
 from ui.plots.view import Lane, Mark, Span, TimeView
 from ui.style.theme import Space, current
 from ui.widgets.layouts import in_column
+from ui.widgets.visibility_timer import VisibilityTimer
 
 # In ten hours one every 36 s.
 _MAX_MARKS: Final = 1000
@@ -69,6 +70,7 @@ class TimePlot(QWidget):
         self.setMinimumHeight(144)
         self._connect(texts)
         self.apply_theme()
+        VisibilityTimer(self, retranslate=self._retranslate, restyle=self.apply_theme)
 
     def be_at(self, wall_offset_s: float) -> None:
         """Sets the offset of wall time for new samples; see the class."""
@@ -79,7 +81,6 @@ class TimePlot(QWidget):
         texts.bind(self._canvas.setAccessibleName, "Plots")
         texts.bind(self._canvas.setToolTip, "Arrow keys move, + and − zoom, Shift with arrow keys reads off")
         self._canvas.setToolTipDuration(4000)
-        texts.bind(self._retranslate, "Pause")
         self._canvas.panned.connect(self._pan)
         self._canvas.zoomed.connect(self._zoom)
         self._canvas.pause_wanted.connect(self.toggle_pause)
@@ -90,7 +91,7 @@ class TimePlot(QWidget):
         self._head.clock_toggled.connect(self.show_clock_time)
         self._head.window_chosen.connect(self.choose_window)
 
-    def _retranslate(self, _text: str) -> None:
+    def _retranslate(self) -> None:
         self._canvas.arrange()
         self._redraw()
 
@@ -192,11 +193,6 @@ class TimePlot(QWidget):
         self._canvas.apply_theme(current())
         self._canvas.arrange()
         self._redraw()
-
-    def changeEvent(self, event: QEvent) -> None:
-        super().changeEvent(event)
-        if event.type() in (QEvent.Type.PaletteChange, QEvent.Type.FontChange) and hasattr(self, "_head"):
-            self.apply_theme()
 
     def _pan(self, part: float) -> None:
         self._view.pan(part * self.span.length_s, now_s=self._now_s)

@@ -5,17 +5,17 @@ from pathlib import Path
 from typing import ClassVar
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QAccessible, QKeyEvent
+from PySide6.QtGui import QAccessible, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import QWidget
 
 from app.engine.worker import Batch
 from ui.core.texts import Texts
 from ui.services.page_header import PageHeader
+from ui.widgets.visibility_timer import VisibilityTimer
 
 
 class Page(QWidget):
-    """It learns from Qt's show and hide events whether it is seen, a change of language from `changeEvent`, and a
-    change of theme from `Services.appearance`. State it polls while it is seen: see `VisibilityTimer`."""
+    """What it polls while it is seen, and what follows language and theme: see `VisibilityTimer`."""
 
     accessible_role: ClassVar = QAccessible.Role.Section
     connect_wanted = Signal(object)
@@ -34,6 +34,7 @@ class Page(QWidget):
         self.setObjectName(f"{name}_page")
         self.covered_px: Callable[[], int] = int
         """How much of the left lies under the list of ports."""
+        VisibilityTimer(self, restyle=self.fit)
 
     @property
     def key(self) -> str:
@@ -55,6 +56,13 @@ class Page(QWidget):
     def on_escape(self) -> bool:
         """Esc was pressed: go back one step; whether there was one. It never sends anything but LOCK."""
         return False
+
+    def fit(self) -> None:
+        """Lay out for the size of the page and of text: called when either changes."""
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self.fit()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.key() != Qt.Key.Key_Escape or not self.on_escape():

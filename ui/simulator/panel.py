@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from PySide6.QtCore import QEvent, Qt, QTimer
+from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import (
     QCheckBox,
     QFormLayout,
@@ -39,7 +39,6 @@ class SimulatorPanel(QWidget):
 
     def __init__(self, texts: Texts, bench: SimulatedBench | None = None, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self._is_made = False
         self.setObjectName("simulator_panel")
         self._texts = texts
         self._guard = WheelGuard(self)
@@ -59,8 +58,10 @@ class SimulatorPanel(QWidget):
         self._connect()
         self._name()
         self._lay_out()
-        VisibilityTimer(self, self._fit, tick=self.refresh, every_ms=REFRESH_MS)
-        self._is_made = True
+        VisibilityTimer(
+            self, self._fit, tick=self.refresh, every_ms=REFRESH_MS,
+            restyle=lambda: QTimer.singleShot(0, self, self._fit),  # after the controls have the new style
+        )  # fmt: skip
         self.use_bench(bench)
 
     def use_bench(self, bench: SimulatedBench | None) -> None:
@@ -90,11 +91,6 @@ class SimulatorPanel(QWidget):
     def _fit(self) -> None:
         self._fit_width()
         self.refresh()
-
-    def changeEvent(self, event: QEvent) -> None:
-        super().changeEvent(event)
-        if self._is_made and event.type() in (QEvent.Type.StyleChange, QEvent.Type.FontChange):
-            QTimer.singleShot(0, self, self._fit)  # after the controls have the new style
 
     # Making
 

@@ -17,7 +17,7 @@ class VisibilityTimer(QObject):
     def __init__(
         self,
         widget: QWidget,
-        refresh: Callable[[], object],
+        refresh: Callable[[], object] = bool,
         *,
         every_ms: int | None = None,
         tick: Callable[[], object] | None = None,
@@ -63,7 +63,7 @@ class VisibilityTimer(QObject):
                     self._hidden()
             case QEvent.Type.LanguageChange:
                 self._retranslate()
-            case QEvent.Type.PaletteChange:
+            case QEvent.Type.StyleChange:
                 if self._restyle is not None:
                     self._restyle()
         return False

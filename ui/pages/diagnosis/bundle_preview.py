@@ -116,8 +116,7 @@ class BundlePreview(QWidget):
         self._where = named(TickingLabel(), "bundle_log_path", "small")
         self._where.hide()
         self._lay_out()
-        VisibilityTimer(self, self.make, retranslate=self._retranslate)
-        services.appearance.changed.connect(self._apply_theme)
+        VisibilityTimer(self, self.make, retranslate=self._retranslate, restyle=self._apply_theme)
         self._apply_theme()
 
     def make(self) -> None:

@@ -87,8 +87,10 @@ class TrafficPage(QWidget):
         Shortcut("traffic_clear_key", self, self.clear)
         foot = in_row((self.detail, 1), (self._count, Qt.AlignmentFlag.AlignTop), spacing=Space.M)
         in_column(self._make_bar(), (self.table, 1), foot, of=self, spacing=Space.S, margins=(Space.M, Space.S))
-        VisibilityTimer(self, self._show_again, tick=self.draw, every_ms=DRAW_EVERY_MS, retranslate=self._retranslate)
-        services.appearance.changed.connect(self._apply_theme)
+        VisibilityTimer(
+            self, self._show_again, tick=self.draw, every_ms=DRAW_EVERY_MS, retranslate=self._retranslate,
+            restyle=self._apply_theme,
+        )  # fmt: skip
         self._apply_theme()
         self._show_detail()
 

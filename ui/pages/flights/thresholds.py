@@ -16,6 +16,7 @@ from ui.pages.flights.texts import READING_WORDS
 from ui.style.theme import Space
 from ui.widgets.controls import control
 from ui.widgets.sliders import Dial, WheelGuard
+from ui.widgets.visibility_timer import VisibilityTimer
 
 _TILTS_DEG: Final = (30, 120)
 _ACCELERATIONS_G: Final = (0.1, 1.5)
@@ -65,7 +66,8 @@ class ThresholdPanel(QWidget):
         self.time.turned.connect(lambda value: self._choose(replace(self._limits, freefall_time_s=round(value, 2))))
         self.reading.currentTextChanged.connect(self.reading.setToolTip)  # the header may elide the text
         self.reading.activated.connect(lambda _row: self.reading_chosen.emit(self.reading.currentData()))
-        texts.bind(self._name_readings, "Reading")
+        VisibilityTimer(self, retranslate=self._name_readings)
+        self._name_readings()
 
     def show_limits(self, limits: TriggerLimits, reading: RuleReading) -> None:
         self._limits = limits
@@ -79,7 +81,7 @@ class ThresholdPanel(QWidget):
         self._limits = limits
         self.chosen.emit(limits)
 
-    def _name_readings(self, _text: str) -> None:
+    def _name_readings(self) -> None:
         """Translates the entries."""
         for row, reading in enumerate(RuleReading):
             self.reading.setItemText(row, tr(READING_WORDS[reading]))

@@ -8,7 +8,7 @@ or not. A recording is shown here too, with its plots above those of the module,
 from typing import Final, cast
 
 from PySide6.QtCore import QSize, Signal
-from PySide6.QtGui import QImage, QResizeEvent, QWindow
+from PySide6.QtGui import QImage, QWindow
 from PySide6.QtWidgets import QFrame, QStackedLayout, QStackedWidget, QWidget
 
 from app.engine.worker import Batch
@@ -310,8 +310,7 @@ class LivePage(StreamPage):
         self.back_to_live()
         return was_recorded
 
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        super().resizeEvent(event)
+    def fit(self) -> None:
         self.panel.fit_height(self.height())
 
 

@@ -7,7 +7,6 @@ and the module's state then replace what belongs to the present.
 from dataclasses import dataclass
 from typing import Final
 
-from PySide6.QtCore import QEvent
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QFrame, QWidget
 
@@ -25,6 +24,7 @@ from ui.style.theme import Meaning, Size, Space
 from ui.widgets.layouts import FlowRow, in_column
 from ui.widgets.naming import named
 from ui.widgets.readout import Readout, StateChip
+from ui.widgets.visibility_timer import VisibilityTimer
 
 _COUNT_EVERY_S: Final = 0.5
 """Slow, since the rate of reports often varies by one."""
@@ -32,12 +32,6 @@ _TALL_FROM_PX: Final = 600
 """Height of the page from which the gauge is larger."""
 _GAUGES_PX: Final = (76, 112)
 _MAX_APART_PX: Final = 56
-_RESIZING: Final = (
-    QEvent.Type.FontChange,
-    QEvent.Type.StyleChange,
-    QEvent.Type.PaletteChange,
-    QEvent.Type.LanguageChange,
-)
 _CELL: Final = marked("Cell voltage")
 _CHARGER: Final = marked("Charging voltage")
 _CHARGING: Final = marked("charging")
@@ -90,6 +84,7 @@ class LivePanel(QFrame):
         self._reserve()
         self.fit_height(0)
         self._show_kind()
+        VisibilityTimer(self, retranslate=self._retranslate, restyle=self._reserve)
 
     def be_recorded(self, *, is_recorded: bool) -> None:
         """Shows values of a recording, or of the module."""
@@ -268,14 +263,10 @@ class LivePanel(QFrame):
         super().resizeEvent(event)
         self._spread()
 
-    def changeEvent(self, event: QEvent) -> None:
-        super().changeEvent(event)
-        if event.type() in _RESIZING:
-            if hasattr(self, "_then"):
-                self._reserve()
-            if event.type() is QEvent.Type.LanguageChange:
-                self._stream_kind = None
-                self._name(self._texts)
+    def _retranslate(self) -> None:
+        self._stream_kind = None
+        self._name(self._texts)
+        self._reserve()
 
 
 def _bay_note(outside: Outside | None, threshold_v: float | None) -> tuple[Meaning | None, str]:

@@ -34,6 +34,7 @@ from ui.widgets.labels import IconLabel, text_label
 from ui.widgets.layouts import FlowRow, in_column, in_row, scroll_area
 from ui.widgets.naming import named
 from ui.widgets.sliders import WheelGuard
+from ui.widgets.visibility_timer import VisibilityTimer
 
 WIDTH_PX: Final = 376
 _ROWS_IN_SIGHT: Final = 8
@@ -71,7 +72,7 @@ class WhatIfPanel(QFrame):
         self._rows: tuple[WhatIfRow, ...] = ()
         self._verdict: WhatIfVerdict | None = None
         self._make(services)
-        self._wire(services)
+        self._wire()
 
     # Data
 
@@ -203,12 +204,13 @@ class WhatIfPanel(QFrame):
         self.rules.hide()
         self._lay_out(services)
 
-    def _wire(self, services: Services) -> None:
+    def _wire(self) -> None:
         self.list.itemClicked.connect(self._on_row_chosen)
         self.list.itemActivated.connect(self._on_row_chosen)
         self.as_module.clicked.connect(partial(self.open_with, {}))
         self.about.toggled.connect(self.rules.setVisible)
-        services.texts.bind(self._retranslate, "How this is judged")
+        VisibilityTimer(self, retranslate=self._retranslate)
+        self._retranslate()
 
     def _lay_out(self, services: Services) -> None:
         texts = services.texts
@@ -234,7 +236,7 @@ class WhatIfPanel(QFrame):
             head, note, said, (scroll, 1), of=self, spacing=Space.XS, margins=(Space.M, Space.S, Space.XS, Space.S)
         )
 
-    def _retranslate(self, _text: str) -> None:
+    def _retranslate(self) -> None:
         self.rules.setText("\n".join(f"• {tr(one)}" for one in fired_words.ABOUT))
         self._verdict = None
 

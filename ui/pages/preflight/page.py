@@ -7,7 +7,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QStackedLayout, QWidget
 
 from app.records.check_store import CheckStore
@@ -267,8 +266,7 @@ class PreflightPage(Page):
 
     # Qt
 
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        super().resizeEvent(event)
+    def fit(self) -> None:
         self.banner.use_height(LOW_PX if self.height() < scaled(_LOW_PAGE_PX) else HEIGHT_PX)
 
     def on_escape(self) -> bool:

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Final
 
 from PySide6.QtCore import QSize
-from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import (
     QApplication,
     QBoxLayout,
@@ -326,9 +325,8 @@ class SettingsPage(Page):
             hint.setWidth(hint.width() - self.pane.minimumWidth() - Space.S)
         return hint
 
-    def resizeEvent(self, event: QResizeEvent) -> None:
+    def fit(self) -> None:
         """Puts the pane beside the table, or below it."""
-        super().resizeEvent(event)
         is_beside = self.width() >= scaled(SIDE_FROM_PX)
         for caption in self._captions:
             caption.setVisible(self.height() >= scaled(_CAPTIONS_FROM_PX))

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import QPoint, Qt
+from PySide6.QtCore import QEvent, QPoint, Qt
 from PySide6.QtWidgets import (
     QAbstractButton,
     QApplication,
@@ -279,10 +279,10 @@ def test_how_it_is_judged_is_said_in_the_language_in_use(live: Bench) -> None:
     english = rules.text()
     assert "activated while tilted, it fires at once" in english
     set_language(CHINESE)
-    live.texts.retranslate()
+    QApplication.sendEvent(live.page, QEvent(QEvent.Type.LanguageChange))
     assert rules.text() != english
     set_language(ENGLISH)
-    live.texts.retranslate()
+    QApplication.sendEvent(live.page, QEvent(QEvent.Type.LanguageChange))
     assert rules.text() == english
 
 
