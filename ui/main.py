@@ -161,7 +161,6 @@ def assemble(
     announce_states(connector, lock, play)
     services = Services(connector, texts, appearance, lock, storage, preferences, log=log)
     connector.remember_stream(storage.stream_memory)
-    services.naming.bind(connector, storage)
     storage.sessions.bind(connector.current)
     module = services.naming.of(connector.current)
     module.changed.connect(lambda: storage.sessions.name_module(module.name))

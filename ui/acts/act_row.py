@@ -43,8 +43,7 @@ class ActRow(QFrame):
     def __init__(self, services: Services, act: Act, *, place: str = "act") -> None:
         super().__init__()
         name = f"{place}_{act.value}"
-        self.setObjectName(name)
-        self.setProperty("role", "row")
+        named(self, name, "row")
         self.act = act
         self._services, self._connector = services, services.connector
         self._job = RunningJob(services.connector, self)
@@ -59,8 +58,7 @@ class ActRow(QFrame):
         # Stacked, so that a notice never changes the height of the row.
         self._place, self._words, self._reasons = QStackedLayout(), QWidget(), QStackedLayout()
         self.confirm = Confirm(name, texts, ask=ASK_WORDS[act], go=TITLES[act])
-        self.said = NoticeBar(texts)
-        self.said.setObjectName(f"{name}_said")
+        self.said = named(NoticeBar(texts), f"{name}_said")
         texts.bind(self._title.setText, TITLES[act])
         texts.bind(self._effect.setText, EFFECTS[act])
         texts.bind(self.setWhatsThis, EFFECTS[act])

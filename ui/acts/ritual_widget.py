@@ -68,8 +68,7 @@ class RitualWidget(QFrame):
 
     def __init__(self, services: Services) -> None:
         super().__init__()
-        self.setObjectName("ritual")
-        self.setProperty("role", "danger-corner")
+        named(self, "ritual", "danger-corner")
         self.ritual = Ritual(Act.DEPLOY)
         self._services, self._connector = services, services.connector
         self._restarts = 0
@@ -109,8 +108,7 @@ class RitualWidget(QFrame):
                             tip="Mouse or space bar")  # fmt: skip
         self.cancel = control(StepButton(is_safe=True), texts, "ritual_cancel", "Cancel",
                               tip="Nothing is sent.", key="Esc")  # fmt: skip
-        self.said = NoticeBar(texts)
-        self.said.setObjectName("ritual_said")
+        self.said = named(NoticeBar(texts), "ritual_said")
         self.arm.chosen.connect(self._arm)
         self.cancel.chosen.connect(partial(self.disarm, Input.CANCEL))
         self.hold.hold_started.connect(self._press)

@@ -32,6 +32,7 @@ from app.text.sentences import join_sentences
 from ui.archive.archive_exchange import ArchiveExchange, last_time
 from ui.archive.archive_tables import history_table, modules_table, short_station
 from ui.core.background_task import BackgroundTask
+from ui.files.file_dialogs import ask_open
 from ui.forms.table_kit import select_row
 from ui.services.context import Services
 from ui.style.icons import Icon
@@ -284,5 +285,4 @@ def _ask_save(parent: QWidget) -> Path | None:
 
 
 def _ask_open(parent: QWidget) -> Path | None:
-    name, _filter = QFileDialog.getOpenFileName(parent, tr("Import…"), "", tr("Archive (*.dpsarchive)"))
-    return Path(name) if name else None
+    return ask_open(parent, Path.home(), tr("Import…"), tr("Archive (*.dpsarchive)"))

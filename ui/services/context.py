@@ -45,6 +45,9 @@ class Services:
     checks: "dict[str, tuple[Filed, Void | None]]" = field(default_factory=dict)
     """The last check of each module on the Pre-flight page and what voids it, by `Connector.adapter_key`."""
 
+    def __post_init__(self) -> None:
+        self.naming.bind(self.connector, self.storage)
+
 
 @dataclass(frozen=True, slots=True)
 class PageEntry:

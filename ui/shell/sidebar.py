@@ -18,6 +18,7 @@ from ui.core.texts import Texts
 from ui.services.context import PageEntry
 from ui.style.icons import Icon, draw, icon
 from ui.style.theme import Size, Space, current, font, scale_in_use, scaled
+from ui.widgets.naming import named
 from ui.widgets.visibility_timer import VisibilityTimer
 
 WIDE_PX: Final = 160
@@ -40,8 +41,7 @@ class Sidebar(QListWidget):
 
     def __init__(self, entries: tuple[PageEntry, ...], texts: Texts) -> None:
         super().__init__()
-        self.setObjectName("navigation")
-        self.setProperty("role", "navigation")
+        named(self, "navigation", "navigation")
         self.setViewMode(QListView.ViewMode.ListMode)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setMouseTracking(True)

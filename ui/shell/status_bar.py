@@ -46,8 +46,7 @@ class StatusBar(QFrame):
         recording_bar: RecordingBar,
     ) -> None:
         super().__init__()
-        self.setObjectName("status_line")
-        self.setProperty("role", "bar")
+        named(self, "status_line", "bar")
         self._connector = connector
         self._in_use = in_use
         self._rejected = 0

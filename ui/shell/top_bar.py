@@ -174,8 +174,7 @@ class TopBar(QFrame):
         in_use: LimitsInUse,
     ) -> None:
         super().__init__()
-        self.setObjectName("top_bar")
-        self.setProperty("role", "bar")
+        named(self, "top_bar", "bar")
         self._connector, self._naming, self._in_use = connector, naming, in_use
         self.menu = control(QToolButton(), texts, "menu_button", says="Menu", key="F10",
                             picture=Icon.MENU, role="quiet")  # fmt: skip
@@ -185,12 +184,9 @@ class TopBar(QFrame):
         self.port.clicked.connect(self.panel_wanted)
         self.name = named(ElidedLabel(), "module_name", "strong")
         texts.bind(self.name.setAccessibleDescription, "Module")
-        self.activation = StateChip("", is_stacked=True)
-        self.activation.setObjectName("activation_chip")
-        self.trigger = StateChip("", is_stacked=True)
-        self.trigger.setObjectName("trigger_chip")
-        self.cell = StateChip("", is_measured=True, is_stacked=True)
-        self.cell.setObjectName("cell_chip")
+        self.activation = named(StateChip("", is_stacked=True), "activation_chip")
+        self.trigger = named(StateChip("", is_stacked=True), "trigger_chip")
+        self.cell = named(StateChip("", is_measured=True, is_stacked=True), "cell_chip")
         texts.bind(self.activation.set_caption, "Activation")
         texts.bind(self.trigger.set_caption, "Trigger")
         texts.bind(self.cell.set_caption, "Cell voltage and charge")

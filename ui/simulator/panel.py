@@ -8,7 +8,6 @@ from PySide6.QtWidgets import (
     QFormLayout,
     QFrame,
     QGridLayout,
-    QLabel,
     QPushButton,
     QSpinBox,
     QWidget,
@@ -21,6 +20,7 @@ from ui.core.texts import Texts
 from ui.simulator.options import SimulatorOptions
 from ui.style.theme import Space
 from ui.widgets.controls import control
+from ui.widgets.labels import text_label
 from ui.widgets.layouts import in_column, in_row, scroll_area
 from ui.widgets.naming import named
 from ui.widgets.sliders import NUMBER_PX, Dial, WheelGuard, label_for
@@ -43,7 +43,7 @@ class SimulatorPanel(QWidget):
         self._texts = texts
         self._guard = WheelGuard(self)
         self._bench: SimulatedBench | None = None
-        self.summary = self._make_summary()
+        self.summary = text_label("simulator_summary", "muted")
         self.tilt = Dial("simulator_tilt", minimum=0, maximum=180, step=1, unit="°", guard=self._guard)
         self.fall_height = control(QSpinBox(), texts, "simulator_height", says="Fall")
         self.drop = named(QPushButton(), "simulator_drop")
@@ -93,11 +93,6 @@ class SimulatorPanel(QWidget):
         self.refresh()
 
     # Making
-
-    def _make_summary(self) -> QLabel:
-        label = named(QLabel(), "simulator_summary", "muted")
-        label.setWordWrap(True)
-        return label
 
     def _connect(self) -> None:
         self.fall_height.setRange(1, HIGHEST_M)

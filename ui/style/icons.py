@@ -5,7 +5,7 @@ itself with the theme in use, so that a change of theme needs nobody to set it a
 """
 
 from enum import Enum
-from typing import Final
+from typing import Final, NamedTuple
 
 from PySide6.QtCore import QByteArray, QPoint, QRect, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QIcon, QIconEngine, QImage, QPainter, QPixmap, QPixmapCache
@@ -144,6 +144,13 @@ MEANING_ICONS: Final = {
 }
 
 
+class Look(NamedTuple):
+    """How a state looks; without a meaning it is plain."""
+
+    icon: Icon
+    meaning: Meaning | None
+
+
 def svg(fragment: str, colour: str, stroke: float = 1.8) -> bytes:
     """A whole SVG picture of 24 by 24 from a fragment."""
     body = fragment.replace("currentColor", colour)
@@ -156,10 +163,7 @@ def svg(fragment: str, colour: str, stroke: float = 1.8) -> bytes:
 def battery(level: float | None) -> str:
     """The fragment of a battery, full at 1 and empty at 0; None is an unknown level, dashed."""
     if level is None:
-        return (
-            '<rect x="1.8" y="6.8" width="17.4" height="10.4" rx="2" stroke-dasharray="3 2.4"/>'
-            '<path d="M22.2 10.3v3.4"/>'
-        )
+        return Icon.BATTERY.value.replace("/>", ' stroke-dasharray="3 2.4"/>', 1)
     bars = min(4, max(0, round(level * 4)))
     filled = "".join(f'<rect {_FULL} x="{4 + 3.4 * bar}" y="9" width="2.4" height="6" rx=".4"/>' for bar in range(bars))
     return Icon.BATTERY.value + filled

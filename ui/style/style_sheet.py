@@ -5,7 +5,7 @@ What a widget is for is its dynamic property ``role``:
 - QPushButton: ``primary`` (one on a page), ``danger``, ``quiet`` (no frame); none is an everyday button
 - QFrame: ``card``, ``bar``, ``danger-corner``, ``rehearsal``, ``row``, ``marked-row``,
   ``marked-row-chosen``, ``marked-row-failed``
-- QLabel: ``muted``, ``small``, ``title``, ``heading`` (28 px), ``hero`` (48 px), ``caption``, ``strong``, ``danger``,
+- QLabel: ``muted``, ``small``, ``title``, ``heading`` (28 px), ``caption``, ``strong``, ``danger``,
   ``attention``
 - QToolButton: ``quiet``, ``segment``, ``choice`` (one of two, side by side)
 
@@ -28,8 +28,6 @@ _PX: Final = re.compile(r"(\d+)px")
 _SHEET: Final = Template("""
 * { outline: none; }
 QToolTip { background: $text; color: $window; border: none; padding: 4px 8px; font-size: 12px; }
-QStatusBar { background: $sunken; border-top: 1px solid $divider; color: $muted; font-size: 12px; }
-QStatusBar::item { border: none; }
 QToolBar#foot { border: none; padding: 0; margin: 0; spacing: 0; background: $sunken; }
 QFrame[role="card"] { background: $surface; border: ${edge}px solid $divider; border-radius: 8px; }
 QFrame[role="card"] QFrame[role="card"], QFrame[role="card"] QAbstractItemView { border-color: transparent; }
@@ -60,7 +58,6 @@ QLabel[role="small"] { color: $muted; font-size: 12px; }
 QLabel[role="caption"] { color: $muted; font-size: 12px; font-weight: 700; }
 QLabel[role="title"] { font-size: 18px; font-weight: 700; }
 QLabel[role="heading"] { font-size: 28px; font-weight: 700; }
-QLabel[role="hero"] { font-size: 48px; font-weight: 700; }
 
 QPushButton, QToolButton {
     background: $surface; color: $text; border: ${edge}px solid $border; border-radius: 6px;
@@ -99,12 +96,12 @@ QTabBar::tab:selected { color: $text; border-bottom-color: $text; }
 QTabBar::tab:hover { color: $text; }
 QTabBar::tab:selected:focus { border-bottom-color: $focus; }
 
-QLineEdit, QSpinBox, QDoubleSpinBox, QComboBox, QPlainTextEdit, QTextEdit {
+QLineEdit, QSpinBox, QDoubleSpinBox, QComboBox, QTextEdit {
     background: $surface; color: $text; border: ${edge}px solid $border; border-radius: 6px; padding: 3px 8px;
     selection-background-color: $selection; selection-color: $text; min-height: 24px;
     placeholder-text-color: $muted;
 }
-QLineEdit:focus, QSpinBox:focus, QDoubleSpinBox:focus, QComboBox:focus, QPlainTextEdit:focus, QTextEdit:focus {
+QLineEdit:focus, QSpinBox:focus, QDoubleSpinBox:focus, QComboBox:focus, QTextEdit:focus {
     border: 2px solid $focus; padding: ${field_v}px ${field_h}px;
 }
 QLineEdit:disabled, QSpinBox:disabled, QDoubleSpinBox:disabled, QComboBox:disabled {
@@ -134,17 +131,14 @@ QComboBox:focus { padding-right: 26px; }
 QComboBox::drop-down { subcontrol-origin: border; subcontrol-position: center right; width: 26px; border: none; }
 QAbstractSpinBox QLineEdit { border: none; background: transparent; padding: 0 0 0 6px; min-height: 0; }
 QAbstractSpinBox QLineEdit:focus { border: none; padding: 0 0 0 6px; }
-QCheckBox, QRadioButton { spacing: 8px; }
-QCheckBox::indicator, QRadioButton::indicator {
-    width: 14px; height: 14px; border: ${edge}px solid $border; background: $surface;
+QCheckBox { spacing: 8px; }
+QCheckBox::indicator {
+    width: 14px; height: 14px; border: ${edge}px solid $border; border-radius: 4px; background: $surface;
 }
-QCheckBox::indicator { border-radius: 4px; }
-QRadioButton::indicator { border-radius: ${round}px; }
 QCheckBox::indicator:checked { background: $primary; border-color: $primary; image: url("$check"); }
-QRadioButton::indicator:checked { background: $on_primary; width: 6px; height: 6px; border: ${dot}px solid $primary; }
-QCheckBox::indicator:disabled, QRadioButton::indicator:disabled { border: ${edge}px solid $disabled; }
-QCheckBox:focus, QRadioButton:focus { color: $focus; }
-QCheckBox::indicator:focus, QRadioButton::indicator:focus { border-color: $focus; }
+QCheckBox::indicator:disabled { border: ${edge}px solid $disabled; }
+QCheckBox:focus { color: $focus; }
+QCheckBox::indicator:focus { border-color: $focus; }
 
 QListView, QTreeView, QTableView {
     background: $surface; border: ${edge}px solid $divider; border-radius: 8px; alternate-background-color: $window;
@@ -198,7 +192,6 @@ def style_sheet(theme: Theme) -> str:
         border=theme.border,
         divider=theme.divider,
         selection=theme.selection,
-        page=theme.selection if theme.border_px > 1 else theme.sunken,  # a light grey is lost in the sun
         primary=theme.primary,
         on_primary=theme.on_primary,
         primary_hover=theme.muted if not theme.is_dark else theme.text,
@@ -210,8 +203,6 @@ def style_sheet(theme: Theme) -> str:
         rehearsal=theme.information.wash,
         attention_ink=theme.attention.ink,
         edge=theme.border_px,
-        round=7 + theme.border_px,
-        dot=4 + theme.border_px,
         check=(_ARROWS / f"{theme.name}-check.svg").as_posix(),
         arrow_up=(_ARROWS / f"{theme.name}-up.svg").as_posix(),
         arrow_down=(_ARROWS / f"{theme.name}-down.svg").as_posix(),

@@ -57,8 +57,7 @@ class CommandsPage(Page):
                             role="primary")  # fmt: skip
         set_icon_size(self.lock, 20, gap_px=TEXT_GAP_PX)
         services.lock.bind(self.lock)
-        self.said = NoticeBar(texts)
-        self.said.setObjectName("commands_said")
+        self.said = named(NoticeBar(texts), "commands_said")
         # Stacked, and of a fixed height: neither a notice nor another state moves the acts below.
         self._lock_words, self._lock_title = QStackedLayout(), text_label("commands_lock_title", "strong")
         self.acts = {act: ActRow(services, act) for act in (*OPERATION, *MAINTENANCE)}

@@ -2,7 +2,7 @@
 
 from typing import Final
 
-from PySide6.QtCore import QSize, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFrame, QLabel, QScrollArea, QWidget
 
 from app.diagnosis.link_statistics import COARSE_S, FINE_S, MAX_COARSE, MAX_FINE, LinkStatistics
@@ -10,10 +10,11 @@ from app.text.sentences import in_brackets
 from protocol.translatable import marked
 from ui.plots.link_charts import Histogram, OverTime, ReasonBars, Stretch, percent_text
 from ui.services.context import Services
-from ui.style.icons import Icon, pixmap
-from ui.style.theme import Meaning, Space, current
+from ui.style.icons import Icon
+from ui.style.theme import Meaning, Space
 from ui.widgets.controls import ChoiceButton, control
-from ui.widgets.layouts import Gap, in_column, in_row, retain_size
+from ui.widgets.labels import IconLabel
+from ui.widgets.layouts import Gap, in_column, in_row
 from ui.widgets.naming import named
 from ui.widgets.visibility_timer import VisibilityTimer
 
@@ -40,18 +41,15 @@ class Total(QWidget):
         self.setObjectName(name)
         self.caption = named(QLabel(), f"{name}_caption", "small")
         self.number = named(QLabel(), f"{name}_number", "title")
-        self._sign = named(QLabel(), f"{name}_sign")
-        self._sign.setFixedSize(QSize(_ICON_PX, _ICON_PX))
-        retain_size(self._sign)
-        self._sign.hide()
+        self._sign = IconLabel(f"{name}_sign", _ICON_PX, keeps_place=True)
         row = in_row(self.number, self._sign, 1, spacing=Space.XS)
         in_column(self.caption, row, of=self, spacing=0, margins=0)
 
     def show_total(self, text: str, *, needs_look: bool = False) -> None:
         if needs_look:
-            ratio = self.devicePixelRatioF()
-            self._sign.setPixmap(pixmap(Icon.WARNING, _ICON_PX, current().ink(Meaning.ATTENTION), ratio=ratio))
-        self._sign.setVisible(needs_look)
+            self._sign.show_icon(Icon.WARNING, Meaning.ATTENTION)
+        else:
+            self._sign.clear_icon()
         if text != self.number.text():
             self.number.setText(text)
             self.setAccessibleName(f"{self.caption.text()}: {text}")

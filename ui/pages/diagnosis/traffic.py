@@ -28,6 +28,7 @@ from ui.services.context import Services
 from ui.style.icons import Icon, icon
 from ui.style.theme import Size, Space, fixed_font, font
 from ui.widgets.controls import Shortcut, control
+from ui.widgets.labels import text_label
 from ui.widgets.layouts import in_column, in_row
 from ui.widgets.naming import named
 from ui.widgets.sliders import WheelGuard
@@ -139,12 +140,7 @@ class TrafficPage(QWidget):
         return table
 
     def _make_detail(self) -> QLabel:
-        label = named(QLabel(), "traffic_detail", "muted")
-        label.setWordWrap(True)
-        label.setTextInteractionFlags(
-            Qt.TextInteractionFlag.TextSelectableByMouse | Qt.TextInteractionFlag.TextSelectableByKeyboard
-        )
-        label.setTextFormat(Qt.TextFormat.PlainText)
+        label = text_label("traffic_detail", "muted", is_selectable=True)
         label.setMinimumHeight(2 * label.fontMetrics().lineSpacing() + Space.XS)
         label.setAlignment(Qt.AlignmentFlag.AlignTop | Qt.AlignmentFlag.AlignLeft)
         return label

@@ -1,10 +1,9 @@
 """Verdict on a flight with the chosen thresholds, with its icon and colour."""
 
 from enum import Enum
-from typing import NamedTuple
 
 from app.flight_analysis.flight_set import FlightGroup, FlightOutcome
-from ui.style.icons import Icon
+from ui.style.icons import Icon, Look
 from ui.style.theme import Meaning
 
 
@@ -20,12 +19,6 @@ class Verdict(Enum):
     HOLDS = 4
 
 
-class Look(NamedTuple):
-    icon: Icon
-    meaning: Meaning | None
-    """None: as expected."""
-
-
 def verdict_of(outcome: FlightOutcome | None) -> Verdict:
     if outcome is None:
         return Verdict.UNREAD
@@ -37,7 +30,7 @@ def verdict_of(outcome: FlightOutcome | None) -> Verdict:
 
 
 def appearance_of(group: FlightGroup, verdict: Verdict) -> Look:
-    """Only what is not as expected is coloured."""
+    """Only what is not as expected has a meaning."""
     match verdict:
         case Verdict.UNREAD:
             return Look(Icon.WARNING, Meaning.ATTENTION)

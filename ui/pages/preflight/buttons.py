@@ -8,7 +8,7 @@ from ui.pages.preflight.controller import PreflightController, Standing
 from ui.services.page_header import PageHeader
 from ui.style.icons import Icon, icon
 from ui.style.theme import Space
-from ui.widgets.controls import control
+from ui.widgets.controls import control, rename
 from ui.widgets.layouts import FlowRow
 from ui.widgets.naming import set_role
 from ui.widgets.step_button import StepButton
@@ -48,8 +48,7 @@ class PreflightButtons(QWidget):
         self._emphasise(self.print if has_passed else self.enable if is_enabling else self.run)
         words = marked("Start") if self._main is self.run else marked("Check only")
         words = words if work.filed is None else marked("Check again")
-        self._texts.bind(self.run.setText, words)
-        self._texts.bind(self.run.setAccessibleName, words)
+        rename(self.run, self._texts, words)
         self.enable.setVisible(not is_checking)
         self.cancel.setVisible(is_checking)
 

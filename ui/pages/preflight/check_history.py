@@ -2,7 +2,7 @@
 
 from typing import Final, NamedTuple
 
-from PySide6.QtCore import QItemSelectionModel, Qt, Signal
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QIcon
 from PySide6.QtWidgets import (
     QAbstractItemView,
@@ -22,7 +22,7 @@ from app.store.store import Store
 from app.system.wall_clock import local_time
 from app.text.i18n import tr
 from protocol.translatable import marked
-from ui.forms.table_kit import RowsModel, TableColumn, list_rows
+from ui.forms.table_kit import RowsModel, TableColumn, list_rows, select_row
 from ui.pages.preflight.stations_row import StationsRow
 from ui.plots.trend import Trend
 from ui.services.context import Services
@@ -171,8 +171,7 @@ class CheckHistory(QWidget):
         columns.setMinimumSectionSize(max(width(tr(column.title)) for column in _COLUMNS) + Space.L)
         self.model.show_rows(self.checks)
         if self.checks:
-            flags = QItemSelectionModel.SelectionFlag.ClearAndSelect | QItemSelectionModel.SelectionFlag.Rows
-            self.table.selectionModel().select(self.model.index(0, 0), flags)
+            select_row(self.table, 0)
         self._enable()
 
     def _enable(self) -> None:

@@ -35,6 +35,7 @@ from ui.simulator.level_offer import rest_offer
 from ui.style.theme import Meaning, Space, scaled
 from ui.widgets.controls import Shortcut
 from ui.widgets.layouts import in_column, in_row
+from ui.widgets.naming import named
 from ui.widgets.notice_bar import NoticeBar
 from ui.widgets.sliders import WheelGuard
 from ui.widgets.visibility_timer import VisibilityTimer
@@ -52,7 +53,6 @@ class PreflightPage(Page):
     def __init__(self, services: Services, parent: QWidget | None = None) -> None:
         super().__init__("preflight", parent)
         self._services, self._connector = services, services.connector
-        services.naming.bind(services.connector, services.storage)
         guard = WheelGuard(self)
         self.work = PreflightController(services, self)
         self.result = JobNotice(self)
@@ -64,8 +64,7 @@ class PreflightPage(Page):
         self.list = CheckList(services)
         self.history = CheckHistory(services, guard)
         self.editor = ProfileEditor(services, guard)
-        self.strip = NoticeBar(services.texts)
-        self.strip.setObjectName("preflight_notice")
+        self.strip = named(NoticeBar(services.texts), "preflight_notice")
         self.header = self.make_header(services.texts, marked("Pre-flight"))
         self.buttons = PreflightButtons(services.texts, self.header)
         self._named = services.naming.name

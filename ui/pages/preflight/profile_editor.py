@@ -86,8 +86,7 @@ class ProfileEditor(QWidget):
         self.manual: list[ManualEditor] = []
         self.add = control(QPushButton(), texts, "profile_manual_add", "Add",
                            slot=lambda: self._add_manual(ManualLine("")))  # fmt: skip
-        self.strip = NoticeBar(texts)
-        self.strip.setObjectName("profile_editor_notice")
+        self.strip = named(NoticeBar(texts), "profile_editor_notice")
         self.cancel = control(QPushButton(), texts, "profile_editor_cancel", "Cancel", key="Esc",
                               slot=self.leave)  # fmt: skip
         self.save_as = control(QPushButton(), texts, "profile_editor_save_as", "Save as…", slot=self.choose_and_save)

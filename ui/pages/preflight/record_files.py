@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from PySide6.QtCore import QObject, Signal
-from PySide6.QtWidgets import QFileDialog, QWidget
+from PySide6.QtWidgets import QWidget
 
 from app.preflight.verdict import Verdict
 from app.records.check_store import CheckStore
@@ -21,7 +21,7 @@ from app.text.i18n import tr
 from app.text.messages import clean
 from app.text.sentences import error_text, join_sentences
 from ui.core.background_task import BackgroundTask
-from ui.files.file_dialogs import AskPath, ask_path
+from ui.files.file_dialogs import AskPath, ask_open, ask_path
 from ui.files.report_printer import print_report
 from ui.pages.preflight.stations_row import AskName, ask_name
 from ui.services.job_notice import JobNotice
@@ -36,10 +36,7 @@ AskRecord = Callable[[QWidget], Path | None]
 
 def ask_record(parent: QWidget) -> Path | None:
     """A dialog; None where it was cancelled."""
-    name, _filter = QFileDialog.getOpenFileName(
-        parent, tr("Verify a file…"), str(Path.home()), tr("Record or report (*.json *.html *.htm *.pdf)")
-    )
-    return Path(name) if name else None
+    return ask_open(parent, Path.home(), tr("Verify a file…"), tr("Record or report (*.json *.html *.htm *.pdf)"))
 
 
 class RecordFiles(QObject):

@@ -13,7 +13,7 @@ from app.text.messages import clean
 from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.pages.preflight.controller import Statement
-from ui.style.icons import Icon
+from ui.style.icons import Icon, Look
 from ui.style.theme import Meaning, Size, Space
 from ui.widgets.controls import ChoiceButton, control
 from ui.widgets.labels import text_label
@@ -26,16 +26,11 @@ TITLE_PX: Final = 180
 MEASURED_PX: Final = 170
 
 
-class _Look(NamedTuple):
-    icon: Icon
-    meaning: Meaning | None
-
-
 STYLES: Final = {
-    CheckResult.PASS: _Look(Icon.CHECK, Meaning.GOOD),
-    CheckResult.FAIL: _Look(Icon.CROSS, Meaning.DANGER),
-    CheckResult.WARN: _Look(Icon.INFORMATION, Meaning.INFORMATION),
-    CheckResult.UNKNOWN: _Look(Icon.UNKNOWN, Meaning.UNKNOWN),
+    CheckResult.PASS: Look(Icon.CHECK, Meaning.GOOD),
+    CheckResult.FAIL: Look(Icon.CROSS, Meaning.DANGER),
+    CheckResult.WARN: Look(Icon.INFORMATION, Meaning.INFORMATION),
+    CheckResult.UNKNOWN: Look(Icon.UNKNOWN, Meaning.UNKNOWN),
 }
 
 
@@ -61,8 +56,7 @@ class CheckRow(QFrame):
 
     def __init__(self, check: Check, texts: Texts) -> None:
         super().__init__()
-        self.setObjectName(f"check_{check.id}")
-        self.setProperty("role", "marked-row")
+        named(self, f"check_{check.id}", "marked-row")
         self.check = check
         self.chip = _chip(f"check_{check.id}_result")
         self._title = text_label(f"check_{check.id}_title", "strong")
@@ -146,8 +140,7 @@ class ManualRow(QFrame):
     def __init__(self, number: int, line: ManualLine, texts: Texts) -> None:
         super().__init__()
         name = f"manual_{number}"
-        self.setObjectName(name)
-        self.setProperty("role", "marked-row")
+        named(self, name, "marked-row")
         self.number, self.line = number, line
         self.state: bool | None = None
         self.chip = _chip(f"{name}_state")

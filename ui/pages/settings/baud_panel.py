@@ -25,6 +25,7 @@ from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control
 from ui.widgets.labels import text_label
 from ui.widgets.layouts import in_column, in_row
+from ui.widgets.naming import named
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.sliders import WheelGuard
 
@@ -32,8 +33,7 @@ from ui.widgets.sliders import WheelGuard
 class BaudPanel(QFrame):
     def __init__(self, services: Services, guard: WheelGuard) -> None:
         super().__init__()
-        self.setObjectName("baud_panel")
-        self.setProperty("role", "danger-corner")
+        named(self, "baud_panel", "danger-corner")
         self._services, self._connector = services, services.connector
         self._job = RunningJob(services.connector, self)
         self._module = SameModule(services.connector)
@@ -49,8 +49,7 @@ class BaudPanel(QFrame):
             raise TypeError("the baud rate has a choice editor")
         self.editor = editor
         self.confirm = Confirm("baud", texts, ask=marked("Change baud rate…"), go=marked("Change now"))
-        self.said = NoticeBar(texts)
-        self.said.setObjectName("baud_said")
+        self.said = named(NoticeBar(texts), "baud_said")
         texts.bind(self._warning.setText, "The vendor advises not to change it.")
         self.editor.chosen.connect(lambda _value: self.confirm.withdraw())
         self.confirm.asked.connect(self._job.dismiss)

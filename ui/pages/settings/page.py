@@ -92,8 +92,7 @@ class SettingsPage(Page):
         self._chosen = FORM_COMMANDS[0].key
         self.compare = ProfileCompare(texts)
         self.calibration = CalibrationPanel(services)
-        self.strip = NoticeBar(texts)
-        self.strip.setObjectName("settings_notice")
+        self.strip = named(NoticeBar(texts), "settings_notice")
         self.fingerprint = FingerprintView(texts)
         self._make_buttons()
         self.rows[_LIGHT].add_beside_editor(self.measure)

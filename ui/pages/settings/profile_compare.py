@@ -152,8 +152,7 @@ class _CompareRow:
         self.command = command
         self.tick = control(QCheckBox(), texts, f"profile_tick_{command.name}", command.title)
         self.wanted = named(QLabel(), f"profile_wanted_{command.name}", "strong")
-        self.stands = ValueLabel(command)
-        self.stands.setObjectName(f"profile_stands_{command.name}")
+        self.stands = named(ValueLabel(command), f"profile_stands_{command.name}")
         self.chip = named(StateChip("", size=Size.SMALL), f"profile_match_{command.name}")
 
     def show_row(self, row: ProfileRow, now: float, *, is_touched: bool) -> None:

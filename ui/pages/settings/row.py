@@ -1,6 +1,6 @@
 """Row of one setting: parameter, module value, editor, state. Its height never changes."""
 
-from typing import Final, NamedTuple
+from typing import Final
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QMouseEvent
@@ -18,7 +18,7 @@ from ui.core.texts import Texts
 from ui.forms.field_editors import FieldEditor, FlagEditor, make_editor
 from ui.forms.value_label import WIDTH_PX as VALUE_PX
 from ui.forms.value_label import ValueLabel
-from ui.style.icons import Icon
+from ui.style.icons import Icon, Look
 from ui.style.theme import Meaning, Size, Space
 from ui.widgets.controls import control
 from ui.widgets.labels import ElidedLabel
@@ -40,22 +40,17 @@ CELL_GAP: Final = Space.S
 MARGINS: Final = (Space.S, 1, Space.S, 1)
 
 
-class _Look(NamedTuple):
-    icon: Icon
-    meaning: Meaning | None
-
-
 STYLES: Final = {
-    RowState.UNKNOWN: _Look(Icon.UNKNOWN, Meaning.UNKNOWN),
-    RowState.READ: _Look(Icon.INFORMATION, None),
-    RowState.ACKNOWLEDGED: _Look(Icon.INFORMATION, None),
-    RowState.STALE: _Look(Icon.CLOCK, Meaning.UNKNOWN),
-    RowState.EDITED: _Look(Icon.SETTINGS, Meaning.INFORMATION),
-    RowState.INVALID: _Look(Icon.WARNING, Meaning.ATTENTION),
-    RowState.WRITING: _Look(Icon.CONNECTING, Meaning.INFORMATION),
-    RowState.VERIFIED: _Look(Icon.CHECK, Meaning.GOOD),
-    RowState.CHANGED: _Look(Icon.WARNING, Meaning.DANGER),
-    RowState.FAILED: _Look(Icon.CROSS, Meaning.DANGER),
+    RowState.UNKNOWN: Look(Icon.UNKNOWN, Meaning.UNKNOWN),
+    RowState.READ: Look(Icon.INFORMATION, None),
+    RowState.ACKNOWLEDGED: Look(Icon.INFORMATION, None),
+    RowState.STALE: Look(Icon.CLOCK, Meaning.UNKNOWN),
+    RowState.EDITED: Look(Icon.SETTINGS, Meaning.INFORMATION),
+    RowState.INVALID: Look(Icon.WARNING, Meaning.ATTENTION),
+    RowState.WRITING: Look(Icon.CONNECTING, Meaning.INFORMATION),
+    RowState.VERIFIED: Look(Icon.CHECK, Meaning.GOOD),
+    RowState.CHANGED: Look(Icon.WARNING, Meaning.DANGER),
+    RowState.FAILED: Look(Icon.CROSS, Meaning.DANGER),
 }
 WRONG: Final = (RowState.FAILED, RowState.CHANGED)
 

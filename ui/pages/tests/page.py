@@ -39,7 +39,7 @@ from ui.services.context import Services
 from ui.services.page import Page
 from ui.style.icons import MEANING_ICONS, icon, set_icon_size
 from ui.style.theme import Meaning, Space
-from ui.widgets.controls import Shortcut, control
+from ui.widgets.controls import Shortcut, control, rename
 from ui.widgets.labels import ElidedLabel, IconLabel, text_label
 from ui.widgets.layouts import in_column, in_row, scroll_area
 from ui.widgets.naming import named, set_role
@@ -60,7 +60,6 @@ class TestsPage(Page):
     def __init__(self, services: Services, parent: QWidget | None = None) -> None:
         super().__init__("tests", parent)
         self._services, self._connector = services, services.connector
-        services.naming.bind(services.connector, services.storage)
         texts, guard = services.texts, WheelGuard(self)
         self.work = GuidedController(services, self)
         self._guard = RitualGuard(self)
@@ -78,8 +77,7 @@ class TestsPage(Page):
         self.acts = {act: ActRow(services, act, place="tests") for act in (Act.ACTIVATE, Act.ZERO)}
         self.live = LiveValue()
         self.result = ResultView(texts)
-        self.said = NoticeBar(texts)
-        self.said.setObjectName("tests_said")
+        self.said = named(NoticeBar(texts), "tests_said")
         self.cancel = control(StepButton(is_safe=True), texts, "tests_cancel", "Cancel",
                               tip="Locks an activated module", key="Esc",
                               slot=self.work.cancel)  # fmt: skip
@@ -182,8 +180,7 @@ class TestsPage(Page):
         work, texts = self.work, self._services.texts
         words = {Stage.READY: marked("Start"), Stage.DONE: marked("Test again")}.get(work.stage, marked("Next"))
         words = work.confirm_words or words
-        texts.bind(self.primary.setText, words)
-        texts.bind(self.primary.setAccessibleName, words)
+        rename(self.primary, texts, words)
         self.cancel.setEnabled(work.is_running)
         self.primary.setEnabled(self._can_continue)
         if self.isVisible() and self.primary.isEnabled() and QApplication.focusWidget() is None:

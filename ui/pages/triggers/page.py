@@ -52,7 +52,6 @@ class TriggersPage(Page):
     def __init__(self, services: Services, parent: QWidget | None = None) -> None:
         super().__init__("triggers", parent)
         self._services, self._connector, self._naming = services, services.connector, services.naming
-        services.naming.bind(services.connector, services.storage)
         self.ask_path: AskPath = ask_path
         self._folder = Path.home()
         self.work = TriggersController(services, self)
