@@ -1,6 +1,6 @@
 """Opens files in the page of their type: dropped, chosen in the menu, or named on the command line."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -12,6 +12,7 @@ from app.text.i18n import tr
 from app.text.visible_text import visible
 from ui.core.preferences import Preferences
 from ui.files.file_dialogs import ask_open
+from ui.widgets.naming import named
 
 
 class FilePage(NamedTuple):
@@ -20,6 +21,14 @@ class FilePage(NamedTuple):
     key: str
     suffixes: tuple[str, ...]
     open_file: Callable[[Path], None]
+
+
+def add_recent(menu: QMenu, prefix: str, names: Iterable[str], open_file: Callable[[Path], object]) -> None:
+    """Adds an entry for each of these files to `menu`."""
+    for number, name in enumerate(names):
+        action = named(menu.addAction(visible(Path(name).name).replace("&", "&&")), f"{prefix}_{number}")
+        action.setToolTip(visible(name))
+        action.triggered.connect(lambda _checked, path=Path(name): open_file(path))
 
 
 class FileOpener(QObject):
@@ -64,11 +73,7 @@ class FileOpener(QObject):
     def fill(self, menu: QMenu) -> None:
         """Fills `menu` with the recent files."""
         menu.clear()
-        for number, name in enumerate(self._preferences.recent_files):
-            action = menu.addAction(visible(Path(name).name).replace("&", "&&"))
-            action.setObjectName(f"act_recent_{number}")
-            action.setToolTip(visible(name))
-            action.triggered.connect(lambda _checked, path=Path(name): self.open(path))
+        add_recent(menu, "act_recent", self._preferences.recent_files, self.open)
         if not self._preferences.recent_files:
             menu.addAction(tr("No recent files")).setEnabled(False)
 

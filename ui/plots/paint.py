@@ -16,7 +16,7 @@ from ui.plots.curve import LaneCurve
 from ui.plots.limits import LimitPicture, limit_text, paint_limit_labels, paint_limit_lines, word_places
 from ui.plots.view import Mark, Span
 from ui.style import icons
-from ui.style.shapes import cleared_word, pen
+from ui.style.shapes import cleared_word, mixed, pen
 from ui.style.theme import Size, Space, Theme, font
 
 _LEFT: Final = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
@@ -198,12 +198,7 @@ def _faint(ink: QColor, theme: Theme) -> QColor:
     """Fainter than cursor and curves; mixed here since transparent pens are slow."""
     if theme.line_px > 1:
         return ink
-    ground = QColor(theme.surface)
-    red, green, blue = (
-        round(0.6 * one + 0.4 * other)
-        for one, other in zip(ink.getRgb()[:3], ground.getRgb()[:3], strict=True)  # type: ignore[index]
-    )
-    return QColor(red, green, blue)
+    return mixed(ink, theme.surface, 0.4)
 
 
 def _paint_cursor(painter: QPainter, picture: Picture, cursor_s: float) -> None:

@@ -17,6 +17,12 @@ def pen(colour: QColor | str, width: float, *, is_dashed: bool = False) -> QPen:
     return one
 
 
+def mixed(one: QColor | str, other: QColor | str, share: float) -> QColor:
+    """`share` of `other`, the rest of `one`."""
+    ends = zip(QColor(one).getRgb()[:3], QColor(other).getRgb()[:3], strict=True)  # type: ignore[index]
+    return QColor(*(round(first + (last - first) * share) for first, last in ends))
+
+
 def hatch(painter: QPainter, outline: QPainterPath, colour: QColor | str) -> None:
     """Fill an outline with thin diagonals: the shape of "unknown"."""
     painter.save()

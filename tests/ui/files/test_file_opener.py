@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from PySide6.QtWidgets import QApplication, QWidget
+from PySide6.QtWidgets import QApplication, QMenu, QWidget
 from pytestqt.qtbot import QtBot
 
 import app.__main__ as program
@@ -11,6 +11,7 @@ from app.cli.gui import is_file_name
 from tests.support.window.capture_window import write_capture
 from tests.support.window.fakes_ui import WAIT_MS
 from tests.ui.pages.diagnosis.test_diagnosis_page import diagnosis
+from ui.files.file_opener import add_recent
 from ui.main import WindowOptions
 from ui.pages.diagnosis.capture_files import SUFFIX
 
@@ -95,3 +96,15 @@ def test_commands_take_precedence_over_files(tmp_path: Path, monkeypatch: pytest
     assert is_file_name("flight", {"read"})
     assert is_file_name("later.toml", {"read"})
     assert not is_file_name("raed", {"read"})
+
+
+def test_a_recent_file_shows_letters_that_would_be_invisible(qtbot: QtBot, tmp_path: Path) -> None:
+    menu, opened = QMenu(), list[Path]()
+    qtbot.addWidget(menu)
+    path = tmp_path / "M&7\u202elmot.toml"
+    add_recent(menu, "recent", [str(path)], opened.append)
+    (action,) = menu.actions()
+    assert action.text().startswith("M&&7")
+    assert "\u202e" not in action.text() + action.toolTip()
+    action.trigger()
+    assert opened == [path]

@@ -16,7 +16,7 @@ from app.flight_analysis.flight_set import FireMap
 from app.text.i18n import tr
 from protocol.translatable import marked
 from ui.style.painted_widget import PaintedWidget
-from ui.style.shapes import pen
+from ui.style.shapes import mixed, pen
 from ui.style.theme import Meaning, Size, Space, Theme, current, font
 
 _TILTS_DEG: Final = (30, 45, 60, 75, 90, 105, 120)
@@ -98,22 +98,12 @@ def map_pixels(cells: MapCells, theme: Theme, size: QSize, ratio: float, *, has_
 @lru_cache(maxsize=4)
 def _shades(wash: str, fill: str) -> NDArray[np.uint32]:
     """Colours by share of false triggers (0 … 255)."""
-    return np.array([_rgb(_mixed(wash, fill, number / 255)) for number in range(256)], np.uint32)
+    shares = (_MIN_SHADE + (1 - _MIN_SHADE) * number / 255 for number in range(256))
+    return np.array([mixed(wash, fill, share).rgb() for share in shares], np.uint32)
 
 
 def _rgb(colour: str) -> int:
     return QColor(colour).rgb()
-
-
-def _mixed(wash: str, fill: str, share: float) -> str:
-    """Mixes the two colours."""
-    ends = (QColor(wash), QColor(fill))
-    part = _MIN_SHADE + (1 - _MIN_SHADE) * share
-    parts = [
-        round(one + (other - one) * part)
-        for one, other in zip(ends[0].getRgb()[:3], ends[1].getRgb()[:3], strict=True)  # type: ignore[index]
-    ]
-    return QColor(*parts).name()
 
 
 def _image_of(pixels: NDArray[np.uint32]) -> QImage:

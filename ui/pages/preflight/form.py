@@ -1,7 +1,6 @@
 """Form of the Pre-flight page: person, module, aircraft, profile."""
 
 from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -18,6 +17,7 @@ from app.text.messages import clean
 from protocol.translatable import marked
 from ui.connect.module_field import ModuleField
 from ui.files.file_dialogs import AskOpen, ask_profile
+from ui.files.file_opener import add_recent
 from ui.pages.preflight.profile_fields import captioned_row
 from ui.services.context import Services
 from ui.style.icons import Icon
@@ -147,15 +147,13 @@ class PreflightForm(QWidget):
     def _fill_menu(self) -> None:
         self.menu.clear()
         self._add("preflight_profile_none", tr("Vendor's advice"), self.use_none)
-        for number, name in enumerate(self._services.preferences.recent_profiles):
-            action = partial(self.use_profile, Path(name))
-            self._add(f"preflight_profile_{number}", Path(name).name.replace("&", "&&"), action, tip=name)
+        add_recent(self.menu, "preflight_profile", self._services.preferences.recent_profiles, self.use_profile)
         self.menu.addSeparator()
         self._add("preflight_profile_open", tr("Open profile…"), self.choose_file)
         words = tr("New profile…") if self.profile is None else tr("Edit profile…")
         self._add("preflight_profile_edit", words, self.edit_wanted.emit)
 
-    def _add(self, name: str, text: str, act: Callable[[], None], *, tip: str = "") -> None:
+    def _add(self, name: str, text: str, act: Callable[[], None]) -> None:
         action = named(self.menu.addAction(text), name)
-        action.setToolTip(tip or text)
+        action.setToolTip(text)
         action.triggered.connect(lambda _is_checked=False: act())

@@ -12,6 +12,7 @@ from app.text.i18n import tr
 from protocol.catalogue import SERIAL_OUTPUT, SETTINGS
 from protocol.translatable import marked
 from ui.files.file_dialogs import AskOpen, AskPath, ask_path, ask_profile
+from ui.files.file_opener import add_recent
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
 from ui.services.page_header import PageHeader
@@ -96,11 +97,7 @@ class ProfileFiles(QObject):
 
     def _fill_menu(self) -> None:
         self.menu.clear()
-        for number, name in enumerate(self._remembered.recent_profiles):
-            action = self.menu.addAction(Path(name).name.replace("&", "&&"))
-            action.setObjectName(f"profile_recent_{number}")
-            action.setToolTip(name)
-            action.triggered.connect(lambda _checked, path=Path(name): self.open_file(path))
+        add_recent(self.menu, "profile_recent", self._remembered.recent_profiles, self.open_file)
 
 
 def _saved_text(path: Path, missing: Sequence[str]) -> str:
