@@ -29,6 +29,7 @@ from app.store.store import Store
 from app.text.i18n import tr
 from app.text.messages import UserMessage, clean
 from app.text.sentences import join_sentences
+from protocol.translatable import marked
 from ui.archive.archive_exchange import ArchiveExchange, last_time
 from ui.archive.archive_tables import history_table, modules_table, short_station
 from ui.core.background_task import BackgroundTask
@@ -99,9 +100,9 @@ class ArchiveDialog(QDialog):
         split = named(QSplitter(Qt.Orientation.Vertical), "archive_split")
         split.addWidget(self.modules.view)
         split.addWidget(self.life.view)
-        self.empty = EmptyState("archive_empty", Icon.BUNDLE)
-        texts.bind(self.empty.title.setText, "No modules yet")
-        texts.bind(self.empty.text.setText, "Each check or test adds its module.")
+        self.empty = EmptyState(
+            "archive_empty", Icon.BUNDLE, texts, marked("No modules yet"), marked("Each check or test adds its module.")
+        )
         self._views = named(QStackedWidget(), "archive_views")
         self._views.addWidget(split)
         self._views.addWidget(self.empty)

@@ -54,9 +54,8 @@ class Connector(QObject):
         *,
         make_worker: MakeWorker = Worker,
         clock: Callable[[], float] = time.monotonic,
-        parent: QObject | None = None,
     ) -> None:
-        super().__init__(parent)
+        super().__init__()
         self.clock = clock
         self.ports = ports
         self._memory_of: Callable[[Target], StreamMemory] | None = None

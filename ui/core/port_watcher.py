@@ -29,8 +29,8 @@ class PortWatcher(QObject):
     """After each look, whether or not something changed; in the window's thread."""
     _arrived = Signal(object)
 
-    def __init__(self, look: Callable[[float], Iterable[PortInfo]] = list_ports, parent: QObject | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, look: Callable[[float], Iterable[PortInfo]] = list_ports) -> None:
+        super().__init__()
         self._look = look
         self._thread: Thread | None = None
         self._ports: tuple[PortInfo, ...] | None = None

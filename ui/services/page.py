@@ -29,8 +29,8 @@ class Page(QWidget):
     suffixes: tuple[str, ...] = ()
     """Of the files that may be dropped on the window for this page."""
 
-    def __init__(self, name: str, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, name: str) -> None:
+        super().__init__()
         self.setObjectName(f"{name}_page")
         self.covered_px: Callable[[], int] = int
         """How much of the left lies under the list of ports."""

@@ -5,7 +5,7 @@ from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import Signal
 
 from app.recordings.entry_texts import when_text
 from app.text.i18n import tr
@@ -43,8 +43,8 @@ class RecordingJobs(JobNotice):
     closing = Signal(object)
     """These folders (`frozenset` of paths) are about to be deleted: close what is shown of them."""
 
-    def __init__(self, sessions: SessionRecording, parent: QObject | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, sessions: SessionRecording) -> None:
+        super().__init__()
         self._sessions = sessions
         self.entries: tuple[RecordingEntry, ...] = ()
         self.is_known = False

@@ -150,8 +150,8 @@ class SimulatorOptions(QWidget):
 
     unfolded = Signal()
 
-    def __init__(self, texts: Texts, guard: WheelGuard, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, texts: Texts, guard: WheelGuard) -> None:
+        super().__init__()
         self.setObjectName("simulator_options")
         self._bench: SimulatedBench | None = None
         self.folds: dict[str, QToolButton] = {}

@@ -36,11 +36,9 @@ class Readout(PaintedWidget):
     `template` is the widest number expected, such as "000.0", whose width is reserved. `size` is that of the number.
     """
 
-    def __init__(
-        self, caption: str, *, unit: str = "", template: str = "000", size: Size = Size.NUMBER, limit: str = ""
-    ) -> None:
+    def __init__(self, caption: str, *, unit: str = "", template: str = "000", size: Size = Size.NUMBER) -> None:
         super().__init__()
-        self._caption, self._unit, self._template, self._size, self._limit = caption, unit, template, size, limit
+        self._caption, self._unit, self._template, self._size, self._limit = caption, unit, template, size, ""
         self._text = ""
         self._note = ""
         self._notes: tuple[str, ...] = ()

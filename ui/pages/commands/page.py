@@ -43,8 +43,8 @@ STATE_WORDS: Final[Mapping[Activation, str]] = {
 class CommandsPage(Page):
     """See the module's docstring."""
 
-    def __init__(self, services: Services, parent: QWidget | None = None) -> None:
-        super().__init__("commands", parent)
+    def __init__(self, services: Services) -> None:
+        super().__init__("commands")
         self._services, self._connector = services, services.connector
         texts = services.texts
         self.activation = named(StateChip("", size=Size.TITLE, is_stacked=True), "commands_activation")

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QStackedWidget, QTabBar, QToolButton, QWidget
+from PySide6.QtWidgets import QStackedWidget, QTabBar, QToolButton
 
 from app.captures.reader import MAX_FAULTS
 from app.captures.traffic_buffer import TrafficBuffer
@@ -48,8 +48,8 @@ class DiagnosisPage(StreamPage):
     suffixes = OPENED_SUFFIXES
     shows_link = True
 
-    def __init__(self, services: Services, parent: QWidget | None = None) -> None:
-        super().__init__("diagnosis", parent)
+    def __init__(self, services: Services) -> None:
+        super().__init__("diagnosis")
         self._texts, self._connector = services.texts, services.connector
         self.traffic_buffer = TrafficBuffer()
         self.live_figures = LinkStatistics()

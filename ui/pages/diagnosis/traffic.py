@@ -50,8 +50,8 @@ _FILTERS = (
 class TrafficPage(QWidget):
     """Collects frames while hidden; while visible it draws every `DRAW_EVERY_MS`."""
 
-    def __init__(self, services: Services, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, services: Services) -> None:
+        super().__init__()
         self.setObjectName("traffic_page")
         self._texts: Texts = services.texts
         self._is_paused = False

@@ -1,7 +1,6 @@
 """Shows the most likely cause of a failed connection, the fix, and a button where the program can do it."""
 
 import time
-from collections.abc import Callable
 from dataclasses import replace
 from enum import Enum
 from functools import partial
@@ -90,11 +89,11 @@ class WhyPanel(QScrollArea):
     choose_wanted = Signal()
     connect_wanted = Signal(object)
 
-    def __init__(self, services: Services, *, find_facts: Callable[[str], AdapterFacts] = facts_about) -> None:
+    def __init__(self, services: Services) -> None:
         super().__init__()
         self.setObjectName("why_panel")
         self.setWidgetResizable(True)
-        self._texts, self._connector, self._find_facts = services.texts, services.connector, find_facts
+        self._texts, self._connector = services.texts, services.connector
         self._evidence, self._history = EvidenceCollector(), PortHistory()
         self._target: Target | None = None
         self._facts, self._facts_port, self._facts_at = AdapterFacts(), "", float("-inf")
@@ -181,8 +180,7 @@ class WhyPanel(QScrollArea):
             return
         port = target.device
         self._facts_at = now
-        find = self._find_facts
-        self._asking.run(lambda _running: find(port), partial(self._on_facts, port), lambda _error: None)
+        self._asking.run(lambda _running: facts_about(port), partial(self._on_facts, port), lambda _error: None)
 
     def _on_facts(self, port: str, facts: AdapterFacts) -> None:
         self._facts, self._facts_port = facts, port

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Final
 
 from PySide6.QtCore import QSize, Qt
-from PySide6.QtWidgets import QMenu, QPushButton, QStackedWidget, QToolButton, QWidget
+from PySide6.QtWidgets import QMenu, QPushButton, QStackedWidget, QToolButton
 
 from app.engine.target import Target
 from app.fleet.card import Card, Need, by_need
@@ -49,8 +49,8 @@ SIMULATED: Final = "sim://module-{number}?lifelike&noise=1"
 class FleetPage(Page):
     """Cards keep their places while the pointer is over the board: nothing moves under a click."""
 
-    def __init__(self, services: Services, parent: QWidget | None = None) -> None:
-        super().__init__("fleet", parent)
+    def __init__(self, services: Services) -> None:
+        super().__init__("fleet")
         self._services, self._connector = services, services.connector
         self.ask_profile: AskOpen = ask_profile
         self.ask_report: AskPath = ask_path
@@ -88,9 +88,8 @@ class FleetPage(Page):
         self.lock_all = control(QPushButton(), texts, "fleet_lock_all", "LOCK ALL", picture=Icon.LOCK, role="primary",
                                 slot=self._lock_all)  # fmt: skip
         self.said = named(NoticeBar(texts), "fleet_said")
-        self.empty = EmptyState("fleet_empty", Icon.FLEET)
-        texts.bind(self.empty.title.setText, "No module is connected")
-        texts.bind(self.empty.text.setText, "Add the port of each module.")
+        words = marked("No module is connected"), marked("Add the port of each module.")
+        self.empty = EmptyState("fleet_empty", Icon.FLEET, texts, *words)
         self.first = control(QPushButton(), texts, "fleet_connect_all", "Connect all ports", role="primary",
                              slot=self._connect_all)  # fmt: skip
         self.empty.column.insertWidget(4, self.first, 0, Qt.AlignmentFlag.AlignHCenter)

@@ -53,8 +53,8 @@ class FlightsPage(Page):
 
     suffixes = tuple(SUFFIXES)
 
-    def __init__(self, services: Services, parent: QWidget | None = None) -> None:
-        super().__init__("flights", parent)
+    def __init__(self, services: Services) -> None:
+        super().__init__("flights")
         self._services = services
         self.work = FlightsWork(self)
         self.ask_files: AskMany = ask_flight_logs
@@ -72,9 +72,8 @@ class FlightsPage(Page):
         self.strip = self.proposal.strip
         self.flight = FlightView(texts)
         self.form = ColumnForm(texts)
-        self.empty = EmptyState("flights_empty", Icon.MAP)
-        texts.bind(self.empty.title.setText, "No flight logs yet")
-        texts.bind(self.empty.text.setText, "Open logs of PX4, ArduPilot, CSV or recordings, or drop them here.")
+        how = marked("Open logs of PX4, ArduPilot, CSV or recordings, or drop them here.")
+        self.empty = EmptyState("flights_empty", Icon.MAP, texts, marked("No flight logs yet"), how)
         self._stack = named(QStackedWidget(), "flights_stack")
         self._overview = self._make_overview()
         for widget in (self.empty, self._overview, self.flight, self.form):

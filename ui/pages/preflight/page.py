@@ -50,8 +50,8 @@ class PreflightPage(Page):
 
     suffixes = SUFFIXES
 
-    def __init__(self, services: Services, parent: QWidget | None = None) -> None:
-        super().__init__("preflight", parent)
+    def __init__(self, services: Services) -> None:
+        super().__init__("preflight")
         self._services, self._connector = services, services.connector
         guard = WheelGuard(self)
         self.work = PreflightController(services, self)

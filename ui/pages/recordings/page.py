@@ -4,7 +4,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtWidgets import QLineEdit, QStackedWidget, QWidget
+from PySide6.QtWidgets import QLineEdit, QStackedWidget
 
 from app.recordings.entry_texts import entry_text, size_text, when_text
 from app.recordings.library import RecordingEntry
@@ -40,8 +40,8 @@ _DRAW_EVERY_MS: Final = 100
 class RecordingsPage(Page):
     """See the module's docstring."""
 
-    def __init__(self, services: Services, parent: QWidget | None = None) -> None:
-        super().__init__("recordings", parent)
+    def __init__(self, services: Services) -> None:
+        super().__init__("recordings")
         self._services = services
         self.work = services.storage.recordings
         self.ask_path: AskPath = ask_path
@@ -62,12 +62,10 @@ class RecordingsPage(Page):
         bind(self.table.setAccessibleName, "Recordings")
         self.detail = RecordingsDetail(services.texts, self.outlines)
         self.buttons = self.detail.buttons
-        self.empty = EmptyState("recordings_empty", Icon.RECORDINGS)
-        bind(self.empty.title.setText, "No recordings yet")
-        bind(self.empty.text.setText, "Every session is recorded automatically.")
+        words = marked("No recordings yet"), marked("Every session is recorded automatically.")
+        self.empty = EmptyState("recordings_empty", Icon.RECORDINGS, services.texts, *words)
         self._stack = QStackedWidget()
-        self.no_match = EmptyState("recordings_no_match", Icon.RECORDINGS)
-        bind(self.no_match.title.setText, "No matches")
+        self.no_match = EmptyState("recordings_no_match", Icon.RECORDINGS, services.texts, marked("No matches"))
         for widget in (self.empty, self.table, self.no_match):
             self._stack.addWidget(widget)
         self._lay_out()

@@ -57,8 +57,8 @@ _FIELD_PX: Final = 148
 class TestsPage(Page):
     """See the module's docstring."""
 
-    def __init__(self, services: Services, parent: QWidget | None = None) -> None:
-        super().__init__("tests", parent)
+    def __init__(self, services: Services) -> None:
+        super().__init__("tests")
         self._services, self._connector = services, services.connector
         texts, guard = services.texts, WheelGuard(self)
         self.work = GuidedController(services, self)

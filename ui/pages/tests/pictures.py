@@ -96,9 +96,9 @@ class Pencil:
             painter.drawPolygon(QPolygonF(corners))
         painter.restore()
 
-    def ground(self, y: float = 150.0, begin: float = 30.0, end: float = 250.0) -> None:
+    def ground(self) -> None:
         self.ink(self.theme.border)
-        self.line((begin, y), (end, y))
+        self.line((30.0, 150.0), (250.0, 150.0))
 
     def text(self, box: QRectF, words: str, *, colour: str = "", is_bold: bool = False) -> None:
         self.painter.setPen(QColor(colour or self.theme.text))

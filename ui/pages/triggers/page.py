@@ -12,7 +12,6 @@ from PySide6.QtWidgets import (
     QLineEdit,
     QPushButton,
     QStackedWidget,
-    QWidget,
 )
 
 from app.recordings.export import not_saved_text
@@ -49,8 +48,8 @@ _READ_EVERY_MS: Final = 500
 class TriggersPage(Page):
     """See the module's docstring."""
 
-    def __init__(self, services: Services, parent: QWidget | None = None) -> None:
-        super().__init__("triggers", parent)
+    def __init__(self, services: Services) -> None:
+        super().__init__("triggers")
         self._services, self._connector, self._naming = services, services.connector, services.naming
         self.ask_path: AskPath = ask_path
         self._folder = Path.home()
@@ -70,9 +69,8 @@ class TriggersPage(Page):
         self.search.setFixedWidth(_SEARCH_PX)
         self.search.setClearButtonEnabled(True)
         self._make_buttons()
-        self.empty = EmptyState("triggers_empty", Icon.HISTORY)
-        self.no_match = EmptyState("triggers_no_match", Icon.HISTORY)
-        services.texts.bind(self.no_match.title.setText, "No matches")
+        self.empty = EmptyState("triggers_empty", Icon.HISTORY, services.texts)
+        self.no_match = EmptyState("triggers_no_match", Icon.HISTORY, services.texts, marked("No matches"))
         self._stack = QStackedWidget()
         for widget in (self.empty, self.table, self.no_match):
             self._stack.addWidget(widget)

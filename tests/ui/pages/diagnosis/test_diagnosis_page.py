@@ -118,10 +118,12 @@ def test_nothing_connected_asks_for_a_port(qtbot: QtBot, qapp: QApplication, tmp
         assert page.why.act.text() == "Choose a port"
 
 
-def test_a_command_is_shown_and_copied(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_a_command_is_shown_and_copied(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     facts = AdapterFacts(access=Access(group="dialout"))
+    monkeypatch.setattr("ui.pages.diagnosis.why_panel.facts_about", lambda _port: facts)
     with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
-        page.why._find_facts = lambda _port: facts
         target = Target(str(tmp_path / "tty"), 115200)
         assembly.connector.connect_to(target)
         qtbot.waitUntil(lambda: cause_of(page) is Cause.MISSING, timeout=WAIT_MS)
