@@ -49,6 +49,8 @@ class BackgroundTask(QObject, Generic[Result]):
     def __init__(self, name: str, parent: QObject | None = None, *, finished_at_close: bool = False) -> None:
         super().__init__(parent)
         self._name, self._finished_at_close = name, finished_at_close
+        self._thread: threading.Thread | None = None
+        """Of the last `run`."""
         self._running: Running | None = None
         self._then: Callable[[Result], object] | None = None
         self._failed: Callable[[Exception], object] | None = None
@@ -73,7 +75,8 @@ class BackgroundTask(QObject, Generic[Result]):
         """Returns at once. `act` touches nothing that belongs to the window's thread."""
         running = self._begin(then, failed)
         work = partial(self._work, running, partial(act, running))
-        threading.Thread(target=work, name=self._name, daemon=not self._finished_at_close).start()
+        self._thread = threading.Thread(target=work, name=self._name, daemon=not self._finished_at_close)
+        self._thread.start()
 
     def run_in(
         self,
@@ -101,6 +104,12 @@ class BackgroundTask(QObject, Generic[Result]):
         """Ask the function to end and drop its result."""
         self.stop()
         self._clear()
+
+    def wait(self, deadline_s: float) -> bool:
+        """Wait for the thread of the last `run`; whether it has ended."""
+        if self._thread is not None:
+            self._thread.join(deadline_s)
+        return self._thread is None or not self._thread.is_alive()
 
     def close(self) -> None:
         """The window closes."""

@@ -2,11 +2,11 @@
 
 import logging
 from collections.abc import Callable, Iterable
-from threading import Thread
 
-from PySide6.QtCore import QObject, Qt, QTimer, Signal
+from PySide6.QtCore import QObject, QTimer, Signal
 
 from app.engine.ports import PortInfo, PortsUnknown, list_ports
+from ui.core.background_task import BackgroundTask
 
 _log = logging.getLogger(__name__)
 
@@ -27,19 +27,17 @@ class PortWatcher(QObject):
 
     listed = Signal()
     """After each look, whether or not something changed; in the window's thread."""
-    _arrived = Signal(object)
 
     def __init__(self, look: Callable[[float], Iterable[PortInfo]] = list_ports) -> None:
         super().__init__()
         self._look = look
-        self._thread: Thread | None = None
+        self._looking: BackgroundTask[tuple[PortInfo, ...]] = BackgroundTask("dps-s port list", self)
         self._ports: tuple[PortInfo, ...] | None = None
         self.is_current = False
         """`ports` is the result of the last look; else of an earlier one."""
         self._seen: frozenset[str] | None = None
         self._timer = QTimer(self, interval=POLL_EVERY_MS)
         self._timer.timeout.connect(self.refresh)
-        self._arrived.connect(self._on_listed, Qt.ConnectionType.QueuedConnection)
 
     @property
     def has_listed(self) -> bool:
@@ -77,44 +75,27 @@ class PortWatcher(QObject):
 
     def refresh(self) -> bool:
         """Look now; returns False, and does nothing, while a look is running."""
-        if self._thread is not None:
+        if self._looking.is_running:
             return False
-        self._thread = Thread(target=self._run, name="dps-s port list", daemon=True)
-        self._thread.start()
+        self._looking.run(lambda _running: tuple(self._look(LOOK_LIMIT_S)), self._on_listed, self._fail)
         return True
 
     def stop(self, deadline_s: float) -> bool:
         """Stop looking; whether the running look ended within `deadline_s`."""
         self._timer.stop()
-        thread = self._thread
-        if thread is None:
-            return True
-        thread.join(deadline_s)
-        return not thread.is_alive()
+        return self._looking.wait(deadline_s)
 
-    def _run(self) -> None:
-        try:
-            found: tuple[PortInfo, ...] | None = tuple(self._look(LOOK_LIMIT_S))
-        except PortsUnknown:
+    def _on_listed(self, found: tuple[PortInfo, ...]) -> None:
+        self.is_current, self._ports = True, found
+        if self._seen is None:
+            self._seen = frozenset(key_of(port) for port in found)
+        self.listed.emit()
+
+    def _fail(self, error: Exception) -> None:
+        """The last list stays. A driver may fail in any way; the window works without the list."""
+        if isinstance(error, PortsUnknown):
             _log.warning("The ports could not be listed within %s s", LOOK_LIMIT_S)
-            found = None
-        except Exception:  # noqa: BLE001  a driver may fail in any way; the window works without the list
-            _log.exception("The ports could not be listed")
-            found = None
-        try:
-            self._arrived.emit(found)
-        except RuntimeError:  # the window was closed meanwhile, and this object deleted
-            _log.debug("A list of ports came after the window had closed")
-
-    def _on_listed(self, found: tuple[PortInfo, ...] | None) -> None:
-        if self._thread is not None:
-            self._thread.join()  # it has emitted and is about to end
-            self._thread = None
-        self.is_current = found is not None
-        if found is not None:
-            self._ports = found
-            if self._seen is None:
-                self._seen = frozenset(key_of(port) for port in found)
-        elif self._ports is None:
-            self._ports = ()
+        else:
+            _log.error("The ports could not be listed", exc_info=error)
+        self.is_current, self._ports = False, self.ports
         self.listed.emit()
