@@ -186,8 +186,9 @@ def test_only_what_is_known_now_is_logged_with_a_write() -> None:
 def test_a_trigger_is_not_disabled_where_that_cannot_be_logged(is_enabled: bool) -> None:
     rig, journal = Rig(), FakeJournal()
     journal.is_broken = True
-    report = write(rig, WriteContext(journal=journal), attitude_trigger=is_enabled)
-    assert sets(rig) == ["attitude_trigger"] * is_enabled
+    report = write(rig, WriteContext(journal=journal), attitude_trigger=is_enabled, light_threshold=2.0)
+    assert sets(rig) == ["attitude_trigger", "light_threshold"] * is_enabled
+    assert [one.fault for one in report.results] == [None if is_enabled else WriteFault.NOT_ALLOWED] * 2
     assert [refusal.condition for refusal in report.refusals] == [Interlock.INTENT_DURABLE] * (not is_enabled)
 
 
@@ -222,6 +223,18 @@ def test_a_silent_module_is_asked_no_further() -> None:
     assert {refusal.condition for refusal in report.refusals} == {Interlock.ONLINE}
     assert sets(rig) == []
     assert not report.is_fine
+
+
+@pytest.mark.parametrize(
+    ("options", "fault"), [({}, WriteFault.NO_LAST_READING), ({"refuses": True}, WriteFault.REFUSED)]
+)
+def test_a_module_that_falls_silent_before_the_last_reading_has_nothing_verified(
+    options: dict[str, object], fault: WriteFault
+) -> None:
+    rig = Rig(options)
+    leave = WriteContext(journal=FakeJournal(), on_written=lambda _written: rig.bench.change(mute=True))
+    (written,) = write(rig, leave, light_threshold=2.0).results
+    assert (written.fault, written.verified) == (fault, False)
 
 
 def test_what_ends_a_writing_early_is_raised_and_the_intent_is_settled() -> None:
