@@ -7,6 +7,7 @@ from functools import partial
 
 from PySide6.QtCore import QObject, Signal
 
+from app.engine.identity import Trust
 from app.engine.procedure import Cancelled, Procedure
 from app.engine.worker import Job
 from app.procedures.history import read_history
@@ -66,7 +67,7 @@ class TriggersController(QObject):
         self.rows: tuple[TriggerRow, ...] = ()
         """Oldest first."""
         self.reading: TriggersReading | None = None
-        """Of the connected module; None before it was read."""
+        """Of the module that answers now; None before it was read, and where it may be another."""
         self.is_first_visit = True
         self._new: frozenset[int] = frozenset()
         self._is_stored = False
@@ -74,14 +75,16 @@ class TriggersController(QObject):
         self.job.changed.connect(self.changed)
         self._adapter_key: str | None = None
         self.reads_by_itself = True
-        """Reads each module once as soon as the page is visible."""
+        """Reads each module once as soon as the page is visible, and again when it came back or fired."""
         self._read_of: str | None = None
+        self._was_proven, self._had_fired = True, False
         self._filing: BackgroundTask[Visit | PossiblyOther] = BackgroundTask("dps-s triggers", self)
         self._judging: dict[int, tuple[Judgement | None, str]] = {}
         """Judgements that are not stored yet, by record."""
         self._judgement_tasks: dict[int, BackgroundTask[None]] = {}
         """Tasks that store them, by record."""
         self._connector.changed.connect(self._watch_port)
+        self._connector.came_online.connect(self._forget)
         self._naming.changed.connect(self._on_name_changed)
         self._show_archive()
 
@@ -107,10 +110,12 @@ class TriggersController(QObject):
             self.job.run(read_triggers(), self._end)
 
     def read_unasked(self) -> None:
-        """Reads once per module; called while the page is visible."""
+        """Called while the page is visible."""
         connector = self._connector
         is_online = connector.is_open and connector.device.presence is Presence.ONLINE
-        if not (self.reads_by_itself and is_online and self.can_read and self.reading is None):
+        if connector.identity.trust is Trust.OPEN:  # what decides it is read first
+            return
+        if not (self.reads_by_itself and is_online and self.can_read):
             return
         if not (connector.is_busy or connector.is_playback or self._read_of == self._adapter_key):
             self._read_of = self._adapter_key
@@ -228,12 +233,23 @@ class TriggersController(QObject):
         self.changed.emit()
 
     def _watch_port(self) -> None:
-        whose = self._connector.adapter_key if self._connector.is_requested else None
-        if whose != self._adapter_key:
-            self._clear_visit()
-            self._adapter_key, self.reading, self._read_of = whose, None, None
-            self._show_archive()
+        connector = self._connector
+        whose = connector.adapter_key if connector.is_requested else None
+        is_proven = not connector.is_open or connector.identity.is_proven
+        has_fired = connector.device.reported[0] is True
+        is_over = whose != self._adapter_key or is_proven < self._was_proven
+        if has_fired > self._had_fired:
+            self._read_of = None
+        self._adapter_key, self._was_proven, self._had_fired = whose, is_proven, has_fired
+        if is_over:
+            self._forget()
         self.changed.emit()
+
+    def _forget(self) -> None:
+        """What was read may be another module's."""
+        self._clear_visit()
+        self.reading = self._read_of = None
+        self._show_archive()
 
     def _show_archive(self) -> None:
         """Makes the rows: the stored records of this name, else the reading."""

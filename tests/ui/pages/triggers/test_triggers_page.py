@@ -93,6 +93,50 @@ def test_the_records_are_read_as_soon_as_the_page_is_in_sight(qtbot: QtBot, qapp
         assert not page.work.is_busy
 
 
+@pytest.mark.parametrize("away", ["unplugged", "another on the same line"])
+def test_what_was_read_is_not_taken_for_the_records_of_what_answers_later(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, away: str
+) -> None:
+    with on_bench(qtbot, qapp, tmp_path, "away", boots=37) as bench:
+        page, connector = bench.triggers, bench.assembly.connector
+        fire(bench, 2)
+        bench.read_triggers()
+        assert page.count.text() == "Trigger records: 2"
+        if away == "unplugged":
+            bench.bench.unplug()
+            bench.until(lambda: not connector.is_open)
+            bench.bench.plug()
+        else:
+            bench.bench.module.memory.boot_count = 11
+            bench.bench.restart()
+        bench.until(lambda: page.work.reading is None, CHECK_MS)
+        bench.until(lambda: page.count.text() == "Trigger records")
+        fire(bench)
+        page.work.reads_by_itself = True
+        bench.until(lambda: page.count.text() == "Trigger records: 3", CHECK_MS)
+        assert bench.acts == []
+
+
+def test_a_trigger_in_sight_is_read_at_once(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with on_bench(qtbot, qapp, tmp_path, "in sight", reads_triggers=True, active=True) as bench:
+        page = bench.triggers
+        bench.until(lambda: page.work.reading is not None and not page.work.is_busy, CHECK_MS)
+        bench.bench.set_tilt(80)
+        bench.until(lambda: page.count.text() == "Trigger records: 1", CHECK_MS)
+        assert bench.acts == []
+
+
+def test_a_reading_that_the_lost_link_ended_is_begun_again(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with on_bench(qtbot, qapp, tmp_path, "again", history=4, reads_triggers=True) as bench:
+        page = bench.triggers
+        bench.until(lambda: page.work.is_busy)
+        bench.bench.unplug()
+        bench.until(lambda: not page.work.is_busy)
+        assert page.work.reading is None
+        bench.bench.plug()
+        bench.until(lambda: page.count.text() == "Trigger records: 4", CHECK_MS)
+
+
 def test_the_worked_example_as_a_row_and_a_sentence(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with on_bench(qtbot, qapp, tmp_path, "example") as bench:
         fire(bench)
