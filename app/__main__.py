@@ -61,6 +61,8 @@ ENTRIES = (
     SubCommand("simulate", "app.cli.simulate", marked("Simulated module")),
 )
 _BY_NAME = {entry.name: entry for entry in ENTRIES}
+_JUDGING = {"set", "activate", "lock", "zero", "shutdown", "preflight", "verify", "fired"}
+"""Exit code 0 is their answer, so it is not given where nobody read what they print."""
 _ANYWHERE = ("-v", "-vv", "--verbose", "--quiet")
 """Options that may also stand before the command."""
 
@@ -81,7 +83,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         code = 128 + getattr(interrupted, "number", 2)
     except BrokenPipeError:
         console.discard_output()  # the reader has ended
-        code = console.SUCCESS
+        command = next((word for word in words if word in _BY_NAME), WINDOW)
+        code = console.PARTIAL if command in _JUDGING else console.SUCCESS
     except console.OutputLost as error:
         console.discard_output()
         console.notify(tr("{file} cannot be written: {why}.", file="stdout", why=error))

@@ -243,7 +243,12 @@ def _collect_evidence(
         is_enabling = args.enable_triggers and not (
             args.module and not args.same_module and may_be_another(conversation, store, args.module)
         )
-        conversation.run(run_preflight(evidence, is_enabling=is_enabling, journal=journal))
+        try:
+            conversation.run(run_preflight(evidence, is_enabling=is_enabling, journal=journal))
+        except KeyboardInterrupt:
+            if is_enabling:
+                console.notify(tr("Interrupted; may have been carried out."))
+            raise
     if link.sentence is not None:
         found.trouble = link.sentence
         evidence.disturbance = evidence.disturbance or Disturbance.DISCONNECTED

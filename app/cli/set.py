@@ -138,12 +138,16 @@ def _write(wishes: "Sequence[SettingChange]", args: argparse.Namespace) -> "tupl
             store_snapshot=records.store_snapshot,
             on_written=heard.append,
         )
-        sent = [wish for wish in wishes if wish.command not in found]
-        report = conversation.run(write_all(sent, leave))
+        sent = sorted((wish for wish in wishes if wish.command not in found), key=_is_last)
+        try:
+            report = conversation.run(write_all(sent, leave))
+        except KeyboardInterrupt:
+            _tell_interrupted(WriteReport(results=tuple(unconfirmed(heard))), sent)
+            raise
     report = report or WriteReport(results=tuple(unconfirmed(heard)))
     found |= {one.command: one for one in report.results}
     fault = WriteFault.PORT_LOST
-    for wish in sorted(sent, key=lambda one: one.command.key == "baud_rate"):
+    for wish in sent:
         if wish.command not in found:
             verified = False if wish.command.reads_back or wish.command.key == "baud_rate" else None
             found[wish.command] = Written(
@@ -151,6 +155,19 @@ def _write(wishes: "Sequence[SettingChange]", args: argparse.Namespace) -> "tupl
             )
             fault = WriteFault.PORT_LOST_BEFORE
     return replace(report, results=tuple(found[wish.command] for wish in wishes)), link.sentence
+
+
+def _is_last(wish: "SettingChange") -> bool:
+    return wish.command.key == "baud_rate"
+
+
+def _tell_interrupted(heard: "WriteReport", sent: "Sequence[SettingChange]") -> None:
+    """`sent` in the order of writing, one after the other."""
+    left = [wish.command.key for wish in sent[len(heard.results) :]]
+    rows = [(name, tr("Interrupted; may have been carried out.")) for name in left[:1]]
+    rows += [(name, tr("not sent: {why}", why=tr("interrupted"))) for name in left[1:]]
+    for line in (*page_of(heard), *console.columns(rows)):
+        console.notify(line)
 
 
 def why_not_verified(written: "Written", refusals: "Sequence[Refusal]") -> "UserMessage | None":

@@ -13,6 +13,7 @@ from app.preflight.checks import CHECKS
 from app.records.check_store import CheckStore
 from app.store.database import FILE_NAME, Database, open_database
 from app.store.store import data_folder
+from app.terminal.interruption import Interrupted, Interruption
 from protocol.frame import decode_request
 from tests.support.cli_line import Printed, bench_of, falls_after, is_one_sentence, run_here
 from tests.support.processes import ENVIRONMENT, PROGRAM, ROOT, run_module
@@ -300,3 +301,21 @@ def test_the_list_of_several_says_who_is_not_go_and_why(port: str, capsys: pytes
     assert last[1].split("  ", 1)[0] == "NO-GO"
     assert last[1].endswith("Cell voltage")
     assert last[2].startswith("READY  ")
+
+
+@pytest.mark.parametrize(("options", "is_said"), [(["--enable-triggers"], True), ([], False)])
+def test_interrupted_it_says_that_the_triggers_may_be_enabled(
+    options: list[str],
+    is_said: bool,
+    port: str,
+    capsys: pytest.CaptureFixture[str],
+    wire: list[bytes],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def check(_interruption: Interruption) -> None:
+        if len(wire) > 12:
+            raise Interrupted(2)
+
+    monkeypatch.setattr(Interruption, "check", check)
+    printed = run_here(capsys, ["preflight", "--port", port, "--json", *options], 130)
+    assert (printed.out, printed.err) == ("", "Interrupted; may have been carried out.\n" if is_said else "")

@@ -4,6 +4,7 @@ import argparse
 import errno
 import io
 import json
+import os
 import sys
 import threading
 
@@ -193,3 +194,15 @@ def test_no_ports_and_no_list(capsys: pytest.CaptureFixture[str], monkeypatch: p
     assert capsys.readouterr().out == ""
     assert program.main(["ports"]) == 3
     assert "did not list" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("words", "code"), [(["preflight", "--json"], 4), (["-v", "lock", "--yes"], 4), (["read"], 0)])
+def test_a_reader_that_ended_takes_no_answer_for_yes(
+    words: list[str], code: int, port: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    reading, writing = os.pipe()
+    os.close(reading)
+    with open(writing, "w", encoding="utf-8") as out:  # noqa: PTH123
+        monkeypatch.setattr(sys, "stdout", out)
+        assert program.main([*words, "--port", port]) == code
+        monkeypatch.undo()

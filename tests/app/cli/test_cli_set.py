@@ -16,6 +16,7 @@ from app.settings.profile_file import save_profile
 from app.settings.profiles import Profile
 from app.store.database import FILE_NAME
 from app.store.store import data_folder, open_store
+from app.terminal.interruption import Interrupted, Interruption
 from protocol.catalogue import BY_NAME, SETTINGS
 from tests.support.cli_line import Printed, bench_of, run_here
 from tests.support.records.kept_settings import kept_settings
@@ -241,3 +242,25 @@ def test_unplugged_in_the_middle_says_what_stands_and_what_is_not_known(
     assert results["light_threshold_v"]["error"] == "port lost; may have been carried out"
     assert results["attitude_threshold_deg"]["error"] == "not sent: the port was lost"
     assert "unplugged" in printed.err
+
+
+@pytest.mark.parametrize("is_json", [False, True])
+def test_interrupted_it_says_what_became_of_each(
+    is_json: bool,
+    port: str,
+    capsys: pytest.CaptureFixture[str],
+    wire: list[bytes],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def check(_interruption: Interruption) -> None:
+        if len(sets(wire)) == 2:
+            raise Interrupted(2)
+
+    monkeypatch.setattr(Interruption, "check", check)
+    words = words_of({name: ALL[name] for name in ("baud_rate", "attitude_threshold_deg", "freefall_time_s")})
+    printed = run_here(capsys, ["set", *words, "--port", port, *(["--json"] if is_json else [])], 130)
+    first, second, third = (line for line in printed.err.splitlines() if not line.startswith("Warning"))
+    assert printed.out == ""
+    assert first == "attitude_threshold_deg  65: NOT verified (not read again)"
+    assert second.split(maxsplit=1) == ["freefall_time_s", "Interrupted; may have been carried out."]
+    assert third.split(maxsplit=1) == ["baud_rate", "not sent: interrupted"]
