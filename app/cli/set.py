@@ -118,6 +118,7 @@ def _write(wishes: "Sequence[SettingChange]", args: argparse.Namespace) -> "tupl
     from app.terminal.connection import LinkTrouble, connected
 
     heard: list[Written] = []
+    begun: list[Command] = []
     report: WriteReport | None = None
     found: dict[Command, Written] = {}
     with (
@@ -137,23 +138,23 @@ def _write(wishes: "Sequence[SettingChange]", args: argparse.Namespace) -> "tupl
             is_unlocked=args.unlock,
             store_snapshot=records.store_snapshot,
             on_written=heard.append,
+            on_begun=begun.append,
         )
         sent = sorted((wish for wish in wishes if wish.command not in found), key=_is_last)
         try:
             report = conversation.run(write_all(sent, leave))
         except KeyboardInterrupt:
-            _tell_interrupted(WriteReport(results=tuple(unconfirmed(heard))), sent)
+            _tell_interrupted(WriteReport(results=tuple(unconfirmed(heard))), sent, begun)
             raise
     report = report or WriteReport(results=tuple(unconfirmed(heard)))
     found |= {one.command: one for one in report.results}
-    fault = WriteFault.PORT_LOST
     for wish in sent:
         if wish.command not in found:
             verified = False if wish.command.reads_back or wish.command.key == "baud_rate" else None
+            fault = WriteFault.PORT_LOST if wish.command in begun else WriteFault.PORT_LOST_BEFORE
             found[wish.command] = Written(
                 command=wish.command, wanted=wish.value, heard=SetReply.NOT_SENT, verified=verified, fault=fault
             )
-            fault = WriteFault.PORT_LOST_BEFORE
     return replace(report, results=tuple(found[wish.command] for wish in wishes)), link.sentence
 
 
@@ -161,11 +162,11 @@ def _is_last(wish: "SettingChange") -> bool:
     return wish.command.key == "baud_rate"
 
 
-def _tell_interrupted(heard: "WriteReport", sent: "Sequence[SettingChange]") -> None:
+def _tell_interrupted(heard: "WriteReport", sent: "Sequence[SettingChange]", begun: "Sequence[Command]") -> None:
     """`sent` in the order of writing, one after the other."""
-    left = [wish.command.key for wish in sent[len(heard.results) :]]
-    rows = [(name, tr("Interrupted; may have been carried out.")) for name in left[:1]]
-    rows += [(name, tr("not sent: {why}", why=tr("interrupted"))) for name in left[1:]]
+    doubtful, unsent = tr("Interrupted; may have been carried out."), tr("not sent: {why}", why=tr("interrupted"))
+    left = [wish.command for wish in sent[len(heard.results) :]]
+    rows = [(command.key, doubtful if command in begun else unsent) for command in left]
     for line in (*page_of(heard), *console.columns(rows)):
         console.notify(line)
 

@@ -83,6 +83,8 @@ class WriteContext:
     they are stored; None if they were stored before in this session."""
     on_written: Callable[[Written], None] | None = None
     """Called with each result in the session's thread, even if the port is lost later."""
+    on_begun: Callable[[Command], None] | None = None
+    """Called in the session's thread before the set of this setting may be sent."""
 
 
 def write_all(changes: Sequence[SettingChange], leave: WriteContext) -> Procedure[WriteReport]:
@@ -146,6 +148,7 @@ def _write_one(course: _WriteProgress, change: SettingChange) -> Procedure[None]
     if course.fault is not None:
         course.results.append(_not_sent(change, course.fault))
     elif change.command is BAUD_RATE:
+        _tell_begun(course, change)
         baud = yield from change_baud(int(change.value), leave.journal, permit=leave.permit, armed=leave.armed)
         course.baud, course.refused = baud, baud.refusals
         course.results.append(_written(change, baud))
@@ -166,6 +169,7 @@ def _write_one(course: _WriteProgress, change: SettingChange) -> Procedure[None]
             course.fault = WriteFault.NOT_ALLOWED
             course.results.append(_not_sent(change, course.fault))
             return
+        _tell_begun(course, change)
         written = yield from write_verified(change.command, change.value)
         course.results.append(written)
         course.fault = WriteFault.NOT_SENT if written.heard is SetReply.NOT_SENT else None
@@ -214,6 +218,11 @@ def _read_again(written: Written, values: Mapping[str, Value]) -> Written:
     if stands != written.wanted:
         return replace(written, stands=stands, verified=False, fault=WriteFault.REVERTED)
     return written
+
+
+def _tell_begun(course: _WriteProgress, change: SettingChange) -> None:
+    if course.leave.on_begun is not None:
+        course.leave.on_begun(change.command)
 
 
 def unconfirmed(results: Iterable[Written]) -> list[Written]:

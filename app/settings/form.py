@@ -274,11 +274,15 @@ class SettingsForm:
                 self._failures[key] = _Failure(written.wanted, written.fault.value, written.stands)
         self._drafts.drop(settled)
 
-    def abort_write(self) -> None:
-        """Marks all settings being written as failed: the link was lost, or the write was cancelled."""
-        self._failures |= {key: _Failure(value, _INTERRUPTED) for key, value in self._writing.items()}
-        self.watch.accept(self._writing)
-        self._writing = {}
+    def abort_write(self, results: Iterable[Written], begun: Iterable[Command]) -> None:
+        """The link was lost, or the write was cancelled: takes the outcomes that there are. What was begun without an
+        outcome counts as failed; what was not begun stays edited."""
+        known = list(results)
+        begun_keys = {command.key for command in begun} - {written.command.key for written in known}
+        self._failures |= {
+            key: _Failure(value, _INTERRUPTED) for key, value in self._writing.items() if key in begun_keys
+        }
+        self.on_written(known)
 
     @property
     def written(self) -> Mapping[str, Value]:

@@ -5,6 +5,7 @@ so that hands, faults and accidents fall into the middle of what is under way. `
 """
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any, Final
 
 from app.engine.procedure import Procedure
@@ -15,12 +16,14 @@ from app.procedures.baud import change_baud
 from app.procedures.lock import Locked, lock
 from app.procedures.power_cycle import PowerCycleResult, survives_power_cycle
 from app.procedures.read import read_everything
-from app.procedures.write_all import WriteContext, WriteReport, write_all
+from app.procedures.write import Written
+from app.procedures.write_all import WriteContext, WriteReport, unconfirmed, write_all
 from app.safety.acts import Act
 from app.safety.interlocks import Interlock, interlock_inputs, refusals
 from app.safety.permit import Origin, Permit
 from app.safety.ritual import Input, Ritual, Stage
 from app.settings.form import FormRow, SettingsForm
+from protocol.catalogue import Command
 from protocol.link_states import Presence
 from tests.scenarios.desk_ledger import Hands
 from tests.scenarios.desk_port import DeskPort, LedgerJournal
@@ -101,20 +104,22 @@ class Desk(DeskPort):
         )
         if any(one.condition is not Interlock.MAY_WRITE or now_is.active for one in refusals(Act.WRITE, now_is)):
             return
+        heard: list[Written] = []
+        begun: list[Command] = []
         leave = WriteContext(
             journal=self.journal, armed=self.armed, is_unlocked=is_unlocked,
-            store_snapshot=self._keep if self.found is None else None,
+            store_snapshot=self._keep if self.found is None else None, on_written=heard.append, on_begun=begun.append,
         )  # fmt: skip
         self.form.begin_write(changes)
-        self._settings_job = self.run(write_all(changes, leave), self._end_writing)
+        self._settings_job = self.run(write_all(changes, leave), partial(self._end_writing, heard, begun))
         self.ledger.allow(id(self._settings_job), [change.command.set(change.value) for change in changes])
 
     def _keep(self, snapshot: Snapshot) -> None:
         self.found = snapshot
 
-    def _end_writing(self, run: Run[WriteReport]) -> None:
+    def _end_writing(self, heard: list[Written], begun: list[Command], run: Run[WriteReport]) -> None:
         if run.error is not None or run.result is None:
-            self.form.abort_write()
+            self.form.abort_write(unconfirmed(heard), begun)
             return
         self.on_write(run.result)
         self.form.on_written(run.result.results)

@@ -214,10 +214,23 @@ def test_an_aborted_write_counts_as_failed() -> None:
     form = SettingsForm()
     form.choose(TILT, 70)
     form.begin_write(form.changes(device(), NOW))
-    form.abort_write()
+    form.abort_write([], [BY_NAME["attitude_threshold"]])
     assert row(form, TILT).state is RowState.FAILED
+    assert "70° was sent: interrupted" in row(form, TILT).reason
     assert not form.is_writing
     assert not form.written
+
+
+def test_of_an_aborted_write_only_what_was_begun_counts_as_sent() -> None:
+    form = SettingsForm()
+    form.fill({TILT: 70, TIME: 1.2, LIGHT: 2.1})
+    form.begin_write(form.changes(device(), NOW))
+    heard = written(LIGHT, 2.1, fault=WriteFault.NO_LAST_READING, verified=False)
+    form.abort_write([heard], [BY_NAME["light_threshold"], BY_NAME["attitude_threshold"]])
+    assert "2.1 V was sent: not read again" in row(form, LIGHT).reason.replace("\u00a0", " ")
+    assert "70° was sent: interrupted" in row(form, TILT).reason
+    assert row(form, TIME).state is RowState.EDITED
+    assert form.count_unsent(device(), NOW) == 3
 
 
 def test_undo_skips_values_that_were_written() -> None:

@@ -13,12 +13,14 @@ from app.engine.snapshots import Snapshot
 from app.engine.worker import Job
 from app.procedures.power_cycle import Ending, PowerCycleResult, Retention, survives_power_cycle
 from app.procedures.read import Everything, read_everything
-from app.procedures.write_all import WriteContext, WriteReport, write_all
+from app.procedures.write import Written
+from app.procedures.write_all import WriteContext, WriteReport, unconfirmed, write_all
 from app.safety.acts import Act
 from app.safety.interlocks import Interlock, Refusal, interlock_inputs, refusals
 from app.settings.form import RowState, SettingsForm
 from app.text.i18n import tr
 from app.text.sentences import join_sentences
+from protocol.catalogue import Command
 from protocol.link_states import Presence
 from protocol.translatable import marked
 from ui.services.context import Services
@@ -96,14 +98,18 @@ class SettingsController(QObject):
         elif open_conditions := self._refusals(is_unlocked=is_unlocked):
             self.job.set_notice(partial(self._refused_notice, open_conditions))
         else:
+            heard: list[Written] = []
+            begun: list[Command] = []
             leave = WriteContext(
                 journal=self._services.storage.journal(connector.target),
                 armed=self._services.armed,
                 is_unlocked=is_unlocked,
                 store_snapshot=self._store_snapshot if self.initial is None else None,
+                on_written=heard.append,
+                on_begun=begun.append,
             )
             self.form.begin_write(changes)
-            self.job.run(write_all(changes, leave), self._end_writing)
+            self.job.run(write_all(changes, leave), partial(self._end_writing, heard, begun))
 
     def restore_initial(self) -> None:
         if self.initial is not None:
@@ -130,9 +136,9 @@ class SettingsController(QObject):
         if missing:
             self.job.set_notice(partial(self._unread_notice, missing))
 
-    def _end_writing(self, job: Job[WriteReport]) -> None:
+    def _end_writing(self, heard: list[Written], begun: list[Command], job: Job[WriteReport]) -> None:
         if job.run.error is not None:
-            self.form.abort_write()
+            self.form.abort_write(unconfirmed(heard), begun)
             interrupted = partial(_interrupted_notice, job.run.error)
             self.job.set_notice(interrupted)
             if isinstance(job.run.error, Cancelled) and self.job.can_run:
