@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 from app.engine.changed_values import ACKNOWLEDGED_KEYS, key_changed_by
 from app.engine.motion import MotionExtremes, MotionWatch
-from protocol.catalogue import MAX_RECORDS, SERIAL_OUTPUT, SETTINGS, Request
+from protocol.catalogue import ACTIVATION, MAX_RECORDS, SERIAL_OUTPUT, SETTINGS, Request
 from protocol.events import (
     Answered,
     Event,
@@ -342,8 +342,9 @@ class Device:
             self._invalidate_write(acknowledgement.request)
             return
         key = key_changed_by(acknowledgement.request)
-        if key in STATUS_KEYS and key != "active":
-            self._invalidate_write(acknowledgement.request)  # the old value is over; the next report has the new one
+        if key in STATUS_KEYS and acknowledgement.request != ACTIVATION.set(True):
+            # The old value is over; only a report has the new one. An acknowledged activation already may fire.
+            self._invalidate_write(acknowledgement.request)
             return
         if key is None or command.write is None:
             return

@@ -3,7 +3,7 @@
 from enum import Enum
 from typing import NamedTuple
 
-from app.engine.device import DeviceView, How, Known, StaleReason
+from app.engine.device import DeviceView, Known, StaleReason
 
 
 class Activation(Enum):
@@ -35,7 +35,7 @@ class LastKnown:
     def __init__(self) -> None:
         self._adapter_key = ""
         self._active: Known | None = None
-        """The last report, or an acknowledged activation. An acknowledged LOCK alone is no report."""
+        """The last report, or an acknowledged activation."""
         self._shut_down: tuple[float, float] | None = None
         """When, by the session's clock and by `time.time()`."""
 
@@ -45,7 +45,7 @@ class LastKnown:
             self.clear()
             self._adapter_key = whose
         known = device.values.get("active")
-        if known is not None and (known.value is True or known.how is not How.ACKNOWLEDGED):
+        if known is not None:
             self._active = known
         if self._shut_down is not None and any(one.at > self._shut_down[0] for one in device.values.values()):
             self._shut_down = None  # the module answers again
@@ -68,13 +68,8 @@ class LastKnown:
         known = device.known("active", now)
         if known is not None and not known.is_stale:
             return SeenActivation(Activation.ACTIVE if known.value is True else Activation.LOCKED, known.at)
-        is_report = known is not None and known.how is not How.ACKNOWLEDGED
-        if (
-            known is not None
-            and known.value is False
-            and is_report
-            and known.stale_reason is not StaleReason.WRITE_UNCONFIRMED
-        ):
+        is_doubtful = known is not None and known.stale_reason is StaleReason.WRITE_UNCONFIRMED
+        if known is not None and known.value is False and not is_doubtful:
             return SeenActivation(Activation.WAS_LOCKED, known.at)
         # Unknown, or a LOCK was acknowledged but not reported, or an activation was not answered.
         last = known if known is not None and known.value is True else self._active

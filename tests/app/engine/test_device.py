@@ -99,6 +99,8 @@ def test_a_port_without_a_rate_proves_none() -> None:
 def test_an_acknowledged_activation_is_known_and_other_acts_leave_the_status_in_doubt(device: Device) -> None:
     device.apply(acknowledged(ACTIVATION.set(True)))
     assert view(device).values["active"] == Known(True, How.ACKNOWLEDGED, NOW)
+    device.apply(acknowledged(ACTIVATION.set(False)))  # proves nothing: a module that does not lock says the same
+    assert view(device).values["active"] == Known(True, How.ACKNOWLEDGED, NOW, StaleReason.WRITE_UNCONFIRMED)
     device.apply(acknowledged(REQUESTS[Act.ZERO]))
     assert view(device).values["tilt_deg"].stale_reason is StaleReason.WRITE_UNCONFIRMED
     assert view(device).values["tilt_deg"].value == 7

@@ -53,7 +53,7 @@ def test_the_port_came_back_and_nothing_is_answered_yet() -> None:
 def test_only_a_report_ends_it() -> None:
     last = LastKnown()
     last.feed(view(True), "a")
-    acknowledged = view(False, how=How.ACKNOWLEDGED, stale_reason=StaleReason.LINK_LOST)
+    acknowledged = view(True, stale_reason=StaleReason.WRITE_UNCONFIRMED)  # LOCK
     last.feed(acknowledged, "a")
     assert last.activation(acknowledged, NOW + 5).state is Activation.WAS_ACTIVE
     reported = view(False)
