@@ -7,9 +7,10 @@ from app.settings.setting_texts import plain_text
 from app.settings.values import NotAValue, field_of, parse_value
 from app.text.messages import UserMessage
 from protocol.catalogue import Command
-from protocol.fields import Value
+from protocol.fields import Quantity, Value
 
 MAX_STEPS = 200
+_HALF_WIDTH = {0xFF01 + one: 0x21 + one for one in range(94)} | {ord("。"): "."}
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,9 +23,12 @@ class Draft:
 
 
 def draft_of(command: Command, text: str) -> Draft:
-    """The draft of a typed text. A comma counts as a decimal point."""
+    """The draft of a typed text. A comma counts as a decimal point; full-width characters and the unit are allowed."""
+    field, plain = field_of(command), text.translate(_HALF_WIDTH)
+    if isinstance(field, Quantity):
+        plain = plain.removesuffix(field.unit).rstrip()
     try:
-        return Draft(text, parse_value(field_of(command), text if "." in text else text.replace(",", ".")))
+        return Draft(text, parse_value(field, plain if "." in plain else plain.replace(",", ".")))
     except NotAValue as error:
         return Draft(text, None, error.why)
 

@@ -98,6 +98,20 @@ def test_invalid_values_are_refused_while_typing(key: str, text: str, why: str) 
     assert form.count_unsent(device(), NOW) == 1  # leaving would lose it all the same
 
 
+@pytest.mark.parametrize("text", ["１．２", "１。２", "１，２", "1.2 s", "1.2s", "１．２ｓ", "1.20"])
+def test_a_number_counts_as_an_input_method_or_a_clipboard_writes_it(text: str) -> None:
+    form = SettingsForm()
+    form.type_text(TIME, text)
+    assert (row(form, TIME).state, row(form, TIME).edited) == (RowState.EDITED, 1.2)
+
+
+@pytest.mark.parametrize("text", ["1.2 ms", "1.2 V", "1²", "½", "s", "1.2 s s", "0xFF"])
+def test_what_is_no_number_or_has_another_unit_is_invalid(text: str) -> None:
+    form = SettingsForm()
+    form.type_text(TIME, text)
+    assert row(form, TIME).state is RowState.INVALID
+
+
 def test_a_comma_is_a_decimal_point() -> None:
     form = SettingsForm()
     form.type_text(TIME, "1,2")
