@@ -197,8 +197,9 @@ class SettingsForm:
         )
 
     def count_unsent(self, device: DeviceView, now: float) -> int:
-        """Edits that leaving would lose, invalid ones included."""
-        return sum(row.is_pending or row.state is RowState.INVALID for row in self.rows(device, now))
+        """Edits that leaving would lose, invalid ones and those being written included."""
+        kept = (RowState.INVALID, RowState.WRITING)
+        return sum(row.is_pending or row.state in kept for row in self.rows(device, now))
 
     def _observe(self, device: DeviceView, now: float) -> None:
         if not self._writing:

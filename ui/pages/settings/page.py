@@ -116,7 +116,7 @@ class SettingsPage(Page):
             self.rows[key].show_row(row, now, is_editable=work.can_edit, is_chosen=key == self._chosen)
         self._show_pane()
         count = len(form.changes(device, now))
-        has_invalid = form.count_unsent(device, now) > count
+        has_invalid = any(row.state is RowState.INVALID for row in rows)
         writing = sum(row.state is RowState.WRITING for row in rows)
         self.write.setText(tr("Invalid value") if has_invalid else _write_text(count or writing))
         self.write.setAccessibleName(self.write.text())

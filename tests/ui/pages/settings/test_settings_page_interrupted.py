@@ -114,3 +114,24 @@ def test_writing_can_be_cancelled_at_once(qtbot: QtBot, qapp: QApplication, tmp_
             assert row.module_value is not None
             assert row.module_value.value == one.held(name)
         assert len(one.changes()) <= 1
+
+
+def test_leaving_while_it_writes_is_confirmed_until_it_is_written(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    with desk(qtbot, qapp, tmp_path) as one:
+        window, bar = one.assembly.window, one.assembly.window.notice_bar
+        one.bench.change(delay_ms=100.0)
+        type_into(one, "freefall_time", "1.2")
+        write(one)
+        one.until(lambda: one.settings.work.form.is_writing)
+        window.close()
+        assert window.isVisible()
+        assert "Settings not written: 1" in notice_text(bar)
+        assert one.settings.write.text() != "Invalid value"
+        one.bench.end_faults()
+        one.until(lambda: state(one, TIME) is RowState.VERIFIED)
+        one.until(lambda: bar.notice is None)
+        assert window.isVisible()
+        window.close()
+        assert not window.isVisible()
