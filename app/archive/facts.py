@@ -26,6 +26,8 @@ DOMAIN: Final = "dps-s fact 1"
 """Prefix of what is hashed and signed; distinguishes versions of the format."""
 MAX_PAYLOAD_LENGTH: Final = 8_000_000
 MAX_TIME_LENGTH: Final = 40
+DETAIL: Final = 7
+"""Place of the detail, JSON as text, in an entry of the audit log."""
 SIGNATURE_BYTES: Final = 64
 _ID: Final = re.compile("[0-9a-f]{64}")
 _KIND: Final = re.compile("[a-z][a-z_]{0,39}")
@@ -67,6 +69,13 @@ class Fact:
     def content(self) -> Mapping[str, object]:
         value = json.loads(self.payload)
         return value if isinstance(value, dict) else {}
+
+    @property
+    def module(self) -> str | None:
+        """Name of the module that it is about. Of an act on a module it is in the detail, which the chain covers."""
+        content = self.content
+        name = (_detail_of(content) if self.kind == FactKind.AUDIT.value else content).get("module")
+        return name if isinstance(name, str) else None
 
     @property
     def row(self) -> tuple[str, ...]:
@@ -146,6 +155,16 @@ def utc_time(text: str) -> str:
     """A time in UTC with milliseconds, so that times sort as text. Raises `ValueError`."""
     at = datetime.fromisoformat(text)
     return at.replace(tzinfo=at.tzinfo or UTC).astimezone(UTC).isoformat(timespec="milliseconds")
+
+
+def _detail_of(link: Mapping[str, object]) -> Mapping[str, object]:
+    entry = link.get("entry")
+    text = entry[DETAIL] if isinstance(entry, list) and len(entry) > DETAIL else None
+    try:
+        value = json.loads(text) if isinstance(text, str) else None
+    except (ValueError, RecursionError):
+        return {}
+    return value if isinstance(value, dict) else {}
 
 
 def _signed(id_: str) -> bytes:

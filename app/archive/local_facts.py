@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from app.archive.fact_set import BUCKET, ArchiveTrouble, Digests, digests_of_rows
-from app.archive.facts import FACT_COLUMNS, Fact, FactKind, FactRow, row_digest
+from app.archive.facts import DETAIL, FACT_COLUMNS, Fact, FactKind, FactRow, row_digest
 from app.store.database import Clock, Database, StoreTrouble, open_database, utc_now
 from app.text.messages import UserMessage
 
@@ -22,6 +22,7 @@ _COLUMNS: Final = ", ".join(FACT_COLUMNS)
 _MAX_VALUES: Final = 500
 """Maximum number of values in one SQL statement."""
 
+_DETAIL: Final = f"json_extract(payload, '$.entry[{DETAIL}]')"
 FACT_TABLES: Final[tuple[tuple[str, ...], ...]] = (
     (
         """
@@ -51,7 +52,15 @@ FACT_TABLES: Final[tuple[tuple[str, ...], ...]] = (
         ) STRICT
         """,
     ),
+    (
+        f"""
+        UPDATE facts SET module = CASE WHEN json_valid(payload) THEN
+            CASE WHEN json_valid({_DETAIL}) THEN json_extract({_DETAIL}, '$.module') END
+        END WHERE kind = '{FactKind.AUDIT.value}'
+        """,  # noqa: S608  fixed words
+    ),
 )
+"""The second step: acts on a module are found by its name."""
 
 
 class LastExchange(NamedTuple):
@@ -192,8 +201,8 @@ def _lookup_key(fact: Fact) -> tuple[str | None, str | None]:
     """The name of the module and the hash of the chain's link."""
     content = fact.content
     record = content.get("record")
-    module, link = content.get("module"), record.get("hash") if isinstance(record, dict) else content.get("hash")
-    return module if isinstance(module, str) else None, link if isinstance(link, str) else None
+    link = record.get("hash") if isinstance(record, dict) else content.get("hash")
+    return fact.module, link if isinstance(link, str) else None
 
 
 @contextmanager

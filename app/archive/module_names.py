@@ -117,8 +117,8 @@ def pair_of(one: NamedModule, other: NamedModule) -> Pair:
 
 def module_of_fact(fact: Fact) -> NamedModule | None:
     """The module that a fact is about; None if it has no name."""
-    name = fact.content.get("module")
-    return NamedModule(fact.station, name) if isinstance(name, str) and name and len(name) <= MAX_NAME_LENGTH else None
+    name = fact.module
+    return NamedModule(fact.station, name) if name and len(name) <= MAX_NAME_LENGTH else None
 
 
 def settlements_in(facts: LocalFacts) -> dict[Pair, Settlement]:

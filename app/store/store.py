@@ -152,7 +152,9 @@ class Store:
 
     # Snapshots
 
-    def store_snapshot(self, snapshot: Snapshot, *, port: str, module_id: int | None = None) -> int:
+    def store_snapshot(self, snapshot: Snapshot, *, port: str, module: str = "") -> int:
+        """`module`: its name, where it has one; a new one is registered."""
+        module_id = self.register_module(module).id if module else None
         return self.database.write(
             "INSERT INTO settings_snapshots (module_id, port, taken_at, reason, boot_count, settings) "
             "VALUES (?, ?, ?, ?, ?, ?)",

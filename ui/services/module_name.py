@@ -215,6 +215,7 @@ class ModuleName(QObject):
             self._connector, self._storage = connector, storage
             self._modules[connector.current] = self._shown
             self._shown.bind(connector.current, storage)
+            storage.name_at = self._name_at
             connector.added.connect(self.of)
             connector.removed.connect(self._on_removed)
             connector.chosen.connect(self._show)
@@ -261,6 +262,9 @@ class ModuleName(QObject):
 
     def store_evidence(self) -> None:
         self._shown.store_evidence()
+
+    def _name_at(self, target: Target) -> str:
+        return next((module.name for port, module in self._modules.items() if port.target == target), "")
 
     def _show(self) -> None:
         if self._connector is not None:

@@ -45,6 +45,8 @@ class Storage:
     def __init__(self, folder: Path | None = None) -> None:
         self.is_recording: Callable[[], bool] = bool
         """Whether a capture is played in place of a module."""
+        self.name_at: Callable[[Target], str] = lambda _target: ""
+        """Name of the module that is known to be there, else ""."""
         self._folder = folder
         self.sessions = SessionRecording(None if folder is None else folder / RECORDINGS)
         self.recordings = RecordingJobs(self.sessions)
@@ -85,18 +87,22 @@ class Storage:
         store = self.store
         return store.notice if isinstance(store, Store) else store.sentence
 
-    def journal(self, target: Target | None, module: str = "") -> Journal:
-        """For one connection. `module`: its name, where it has one."""
+    def journal(self, target: Target | None) -> Journal:
+        """For one connection, with the name that its module has now."""
         if target is None or target.is_playback:
             return NoJournal("")
-        return journal_for(self.store, port=target.device, origin=ORIGIN, adapter=target.identity, module=module)
+        name = self.name_at(target)
+        return journal_for(self.store, port=target.device, origin=ORIGIN, adapter=target.identity, module=name)
 
-    def store_snapshot(self, snapshot: Snapshot, port: str) -> Future[int] | None:
-        """Any thread may call; the future is done when the snapshot is on disk. None if there is no store."""
+    def store_snapshot(self, snapshot: Snapshot, port: str, module: str = "") -> Future[int] | None:
+        """Any thread may call; the future is done when the snapshot is on disk. None if there is no store.
+
+        `module`: its name, where it has one.
+        """
         store = self._store
         if self._is_closed or not isinstance(store, Store) or is_playback(port):
             return None
-        return store.queue.submit(lambda: store.store_snapshot(snapshot, port=port))
+        return store.queue.submit(lambda: store.store_snapshot(snapshot, port=port, module=module))
 
     def stream_memory(self, target: Target) -> StreamMemory:
         """For one connection."""

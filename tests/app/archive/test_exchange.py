@@ -90,6 +90,24 @@ def test_a_store_that_was_restored_from_a_copy_loses_no_later_fact(tmp_path: Pat
         assert found == [{"attitude_threshold_deg": 50}, {"attitude_threshold_deg": 70}]
 
 
+def test_acts_are_found_by_the_name_of_the_module_also_those_of_an_older_file(tmp_path: Path) -> None:
+    with archive_station(tmp_path) as one:
+        one.act("M-07", is_settled=False)
+        one.act("M-08", is_settled=False)
+        one.act(is_settled=False)
+        for entry in (["x"] * 7 + ["[" * 100_000], ["x"] * 7 + ["[1]"], ["x"] * 7 + [7], ["x"], "x", None):
+            one.facts.add([make_fact(FactKind.AUDIT, AT, {"entry": entry}, one.station)])
+        one.collect()
+        (act,) = one.facts.of_kind(FactKind.AUDIT, "M-07")
+        one.facts.database.write("UPDATE facts SET module = NULL")
+        one.facts.database.write("PRAGMA user_version = 1")
+    with archive_station(tmp_path) as one:
+        assert one.facts.notice is None
+        assert one.facts.of_kind(FactKind.AUDIT, "M-07") == [act]
+        assert len(one.facts.of_kind(FactKind.AUDIT)) == 9
+        assert one.facts.database.read("SELECT count(*) FROM facts WHERE module IS NOT NULL") == [(2,)]
+
+
 def test_what_was_altered_in_the_audit_log_is_not_shared(stations: list[ArchiveStation]) -> None:
     one = stations[0]
     one.act()

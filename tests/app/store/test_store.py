@@ -61,7 +61,7 @@ def test_modules_and_snapshots(folder: Path) -> None:
         store.register_module("M-07")  # who does not know the adapter takes away nothing
         assert [(one.name, one.adapter) for one in store.modules()] == [("M-07", "usb 2")]
         found = Snapshot(settings={"freefall_time_s": 1.6, "attitude_trigger": True}, boot_count=37)
-        store.store_snapshot(found, port="sim://", module_id=module.id)
+        store.store_snapshot(found, port="sim://", module=module.name)
         assert kept_settings(store) == [found.settings]
         assert store.database.read("SELECT module_id, boot_count FROM settings_snapshots") == [(module.id, 37)]
 

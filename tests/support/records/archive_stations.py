@@ -19,6 +19,7 @@ from app.safety.acts import Act
 from app.safety.journal import Outcome
 from app.stations.station import Station, own_station
 from app.store.store import Store, open_store
+from app.store.store_journal import StoreJournal
 from app.text.messages import UserMessage
 from app.trigger_records.history import Judgement
 from tests.support.records.preflight_rig import check
@@ -68,7 +69,8 @@ class ArchiveStation:
 
     def snapshot(self, module: str, threshold: int = 60) -> None:
         found = Snapshot(settings={"attitude_threshold_deg": threshold}, boot_count=7)
-        self.store.store_snapshot(found, port="p", module_id=self.meet(module))
+        self.meet(module)
+        self.store.store_snapshot(found, port="p", module=module)
 
     def test(self, module: str, verdict: GuidedVerdict = GuidedVerdict.PASSED) -> None:
         text = UserMessage("x")
@@ -77,10 +79,12 @@ class ArchiveStation:
             result, module_id=self.meet(module), adapter="usb 1", who="Li", is_simulated=False, program=version()
         )
 
-    def act(self, *, is_settled: bool = True) -> None:
-        entry = self.store.begin(Act.LOCK, FRAME, {"tilt_deg": 1}, port="p", origin="window")
+    def act(self, module: str = "", *, is_settled: bool = True) -> None:
+        journal = StoreJournal(self.store, port="p", origin="window", module=module)
+        entry = journal.begin(Act.LOCK, FRAME, {"tilt_deg": 1})
         if is_settled:
-            self.store.settle(entry, Outcome.CONFIRMED, {"active": False})
+            journal.settle(entry, Outcome.CONFIRMED, {"active": False})
+        self.store.queue.submit(int).result()
 
     def check(self, module: str, verdict: str = "GO", cell_v: float = 4.0) -> Record:
         """Store the record of a check, with the content of a real one."""

@@ -80,7 +80,7 @@ class GroupChecks(QObject):
         check = self._running[connection] = _Check(Evidence(port=connection.connection.port))
         self._members.is_checking.add(connection)
         name = self._members.name_of(connection)
-        journal = self._services.storage.journal(connection.target, name)
+        journal = self._services.storage.journal(connection.target)
         if connection not in self._heard:
             self._heard.add(connection)
             connection.batch.connect(partial(self._listen, connection))
@@ -185,10 +185,11 @@ class GroupProfile(QObject):
             return
         heard: list[Written] = []
         storage, port = self._services.storage, connection.connection.port
+        name = self._members.name_of(connection)
         leave = WriteContext(
-            journal=storage.journal(connection.target, self._members.name_of(connection)),
+            journal=storage.journal(connection.target),
             armed=self._services.armed,
-            store_snapshot=lambda snapshot: storage.store_snapshot(snapshot, port),
+            store_snapshot=lambda snapshot: storage.store_snapshot(snapshot, port, name),
             on_written=heard.append,
         )
         self.applied[connection] = AppliedProfile(Applied.WRITING)

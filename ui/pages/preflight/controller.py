@@ -194,7 +194,7 @@ class PreflightController(QObject):
         self._evidence = Evidence(port=self._connector.connection.port)
         self._log = FrameLog()
         self._is_port_broken = False
-        journal = self._services.storage.journal(self._connector.target, self._naming.name)
+        journal = self._services.storage.journal(self._connector.target)
         procedure = run_preflight(self._evidence, is_enabling=self._statement.is_enabling, journal=journal)
         self._job.run(procedure, self._end)
 

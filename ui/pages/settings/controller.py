@@ -100,11 +100,12 @@ class SettingsController(QObject):
         else:
             heard: list[Written] = []
             begun: list[Command] = []
+            keep = partial(self._store_snapshot, self._services.naming.name)
             leave = WriteContext(
                 journal=self._services.storage.journal(connector.target),
                 armed=self._services.armed,
                 is_unlocked=is_unlocked,
-                store_snapshot=self._store_snapshot if self.initial is None else None,
+                store_snapshot=keep if self.initial is None else None,
                 on_written=heard.append,
                 on_begun=begun.append,
             )
@@ -159,10 +160,10 @@ class SettingsController(QObject):
         self.form.set_retentions(result.stamps)
         self.job.set_notice(partial(_power_cycle_notice, result))
 
-    def _store_snapshot(self, snapshot: Snapshot) -> Future[int] | None:
+    def _store_snapshot(self, module: str, snapshot: Snapshot) -> Future[int] | None:
         """Called in the worker's thread."""
         self.initial = snapshot
-        return self._services.storage.store_snapshot(snapshot, self._connector.connection.port)
+        return self._services.storage.store_snapshot(snapshot, self._connector.connection.port, module)
 
     def _watch_module(self) -> None:
         whose = self._connector.adapter_key if self._connector.is_requested else None
