@@ -257,10 +257,8 @@ class Device:
         self._settle()
         while self._streamed_at and now - self._streamed_at[0] > STREAM_WINDOW_S:
             self._streamed_at.popleft()
-        hz = 0.0
-        if len(self._streamed_at) > 1:
-            span_s = self._streamed_at[-1] - self._streamed_at[0]
-            hz = (len(self._streamed_at) - 1) / span_s if span_s > 0 else 0.0
+        span_s = self._streamed_at[-1] - self._streamed_at[0] if self._streamed_at else 0.0
+        hz = (len(self._streamed_at) - 1) / span_s if span_s > 0 else 0.0
         return DeviceView(
             MappingProxyType(dict(self._values)),
             self._presence,

@@ -252,7 +252,6 @@ class Session:
         The request in flight is unanswered and not repeated. Procedures end with `Slept`, except urgent ones (LOCK) and
         the background, which reads everything again as soon as the module answers.
         """
-        self._overtaken_at = now
         asking, self._asking = self._asking, None
         ask = asking.pending_ask if asking is not None else None
         gone = self._link.abandon(now)

@@ -10,7 +10,6 @@ at the last rate at which the module answered. An acknowledgement proves nothing
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from app.engine.playback import require_module
 from app.engine.procedure import (
     MAX_LOCKS,
     Ask,
@@ -162,7 +161,6 @@ def _begin(journal: Journal) -> Entry:
 def _lock_until_reported(
     journal: Journal, repeat: LockRepeat, proof: _Reports, entries: list[Entry]
 ) -> Procedure[None]:
-    yield from require_module()
     sight: EngineView = yield Inspect()
     if sight.proven_rate not in (None, sight.baud_rate):
         yield UseRate(sight.proven_rate)

@@ -69,13 +69,14 @@ def read_settings() -> Procedure[SettingsReading]:
         else:
             values |= _value(command, back)
     has_restarted = yield from restarted_since(begin)
-    is_same_boot = len(boots) == 2 and None not in boots and boots[0] == boots[1]
+    counts = {*boots}
+    is_restarted = has_restarted or len(counts - {None}) > 1
     end: EngineView = yield Inspect()
     return SettingsReading(
         values=values,
         faults=faults,
-        boot_count=boots[0] if is_same_boot and not has_restarted else None,
-        is_restarted=has_restarted or (len(boots) == 2 and None not in boots and not is_same_boot),
+        boot_count=counts.pop() if len(boots) == 2 and len(counts) == 1 and not is_restarted else None,
+        is_restarted=is_restarted,
         is_silent=is_silent,
         began_at=begin.now,
         ended_at=end.now,

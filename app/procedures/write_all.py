@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 from app.engine.identity import as_logged, evidence_of
 from app.engine.playback import require_module
 from app.engine.procedure import Await, EngineView, Inspect, Pause, Procedure, Report
-from app.engine.setting_changes import BOOT_COUNT, READABLE_SETTINGS, ChangedSetting, changed_settings
+from app.engine.setting_changes import READABLE_SETTINGS, ChangedSetting, changed_settings
 from app.engine.snapshots import Snapshot, snapshot_of
 from app.procedures.act import LOG_FAILED, Armed
 from app.procedures.ask_status import ask_status
@@ -180,16 +180,15 @@ def _is_written(entry: Entry) -> bool:
 
 
 def _last_reading(course: _WriteProgress, before: SettingsReading) -> Procedure[WriteReport]:
-    """Read everything once more after a pause: only values that are still there are verified."""
+    """Read everything once more after a pause: only values that are still there, without a restart, are verified."""
     yield Pause(SETTLE_S)
     for _ in range(LAST_READINGS):
         last = yield from read_settings()
-        is_spoiled = last.is_restarted or not last.faults.keys() <= before.faults.keys()
+        is_spoiled = last.boot_count is None or not last.faults.keys() <= before.faults.keys()
         if last.is_silent or not is_spoiled:
             break
     sight: EngineView = yield Inspect()
-    has_no_boot_count = last.boot_count is None and BOOT_COUNT.key not in before.faults
-    if last.is_silent or has_no_boot_count:
+    if last.boot_count is None:
         results = unconfirmed(course.results)
     else:
         results = [_read_again(written, last.values) for written in course.results]

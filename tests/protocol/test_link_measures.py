@@ -3,8 +3,9 @@
 import pytest
 
 from protocol.catalogue import STATUS, TRIGGER_RECORDS
-from protocol.events import Answered, Received, Role
+from protocol.events import Answered, Received, Role, Sent
 from protocol.frame import encode_reply
+from protocol.messages import Status
 from tests.support.line.link_bench import PULSE, RECORD, STREAMED, Bench, named
 
 SOUND = named("attitude_threshold")
@@ -44,11 +45,45 @@ def test_a_late_status_was_sent_after_what_was_answered_before(bench: Bench) -> 
     assert (late.role, late.sent_after) == (Role.LATE, asked_at)
 
 
+def test_a_status_that_follows_a_copy_of_the_one_before_is_an_answer_and_no_stream(bench: Bench) -> None:
+    """The copy was taken for the answer to the second question."""
+    for _ in range(2):
+        bench.ask(STATUS.query())
+        bench.hear(STREAMED, after_s=0.02)
+    bench.hear(Status(8, 1.0, False, True).encode(), after_s=0.02)
+    roles = [one.role for one in bench.taken(Received) if isinstance(one, Received)]
+    assert roles[-3:] == [Role.ANSWER, Role.ANSWER, Role.LATE]
+
+
 def test_what_follows_a_record_was_sent_after_its_question(bench: Bench) -> None:
     bench.ask(TRIGGER_RECORDS.query())
     asked_at = bench.now
     bench.hear(RECORD)
     assert bench.link.lag.sent_after == asked_at
+
+
+def test_a_question_is_not_repeated_directly_before_a_streamed_report(bench: Bench) -> None:
+    """A module on a half-duplex line would not hear it."""
+    for _ in range(4):
+        bench.hear(STREAMED, after_s=0.02)
+    bench.ask(SOUND.query(), waits_s=(1.0, 1.0))
+    asked_at = bench.now
+    for _ in range(51):
+        bench.hear(STREAMED, after_s=1.032 / 51)  # the last one comes 2 ms after it could be repeated
+    _, repeated = bench.taken(Sent)
+    assert isinstance(repeated, Sent)
+    assert repeated.at - asked_at == pytest.approx(1.032)
+
+
+def test_each_status_is_counted_from_its_own_question(bench: Bench) -> None:
+    for _ in range(2):
+        bench.ask(STATUS.query())
+        asked_at = bench.now
+        bench.hear(STREAMED, after_s=0.01)
+        bench.wait(0.5)
+    *_, status = bench.taken(Received)
+    assert isinstance(status, Received)
+    assert status.sent_after == asked_at
 
 
 def test_a_question_is_asked_at_once_between_streamed_reports(bench: Bench) -> None:

@@ -155,6 +155,12 @@ def test_rejected_bytes_carry_their_reason(hex_text: str, reason: Reason, detail
     assert (noise.raw, noise.reason, noise.detail, noise.offset) == (raw, reason, detail, 0)
 
 
+def test_an_unknown_code_is_rejected_as_soon_as_it_is_there() -> None:
+    (noise,) = StreamParser().feed(bytes.fromhex("41 75 99"))
+    assert isinstance(noise, Noise)
+    assert noise.reason is Reason.UNKNOWN_CODE
+
+
 def test_what_comes_after_a_pause_is_not_blamed_on_the_frame_before_it() -> None:
     parser = StreamParser()
     assert parser.feed(LIKE_A_VOLTAGE[:8]) == []

@@ -30,6 +30,7 @@ from app.store.store import data_folder
 from protocol.catalogue import BY_NAME, SETTINGS, Hazard
 from protocol.events import Unanswered
 from tests.support.cli_line import Printed
+from tests.support.journals import FakeJournal
 from tests.support.line.sim_line import INSTANT_S, Rig
 from tests.support.records.captures import written
 
@@ -71,6 +72,13 @@ def test_whatever_changes_or_judges_refuses_a_playback(name: str) -> None:
     with pytest.raises(OnlyPlayedBack):
         rig.run(CHANGES[name](rig))
     assert rig.acts == []
+
+
+def test_a_lock_of_a_playback_is_not_even_an_intent() -> None:
+    rig, journal = PlayedRig(), FakeJournal()
+    with pytest.raises(OnlyPlayedBack):
+        rig.run(lock(journal))
+    assert journal.intents == []
 
 
 @pytest.mark.parametrize("act", ACTS)

@@ -6,7 +6,8 @@ import pytest
 
 from app.engine import worker as worker_module
 from app.engine.transport import PortTrouble
-from app.engine.worker import PUBLISH_EVERY_S, Batch, PortState, Worker
+from app.engine.worker import PUBLISH_EVERY_S, Batch, Job, PortState, Worker
+from app.procedures.settings_reading import read_settings
 from app.procedures.stream import StreamSwitch, watch
 from protocol.catalogue import SERIAL_OUTPUT
 from protocol.events import Answered
@@ -114,6 +115,16 @@ def test_a_reading_that_differs_is_handed_over_at_once_and_one_that_does_not_wit
     (batch,) = worker.batches
     assert batch.device.values["cell_voltage_v"].value == pytest.approx(3.5, abs=0.05)
     assert batch.device.values["cell_voltage_v"].at == batch.at
+
+
+def test_the_end_of_a_job_is_handed_over_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    worker = _TurnedWorker(monkeypatch)
+    worker.publish_every_s = 100.0
+    job = worker.submit(Job(read_settings()))
+    worker.turn_for(5.0)
+    (batch,) = [batch for batch in worker.batches if batch.finished]
+    assert list(batch.finished) == [job]
+    assert worker.clock.now_s - batch.at > 3.0
 
 
 @pytest.mark.parametrize(

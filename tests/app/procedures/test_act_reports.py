@@ -18,13 +18,32 @@ from app.procedures.act import (
 from app.safety.acts import REQUESTS, Act
 from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
-from protocol.catalogue import STATUS
+from protocol.catalogue import HEARTBEAT, STATUS
 from tests.support.journals import FakeJournal
 from tests.support.line.sim_line import Rig
 
 
 def do(rig: Rig, act: Act) -> None:
     rig.run(perform(act, FakeJournal(), permit=Permit(act, Origin.CONFIRMATION, rig.clock())))
+
+
+def test_a_module_counts_as_on_after_two_answers_half_a_second_apart() -> None:
+    """A doubled reply to an earlier heartbeat answers once."""
+    rig = Rig({"shuts_down": False})
+    sent: list[tuple[float, bytes]] = []
+    line_write = rig.line.write
+
+    def noted(data: bytes) -> None:
+        sent.append((rig.clock(), data))
+        line_write(data)
+
+    rig.line.write = noted  # type: ignore[method-assign]
+    do(rig, Act.SHUTDOWN)
+    frames = [data for _, data in sent]
+    beats_s = [
+        at for at, data in sent[frames.index(REQUESTS[Act.SHUTDOWN].encode()) :] if data == HEARTBEAT.query().encode()
+    ]
+    assert beats_s[1] - beats_s[0] > 0.5
 
 
 @pytest.mark.parametrize(("options", "fences"), [({}, 0), ({"mute_codes": frozenset((0x10,))}, 1)])

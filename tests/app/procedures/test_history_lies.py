@@ -205,7 +205,7 @@ def test_a_record_is_certain_in_two_readings_and_an_equal_second_one_only_where_
     confirmed = history_of([Pass((A, B, A))] * 2, is_confirmed=True)
     assert confirmed == History((A, B, A), is_confirmed=True, is_answered=True)
     assert confirmed.all == (A, B, A)
-    assert history_of([Pass((A,)), Pass((A, B, C))]).all == (A, B, C), "the fullest reading is first"
+    assert history_of([Pass((C,)), Pass((A, B))]).all == (A, B, C), "the fullest reading is first"
     assert history_of([Pass(())], is_line_dead=True) == History(is_line_dead=True)
     assert history_of([]) == History()
 

@@ -200,6 +200,23 @@ def test_it_leaves_at_the_proven_rate_while_the_rate_is_searched() -> None:
     assert finding.result.baud_rate == 115200
 
 
+def test_a_search_goes_on_at_its_own_rate_also_after_a_second_press() -> None:
+    """Else it would take the answer at the rate of LOCK for one at its own."""
+    rig = settled_rig(active=True)
+    rig.run(find_rate(115200))
+    finding: Run[Found] = Run(find_rate(4800))
+    rig.session.run(finding)
+    rig.step_until(lambda: rig.line.baud_rate == 4800)
+    rig.bench.change(mute=True)
+    for _ in range(2):
+        rig.session.run(Run(lock()), is_urgent=True)
+        rig.step_until(lambda: rig.line.baud_rate == 115200)
+    rig.bench.end_faults()
+    rig.step_until(lambda: finding.is_done)
+    assert finding.result is not None
+    assert finding.result.baud_rate == 115200
+
+
 @pytest.mark.parametrize("rate", [4800, 9600, 57600])
 @pytest.mark.parametrize("after_s", [0.0, 0.4, 1.3])
 def test_it_is_sent_again_where_the_search_finds_the_module(rate: int, after_s: float) -> None:

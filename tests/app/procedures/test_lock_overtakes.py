@@ -211,6 +211,7 @@ def test_what_is_dangerous_and_waits_behind_a_fence_is_withheld() -> None:
     rig.step_for(3.0)
     assert rig.line.requests.count(REQUESTS[Act.ACTIVATE]) == 1
     assert isinstance(again.result, Unanswered)
+    assert again.result.attempts == 0
     assert not rig.bench.module.state.is_active
 
 

@@ -1,6 +1,7 @@
 """Several settings in one go: allowed or refused each time, kept before, logged, claimed no further than it goes."""
 
 from concurrent.futures import Future
+from functools import partial
 
 import pytest
 
@@ -235,6 +236,15 @@ def test_a_module_that_falls_silent_before_the_last_reading_has_nothing_verified
     leave = WriteContext(journal=FakeJournal(), on_written=lambda _written: rig.bench.change(mute=True))
     (written,) = write(rig, leave, light_threshold=2.0).results
     assert (written.fault, written.verified) == (fault, False)
+
+
+def test_without_a_boot_count_at_the_end_nothing_is_verified() -> None:
+    """A restart in between could not be excluded."""
+    rig = Rig()
+    mute = partial(rig.bench.change, mute_codes=frozenset({BY_NAME["boot_count"].code}))
+    leave = WriteContext(journal=FakeJournal(), on_written=lambda _written: mute())
+    (written,) = write(rig, leave, light_threshold=2.0).results
+    assert (written.fault, written.verified) == (WriteFault.NO_LAST_READING, False)
 
 
 def test_what_ends_a_writing_early_is_raised_and_the_intent_is_settled() -> None:
