@@ -60,12 +60,16 @@ class TestMap:
         return [batch for batch in batches if batch]
 
     def _fastest(self, tests: set[str], budget_s: float) -> list[str]:
-        """The fastest of each file, then the second fastest of each, and so on within the budget; run file by file, as
-        each file takes time to import."""
-        of_file = defaultdict[str, list[str]](list)
+        """The fastest case of each test, the fastest tests of each file first, then a second case of each, and so on
+        within the budget; run file by file, as each file takes time to import."""
+        cases, in_file = defaultdict[str, list[str]](list), defaultdict[str, list[str]](list)
         for test in sorted(tests, key=lambda test: (self.seconds[test], test)):
-            of_file[test.split("::")[0]].append(test)
-        rank = {test: number for some in of_file.values() for number, test in enumerate(some)}
+            name = test.partition("[")[0]
+            if name not in cases:
+                in_file[test.partition("::")[0]].append(name)
+            cases[name].append(test)
+        places = {name: place for names in in_file.values() for place, name in enumerate(names)}
+        rank = {test: (number, places[name]) for name, some in cases.items() for number, test in enumerate(some)}
         left_s, files = budget_s, defaultdict[str, list[str]](list)
         for test in sorted(tests, key=lambda test: (rank[test], self.seconds[test], test)):
             left_s -= self.seconds[test]

@@ -90,6 +90,16 @@ def test_only_tests_that_execute_the_line_run_those_of_the_room_and_the_fastest_
         assert at_import[0][0] == "tests/protocol/test_d.py::test_1"  # may read a constant of the file
 
 
+def test_every_test_has_its_turn_before_a_second_case_of_another() -> None:
+    tests, mutant = TestMap(), chosen(1, 1, FOLDERS)[0]._replace(path="protocol/x.py", lines=range(1, 2))
+    for case in range(200):
+        tests.add(f"tests/protocol/test_a.py::test_1[{case}]", 0.2, {"protocol/x.py": [1]})
+    tests.add("tests/protocol/test_a.py::test_2", 9.0, {"protocol/x.py": [1]})
+    (batch,) = tests.batches(mutant)
+    assert "tests/protocol/test_a.py::test_2" in batch
+    assert len(batch) == 1 + (20 - 9) * 5
+
+
 @pytest.mark.parametrize(("survivors", "score"), [([], "100.0"), ([1], "50.0")])
 def test_an_interrupted_run_prints_the_score_of_what_was_judged(
     survivors: list[int], score: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
