@@ -245,6 +245,7 @@ def test_without_a_boot_count_at_the_end_nothing_is_verified() -> None:
     leave = WriteContext(journal=FakeJournal(), on_written=lambda _written: mute())
     (written,) = write(rig, leave, light_threshold=2.0).results
     assert (written.fault, written.verified) == (WriteFault.NO_LAST_READING, False)
+    assert rig.line.requests.count(BY_NAME["attitude_threshold"].query()) == 2 * 3  # before, and twice at the end
 
 
 def test_what_ends_a_writing_early_is_raised_and_the_intent_is_settled() -> None:
