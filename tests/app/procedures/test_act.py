@@ -339,7 +339,9 @@ def test_the_module_is_asked_again_after_a_long_wait_for_the_disk() -> None:
 def test_an_intent_that_is_never_durable_is_given_up() -> None:
     rig, journal = Rig({"active": True}), FakeJournal()
     journal.is_held = True
+    begun = rig.clock()
     done = do(rig, Act.DEPLOY, journal)
+    assert rig.clock() - begun == pytest.approx(5.0, abs=0.3)
     assert [one.condition for one in done.refusals] == [Interlock.INTENT_DURABLE]
     assert "too slow" in done.sentence
     assert acts_sent(rig) == []

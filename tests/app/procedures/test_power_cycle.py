@@ -173,3 +173,13 @@ def test_the_boot_count_is_asked_for_once_a_second_and_waited_for_a_second(optio
     rig = Rig(options)
     assert rig.run(survives_power_cycle({}, longest_wait_s=10.0)).ending is Ending.NOT_SEEN
     assert rig.line.requests.count(BY_NAME["boot_count"].query()) == pytest.approx(asked, abs=2)
+
+
+def test_nobody_has_to_switch_it_off_sooner_than_in_two_minutes() -> None:
+    rig = Rig()
+    began, run = rig.clock(), Run(survives_power_cycle({}))
+    rig.session.run(run)
+    rig.step_until(lambda: run.is_done, limit_s=200)
+    assert run.result is not None
+    assert run.result.ending is Ending.NOT_SEEN
+    assert rig.clock() - began == pytest.approx(120, abs=0.9)
