@@ -4,10 +4,10 @@ import mmap
 import os
 import struct
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from typing import IO, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -19,8 +19,8 @@ COMMIT: Final = struct.Struct("<d5Q4L")
 _COUNTS: Final = ("status_rows", "cell_rows", "light_rows", "line_bytes", "journal_bytes")
 _CRC_AT: Final = 52
 _OWN_BYTES: Final = COMMIT.size - 4
-_CHECKED_COMMITS: Final = 240
-"""Commits of a cut-off recording whose checksums are verified: two minutes, longer than between two syncs."""
+_UNSYNCED_S: Final = 120.0
+"""Longer than between two syncs: damage at the end of a cut-off recording is what a power failure leaves."""
 
 
 class Extents(NamedTuple):
@@ -72,79 +72,16 @@ def nothing(opening: Opening) -> Extents:
     return Extents(opening.start_s, 0, 0, 0, 0, 0, is_last=False)
 
 
-class _Commits:
-    """The commits of a folder, read on demand."""
-
-    def __init__(self, folder: Path) -> None:
-        self._folder = folder
-        self._sizes = {name: (folder / name).stat().st_size for name in DATA_FILES}
-        self._file = (folder / COMMITS).open("rb")
-        self.count = os.fstat(self._file.fileno()).st_size // COMMIT.size
-
-    def _raw(self, number: int) -> bytes:
-        self._file.seek(number * COMMIT.size)
-        return self._file.read(COMMIT.size)
-
-    def extents(self, number: int) -> Extents | None:
-        """None where the commit is damaged or exceeds the files."""
-        found = _decoded(self._raw(number))
-        if found is None or any(found.length(name) > size for name, size in self._sizes.items()):
-            return None
-        return found
-
-    def newest(self, before: int | None = None) -> int | None:
-        """Number of the last valid commit, before this number."""
-        first = self.count if before is None else before
-        return next((n for n in range(first - 1, -1, -1) if self.extents(n) is not None), None)
-
-    def first_mismatch(self, first: int, stop: int) -> int | None:
-        """First of these commits whose checksum does not match the data since the previous one."""
-        with ExitStack() as stack:
-            files = {name: stack.enter_context((self._folder / name).open("rb")) for name in DATA_FILES}
-            before = self.extents(first - 1) if first else None
-            for number in range(first, stop):
-                now = self.extents(number)
-                if now is None or (number and before is None) or not self._matches(number, before, now, files):
-                    return number
-                before = now
-        return None
-
-    def _matches(self, number: int, before: Extents | None, now: Extents, files: Mapping[str, IO[bytes]]) -> bool:
-        crc = 0
-        for name, file in files.items():
-            start = before.length(name) if before is not None else 0
-            length = now.length(name) - start
-            if length < 0:
-                return False
-            if length:
-                file.seek(start)
-                crc = zlib.crc32(file.read(length), crc)
-        return crc == _data_crc(self._raw(number))
-
-    def close(self) -> None:
-        self._file.close()
-
-
-def read_extents(folder: Path, opening: Opening, *, is_checked: bool) -> Extents:
-    """Valid length of each file. Raises OSError.
-
-    `is_checked`: verifies the checksums of the last two minutes of a recording that was cut off.
-    """
-    commits = _Commits(folder)
-    try:
-        newest = commits.newest()
-        if newest is None:
-            return nothing(opening)
-        found = commits.extents(newest)
-        if is_checked and found is not None and not found.is_last:
-            first = max(0, newest - _CHECKED_COMMITS)
-            bad = commits.first_mismatch(first, newest + 1)
-            if bad is not None:
-                newest = commits.newest(bad)
-                found = commits.extents(newest) if newest is not None else None
-        return found or nothing(opening)
-    finally:
-        commits.close()
+def read_extents(folder: Path, opening: Opening) -> Extents:
+    """Valid length of each file by the last valid commit; the data is not verified. Raises OSError."""
+    sizes = {name: (folder / name).stat().st_size for name in DATA_FILES}
+    with (folder / COMMITS).open("rb") as file:
+        for number in range(os.fstat(file.fileno()).st_size // COMMIT.size - 1, -1, -1):
+            file.seek(number * COMMIT.size)
+            found = _decoded(file.read(COMMIT.size))
+            if found is not None and all(found.length(name) <= size for name, size in sizes.items()):
+                return found
+    return nothing(opening)
 
 
 class Damaged(NamedTuple):
@@ -155,8 +92,9 @@ class Damaged(NamedTuple):
     last: Extents
 
 
-def damaged_pieces(folder: Path, opening: Opening, found: Extents) -> tuple[Damaged, ...]:
-    """Verifies every checksum up to `found`; adjacent pieces are joined. Raises OSError."""
+def verified(folder: Path, opening: Opening, found: Extents) -> tuple[Extents, tuple[Damaged, ...]]:
+    """Verifies every checksum up to `found`; adjacent pieces are joined. A recording that was cut off ends before the
+    first damage of its last two minutes. Raises OSError."""
     raw = (folder / COMMITS).read_bytes()
     commits = COMMIT.iter_unpack(raw[: len(raw) // COMMIT.size * COMMIT.size])
     pieces: list[Damaged] = []
@@ -181,10 +119,12 @@ def damaged_pieces(folder: Path, opening: Opening, found: Extents) -> tuple[Dama
                     crc = zlib.crc32(data[before[count] * width : now[count] * width], crc)
             here = Extents._make((at_s, *now, False))
             if is_gap or crc != data_crc:
+                if not found.is_last and at_s >= found.at_s - _UNSYNCED_S:
+                    return last, tuple(pieces)
                 first = pieces.pop().first if pieces and pieces[-1].last == last else last
                 pieces.append(Damaged(first, here))
             last, before, is_gap = here, now, False
-    return tuple(pieces)
+    return found, tuple(pieces)
 
 
 def _mapped(path: Path, length: int, stack: ExitStack) -> memoryview:

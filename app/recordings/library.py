@@ -119,7 +119,7 @@ class RecordingLibrary:
         """The present entry of a folder; never raises."""
         try:
             opening = read_opening(folder)
-            extents = read_extents(folder, opening, is_checked=False)
+            extents = read_extents(folder, opening)
         except (OSError, Unreadable) as error:
             return _unreadable(folder, error)
         is_running = not extents.is_last and is_held(folder)

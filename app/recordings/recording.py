@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from app.captures.entries import CaptureEntry, Way
 from app.recordings.columns import RecordedSeries, beginnings, column
-from app.recordings.commits import Damaged, Extents, damaged_pieces, read_extents
+from app.recordings.commits import Damaged, Extents, read_extents, verified
 from app.recordings.excerpt import Excerpt
 from app.recordings.file_layout import (
     ACTIVE,
@@ -237,8 +237,8 @@ def open_recording(folder: Path) -> Recording:
     try:
         is_running = is_held(folder)
         opening = read_opening(folder)
-        extents = read_extents(folder, opening, is_checked=not is_running)
-        damaged = () if is_running else damaged_pieces(folder, opening, extents)
+        extents = read_extents(folder, opening)
+        extents, damaged = (extents, ()) if is_running else verified(folder, opening, extents)
         is_running = is_running and not extents.is_last
         entry = entry_of(folder, opening, extents, size_bytes=size_of(folder), is_running=is_running)
         return Recording(entry, opening, extents, damaged)
@@ -254,7 +254,7 @@ def tilt_outline(folder: Path, buckets: int) -> tuple[tuple[float, float], ...]:
     recording cannot be read."""
     try:
         opening = read_opening(folder)
-        extents = read_extents(folder, opening, is_checked=False)
+        extents = read_extents(folder, opening)
         entry = entry_of(folder, opening, extents, size_bytes=0, is_running=False)
         recording = Recording(entry, opening, extents)
     except (Unreadable, OSError, ValueError):

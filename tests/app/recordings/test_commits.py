@@ -2,10 +2,13 @@
 
 import os
 import shutil
+import struct
 import subprocess
 import sys
+import zlib
 from dataclasses import replace
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 from hypothesis import given
@@ -13,6 +16,7 @@ from hypothesis import strategies as st
 
 from app.recordings.commits import COMMIT
 from app.recordings.file_layout import COMMITS, DATA_FILES
+from app.recordings.recording import open_recording
 from tests.support.records.recordings_made import HEADING, NOON, Whole, recorder_in, stream, whole_of
 
 ROOT = Path(__file__).parents[3]
@@ -105,10 +109,48 @@ def test_a_missing_file_is_said(whole: Whole, tmp_path: Path) -> None:
         assert entry.trouble == f"{entry.folder.name} cannot be read: {missing.value.strerror}."
 
 
+def test_opening_verifies_each_byte_once(whole: Whole, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = copied(whole, tmp_path / "once")
+    verified_bytes = 0
+
+    def counted(data: bytes, start: int = 0) -> int:
+        nonlocal verified_bytes
+        verified_bytes += len(data)
+        return zlib.crc32(data, start)
+
+    monkeypatch.setattr("app.recordings.commits.zlib", Mock(crc32=counted))
+    assert whole_of(folder)[1:] == whole[1:]
+    assert verified_bytes < 1.1 * sum((folder / name).stat().st_size for name in (*DATA_FILES, COMMITS))
+
+
+def test_a_cut_off_recording_ends_before_damage_that_was_not_synced(whole: Whole, tmp_path: Path) -> None:
+    folder = copied(whole, tmp_path / "damaged")
+    path = folder / "status.tilt_deg.f4"
+    raw = bytearray(path.read_bytes())
+    raw[len(raw) // 2] ^= 0x10
+    path.write_bytes(raw)
+    with open_recording(folder) as recording:
+        assert (recording.damaged, recording.entry.was_cut_off) == ((), True)
+        assert 0.4 < len(recording.tilt) / len(whole.times) <= 0.5
+    commits = bytearray((folder / COMMITS).read_bytes())
+    commits[-COMMIT.size :] = later(bytes(commits[-COMMIT.size :]), 121.0)
+    (folder / COMMITS).write_bytes(commits)
+    with open_recording(folder) as recording:
+        assert (len(recording.damaged), recording.entry.was_cut_off) == (1, True)
+        assert recording.tilt.window(0.0, 1e9).time_s[-1] == whole.times[-1]
+
+
+def later(commit: bytes, seconds: float) -> bytes:
+    (at_s,) = struct.unpack("<d", commit[:8])
+    head = struct.pack("<d", at_s + seconds) + commit[8:-4]
+    return head + zlib.crc32(head).to_bytes(4, "little")
+
+
 KILLED = """
 import os, sys, time
 from pathlib import Path
 sys.path.insert(0, {root!r})
+from app.recordings.recording import open_recording
 from tests.support.records.recordings_made import HEADING, WAIT_S, stream
 from app.recordings.recorder import Recorder
 from app.recordings.library import RecordingLibrary

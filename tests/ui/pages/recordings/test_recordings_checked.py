@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 import app.__main__ as program
-from app.recordings.commits import COMMIT, damaged_pieces, read_extents
+from app.recordings.commits import COMMIT, read_extents, verified
 from app.recordings.export import export_csv, export_mcap
 from app.recordings.file_layout import DATA_FILES, read_opening
 from app.recordings.library import RecordingLibrary, recordings_folder
@@ -51,7 +51,7 @@ def seal_again(folder: Path) -> None:
     last = bytearray((folder / "commits.bin").read_bytes()[-COMMIT.size :])
     crc = 0
     opening = read_opening(folder)
-    extents = read_extents(folder, opening, is_checked=False)
+    extents = read_extents(folder, opening)
     for name in DATA_FILES:
         crc = zlib.crc32((folder / name).read_bytes()[: extents.length(name)], crc)
     last[52:56] = crc.to_bytes(4, "little")
@@ -119,7 +119,7 @@ def test_damaged_times_raise_no_error(tmp_path: Path, value: float) -> None:
     overwrite(folder / TIME, (rows - 1) * 8, struct.pack("<d", value))
     seal_again(folder)
     opening = read_opening(folder)
-    assert damaged_pieces(folder, opening, read_extents(folder, opening, is_checked=False)) == ()
+    assert verified(folder, opening, read_extents(folder, opening))[1] == ()
     with (folder / "journal.jsonl").open("ab") as file:
         file.write(b'{"at": 1e300, "what": "happening", "kind": "offline"}\n')
     with open_recording(folder) as recording:
