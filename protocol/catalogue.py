@@ -301,6 +301,7 @@ TRIGGER_RECORDS = BY_NAME["trigger_records"]
 CELL_VOLTAGE = BY_NAME["cell_voltage"]
 SERIAL_OUTPUT = BY_NAME["serial_output"]
 ACTIVATION = BY_NAME["activation"]
+LOCK = ACTIVATION.set(False)
 BAUD_RATE = BY_NAME["baud_rate"]
 BAUD_RATES: tuple[int, ...] = tuple(sorted(BAUD.values.values(), reverse=True))
 DEFAULT_BAUD_RATE = 115200

@@ -24,7 +24,7 @@ All changes of state go through the two tables of `link_states`.
 from dataclasses import replace
 from math import inf
 
-from protocol.catalogue import HEARTBEAT, STATUS, Hazard, Layout, Request
+from protocol.catalogue import HEARTBEAT, LOCK, STATUS, Hazard, Layout, Request
 from protocol.events import (
     Answered,
     Counters,
@@ -44,7 +44,7 @@ from protocol.in_flight import Flight
 from protocol.lag import Lag
 from protocol.link_states import EXCHANGE, PRESENCE, Exchange, Presence, Sign, Step
 from protocol.messages import Heartbeat, Message, Status, answers, decode
-from protocol.request_gap import LOCK, Gap
+from protocol.request_gap import Gap
 from protocol.round_trips import RoundTrips, Timing
 from protocol.stale_replies import StaleReplies
 from protocol.stream import Piece, StreamParser

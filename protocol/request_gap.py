@@ -12,9 +12,8 @@ directly after a streamed report, before the next one is due.
 from collections import deque
 from math import inf
 
-from protocol.catalogue import ACTIVATION, Request
+from protocol.catalogue import LOCK, Request
 
-LOCK = ACTIVATION.set(False)
 ONCE_S = 0.015
 """Before a set or an act, once a request after a pause this short has been answered."""
 ONCE_UNTRIED_S = 0.05

@@ -16,13 +16,12 @@ from app.engine.playback import OnlyPlayedBack
 from app.engine.procedure import Ask, Cancelled, EngineView, LinkView, PortLost, Procedure, Slept
 from app.engine.run import Run
 from app.engine.transport import Line
-from protocol.catalogue import ACTIVATION, SERIAL_OUTPUT, Hazard, Layout
+from protocol.catalogue import LOCK, SERIAL_OUTPUT, Hazard, Layout
 from protocol.events import Answered, Event, OutcomeUnknown, Received, Unanswered, WentOffline, WentOnline
 from protocol.link import Link
 from protocol.round_trips import Timing
 
 __all__ = ["Run", "Session"]
-LOCK = ACTIVATION.set(False)
 MAX_STEP_S = 0.02
 BATCH_S = 0.008
 """How long to gather a stream while no answer is awaited, if at least a frame arrives in this time."""

@@ -25,16 +25,15 @@ from app.engine.procedure import (
 )
 from app.engine.transport import PortError
 from app.procedures.find import find_rate
-from app.safety.acts import REQUESTS, Act
+from app.safety.acts import Act
 from app.safety.journal import Entry, Journal, NoJournal, Outcome
 from app.text.i18n import tr
-from protocol.catalogue import BY_NAME, STATUS
+from protocol.catalogue import BY_NAME, LOCK, STATUS
 from protocol.events import Answered
 from protocol.events import Outcome as Reply
 from protocol.messages import Acknowledgement, Reading, Status
 from protocol.translatable import marked
 
-LOCK = REQUESTS[Act.LOCK]
 ACKNOWLEDGED_S = 0.06
 """How long to wait for the acknowledgement before asking for the state."""
 AGREEING = 2

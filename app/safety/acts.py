@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from enum import Enum
 from types import MappingProxyType
 
-from protocol.catalogue import ACTIVATION, BY_NAME, Request
+from protocol.catalogue import ACTIVATION, BY_NAME, LOCK, Request
 from protocol.translatable import marked
 
 
@@ -45,7 +45,7 @@ EFFECTS: Mapping[Act, str] = MappingProxyType({
 })  # fmt: skip
 
 REQUESTS: Mapping[Act, Request] = MappingProxyType({
-    Act.LOCK: ACTIVATION.set(False),
+    Act.LOCK: LOCK,
     Act.ACTIVATE: ACTIVATION.set(True),
     Act.ZERO: BY_NAME["zero_sensor"].query(),
     Act.SHUTDOWN: BY_NAME["shutdown"].set(True),

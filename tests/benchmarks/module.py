@@ -19,12 +19,11 @@ from app.simulator.control_lines import LineRefused, execute
 from app.simulator.options import parse_options, setup_from
 from app.simulator.servers.endpoint import Loop
 from app.simulator.servers.pty_server import PtyEndpoint
-from protocol.catalogue import ACTIVATION
+from protocol.catalogue import LOCK
 from tests.support.processes import ENVIRONMENT, ROOT
 
 COUNT = "count"
 LOCKED = "locked"
-_LOCK = ACTIVATION.set(False).encode()
 
 
 class StreamingModule:
@@ -85,7 +84,7 @@ class _LockTimes:
         bench.wire.write = self.write  # type: ignore[method-assign]
 
     def write(self, data: bytes, now_s: float) -> None:
-        if _LOCK in data:
+        if LOCK.encode() in data:
             self.last_at = time.monotonic()
         self._write(data, now_s)
 

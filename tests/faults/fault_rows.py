@@ -8,12 +8,12 @@ from app.procedures.ask_status import ask_status
 from app.procedures.find import WAITS_S, Found, answers_here, find_rate, proofs
 from app.procedures.handshake import handshake
 from app.procedures.history import History, read_history
-from app.procedures.lock import LOCK, Locked, lock
+from app.procedures.lock import Locked, lock
 from app.procedures.read import Everything, read_everything
 from app.procedures.settings_reading import SettingsReading, read_settings
 from app.procedures.stream import StreamSwitch, watch
 from app.procedures.write import ReadBack, Written, read_back, write_verified
-from protocol.catalogue import BY_NAME, SERIAL_OUTPUT
+from protocol.catalogue import BY_NAME, LOCK, SERIAL_OUTPUT
 from tests.faults.fault_rows_acts import ACT_ROWS
 from tests.faults.fault_table import Cell, Row, records_held, truth
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Final, Protocol
 
-from protocol.catalogue import ACTIVATION, COMMANDS, HEARTBEAT, STATUS, Request
+from protocol.catalogue import COMMANDS, HEARTBEAT, LOCK, STATUS, Request
 from protocol.events import Answered, Event, OutcomeUnknown, Sent, Unanswered
 from protocol.link import Link
 from protocol.messages import Acknowledgement, EmptySlot, Message, Reading, Status, TriggerRecord
@@ -45,7 +45,6 @@ def _requests() -> tuple[Request, ...]:
 
 
 REQUESTS: Final = _requests()
-LOCK: Final = ACTIVATION.set(False)
 
 
 class Kind(Enum):

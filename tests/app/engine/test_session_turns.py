@@ -22,13 +22,13 @@ from app.engine.procedure import (
     Report,
     UseRate,
 )
-from app.engine.session import BATCH_S, LOCK, Run
+from app.engine.session import BATCH_S, Run
 from app.engine.transport import PortError, PortTrouble
 from app.procedures.find import find_rate
 from app.procedures.handshake import handshake
 from app.procedures.lock import lock
 from app.procedures.read import read_everything
-from protocol.catalogue import BY_NAME, HEARTBEAT, HEARTBEAT_REPLY
+from protocol.catalogue import BY_NAME, HEARTBEAT, HEARTBEAT_REPLY, LOCK
 from protocol.events import Received, Role, WentOffline
 from protocol.frame import Direction, Frame
 from tests.support.line.sim_line import end_watch, settled_rig, watched

@@ -12,15 +12,14 @@ from app.engine.session import Run
 from app.procedures.act import perform
 from app.procedures.find import Found, find_rate
 from app.procedures.lock import BREATH_S, SENTENCES, SILENT_S, Locked, lock, waiting_sentence
-from app.safety.acts import REQUESTS, Act
+from app.safety.acts import Act
 from app.safety.journal import NoJournal, Outcome
 from app.safety.permit import Origin, Permit
-from protocol.catalogue import BAUD_RATES, BY_NAME, Hazard
+from protocol.catalogue import BAUD_RATES, BY_NAME, LOCK, Hazard
 from tests.support.journals import FakeJournal
 from tests.support.line.lock_script import LockScript
 from tests.support.line.sim_line import Rig, settled_rig
 
-LOCK = REQUESTS[Act.LOCK]
 ACTIVE = BY_NAME["active"].query()
 
 

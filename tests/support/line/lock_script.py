@@ -4,8 +4,8 @@ from collections.abc import Callable
 from typing import Any
 
 from app.engine.procedure import MAX_LOCKS, Ask, Effect, Inspect, LockRepeat, Pause, Report, UseRate
-from app.procedures.lock import LOCK, QUESTIONS, Locked, lock
-from protocol.catalogue import BY_NAME, Request
+from app.procedures.lock import QUESTIONS, Locked, lock
+from protocol.catalogue import BY_NAME, LOCK, Request
 from protocol.events import Answered, Unanswered
 from protocol.messages import Acknowledgement, Reading
 from tests.support.journals import FakeJournal
