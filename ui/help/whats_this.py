@@ -12,7 +12,7 @@ from shiboken6 import isValid
 from app.settings.setting_texts import what_is
 from app.text.i18n import tr
 from protocol.catalogue import SETTINGS, Command
-from ui.help.whats_this_texts import ENTRIES
+from protocol.translatable import marked
 
 WIDGETS_AT_ONCE: Final = 50
 """About 2 ms of work."""
@@ -24,6 +24,24 @@ _OF_A_SETTING: Final[Mapping[str, Command]] = {
     for command in SETTINGS
     for pattern in ("{}_wanted", "{}_stands", "{}_on", "{}_off", "profile_tick_{}", "profile_stands_{}")
 }
+TEXTS: Final[Mapping[str, str]] = {
+    "lock_button": marked("Standby at once: always allowed, never asked twice, sent before everything else."),
+    "live_panel": marked("Dimmed with an age: stale. Hatched: never reported."),
+    "*_threshold_state|*_trigger_state|freefall_*_state|serial_output_state":
+        marked("“Verified” means written, asked for again, and equal."),
+    "settings_write": marked("Sends each edited row once and reads it back; never to an ACTIVE module."),
+    "verdict": marked("Void after a restart, a lost link, a change, or fifteen minutes."),
+    "check_*_trigger_act": marked("After power-up the triggers' state is unknown; only enabling them sets it."),
+    "tests_made_safe": marked("The test makes the module fire."),
+    "act_*_ask|tests_*_ask": marked("Asks once more before anything is sent."),
+    "act_*_go|tests_*_go": marked("Sends it once: never repeated, never kept for later."),
+    "ritual_choose": marked("Arm, then hold for two seconds. Letting go, Esc or leaving the page sends nothing."),
+    "ritual_arm": marked("Arms for ten seconds. Nothing is sent yet."),
+    "ritual_hold": marked("Two seconds, by mouse or space bar. Letting go before sends nothing."),
+    "flights_map": marked("Shaded: fires, but must not. Hatched: must fire, but is missed."),
+}  # fmt: skip
+"""English, marked, by object name: shell patterns with `|` between alternatives, of which the first match counts. Other
+controls use their tooltip or accessible name; settings, checks and options of the simulated module have their own."""
 
 
 class WhatsThis(QObject):
@@ -109,7 +127,7 @@ def text_for(name: str) -> str:
 
 @cache
 def _english(name: str) -> str:
-    return next((entry.text for entry in ENTRIES if name and fits(entry.pattern, name)), "")
+    return next((text for pattern, text in TEXTS.items() if name and fits(pattern, name)), "")
 
 
 def fits(pattern: str, name: str) -> bool:

@@ -37,8 +37,7 @@ from tests.support.window.steps import find
 from ui.core.texts import Texts
 from ui.help.guide_viewer import GuideViewer, anchor_of, guide_page
 from ui.help.shortcuts import keys_of
-from ui.help.whats_this import WIDGETS_AT_ONCE, WhatsThis, explain, fits, text_for
-from ui.help.whats_this_texts import ENTRIES
+from ui.help.whats_this import TEXTS, WIDGETS_AT_ONCE, WhatsThis, explain, fits, text_for
 from ui.main import PAGES, Assembly
 from ui.pages.settings.page import SettingsPage
 from ui.widgets.readout import Readout, StateChip
@@ -107,9 +106,7 @@ def test_every_control_says_what_it_is(qtbot: QtBot, qapp: QApplication, tmp_pat
         names = {one.objectName() for one in (main, *main.findChildren(QWidget))}
         made_later = ("manual_*",)  # with a profile that asks for them
         dead = [
-            entry.pattern
-            for entry in ENTRIES
-            if entry.pattern not in made_later and not any(fits(entry.pattern, name) for name in names)
+            pattern for pattern in TEXTS if pattern not in made_later and not any(fits(pattern, name) for name in names)
         ]
         assert not dead
 
