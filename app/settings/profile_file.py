@@ -8,6 +8,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import tomli_w
+
 from app.guided.results import GuidedKind
 from app.settings.fingerprint import is_fingerprint
 from app.settings.profile_lines import key_lines
@@ -23,7 +25,6 @@ from app.settings.profiles import (
     ManualLine,
     Profile,
 )
-from app.settings.toml_text import toml_text
 from app.settings.values import NotAValue, fitting, number_text, shortened
 from app.system.files import write_whole
 from app.text.i18n import tr
@@ -125,9 +126,9 @@ def profile_text(profile: Profile) -> str:
         tables["limits"] = {name: profile.limits[name] for name in LIMITS if name in profile.limits}
     if profile.tests_within_days:
         tables["tests"] = {kind.value: days for kind, days in profile.tests_within_days.items()}
-    if profile.manual:
-        tables["manual"] = [{"text": line.text, "required": line.is_required} for line in profile.manual]
-    return toml_text(tables)
+    rows = ({"text": line.text, "required": line.is_required} for line in profile.manual)
+    # By itself tomli-w would write short ones as one array of inline tables.
+    return tomli_w.dumps(tables) + "".join(f"\n[[manual]]\n{tomli_w.dumps(row)}" for row in rows)
 
 
 def parse_profile(data: bytes) -> Profile:

@@ -1,7 +1,6 @@
 """Profile files: all errors at once, hostile files, and round trips."""
 
 import os
-import tomllib
 from contextlib import suppress
 from pathlib import Path
 
@@ -14,7 +13,6 @@ from app.settings import profile_file
 from app.settings.fingerprint import fingerprint
 from app.settings.profile_file import ProfileRefused, parse_profile, profile_text, read_profile, save_profile
 from app.settings.profiles import LIMITS, SETTINGS_BY_KEY, ActivatedBy, ManualLine, Profile
-from app.settings.toml_text import toml_text
 from protocol.fields import Quantity
 
 WHOLE = """\
@@ -234,18 +232,6 @@ PROFILES = st.builds(
 @given(PROFILES)
 def test_what_is_written_is_read_back(profile: Profile) -> None:
     assert parse_profile(profile_text(profile).encode()) == profile
-
-
-@given(st.text(st.characters(exclude_categories=["Cs"])), st.floats(allow_nan=False, allow_infinity=False))
-def test_any_text_and_number_survives_the_writer(text: str, number: float) -> None:
-    tables = {"text": text, "number": number, "table": {"whole": 3, "yes": True}}
-    assert tomllib.loads(toml_text(tables)) == tables
-
-
-@pytest.mark.parametrize("bad", [{"a b": 1}, {"é": 1}, {"a": float("nan")}, {"a": None}])
-def test_the_writer_refuses_what_it_cannot_write(bad: dict[str, object]) -> None:
-    with pytest.raises((TypeError, ValueError)):
-        toml_text(bad)
 
 
 @given(st.binary(max_size=300))
