@@ -23,6 +23,8 @@ _MAX_ASKED = 256
 class _Asked(NamedTuple):
     request: Request
     at: float
+    is_due: bool = True
+    """No reply has come that may be the answer."""
 
 
 class Lag:
@@ -80,10 +82,19 @@ class Lag:
         while self._asked and self._asked[0].at <= asked_at:
             self._asked.popleft()
 
+    def answer_or_copy(self, request: Request) -> None:
+        """Note a reply to `request` that may be a copy of the one before: it proves nothing, and nothing is overdue."""
+        for place in reversed(range(len(self._asked))):
+            if self._asked[place].request == request:
+                self._asked[place] = self._asked[place]._replace(is_due=False)
+                return
+
     def seconds(self, now: float) -> float | None:
         """How long answers take now; None before the first. An overdue answer counts with the time waited so far, if
         the module is known to answer that question."""
         if self._last_s is None:
             return None
-        due = (one.at for one in self._asked if one.request in self._answerable and now - one.at <= MAX_S)
+        due = (
+            one.at for one in self._asked if one.is_due and one.request in self._answerable and now - one.at <= MAX_S
+        )
         return max(self._last_s, now - next(due, now))

@@ -289,7 +289,9 @@ class Link:
         round_trip_s = now - flight.sent_at if is_timed else None
         if round_trip_s is not None:
             self.round_trips.add(round_trip_s)
-        if not may_be_copy:  # a copy of the answer to the same question before says nothing about later requests
+        if may_be_copy:
+            self.lag.answer_or_copy(flight.request)
+        else:  # a copy of the answer to the same question before says nothing about later requests
             self._stale.on_answered(flight.request)
             self.gap.answered()
             self.lag.answer(flight.request, now)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from protocol.catalogue import STATUS, TRIGGER_RECORDS
+from protocol.catalogue import HEARTBEAT, STATUS, TRIGGER_RECORDS
 from protocol.events import Answered, Received, Role, Sent
 from protocol.frame import encode_reply
 from protocol.messages import Status
@@ -92,3 +92,15 @@ def test_a_question_is_asked_at_once_between_streamed_reports(bench: Bench) -> N
     bench.wait(0.018)
     assert bench.link.ask(SOUND.query(), bench.now)
     assert bench.link.take_outgoing() == SOUND.query().encode()
+
+
+def test_an_answer_that_may_be_a_copy_of_the_one_before_is_not_overdue(bench: Bench) -> None:
+    """As with the heartbeats of a pre-flight check, after which only the status is asked for."""
+    for _ in range(20):
+        bench.ask(HEARTBEAT.query())
+        bench.hear(PULSE, after_s=0.004)
+    for _ in range(20):
+        bench.ask(STATUS.query())
+        bench.hear(STREAMED, after_s=0.1)
+    assert bench.link.lag.seconds(bench.now) == pytest.approx(0.004)
+    assert bench.link.lag.asked_at(HEARTBEAT.query()) < bench.now - 1, "it may still come"
