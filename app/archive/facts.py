@@ -16,7 +16,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from enum import Enum
-from typing import Final
+from typing import Final, NamedTuple
 
 from app.stations.station import KEY_BYTES, Station, decoded, encoded, is_signature
 from app.text.messages import UserMessage, clean, message
@@ -26,8 +26,6 @@ DOMAIN: Final = "dps-s fact 1"
 """Prefix of what is hashed and signed; distinguishes versions of the format."""
 MAX_PAYLOAD_LENGTH: Final = 8_000_000
 MAX_TIME_LENGTH: Final = 40
-DETAIL: Final = 7
-"""Place of the detail, JSON as text, in an entry of the audit log."""
 SIGNATURE_BYTES: Final = 64
 _ID: Final = re.compile("[0-9a-f]{64}")
 _KIND: Final = re.compile("[a-z][a-z_]{0,39}")
@@ -54,6 +52,23 @@ class FactKind(Enum):
     """A person's decision whether two modules are the same one."""
 
 
+class AuditRow(NamedTuple):
+    """A row of the audit log, unchecked. `settled_at` and what follows are None in the link of its start."""
+
+    id: object
+    module_id: object
+    port: object
+    origin: object
+    at: object
+    act: object
+    frame: object
+    detail: object
+    """JSON as text."""
+    settled_at: object
+    outcome: object
+    result: object
+
+
 @dataclass(frozen=True, slots=True)
 class Fact:
     """Made by `make_fact` or `checked`."""
@@ -73,9 +88,15 @@ class Fact:
     @property
     def module(self) -> str | None:
         """Name of the module that it is about. Of an act on a module it is in the detail, which the chain covers."""
-        content = self.content
-        name = (_detail_of(content) if self.kind == FactKind.AUDIT.value else content).get("module")
+        row = self.audit_row
+        name = (self.content if row is None else _object_in(row.detail)).get("module")
         return name if isinstance(name, str) else None
+
+    @property
+    def audit_row(self) -> AuditRow | None:
+        """None for facts of other kinds."""
+        entry = self.content.get("entry") if self.kind == FactKind.AUDIT.value else None
+        return AuditRow(*entry) if isinstance(entry, list) and len(entry) == len(AuditRow._fields) else None
 
     @property
     def row(self) -> tuple[str, ...]:
@@ -157,9 +178,7 @@ def utc_time(text: str) -> str:
     return at.replace(tzinfo=at.tzinfo or UTC).astimezone(UTC).isoformat(timespec="milliseconds")
 
 
-def _detail_of(link: Mapping[str, object]) -> Mapping[str, object]:
-    entry = link.get("entry")
-    text = entry[DETAIL] if isinstance(entry, list) and len(entry) > DETAIL else None
+def _object_in(text: object) -> Mapping[str, object]:
     try:
         value = json.loads(text) if isinstance(text, str) else None
     except (ValueError, RecursionError):

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from app.archive.fact_set import BUCKET, ArchiveTrouble, Digests, digests_of_rows
-from app.archive.facts import DETAIL, FACT_COLUMNS, Fact, FactKind, FactRow, row_digest
+from app.archive.facts import FACT_COLUMNS, AuditRow, Fact, FactKind, FactRow, row_digest
 from app.store.database import Clock, Database, StoreTrouble, open_database, utc_now
 from app.text.messages import UserMessage
 
@@ -22,7 +22,7 @@ _COLUMNS: Final = ", ".join(FACT_COLUMNS)
 _MAX_VALUES: Final = 500
 """Maximum number of values in one SQL statement."""
 
-_DETAIL: Final = f"json_extract(payload, '$.entry[{DETAIL}]')"
+_DETAIL: Final = f"json_extract(payload, '$.entry[{AuditRow._fields.index('detail')}]')"
 FACT_TABLES: Final[tuple[tuple[str, ...], ...]] = (
     (
         """

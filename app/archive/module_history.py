@@ -1,19 +1,36 @@
 """History of one module over all stations: its events and its measured values over time."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Final
 
 from app.archive.chains import record_of
-from app.archive.facts import Fact, FactKind
+from app.archive.facts import AuditRow, Fact, FactKind
 from app.archive.fleet_state import SIMULATED, check_line
 from app.archive.local_facts import LocalFacts
 from app.archive.module_names import KnownModule, module_of_fact
-from app.guided.results import TITLES, VERDICT_WORDS, GuidedKind, GuidedVerdict
+from app.guided.results import TITLES as TEST_TITLES
+from app.guided.results import VERDICT_WORDS, GuidedKind, GuidedVerdict
 from app.records.check_store import measured_in
-from app.text.messages import UserMessage, clean, message
+from app.safety.acts import TITLES, Act
+from app.safety.journal import Outcome
+from app.settings.profiles import SETTINGS_BY_KEY
+from app.settings.values import field_of, fitting
+from app.text.messages import UserMessage, clean, joined, message
 from app.trigger_records.history import JUDGEMENT_WORDS, Judgement, sentence
 from app.trigger_records.history import record_of as trigger_record_of
+from protocol.fields import Flag
+from protocol.frame import decode_request
 from protocol.translatable import marked
+
+MAX_SETTINGS: Final = 20
+"""A module has eight."""
+_OUTCOMES: Final[Mapping[Outcome, str]] = {
+    Outcome.CONFIRMED: marked("confirmed"),
+    Outcome.REFUSED: marked("refused"),
+    Outcome.UNKNOWN: marked("may have been carried out"),
+    Outcome.NOT_SENT: marked("not sent"),
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +69,7 @@ def module_history(facts: LocalFacts, module: KnownModule) -> ModuleHistory:
         for fact in facts.of_kind(kind, name)
         if module_of_fact(fact) in members
     ]
+    found = _ended(found)
     found.sort(key=lambda one: (one.made_at, one.id))
     values: dict[str, list[ValuePoint]] = {}
     for fact in found:
@@ -66,7 +84,7 @@ def fact_text(fact: Fact) -> UserMessage:
     """A fact as text; for an unknown kind only its kind."""
     try:
         return _fact_text(FactKind(fact.kind), fact)
-    except (ValueError, KeyError, TypeError, AttributeError):
+    except (ValueError, LookupError, TypeError, AttributeError):
         return UserMessage(fact.kind)
 
 
@@ -81,10 +99,11 @@ def _fact_text(kind: FactKind, fact: Fact) -> UserMessage:
         case FactKind.JUDGEMENT:
             return _judgement(fact)
         case FactKind.SNAPSHOT:
-            settings = content.get("settings")
-            listed = sorted(settings.items()) if isinstance(settings, dict) else ()
-            text = ", ".join(f"{clean(str(name))} {value}" for name, value in listed)
-            return message(marked("Settings: {settings}."), settings=clean(text, longest=300))
+            settings = content["settings"]
+            if not isinstance(settings, dict):
+                raise TypeError(settings)
+            listed = joined([_setting(key, value) for key, value in sorted(settings.items())[:MAX_SETTINGS]])
+            return message(marked("Settings: {settings}."), settings=listed)
         case FactKind.CHECK:
             line = check_line(fact, record_of(fact) or {})
             who = UserMessage(line.who) if line.who else message(marked("not named"))
@@ -94,16 +113,51 @@ def _fact_text(kind: FactKind, fact: Fact) -> UserMessage:
             verdict = message(VERDICT_WORDS[GuidedVerdict(_text(fact, "verdict"))])
             if content.get("is_simulated") is True:
                 verdict = message(SIMULATED, verdict=verdict)
-            test = message(TITLES[GuidedKind(_text(fact, "test"))])
+            test = message(TEST_TITLES[GuidedKind(_text(fact, "test"))])
             return message(marked("Guided test {test}: {verdict}."), test=test, verdict=verdict)
         case FactKind.AUDIT:
-            entry = content["entry"]
-            if not isinstance(entry, list):
-                raise TypeError(entry)
-            act, outcome = (clean(str(one)) for one in (entry[5], entry[9] or "begun"))
-            return message(marked("Audit log: {act}, {outcome}."), act=act, outcome=outcome)
+            row = fact.audit_row
+            if row is None:
+                raise TypeError(content)
+            outcome = message(_OUTCOMES[Outcome(row.outcome) if row.outcome else Outcome.UNKNOWN])
+            return message(marked("{act}: {outcome}."), act=_act(row), outcome=outcome)
         case FactKind.SETTLEMENT:
             return message(marked("A person settled which module this is."))
+
+
+def _ended(facts: Sequence[Fact]) -> list[Fact]:
+    """Of the two facts of an act only that of its outcome, where it has one."""
+    acts = {fact: (fact.station, str(row.id), str(row.at)) for fact in facts if (row := fact.audit_row) is not None}
+    ended = {act for fact, act in acts.items() if _is_ended(fact)}
+    return [fact for fact in facts if acts.get(fact) not in ended or _is_ended(fact)]
+
+
+def _is_ended(fact: Fact) -> bool:
+    row = fact.audit_row
+    return row is not None and row.settled_at is not None
+
+
+def _act(row: AuditRow) -> UserMessage:
+    """A setting with its value."""
+    act, request = Act(row.act), decode_request(bytes.fromhex(str(row.frame)))
+    if act not in (Act.WRITE, Act.CHANGE_BAUD) or request.command.write is None:
+        return message(TITLES[act])
+    return _setting(request.command.key, request.command.write.decode(request.data))
+
+
+def _setting(key: str, value: object) -> UserMessage:
+    """A setting with its value and unit; one that this version does not know by its key."""
+    command = SETTINGS_BY_KEY.get(key)
+    if command is None:
+        return UserMessage(clean(f"{key} {value}"))
+    field = field_of(command)
+    is_flag = isinstance(field, Flag)
+    shown = (
+        (marked("Enabled") if value is True else marked("Disabled"))
+        if is_flag
+        else field.text(field.encode(fitting(field, value)))
+    )
+    return message("{name} {value}", name=message(command.title), value=message(shown))
 
 
 def _judgement(fact: Fact) -> UserMessage:

@@ -462,10 +462,6 @@
         <translation>姿态：最接近 {what}，{time}。</translation>
     </message>
     <message>
-        <source>Audit log: {act}, {outcome}.</source>
-        <translation>操作记录：{act}，{outcome}。</translation>
-    </message>
-    <message>
         <source>Automatic triggers</source>
         <translation>自动触发</translation>
     </message>
@@ -4802,6 +4798,10 @@
         <translation>计算机曾休眠</translation>
     </message>
     <message>
+        <source>confirmed</source>
+        <translation>已确认</translation>
+    </message>
+    <message>
         <source>connected</source>
         <translation>已连接</translation>
     </message>
@@ -5168,6 +5168,10 @@
     <message>
         <source>matches already</source>
         <translation>已一致</translation>
+    </message>
+    <message>
+        <source>may have been carried out</source>
+        <translation>可能已执行</translation>
     </message>
     <message>
         <source>measuring… {done}</source>
@@ -6032,6 +6036,10 @@
     <message>
         <source>{act}: {module} on {port}</source>
         <translation>{act}：{module}（{port}）</translation>
+    </message>
+    <message>
+        <source>{act}: {outcome}.</source>
+        <translation>{act}：{outcome}。</translation>
     </message>
     <message>
         <source>{check}: judged {measured}, read {read}</source>

@@ -14,6 +14,8 @@ from app.archive.fact_file import FactFile
 from app.archive.fact_set import ArchiveTrouble
 from app.archive.facts import FactKind, FactRefused, checked, fact_id, make_fact
 from app.archive.local_facts import FACTS_FILE
+from app.archive.module_history import module_history
+from app.archive.module_names import names_of
 from app.guided.results import GuidedVerdict
 from app.records.check_store import CheckStore
 from app.records.verification import Chain, verify
@@ -106,6 +108,25 @@ def test_acts_are_found_by_the_name_of_the_module_also_those_of_an_older_file(tm
         assert one.facts.of_kind(FactKind.AUDIT, "M-07") == [act]
         assert len(one.facts.of_kind(FactKind.AUDIT)) == 9
         assert one.facts.database.read("SELECT count(*) FROM facts WHERE module IS NOT NULL") == [(2,)]
+
+
+def test_the_history_of_a_module_names_acts_settings_and_what_came_of_them(stations: list[ArchiveStation]) -> None:
+    one = stations[0]
+    one.snapshot("M-07")
+    one.act("M-07")
+    one.act("M-07", is_settled=False)
+    detail = json.dumps({"module": "M-07"})
+    strange = [[], None, "", "", AT, "fly", "zz", detail, AT, {}, []], [1, 2, 3, 4, 5, 6, 7, detail, 9, 10, 11]
+    one.facts.add([make_fact(FactKind.AUDIT, AT, {"entry": entry}, one.station) for entry in strange])
+    settings = {"settings": {"other_v": 3, "freefall_time_s": "long"}, "module": "M-07"}
+    one.facts.add([make_fact(FactKind.SNAPSHOT, AT, settings, one.station)])
+    one.collect()
+    (module,) = names_of(one.facts).modules
+    told = [event.text.in_english() for event in module_history(one.facts, module).events]
+    assert sorted(told) == [
+        "Lock: confirmed.", "Lock: may have been carried out.", "Named M-07.", "Settings: Attitude threshold 60°.",
+        "audit_link", "audit_link", "settings_snapshot",
+    ]  # fmt: skip
 
 
 def test_what_was_altered_in_the_audit_log_is_not_shared(stations: list[ArchiveStation]) -> None:

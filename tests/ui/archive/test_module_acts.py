@@ -37,13 +37,8 @@ def test_acts_and_settings_are_in_the_history_of_the_module_of_that_name(
     assert list(told) == ["M-07"]  # nothing was stored of the other one
     named, settings, *acts = told["M-07"]
     assert named == "Named M-07."
-    assert "freefall_time_s 1.6" in settings  # as it was found, before the write
-    assert acts == [
-        "Audit log: write, begun.",
-        "Audit log: write, confirmed.",
-        "Audit log: zero, begun.",
-        "Audit log: zero, confirmed.",
-    ]
+    assert "Free-fall time 1.60 s" in settings  # as it was found, before the write
+    assert acts == ["Free-fall time 1.20 s: confirmed.", "Zero the sensor: confirmed."]
 
 
 def _lock(one: Desk) -> None:
