@@ -116,7 +116,10 @@ def test_the_history_of_a_module_names_acts_settings_and_what_came_of_them(stati
     one.act("M-07")
     one.act("M-07", is_settled=False)
     detail = json.dumps({"module": "M-07"})
-    strange = [[], None, "", "", AT, "fly", "zz", detail, AT, {}, []], [1, 2, 3, 4, 5, 6, 7, detail, 9, 10, 11]
+    strange: tuple[list[object], ...] = (
+        [[], None, "", "", AT, "fly", "zz", detail, AT, {}, []],
+        [1, 2, 3, 4, 5, 6, 7, detail, 9, 10, 11],
+    )
     one.facts.add([make_fact(FactKind.AUDIT, AT, {"entry": entry}, one.station) for entry in strange])
     settings = {"settings": {"other_v": 3, "freefall_time_s": "long"}, "module": "M-07"}
     one.facts.add([make_fact(FactKind.SNAPSHOT, AT, settings, one.station)])
