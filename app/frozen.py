@@ -40,6 +40,12 @@ def _show_error(text: str) -> None:
 
 
 def _run() -> int:
+    from app.start import interruptible
+
+    return interruptible(_main)
+
+
+def _main() -> int:
     from app.__main__ import main
 
     return main()

@@ -2,22 +2,38 @@
 
 They are called `app`, `protocol` and `ui`. In a shared environment another program may have overwritten or removed
 them: that is reported in one sentence instead of an ImportError.
+
+Nothing is imported outside of a function, so that Ctrl-C during the imports ends the program without a traceback.
 """
 
-import sys
-from importlib.util import find_spec
-from pathlib import Path
-from typing import Final
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
-from app.text.i18n import set_language, system_language, tr
-
-OURS: Final = {"app": "__main__.py", "protocol": "translatable.py", "ui": "main.py"}
+OURS = {"app": "__main__.py", "protocol": "translatable.py", "ui": "main.py"}
 """The packages, each with a file that it must contain."""
-FOREIGN: Final = 3
+FOREIGN = 3
+INTERRUPTED = 130
 
 
 def main() -> int:
     """Run the program; returns the exit code."""
+    return interruptible(_run)
+
+
+def interruptible(run: "Callable[[], int]") -> int:
+    """Run the program so that Ctrl-C prints no traceback, however early or late; returns the exit code."""
+    try:
+        return run()
+    except KeyboardInterrupt:  # before the program handles it, or again while it does
+        return INTERRUPTED
+    finally:
+        _interrupt_quietly()
+
+
+def _run() -> int:
+    import sys
+
     sentence = foreign_package()
     if sentence is not None:
         print(sentence, file=sys.stderr)
@@ -27,13 +43,26 @@ def main() -> int:
     return run()
 
 
+def _interrupt_quietly() -> None:
+    """Ctrl-C while the interpreter ends, which would print a traceback, ends it as it does any program."""
+    import signal
+
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 def foreign_package() -> str | None:
     """A sentence about a package that is not this program's, or None."""
+    from importlib.util import find_spec
+    from pathlib import Path
+
     top = Path(__file__).resolve().parents[1]
     for name, file in OURS.items():
         found = find_spec(name)
         places = [] if found is None else [Path(place) for place in found.submodule_search_locations or ()]
         if not any(place.resolve() == top / name for place in places) or not (top / name / file).is_file():
+            from app.text.i18n import set_language, system_language, tr
+
             set_language(system_language())
             place = places[0] if places else top / name
             return tr(

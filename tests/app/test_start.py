@@ -1,5 +1,7 @@
 """The start of an installed program: whether its packages are its own."""
 
+import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -40,3 +42,27 @@ def test_a_package_that_another_program_took_along_is_noticed(
 ) -> None:
     monkeypatch.setitem(start.OURS, name, "what_only_another_has.py")
     assert f"“{name}” in " in (start.foreign_package() or "")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there a process sends Ctrl-C to its whole group")
+@pytest.mark.parametrize("module", ["argparse", "app.text.i18n", "app.cli.decode", "the end"])
+def test_ctrl_c_while_it_is_loaded_or_ends_is_quiet(module: str, tmp_path: Path) -> None:
+    """The signal arrives while this module is imported; most often a traceback of the imports was printed."""
+    (tmp_path / "sitecustomize.py").write_text(
+        "import atexit, os, signal, sys\n"
+        "class Interrupting:\n"
+        "    def find_spec(self, name, path=None, target=None):\n"
+        f"        if name == {module!r}:\n"
+        "            os.kill(os.getpid(), signal.SIGINT)\n"
+        "sys.meta_path.insert(0, Interrupting())\n"
+        f"if {module!r} == 'the end':\n"
+        "    atexit.register(os.kill, os.getpid(), signal.SIGINT)\n",
+        encoding="utf-8",
+    )
+    command = [sys.executable, "-c", "import sys; from app.start import main; sys.exit(main())", "decode", "41"]
+    environment = os.environ | {"PYTHONPATH": str(tmp_path), "LC_ALL": "C.UTF-8"}
+    done = subprocess.run(
+        command, cwd=ROOT, capture_output=True, text=True, encoding="utf-8", check=False, env=environment
+    )
+    assert done.stderr == ""
+    assert done.returncode == (-signal.SIGINT if module == "the end" else start.INTERRUPTED)  # a shell calls both 130
