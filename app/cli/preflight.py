@@ -114,32 +114,39 @@ def _check_several(
     from app.fleet.check_set import SetMember, write_set_reports
     from app.terminal.connection import link_trouble
 
+    gathered = _collect_all(args, ports, store)
+    # All are filed before anything is printed, which fails where nobody reads.
+    checked = [(one, None if one.error is not None else _file(args, one, expectations, store)) for one in gathered]
     members: list[SetMember] = []
+    for found, filed in checked:
+        trouble = found.trouble if found.error is None else link_trouble(found.error)
+        if found.error is not None and trouble is None:
+            raise found.error
+        members.append(SetMember(found.evidence.port, "", filed, trouble or ""))
     codes: list[int] = []
-    for port, found in zip(ports, _collect_all(args, ports, store), strict=True):
+    try:
+        codes += [_print_member(args, one, is_first=one is members[0]) for one in members]
         if not args.json:
-            console.write_lines([*([""] if members else []), port])
-        if found.error is not None:
-            trouble = link_trouble(found.error)
-            if trouble is None:
-                raise found.error
-            console.notify(trouble)
-            codes.append(console.NO_LINK)
-            members.append(SetMember(port, trouble=trouble))
-            continue
-        filed = _file(args, found, expectations, store)
-        codes.append(_conclude(argparse.Namespace(**{**vars(args), "report": None}), filed, found.trouble))
-        members.append(SetMember(port, "", filed, found.trouble or ""))
-    if not args.json:
-        console.write_lines(["", *_summary_of(members)])
-    if args.report is not None and not _written(
-        args.report, partial(write_set_reports, args.report, members, args.printer)
-    ):
-        codes.append(console.PARTIAL)
+            console.write_lines(["", *_summary_of(members)])
+    finally:
+        if args.report is not None and not _written(
+            args.report, partial(write_set_reports, args.report, members, args.printer)
+        ):
+            codes.append(console.PARTIAL)
     return next(
         (code for code in (console.USAGE_ERROR, console.ANSWER_NO, console.NO_LINK, console.PARTIAL) if code in codes),
         console.SUCCESS,
     )
+
+
+def _print_member(args: argparse.Namespace, member: "SetMember", *, is_first: bool) -> int:
+    """Print one of several; returns its exit code."""
+    if not args.json:
+        console.write_lines([*([] if is_first else [""]), member.port])
+    if member.filed is None:
+        console.notify(member.trouble)
+        return console.NO_LINK
+    return _conclude(argparse.Namespace(**{**vars(args), "report": None}), member.filed, member.trouble or None)
 
 
 def _collect_all(args: argparse.Namespace, ports: list[str], store: "Store | None") -> list[_PortEvidence]:
@@ -181,14 +188,16 @@ def _conclude(args: argparse.Namespace, filed: "Filed", trouble: str | None) -> 
     from app.records.report_files import write_report
 
     lines = [console.as_json(contract_of(filed.assessment))] if args.json else page_of(filed)
-    console.write_lines(lines)
-    if filed.trouble is not None:
-        console.notify(join_sentences((filed.trouble.sentence, tr("Not kept."))))
-    if filed.station_trouble is not None:
-        console.notify(join_sentences((filed.station_trouble.sentence, tr("The record is not signed."))))
-    is_reported = args.report is None or _written(
-        args.report, partial(write_report, args.report, filed.record, args.printer)
-    )
+    try:
+        console.write_lines(lines)
+    finally:  # also where nobody reads
+        if filed.trouble is not None:
+            console.notify(join_sentences((filed.trouble.sentence, tr("Not kept."))))
+        if filed.station_trouble is not None:
+            console.notify(join_sentences((filed.station_trouble.sentence, tr("The record is not signed."))))
+        is_reported = args.report is None or _written(
+            args.report, partial(write_report, args.report, filed.record, args.printer)
+        )
     if trouble is not None:
         console.notify(trouble)
         return console.NO_LINK

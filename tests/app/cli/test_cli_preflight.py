@@ -1,6 +1,7 @@
 """`dps-s preflight` and `dps-s verify`, as the contract says, on the simulated module."""
 
 import json
+import os
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -301,6 +302,23 @@ def test_the_list_of_several_says_who_is_not_go_and_why(port: str, capsys: pytes
     assert last[1].split("  ", 1)[0] == "NO-GO"
     assert last[1].endswith("Cell voltage")
     assert last[2].startswith("READY  ")
+
+
+@pytest.mark.usefixtures("qapp")
+@pytest.mark.parametrize("count", [1, 3])
+def test_where_nobody_reads_all_are_kept_and_reported(
+    count: int, port: str, kept: Database, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As `dps-s preflight … --report FILE.pdf | head -0`."""
+    ports = [word for number in range(count) for word in ("--port", f"{port}-{number}")]
+    reading, writing = os.pipe()
+    os.close(reading)
+    with open(writing, "w", encoding="utf-8") as out:  # noqa: PTH123
+        monkeypatch.setattr(sys, "stdout", out)
+        assert program.main(["preflight", *ports, "--report", str(tmp_path / "r.pdf")]) == 4
+        monkeypatch.undo()
+    assert kept.read("SELECT count(*) FROM preflight_checks") == [(count,)]
+    assert (tmp_path / "r.pdf").exists()
 
 
 @pytest.mark.parametrize(("options", "is_said"), [(["--enable-triggers"], True), ([], False)])
