@@ -154,9 +154,15 @@ class CaptureFiles(QWidget):
 
     def _show(self, opened: Opened) -> None:
         if not opened.rows:
-            self._result.notify(Meaning.ATTENTION, lambda: tr("{name} is empty.", name=opened.path.name))
+            self._result.notify(Meaning.ATTENTION, lambda: _why_nothing(opened))
             return
         self.opened.emit(opened)
+
+
+def _why_nothing(opened: Opened) -> str:
+    if opened.faults:
+        return tr("{file} cannot be read: {why}.", file=opened.path.name, why=tr(opened.faults[0].text))
+    return tr("{name} is empty.", name=opened.path.name)
 
 
 def _refusal(path: Path, error: Exception) -> str:

@@ -148,7 +148,8 @@ def test_a_capture_is_decoded_without_a_module(qtbot: QtBot, qapp: QApplication,
     [
         (b"", "is empty"),
         (b"# DPS-S capture 9\n", "later version"),
-        (b"hello\nworld\n", "is empty"),
+        (b"hello\nworld\n", "cannot be read: no pairs of hex digits"),
+        (bytes(range(256)) * 20, "cannot be read: no pairs of hex digits"),
     ],
 )
 def test_a_file_that_is_no_capture_is_refused_with_the_reason(
