@@ -36,7 +36,7 @@ MAX_RUN_LENGTH = 4096
 SHOWN_BYTES = 16
 """Bytes that a line for people shows: the length of the longest frame."""
 LINES_AT_ONCE = 500
-"""Of a file; standard input is printed line by line."""
+"""Of a file; standard input and pipes are printed line by line."""
 _READ_CHARACTERS = MAX_LINE_LENGTH + 1
 _DIRECTIONS = {Way.OUT: Direction.HOST_TO_MODULE, Way.IN: Direction.MODULE_TO_HOST}
 
@@ -71,9 +71,11 @@ def run(args: argparse.Namespace) -> int:
     try:
         if words == ["-"]:
             _decode_text(iter(lambda: sys.stdin.readline(_READ_CHARACTERS), ""), asked, printer)
-        elif len(words) == 1 and not _is_hex(words[0]) and Path(words[0]).is_file():
-            with Path(words[0]).open(encoding="utf-8-sig") as file:
-                _decode_text(iter(lambda: file.readline(_READ_CHARACTERS), ""), asked, printer, at_once=LINES_AT_ONCE)
+        elif len(words) == 1 and not _is_hex(words[0]) and _names_file(words[0]):
+            path = Path(words[0])
+            at_once = LINES_AT_ONCE if path.is_file() else 1
+            with path.open(encoding="utf-8-sig") as file:
+                _decode_text(iter(lambda: file.readline(_READ_CHARACTERS), ""), asked, printer, at_once=at_once)
         else:
             _decode_hex(_bytes_of_arguments(words), asked, printer)
     except NotHex as error:
@@ -228,6 +230,12 @@ def _bytes_of_text(lines: Iterable[str]) -> Iterator[bytes]:
     for characters in lines:
         yield text.feed(characters)
     text.finish()
+
+
+def _names_file(word: str) -> bool:
+    """Also one that is not there, a folder, or a pipe."""
+    path = Path(word)
+    return bool(path.suffix) or path.name != word or path.exists()
 
 
 def _is_hex(word: str) -> bool:

@@ -3,9 +3,11 @@
 import argparse
 import io
 import json
+import os
 import random
 import subprocess
 import sys
+import threading
 from itertools import pairwise
 from pathlib import Path
 
@@ -148,6 +150,28 @@ def test_what_is_no_hex_is_refused_by_name_before_anything_is_printed(
     assert printed.out == ""
     assert named in printed.err
     assert len(printed.err.splitlines()) == 1
+
+
+@pytest.mark.parametrize("name", ["not-there.dpscap", "no-folder/41", "folder"])
+def test_a_file_that_cannot_be_read_is_named(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "folder").mkdir()
+    assert run(name) == 2
+    assert capsys.readouterr().err.startswith(f"{name} cannot be read: ")
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="Windows has no such pipes")
+def test_a_pipe_with_a_name_is_read(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """As in a shell: dps-s decode <(…)."""
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    writer = threading.Thread(target=pipe.write_text, args=(f"{STATUS}\n", "ascii"))
+    writer.start()
+    assert run("--json", str(pipe)) == 0
+    writer.join()
+    assert [one["hex"] for one in objects(capsys.readouterr().out)] == [STATUS]
 
 
 def test_no_bytes_at_all_is_a_wrong_use(capsys: pytest.CaptureFixture[str]) -> None:
