@@ -678,6 +678,10 @@
         <translation>请检查供电、地线和 TX/RX 是否交叉，或查找波特率。</translation>
     </message>
     <message>
+        <source>Check power, ground and crossed TX and RX.</source>
+        <translation>请检查供电、地线和 TX/RX 是否交叉。</translation>
+    </message>
+    <message>
         <source>Check the wire to the module's RX.</source>
         <translation>请检查连到模块 RX 的线。</translation>
     </message>

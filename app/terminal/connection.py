@@ -227,7 +227,7 @@ def _handshake(conversation: Conversation, port: str, baud_rate: int | None) -> 
 
 def no_module_found(port: str) -> str:
     what = tr("No module answers on {port} at any baud rate.", port=port)
-    return join_sentences((what, tr("Check power, ground and crossed TX and RX, or find the baud rate.")))
+    return join_sentences((what, tr("Check power, ground and crossed TX and RX.")))
 
 
 def module_is_silent(port: str) -> str:

@@ -142,7 +142,9 @@ def test_find_with_nothing_there(
     monkeypatch.setattr("app.procedures.find.WAITS_S", (0.02,))
     printed = run_here(capsys, ["find", "--port", f"{port}?mute=yes", "--json"], 3)
     assert json.loads(printed.out) == {"baud_rate": None, "tried": [115200, 57600, 38400, 19200, 9600, 4800]}
-    assert "at any baud rate" in printed.err
+    assert printed.err == (
+        f"No module answers on {port}?mute=yes at any baud rate. Check power, ground and crossed TX and RX.\n"
+    ), "it advises to find the rate, which was just tried"
 
 
 def test_auto_finds_the_rate_first(port: str, capsys: pytest.CaptureFixture[str]) -> None:
