@@ -112,7 +112,7 @@ def _run(words: list[str]) -> int:
     if words[:1] == ["--version"]:
         from app import version
 
-        print(f"DPS-S Configurator {version()}")
+        console.write_lines([f"DPS-S Configurator {version()}"])
         return console.SUCCESS
     leading = list(takewhile(lambda word: word in _ANYWHERE, words))
     if words[len(leading) : len(leading) + 1] and words[len(leading)] in _BY_NAME:  # dps-s -v read
@@ -218,11 +218,25 @@ def _print_report(body: str, attachment: bytes) -> bytes:
 
 
 def _prepare_output() -> None:
+    _replace_closed_streams()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # "?" for characters that the console lacks
             if sys.platform == "win32" and not stream.isatty() and "PYTHONIOENCODING" not in os.environ:
                 stream.reconfigure(encoding="utf-8")  # the ANSI code page lacks "…" in one country and "°" in another
+
+
+def _replace_closed_streams() -> None:
+    """Else the port or a file would get the number of the closed stream, and what is written there. Python replaces a
+    closed standard error by standard output."""
+    # The null device opened for reading cannot be written, as a closed output.
+    for name, mode, flags in (
+        ("stdin", "r", os.O_RDONLY), ("stdout", "w", os.O_RDONLY), ("stderr", "w", os.O_WRONLY),
+    ):  # fmt: skip
+        if getattr(sys, name) is None and sys.platform != "win32":  # there windowed programs have none
+            number = os.open(os.devnull, flags)  # the lowest free one, which is the stream's
+            os.set_inheritable(number, True)
+            setattr(sys, name, open(number, mode, encoding="utf-8", closefd=False))  # noqa: SIM115
 
 
 def _write_utf8() -> None:

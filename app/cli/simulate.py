@@ -124,7 +124,10 @@ class _Announcement:
             print_error(address)
             return
         self._is_announced = True
-        print(address, flush=True)
+        try:
+            console.write_lines([address])
+        except console.OutputLost:
+            console.discard_output()  # the link tells it
         if self._link is not None:
             print_error(str(self._link))
 

@@ -237,6 +237,43 @@ def test_a_full_disk_is_said() -> None:
     assert_one_sentence(run.stderr)
 
 
+def closing(stream: str, *words: str) -> "subprocess.CompletedProcess[str]":
+    return subprocess.run(
+        ["sh", "-c", f'exec "$@" {stream}', "sh", *PROGRAM, *words],
+        cwd=ROOT, env=ENVIRONMENT, text=True, capture_output=True, timeout=LONGEST_S, check=False,
+    )  # fmt: skip
+
+
+def test_a_closed_output_is_said(module: RunningModule) -> None:
+    run = closing(">&-", "read", "--port", module.port, "--json")
+    assert (run.returncode, run.stdout) == (4, "")
+    assert_one_sentence(run.stderr)
+
+
+def test_messages_do_not_go_to_the_output_where_theirs_is_closed() -> None:
+    run = closing("2>&-", "find", "--port", "/dev/no-such-port", "--json")
+    assert (run.returncode, run.stdout) == (3, "")
+
+
+def test_a_closed_input_is_an_empty_one() -> None:
+    run = closing("<&-", "decode", "-")
+    assert (run.returncode, run.stdout, run.stderr) == (0, "", "")
+
+
+def test_no_port_gets_the_number_of_a_closed_stream() -> None:
+    """What the system or a library prints would go to the module."""
+    code = (
+        "import os, sys, app.__main__ as program\n"
+        "program.main(['decode', '-'])\n"
+        "sys.exit(os.open(os.devnull, os.O_RDWR))\n"
+    )
+    run = subprocess.run(
+        ["sh", "-c", 'exec "$@" <&- >&- 2>&-', "sh", sys.executable, "-c", code], cwd=ROOT, env=ENVIRONMENT,
+        timeout=LONGEST_S, check=False,
+    )  # fmt: skip
+    assert run.returncode > 2
+
+
 def test_help_and_decode_need_no_serial_port() -> None:
     code = (
         "import sys, app.__main__ as program\n"
