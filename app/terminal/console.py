@@ -56,6 +56,21 @@ class Parser(argparse.ArgumentParser):
         super()._print_message(visible(message, keep=NEWLINE) if message else message, file)
 
 
+class _Once(argparse.Action):
+    """Refused where it is given twice: who locks two ports with one command would find only the last one locked."""
+
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,
+        namespace: argparse.Namespace,
+        values: object,
+        option_string: str | None = None,
+    ) -> None:
+        if getattr(namespace, self.dest) is not None:
+            parser.error(tr("{name} is given twice.", name=option_string))
+        setattr(namespace, self.dest, values)
+
+
 class Refused(Exception):
     """The command ends with this message, which is in the language in use, and this exit code."""
 
@@ -70,7 +85,7 @@ class OutputLost(Exception):
 
 def add_port_arguments(parser: argparse.ArgumentParser, *, takes_several: bool = False) -> None:
     """With `takes_several`, `port` is a list if it was given."""
-    parser.add_argument("--port", type=_port, action="append" if takes_several else "store", metavar="P",
+    parser.add_argument("--port", type=_port, action="append" if takes_several else _Once, metavar="P",
                         help=tr("port, socket:// or sim://; default: DPS_S_PORT or the only adapter"))  # fmt: skip
     rates = "|".join(map(str, (*RATES, AUTO))) + f" [{USUAL_RATE}]"
     parser.add_argument(

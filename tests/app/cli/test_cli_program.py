@@ -82,6 +82,7 @@ def test_the_wrong_rate_names_the_way_out(port: str, hasty: None, capsys: pytest
         ["monitor", "--port", "sim://", "--seconds", "-1"],
         ["gui", "--lang", "xx"],
         ["set", "--port", "sim://"],
+        ["lock", "--yes", "--port", "sim://a", "--port", "sim://b"],
     ],
 )
 def test_used_wrongly(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
