@@ -1,8 +1,8 @@
 """`dps-s record FILE`: records a session into .csv, .mcap or .dpscap.
 
 The session is kept among the recordings, as the window does, and exported at its end: nothing is lost if the file
-cannot be written. Exit code 0; 3 if the link was lost, with what came until then; 4 if the file could not be written or
-is incomplete.
+cannot be written. Where nothing can be recorded it ends at once. Exit code 0; 3 if the link was lost, with what came
+until then; 4 if the file could not be written or is incomplete.
 """
 
 import argparse
@@ -91,6 +91,8 @@ class RecordedSession:
 
     def on_turn(self, _conversation: "Conversation") -> None:
         self._note_folder()
+        if self._recorder.trouble is not None:
+            self._span.is_over = True  # nothing more is recorded: said now, not after the flight
         console.show_progress(tr("{file}: {why}", file=tr("Reports"), why=f"{self._samples} (Ctrl-C)"))
 
     def close(self) -> None:

@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import time
 from pathlib import Path
 
 import pytest
@@ -107,6 +108,18 @@ def test_where_the_file_cannot_be_written_the_recording_is_kept(
     (entry,) = RecordingLibrary().entries()
     assert f"kept as recording {entry.folder.name}" in Printed(capsys).err
     assert entry.sample_count > 20
+
+
+def test_where_nothing_can_be_recorded_it_ends_at_once(
+    port: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It went on until Ctrl-C, and only then said that nothing had been recorded."""
+    monkeypatch.setattr("app.recordings.recorder.RESERVE_BYTES", 2**70)
+    began = time.monotonic()
+    assert record(port, tmp_path / "a.csv", seconds="4") == 4
+    assert time.monotonic() - began < 4
+    assert "Not recording: the disk is full." in Printed(capsys).err
+    assert not bench_of(port).state().is_streaming
 
 
 def test_a_capture_is_decoded_from_its_file_and_from_standard_input(
