@@ -8,7 +8,7 @@ from app.procedures.history import History
 from app.terminal.command_journal import open_store_or_notify
 from app.terminal.console import note, notify
 from app.text.i18n import tr
-from app.text.sentences import join_names
+from app.text.sentences import join_names, join_sentences
 
 if TYPE_CHECKING:
     from app.engine.identity import IdentityEvidence
@@ -49,7 +49,8 @@ def may_be_another(conversation: "Conversation", store: "Store | None", module: 
 def store_visit(
     history: History, module: str, *, port: str, found: "IdentityEvidence", is_same_module: bool = False
 ) -> bool:
-    """Store the records of this reading; False if the module may be another one. Errors are printed, never raised.
+    """Store the records of this reading; False if the module may be another one, or the store cannot be used. Errors
+    are printed, never raised.
 
     `is_same_module`: confirmed by a person.
     """
@@ -65,9 +66,9 @@ def store_visit(
         notify(tr("A recording is played; nothing of it is stored."))
         return True
     slots = [record.raw for record in history.records]
-    store = open_store_or_notify()
+    store = open_store_or_notify(tr("Not kept."))
     if store is None:
-        return True
+        return False
     try:
         with closing(store):
             checks, known = CheckStore(store.database), store.module_named(name)
@@ -83,8 +84,8 @@ def store_visit(
             if found.is_complete:
                 store.store_evidence(module_id, found)
     except StoreTrouble as error:
-        notify(error.sentence)
-        return True
+        notify(join_sentences((error.sentence, tr("Not kept."))))
+        return False
     new = visit.records if visit.new is None else visit.new
     note(tr("{module}: {new} new; records: {count}.", module=name, new=len(new), count=len(visit.records)))
     return True

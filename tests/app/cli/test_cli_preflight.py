@@ -265,6 +265,14 @@ def test_history_keeps_what_it_reads_under_a_name(
     assert len(CheckStore(kept).records(1)) == 12
 
 
+def test_history_that_could_not_be_kept_is_done_in_part(port: str, capsys: pytest.CaptureFixture[str]) -> None:
+    data_folder().parent.mkdir(parents=True)
+    data_folder().write_bytes(b"")  # a file where the folder should be
+    printed = run_here(capsys, ["history", "--port", f"{port}?history=2", "--json", "--module", "M-07"], 4)
+    assert len(json.loads(printed.out)["records"]) == 2
+    assert printed.err.endswith("Not kept.\n")
+
+
 def test_a_module_by_the_name_of_another_is_not_set(
     port: str, capsys: pytest.CaptureFixture[str], kept: Database
 ) -> None:
