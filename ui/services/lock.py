@@ -28,8 +28,8 @@ class PortLock(QObject):
     """LOCK on one port.
 
     `press` sends it at once and repeats it until the module reports that it is locked, for at most ten seconds. If
-    the port is lost, it waits for the port within that time. `failed` stays until a report says that the module is
-    locked, or another module is connected.
+    the port is lost, it waits for the port within that time; what answers then confirms LOCK only once it is proven to
+    be the same module. `failed` stays until a report says that the module is locked, or another module is connected.
     """
 
     changed = Signal()
@@ -48,6 +48,10 @@ class PortLock(QObject):
         self._adapter_key = connector.adapter_key
         self._ended_at = 0.0
         self._shown_count = 0
+        self._was_lost = False
+        """The port was lost since LOCK was pressed."""
+        self._reported: Locked | None = None
+        """What answers after that is locked, and is still being identified."""
         self.failed: Locked | None = None
         self.confirmed: Locked | None = None
         """The last confirmation; cleared when the module reports otherwise."""
@@ -79,8 +83,8 @@ class PortLock(QObject):
             return
         if then is not None:
             self._then.append(then)
-        self.failed = self.confirmed = None
-        self._adapter_key, self._shown_count = self._connector.adapter_key, 0
+        self.failed = self.confirmed = self._reported = None
+        self._adapter_key, self._shown_count, self._was_lost = self._connector.adapter_key, 0, False
         self._send(LockRepeat())
         self.notified.emit(waiting_sentence(1))
         self.changed.emit()
@@ -90,9 +94,9 @@ class PortLock(QObject):
         if self.is_possible:
             self.press()
             return
-        self.failed = self.confirmed = None
+        self.failed = self.confirmed = self._reported = None
         self._adapter_key, self._shown_count, self._job = self._connector.adapter_key, 0, None
-        self._repeat = LockRepeat()
+        self._repeat, self._was_lost = LockRepeat(), True
         self._watch()
 
     def end(self) -> None:
@@ -110,7 +114,9 @@ class PortLock(QObject):
             if self._shown_count < _SHOWN_FROM and self._job is not None:
                 return None
             text = waiting_sentence(self._shown_count)
-            if self._job is None:
+            if self._reported is not None:
+                text = tr("Checking whether it is the same module…")
+            elif self._job is None:
                 text = (
                     tr("LOCK not reported; sent again when the port is back.")
                     if repeat.sent
@@ -141,12 +147,29 @@ class PortLock(QObject):
         else:
             locked = job.outcome()
         if locked.is_port_lost and self._can_continue():
+            self.notified.emit("")  # the notice says it from now on
             self.changed.emit()
+        elif locked.is_locked and self._was_lost:
+            self._reported = locked
+            self._identify()
+            self.changed.emit()
+        else:
+            self._finish(locked)
+
+    def _identify(self) -> None:
+        """Take what was reported for the module that was meant, or not, once that is known."""
+        identity, reported = self._connector.identity, self._reported
+        if reported is None:
             return
-        self._finish(locked)
+        if not self._connector.is_open:
+            self._reported = None
+        elif identity.is_proven:
+            self._finish(reported)
+        elif identity.is_for_a_person:
+            self._finish(Locked(outcome=Outcome.UNKNOWN, sent=reported.sent))
 
     def _finish(self, locked: Locked) -> None:
-        self._repeat = self._job = None
+        self._repeat = self._job = self._reported = None
         self._ended_at = self._connector.clock()
         then, self._then = self._then, []
         if locked.is_locked:
@@ -169,13 +192,16 @@ class PortLock(QObject):
         repeat = self._repeat
         if repeat is not None and repeat.sent != self._shown_count:
             self._shown_count = repeat.sent
+            if repeat.sent >= _SHOWN_FROM:
+                self.notified.emit("")  # the notice says it from now on
             self.changed.emit()
         if repeat is not None and self._job is None:
             self._watch()
         known = batch.device.known("active", batch.at)
         if known is None or known.is_stale or known.how is How.ACKNOWLEDGED or known.at <= self._ended_at:
             return
-        if self.failed is not None and known.value is False:
+        is_meant = not self._was_lost or self._connector.identity.is_proven
+        if self.failed is not None and known.value is False and is_meant:
             self._finish(Locked(outcome=Outcome.CONFIRMED, sent=self.failed.sent))
         elif self.confirmed is not None and known.value is True:
             self.confirmed = None
@@ -185,12 +211,14 @@ class PortLock(QObject):
         """React to a port that came back, was closed, or belongs to another module."""
         if self._adapter_key != self._connector.adapter_key:
             self._adapter_key = self._connector.adapter_key
-            self.failed = self.confirmed = None
+            self.failed = self.confirmed = self._reported = None
             if self._job is None:
                 self._repeat = None
                 self._then.clear()
+        self._was_lost |= self._connector.is_requested and not self._connector.is_open
+        self._identify()
         repeat = self._repeat
-        if repeat is not None and self._job is None:
+        if repeat is not None and self._job is None and self._reported is None:
             if self._connector.is_open and repeat.is_repeating(self._connector.clock()):
                 self._send(repeat)
             elif not self._can_continue():

@@ -62,12 +62,19 @@ def test_it_is_repeated_and_shown_until_the_module_reports_it(qtbot: QtBot, qapp
         qtbot.waitUntil(lambda: "LOCK sent 3×, not yet" in notice_text(bar), timeout=WAIT_MS)
         assert bar.notice is not None
         assert bar.notice.meaning is Meaning.ATTENTION
+        assert assembly.window.status_bar.passing.text() == "", "it would stand beside the notice: Locking…"
         qtbot.waitUntil(lambda: not bench.state().is_active, timeout=WAIT_MS)
         qtbot.waitUntil(lambda: bar.notice is None, timeout=WAIT_MS)
         assert len(times) == 6
         confirmed = assembly.lock.confirmed
         assert confirmed is not None
         assert confirmed.sent == 6
+
+
+def wait_for_identity(qtbot: QtBot, assembly: Assembly) -> None:
+    """Wait until enough was read to recognise the module after a loss of the port."""
+    connector = assembly.connector
+    qtbot.waitUntil(lambda: connector.device.values.keys() >= {"boot_count", "freefall_time_s"}, timeout=WAIT_MS)
 
 
 def test_lock_pressed_again_is_sent_at_once(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -143,6 +150,7 @@ def test_closing_with_an_unconfirmed_lock_is_confirmed(
 
 def test_it_is_sent_again_when_the_port_comes_back_in_time(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with active_module(qtbot, qapp, tmp_path, "returns") as (assembly, bench):
+        wait_for_identity(qtbot, assembly)
         bench.change(mute=True)
         press(qtbot, assembly.window.top_bar.lock)
         qtbot.waitUntil(lambda: assembly.lock.is_repeating, timeout=WAIT_MS)
@@ -155,6 +163,40 @@ def test_it_is_sent_again_when_the_port_comes_back_in_time(qtbot: QtBot, qapp: Q
         bench.plug()
         qtbot.waitUntil(lambda: not bench.state().is_active, timeout=WAIT_MS)
         qtbot.waitUntil(lambda: assembly.lock.confirmed is not None, timeout=WAIT_MS)
+
+
+@pytest.mark.parametrize("is_late", [False, True])
+@pytest.mark.parametrize("answer", ["identity_same", "identity_new"])
+def test_the_report_of_what_may_be_another_module_confirms_nothing(
+    qtbot: QtBot,
+    qapp: QApplication,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    answer: str,
+    is_late: bool,
+) -> None:
+    with active_module(qtbot, qapp, tmp_path, f"exchanged {answer} {is_late}") as (assembly, bench):
+        lock, connector, bar = assembly.lock, assembly.connector, assembly.window.notice_bar
+        wait_for_identity(qtbot, assembly)
+        if is_late:
+            monkeypatch.setattr("app.engine.procedure.LOCKS_FOR_S", 0.2)
+        bench.change(mute=True)
+        press(qtbot, assembly.window.top_bar.lock)
+        qtbot.waitUntil(lambda: bool(lock.of(connector.current).sent), timeout=WAIT_MS)
+        bench.unplug()
+        qtbot.waitUntil(lambda: not connector.is_open and lock.is_repeating is not is_late, timeout=WAIT_MS)
+        bench.change(mute=False)
+        bench.module.memory.boot_count -= 20
+        bench.restart()  # another one, which is locked
+        bench.plug()
+        qtbot.waitUntil(lambda: connector.identity.is_for_a_person, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: not lock.is_repeating, timeout=WAIT_MS)
+        qtbot.wait(300)  # it has reported LOCKED several times
+        assert (lock.confirmed, lock.failed is None) == (None, False)
+        qtbot.waitUntil(lambda: "treat the module as ACTIVE. This may be another" in notice_text(bar), timeout=WAIT_MS)
+        press(qtbot, bar.button(answer))
+        qtbot.waitUntil(lambda: bar.notice is None or "restarted" in bar.notice.text, timeout=WAIT_MS)
+        assert (lock.confirmed is not None, lock.failed) == (answer == "identity_same", None)
 
 
 def test_what_is_activated_on_purpose_is_not_locked_again(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
