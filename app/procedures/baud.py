@@ -148,10 +148,13 @@ def _settle_unsent(journal: Journal, entry: Entry, pending: Entry) -> None:
 
 
 def _end(old_rate: int, new_rate: int, found: int | None, heard: SetReply) -> BaudEnd:
-    if found is None:
-        return BaudEnd.LOST
+    end = BaudEnd.LOST if found is None else end_found(old_rate, new_rate, found)
+    is_acknowledged = heard in (SetReply.ECHO, SetReply.ONE)
+    return BaudEnd.AT_RESTART if end is BaudEnd.UNCHANGED and is_acknowledged else end
+
+
+def end_found(old_rate: int, new_rate: int, found: int) -> BaudEnd:
+    """What became of a change without an outcome, by the rate at which the module answers."""
     if found == new_rate:
         return BaudEnd.CHANGED
-    if found != old_rate:
-        return BaudEnd.ELSEWHERE
-    return BaudEnd.AT_RESTART if heard in (SetReply.ECHO, SetReply.ONE) else BaudEnd.UNCHANGED
+    return BaudEnd.UNCHANGED if found == old_rate else BaudEnd.ELSEWHERE

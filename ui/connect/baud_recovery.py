@@ -5,7 +5,7 @@ from functools import partial
 
 from app.engine.target import Target
 from app.engine.worker import Job
-from app.procedures.baud import BaudEnd
+from app.procedures.baud import end_found
 from app.procedures.find import look_for
 from app.store.database import StoreTrouble
 from app.store.store import PendingBaud, Store
@@ -64,8 +64,7 @@ class BaudRecovery:
             if found is None:
                 self._say(tr("Not found. Switch the module off and on, then “Find my module”."))
                 return
-            changed = BaudEnd.CHANGED if found == pending.new_rate else BaudEnd.UNCHANGED
-            self._settle(pending, changed.value if found in (pending.new_rate, pending.old_rate) else "elsewhere")
+            self._settle(pending, end_found(pending.old_rate, pending.new_rate, found).value)
             self._say(tr("The module answers at {rate} baud.", rate=found))
 
         self._connector.run(look_for(pending.new_rate, pending.old_rate), end)

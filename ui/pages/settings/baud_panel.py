@@ -1,21 +1,23 @@
 """Panel for changing the baud rate, framed because the change can cut the link."""
 
-from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 
 from PySide6.QtWidgets import QFrame, QLabel, QStackedLayout, QWidget
 
 from app.engine.worker import Job
-from app.procedures.baud import BaudChanged, BaudEnd, change_baud
+from app.procedures.baud import BaudChanged, BaudEnd, change_baud, end_found
 from app.safety.acts import Act
 from app.safety.interlocks import Interlock
 from app.safety.permit import Origin, Permit
+from app.store.store import Store
 from app.text.i18n import tr
 from app.text.sentences import join_sentences
 from protocol.catalogue import BAUD_RATE
 from protocol.translatable import marked
 from ui.acts.confirm import Confirm
-from ui.acts.outcomes import SameModule, open_conditions
+from ui.acts.outcomes import SameModule, not_begun, open_conditions
+from ui.core.background_task import BackgroundTask
 from ui.forms.field_editors import ChoiceEditor, make_editor
 from ui.forms.value_label import ValueLabel
 from ui.pages.settings.row import CELL_GAP, aligned_cells
@@ -37,6 +39,9 @@ class BaudPanel(QFrame):
         self._services, self._connector = services, services.connector
         self._job = RunningJob(services.connector, self)
         self._module = SameModule(services.connector)
+        self._doubtful_since: float | None = None
+        """When a change was broken off after it may have been sent, until the module answers."""
+        self._settling: BackgroundTask[None] = BackgroundTask("dps-s baud rate", self)
         texts = services.texts
         self.title = control(QLabel(), texts, "baud_title", BAUD_RATE.title)
         self.title.setWordWrap(True)
@@ -59,9 +64,11 @@ class BaudPanel(QFrame):
 
     def refresh(self) -> None:
         if self._module.is_another():
+            self._doubtful_since = None
             self._job.dismiss()
         connector = self._connector
         now = connector.clock()
+        self._end_doubt()
         self.stands.show_known(connector.device.known("baud_rate", now), now)
         found = open_conditions(self._services, Act.CHANGE_BAUD)
         self.conditions.setText(join_sentences(one.sentence for one in found))
@@ -82,12 +89,19 @@ class BaudPanel(QFrame):
         permit = Permit(Act.CHANGE_BAUD, Origin.CONFIRMATION, connector.clock())
         journal = self._services.storage.journal(connector.target)
         change = change_baud(rate, journal, permit=permit, armed=self._services.armed)
-        self._job.run(change, partial(self._end, rate))
+        self._doubtful_since = None
+        self._job.run(change, partial(self._end, rate, permit))
 
-    def _end(self, rate: int, job: Job[BaudChanged]) -> None:
+    def _end(self, rate: int, permit: Permit, job: Job[BaudChanged]) -> None:
         self.editor.show_draft(None, None)
-        if job.run.error is not None:
-            self._job.set_notice(partial(_interrupted_notice, rate, self._job.dismiss))
+        if job.run.error is not None and not permit.is_spent:
+            self._job.set_notice(lambda: replace(not_begun(), dismiss=self._job.dismiss))
+        elif job.run.error is not None:
+            self._doubtful_since = self._connector.clock()
+            self._job.notify(
+                Meaning.DANGER,
+                lambda: tr("Interrupted: maybe at {rate} baud now. Use “Find my module”.", rate=rate),
+            )
         else:
             self._job.set_notice(partial(self._ended, job.outcome()))
 
@@ -102,6 +116,19 @@ class BaudPanel(QFrame):
             find = (Choice("find_lost", tr("Find my module"), self._connector.find_rate, is_main=True),)
         return Notice(meaning, changed.sentence, find, self._job.dismiss)
 
+    def _end_doubt(self) -> None:
+        """Once the same module answers, its rate is known."""
+        connector, since = self._connector, self._doubtful_since
+        known = connector.device.known("baud_rate", connector.clock())
+        if since is None or known is None or known.is_stale or known.at <= since or not connector.identity.is_proven:
+            return
+        self._doubtful_since = None
+        found, port, store = int(known.value), connector.connection.port, self._services.storage.store
+        self._job.notify(Meaning.INFORMATION, lambda: tr("The module answers at {rate} baud.", rate=found))
+        if isinstance(store, Store):
+            settle = partial(_settle, store, port, found)
+            self._settling.run_in(store.queue, settle, lambda _none: None, lambda _trouble: None)
+
     def _lay_out(self) -> None:
         for one in (self._warning, self.conditions, self.said):
             self._message.addWidget(one)
@@ -111,6 +138,8 @@ class BaudPanel(QFrame):
         in_column(row, below, of=self, spacing=0, margins=(Space.S + 2, Space.XS, Space.S, Space.XS))
 
 
-def _interrupted_notice(rate: int, dismiss: Callable[[], None]) -> Notice:
-    text = tr("Interrupted: maybe at {rate} baud now. Use “Find my module”.", rate=rate)
-    return Notice(Meaning.DANGER, text, dismiss=dismiss)
+def _settle(store: Store, port: str, found: int) -> None:
+    """Runs in the store's thread: the last change at this port is not asked about at the next start."""
+    last = next((one for one in store.pending_bauds() if one.port == port), None)
+    if last is not None:
+        store.settle_baud(last.id, end_found(last.old_rate, last.new_rate, found).value)

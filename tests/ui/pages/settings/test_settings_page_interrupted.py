@@ -2,11 +2,13 @@
 
 from pathlib import Path
 
+import pytest
 from PySide6.QtWidgets import QApplication, QLineEdit
 from pytestqt.qtbot import QtBot
 
 from app.engine.identity import Trust
 from app.settings.form import RowState
+from app.store.store import Store
 from protocol.link_states import Presence
 from tests.support.window.settings_bench import choose, desk, notice, reason, state, type_into, write
 from tests.support.window.steps import notice_text
@@ -135,3 +137,29 @@ def test_leaving_while_it_writes_is_confirmed_until_it_is_written(
         assert window.isVisible()
         window.close()
         assert not window.isVisible()
+
+
+@pytest.mark.parametrize("is_sent", [False, True])
+def test_a_change_of_the_baud_rate_that_was_broken_off_is_in_doubt_only_until_the_module_answers(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, is_sent: bool
+) -> None:
+    with desk(qtbot, qapp, tmp_path) as one:
+        panel, connector = one.settings.baud, one.assembly.connector
+        panel.editor.box.setCurrentIndex(panel.editor.box.findData(9600))
+        panel.refresh()
+        one.ask(panel.confirm)
+        one.bench.change(**({"mute_codes": frozenset((0x24,))} if is_sent else {"mute": True}))
+        one.click(panel.confirm.go)
+        one.until(lambda: one.changes("baud_rate") if is_sent else panel.said.notice is not None)
+        one.bench.unplug()
+        one.until(lambda: not connector.is_open)
+        one.until(lambda: ("maybe at 9600" if is_sent else "Nothing was sent") in notice_text(panel.said))
+        one.bench.change(mute=False)
+        one.bench.plug()
+        one.until(lambda: connector.is_open and connector.identity.is_proven)
+        if is_sent:
+            one.until(lambda: notice_text(panel.said) == "The module answers at 115200 baud.")
+        store = one.assembly.storage.store
+        assert isinstance(store, Store)
+        one.until(lambda: not store.pending_bauds())
+        assert len(one.changes("baud_rate")) == is_sent
