@@ -15,7 +15,7 @@ from app.archive.server_url import server_url
 from app.stations.station import Station, StationTrouble, encoded, own_station
 from app.store.database import Clock, utc_now
 from app.store.store import Store
-from app.text.messages import UserMessage, clean, message
+from app.text.messages import clean, message
 from protocol.translatable import marked
 
 
@@ -126,5 +126,5 @@ def open_archive(store: Store, *, clock: Clock = utc_now) -> Archive:
     try:
         station = own_station(folder)
     except StationTrouble as trouble:
-        raise ArchiveTrouble(UserMessage(trouble.sentence)) from trouble
+        raise ArchiveTrouble(trouble.message) from trouble
     return Archive(store, open_facts(folder, clock=clock), station)

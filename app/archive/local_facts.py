@@ -74,7 +74,7 @@ class LastExchange(NamedTuple):
 class LocalFacts:
     """A `FactSet` with local queries. Thread-safe. Raises `ArchiveTrouble`."""
 
-    def __init__(self, database: Database, notice: str | None = None) -> None:
+    def __init__(self, database: Database, notice: UserMessage | None = None) -> None:
         self.database = database
         self.notice = notice
         """Set if a damaged file was set aside."""
@@ -185,7 +185,7 @@ def open_facts(folder: Path, *, clock: Clock = utc_now) -> LocalFacts:
     """Open or create the file; a damaged one is set aside. Raises `ArchiveTrouble`."""
     with store_troubles():
         opened = open_database(folder, clock=clock, migrations=FACT_TABLES, name=FACTS_FILE)
-    return LocalFacts(opened.database, opened.set_aside.sentence if opened.set_aside is not None else None)
+    return LocalFacts(opened.database, opened.set_aside.message if opened.set_aside is not None else None)
 
 
 def find_facts(folder: Path) -> LocalFacts | None:
@@ -211,4 +211,4 @@ def store_troubles() -> Iterator[None]:
     try:
         yield
     except StoreTrouble as error:
-        raise ArchiveTrouble(UserMessage(error.sentence)) from error
+        raise ArchiveTrouble(error.message) from error

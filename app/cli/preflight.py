@@ -113,6 +113,7 @@ def _check_several(
     """Check all ports at the same time; one that fails does not stop the others."""
     from app.fleet.check_set import SetMember, write_set_reports
     from app.terminal.connection import link_trouble
+    from app.text.messages import UserMessage
 
     gathered = _collect_all(args, ports, store)
     # All are filed before anything is printed, which fails where nobody reads.
@@ -122,7 +123,7 @@ def _check_several(
         trouble = found.trouble if found.error is None else link_trouble(found.error)
         if found.error is not None and trouble is None:
             raise found.error
-        members.append(SetMember(found.evidence.port, "", filed, trouble or ""))
+        members.append(SetMember(found.evidence.port, "", filed, UserMessage(trouble) if trouble else None))
     codes: list[int] = []
     try:
         codes += [_print_member(args, one, is_first=one is members[0]) for one in members]
@@ -143,10 +144,11 @@ def _print_member(args: argparse.Namespace, member: "SetMember", *, is_first: bo
     """Print one of several; returns its exit code."""
     if not args.json:
         console.write_lines([*([] if is_first else [""]), member.port])
+    trouble = None if member.trouble is None else member.trouble.translated()
     if member.filed is None:
-        console.notify(member.trouble)
+        console.notify(trouble or "")
         return console.NO_LINK
-    return _conclude(argparse.Namespace(**{**vars(args), "report": None}), member.filed, member.trouble or None)
+    return _conclude(argparse.Namespace(**{**vars(args), "report": None}), member.filed, trouble)
 
 
 def _collect_all(args: argparse.Namespace, ports: list[str], store: "Store | None") -> list[_PortEvidence]:

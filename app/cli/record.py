@@ -101,7 +101,7 @@ class RecordedSession:
         self._recorder.settle(SETTLE_LIMIT_S)
         self._note_folder()
         if self._recorder.trouble is not None:
-            console.notify(self._recorder.trouble)
+            console.notify(self._recorder.trouble.translated())
         if self._recorder.dropped:
             console.notify(tr("The disk was too slow. Reports missing: {count}.",
                    count=self._recorder.dropped))  # fmt: skip

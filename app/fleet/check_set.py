@@ -29,7 +29,7 @@ class SetMember:
     port: str
     name: str = ""
     filed: Filed | None = None
-    trouble: str = ""
+    trouble: UserMessage | None = None
 
     @property
     def verdict(self) -> Verdict | None:
@@ -46,7 +46,9 @@ class SetMember:
     @property
     def why(self) -> str:
         """What stands against it, translated; empty for GO and READY."""
-        return self.trouble or join_names(one.translated() for one in self.against)
+        if self.trouble is not None:
+            return self.trouble.translated()
+        return join_names(one.translated() for one in self.against)
 
 
 def word_of(verdict: Verdict | None) -> str:
@@ -71,7 +73,7 @@ def plain_set(members: Sequence[SetMember]) -> dict[str, object]:
                 "module": one.name or None,
                 "verdict": None if one.verdict is None else one.verdict.value,
                 "against": [each.in_english() for each in one.against],
-                "trouble": one.trouble or None,
+                "trouble": None if one.trouble is None else one.trouble.in_english(),
                 "hash": None if one.filed is None else one.filed.record.get("hash"),
             }
             for one in members

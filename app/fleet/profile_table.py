@@ -8,6 +8,7 @@ from app.engine.device import DeviceView
 from app.engine.procedure import Cancelled
 from app.procedures.write import Written
 from app.procedures.write_all import SettingChange, WriteReport
+from app.safety.interlocks import Refusal
 from app.settings.profiles import Match, Profile, ProfileRow, compare
 from app.text.i18n import tr
 from app.text.sentences import join_names, join_sentences
@@ -16,6 +17,7 @@ from protocol.translatable import marked
 
 LEFT_OUT = (BAUD_RATE, SERIAL_OUTPUT)
 """Never written to several: the baud rate needs a permit for each module, the program itself switches the other."""
+NOT_READ_BACK = marked("Not read back: {names}.")
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,48 +71,48 @@ class Applied(Enum):
 
 @dataclass(frozen=True, slots=True)
 class AppliedProfile:
-    """`why`: a translated sentence."""
+    """`parts`: sentences with the place for the names of these settings."""
 
     state: Applied
-    why: str = ""
+    parts: tuple[tuple[str, tuple[Command, ...]], ...] = ()
+    refusals: tuple[Refusal, ...] = ()
+
+    @property
+    def why(self) -> str:
+        """In the language in use now."""
+        said = (tr(text, names=join_names(tr(one.title) for one in commands)) for text, commands in self.parts)
+        return join_sentences((*(one.sentence for one in self.refusals), *said))
 
 
 def outcome_of(report: WriteReport) -> AppliedProfile:
     """Verified only if everything that can be read back was read back equal."""
     if report.refusals:
-        return AppliedProfile(Applied.REFUSED, join_sentences(one.sentence for one in report.refusals))
-    failed = [one.command for one in report.results if not one.is_fine]
-    changed = [one.command for one in report.changed]
-    if failed or changed or report.unread:
-        parts = (
-            (marked("Not as written: {names}."), failed),
-            (marked("Changed without being written: {names}."), changed),
-            (marked("Not read back: {names}."), report.unread),
-        )
-        why = join_sentences(tr(text, names=_titles(commands)) for text, commands in parts if commands)
-        return AppliedProfile(Applied.FAILED, why)
-    unproven = [one.command for one in report.results if one.verified is None]
+        return AppliedProfile(Applied.REFUSED, refusals=report.refusals)
+    parts = (
+        (marked("Not as written: {names}."), tuple(one.command for one in report.results if not one.is_fine)),
+        (marked("Changed without being written: {names}."), tuple(one.command for one in report.changed)),
+        (NOT_READ_BACK, report.unread),
+    )
+    failed = tuple((text, commands) for text, commands in parts if commands)
+    if failed:
+        return AppliedProfile(Applied.FAILED, failed)
+    unproven = tuple(one.command for one in report.results if one.verified is None)
     if unproven:
-        return AppliedProfile(Applied.ACKNOWLEDGED, tr("Not read back: {names}.", names=_titles(unproven)))
+        return AppliedProfile(Applied.ACKNOWLEDGED, ((NOT_READ_BACK, unproven),))
     return AppliedProfile(Applied.VERIFIED if report.results else Applied.NOTHING_TO_DO)
 
 
 def broken_off(heard: Sequence[Written], error: BaseException) -> AppliedProfile:
     """The result after a lost link or a cancel: what was not read back is unknown."""
+    text = marked("Link lost: the rest is unknown.")
     if isinstance(error, Cancelled):
-        text = tr("Cancelled: the rest is unknown.")
-    else:
-        text = tr("Link lost: the rest is unknown.")
-    done = [one.command for one in heard if one.verified]
-    more = tr("Written: {names}.", names=_titles(done)) if done else ""
-    return AppliedProfile(Applied.FAILED, join_sentences((text, more)))
+        text = marked("Cancelled: the rest is unknown.")
+    done = tuple(one.command for one in heard if one.verified)
+    written = ((marked("Written: {names}."), done),) if done else ()
+    return AppliedProfile(Applied.FAILED, ((text, ()), *written))
 
 
 def result_line(applied: Iterable[AppliedProfile]) -> str:
     """ "3 written and verified, 1 FAILED"."""
     states = [one.state for one in applied]
     return join_names(f"{states.count(state)} {tr(state.value)}" for state in Applied if state in states)
-
-
-def _titles(commands: Sequence[Command]) -> str:
-    return join_names(tr(command.title) for command in commands)

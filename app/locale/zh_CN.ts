@@ -6246,6 +6246,10 @@
         <translation>已复制 {all} 行中的 {n} 行。</translation>
     </message>
     <message>
+        <source>{option}={text}: expected {expected}</source>
+        <translation>{option}={text}：应为 {expected}</translation>
+    </message>
+    <message>
         <source>{path} holds no settings.</source>
         <translation>{path} 中没有设置。</translation>
     </message>

@@ -33,7 +33,7 @@ from app.safety.interlocks import Interlock, Refusal, interlock_inputs, refusals
 from app.safety.journal import Journal, JournalFailed, Outcome, durable
 from app.safety.permit import Permit
 from app.text.i18n import tr
-from app.text.messages import message
+from app.text.messages import UserMessage, message
 from app.text.sentences import join_sentences
 from protocol.catalogue import BY_NAME, STATUS
 from protocol.events import Answered, Unanswered
@@ -88,8 +88,8 @@ class Performed:
     is_acknowledged: bool = False
     status: StatusSample | None = None
     """The last report afterwards."""
-    trouble: str | None = None
-    """Why the intent could not be logged: a sentence."""
+    trouble: UserMessage | None = None
+    """Why the intent could not be logged."""
 
     @property
     def sentence(self) -> str:
@@ -99,10 +99,8 @@ class Performed:
         if self.outcome is not Outcome.NOT_SENT:
             words = tr(SENTENCES[self.act, self.outcome])
             return join_sentences((words, self._tilt_sentence)) if self.act is Act.ZERO else words
-        parts = [tr(_NOT_SENT), *(refusal.sentence for refusal in self.refusals)]
-        if self.trouble:
-            parts.append(self.trouble)
-        return join_sentences(parts)
+        why = () if self.trouble is None else (self.trouble.translated(),)
+        return join_sentences((tr(_NOT_SENT), *(refusal.sentence for refusal in self.refusals), *why))
 
     @property
     def is_level(self) -> bool:
@@ -172,7 +170,7 @@ def perform(
     except JournalFailed as error:
         journal.settle(entry, Outcome.NOT_SENT, {"why": "log"})
         refusal = Refusal(Interlock.INTENT_DURABLE, message(LOG_FAILED))
-        return Performed(act=act, outcome=Outcome.NOT_SENT, refusals=(refusal,), trouble=error.sentence)
+        return Performed(act=act, outcome=Outcome.NOT_SENT, refusals=(refusal,), trouble=error.message)
     except (Cancelled, PortLost, PortError) as error:
         journal.settle(entry, Outcome.NOT_SENT, {"why": type(error).__name__})
         raise

@@ -31,7 +31,7 @@ from app.safety.interlocks import Interlock, Refusal
 from app.safety.journal import Entry, Journal, JournalFailed, Outcome, durable
 from app.safety.permit import Permit
 from app.text.i18n import tr
-from app.text.messages import message
+from app.text.messages import UserMessage, message
 from app.text.sentences import join_sentences
 from protocol.catalogue import BAUD_RATE
 from protocol.translatable import marked
@@ -77,8 +77,8 @@ class BaudChanged:
     found_rate: int | None = None
     """The rate at which it answers, and of the port; None if it does not answer (the port is at the old rate)."""
     refusals: tuple[Refusal, ...] = ()
-    trouble: str | None = None
-    """Why the rates could not be logged: a sentence."""
+    trouble: UserMessage | None = None
+    """Why the rates could not be logged."""
 
     @property
     def sentence(self) -> str:
@@ -86,7 +86,8 @@ class BaudChanged:
         text = SENTENCES[self.end]
         rates = {"old": self.old_rate, "new": self.new_rate, "found": self.found_rate}
         words = tr(text, **{name: rate for name, rate in rates.items() if f"{{{name}}}" in text})
-        return join_sentences([words, *(refusal.sentence for refusal in self.refusals), self.trouble or ""])
+        why = () if self.trouble is None else (self.trouble.translated(),)
+        return join_sentences((words, *(refusal.sentence for refusal in self.refusals), *why))
 
 
 def change_baud(
@@ -117,7 +118,7 @@ def change_baud(
         _settle_unsent(journal, entry, pending)
         refusal = Refusal(Interlock.INTENT_DURABLE, message(LOG_FAILED))
         return BaudChanged(
-            old_rate=old_rate, new_rate=new_rate, end=BaudEnd.NOT_SENT, refusals=(refusal,), trouble=error.sentence
+            old_rate=old_rate, new_rate=new_rate, end=BaudEnd.NOT_SENT, refusals=(refusal,), trouble=error.message
         )
     except (Cancelled, PortLost, PortError):
         _settle_unsent(journal, entry, pending)

@@ -47,7 +47,7 @@ def remarks(entry: "RecordingEntry") -> str:
 def entry_text(entry: "RecordingEntry") -> str:
     """Description of a recording, for the tooltip and screen readers."""
     if entry.trouble is not None:
-        return entry.trouble
+        return entry.trouble.translated()
     words = (
         when_text(entry), entry.module, tr("{port}, {rate} baud", port=entry.port, rate=entry.baud_rate),
         stopwatch(entry.duration_s), size_text(entry.size_bytes), remarks(entry),

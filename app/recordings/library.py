@@ -19,8 +19,9 @@ from app.recordings.file_layout import (
     read_opening,
 )
 from app.system.files import private_opener
-from app.text.i18n import tr
+from app.text.messages import UserMessage, message
 from app.text.sentences import error_text
+from protocol.translatable import marked
 
 MAX_BYTES = 2 * 1024**3
 MAX_DAYS = 90
@@ -67,8 +68,8 @@ class RecordingEntry:
     """Being written, by this or another program."""
     was_cut_off: bool = False
     """Not closed properly; valid up to there."""
-    trouble: str | None = None
-    """Why it cannot be read, in the language in use."""
+    trouble: UserMessage | None = None
+    """Why it cannot be read."""
     part: int = 1
     """Long sessions continue in a further recording."""
     sequence: int = 0
@@ -121,7 +122,7 @@ class RecordingLibrary:
             opening = read_opening(folder)
             extents = read_extents(folder, opening)
         except (OSError, Unreadable) as error:
-            return _unreadable(folder, error)
+            return _unreadable_entry(folder, error)
         is_running = not extents.is_last and is_held(folder)
         return entry_of(folder, opening, extents, size_bytes=size_of(folder), is_running=is_running)
 
@@ -235,9 +236,13 @@ def entry_of(folder: Path, opening: Opening, extents: Extents, *, size_bytes: in
     )
 
 
-def _unreadable(folder: Path, error: OSError | Unreadable) -> RecordingEntry:
-    text = str(error)
-    why = tr(text) if isinstance(error, Unreadable) else error.strerror or text
+def unreadable(folder: Path, error: Exception) -> UserMessage:
+    """Why a recording cannot be read."""
+    why = message(str(error)) if isinstance(error, Unreadable) else error_text(error)
+    return message(marked("{file} cannot be read: {why}."), file=folder.name, why=why)
+
+
+def _unreadable_entry(folder: Path, error: OSError | Unreadable) -> RecordingEntry:
     try:
         at_s = folder.stat().st_mtime
     except OSError:
@@ -247,15 +252,15 @@ def _unreadable(folder: Path, error: OSError | Unreadable) -> RecordingEntry:
         started_at=datetime.fromtimestamp(at_s, UTC),
         size_bytes=size_of(folder),
         is_pinned=(folder / PINNED).exists(),
-        trouble=tr("{file} cannot be read: {why}.", file=folder.name, why=why),
+        trouble=unreadable(folder, error),
     )
 
 
-def stopped_sentence(error: Exception, folder: Path) -> str:
-    """Why recording stopped, in the language in use."""
+def stopped_message(error: Exception, folder: Path) -> UserMessage:
+    """Why recording stopped."""
     if isinstance(error, OSError) and error.errno in _DISK_FULL:
-        return tr("Not recording: the disk is full. Free some space, then connect again.")
-    return tr("Not recording to {folder}: {why}.", folder=folder, why=error_text(error))
+        return message(marked("Not recording: the disk is full. Free some space, then connect again."))
+    return message(marked("Not recording to {folder}: {why}."), folder=folder, why=error_text(error))
 
 
 def size_of(folder: Path) -> int:

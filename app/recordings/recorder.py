@@ -17,10 +17,11 @@ from pathlib import Path
 from app.engine.device import Sleep
 from app.engine.worker import Batch
 from app.recordings.file_layout import Opening
-from app.recordings.library import RecordingEntry, RecordingLibrary, entry_of, stopped_sentence
+from app.recordings.library import RecordingEntry, RecordingLibrary, entry_of, stopped_message
 from app.recordings.markers import Marker, MarkerTracker
 from app.recordings.recorder_queue import Begin, End, Heading, Lost, Name, Order, RecorderQueue, Settle
 from app.recordings.writer import SessionWriter, new_folder
+from app.text.messages import UserMessage
 
 __all__ = ["Heading", "Recorder"]
 _log = logging.getLogger(__name__)
@@ -139,10 +140,10 @@ class Recorder:
         return self._entry
 
     @property
-    def trouble(self) -> str | None:
-        """Why recording failed, in the language in use; the next `begin` tries again."""
+    def trouble(self) -> UserMessage | None:
+        """Why recording failed; the next `begin` tries again."""
         error = self._error
-        return None if error is None else stopped_sentence(error, self.library.folder)
+        return None if error is None else stopped_message(error, self.library.folder)
 
     @property
     def dropped(self) -> int:

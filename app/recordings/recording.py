@@ -27,11 +27,11 @@ from app.recordings.file_layout import (
     journal_lines,
     read_opening,
 )
-from app.recordings.library import RecordingEntry, entry_of, size_of
+from app.recordings.library import RecordingEntry, entry_of, size_of, unreadable
 from app.recordings.markers import KIND_OF_WORD, Marker, MarkerKind, ModuleLimits
 from app.samples.step_function import StepFunction
-from app.text.i18n import tr
-from app.text.sentences import error_text, join_sentences
+from app.text.messages import UserMessage, joined, message
+from protocol.translatable import marked
 
 _MAX_LIMITS = 1_000_000
 
@@ -44,11 +44,14 @@ class LimitsAt(NamedTuple):
 
 
 class RecordingUnreadable(Exception):
-    """`sentence` says why, in the language in use."""
+    def __init__(self, why: UserMessage) -> None:
+        super().__init__(why.in_english())
+        self._why = why
 
-    def __init__(self, folder: Path, why: str) -> None:
-        super().__init__(why)
-        self.sentence = tr("{file} cannot be read: {why}.", file=folder.name, why=why)
+    @property
+    def sentence(self) -> str:
+        """Why, in the language in use now."""
+        return self._why.translated()
 
 
 class Recording:
@@ -137,8 +140,8 @@ class Recording:
         return self._extents.line_bytes
 
     @property
-    def damage(self) -> str | None:
-        """What was left out as damaged or altered, in the language in use; None for an undamaged recording."""
+    def damage(self) -> UserMessage | None:
+        """What was left out as damaged or altered; None for an undamaged recording."""
         if not (self.damaged or self.left_out_rows):
             return None
         rows = self.left_out_rows + sum(
@@ -146,14 +149,14 @@ class Recording:
             for one in self.damaged
             for name in ("status_rows", "cell_rows", "light_rows")
         )
-        said = tr("Damaged or altered; rows left out: {rows}.", rows=f"{rows:,}")
+        said = message(marked("Damaged or altered; rows left out: {rows}."), rows=f"{rows:,}")
         if not self.damaged:
             return said
         first, last = (
             f"{datetime.fromtimestamp(at_s + self.wall_offset_s).astimezone():%H:%M:%S}"
             for at_s in (self.damaged[0].first.at_s, self.damaged[-1].last.at_s)
         )
-        return join_sentences((said, f"{first} – {last}"))
+        return joined((said, message(f"{first} – {last}")), " ")
 
     def close(self) -> None:
         """Releases the files. Series and excerpts taken before still hold them."""
@@ -242,11 +245,8 @@ def open_recording(folder: Path) -> Recording:
         is_running = is_running and not extents.is_last
         entry = entry_of(folder, opening, extents, size_bytes=size_of(folder), is_running=is_running)
         return Recording(entry, opening, extents, damaged)
-    except Unreadable as error:
-        text = str(error)
-        raise RecordingUnreadable(folder, tr(text)) from error
-    except (OSError, ValueError) as error:  # ValueError: a file that shrank meanwhile
-        raise RecordingUnreadable(folder, error_text(error)) from error
+    except (OSError, ValueError) as error:  # ValueError: `Unreadable`, or a file that shrank meanwhile
+        raise RecordingUnreadable(unreadable(folder, error)) from error
 
 
 def tilt_outline(folder: Path, buckets: int) -> tuple[tuple[float, float], ...]:

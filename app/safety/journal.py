@@ -12,7 +12,8 @@ from typing import Protocol
 
 from app.engine.procedure import Await, EngineView, Inspect, Procedure
 from app.safety.acts import Act
-from app.text.i18n import tr
+from app.text.messages import UserMessage, message
+from protocol.translatable import marked
 
 DURABLE_LIMIT_S = 5.0
 """As long as a confirmation is valid: an intent that is not on disk by then is dropped."""
@@ -33,11 +34,11 @@ class Outcome(Enum):
 
 
 class JournalFailed(Exception):
-    """The intent could not be logged. `sentence`: for people, translated."""
+    """The intent could not be logged. `message`: for people."""
 
-    def __init__(self, sentence: str) -> None:
-        super().__init__(sentence)
-        self.sentence = sentence
+    def __init__(self, message: UserMessage) -> None:
+        super().__init__(message.in_english())
+        self.message = message
 
 
 Entry = Future[int]
@@ -72,8 +73,8 @@ class Journal(Protocol):
 class NoJournal:
     """Without a store nothing can be logged, so nothing dangerous is sent."""
 
-    def __init__(self, sentence: str = "") -> None:
-        self._sentence = sentence
+    def __init__(self, why: UserMessage | None = None) -> None:
+        self._why = why or UserMessage("")
 
     @property
     def is_ready(self) -> bool:
@@ -93,7 +94,7 @@ class NoJournal:
 
     def _refused(self) -> Entry:
         entry = Entry()
-        entry.set_exception(JournalFailed(self._sentence))
+        entry.set_exception(JournalFailed(self._why))
         return entry
 
 
@@ -102,7 +103,7 @@ def durable(entry: Entry, limit_s: float = DURABLE_LIMIT_S) -> Procedure[bool]:
     began: EngineView = yield Inspect()
     is_written = yield Await(entry, limit_s)
     if not is_written or entry.cancelled():
-        raise JournalFailed(tr("The disk is too slow."))
+        raise JournalFailed(message(marked("The disk is too slow.")))
     entry.result()
     ended: EngineView = yield Inspect()
     return ended.now - began.now > SLOW_DISK_S

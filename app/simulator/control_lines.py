@@ -12,6 +12,7 @@ from app.simulator.bench import SimulatedBench
 from app.simulator.options import BY_NAME, OptionRefused, OptionTarget, as_text, find_option, parse_value
 from app.simulator.quirks import Group
 from app.text.i18n import tr
+from app.text.messages import message
 from protocol.translatable import marked
 
 READ_CHUNK = 4096
@@ -86,7 +87,7 @@ def _active(bench: SimulatedBench, words: list[str]) -> None:
 
 def _pwm(bench: SimulatedBench, _words: list[str]) -> None:
     if not bench.pulse_pwm():
-        raise OptionRefused(tr("not triggered"))
+        raise OptionRefused(message(marked("not triggered")))
 
 
 def _change(bench: SimulatedBench, words: list[str]) -> None:

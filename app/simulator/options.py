@@ -13,13 +13,20 @@ from typing import Any
 from app.simulator.defect_texts import changes, codes, listed, marked_codes, marked_records, rules
 from app.simulator.quirks import Group, Quirks, option
 from app.simulator.wire import Faults
-from app.text.i18n import tr
+from app.text.messages import UserMessage, message
 from protocol.catalogue import BAUD_RATES
 from protocol.translatable import marked
 
 
 class OptionRefused(ValueError):
-    """An unknown option or an invalid value; the message names it and what is expected."""
+    """An unknown option or an invalid value; `why` names it and what is expected. As text in the language in use."""
+
+    def __init__(self, why: UserMessage) -> None:
+        super().__init__(why)
+        self.why = why
+
+    def __str__(self) -> str:
+        return self.why.translated()
 
 
 class OptionTarget(Enum):
@@ -156,7 +163,7 @@ def find_option(name: str) -> Option:
     """By its name, with `-` or `_`; raises `OptionRefused`."""
     option = BY_NAME.get(name.replace("-", "_"))
     if option is None:
-        raise OptionRefused(tr("No option {name}.", name=name))
+        raise OptionRefused(message(marked("No option {name}."), name=name))
     return option
 
 
@@ -165,7 +172,8 @@ def parse_value(option: Option, text: str) -> Any:
     try:
         return option.parse(text)
     except ValueError as error:
-        raise OptionRefused(f"{option.name}={text}: {tr('expected {expected}', expected=error)}") from error
+        refused = marked("{option}={text}: expected {expected}")
+        raise OptionRefused(message(refused, option=option.name, text=text, expected=error)) from error
 
 
 def as_text(value: object) -> str:

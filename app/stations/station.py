@@ -17,8 +17,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from app.system.files import draft_of, write_whole
-from app.text.i18n import tr
+from app.text.messages import UserMessage, message
 from app.text.sentences import error_text
+from protocol.translatable import marked
 
 if TYPE_CHECKING:  # imported on first use, to keep the start fast
     from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey, Ed25519PublicKey
@@ -32,11 +33,16 @@ _GROUP: Final = 4
 
 
 class StationTrouble(Exception):
-    """Signing is not possible. `sentence` is the reason in the current language."""
+    """Signing is not possible. `message` says why."""
 
-    def __init__(self, why: str) -> None:
+    def __init__(self, why: str | UserMessage) -> None:
         super().__init__(why)
-        self.sentence = tr("The key of this station cannot be used: {why}.", why=why)
+        self.message = message(marked("The key of this station cannot be used: {why}."), why=why)
+
+    @property
+    def sentence(self) -> str:
+        """In the language in use now."""
+        return self.message.translated()
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,7 +126,7 @@ def _station(path: Path) -> Station:
     with path.open("rb") as file:
         seed = decoded(file.read(_MAX_KEY_FILE_LENGTH).decode("utf-8", "replace").strip(), KEY_BYTES)
     if seed is None:
-        raise ValueError(tr("{file} is damaged", file=path))
+        raise StationTrouble(message(marked("{file} is damaged"), file=path))
     from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 
     private = Ed25519PrivateKey.from_private_bytes(seed)

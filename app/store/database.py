@@ -29,8 +29,7 @@ from app.store.audit_chain import CHAIN_HASH, chain_hash
 from app.store.copies import Copier, copied_at, restore
 from app.store.schema import APPLICATION_ID, MIGRATIONS
 from app.system.files import draft_of
-from app.text.i18n import tr
-from app.text.sentences import join_sentences
+from app.text.messages import UserMessage, joined, message
 from protocol.translatable import marked
 
 FILE_NAME = "dps-s.sqlite"
@@ -68,8 +67,13 @@ class StoreTrouble(Exception):
         self.path = path
 
     @property
+    def message(self) -> UserMessage:
+        return message(self.fault.value, file=self.path)
+
+    @property
     def sentence(self) -> str:
-        return tr(self.fault.value, file=self.path)
+        """In the language in use now."""
+        return self.message.translated()
 
 
 class Foreign(Exception):
@@ -86,17 +90,16 @@ class SetAside:
     restored_at: datetime | None = None
 
     @property
-    def sentence(self) -> str:
+    def message(self) -> UserMessage:
         text = marked("The records were damaged and kept as {path}.")
         if not self.was_damaged:
             text = marked("A file of another program was kept as {path}.")
-        kept = (tr(text, path=self.path),) if self.path is not None else ()
+        kept = (message(text, path=self.path),) if self.path is not None else ()
         if self.restored_at is None:
-            return join_sentences((*kept, tr("New ones begin.")))
+            return joined((*kept, message(marked("New ones begin."))), " ")
         when = f"{self.restored_at.astimezone():%Y-%m-%d %H:%M}"
-        return join_sentences(
-            (*kept, tr("Records restored from the copy of {when}; later ones are missing.", when=when))
-        )
+        text = marked("Records restored from the copy of {when}; later ones are missing.")
+        return joined((*kept, message(text, when=when)), " ")
 
 
 class Database:

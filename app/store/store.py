@@ -13,6 +13,7 @@ from app.safety.acts import Act
 from app.safety.journal import Outcome
 from app.store.database import Clock, Database, open_database, utc_now
 from app.store.write_queue import WriteQueue
+from app.text.messages import UserMessage
 
 CLOSE_LIMIT_S = 5.0
 """Default time limit for queued writes at `close`."""
@@ -76,7 +77,7 @@ _MODULES = "SELECT id, name, adapter, first_seen_at FROM modules"
 class Store:
     """Every method may be called from any thread and raises `StoreTrouble`."""
 
-    def __init__(self, database: Database, notice: str | None = None) -> None:
+    def __init__(self, database: Database, notice: UserMessage | None = None) -> None:
         self.database = database
         self.notice = notice
         """A sentence if an old file was set aside when the store was opened."""
@@ -223,4 +224,4 @@ def _object(text: str | None) -> dict[str, object]:
 def open_store(folder: Path | None = None, *, clock: Clock = utc_now) -> Store:
     """Raises `StoreTrouble`."""
     opened = open_database(folder or data_folder(), clock=clock)
-    return Store(opened.database, opened.set_aside.sentence if opened.set_aside is not None else None)
+    return Store(opened.database, opened.set_aside.message if opened.set_aside is not None else None)

@@ -47,7 +47,7 @@ class StoreJournal:
                 return write()
             except StoreTrouble as error:
                 _log.warning("The audit log cannot be written: %s", error)
-                raise JournalFailed(error.sentence) from error
+                raise JournalFailed(error.message) from error
 
         return self._store.queue.submit(work)
 
@@ -69,4 +69,4 @@ def journal_for(store: Store | StoreTrouble, *, port: str, origin: str, adapter:
     """The journal of a connection, whether there is a store or not."""
     if isinstance(store, Store):
         return StoreJournal(store, port=port, origin=origin, adapter=adapter, module=module)
-    return NoJournal(store.sentence)
+    return NoJournal(store.message)

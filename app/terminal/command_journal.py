@@ -64,7 +64,7 @@ def _opened(consequence: str = "") -> "Store | StoreTrouble":
         notify(join_sentences((error.sentence, consequence)))
         return error
     if store.notice is not None:
-        notify(store.notice)
+        notify(store.notice.translated())
     return store
 
 

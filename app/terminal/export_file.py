@@ -81,7 +81,7 @@ def export_recording(folder: Path, path: Path, *, appends: bool = False) -> Expo
                 case _:
                     rows = export_csv(recording, path, appends=appends, on_progress=_show)
             if recording.damage is not None:
-                missing.append(recording.damage)
+                missing.append(recording.damage.translated())
     finally:
         clear_progress()
     return Exported(rows, tuple(missing))

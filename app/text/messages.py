@@ -10,12 +10,14 @@ from dataclasses import dataclass
 from typing import Union
 
 from app.text.i18n import CHINESE, language, tr
+from app.text.sentences import join_sentences
 from app.text.visible_text import visible
 
 MAX_TEXT_LENGTH = 400
 """Characters of a name or a note that are shown."""
 _PLACE = re.compile(r"\{(\w{1,40})(?::([\w.]{1,6}))?\}")
 _LIST = re.compile(r"\{p0\}(?:, \{p\d+\})+")
+_SENTENCES = re.compile(r"\{p0\}(?: \{p\d+\})+")
 _DEEPEST = 4
 
 
@@ -34,7 +36,8 @@ class UserMessage:
         """The message in the language in use."""
         is_list = language() == CHINESE and _LIST.fullmatch(self.text) is not None
         text = self.text.replace(", ", "，") if is_list else tr(self.text)  # see `joined`
-        return _filled(text, {name: _translated(value) for name, value in self.values})
+        filled = _filled(text, {name: _translated(value) for name, value in self.values})
+        return join_sentences([filled]) if _SENTENCES.fullmatch(self.text) else filled
 
     def to_json(self) -> dict[str, object]:
         """As JSON for a record; `message_from_json` reverses it."""
@@ -56,7 +59,7 @@ def message(text: str, /, **values: object) -> UserMessage:
 
 
 def joined(parts: Sequence[UserMessage], between: str = ", ") -> UserMessage:
-    """Joins messages into one; the comma is that of the language in which it is read."""
+    """Joins messages into one; the comma, or the space, is that of the language in which it is read."""
     places = [f"p{number}" for number in range(len(parts))]
     return UserMessage(between.join(f"{{{place}}}" for place in places), tuple(zip(places, parts, strict=True)))
 

@@ -20,6 +20,7 @@ from app.store.database import FILE_NAME
 from app.store.store import Store, open_store
 from app.store.store_journal import StoreJournal
 from app.store.write_queue import WriteQueue
+from app.text.messages import UserMessage
 from protocol.catalogue import Hazard
 from tests.support.line.sim_line import Rig, settled_rig
 
@@ -161,7 +162,7 @@ def test_a_failing_write_does_not_stop_later_ones() -> None:
     queue = WriteQueue()
 
     def fail() -> None:
-        raise JournalFailed("no")
+        raise JournalFailed(UserMessage("no"))
 
     failing: Future[None] = queue.submit(fail)
     assert queue.submit(lambda: 5).result(LIMIT_S) == 5

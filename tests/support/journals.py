@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 from app.safety.acts import Act
 from app.safety.journal import Entry, JournalFailed, Outcome
+from app.text.messages import UserMessage
 
 
 class FakeJournal:
@@ -62,5 +63,5 @@ class FakeJournal:
 
 def _failed() -> Entry:
     entry = Entry()
-    entry.set_exception(JournalFailed("The disk is full."))
+    entry.set_exception(JournalFailed(UserMessage("The disk is full.")))
     return entry

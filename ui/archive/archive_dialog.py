@@ -27,7 +27,7 @@ from app.archive.module_history import HistoryEvent, module_history
 from app.archive.module_names import Conflict
 from app.store.store import Store
 from app.text.i18n import tr
-from app.text.messages import UserMessage, clean
+from app.text.messages import clean
 from app.text.sentences import join_sentences
 from protocol.translatable import marked
 from ui.archive.archive_exchange import ArchiveExchange, last_time
@@ -203,7 +203,7 @@ class ArchiveDialog(QDialog):
         def load() -> Loaded:
             store = storage.open_store()
             if not isinstance(store, Store):
-                raise ArchiveTrouble(UserMessage(store.sentence))
+                raise ArchiveTrouble(store.message)
             with closing(open_archive(store)) as archive:
                 names = archive.names()
                 states = fleet_state(archive.facts, names, datetime.now(UTC))

@@ -155,7 +155,7 @@ def _work(storage: Storage, server: str | None, act: Act, running: Running) -> S
 
     store, rest = storage.open_store(), GilYield()
     if not isinstance(store, Store):
-        raise ArchiveTrouble(UserMessage(store.sentence))
+        raise ArchiveTrouble(store.message)
 
     def on_page(_done: "Exchanged") -> None:
         rest.checkpoint()

@@ -9,6 +9,7 @@ from PySide6.QtCore import Signal
 
 from app.recordings.entry_texts import when_text
 from app.text.i18n import tr
+from app.text.messages import UserMessage
 from app.text.sentences import error_text, join_sentences
 from ui.core.background_task import BackgroundTask, Running
 from ui.services.job_notice import JobNotice, progress_notice
@@ -33,7 +34,7 @@ class _Exported(NamedTuple):
     """`damage`: what is missing in the file, because it was damaged in the recording."""
 
     rows: int
-    damage: str | None
+    damage: UserMessage | None
 
 
 class RecordingJobs(JobNotice):
@@ -111,7 +112,7 @@ class RecordingJobs(JobNotice):
         def notify(done: _Exported) -> None:
             def text() -> str:
                 saved = tr("Saved to {path}. Rows: {rows}.", rows=f"{done.rows:,}", path=path)
-                return join_sentences([saved, done.damage or ""])
+                return saved if done.damage is None else join_sentences([saved, done.damage.translated()])
 
             self._end(Meaning.GOOD if done.damage is None else Meaning.ATTENTION, text)
 

@@ -17,6 +17,7 @@ from app import version
 from app.engine.playback import is_playback
 from app.engine.target import Target
 from app.engine.worker import Batch, Connection, PortState, Worker
+from app.text.messages import UserMessage
 from ui.core.connector import MakeWorker
 from ui.core.port_connection import PortConnection
 
@@ -73,12 +74,12 @@ def _key_of(port: str, target: Target | None) -> str:
 
 @dataclass(frozen=True, slots=True)
 class RecordingState:
-    """State of the running recording as the window shows it. `trouble` is a sentence."""
+    """State of the running recording as the window shows it. `trouble`: why nothing is written."""
 
     since: datetime | None = None
     """Aware; None: nothing is being written."""
     dropped: int = 0
-    trouble: str | None = None
+    trouble: UserMessage | None = None
 
 
 class SessionRecording:

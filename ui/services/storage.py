@@ -16,7 +16,8 @@ from app.store.database import StoreFault, StoreTrouble
 from app.store.store import Store, data_folder, open_store
 from app.store.store_journal import journal_for
 from app.store.stream_memory import StoredStreamMemory, StreamMemory
-from app.text.i18n import tr
+from app.text.messages import UserMessage, message
+from protocol.translatable import marked
 from ui.services.recording_jobs import RecordingJobs
 from ui.services.session_recording import SessionRecording
 
@@ -35,8 +36,8 @@ class RecordingPlayed(StoreTrouble):
         super().__init__(StoreFault.FAILED, Path())
 
     @property
-    def sentence(self) -> str:
-        return tr("A recording is played; nothing of it is stored.")
+    def message(self) -> UserMessage:
+        return message(marked("A recording is played; nothing of it is stored."))
 
 
 class Storage:
@@ -85,12 +86,13 @@ class Storage:
     def notice(self) -> str | None:
         """What a person should know about the store, in the language in use."""
         store = self.store
-        return store.notice if isinstance(store, Store) else store.sentence
+        notice = store.notice if isinstance(store, Store) else store.message
+        return None if notice is None else notice.translated()
 
     def journal(self, target: Target | None) -> Journal:
         """For one connection, with the name that its module has now."""
         if target is None or target.is_playback:
-            return NoJournal("")
+            return NoJournal()
         name = self.name_at(target)
         return journal_for(self.store, port=target.device, origin=ORIGIN, adapter=target.identity, module=name)
 

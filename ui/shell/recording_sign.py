@@ -7,6 +7,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QLabel, QWidget
 
 from app.text.i18n import tr
+from app.text.messages import UserMessage
 from ui.services.session_recording import RecordingState
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
@@ -34,14 +35,14 @@ class RecordingSign(QWidget):
         in_row(self._picture, self.label, of=self, spacing=Space.XS, margins=0)
         self._shown: RecordingState | None = None
         self._is_reported = False
-        self._last_trouble = ""
+        self._last_trouble = UserMessage("")
         VisibilityTimer(self, self._retranslate)
         self.refresh()
 
     @property
     def last_trouble(self) -> str:
-        """Why recording stopped the last time, in the language in use while that lasts."""
-        return self._find_sign().trouble or self._last_trouble
+        """Why recording stopped the last time, in the language in use now."""
+        return self._last_trouble.translated()
 
     def refresh(self) -> None:
         sign = self._find_sign()
@@ -59,7 +60,7 @@ class RecordingSign(QWidget):
 
     def _write(self, sign: RecordingState) -> None:
         if sign.trouble is not None:
-            text, whole = tr("Not recorded"), sign.trouble
+            text, whole = tr("Not recorded"), sign.trouble.translated()
         elif sign.since is None:
             text = whole = ""
         else:

@@ -114,7 +114,7 @@ class OptionRows(QWidget):
             try:
                 value = parse_value(option, box.text())
             except OptionRefused as error:
-                refusal.setText(str(error))
+                self._texts.bind(refusal.setText, error.why.text, **dict(error.why.values))
                 refusal.show()
             else:
                 refusal.hide()

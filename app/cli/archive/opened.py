@@ -31,7 +31,7 @@ def opened_archive() -> "Iterator[Archive]":
         with closing(archive):
             for notice in (store.notice, archive.facts.notice):
                 if notice is not None:
-                    console.notify(notice)
+                    console.notify(notice.translated())
             yield archive
 
 

@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from unittest.mock import ANY
 
 import pytest
 
@@ -16,6 +17,8 @@ from app.procedures.write_all import WriteContext, write_all
 from app.records.filing import Filed, Person, file_check
 from app.records.report_files import ReportRefused
 from app.settings.profiles import Match, Profile
+from app.text.i18n import CHINESE, ENGLISH, set_language
+from app.text.messages import message
 from protocol.catalogue import BAUD_RATE, BY_NAME
 from tests.support.journals import FakeJournal
 from tests.support.line.sim_line import Rig
@@ -37,7 +40,7 @@ def test_one_report_for_the_set_and_one_for_each(tmp_path: Path) -> None:
     members = (
         SetMember("/dev/a", "M-<1>", filed()),
         SetMember("/dev/b", "", filed(cell="3.4")),
-        SetMember("/dev/c", "M-3", None, "The module does not answer."),
+        SetMember("/dev/c", "M-3", None, message("The module does not answer.")),
     )
     assert [one.verdict for one in members] == [Verdict.READY, Verdict.NO_GO, None]
     assert "Cell voltage" in members[1].why
@@ -53,6 +56,9 @@ def test_one_report_for_the_set_and_one_for_each(tmp_path: Path) -> None:
     assert [one["verdict"] for one in found["modules"]] == ["READY", "NO-GO", None]
     page = target.with_suffix(".html").read_text(encoding="utf-8")
     assert "M-&lt;1&gt;" in page
+    set_language(CHINESE)
+    assert (members[2].why, plain_set(members)) == ("模块没有应答。", found | {"at": ANY})
+    set_language(ENGLISH)
     assert "The module does not answer." in page
     check_set_target(target)  # our own is replaced
     other = tmp_path / "other.pdf"
@@ -76,7 +82,10 @@ def test_a_profile_is_compared_written_and_verified_on_each() -> None:
     assert tr_title("attitude_trigger") in results["a"].why
     assert results["b"].state is Applied.FAILED
     assert results["c"].state is Applied.REFUSED  # active: nothing is written
-    assert results["c"].why
+    set_language(CHINESE)
+    assert results["a"].why.startswith("未回读：")
+    assert results["c"].why == "模块已激活：请先锁定。"
+    set_language(ENGLISH)
     assert result_line(results.values()) == "1 written, 1 refused, 1 FAILED"
     rig = rigs["a"]
     again = column(PROFILE, rig.session.device.view(rig.clock()), rig.clock(), port="a", title="a")
@@ -93,3 +102,6 @@ def test_what_was_broken_off_is_never_fine() -> None:
         assert found.state is Applied.FAILED
         assert not found.state.is_fine
         assert "is unknown" in found.why
+        set_language(CHINESE)
+        assert "未知" in found.why
+        set_language(ENGLISH)

@@ -15,6 +15,7 @@ from app.safety.acts import REQUESTS, Act
 from app.safety.interlocks import Interlock
 from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
+from app.text.i18n import CHINESE, set_language
 from protocol.catalogue import BY_NAME, Hazard
 from protocol.events import Received
 from tests.support.journals import FakeJournal
@@ -344,6 +345,8 @@ def test_an_intent_that_is_never_durable_is_given_up() -> None:
     assert rig.clock() - begun == pytest.approx(5.0, abs=0.3)
     assert [one.condition for one in done.refusals] == [Interlock.INTENT_DURABLE]
     assert "too slow" in done.sentence
+    set_language(CHINESE)
+    assert done.sentence.endswith("磁盘写入过慢。")
     assert acts_sent(rig) == []
     assert journal.outcomes == {0: Outcome.NOT_SENT}
 

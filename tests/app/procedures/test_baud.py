@@ -13,6 +13,7 @@ from app.procedures.write import SetReply
 from app.safety.acts import Act
 from app.safety.journal import NoJournal, Outcome
 from app.safety.permit import Origin, Permit
+from app.text.messages import UserMessage
 from protocol.catalogue import BAUD_RATES, HEARTBEAT
 from protocol.events import Answered
 from protocol.fields import ValueRefused
@@ -179,9 +180,9 @@ def test_a_change_whose_intent_cannot_be_logged_is_not_sent_and_its_rates_are_no
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     rig, journal = Rig(), FakeJournal()
-    monkeypatch.setattr(journal, "begin", NoJournal("The disk is full.").begin)
+    monkeypatch.setattr(journal, "begin", NoJournal(UserMessage("The disk is full.")).begin)
     changed = change(rig, 9600, journal)
-    assert (changed.end, changed.trouble) == (BaudEnd.NOT_SENT, "The disk is full.")
+    assert (changed.end, changed.trouble) == (BaudEnd.NOT_SENT, UserMessage("The disk is full."))
     assert journal.settled_rates == {0: BaudEnd.NOT_SENT.value}
     assert sets(rig) == 0
 

@@ -16,6 +16,7 @@ from app.procedures.settings_reading import read_settings
 from app.procedures.write_all import SettingChange, WriteContext, write_all
 from app.safety.acts import Act
 from app.safety.journal import NoJournal
+from app.text.messages import UserMessage
 from protocol.catalogue import BAUD_RATES, BY_NAME
 from protocol.events import Counters, Role, Unanswered
 from protocol.frame import Reason
@@ -69,8 +70,8 @@ def test_a_silence_is_told_by_what_came_since(after: EngineView, silence: Silenc
         (NoAnswer("/dev/x", 9600, Silence.ECHO), "/dev/x: no answer at 9600 baud: echo"),
         (PortError(PortTrouble.LOST, "/dev/x", "gone"), "/dev/x: lost: gone"),
         (Slept(90.0), "the computer slept for 90 s"),
-        (NoJournal("no disk").begin(Act.LOCK, b"", {}).exception(0.0), "no disk"),
-        (NoJournal("no disk").begin_baud(9600, 4800).exception(0.0), "no disk"),
+        (NoJournal(UserMessage("no disk")).begin(Act.LOCK, b"", {}).exception(0.0), "no disk"),
+        (NoJournal(UserMessage("no disk")).begin_baud(9600, 4800).exception(0.0), "no disk"),
     ],
     ids=lambda value: type(value).__name__,
 )

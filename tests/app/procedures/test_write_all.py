@@ -18,6 +18,7 @@ from app.safety.acts import Act
 from app.safety.interlocks import Interlock
 from app.safety.journal import NoJournal, Outcome
 from app.safety.permit import Origin, Permit
+from app.text.messages import UserMessage
 from protocol.catalogue import BY_NAME
 from protocol.fields import Value, ValueRefused
 from tests.support.journals import FakeJournal
@@ -165,7 +166,9 @@ def test_the_settings_are_kept_before_the_first_write() -> None:
 def test_a_setting_is_written_also_where_nothing_can_be_logged_but_not_the_baud_rate() -> None:
     rig = Rig()
     permit = Permit(Act.CHANGE_BAUD, Origin.COMMAND_LINE, rig.clock())
-    report = write(rig, WriteContext(journal=NoJournal("no disk"), permit=permit), freefall_time=1.2, baud_rate=9600)
+    report = write(
+        rig, WriteContext(journal=NoJournal(UserMessage("no disk")), permit=permit), freefall_time=1.2, baud_rate=9600
+    )
     assert sets(rig) == ["freefall_time"]
     assert [refusal.condition for refusal in report.refusals] == [Interlock.INTENT_DURABLE]
 

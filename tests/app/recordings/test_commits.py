@@ -106,7 +106,8 @@ def test_a_missing_file_is_said(whole: Whole, tmp_path: Path) -> None:
         (entry,) = bench.library.entries()
         with pytest.raises(FileNotFoundError) as missing:
             (folder / DATA_FILES[1]).stat()
-        assert entry.trouble == f"{entry.folder.name} cannot be read: {missing.value.strerror}."
+        assert entry.trouble is not None
+        assert entry.trouble.in_english() == f"{entry.folder.name} cannot be read: {missing.value.strerror}."
 
 
 def test_opening_verifies_each_byte_once(whole: Whole, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -190,7 +190,8 @@ def test_a_damaged_recording_is_listed_with_its_error(tmp_path: Path) -> None:
     (entry,) = library.entries()
     (entry.folder / "session.json").write_text("{", encoding="utf-8")
     (damaged,) = library.entries()
-    assert damaged.trouble == f"{entry.folder.name} cannot be read: damaged heading."
+    assert damaged.trouble is not None
+    assert damaged.trouble.in_english() == f"{entry.folder.name} cannot be read: damaged heading."
     assert damaged.size_bytes > 0
     library.delete(damaged)
     assert library.entries() == ()

@@ -49,7 +49,7 @@ def test_a_disk_that_is_full_at_any_byte(tmp_path: Path, monkeypatch: pytest.Mon
         assert not bench.recorder.is_recording
         assert bench.recorder.entry is None
         assert bench.recorder.trouble is not None
-        assert bench.recorder.trouble.startswith("Not recording: the disk is full.")
+        assert bench.recorder.trouble.text.startswith("Not recording: the disk is full.")
         (entry,) = bench.library.entries()
         assert (entry.was_cut_off, entry.is_running) == (True, False)
         found = whole_of(entry.folder)
@@ -73,7 +73,7 @@ def test_a_folder_that_cannot_be_made(tmp_path: Path) -> None:
     with recorder_in(tmp_path / "file" / "shelf") as bench:
         bench.record(batch(1000.0, report(1000.0)))
         assert bench.recorder.trouble is not None
-        assert str(bench.library.folder) in bench.recorder.trouble
+        assert str(bench.library.folder) in bench.recorder.trouble.in_english()
         assert not bench.recorder.is_recording
 
 

@@ -104,7 +104,7 @@ def test_what_is_no_database_is_set_aside_whole(folder: Path, content: bytes) ->
         assert store.notice is not None
     (aside,) = [path for path in folder.iterdir() if "20260102-120000" in path.name and path.suffix == ".sqlite"]
     assert aside.read_bytes() == content
-    assert str(aside) in store.notice
+    assert str(aside) in store.notice.in_english()
     if not content.startswith(b"SQLite"):  # else SQLite has thrown a log that does not belong to it away
         assert (folder / f"{aside.name}-wal").read_bytes() == b"log"
 

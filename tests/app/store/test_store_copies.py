@@ -74,13 +74,13 @@ def test_a_damaged_store_is_restored_from_the_newest_good_copy_and_that_is_said(
         assert names(store) == {"M-07"}
         assert store.notice is not None
         when = f"{START.astimezone():%Y-%m-%d %H:%M}"
-        assert f"restored from the copy of {when}; later ones are missing" in store.notice
+        assert f"restored from the copy of {when}; later ones are missing" in store.notice.in_english()
         store.register_module("goes on")
     assert copy.read_bytes() == before
     if damage in ("middle", "head"):
         kept = [one for one in folder.iterdir() if "20260102-170000" in one.name and one.suffix == ".sqlite"]
         assert [one.read_bytes() for one in kept] == [spoilt]
-        assert str(kept[0]) in store.notice
+        assert str(kept[0]) in store.notice.in_english()
     with closing(open_store(folder, clock=clock)) as store:
         assert store.notice is None
         assert names(store) == {"M-07", "goes on"}

@@ -41,6 +41,13 @@ def test_joined_messages_have_the_comma_of_the_language_that_they_are_read_in() 
     assert both.to_json()["text"] == "{p0}, {p1}, {p2}"  # as records store it
 
 
+def test_joined_messages_that_are_sentences_have_the_space_of_the_language() -> None:
+    both = joined([UserMessage("Disconnected."), UserMessage("Cancelled.")], " ")
+    assert both.translated() == both.in_english() == "Disconnected. Cancelled."
+    set_language(CHINESE)
+    assert both.translated() == "已断开。已取消。"
+
+
 def test_a_number_keeps_its_unit() -> None:
     assert with_units("Below 0.5 g for 2.00 s: 3 steps, 低于 0.5 g 达") == (
         "Below 0.5\u00a0g for 2.00\u00a0s: 3 steps, 低于 0.5\u00a0g 达"

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from PySide6.QtCore import QEvent
 from PySide6.QtWidgets import QApplication, QVBoxLayout
 from pytestqt.qtbot import QtBot
 
@@ -13,7 +14,7 @@ from app.engine.target import Target
 from app.engine.worker import Batch
 from app.simulator import bench
 from app.simulator.bench import SimulatedBench
-from app.text.i18n import ENGLISH
+from app.text.i18n import CHINESE, ENGLISH, set_language
 from protocol.link_states import Presence
 from ui.core.port_watcher import PortWatcher
 from ui.core.preferences import Preferences
@@ -24,6 +25,15 @@ from ui.services.page import StreamPage
 from ui.style.icons import Icon
 
 WAIT_MS = 8000
+
+
+def speak_chinese() -> None:
+    """Change the language of all windows, as `LanguageSwitch` does, without the bound texts."""
+    set_language(CHINESE)
+    for window in QApplication.topLevelWidgets():
+        QApplication.sendEvent(window, QEvent(QEvent.Type.LanguageChange))
+
+
 ADAPTER = PortInfo("/dev/ttyUSB0", "CP2102 USB to UART", "Silicon Labs", "0001", 0x10C4, 0xEA60, "1-1")
 SECOND_ADAPTER = PortInfo("/dev/ttyACM0", "USB Single Serial", "QinHeng", "5523", 0x1A86, 0x55D3, "1-2")
 

@@ -106,7 +106,7 @@ def test_lock_all_reaches_every_open_port_and_waits_for_none(qtbot: QtBot, ports
     for name in ("one", "two", "three"):
         ports.plug_in(f"/dev/{name}", active=True)
     connector = ports.connector
-    lock = LockControl(connector, lambda _target: NoJournal(""))
+    lock = LockControl(connector, lambda _target: NoJournal())
     wait_for(qtbot, lambda: all(one.is_open for one in connector.connections))
     assert connector.is_any_active
     lock.press_all()  # none of the jobs ends: all three hang

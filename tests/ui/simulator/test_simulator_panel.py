@@ -197,7 +197,7 @@ def test_defects(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> 
 
 
 def test_a_rule_that_means_nothing_is_refused_beside_it(
-    qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench
+    qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench, texts: Texts
 ) -> None:
     click(qtbot, panel.options.folds["defects"])
     talk = find(panel, QLineEdit, "simulator_option_cross_talk")
@@ -206,6 +206,9 @@ def test_a_rule_that_means_nothing_is_refused_beside_it(
     refusal = find(panel, QLabel, "simulator_option_cross_talk_refusal")
     assert isinstance(refusal, QLabel)
     assert "CODE:CODE" in refusal.text()
+    i18n.set_language(i18n.CHINESE)
+    texts.retranslate()
+    assert refusal.text().startswith("cross_talk=21>20：应为 ")
     assert bench.state().values["cross_talk"] == ()
     panel.refresh()
     assert talk.text() == "21>20", "what was typed stays, to be put right"

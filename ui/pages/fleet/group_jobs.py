@@ -18,12 +18,16 @@ from app.procedures.write import Written
 from app.procedures.write_all import WriteContext, WriteReport, write_all
 from app.records.filing import Filed, Person
 from app.settings.profiles import Profile
-from app.text.i18n import tr
+from app.text.messages import UserMessage, message
+from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
 from ui.core.port_connection import PortConnection
 from ui.pages.fleet.members import FleetMembers, port_text
 from ui.services.check_filing import file_in_background
 from ui.services.context import Services
+
+SILENT = message(marked("The module does not answer."))
+CANCELLED = message(marked("Cancelled."))
 
 
 @dataclass(slots=True)
@@ -68,7 +72,7 @@ class GroupChecks(QObject):
                 self._begin(connection)
         for connection in connections:
             if connection not in reachable:
-                self._finish(connection, self._members.name_of(connection), None, tr("The module does not answer."))
+                self._finish(connection, self._members.name_of(connection), None, SILENT)
         self.changed.emit()
 
     def cancel(self) -> None:
@@ -101,8 +105,7 @@ class GroupChecks(QObject):
         evidence = check.evidence
         evidence.note_error(job.run.error)
         if evidence.began_at is None:
-            why = tr("Cancelled.") if isinstance(job.run.error, Cancelled) else tr("The module does not answer.")
-            self._finish(connection, name, None, why)
+            self._finish(connection, name, None, CANCELLED if isinstance(job.run.error, Cancelled) else SILENT)
             return
         expectations = Expectations() if self.profile is None else expectations_of(self.profile)
         check.filing = BackgroundTask("dps-s check", self)
@@ -114,10 +117,10 @@ class GroupChecks(QObject):
 
     def _on_filed(self, connection: PortConnection, name: str, filed: Filed) -> None:
         self._members.verdicts.store(connection.adapter_key, filed)
-        trouble = "" if filed.trouble is None else filed.trouble.sentence
+        trouble = None if filed.trouble is None else filed.trouble.message
         self._finish(connection, name, filed, trouble)
 
-    def _finish(self, connection: PortConnection, name: str, filed: Filed | None, trouble: str) -> None:
+    def _finish(self, connection: PortConnection, name: str, filed: Filed | None, trouble: UserMessage | None) -> None:
         self._running.pop(connection, None)
         self._members.is_checking.discard(connection)
         self.results[connection] = SetMember(port_text(connection.target), name, filed, trouble)
@@ -129,7 +132,7 @@ class GroupChecks(QObject):
         """The port was disconnected; the other checks go on."""
         self._heard.discard(connection)
         if connection in self._running:
-            self._finish(connection, "", None, tr("Disconnected."))
+            self._finish(connection, "", None, message(marked("Disconnected.")))
 
 
 class GroupProfile(QObject):

@@ -49,7 +49,14 @@ class RecordedBanner(Banner):
             when=f"{entry.started_at.astimezone():%Y-%m-%d %H:%M}",
             length=duration(entry.duration_s),
         )
-        parts = (damage, began, entry.module, entry.port, remarks(entry), tr("not live"))
+        parts = (
+            damage.translated() if damage is not None else "",
+            began,
+            entry.module,
+            entry.port,
+            remarks(entry),
+            tr("not live"),
+        )
         self.label.setText(" · ".join(filter(None, parts)))
         self.setAccessibleName(self.label.text())
         if damage is None:

@@ -7,7 +7,7 @@ from PySide6.QtCore import QRectF, QSize
 from PySide6.QtGui import QPaintEvent
 from PySide6.QtWidgets import QFrame, QPushButton, QSizePolicy, QWidget
 
-from app.recordings.entry_texts import remarks, size_text, when_text
+from app.recordings.entry_texts import entry_text, remarks, size_text, when_text
 from app.recordings.library import RecordingEntry
 from app.text.durations import stopwatch
 from app.text.i18n import tr
@@ -129,7 +129,7 @@ class RecordingsDetail(QFrame):
         if one is not None:
             shown |= {"when": when_text(one), "port": one.port}
         self.title.setText(_title(chosen))
-        self.remarks.setText("" if one is None else one.trouble or remarks(one))
+        self.remarks.setText("" if one is None else remarks(one) if one.trouble is None else entry_text(one))
         self.remarks.setVisible(bool(self.remarks.text()))
         self.picture.setVisible(one is not None and one.trouble is None)
         self._fact_rows.show_facts(shown)

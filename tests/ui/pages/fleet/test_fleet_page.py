@@ -26,6 +26,7 @@ from app.settings.profiles import Profile
 from app.text.messages import UserMessage
 from tests.support.records.preflight_rig import check
 from tests.support.window.fake_ports import VALUES, FakePorts, FakeWorker
+from tests.support.window.fakes_ui import speak_chinese
 from ui.acts.ritual_widget import RitualWidget
 from ui.core.port_connection import PortConnection
 from ui.core.texts import Texts
@@ -72,7 +73,7 @@ class Desk:
 @pytest.fixture
 def desk(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Desk]:
     ports, storage = FakePorts(), Storage(tmp_path)
-    lock = LockControl(ports.connector, lambda _target: NoJournal(""))
+    lock = LockControl(ports.connector, lambda _target: NoJournal())
     appearance = Appearance(qapp, Choice.LIGHT)
     services = Services(ports.connector, Texts(), appearance, lock, storage)
     services.naming.bind(ports.connector, storage)
@@ -261,6 +262,11 @@ def test_a_group_act_sends_questions_and_settings_only_where_it_may(desk: Desk) 
     desk.settle()
     states = [desk.page.profile.applied[one].state for one, _ in desk.modules]
     assert states == [Applied.UNREACHABLE, Applied.FAILED, Applied.WRITING]
+    shown = desk.page.panel.table.item(1, 2)
+    assert shown is not None
+    assert shown.text() == "FAILED: Link lost: the rest is unknown."
+    speak_chinese()
+    assert shown.text().endswith("通信中断：其余未知。")
 
 
 def test_a_notice_moves_no_card(desk: Desk) -> None:

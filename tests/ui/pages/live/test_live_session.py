@@ -19,13 +19,14 @@ from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Batch, Connection, PortState
 from app.procedures.stream import StreamSwitch
 from app.recordings.recording import open_recording
+from app.text.i18n import CHINESE, ENGLISH, set_language
 from tests.support.records.recordings_made import CLOSED, OPEN, WAIT_S, batch, report
 from tests.support.window.fakes_ui import WAIT_MS, connect, simulated, window
 from tests.support.window.steps import await_child, find, notice_text
 from ui.core.bridge import Bridge
 from ui.main import PAGES
 from ui.pages.live.page import LivePage
-from ui.services.session_recording import SessionRecording, SessionTracker
+from ui.services.session_recording import RecordingState, SessionRecording, SessionTracker
 from ui.shell.recording_sign import RecordingSign
 from ui.style.icons import Icon
 from ui.widgets.labels import IconLabel
@@ -158,7 +159,8 @@ def test_a_new_name_belongs_to_its_session(bench: Bench) -> None:
 
 def test_a_failing_recorder_does_not_affect_the_link(bench: Bench, tmp_path: Path, qtbot: QtBot) -> None:
     (tmp_path / "recordings").write_text("a file stands where the folder should be", encoding="utf-8")
-    sign = RecordingSign(lambda: bench.sessions.sign)
+    trouble: list[RecordingState] = []
+    sign = RecordingSign(lambda: trouble[-1] if trouble else bench.sessions.sign)
     qtbot.addWidget(sign)
     told = QSignalSpy(sign.troubled)
     bench.say(some(1.0))
@@ -169,6 +171,13 @@ def test_a_failing_recorder_does_not_affect_the_link(bench: Bench, tmp_path: Pat
     assert len(bench.handed_on) == 2
     assert told.count() == 1
     assert "Not recording" in sign.last_trouble
+    trouble.append(RecordingState())  # begun again: the notice of the last trouble is still shown
+    sign.refresh()
+    set_language(CHINESE)
+    assert sign.last_trouble.startswith("无法记录到")
+    set_language(ENGLISH)
+    trouble.clear()
+    sign.refresh()
     assert sign.label.text() == "Not recorded"
     QApplication.sendEvent(sign, QEvent(QEvent.Type.LanguageChange))
     assert _is_a_warning(sign)

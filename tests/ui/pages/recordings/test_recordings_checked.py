@@ -18,9 +18,11 @@ from app.recordings.file_layout import DATA_FILES, read_opening
 from app.recordings.library import RecordingLibrary, recordings_folder
 from app.recordings.markers import MarkerKind
 from app.recordings.recording import Recording, RecordingUnreadable, open_recording
+from app.text.i18n import ENGLISH, set_language
 from tests.support.cli_line import Printed
 from tests.support.records.recordings_desk import Desk, made, record
 from tests.support.records.recordings_made import HEADING, recorded, recorder_in, stream, whole_of
+from tests.support.window.fakes_ui import speak_chinese
 from ui.pages.live.page import LivePage
 from ui.pages.recordings.page import RecordingsPage
 from ui.services.recording_jobs import ExportKind
@@ -79,7 +81,7 @@ def test_an_altered_tilt_is_left_out_and_reported(tmp_path: Path) -> None:
         sound = before.tilts[: piece.first.status_rows] + before.tilts[piece.last.status_rows :]
         assert after.value.tolist() == sound
         assert recording.damage is not None
-        assert recording.damage.startswith("Damaged or altered")
+        assert recording.damage.in_english().startswith("Damaged or altered")
         assert [one.kind for one in recording.markers] == [MarkerKind.CONNECTED, MarkerKind.DAMAGED]
         export_csv(recording, tmp_path / "x.csv")
         export_mcap(recording, tmp_path / "x.mcap")
@@ -184,6 +186,9 @@ def test_the_window_reports_damage_at_export_and_playback(desk: Desk, tmp_path: 
     assert "Damaged or altered" in desk.said()
     assert desk.page.strip.notice is not None
     assert desk.page.strip.notice.meaning is Meaning.ATTENTION
+    speak_chinese()
+    assert "已损坏或被修改" in desk.said()
+    set_language(ENGLISH)
     desk.open()
     shown = desk.live.recording
     assert isinstance(shown, Recording)

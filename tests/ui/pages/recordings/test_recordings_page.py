@@ -17,7 +17,7 @@ from app.recordings.export import ExportCancelled
 from app.recordings.recording import open_recording, tilt_outline
 from tests.support.records.recordings_desk import SECONDS, Desk, made, record
 from tests.support.records.recordings_made import NOON
-from tests.support.window.fakes_ui import WAIT_MS, connect, simulated, window
+from tests.support.window.fakes_ui import WAIT_MS, connect, simulated, speak_chinese, window
 from tests.support.window.steps import find
 from ui.core.language_switch import LanguageSwitch
 from ui.core.texts import Texts
@@ -99,6 +99,8 @@ def test_a_damaged_recording_is_listed_with_its_reason(one: Desk) -> None:
     assert detail.remarks.text().startswith(f"{broken.name} cannot be read")
     assert not detail.facts["duration"].isVisible()
     assert detail.remarks.width() >= detail.remarks.sizeHint().width()  # no part of the name is cut off
+    speak_chinese()
+    assert detail.remarks.text() == f"无法读取 {broken.name}：文件头损坏。"
 
 
 def test_each_recording_has_an_outline_of_its_tilt(one: Desk) -> None:
@@ -122,6 +124,8 @@ def test_a_recording_that_vanished_is_reported(one: Desk) -> None:
     one.page.table.selectRow(0)
     one.click(one.page.buttons.open)
     one.until(lambda: "cannot be read" in one.said())
+    speak_chinese()
+    assert one.said().startswith("无法读取")
 
 
 # On the Live page
