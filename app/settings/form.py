@@ -14,7 +14,7 @@
 The baud rate is not a row of the form: changing it may cut the link, so it has a procedure and a panel of its own.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from enum import Enum
 
@@ -102,9 +102,13 @@ _INTERRUPTED = marked("interrupted while writing; the value is unknown")
 
 
 class SettingsForm:
-    """See the module docstring. Belongs to one thread."""
+    """See the module docstring. Belongs to one thread.
 
-    def __init__(self) -> None:
+    `is_in_doubt`: whether the module may be another one; nothing that it reports settles an edit or a failure then.
+    """
+
+    def __init__(self, is_in_doubt: Callable[[], bool] = bool) -> None:
+        self._is_in_doubt = is_in_doubt
         self._drafts = Drafts()
         self._writing: dict[str, Value] = {}
         self._verified: dict[str, Value] = {}
@@ -202,7 +206,8 @@ class SettingsForm:
         return sum(row.is_pending or row.state in kept for row in self.rows(device, now))
 
     def _observe(self, device: DeviceView, now: float) -> None:
-        if not self._writing:
+        is_in_doubt = self._is_in_doubt()
+        if not self._writing and not is_in_doubt:
             self.watch.observe(device, now)
         seen = (device.restarts, device.presence_since)
         if seen != self._seen:
@@ -217,7 +222,7 @@ class SettingsForm:
             if is_confirmed(_BY_KEY[key], device.known(key, now), failure.wanted)
         ]  # fmt: skip
         wanted = {key: self._drafts.now[key].value for key in settled if key in self._drafts.now}
-        if settled and not self._writing:
+        if settled and not self._writing and not is_in_doubt:
             self.watch.accept(settled)  # written after all, but late
             self._drafts.drop(key for key in settled if wanted.get(key) == self._failures[key].wanted)
             self._failures = {key: one for key, one in self._failures.items() if key not in settled}
@@ -226,7 +231,8 @@ class SettingsForm:
         key = command.key
         stands, draft, failure = device.known(key, now), self._drafts.now.get(key), self._failures.get(key)
         value = None if draft is None else draft.value
-        is_pending = value is not None and not is_confirmed(command, stands, value) and key not in self._writing
+        has_it = value is not None and is_confirmed(command, stands, value) and not self._is_in_doubt()
+        is_pending = value is not None and not has_it and key not in self._writing
         reason = ""
         if key in self._writing:
             state = RowState.WRITING

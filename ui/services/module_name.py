@@ -1,12 +1,13 @@
 """Name of the connected module, given once by a technician and used on every page."""
 
 import logging
+from collections.abc import Callable
 from functools import partial
 from math import inf
 
 from PySide6.QtCore import QObject, Signal
 
-from app.engine.identity import Expected, IdentityEvidence, evidence_of
+from app.engine.identity import Expected, Identity, IdentityEvidence, evidence_of
 from app.engine.target import Target
 from app.engine.worker import Batch, PortState
 from app.store.database import StoreTrouble
@@ -21,6 +22,8 @@ from ui.services.storage import Storage
 _log = logging.getLogger(__name__)
 MAX_NAME_LENGTH = 60
 STORE_AGAIN_S = 1.0
+BeforeNew = Callable[[Callable[[], object]], object]
+"""Calls what it is given, perhaps after a question."""
 
 
 class PortModule(QObject):
@@ -37,6 +40,8 @@ class PortModule(QObject):
         self.name = ""
         self.expected_name = ""
         """Name of the expected module, while it is not proven that it is the one that answers."""
+        self.before_new: BeforeNew = _at_once
+        """Called before what was known of the expected module is dropped."""
         self._connector: PortConnection | None = None
         self._storage: Storage | None = None
         self._adapter = ""
@@ -76,14 +81,10 @@ class PortModule(QObject):
         name = clean(name.strip(), longest=MAX_NAME_LENGTH)
         connector = self._connector
         if name and connector is not None and connector.is_open and not connector.identity.is_proven:
-            is_same, self.expected_name = (
-                name == self.expected_name,
-                name,
-            )  # it is the name as soon as the engine knows, too
-            if is_same:
+            if name == self.expected_name:
                 connector.confirm_identity()
             else:
-                connector.treat_as_new()
+                self.before_new(partial(self._begin_new, name, None))
         else:
             self._use(name)
 
@@ -95,8 +96,12 @@ class PortModule(QObject):
     def treat_as_new(self) -> None:
         """A person says that it is another module; it has no name yet."""
         if self._connector is not None:
-            self.expected_name = ""
-            self._connector.treat_as_new(self._connector.identity)
+            self.before_new(partial(self._begin_new, "", self._connector.identity))
+
+    def _begin_new(self, name: str, seen: Identity | None) -> None:
+        self.expected_name = name  # it is the name as soon as the engine knows, too
+        if self._connector is not None:
+            self._connector.treat_as_new(seen)
 
     @property
     def adapter(self) -> str:
@@ -205,6 +210,7 @@ class ModuleName(QObject):
         self._connector: Connector | None = None
         self._storage: Storage | None = None
         self._modules: dict[PortConnection, PortModule] = {}
+        self._before_new: BeforeNew = _at_once
         self._shown = PortModule()
         self._shown.setParent(self)
         self._shown.changed.connect(self.changed)
@@ -257,6 +263,10 @@ class ModuleName(QObject):
     def treat_as_new(self) -> None:
         self._shown.treat_as_new()
 
+    def before_new(self, ask: BeforeNew) -> None:
+        """`ask` is called before the shown module is treated as another one."""
+        self._before_new = self._shown.before_new = ask
+
     def remember_adapter(self) -> None:
         self._shown.remember_adapter()
 
@@ -269,7 +279,9 @@ class ModuleName(QObject):
     def _show(self) -> None:
         if self._connector is not None:
             self._shown.changed.disconnect(self.changed)
+            self._shown.before_new = _at_once
             self._shown = self.of(self._connector.current)
+            self._shown.before_new = self._before_new
             self._shown.changed.connect(self.changed)
             self.changed.emit()
 
@@ -277,6 +289,10 @@ class ModuleName(QObject):
         module = self._modules.pop(connection, None)
         if module is not None:
             module.deleteLater()
+
+
+def _at_once(act: Callable[[], object]) -> None:
+    act()
 
 
 def _register(store: Store, name: str, adapter: str, evidence: IdentityEvidence | None) -> None:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 from PySide6.QtCore import QObject
 
@@ -102,13 +103,18 @@ class Attention(QObject):
 
     def leave(self, leave: Callable[[], object], *, is_closing: bool = False) -> None:
         """Calls `leave`; asks before where edits would be lost or an ACTIVE module left."""
+        self.leave_edits(partial(self._leave_active, leave, is_closing=is_closing), is_closing=is_closing)
+
+    def leave_edits(self, leave: Callable[[], object], *, is_closing: bool = False) -> None:
+        """Calls `leave`; asks before where edits would be lost."""
         if not self.has_unsent:
-            self._leave_active(leave, is_closing=is_closing)
+            leave()
             return
 
         def go() -> None:
+            self._question = None
             self._unsent.discard()
-            self._leave_active(leave, is_closing=is_closing)
+            leave()
 
         self._ask(
             _Question(

@@ -123,6 +123,7 @@ class MainWindow(QMainWindow):
         self.attention.go_to = self.go_to
         self.attention.shown_page = lambda: "" if self.panel.isVisible() else self.navigation.chosen
         self.attention.find_identity = lambda: identity_notice(self._connector.identity, services.naming)
+        services.naming.before_new(self.attention.leave_edits)
         self.files = FileOpener(self, self._file_pages, self.go_to, preferences=self._remembered, say=self.show_message)
         services.appearance.apply_theme(self, self.centre, *self.area.holders)
         self._wire()

@@ -65,6 +65,7 @@ class BaudPanel(QFrame):
     def refresh(self) -> None:
         if self._module.is_another():
             self._doubtful_since = None
+            self.editor.show_draft(None, None)
             self._job.dismiss()
         connector = self._connector
         now = connector.clock()

@@ -36,7 +36,7 @@ class SettingsController(QObject):
 
     def __init__(self, services: Services, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self.form = SettingsForm()
+        self.form = SettingsForm(lambda: not services.connector.identity.is_proven)
         self.initial: Snapshot | None = None
         """The settings before the first write to this module."""
         self._services = services

@@ -163,3 +163,37 @@ def test_a_change_of_the_baud_rate_that_was_broken_off_is_in_doubt_only_until_th
         assert isinstance(store, Store)
         one.until(lambda: not store.pending_bauds())
         assert len(one.changes("baud_rate")) == is_sent
+
+
+@pytest.mark.parametrize("answer", ["identity_same", "identity_new"])
+def test_edits_wait_until_it_is_known_whether_it_is_the_same_module(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, answer: str
+) -> None:
+    with desk(qtbot, qapp, tmp_path) as one:
+        connector, work = one.assembly.connector, one.settings.work
+        bar, box = one.assembly.window.notice_bar, one.find(QLineEdit, "freefall_time_wanted")
+        type_into(one, "freefall_time", "1.2")
+        one.bench.unplug()
+        one.until(lambda: not connector.is_open)
+        memory = one.bench.module.memory
+        memory.boot_count -= 20
+        memory.freefall_time, memory.attitude_threshold = 120, 85  # it holds the edited value already
+        one.bench.restart()
+        one.bench.plug()
+        one.until(lambda: connector.identity.trust is Trust.ANOTHER and bar.button(answer) is not None)
+        qtbot.wait(300)
+        assert (state(one, TIME), state(one, TILT), work.count_unsent()) == (RowState.EDITED, RowState.READ, 1)
+        choose(one, answer, bar)
+        if answer == "identity_new":
+            assert "Settings not written: 1" in notice_text(bar)
+            choose(one, "stay", bar)
+            assert (connector.identity.trust, box.text()) == (Trust.ANOTHER, "1.2")
+            choose(one, answer, bar)
+            choose(one, "drop_edits", bar)
+            one.until(lambda: connector.identity.is_proven)
+            one.until(lambda: state(one, TIME) is RowState.READ)
+            assert (box.text(), state(one, TILT)) == ("", RowState.READ)
+        else:
+            one.until(lambda: state(one, TILT) is RowState.CHANGED)
+            assert (box.text(), work.count_unsent()) == ("1.2", 0)
+        assert one.changes() == []
