@@ -15,7 +15,7 @@ from app.firing.judge import TriggerLimits
 from app.flight_analysis.judged_flight import JudgedFlight, judge_flight
 from app.flight_analysis.summary import FlightSummary, summarise
 from app.flight_logs.csv_columns import CsvColumns
-from app.flight_logs.flight_log import LogUnreadable, unreadable
+from app.flight_logs.flight_log import NO_PROGRESS, LogUnreadable, Progress, unreadable
 from app.flight_logs.module_view import RuleReading
 from app.flight_logs.read_log import read_flight_log
 from app.text.messages import UserMessage
@@ -51,10 +51,14 @@ class LogOrder(NamedTuple):
 PLAIN: Final = LogOrder()
 
 
-def summarise_log(path: Path, order: LogOrder = PLAIN) -> SummarisedLog:
-    """Reads and summarises one log; never raises."""
+class _Cancelled(Exception):
+    """In the middle of a log."""
+
+
+def summarise_log(path: Path, order: LogOrder = PLAIN, on_progress: Progress = NO_PROGRESS) -> SummarisedLog:
+    """Reads and summarises one log. Raises only what `on_progress` raises."""
     try:
-        log = read_flight_log(path, order.columns)
+        log = read_flight_log(path, order.columns, on_progress)
         summary = summarise(log)
         limits = order.limits
         judged = () if limits is None else tuple(judge_flight(log, limits, one) for one in RuleReading)
@@ -68,19 +72,30 @@ def summarise_logs(
     order: LogOrder = PLAIN,
     *,
     is_cancelled: Callable[[], bool] = lambda: False,
+    on_progress: Progress = NO_PROGRESS,
     processes: int | None = None,
 ) -> Iterator[SummarisedLog]:
     """Yields a result per log as they are done; fewer when cancelled.
 
     Blocks: call it in a thread of its own, which polls `is_cancelled` about ten times a second. `processes`: None uses
-    one per processor.
+    one per processor. `on_progress`: with the share of the log that is read, where few are read one after another.
     """
+
+    def go_on(share: float) -> None:
+        if is_cancelled():
+            raise _Cancelled
+        on_progress(share)
+
     count = processes if processes is not None else os.cpu_count() or 1
     if len(paths) < FEW_LOGS or count < 2:
         for path in paths:
             if is_cancelled():
                 return
-            yield summarise_log(path, order)
+            try:
+                summarised = summarise_log(path, order, go_on)
+            except _Cancelled:
+                return
+            yield summarised
         return
     waiting = deque(paths)
     while waiting and not is_cancelled():

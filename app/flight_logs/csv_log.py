@@ -2,6 +2,7 @@
 
 import csv
 import math
+import os
 from array import array
 from collections.abc import Mapping
 from pathlib import Path
@@ -11,7 +12,7 @@ import numpy as np
 
 from app.flight_logs.assembly import Reports, assembled, flight_of_reports
 from app.flight_logs.csv_columns import TIMES, CsvColumns, CsvRole, recognised
-from app.flight_logs.flight_log import FlightLog, Floats, LogFormat, LogUnreadable, unreadable
+from app.flight_logs.flight_log import NO_PROGRESS, FlightLog, Floats, LogFormat, LogUnreadable, Progress, unreadable
 from app.flight_logs.raw_log import (
     STANDARD_GRAVITY_M_S2,
     Channel,
@@ -28,6 +29,8 @@ from protocol.translatable import marked
 MAX_COLUMNS: Final = 2000
 MAX_CELLS: Final = 100_000_000
 MAX_LINE_LENGTH: Final = 256 * 1024
+ROWS_AT_ONCE: Final = 5000
+"""Read in about 20 ms: how often progress is reported."""
 
 
 def read_head(path: Path) -> list[str]:
@@ -37,8 +40,8 @@ def read_head(path: Path) -> list[str]:
     return _head_of(line)
 
 
-def read_csv(path: Path, columns: CsvColumns | None = None) -> FlightLog:
-    """`columns`: None recognises them by name. Raises `LogUnreadable`, OSError.
+def read_csv(path: Path, columns: CsvColumns | None = None, on_progress: Progress = NO_PROGRESS) -> FlightLog:
+    """`columns`: None recognises them by name. Raises `LogUnreadable`, OSError, and what `on_progress` raises.
 
     An export of this program is read report by report; any other file is resampled at the module's report rate.
     """
@@ -48,7 +51,7 @@ def read_csv(path: Path, columns: CsvColumns | None = None) -> FlightLog:
         head = _head_of(first)
         chosen = recognised(head) if columns is None else columns
         places = _places(head, chosen)
-        found = _numbers(file, _separator(first), places)
+        found = _numbers(file, _separator(first), places, on_progress)
     values = dict(zip(places, found, strict=True))
     scale = next((role for role in TIMES if role in values), CsvRole.TIME_S)
     time_s = values[scale] * TIMES[scale]
@@ -100,14 +103,16 @@ def _places(head: list[str], columns: CsvColumns) -> dict[CsvRole, int]:
     return places
 
 
-def _numbers(file: TextIO, separator: str, places: Mapping[CsvRole, int]) -> list[Floats]:
+def _numbers(file: TextIO, separator: str, places: Mapping[CsvRole, int], on_progress: Progress) -> list[Floats]:
     """The columns as numbers; NaN for other cells."""
     wanted = list(places.values())
     pieces = iter(lambda: file.readline(MAX_LINE_LENGTH), "")  # bounds the length of a line
     lines = csv.reader((line.replace("\0", "") for line in pieces), delimiter=separator)
-    cells = array("d")
+    cells, size = array("d"), max(os.fstat(file.fileno()).st_size, 1)
     try:
-        for row in lines:
+        for number, row in enumerate(lines):
+            if number % ROWS_AT_ONCE == 0:
+                on_progress(min(file.buffer.tell() / size, 1.0))
             cells.extend([_number(row[one]) if one < len(row) else math.nan for one in wanted])
             if len(cells) > MAX_CELLS:
                 raise unreadable(marked("too large"))

@@ -3,6 +3,7 @@
 Times are seconds since the first sample, angles degrees, accelerations multiples of g.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import Final, NamedTuple
@@ -16,6 +17,9 @@ from protocol.translatable import marked
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
+Progress = Callable[[float], object]
+"""Called with the share of a long file that is read; may raise, to end reading."""
+NO_PROGRESS: Final[Progress] = bool
 
 REPORT_HZ: Final = 50
 """Rows per second of a `FlightLog` that no module measured; the rate of the simulated module."""

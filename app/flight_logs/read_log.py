@@ -7,7 +7,7 @@ from typing import Final
 
 from app.flight_logs.assembly import assembled
 from app.flight_logs.csv_columns import CsvColumns
-from app.flight_logs.flight_log import FlightLog, LogFormat, unreadable
+from app.flight_logs.flight_log import NO_PROGRESS, FlightLog, LogFormat, Progress, unreadable
 from app.recordings.file_layout import SESSION
 from app.text.sentences import error_text
 from protocol.translatable import marked
@@ -20,25 +20,25 @@ _BEGINNINGS: Final = {
 }
 
 
-def read_flight_log(path: Path, columns: CsvColumns | None = None) -> FlightLog:
+def read_flight_log(path: Path, columns: CsvColumns | None = None, on_progress: Progress = NO_PROGRESS) -> FlightLog:
     """Reads a file or the folder of a recording. `columns`: of a CSV file, None recognises them by name.
 
-    Slow for large files: not for the window's thread. Raises only `LogUnreadable`.
+    Slow for large files: not for the window's thread. Raises only `LogUnreadable`, and what `on_progress` raises.
     """
     try:
-        return _read(path, columns)
+        return _read(path, columns, on_progress)
     except OSError as error:
         raise unreadable(error_text(error)) from error
     except (ValueError, MemoryError) as error:  # ValueError: a NUL in the name
         raise unreadable(marked("cannot be read")) from error
 
 
-def _read(path: Path, columns: CsvColumns | None) -> FlightLog:
+def _read(path: Path, columns: CsvColumns | None, on_progress: Progress) -> FlightLog:
     match format_of(path):
         case LogFormat.CSV:
             from app.flight_logs.csv_log import read_csv
 
-            return read_csv(path, columns)
+            return read_csv(path, columns, on_progress)
         case LogFormat.ULOG:
             from app.flight_logs.ulog import read_ulog
 

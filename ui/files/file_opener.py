@@ -51,10 +51,14 @@ class FileOpener(QObject):
         window.installEventFilter(self)
 
     def open(self, path: Path) -> bool:
-        """Opens a file in the page of its type; returns whether there is one."""
+        """Opens a file in the page of its type; returns whether it does."""
         page = self._page_of(path)
         if page is None:
             self.say(tr("No page opens {file}.", file=visible(path.name)))
+            return False
+        if path.exists() and not (path.is_file() or path.is_dir()):  # opening a pipe or a device may block
+            why = tr("unknown kind of file")
+            self.say(tr("{file} cannot be read: {why}.", file=visible(path.name), why=why))
             return False
         self._go_to(page.key)
         page.open_file(path)

@@ -46,6 +46,18 @@ def test_reading_can_be_cancelled_between_logs(logs: list[Path], processes: int)
     assert 1 <= len(found) < len(logs)
 
 
+def test_reading_can_be_cancelled_in_the_middle_of_a_table(tmp_path: Path) -> None:
+    path, shares = tmp_path / "long.csv", list[float]()
+    path.write_text("time_s,tilt_deg\n" + "".join(f"{row / 100},10\n" for row in range(50_000)), encoding="utf-8")
+    assert len(list(summarise_logs([path], on_progress=shares.append))) == 1
+    assert shares == sorted(shares)
+    assert len(shares) == 10
+    assert 0 <= shares[0] < 0.1 < 0.9 < shares[-1] <= 1
+    shares.clear()
+    assert list(summarise_logs([path], is_cancelled=lambda: len(shares) == 3, on_progress=shares.append)) == []
+    assert len(shares) == 3
+
+
 def test_a_crashed_process_costs_only_its_log(logs: list[Path]) -> None:
     logs = logs[:4]
     order = LogOrder(columns=EndsProcess())  # type: ignore[arg-type]

@@ -1,5 +1,7 @@
 """Files from the command line, the menu or a drop are opened by the page of their type."""
 
+import os
+import sys
 from pathlib import Path
 
 import pytest
@@ -11,7 +13,8 @@ from app.cli.gui import is_file_name
 from tests.support.window.capture_window import write_capture
 from tests.support.window.fakes_ui import WAIT_MS
 from tests.ui.pages.diagnosis.test_diagnosis_page import diagnosis
-from ui.files.file_opener import add_recent
+from ui.core.preferences import Preferences
+from ui.files.file_opener import FileOpener, FilePage, add_recent
 from ui.main import WindowOptions
 from ui.pages.diagnosis.capture_files import SUFFIX
 
@@ -56,6 +59,19 @@ def test_a_file_of_unknown_type_is_reported(qtbot: QtBot, qapp: QApplication, tm
         assembly.window.menus.recent.aboutToShow.emit()
         (none,) = assembly.window.menus.recent.actions()
         assert not none.isEnabled()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="makes a named pipe")
+@pytest.mark.parametrize("suffix", [".toml", ".dpscap", ".csv", ".json"])
+def test_a_pipe_is_refused_and_not_waited_for(qtbot: QtBot, tmp_path: Path, suffix: str) -> None:
+    path, opened, said = tmp_path / f"pipe{suffix}", list[Path](), list[str]()
+    os.mkfifo(path)  # type: ignore[attr-defined,unused-ignore]
+    window, page = QWidget(), FilePage("any", (suffix,), opened.append)
+    qtbot.addWidget(window)
+    preferences = Preferences(tmp_path / "settings.ini")
+    opener = FileOpener(window, lambda: [page], said.append, preferences=preferences, say=said.append)
+    assert not opener.open(path)
+    assert (opened, said) == ([], [f"pipe{suffix} cannot be read: unknown kind of file."])
 
 
 @pytest.mark.parametrize(

@@ -9,8 +9,8 @@ from PySide6.QtCore import QObject, Signal
 from app.flight_analysis.many_logs import LogOrder, SummarisedLog, summarise_logs
 from app.flight_logs.csv_columns import CsvColumns
 from app.flight_logs.csv_log import read_head
-from app.flight_logs.flight_log import LogUnreadable
-from app.flight_logs.read_log import find_logs
+from app.flight_logs.flight_log import LogFormat, LogUnreadable
+from app.flight_logs.read_log import find_logs, format_of
 from app.text.sentences import error_text
 from ui.core.background_task import BackgroundTask, Running
 
@@ -74,6 +74,11 @@ class FlightLoading(QObject):
         """Logs of the current order; None until they are counted."""
         return self._progress.total
 
+    @property
+    def share(self) -> float | None:
+        """How much of the log that is being read is read; None if unknown."""
+        return self._task.share
+
     def open(self, order: LoadOrder) -> None:
         self._waiting.append(order)
         if not self.is_running:
@@ -101,7 +106,10 @@ class FlightLoading(QObject):
         def work(running: Running) -> None:
             paths = [path for path in find_logs(order.paths) if str(path) not in order.skipped]
             progress.total = len(paths)
-            for log in summarise_logs(paths, LogOrder(order.columns), is_cancelled=running.is_cancelled):
+            for log in summarise_logs(
+                paths, LogOrder(order.columns), is_cancelled=running.is_cancelled, on_progress=running.set_progress
+            ):
+                running.share = None
                 progress.done.append(LoadedLog(log, order.columns, () if log.flight else _head_of(log.path)))
 
         self._task.run(work, lambda _none: self._end(), lambda error: self._end(error=error))
@@ -124,9 +132,7 @@ class FlightLoading(QObject):
 
 def _head_of(path: Path) -> tuple[str, ...]:
     """Column names of a CSV file; empty for other files."""
-    if path.suffix.lower() != ".csv":
-        return ()
     try:
-        return tuple(read_head(path))
+        return tuple(read_head(path)) if format_of(path) is LogFormat.CSV else ()
     except (LogUnreadable, OSError):
         return ()

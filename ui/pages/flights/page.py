@@ -170,6 +170,8 @@ class FlightsPage(Page):
             text = tr("Reading logs…")
             if loading.total is not None:
                 text = tr("{what} ({done} of {total})", what=text, done=loading.read, total=loading.total)
+            if loading.share is not None:
+                text = tr("{what}: {percent} %", what=text, percent=f"{loading.share * 100:.0f}")
             return Notice(Meaning.INFORMATION, text, (Choice("cancel_flights", tr("Cancel"), self._cancel),))
         if self._stack.currentWidget() is self.form:
             return None  # which it leads to

@@ -1,8 +1,7 @@
 """The Flight logs page: reading, lists, map, proposal, use of thresholds."""
 
 import ast
-import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +15,6 @@ from pytestqt.qtbot import QtBot
 
 from app.firing.judge import TriggerLimits
 from app.flight_analysis.flight_set import FlightGroup
-from app.flight_analysis.many_logs import SummarisedLog
 from app.flight_analysis.summary import summarise
 from app.flight_logs.csv_columns import CsvRole
 from app.flight_logs.flight_log import FlightLog
@@ -159,56 +157,6 @@ def test_a_drop_opens_files_and_folders(desk: Desk, tmp_path: Path) -> None:
     desk.wait_read()
     assert str(single) in desk.shown(MUST_NOT)
     assert len(desk.page.work.flights) == 3
-
-
-def test_cancel_is_immediate_and_late_results_change_nothing(
-    desk: Desk, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Reading blocks in the middle of a log and ignores a cancellation."""
-    may_end, has_begun, has_ended = threading.Event(), threading.Event(), threading.Event()
-    paths = [write_csv(tmp_path / f"{number}.csv", tilted("", 20)) for number in range(3)]
-
-    def slowly(logs: list[Path], _order: object, *, is_cancelled: object) -> Iterator[SummarisedLog]:
-        yield SummarisedLog(logs[0], summarise(tilted(str(logs[0]), 20)))
-        has_begun.set()
-        assert may_end.wait(30)
-        yield SummarisedLog(logs[1], summarise(tilted(str(logs[1]), 20)))
-        has_ended.set()
-
-    monkeypatch.setattr(loading, "summarise_logs", slowly)
-    desk.page.open_paths(paths)
-    assert has_begun.wait(30)
-    desk.qtbot.waitUntil(lambda: desk.notice() == "Reading logs… (1 of 3)", timeout=WAIT_MS)
-    button = desk.page.strip.button("cancel_flights")
-    assert button is not None
-    button.click()  # without waiting
-    assert desk.notice() == "Cancelled. 1 of 3 logs"
-    assert desk.shown(MUST_NOT) == [str(paths[0])]
-    may_end.set()
-    assert has_ended.wait(30)
-    QApplication.processEvents()
-    desk.page.work.poll()
-    assert desk.shown(MUST_NOT) == [str(paths[0])]
-
-
-def test_closing_ends_the_reading(qtbot: QtBot, qapp: QApplication, tmp_path: Path,
-                                  monkeypatch: pytest.MonkeyPatch) -> None:  # fmt: skip
-    has_begun, was_told = threading.Event(), threading.Event()
-    path = write_csv(tmp_path / "one.csv", tilted("", 20))
-
-    def endless(_logs: list[Path], _order: object, *, is_cancelled: Callable[[], bool]) -> Iterator[SummarisedLog]:
-        has_begun.set()
-        while not is_cancelled():
-            was_told.wait(0.01)
-        was_told.set()
-        yield from ()
-
-    monkeypatch.setattr(loading, "summarise_logs", endless)
-    with opened(qtbot, qapp, tmp_path / "home") as one:
-        one.page.open_paths([path])
-        assert has_begun.wait(30)
-        one.assembly.window.close_now()
-        assert was_told.wait(30)
 
 
 def test_flights_move_by_button_key_and_menu(desk: Desk) -> None:

@@ -1,0 +1,116 @@
+"""Reading logs that never end, or take long."""
+
+import os
+import re
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
+
+from app.flight_analysis.many_logs import SummarisedLog
+from app.flight_analysis.summary import summarise
+from app.flight_logs import csv_log
+from tests.support.flights.many_flights import write_csv
+from tests.support.window.fakes_ui import WAIT_MS
+from tests.ui.pages.flights.test_flights_page import MUST_NOT, Desk, desk, opened, tilted
+from ui.pages.flights import loading
+
+__all__ = ["desk"]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="makes a named pipe")
+def test_a_pipe_is_refused_and_not_waited_for(desk: Desk, tmp_path: Path) -> None:
+    path = tmp_path / "pipe.csv"
+    os.mkfifo(path)  # type: ignore[attr-defined,unused-ignore]
+    desk.page.open_paths([path])
+    try:
+        desk.wait_read()
+        assert desk.notice() == "1 not read. pipe: unknown kind of file."
+    finally:
+        with suppress(OSError):  # nobody reads it
+            os.close(os.open(path, os.O_WRONLY | os.O_NONBLOCK))
+
+
+def test_a_long_table_shows_progress_and_can_be_cancelled(
+    desk: Desk, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    may_go_on, number, rows = threading.Event(), csv_log._number, 0
+
+    def slowly(cell: str) -> float:
+        nonlocal rows
+        rows += 1
+        assert rows < 15_000 * 2 or may_go_on.wait(30)
+        return number(cell)
+
+    path = tmp_path / "long.csv"
+    path.write_text("time_s,tilt_deg\n" + "".join(f"{row / 100},10\n" for row in range(100_000)), encoding="utf-8")
+    monkeypatch.setattr(csv_log, "_number", slowly)
+    desk.page.open_paths([path])
+    try:
+        qtbot.waitUntil(lambda: re.search(r"\(0 of 1\): [1-9]\d? %$", desk.notice()) is not None, timeout=WAIT_MS)
+        button = desk.page.strip.button("cancel_flights")
+        assert button is not None
+        button.click()
+        assert desk.notice() == "Cancelled. 0 of 1 logs"
+    finally:
+        may_go_on.set()
+    assert desk.page.work.loading._task.wait(30)
+    assert rows < 25_000 * 2, "the rest is not read"
+    assert desk.shown(MUST_NOT) == []
+
+
+def test_cancel_is_immediate_and_late_results_change_nothing(
+    desk: Desk, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Reading blocks in the middle of a log and ignores a cancellation."""
+    may_end, has_begun, has_ended = threading.Event(), threading.Event(), threading.Event()
+    paths = [write_csv(tmp_path / f"{number}.csv", tilted("", 20)) for number in range(3)]
+
+    def slowly(logs: list[Path], _order: object, **_told: object) -> Iterator[SummarisedLog]:
+        yield SummarisedLog(logs[0], summarise(tilted(str(logs[0]), 20)))
+        has_begun.set()
+        assert may_end.wait(30)
+        yield SummarisedLog(logs[1], summarise(tilted(str(logs[1]), 20)))
+        has_ended.set()
+
+    monkeypatch.setattr(loading, "summarise_logs", slowly)
+    desk.page.open_paths(paths)
+    assert has_begun.wait(30)
+    desk.qtbot.waitUntil(lambda: desk.notice() == "Reading logs… (1 of 3)", timeout=WAIT_MS)
+    button = desk.page.strip.button("cancel_flights")
+    assert button is not None
+    button.click()  # without waiting
+    assert desk.notice() == "Cancelled. 1 of 3 logs"
+    assert desk.shown(MUST_NOT) == [str(paths[0])]
+    may_end.set()
+    assert has_ended.wait(30)
+    QApplication.processEvents()
+    desk.page.work.poll()
+    assert desk.shown(MUST_NOT) == [str(paths[0])]
+
+
+def test_closing_ends_the_reading(qtbot: QtBot, qapp: QApplication, tmp_path: Path,
+                                  monkeypatch: pytest.MonkeyPatch) -> None:  # fmt: skip
+    has_begun, was_told = threading.Event(), threading.Event()
+    path = write_csv(tmp_path / "one.csv", tilted("", 20))
+
+    def endless(
+        _l: list[Path], _o: object, *, is_cancelled: Callable[[], bool], **_told: object
+    ) -> Iterator[SummarisedLog]:
+        has_begun.set()
+        while not is_cancelled():
+            was_told.wait(0.01)
+        was_told.set()
+        yield from ()
+
+    monkeypatch.setattr(loading, "summarise_logs", endless)
+    with opened(qtbot, qapp, tmp_path / "home") as one:
+        one.page.open_paths([path])
+        assert has_begun.wait(30)
+        one.assembly.window.close_now()
+        assert was_told.wait(30)
