@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from typing import ClassVar, Final
 
 from PySide6.QtCore import QRectF, Qt, Signal
-from PySide6.QtGui import QAccessible, QColor, QKeyEvent, QMouseEvent, QPainter, QPainterPath, QPaintEvent
+from PySide6.QtGui import QAccessible, QColor, QKeyEvent, QMouseEvent, QPainter, QPainterPath, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import QFrame, QMenu, QPushButton, QSizePolicy, QToolButton, QWidget
 
 from app.diagnosis.link_state import link_text
@@ -239,3 +239,8 @@ class Board(QWidget):
             card.setGeometry(gap + column * (card_px + gap), gap + row * (height + gap), card_px, height)
         rows = -(-len(self._cards) // columns)
         self.setMinimumHeight(gap + rows * (height + gap))
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Also where a scroll bar comes or goes, which the page does not learn of."""
+        super().resizeEvent(event)
+        self.place()
