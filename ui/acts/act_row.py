@@ -48,7 +48,7 @@ class ActRow(QFrame):
         self._services, self._connector = services, services.connector
         self._job = RunningJob(services.connector, self)
         self._performed: Performed | None = None
-        self._module = SameModule(services.connector)
+        self._module = SameModule(services)
         texts = services.texts
         self._title = text_label(f"{name}_title", "strong")
         self._effect = text_label(f"{name}_effect", "small")

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from typing import Final
 
 from app.procedures.act import Performed
+from app.procedures.lock import Locked
 from app.safety.acts import Act
 from app.safety.interlocks import Interlock, Refusal, interlock_inputs, refusals
 from app.safety.journal import Outcome
@@ -37,9 +38,13 @@ def open_conditions(services: Services, act: Act) -> tuple[Refusal, ...]:
 class SameModule:
     """Whether a notice is still about the connected module, and still true."""
 
-    def __init__(self, connector: Connector) -> None:
-        self._connector = connector
-        self._whose = connector.adapter_key
+    def __init__(self, services: Services) -> None:
+        self._connector, self._lock = services.connector, services.lock
+        self._whose = services.connector.adapter_key
+        self._done: Performed | None = None
+        """The act that was asked about last, with the last confirmed LOCK and the restarts until then."""
+        self._locked: Locked | None = None
+        self._restarts = 0
 
     def is_another(self) -> bool:
         """Whether another module was connected since the last call."""
@@ -47,10 +52,17 @@ class SameModule:
         return before != self._whose
 
     def has_turned(self, done: Performed | None) -> bool:
-        """Whether an activation was confirmed, and the module now reports that it is locked."""
-        if done is None or done.act is not Act.ACTIVATE or done.outcome is not Outcome.CONFIRMED:
+        """Whether the module now reports that it is locked, after an activation that was confirmed, or that is unknown
+        and ended with a restart or a confirmed LOCK."""
+        device = self._connector.device
+        if done is not self._done:
+            self._done, self._locked, self._restarts = done, self._lock.confirmed, device.restarts
+        if done is None or done.act is not Act.ACTIVATE or done.outcome not in (Outcome.CONFIRMED, Outcome.UNKNOWN):
             return False
-        return self._connector.device.fresh("active", self._connector.clock()) is False
+        locked = self._lock.confirmed
+        is_locked_since = locked is not None and locked is not self._locked
+        is_over = done.outcome is Outcome.CONFIRMED or is_locked_since or device.restarts > self._restarts
+        return is_over and device.fresh("active", self._connector.clock()) is False
 
 
 def outcome_meaning(done: Performed) -> Meaning:

@@ -74,7 +74,7 @@ class RitualWidget(QFrame):
         self._restarts = 0
         self._was_online = False
         self._job = RunningJob(services.connector, self)
-        self._module = SameModule(services.connector)
+        self._module = SameModule(services)
         self.clock_with_sleep = sleepless_clock()
         """Unlike the clock of the ritual, this one goes on while the computer sleeps."""
         self._sleeps = SleepDetector()

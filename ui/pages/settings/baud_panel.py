@@ -38,7 +38,7 @@ class BaudPanel(QFrame):
         named(self, "baud_panel", "danger-corner")
         self._services, self._connector = services, services.connector
         self._job = RunningJob(services.connector, self)
-        self._module = SameModule(services.connector)
+        self._module = SameModule(services)
         self._doubtful_since: float | None = None
         """When a change was broken off after it may have been sent, until the module answers."""
         self._settling: BackgroundTask[None] = BackgroundTask("dps-s baud rate", self)

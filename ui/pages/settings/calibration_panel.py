@@ -38,7 +38,7 @@ class CalibrationPanel(QWidget):
         self._job = RunningJob(services.connector, self)
         self._measuring = ""
         self._is_link_lost = False
-        self._module = SameModule(services.connector)
+        self._module = SameModule(services)
         texts = services.texts
         self._title = text_label("calibration_title", "title")
         self._intro = text_label("calibration_intro", "muted")

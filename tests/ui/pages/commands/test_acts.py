@@ -84,15 +84,29 @@ def test_what_is_open_before_zeroing_changes_no_height(qtbot: QtBot, qapp: QAppl
             assert max(heights) - min(heights) <= 2
 
 
-def test_an_unanswered_activation_is_to_be_treated_as_active(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+@pytest.mark.parametrize("end", ["lock", "restart"])
+def test_an_unanswered_activation_is_to_be_treated_as_active_until_it_is_locked_or_restarts(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, end: str
+) -> None:
     with desk(qtbot, qapp, tmp_path, page="commands") as one:
-        row = one.commands.acts[Act.ACTIVATE]
+        row, connector = one.commands.acts[Act.ACTIVATE], one.assembly.connector
+        one.click(one.commands.lock)
+        one.until(lambda: one.assembly.lock.confirmed is not None)
         one.until(row.confirm.ask.isEnabled)
         one.ask(row.confirm)
         one.bench.change(mute_codes=frozenset((0x10,)))
         one.click(row.confirm.go)
         one.until(lambda: said(one, Act.ACTIVATE).startswith("Sent, not confirmed"))
-        assert len(one.changes()) == 1
+        assert one.changes() == [REQUESTS[Act.LOCK].encode(), REQUESTS[Act.ACTIVATE].encode()]
+        one.bench.change(mute_codes=frozenset())
+        qtbot.wait(600)
+        assert connector.device.fresh("active", connector.clock()) is False
+        assert said(one, Act.ACTIVATE).startswith("Sent, not confirmed"), "its report may be late"
+        if end == "restart":
+            one.bench.restart()
+        else:
+            one.click(one.commands.lock)
+        one.until(lambda: not said(one, Act.ACTIVATE))
 
 
 def test_lock_is_one_click(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
