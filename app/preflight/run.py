@@ -10,12 +10,10 @@ frames pass. What may change while a trigger is enabled or during measuring is r
 """
 
 from app.engine.device import How
-from app.engine.identity import as_logged, evidence_of
 from app.engine.playback import require_module
 from app.engine.procedure import (
     HEARTBEAT_WAITS_S,
     Ask,
-    Await,
     Cancelled,
     EngineView,
     Inspect,
@@ -29,17 +27,13 @@ from app.engine.procedure import (
 )
 from app.preflight.evidence import HEARTBEATS, STILL_S, Disturbance, Evidence, FlagState, TriggerFlag
 from app.preflight.reread import StateReading, read_state
-from app.procedures.ask_status import ask_status
 from app.procedures.history import read_history
-from app.procedures.write import read_back
-from app.procedures.write_all import DISK_LIMIT_S
-from app.safety.acts import Act
-from app.safety.interlocks import interlock_inputs, refusals
-from app.safety.journal import Journal, NoJournal, Outcome
-from app.text.messages import UserMessage, message
+from app.procedures.write import SetReply, Written, read_back
+from app.procedures.write_all import SettingChange, WriteContext, settle_writes, write_logged
+from app.safety.journal import Entry, Journal, NoJournal
+from app.text.messages import message
 from protocol.catalogue import BY_NAME, HEARTBEAT, Command
-from protocol.events import Answered, Unanswered
-from protocol.messages import Acknowledgement
+from protocol.events import Answered
 from protocol.translatable import marked
 
 TRIAL_EVERY_S = 0.05
@@ -203,43 +197,21 @@ def _watch(evidence: Evidence) -> Procedure[None]:
         now = yield Pause(TRIAL_EVERY_S)
 
 
-def _refusals() -> Procedure[tuple[UserMessage, ...]]:
-    yield from ask_status()
-    view: EngineView = yield Inspect()
-    now_is = interlock_inputs(view.device, view.now, must_be_proven=True, is_the_one_meant=view.is_proven)
-    if now_is.active:
-        return (message(marked("The module is ACTIVE: lock it first.")),)
-    return tuple(one.message for one in refusals(Act.WRITE, now_is))
-
-
 def _enable(command: Command, journal: Journal) -> Procedure[TriggerFlag]:
     """Enable a trigger with one frame, if writing is allowed: never on an active module."""
-    refused = yield from _refusals()
-    if refused:
-        return TriggerFlag(FlagState.NOT_SENT, refused)
-    request = command.set(True)
-    view: EngineView = yield Inspect()
-    seen = as_logged(evidence_of(view.device.values, is_fresh=True))
-    entry = journal.begin(Act.WRITE, request.encode(), {"setting": command.key, "wanted": True, **seen})
-    if not entry.done():
-        yield Await(entry, DISK_LIMIT_S)
-        refused = yield from _refusals()
-    if refused:
-        journal.settle(entry, Outcome.NOT_SENT, {})
-        return TriggerFlag(FlagState.NOT_SENT, refused)
-    flag, outcome = FlagState.UNANSWERED, Outcome.UNKNOWN
+    entries: dict[Command, Entry] = {}
+    results: list[Written] = []
     try:
-        came = yield Ask(request)
-        if isinstance(came, Answered):
-            flag, outcome = FlagState.REFUSED, Outcome.REFUSED
-            reply = came.messages[0]
-            if isinstance(reply, Acknowledgement) and reply.is_accepted:
-                flag, outcome = FlagState.ENABLED, Outcome.CONFIRMED
-        elif isinstance(came, Unanswered):
-            flag, outcome = FlagState.NOT_SENT, Outcome.NOT_SENT
+        written, refused = yield from write_logged(SettingChange(command, True), WriteContext(journal=journal), entries)
+        results.append(written)
     finally:
-        journal.settle(entry, outcome, {"acknowledged": flag is FlagState.ENABLED})
-    return TriggerFlag(flag, (message(marked("no reply")),) if flag is FlagState.NOT_SENT else ())
+        settle_writes(journal, entries, results)
+    if written.heard is SetReply.NOT_SENT:
+        why = tuple(one.message for one in refused) or (message(marked("no reply")),)
+        return TriggerFlag(FlagState.NOT_SENT, why)
+    if written.is_acknowledged:
+        return TriggerFlag(FlagState.ENABLED)
+    return TriggerFlag(FlagState.REFUSED if written.heard is SetReply.OTHER else FlagState.UNANSWERED)
 
 
 def _final_state(command: Command, flag: TriggerFlag, view: EngineView) -> TriggerFlag:

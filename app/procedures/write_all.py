@@ -111,9 +111,9 @@ def write_all(changes: Sequence[SettingChange], leave: WriteContext) -> Procedur
         else:
             report = WriteReport(results=tuple(course.results), refusals=course.refused, baud=course.baud)
     except BaseException:
-        course.settle(unconfirmed(course.results))
+        settle_writes(leave.journal, course.entries, unconfirmed(course.results))
         raise
-    course.settle(report.results)
+    settle_writes(leave.journal, course.entries, report.results)
     return report
 
 
@@ -132,47 +132,57 @@ class _WriteProgress:
     fault: WriteFault | None = None
     """Why nothing more is sent."""
 
-    def settle(self, results: Iterable[Written]) -> None:
-        """Log the outcomes; a write without a result is unknown."""
-        found = {written.command: written for written in results}
-        for command, entry in self.entries.items():
-            written = found.get(command)
-            self.leave.journal.settle(entry, _outcome(written), {} if written is None else _result(written))
-
 
 def _write_one(course: _WriteProgress, change: SettingChange) -> Procedure[None]:
     leave = course.leave
-    if course.fault is None:
+    if course.fault is None and change.command is BAUD_RATE:
         course.refused = yield from _refusals(leave)
         course.fault = WriteFault.NOT_ALLOWED if course.refused else None
     if course.fault is not None:
         course.results.append(_not_sent(change, course.fault))
     elif change.command is BAUD_RATE:
-        _tell_begun(course, change)
+        if leave.on_begun is not None:
+            leave.on_begun(BAUD_RATE)
         baud = yield from change_baud(int(change.value), leave.journal, permit=leave.permit, armed=leave.armed)
         course.baud, course.refused = baud, baud.refusals
         course.results.append(_written(change, baud))
     else:
-        frame = change.command.set(change.value).encode()
+        written, course.refused = yield from write_logged(change, leave, course.entries)
+        course.results.append(written)
+        course.fault = written.fault if written.heard is SetReply.NOT_SENT else None
+
+
+def write_logged(
+    change: SettingChange, leave: WriteContext, entries: dict[Command, Entry]
+) -> Procedure[tuple[Written, tuple[Refusal, ...]]]:
+    """Write one setting, if that is allowed; the caller settles the intent in `entries`, also where this raises."""
+    command, value = change.command, change.value
+    refused = yield from _refusals(leave)
+    if not refused:
         sight: EngineView = yield Inspect()
         seen = as_logged(evidence_of(sight.device.values, is_fresh=True))
-        entry = leave.journal.begin(Act.WRITE, frame, {change.command.key: change.value, **seen})
-        course.entries[change.command] = entry
+        frame = command.set(value).encode()
+        entry = entries[command] = leave.journal.begin(Act.WRITE, frame, {command.key: value, **seen})
         if not entry.done():
             # Unlike an act a set is sent even if the disk takes too long, after checking again whether it is allowed.
             yield from _wait_for_disk(entry)
-            course.refused = yield from _refusals(leave)
-        if change.command.key in TRIGGERS and change.value is False and not _is_written(entry):
+            refused = yield from _refusals(leave)
+        if command.key in TRIGGERS and value is False and not _is_written(entry):
             # A pre-flight check relies on the log for whether a trigger is enabled.
-            course.refused = (*course.refused, Refusal(Interlock.INTENT_DURABLE, message(LOG_FAILED)))
-        if course.refused:
-            course.fault = WriteFault.NOT_ALLOWED
-            course.results.append(_not_sent(change, course.fault))
-            return
-        _tell_begun(course, change)
-        written = yield from write_verified(change.command, change.value)
-        course.results.append(written)
-        course.fault = WriteFault.NOT_SENT if written.heard is SetReply.NOT_SENT else None
+            refused = (*refused, Refusal(Interlock.INTENT_DURABLE, message(LOG_FAILED)))
+    if refused:
+        return _not_sent(change, WriteFault.NOT_ALLOWED), refused
+    if leave.on_begun is not None:
+        leave.on_begun(command)
+    return (yield from write_verified(command, value)), ()
+
+
+def settle_writes(journal: Journal, entries: Mapping[Command, Entry], results: Iterable[Written]) -> None:
+    """Log the outcomes; a write without a result is unknown."""
+    found = {written.command: written for written in results}
+    for command, entry in entries.items():
+        written = found.get(command)
+        journal.settle(entry, _outcome(written), {} if written is None else _result(written))
 
 
 def _is_written(entry: Entry) -> bool:
@@ -217,11 +227,6 @@ def _read_again(written: Written, values: Mapping[str, Value]) -> Written:
     if stands != written.wanted:
         return replace(written, stands=stands, verified=False, fault=WriteFault.REVERTED)
     return written
-
-
-def _tell_begun(course: _WriteProgress, change: SettingChange) -> None:
-    if course.leave.on_begun is not None:
-        course.leave.on_begun(change.command)
 
 
 def unconfirmed(results: Iterable[Written]) -> list[Written]:
@@ -270,7 +275,8 @@ def _outcome(written: Written | None) -> Outcome:
         return Outcome.NOT_SENT
     if written.is_fine:
         return Outcome.CONFIRMED
-    return Outcome.REFUSED if written.stands is not None else Outcome.UNKNOWN
+    is_refused = written.stands is not None or written.fault is WriteFault.REFUSED
+    return Outcome.REFUSED if is_refused else Outcome.UNKNOWN
 
 
 def _result(written: Written) -> dict[str, object]:

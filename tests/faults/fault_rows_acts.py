@@ -10,9 +10,10 @@ from app.procedures.baud import BaudChanged, BaudEnd, change_baud
 from app.procedures.find import look_for
 from app.procedures.light_calibration import measure_light
 from app.procedures.power_cycle import Ending, PowerCycleResult, Retention, survives_power_cycle
-from app.procedures.write import restarted_since
-from app.procedures.write_all import SettingChange, WriteContext, WriteReport, write_all
+from app.procedures.write import SetReply, Written, restarted_since
+from app.procedures.write_all import SettingChange, WriteContext, WriteReport, write_all, write_logged
 from app.safety.acts import REQUESTS, Act
+from app.safety.interlocks import Refusal
 from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
 from protocol.catalogue import BAUD_RATE, BY_NAME, STATUS
@@ -21,6 +22,7 @@ from tests.support.journals import FakeJournal
 from tests.support.line.sim_line import INSTANT_S, FakeClock
 
 WANTED_RATE = 57600
+TRIGGER = BY_NAME["freefall_trigger"]
 BOOTS = 37
 """Boot count of the simulated module before a restart."""
 ACTIVE = MappingProxyType({"active": "yes"})
@@ -105,6 +107,11 @@ def _no_report_lie(report: WriteReport, cell: Cell) -> list[str]:
     return faults
 
 
+def _no_logged_lie(done: tuple[Written, tuple[Refusal, ...]], cell: Cell) -> list[str]:
+    was_sent = TRIGGER.set(False) in cell.port.requests
+    return ["not sent, and it was"] if was_sent and done[0].heard is SetReply.NOT_SENT else []
+
+
 def _changes() -> list[SettingChange]:
     wanted = {"attitude_threshold": 75, "freefall_time": 1.2, "light_threshold": 2.0}
     return [SettingChange(BY_NAME[name], value) for name, value in wanted.items()]
@@ -157,6 +164,12 @@ ACT_ROWS: tuple[Row, ...] = (
         lambda: write_all(_changes(), WriteContext(journal=FakeJournal())),
         _says_report,
         _no_report_lie,
+    ),
+    Row(
+        "write_all.write_logged",
+        lambda: write_logged(SettingChange(TRIGGER, False), WriteContext(journal=FakeJournal()), {}),
+        lambda done: "acknowledged" if done[0].fault is None else done[0].fault.value,
+        _no_logged_lie,
     ),
     Row(
         "power_cycle.survives_power_cycle",

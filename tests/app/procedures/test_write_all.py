@@ -8,6 +8,8 @@ import pytest
 from app.engine.procedure import Cancelled
 from app.engine.run import Run
 from app.engine.snapshots import Snapshot
+from app.preflight.evidence import Evidence, FlagState
+from app.preflight.run import run_preflight
 from app.procedures.act import Armed
 from app.procedures.lock import lock
 from app.procedures.settings_reading import read_settings
@@ -60,6 +62,18 @@ def test_on_a_good_line_everything_is_read_once_more_at_the_end_and_no_oftener()
     assert write(rig, freefall_time=1.2).is_fine
     reading = BY_NAME["attitude_threshold"].query()
     assert rig.line.requests.count(reading) == 4  # before and at the end, each time twice alike
+
+
+def test_a_trigger_that_the_module_refuses_is_logged_as_refused_whoever_sets_it() -> None:
+    written, enabled = FakeJournal(), FakeJournal()
+    report = write(Rig({"refuses": True}), WriteContext(journal=written), attitude_trigger=False)
+    assert [one.fault for one in report.results] == [WriteFault.REFUSED]
+    checked, rig = Evidence(port="sim"), Rig({"refuses": True})
+    rig.bench.module.state.attitude_is_enabled = rig.bench.module.state.freefall_is_enabled = False
+    rig.run(run_preflight(checked, is_enabling=True, journal=enabled))
+    assert [one.state for one in checked.flags.values()] == [FlagState.REFUSED] * 2
+    assert (written.outcomes, enabled.outcomes) == ({0: Outcome.REFUSED}, dict.fromkeys(range(2), Outcome.REFUSED))
+    assert written.results[0] == enabled.results[0]
 
 
 def test_one_bad_value_and_nothing_is_sent() -> None:
