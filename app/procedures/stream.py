@@ -6,10 +6,11 @@ the output on; a module that streams already is left streaming.
 
 from collections.abc import Iterator
 from concurrent.futures import Future
+from contextlib import suppress
 from dataclasses import dataclass, field
 
 from app.engine.device import How, Sleep
-from app.engine.procedure import Ask, Cancelled, EngineView, Inspect, Pause, Procedure, is_alive
+from app.engine.procedure import Ask, Cancelled, EngineView, Inspect, Pause, Procedure, Slept, is_alive
 from app.engine.setting_changes import READABLE_SETTINGS
 from app.procedures.read import READABLE
 from app.store.stream_memory import StreamMemory
@@ -106,9 +107,10 @@ def watch(
     course = _StreamProgress(memory or StreamMemory(), listens_briefly)
     try:
         while True:
-            sight: EngineView = yield Inspect()
-            yield from _turn(course, switch, sight, read_all=read_all)
-            yield Pause(min(REST_S, max(TURN_S, course.rests_until - sight.now)))
+            with suppress(Slept):  # on the command line it is in the foreground, and goes on as in the background
+                sight: EngineView = yield Inspect()
+                yield from _turn(course, switch, sight, read_all=read_all)
+                yield Pause(min(REST_S, max(TURN_S, course.rests_until - sight.now)))
     except Cancelled:  # not if the port was lost
         yield from _switch_off(course, switch)
         raise

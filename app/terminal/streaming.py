@@ -19,6 +19,8 @@ LEFT_ON = marked("An earlier session left the serial output on; it is switched o
 UNKNOWN_BEFORE = marked("The serial output is off now; it may have been on before.")
 WITHOUT_STATUS_S = 5.0
 """With a time limit: additional time to wait for the first status."""
+AFTER_SLEEP_S = 3.0
+"""How long the module may take to answer after the computer slept."""
 
 
 class StreamSpan:
@@ -94,11 +96,17 @@ def _wait(
         on_turn(conversation)
         conversation.wait()
         conversation.check_running()
-        if conversation.device.presence is Presence.OFFLINE:
+        if conversation.device.presence is Presence.OFFLINE and not _has_just_slept(conversation):
             return module_is_silent(port)
         if gives_up_at is not None and time.monotonic() > gives_up_at:
             break
     return None
+
+
+def _has_just_slept(conversation: Conversation) -> bool:
+    """The computer slept, and the module's answer is still to come."""
+    sleep = conversation.device.last_sleep
+    return sleep is not None and time.monotonic() - sleep.ended_at < AFTER_SLEEP_S
 
 
 @contextmanager

@@ -2,12 +2,15 @@
 
 import json
 import socket
+import threading
+import time
 
 import pytest
 
 import app.__main__ as program
 from app.engine import transport
 from app.engine.procedure import Ask, Cancelled, Inspect
+from app.engine.worker import Worker
 from app.procedures import stream
 from protocol.catalogue import SERIAL_OUTPUT
 from tests.support.cli_line import Printed, bench_of, falls_after, is_one_sentence, run_here
@@ -53,6 +56,25 @@ def test_monitor_polls_what_does_not_stream(
     assert len(printed.out.splitlines()) >= 3
     assert "not triggered   locked" in printed.out
     assert wire[-1] == SERIAL_OUTPUT.set(False).encode()
+
+
+def test_monitor_goes_on_after_a_sleep_and_leaves_the_module_silent(
+    port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It ended, said that the module had stopped answering, and left it streaming."""
+    slept = {"s": 0.0}
+    defaults = Worker.__init__.__kwdefaults__
+    assert defaults is not None
+    monkeypatch.setitem(defaults, "with_sleep", lambda: time.monotonic() + slept["s"])
+    timer = threading.Timer(1.0, slept.update, [{"s": 60.0}])
+    timer.start()
+    printed = run_here(capsys, ["monitor", "--port", f"{port}?rate=100", "--seconds", "2", "--json"])
+    timer.join()
+    times = [json.loads(line)["t_s"] for line in printed.out.splitlines()]
+    assert times[-1] > 1.8
+    assert printed.err == ""
+    assert wire[-1] == SERIAL_OUTPUT.set(False).encode()
+    assert not bench_of(port).state().is_streaming
 
 
 def test_monitor_says_when_the_port_goes(port: str, capsys: pytest.CaptureFixture[str]) -> None:
