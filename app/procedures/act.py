@@ -9,7 +9,7 @@ A permit allows at most one frame: it is spent before the frame is sent, and it 
 repeated. The outcome is what the module reports afterwards.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from app.engine.device import StatusSample
@@ -30,10 +30,10 @@ from app.engine.transport import PortError
 from app.procedures.ask_status import ask_status
 from app.safety.acts import REQUESTS, Act
 from app.safety.interlocks import Interlock, Refusal, interlock_inputs, refusals
-from app.safety.journal import Journal, JournalFailed, Outcome, durable
+from app.safety.journal import Entry, Journal, JournalFailed, Outcome, durable
 from app.safety.permit import Permit
 from app.text.i18n import tr
-from app.text.messages import UserMessage, message
+from app.text.messages import joined, message
 from app.text.sentences import join_sentences
 from protocol.catalogue import BY_NAME, STATUS
 from protocol.events import Answered, Unanswered
@@ -88,8 +88,6 @@ class Performed:
     is_acknowledged: bool = False
     status: StatusSample | None = None
     """The last report afterwards."""
-    trouble: UserMessage | None = None
-    """Why the intent could not be logged."""
 
     @property
     def sentence(self) -> str:
@@ -99,8 +97,7 @@ class Performed:
         if self.outcome is not Outcome.NOT_SENT:
             words = tr(SENTENCES[self.act, self.outcome])
             return join_sentences((words, self._tilt_sentence)) if self.act is Act.ZERO else words
-        why = () if self.trouble is None else (self.trouble.translated(),)
-        return join_sentences((tr(_NOT_SENT), *(refusal.sentence for refusal in self.refusals), *why))
+        return join_sentences((tr(_NOT_SENT), *(refusal.sentence for refusal in self.refusals)))
 
     @property
     def is_level(self) -> bool:
@@ -162,21 +159,13 @@ def perform(
     frame = request.encode()
     entry = journal.begin(act, frame, _detail((yield Inspect())))
     try:
-        if (yield from durable(entry)):
-            yield from _refresh(act)
-        # The conditions are judged again at the last moment; the pause lets the session read the clock and the line.
-        yield Pause(0.0)
-        open_conditions = conditions_open(act, (yield Inspect()), journal, permit=permit, armed=armed)
-    except JournalFailed as error:
-        journal.settle(entry, Outcome.NOT_SENT, {"why": "log"})
-        refusal = Refusal(Interlock.INTENT_DURABLE, message(LOG_FAILED))
-        return Performed(act=act, outcome=Outcome.NOT_SENT, refusals=(refusal,), trouble=error.message)
+        unsent = yield from last_moment(act, journal, (entry,), permit=permit, armed=armed)
     except (Cancelled, PortLost, PortError) as error:
         journal.settle(entry, Outcome.NOT_SENT, {"why": type(error).__name__})
         raise
-    if open_conditions or permit is None or not permit.spend():
-        journal.settle(entry, Outcome.NOT_SENT, {"why": [one.condition.name for one in open_conditions]})
-        return Performed(act=act, outcome=Outcome.NOT_SENT, refusals=open_conditions)
+    if unsent is not None:
+        journal.settle(entry, Outcome.NOT_SENT, {"why": [one.condition.name for one in unsent]})
+        return Performed(act=act, outcome=Outcome.NOT_SENT, refusals=unsent)
     try:
         after = yield from _observe_after(act, (yield Ask(request, is_deliberate=True)))
     except (Cancelled, PortLost, PortError) as error:
@@ -184,6 +173,24 @@ def perform(
         return Performed(act=act, outcome=Outcome.UNKNOWN, frame=frame)
     journal.settle(entry, _outcome(act, after), _result(after))
     return _performed(act, after)
+
+
+def last_moment(
+    act: Act, journal: Journal, intents: Sequence[Entry], *, permit: Permit | None, armed: Armed | None
+) -> Procedure[tuple[Refusal, ...] | None]:
+    """Wait until the intents are durable, judge the conditions again and spend the permit. None: the frame may be sent
+    now, and only now; else why not."""
+    is_slow = False
+    try:
+        for intent in intents:
+            is_slow |= yield from durable(intent)
+    except JournalFailed as error:
+        return (Refusal(Interlock.INTENT_DURABLE, joined((message(LOG_FAILED), error.message), " ")),)
+    if is_slow:
+        yield from _refresh(act)
+    yield Pause(0.0)  # lets the session read the clock and the line
+    refused = conditions_open(act, (yield Inspect()), journal, permit=permit, armed=armed)
+    return None if not refused and permit is not None and permit.spend() else refused
 
 
 def _performed(act: Act, after: _Observed) -> Performed:

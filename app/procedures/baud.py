@@ -17,21 +17,19 @@ from app.engine.procedure import (
     Cancelled,
     EngineView,
     Inspect,
-    Pause,
     PortLost,
     Procedure,
 )
 from app.engine.transport import PortError
-from app.procedures.act import LOG_FAILED, Armed, conditions_open
+from app.procedures.act import Armed, conditions_open, last_moment
 from app.procedures.ask_status import ask_status
 from app.procedures.find import look_for
 from app.procedures.write import SetReply, acknowledged
 from app.safety.acts import Act
-from app.safety.interlocks import Interlock, Refusal
-from app.safety.journal import Entry, Journal, JournalFailed, Outcome, durable
+from app.safety.interlocks import Refusal
+from app.safety.journal import Entry, Journal, Outcome
 from app.safety.permit import Permit
 from app.text.i18n import tr
-from app.text.messages import UserMessage, message
 from app.text.sentences import join_sentences
 from protocol.catalogue import BAUD_RATE
 from protocol.translatable import marked
@@ -77,8 +75,6 @@ class BaudChanged:
     found_rate: int | None = None
     """The rate at which it answers, and of the port; None if it does not answer (the port is at the old rate)."""
     refusals: tuple[Refusal, ...] = ()
-    trouble: UserMessage | None = None
-    """Why the rates could not be logged."""
 
     @property
     def sentence(self) -> str:
@@ -86,8 +82,7 @@ class BaudChanged:
         text = SENTENCES[self.end]
         rates = {"old": self.old_rate, "new": self.new_rate, "found": self.found_rate}
         words = tr(text, **{name: rate for name, rate in rates.items() if f"{{{name}}}" in text})
-        why = () if self.trouble is None else (self.trouble.translated(),)
-        return join_sentences((words, *(refusal.sentence for refusal in self.refusals), *why))
+        return join_sentences((words, *(refusal.sentence for refusal in self.refusals)))
 
 
 def change_baud(
@@ -108,24 +103,13 @@ def change_baud(
     pending = journal.begin_baud(old_rate, new_rate)
     entry = journal.begin(Act.CHANGE_BAUD, request.encode(), {"old": old_rate, "new": new_rate})
     try:
-        is_slow = yield from durable(pending)
-        is_slow |= yield from durable(entry)
-        if is_slow:
-            yield from ask_status()
-        yield Pause(0.0)  # the conditions are judged again at the last moment
-        refused = conditions_open(Act.CHANGE_BAUD, (yield Inspect()), journal, permit=permit, armed=armed)
-    except JournalFailed as error:
-        _settle_unsent(journal, entry, pending)
-        refusal = Refusal(Interlock.INTENT_DURABLE, message(LOG_FAILED))
-        return BaudChanged(
-            old_rate=old_rate, new_rate=new_rate, end=BaudEnd.NOT_SENT, refusals=(refusal,), trouble=error.message
-        )
+        unsent = yield from last_moment(Act.CHANGE_BAUD, journal, (pending, entry), permit=permit, armed=armed)
     except (Cancelled, PortLost, PortError):
         _settle_unsent(journal, entry, pending)
         raise
-    if refused or permit is None or not permit.spend():
+    if unsent is not None:
         _settle_unsent(journal, entry, pending)
-        return BaudChanged(old_rate=old_rate, new_rate=new_rate, end=BaudEnd.NOT_SENT, refusals=refused)
+        return BaudChanged(old_rate=old_rate, new_rate=new_rate, end=BaudEnd.NOT_SENT, refusals=unsent)
     try:
         reply = acknowledged((yield Ask(request, is_deliberate=True)))
         if reply.heard is SetReply.NOT_SENT:

@@ -5,7 +5,8 @@ from types import MappingProxyType
 from typing import Any
 
 from app.engine.procedure import Ask, EngineView, Inspect, Procedure
-from app.procedures.act import Performed, perform
+from app.procedures.act import Performed, last_moment, perform
+from app.procedures.ask_status import ask_status
 from app.procedures.baud import BaudChanged, BaudEnd, change_baud
 from app.procedures.find import look_for
 from app.procedures.light_calibration import measure_light
@@ -14,7 +15,7 @@ from app.procedures.write import SetReply, Written, restarted_since
 from app.procedures.write_all import SettingChange, WriteContext, WriteReport, write_all, write_logged
 from app.safety.acts import REQUESTS, Act
 from app.safety.interlocks import Refusal
-from app.safety.journal import Outcome
+from app.safety.journal import Entry, Outcome
 from app.safety.permit import Origin, Permit
 from protocol.catalogue import BAUD_RATE, BY_NAME, STATUS
 from tests.faults.fault_table import Cell, Row, truth
@@ -75,6 +76,14 @@ def _act(act: Act, **options: str) -> Row:
         options=MappingProxyType(options),
         variant=act.value,
     )
+
+
+def _last_moment() -> Procedure[tuple[Refusal, ...] | None]:
+    yield from ask_status()
+    intent = Entry()
+    intent.set_result(0)
+    permit = _permit(Act.SHUTDOWN)
+    return (yield from last_moment(Act.SHUTDOWN, FakeJournal(), (intent,), permit=permit, armed=None))
 
 
 def _no_baud_lie(changed: BaudChanged, cell: Cell) -> list[str]:
@@ -146,6 +155,12 @@ ACT_ROWS: tuple[Row, ...] = (
     _act(Act.FORBID_DEPLOY, active="yes"),
     _act(Act.SHUTDOWN),
     _act(Act.ZERO, tilt="4"),
+    Row(
+        "act.last_moment",
+        _last_moment,
+        lambda refused: "may be sent" if refused is None else "refused",
+        lambda _refused, cell: ["sent"] if REQUESTS[Act.SHUTDOWN] in cell.port.requests else [],
+    ),
     Row(
         "baud.change_baud",
         lambda: change_baud(WANTED_RATE, FakeJournal(), permit=_permit(Act.CHANGE_BAUD)),

@@ -11,6 +11,7 @@ from app.procedures.baud import SENTENCES, BaudChanged, BaudEnd, change_baud
 from app.procedures.find import look_for
 from app.procedures.write import SetReply
 from app.safety.acts import Act
+from app.safety.interlocks import Interlock
 from app.safety.journal import NoJournal, Outcome
 from app.safety.permit import Origin, Permit
 from app.text.messages import UserMessage
@@ -182,7 +183,9 @@ def test_a_change_whose_intent_cannot_be_logged_is_not_sent_and_its_rates_are_no
     rig, journal = Rig(), FakeJournal()
     monkeypatch.setattr(journal, "begin", NoJournal(UserMessage("The disk is full.")).begin)
     changed = change(rig, 9600, journal)
-    assert (changed.end, changed.trouble) == (BaudEnd.NOT_SENT, UserMessage("The disk is full."))
+    assert changed.end is BaudEnd.NOT_SENT
+    assert [one.condition for one in changed.refusals] == [Interlock.INTENT_DURABLE]
+    assert changed.sentence == "Nothing was sent. The audit log cannot be written. The disk is full."
     assert journal.settled_rates == {0: BaudEnd.NOT_SENT.value}
     assert sets(rig) == 0
 
