@@ -16,7 +16,7 @@ import time
 import unicodedata
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TextIO
 
 from app.text.i18n import CHINESE, language, tr
 from app.text.sentences import error_text
@@ -54,6 +54,7 @@ class Parser(argparse.ArgumentParser):
 
     def _print_message(self, message: str, file: "SupportsWrite[str] | None" = None) -> None:
         super()._print_message(visible(message, keep=NEWLINE) if message else message, file)
+        _flush_messages()
 
 
 class _Once(argparse.Action):
@@ -183,6 +184,11 @@ def notify(sentence: str) -> None:
         print(visible(sentence, keep=NEWLINE), file=sys.stderr, flush=True)
 
 
+def _flush_messages() -> None:
+    with _ignoring_errors():
+        sys.stderr.flush()
+
+
 class _ProgressLine:
     """State of the progress line."""
 
@@ -260,12 +266,16 @@ def as_json(value: object) -> str:
 
 def discard_output() -> None:
     """Discard what is still buffered for standard output, which has no reader or no space left."""
+    _discard(sys.stdout)
+
+
+def _discard(stream: TextIO | None) -> None:
     try:
         nowhere = os.open(os.devnull, os.O_WRONLY)
-        os.dup2(nowhere, sys.stdout.fileno())
+        os.dup2(nowhere, stream.fileno())  # type: ignore[union-attr]
         os.close(nowhere)
     except (OSError, ValueError, AttributeError):
-        return  # standard output is no file
+        return  # it is no file
 
 
 @contextmanager
@@ -273,7 +283,7 @@ def _ignoring_errors() -> Iterator[None]:
     try:
         yield
     except (OSError, ValueError, AttributeError):
-        return
+        _discard(sys.stderr)  # else Python fails to write the rest when it ends, with exit code 120
 
 
 # Layout: columns, where a Chinese character takes two

@@ -237,6 +237,16 @@ def test_a_full_disk_is_said() -> None:
     assert_one_sentence(run.stderr)
 
 
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="only Linux has a device that is always full")
+@pytest.mark.parametrize(("words", "code"), [(["nosuch"], 2), (["lock"], 2), (["read", "--port", "/dev/nosuch"], 3)])
+def test_messages_that_cannot_be_written_leave_the_exit_code(words: list[str], code: int) -> None:
+    """As where a log on a full disk, or a terminal that was closed, takes them."""
+    with open("/dev/full", "w") as full:  # noqa: PTH123  a device, not a path to work with
+        buffered = {name: value for name, value in ENVIRONMENT.items() if name != "PYTHONUNBUFFERED"}
+        run = subprocess.run([*PROGRAM, *words], cwd=ROOT, env=buffered, stderr=full, timeout=LONGEST_S, check=False)
+    assert run.returncode == code
+
+
 def closing(stream: str, *words: str) -> "subprocess.CompletedProcess[str]":
     return subprocess.run(
         ["sh", "-c", f'exec "$@" {stream}', "sh", *PROGRAM, *words],
