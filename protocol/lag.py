@@ -75,6 +75,8 @@ class Lag:
         if request.command is STATUS:
             self._asked.remove(next(one for one in self._asked if one.request.command is STATUS))
             return
+        if not next(one for one in self._asked if one.at == asked_at).is_due:
+            self.answer_or_copy(request)  # that one had its reply: this is the reply to a later one
         self._last_s = now - asked_at
         self._answerable.add(request)
         if request.command is not HEARTBEAT:
@@ -85,7 +87,7 @@ class Lag:
     def answer_or_copy(self, request: Request) -> None:
         """Note a reply to `request` that may be a copy of the one before: it proves nothing, and nothing is overdue."""
         for place in reversed(range(len(self._asked))):
-            if self._asked[place].request == request:
+            if self._asked[place].request == request and self._asked[place].is_due:
                 self._asked[place] = self._asked[place]._replace(is_due=False)
                 return
 

@@ -94,13 +94,16 @@ def test_a_question_is_asked_at_once_between_streamed_reports(bench: Bench) -> N
     assert bench.link.take_outgoing() == SOUND.query().encode()
 
 
-def test_an_answer_that_may_be_a_copy_of_the_one_before_is_not_overdue(bench: Bench) -> None:
+@pytest.mark.parametrize("slow", [(), (19,), (4, 12, 19)])
+def test_an_answer_that_may_be_a_copy_of_the_one_before_is_not_overdue(slow: tuple[int, ...], bench: Bench) -> None:
     """As with the heartbeats of a pre-flight check, after which only the status is asked for."""
-    for _ in range(20):
+    for number in range(20):
         bench.ask(HEARTBEAT.query())
-        bench.hear(PULSE, after_s=0.004)
+        bench.hear(PULSE, after_s=0.03 if number in slow else 0.004)
     for _ in range(20):
         bench.ask(STATUS.query())
         bench.hear(STREAMED, after_s=0.1)
-    assert bench.link.lag.seconds(bench.now) == pytest.approx(0.004)
+    lag_s = bench.link.lag.seconds(bench.now)
+    assert lag_s is not None
+    assert lag_s < 0.2
     assert bench.link.lag.asked_at(HEARTBEAT.query()) < bench.now - 1, "it may still come"
