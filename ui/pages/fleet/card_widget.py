@@ -27,7 +27,7 @@ from ui.widgets.state_chips import show_activation, show_known_trigger
 
 CARD_PX: Final = 324
 """Minimum width of a card at 100 %."""
-CARD_HEIGHT_PX: Final = 232
+CARD_HEIGHT_PX: Final = 240
 _STRIPE_PX: Final = 5
 NEED_MEANINGS: Final[Mapping[Need, Meaning]] = {
     Need.TRIGGERED: Meaning.DANGER,
