@@ -292,7 +292,7 @@ class Link:
         if may_be_copy:
             self.lag.answer_or_copy(flight.request)
         else:  # a copy of the answer to the same question before says nothing about later requests
-            self._stale.on_answered(flight.request)
+            self._stale.on_answered(flight.request, now)
             self.gap.answered()
             self.lag.answer(flight.request, now)
         # If a copy was taken for the answer, the status that still follows is the answer and not streamed.

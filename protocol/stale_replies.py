@@ -91,18 +91,26 @@ class StaleReplies:
         """Whether this is the fence's own answer, and not a late or doubled one to an earlier question."""
         return not self.is_copy(raw, now) and not any(_overlap(owed.request, fence) for owed in self._outstanding)
 
-    def on_answered(self, answered: Request) -> None:
+    def on_answered(self, answered: Request, now: float) -> None:
         """Note the answer to `answered`: no reply to an earlier request can follow."""
         if answered.command is STATUS:
             return  # it may have been streamed
         if answered == _HEARTBEAT and self._heartbeats_at[0] - self._heartbeats_at[1] <= self._timing.restart_s:
             return  # it may be the second one of a restart
         if any(_overlap(earlier, answered) for earlier in self._all()):
+            self._renew(answered, now)
             return  # it may be a late or doubled answer to an earlier one
         self._not_past.clear()
         self._outstanding.clear()
         while len(self._copied) > 1:
             self._copied.pop()  # no copy of an earlier frame can follow either
+
+    def _renew(self, answered: Request, now: float) -> None:
+        """If it was the late reply to the same question asked before, the one to this question is still to come."""
+        owed = next((one for one in self._outstanding if one.request == answered), None)
+        if owed is not None:
+            self._outstanding.remove(owed)
+            self._outstanding.append(_Outstanding(answered, now))
 
     def _all(self) -> tuple[Request, ...]:
         return (*self._not_past, *[owed.request for owed in self._outstanding])

@@ -3,7 +3,7 @@
 import pytest
 
 from protocol.catalogue import HEARTBEAT, STATUS, TRIGGER_RECORDS
-from protocol.events import Answered, Received, Role, Sent
+from protocol.events import Answered, Received, Restarted, Role, Sent
 from protocol.frame import encode_reply
 from protocol.messages import Status
 from tests.support.line.link_bench import PULSE, RECORD, STREAMED, Bench, named
@@ -107,3 +107,17 @@ def test_an_answer_that_may_be_a_copy_of_the_one_before_is_not_overdue(slow: tup
     assert lag_s is not None
     assert lag_s < 0.2
     assert bench.link.lag.asked_at(HEARTBEAT.query()) < bench.now - 1, "it may still come"
+
+
+def test_heartbeats_that_each_answer_the_next_question_are_no_restart(bench: Bench) -> None:
+    """On a line that became late the reply to each comes while the next one is in flight, and one is left over."""
+    bench.ask(HEARTBEAT.query(), waits_s=(0.5,))
+    bench.wait(0.5)
+    for _ in range(8):  # for longer than a late reply is waited for
+        bench.ask(HEARTBEAT.query(), waits_s=(0.5,))
+        bench.hear(PULSE, after_s=0.49)
+    bench.hear(PULSE, after_s=0.49)
+    bench.wait(1.0)
+    roles = [one.role for one in bench.taken(Received) if isinstance(one, Received)]
+    assert roles[-1] is Role.LATE
+    assert bench.taken(Restarted) == []

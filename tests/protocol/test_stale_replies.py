@@ -383,7 +383,7 @@ def test_a_heartbeat_soon_after_another_proves_nothing(apart_s: float, is_in_dou
     stale.expect_late(FREEFALL_TIME, 0.5, count=1)
     stale.on_heartbeat(1.0)
     stale.on_heartbeat(1.0 + apart_s)
-    stale.on_answered(HEARTBEAT.query())
+    stale.on_answered(HEARTBEAT.query(), 0.0)
     assert (stale.pop_late(encode_reply(0x22, 160)) is not None) is is_in_doubt
 
 
@@ -391,7 +391,7 @@ def test_after_an_answer_only_its_own_copy_may_follow() -> None:
     stale, earlier, last = StaleReplies(SOON), encode_reply(0x22, 160), encode_reply(0x14, 1)
     stale.expect_copy(earlier, FREEFALL_TIME, 1.0)
     stale.expect_copy(last, LIGHT, 1.0)
-    stale.on_answered(LIGHT)
+    stale.on_answered(LIGHT, 0.0)
     assert stale.is_copy(last, 1.0)
     assert not stale.is_copy(earlier, 1.0)
     assert stale.copied_request(last) == LIGHT
