@@ -6,12 +6,13 @@ looks for.
 
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import pairwise
 
 import pytest
 from hypothesis import HealthCheck, Phase, seed, settings
 from hypothesis.stateful import run_state_machine_as_test
 
-from app.engine.procedure import Procedure
+from app.engine.procedure import MAX_LOCKS, Procedure
 from app.engine.session import Session
 from app.procedures import write_all
 from app.procedures.write import Written, write_verified
@@ -19,7 +20,7 @@ from app.safety import interlocks as safety
 from app.safety.acts import Act
 from app.safety.interlocks import InterlockInputs
 from app.text.messages import UserMessage
-from protocol.catalogue import Command, Hazard, Request
+from protocol.catalogue import LOCK, Command, Hazard, Request
 from protocol.fields import Value
 from tests.scenarios.desk_machine import DeskMachine
 from tests.soak.stateful import run_for
@@ -72,6 +73,26 @@ def test_a_faulty_program_is_detected(
     break_it(monkeypatch)
     with pytest.raises(AssertionError):
         run_state_machine_as_test(seed(7)(type("BrokenDesk", (DeskMachine,), {})), settings=_FIND_ONE)
+
+
+def test_the_links_own_heartbeat_holds_lock_back_neither_in_its_time_nor_beyond_it() -> None:
+    """Found by the soak: 27 LOCKs in ten seconds instead of 50, and the last one 0.8 s later."""
+    state = DeskMachine()
+    quirks = {"ack": "echo", "freefall_ack": "16", "baud_ack": "old", "clamps": False, "refuses": False, "keeps": True,
+              "remembers": False, "seed": 2, "uptime": 0, "rate": 2}  # fmt: skip
+    faults = {"direction": "to-host", "double": 0.3, "mute": False, "jitter_ms": 50.0}
+    try:
+        state.sit_down(quirks=quirks, is_watching=False, wait_s=0.0)
+        state.write_in_trouble(faults=faults, raws={"attitude_threshold_deg": 0})
+        state.lock(wait_s=0.02)
+        state.fault(faults={"direction": "to-host", "drop": 0.1, "mute": True})
+        state.change_rate(rate=115200, wait_s=15.0)
+        state.all_holds()
+        locks = [at for at, request in state.desk.ledger.wire if request == LOCK]
+        assert len(locks) == MAX_LOCKS
+        assert max(later - sooner for sooner, later in pairwise(locks)) < 0.2
+    finally:
+        state.teardown()
 
 
 def test_the_soak_counts_its_rounds_and_steps() -> None:
