@@ -83,7 +83,7 @@ def test_an_elided_text_is_whole_in_the_tooltip(qtbot: QtBot) -> None:
     window.resize(900, 20)
     window.show()
     assert label.toolTip() == ""
-    label.resize(90, 20)
+    label.resize(label.fontMetrics().horizontalAdvance("The module") + 10, 20)  # whatever font other tests left
     assert label.toolTip() == label.text() == "The module answers. Next: Settings, then Pre-flight."
     assert label.minimumSizeHint().width() == 0
     wide = label.grab().toImage()
