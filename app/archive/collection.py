@@ -13,14 +13,12 @@ from typing import Any, Final, NamedTuple
 from app.archive.facts import Fact, FactKind, fact_id, make_fact, payload_of, utc_time
 from app.archive.local_facts import LocalFacts
 from app.stations.station import Station, encoded
-from app.store.audit_chain import chain_hash
+from app.store.audit_chain import BEGUN, chain_hash
 from app.store.store import Store
 
 _log = logging.getLogger(__name__)
 PAGE: Final = 200
 """Rows between two commits."""
-_BEGUN: Final = 8
-"""Number of values that a row of the audit log has from the start; the rest are its outcome."""
 
 
 class _New(NamedTuple):
@@ -127,11 +125,11 @@ def _audit_link(row: tuple[Any, ...]) -> Iterator[_New]:
     """The row as it was when the link was added: without its outcome, or with it. A row that fits neither was altered;
     `dps-s verify --log` reports it."""
     number, previous, hash_, module, *settled = row
-    begun = [*settled[:_BEGUN], None, None, None]
+    begun = [*settled[:BEGUN], None, None, None]
     entry = next((one for one in (settled, begun) if chain_hash(previous, *one) == hash_), None)
     if entry is None:
         raise ValueError(hash_)
-    yield _New(FactKind.AUDIT, utc_time(entry[_BEGUN] or entry[4]), {
+    yield _New(FactKind.AUDIT, utc_time(entry[BEGUN] or entry[4]), {
         "number": number, "module": module, "previous": previous, "hash": hash_, "entry": entry,
     })  # fmt: skip
 

@@ -16,9 +16,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from enum import Enum
-from typing import Final, NamedTuple
+from typing import Final
 
 from app.stations.station import KEY_BYTES, Station, decoded, encoded, is_signature
+from app.store.audit_chain import AuditRow
 from app.text.messages import UserMessage, clean, message
 from protocol.translatable import marked
 
@@ -50,23 +51,6 @@ class FactKind(Enum):
     """One link of a station's audit chain: the start of an act, or its outcome."""
     SETTLEMENT = "settlement"
     """A person's decision whether two modules are the same one."""
-
-
-class AuditRow(NamedTuple):
-    """A row of the audit log, unchecked. `settled_at` and what follows are None in the link of its start."""
-
-    id: object
-    module_id: object
-    port: object
-    origin: object
-    at: object
-    act: object
-    frame: object
-    detail: object
-    """JSON as text."""
-    settled_at: object
-    outcome: object
-    result: object
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from app.archive.fact_set import BUCKET, ArchiveTrouble, Digests, digests_of_rows
-from app.archive.facts import FACT_COLUMNS, AuditRow, Fact, FactKind, FactRow, row_digest
+from app.archive.facts import FACT_COLUMNS, Fact, FactKind, FactRow, row_digest
+from app.store.audit_chain import AuditRow
 from app.store.database import Clock, Database, StoreTrouble, open_database, utc_now
 from app.text.messages import UserMessage
 

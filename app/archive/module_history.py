@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from app.archive.chains import record_of
-from app.archive.facts import AuditRow, Fact, FactKind
+from app.archive.facts import Fact, FactKind
 from app.archive.fleet_state import SIMULATED, check_line
 from app.archive.local_facts import LocalFacts
 from app.archive.module_names import KnownModule, module_of_fact
@@ -16,6 +16,7 @@ from app.safety.acts import TITLES, Act
 from app.safety.journal import Outcome
 from app.settings.profiles import SETTINGS_BY_KEY
 from app.settings.values import field_of, fitting
+from app.store.audit_chain import AuditRow
 from app.text.messages import UserMessage, clean, joined, message
 from app.trigger_records.history import JUDGEMENT_WORDS, Judgement, sentence
 from app.trigger_records.history import record_of as trigger_record_of
@@ -151,12 +152,10 @@ def _setting(key: str, value: object) -> UserMessage:
     if command is None:
         return UserMessage(clean(f"{key} {value}"))
     field = field_of(command)
-    is_flag = isinstance(field, Flag)
-    shown = (
-        (marked("Enabled") if value is True else marked("Disabled"))
-        if is_flag
-        else field.text(field.encode(fitting(field, value)))
-    )
+    if isinstance(field, Flag):
+        shown = marked("Enabled") if value is True else marked("Disabled")
+    else:
+        shown = field.text(field.encode(fitting(field, value)))
     return message("{name} {value}", name=message(command.title), value=message(shown))
 
 

@@ -13,7 +13,7 @@ from typing import Any
 from app.engine.device import Device, StaleReason
 from app.engine.identity import Expected, IdentityCheck
 from app.engine.playback import OnlyPlayedBack
-from app.engine.procedure import Ask, Cancelled, EngineView, LinkView, LockRepeat, PortLost, Procedure, Slept
+from app.engine.procedure import Ask, Cancelled, EngineView, LinkView, PortLost, Procedure, Slept
 from app.engine.run import Run
 from app.engine.transport import Line
 from protocol.catalogue import LOCK, SERIAL_OUTPUT, Hazard, Layout
@@ -185,8 +185,9 @@ class Session:
         if any(run.waiting_since() is not None for run in self._runs()):
             dues.append(now + AWAIT_POLL_S)
         locking = self._locking(now)
-        if locking is not None and locking[2].is_repeating(now):
-            dues.append(locking[2].next_at)
+        repeat = locking[1].repeat if locking is not None else None
+        if repeat is not None and repeat.is_repeating(now):
+            dues.append(repeat.next_at)
         return min([self._link.next_deadline(), *dues])
 
     def _serve(self, now: float) -> None:
@@ -230,18 +231,21 @@ class Session:
         is_slow = since is not None and now - since > AWAIT_GRACE_S
         return self._background if first is None or is_slow else first
 
-    def _locking(self, now: float) -> tuple[Run[Any], Ask, LockRepeat] | None:
-        """The run that repeats LOCK while it asks, or while it waits for the link's own heartbeat to be answered."""
+    def _locking(self, now: float) -> tuple[Run[Any], Ask] | None:
+        """The run whose request may repeat LOCK: it is in flight, or waits for the link's own heartbeat."""
         run = self._asking or (None if self._link.is_idle or self._is_played else self._next_run(now))
         ask = run.pending_ask if run is not None else None
-        return (run, ask, ask.repeat) if run is not None and ask is not None and ask.repeat is not None else None
+        return (run, ask) if run is not None and ask is not None else None
 
     def _repeat_lock(self, now: float) -> None:
         """Send LOCK if it is due, without waiting for the answer to the request in flight."""
         locking = self._locking(now)
-        if locking is None or not locking[2].is_due(now):
+        if locking is None:
             return
-        run, ask, repeat = locking
+        run, ask = locking
+        repeat = ask.repeat
+        if repeat is None or not repeat.is_due(now):
+            return
         repeat.note_sent(now)
         self._events += self._link.lock_again(now, repeat.sent)
         self._write_outgoing()

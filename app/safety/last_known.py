@@ -72,7 +72,7 @@ class LastKnown:
         if known is not None and known.value is False and not is_doubtful:
             return SeenActivation(Activation.WAS_LOCKED, known.at)
         # Unknown, or a LOCK was acknowledged but not reported, or an activation was not answered.
-        last = known if known is not None else self._active
+        last = known if known is not None and known.value is True else self._active
         if last is not None and last.value is True:
             return SeenActivation(Activation.WAS_ACTIVE, last.at)
         return SeenActivation(Activation.UNKNOWN)

@@ -10,15 +10,34 @@ import json
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from protocol.translatable import marked
 
 CHAIN_HASH: Final = "chain_hash"
 """The name of `chain_hash` in SQL."""
-_FACTS: Final = ("id", "module_id", "port", "origin", "at", "act", "frame", "detail")
-_OUTCOME: Final = ("settled_at", "outcome", "result")
-_COLUMNS: Final = (*_FACTS, *_OUTCOME)
+
+
+class AuditRow(NamedTuple):
+    """A row of the audit log, unchecked. `settled_at` and what follows are None in the link of its start."""
+
+    id: object
+    module_id: object
+    port: object
+    origin: object
+    at: object
+    act: object
+    frame: object
+    detail: object
+    """JSON as text."""
+    settled_at: object
+    outcome: object
+    result: object
+
+
+_COLUMNS: Final = AuditRow._fields
+BEGUN: Final = _COLUMNS.index("settled_at")
+"""Number of values that a row has from the start; the rest are its outcome."""
 _ADD_LINK: Final = f"""
     INSERT INTO audit_chain (entry, previous, hash)
     SELECT NEW.id, last.hash, {CHAIN_HASH}(last.hash, {", ".join(f"NEW.{name}" for name in _COLUMNS)})
@@ -97,7 +116,7 @@ def _faults(rows: dict[int, tuple[Any, ...]], links: list[_Link]) -> Iterator[Au
 
 def _is_true(row: tuple[Any, ...], links: list[_Link]) -> bool:
     """A row has a link from when it was written, and one from when it was settled, which happens once."""
-    begun = (*row[: len(_FACTS)], *(None for _ in _OUTCOME))
+    begun = (*row[:BEGUN], *(None for _ in _COLUMNS[BEGUN:]))
     states = [row] if len(links) == 1 else [begun, row]
     return [one.hash for one in links] == [
         chain_hash(one.previous, *state) for one, state in zip(links, states, strict=False)
