@@ -4,7 +4,6 @@ The simulated module, the what-if analysis and the analysis of flight logs use i
 (what the table says) and `ASSUMPTIONS` (where it is silent), too.
 """
 
-from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -75,25 +74,6 @@ class Judge:
         self._falls_since_s: float | None = None
         self._last_s: float | None = None
 
-    @property
-    def falls_since_s(self) -> float | None:
-        """Start of the fall that the last sample belongs to; None without a fall."""
-        return self._falls_since_s
-
-    @property
-    def last_s(self) -> float | None:
-        """Time of the last sample; None after `reset`."""
-        return self._last_s
-
-    @property
-    def standing(self) -> Source:
-        """Triggers that have fired and not reset."""
-        return self._standing
-
-    def skip_to(self, until_s: float) -> None:
-        """Skip samples up to this time that are known to change nothing."""
-        self._last_s = until_s
-
     def reset(self) -> None:
         """Forget everything, as the module does when it is locked or off."""
         self._standing = NOTHING
@@ -137,12 +117,3 @@ class Firing(NamedTuple):
 
     sample: SensorSample
     sources: Source
-
-
-def firings(samples: Iterable[SensorSample], limits: TriggerLimits) -> Iterator[Firing]:
-    """Where an active module with these limits would have fired in a recording."""
-    judge = Judge()
-    for sample in samples:
-        fired = judge.judge(sample, limits).fired
-        if fired:
-            yield Firing(sample, fired)

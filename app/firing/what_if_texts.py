@@ -5,9 +5,8 @@ from enum import Enum
 from typing import Final, NamedTuple
 
 from app.firing.judge import ASSUMPTIONS, RULES, Firing
-from app.firing.near_misses import NearFall, NearTilt
+from app.firing.what_if import NearFall, NearTilt, WhatIfFinding
 from app.firing.what_if_drafts import ATTITUDE_THRESHOLD, ATTITUDE_TRIGGER, FREEFALL_TRIGGER, TITLES, Question
-from app.firing.would_fire import WhatIfFinding
 from app.text.durations import duration
 from app.text.i18n import tr
 from protocol.catalogue import Command
@@ -58,10 +57,10 @@ class WhatIfRow(NamedTuple):
     text: str
 
 
-def verdict(finding: WhatIfFinding | None, question: Question, *, clock: Clock, progress: float = 0.0) -> WhatIfVerdict:
+def verdict(finding: WhatIfFinding | None, question: Question, *, clock: Clock) -> WhatIfVerdict:
     """`finding` is None while it is being judged."""
     if finding is None:
-        return WhatIfVerdict(WhatIfKind.JUDGING, tr("Judging… {percent} %", percent=f"{100 * progress:.0f}"))
+        return WhatIfVerdict(WhatIfKind.JUDGING, tr("Judging…"))
     limits = finding.limits
     said = tuple(
         line

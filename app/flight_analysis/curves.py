@@ -7,9 +7,10 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from app.firing.judge import MAX_GAP_S, ROUNDING_S, TriggerLimits
-from app.firing.points import Stretch, firing_places
-from app.flight_logs.flight_log import Flags, FlightLog, Floats
+from app.firing.what_if import Samples, firing_places, runs
+from app.flight_logs.flight_log import FlightLog, Floats
 from app.flight_logs.module_view import RuleReading, attitude_view, freefall_view
+from app.samples.ring_buffers import Values
 from protocol.catalogue import CENTISECOND, DEGREE, TENTH_G
 from protocol.messages import Source
 
@@ -68,13 +69,12 @@ def steps_of(value: float, per_unit: int) -> int:
 
 def firing_curves(log: FlightLog, reading: RuleReading) -> FiringCurves:
     """Takes about 10 ms for a flight of ten minutes."""
-    tilts, is_judged = attitude_view(log, reading)
-    attitude_s = _attitude_curve(tilts.time_s[is_judged], tilts.tilt_deg[is_judged])
-    weights, is_judged = freefall_view(log, reading)
-    return FiringCurves(attitude_s, *_freefall_curves(weights, is_judged, log.resets_s))
+    tilts = attitude_view(log, reading)
+    attitude_s = _attitude_curve(tilts.time_s[tilts.is_active], tilts.tilt_deg[tilts.is_active])
+    return FiringCurves(attitude_s, *_freefall_curves(freefall_view(log, reading), log.resets_s))
 
 
-def _attitude_curve(time_s: Floats, tilt_deg: Floats) -> Floats:
+def _attitude_curve(time_s: Floats, tilt_deg: Floats | Values) -> Floats:
     curve = np.full(MAX_TILT_STEPS + 1, NEVER)
     if len(time_s):
         highest = np.maximum.accumulate(tilt_deg)
@@ -84,12 +84,12 @@ def _attitude_curve(time_s: Floats, tilt_deg: Floats) -> Floats:
     return curve
 
 
-def _freefall_curves(stretch: Stretch, is_judged: Flags, resets_s: tuple[float, ...]) -> tuple[Floats, Floats]:
+def _freefall_curves(samples: Samples, resets_s: tuple[float, ...]) -> tuple[Floats, Floats]:
     firsts_s = np.full((MAX_ACCELERATION_STEPS + 1, MAX_TIME_STEPS + 1), NEVER)
     longest_s = np.full(MAX_ACCELERATION_STEPS + 1, -1.0)
-    time_s = stretch.time_s
-    steps = np.rint(stretch.acceleration_g * TENTH_G.per_unit).astype(np.int64)
-    steps[~is_judged] = MAX_ACCELERATION_STEPS + 1
+    time_s = samples.time_s
+    steps = np.rint(samples.acceleration_g * TENTH_G.per_unit).astype(np.int64)
+    steps[~samples.is_active] = MAX_ACCELERATION_STEPS + 1
     restarts = np.diff(time_s, prepend=-np.inf) > MAX_GAP_S
     resets = np.searchsorted(time_s, resets_s, "left")
     restarts[resets[resets < len(time_s)]] = True
@@ -98,10 +98,7 @@ def _freefall_curves(stretch: Stretch, is_judged: Flags, resets_s: tuple[float, 
         is_below = steps < step
         if not is_below.any():
             continue
-        continues = is_below & ~restarts
-        continues[1:] &= is_below[:-1]
-        firsts = np.flatnonzero(is_below & ~continues)
-        lasts = np.flatnonzero(is_below & ~np.append(continues[1:], np.False_))
+        firsts, lasts = runs(is_below, restarts)
         lasted_s = time_s[lasts] - time_s[firsts]
         longest_s[step] = lasted_s.max()
         fall = np.searchsorted(np.maximum.accumulate(lasted_s), wanted_s - ROUNDING_S, "left")

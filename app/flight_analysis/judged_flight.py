@@ -6,13 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 from app.firing.judge import TriggerLimits
-from app.firing.near_misses import NearFall, NearTilt
-from app.firing.points import Stretch
-from app.firing.would_fire import WhatIfAnalysis, WhatIfFinding
-from app.flight_logs.flight_log import Flags, FlightLog
+from app.firing.what_if import NearFall, NearTilt, judge_samples
+from app.flight_logs.flight_log import FlightLog
 from app.flight_logs.module_view import RuleReading, attitude_view, freefall_view, to_steps
-from app.recordings.excerpt import Excerpt
-from app.recordings.markers import Marker, MarkerKind
 from protocol.catalogue import DEGREE, TENTH_G
 from protocol.messages import Source
 
@@ -51,8 +47,9 @@ def judge_flight(log: FlightLog, limits: TriggerLimits, reading: RuleReading = R
 
     Each trigger is judged on the rows in which its quantity is known.
     """
-    tilt = _finding(log, *attitude_view(log, reading), replace(limits, freefall_is_enabled=False))
-    fall = _finding(log, *freefall_view(log, reading), replace(limits, attitude_is_enabled=False))
+    only_tilt, only_fall = replace(limits, freefall_is_enabled=False), replace(limits, attitude_is_enabled=False)
+    tilt = judge_samples(attitude_view(log, reading), only_tilt, resets_s=log.resets_s, counts_locked=False)
+    fall = judge_samples(freefall_view(log, reading), only_fall, resets_s=log.resets_s, counts_locked=False)
     sources: dict[float, Source] = {}
     for one in (*tilt.firings, *fall.firings):
         sources[one.sample.at_s] = sources.get(one.sample.at_s, Source(0)) | one.sources
@@ -64,28 +61,6 @@ def judge_flight(log: FlightLog, limits: TriggerLimits, reading: RuleReading = R
         tilt.near_tilts,
         fall.near_falls,
     )
-
-
-def _finding(log: FlightLog, stretch: Stretch, is_judged: Flags, limits: TriggerLimits) -> WhatIfFinding:
-    no_times, no_values = np.empty(0), np.empty(0, np.float32)
-    analysis = WhatIfAnalysis(limits, counts_locked=False)
-    analysis.feed(
-        Excerpt(
-            start_s=0.0,
-            end_s=log.duration_s,
-            time_s=stretch.time_s,
-            tilt_deg=stretch.tilt_deg.astype(np.float32),
-            acceleration_g=stretch.acceleration_g.astype(np.float32),
-            is_triggered=np.zeros(len(stretch.time_s), np.bool_),
-            is_active=is_judged,
-            cell_time_s=no_times,
-            cell_voltage_v=no_values,
-            light_time_s=no_times,
-            light_v=no_values,
-            markers=tuple(Marker(at_s, MarkerKind.RESTARTED) for at_s in log.resets_s),
-        )
-    )
-    return analysis.finding
 
 
 def _firing(log: FlightLog, at_s: float, sources: Source) -> LogFiring:

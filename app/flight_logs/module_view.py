@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.firing.judge import MAX_GAP_S, ROUNDING_S
-from app.firing.points import Stretch
-from app.flight_logs.flight_log import Flags, FlightLog, Floats
+from app.firing.what_if import Samples
+from app.flight_logs.flight_log import FlightLog, Floats
 from protocol.catalogue import DEGREE, TENTH_G
 from protocol.translatable import marked
 
@@ -24,10 +24,10 @@ class RuleReading(Enum):
     DAMPED = marked("angle lasts 0.2 s, acceleration averaged over 0.2 s")
 
 
-def attitude_view(log: FlightLog, reading: RuleReading) -> tuple[Stretch, Flags]:
+def attitude_view(log: FlightLog, reading: RuleReading) -> Samples:
     """The rows with a known attitude at the module's resolution, with an acceleration of 1 g.
 
-    The flags tell which rows are judged; the others reset the module's state.
+    Rows that are not judged count as those of a locked module, which resets its state.
     """
     rows = np.isfinite(log.tilt_deg)
     time_s, tilt_deg = log.time_s[rows], log.tilt_deg[rows]
@@ -36,17 +36,17 @@ def attitude_view(log: FlightLog, reading: RuleReading) -> tuple[Stretch, Flags]
         is_known = np.isfinite(tilt_deg)
         time_s, tilt_deg, rows = time_s[is_known], tilt_deg[is_known], np.flatnonzero(rows)[is_known]
     seen = to_steps(tilt_deg, DEGREE.per_unit)
-    return Stretch(time_s, seen, np.ones(len(seen))), log.is_judged[rows]
+    return Samples(time_s, seen, np.ones(len(seen)), log.is_judged[rows])
 
 
-def freefall_view(log: FlightLog, reading: RuleReading) -> tuple[Stretch, Flags]:
+def freefall_view(log: FlightLog, reading: RuleReading) -> Samples:
     """Like `attitude_view`: the rows with a known acceleration, with a tilt of 0."""
     rows = np.isfinite(log.specific_force_g)
     time_s, force_g = log.time_s[rows], log.specific_force_g[rows]
     if reading is RuleReading.DAMPED:
         force_g = averaged(time_s, force_g)
     seen = to_steps(force_g, TENTH_G.per_unit)
-    return Stretch(time_s, np.zeros(len(seen)), seen), log.is_judged[rows]
+    return Samples(time_s, np.zeros(len(seen)), seen, log.is_judged[rows])
 
 
 def to_steps(values: Floats, per_unit: int) -> Floats:

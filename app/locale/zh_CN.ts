@@ -1546,8 +1546,8 @@
         <translation>判定已撤回。</translation>
     </message>
     <message>
-        <source>Judging… {percent} %</source>
-        <translation>正在判断… {percent} %</translation>
+        <source>Judging…</source>
+        <translation>正在判断…</translation>
     </message>
     <message>
         <source>Keeps settings</source>

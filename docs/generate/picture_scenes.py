@@ -108,8 +108,7 @@ def fired(studio: Studio) -> None:
     studio.press("live_would_fire")
     panel = studio.find(WhatIfPanel)
     panel.open_with({"attitude_threshold_deg": 45.0, "freefall_time_s": 0.5})
-    judgement = panel.judgement
-    studio.until(lambda: judgement.finding is not None and len(judgement.finding.firings) > 1, "nothing fired")
+    studio.until(lambda: panel.finding is not None and len(panel.finding.firings) > 1, "nothing fired")
     studio.run(1.0)
     studio.take("fired", studio.find(LivePage))
     studio.press("fired_as_module")

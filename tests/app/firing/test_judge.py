@@ -2,10 +2,21 @@
 
 import pytest
 
-from app.firing.judge import Judge, SensorSample, TriggerLimits, firings
+from app.firing.judge import Firing, Judge, SensorSample, TriggerLimits
 from protocol.messages import Source
 
 STEP_S = 0.01
+
+
+def firings(samples: list[SensorSample], limits: TriggerLimits, active: list[bool] | None = None) -> list[Firing]:
+    """What the judge says of one sample after the other."""
+    judge = Judge()
+    active = active or [True] * len(samples)
+    verdicts = [
+        Firing(sample, judge.judge(sample, limits, is_active=is_active).fired)
+        for sample, is_active in zip(samples, active, strict=True)
+    ]
+    return [verdict for verdict in verdicts if verdict.sources]
 
 
 def fall(duration_s: float, *, acceleration_g: float = 0.1, begins_s: float = 1.0) -> list[SensorSample]:
@@ -20,7 +31,7 @@ def fall(duration_s: float, *, acceleration_g: float = 0.1, begins_s: float = 1.
 
 def test_attitude_fires_at_the_threshold_and_once() -> None:
     samples = [SensorSample(tilt * STEP_S, tilt, 1.0) for tilt in range(90)]
-    found = list(firings(samples, TriggerLimits(attitude_threshold_deg=60)))
+    found = firings(samples, TriggerLimits(attitude_threshold_deg=60))
     assert [(one.sample.tilt_deg, one.sources) for one in found] == [(60, Source.ATTITUDE)]
 
 
@@ -28,7 +39,7 @@ def test_attitude_fires_at_the_threshold_and_once() -> None:
 def test_attitude_resets_ten_degrees_below_the_threshold(lowest_deg: int, expected: int) -> None:
     tilts = [0, 60, lowest_deg, 60]
     samples = [SensorSample(number * STEP_S, tilt, 1.0) for number, tilt in enumerate(tilts)]
-    assert len(list(firings(samples, TriggerLimits(attitude_threshold_deg=60)))) == expected
+    assert len(firings(samples, TriggerLimits(attitude_threshold_deg=60))) == expected
 
 
 @pytest.mark.parametrize(("duration_s", "fires"), [(1.59, False), (1.62, True)])

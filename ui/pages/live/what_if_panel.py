@@ -1,8 +1,11 @@
 """ "Would it have fired?": tries thresholds on measured data. A calculation; nothing is sent."""
 
-from collections.abc import Mapping
+import logging
+from collections.abc import Callable, Mapping
 from functools import partial
-from typing import Final
+from math import inf
+from time import perf_counter
+from typing import Final, NamedTuple, Protocol
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QKeyEvent
@@ -17,12 +20,16 @@ from PySide6.QtWidgets import (
 )
 
 from app.firing import what_if_texts as fired_words
+from app.firing.judge import TriggerLimits
+from app.firing.what_if import WhatIfFinding, judge_excerpt
 from app.firing.what_if_drafts import ATTITUDE_THRESHOLD, FREEFALL_ACCELERATION, SettingSource, WhatIfDrafts
-from app.firing.what_if_series import Measured, WhatIfJudgement
 from app.firing.what_if_texts import WhatIfKind, WhatIfRow, WhatIfVerdict
+from app.recordings.excerpt import Excerpt
+from app.samples.ring_buffers import Readable
 from app.text.i18n import tr
 from protocol.catalogue import Command
 from protocol.fields import Value
+from ui.core.background_task import BackgroundTask, Running
 from ui.pages.live.what_if_fields import WhatIfFields
 from ui.pages.live.what_if_lines import DraftLines
 from ui.plots.axis import clock_text
@@ -36,6 +43,7 @@ from ui.widgets.naming import named
 from ui.widgets.sliders import WheelGuard
 from ui.widgets.visibility_timer import VisibilityTimer
 
+_log = logging.getLogger(__name__)
 WIDTH_PX: Final = 376
 _ROWS_IN_SIGHT: Final = 8
 _STYLES: Final = {
@@ -49,6 +57,26 @@ _STYLES: Final = {
     WhatIfKind.UNREADABLE: (Icon.WARNING, None),
 }
 _ROW_ROLE: Final = Qt.ItemDataRole.UserRole
+
+
+PACE: Final = 10
+"""Live data that grew are judged again after this many times the time that the last judgement took."""
+
+
+class Measured(Protocol):
+    """A live or a recorded session."""
+
+    @property
+    def tilt(self) -> Readable: ...
+    def excerpt(self, start_s: float, end_s: float) -> Excerpt: ...
+
+
+class _Asked(NamedTuple):
+    """What a finding answers: it holds until one of these changes."""
+
+    limits: TriggerLimits
+    counts_locked: bool
+    newest_s: float | None
 
 
 class WhatIfPanel(QFrame):
@@ -67,7 +95,14 @@ class WhatIfPanel(QFrame):
         self._exchange = services.exchange
         self.wanted = WhatIfDrafts()
         self.lines = DraftLines()
-        self.judgement = WhatIfJudgement()
+        self.finding: WhatIfFinding | None = None
+        """None until everything is judged."""
+        self._judging: BackgroundTask[WhatIfFinding] = BackgroundTask("dps-s judge", self)
+        self._measured: Measured | None = None
+        self._is_recorded = False
+        self._asked: _Asked | None = None
+        self._asked_at_s = self._took_s = 0.0
+        self._is_unreadable = False
         self._wall_offset_s = 0.0
         self._rows: tuple[WhatIfRow, ...] = ()
         self._verdict: WhatIfVerdict | None = None
@@ -78,12 +113,20 @@ class WhatIfPanel(QFrame):
 
     def bind(self, measured: Measured, *, wall_offset_s: float, is_recorded: bool) -> None:
         """Judges `measured` from now on."""
-        self.judgement.bind(measured, is_recorded=is_recorded)
+        self.release()
+        self._measured, self._is_recorded = measured, is_recorded
         self._wall_offset_s = wall_offset_s
 
+    @property
+    def is_judging(self) -> bool:
+        return self._judging.is_running
+
     def release(self) -> None:
-        """Stops reading from a recording."""
-        self.judgement.release()
+        """Stops judging; waits until a recording is no longer read (below 1 s for two hours at full rate)."""
+        self._judging.cancel()
+        self._judging.wait(10.0)
+        self._measured = self._asked = self.finding = None
+        self._is_unreadable = False
 
     def refresh(self, standing: Mapping[str, SettingSource]) -> None:
         """`standing`: the module's settings by key, now or when it was recorded."""
@@ -93,18 +136,46 @@ class WhatIfPanel(QFrame):
         self.fields.show_wanted()
         self._show_lines()
         question = self.wanted.question()
-        self.judgement.ask(question.limits, counts_locked=self.locked.isChecked())
-        self.judgement.step()
-        finding, clock = self.judgement.finding, self._clock
-        if self.judgement.error is not None:
+        self._judge(question.limits)
+        if self._is_unreadable:
             said = WhatIfVerdict(WhatIfKind.UNREADABLE, tr("The recording is unreadable."))
         else:
-            said = fired_words.verdict(finding, question, clock=clock, progress=self.judgement.progress)
+            said = fired_words.verdict(self.finding, question, clock=self._clock)
         self._show_verdict(said)
-        self._list(fired_words.rows(finding, clock=clock))
+        self._list(fired_words.rows(self.finding, clock=self._clock))
         self.as_module.setEnabled(self.wanted.has_drafts)
         self.from_settings.setEnabled(bool(self._exchange.find_drafts()))
         self.use.setEnabled(bool(self.wanted.values) and self._exchange.can_use())
+
+    def _judge(self, limits: TriggerLimits) -> None:
+        """Judges anew where the limits or the data have changed."""
+        if self._measured is None:
+            return
+        newest = self._measured.tilt.last
+        asked = _Asked(limits, self.locked.isChecked(), None if newest is None else newest.time_s)
+        if asked == self._asked:
+            return
+        now_s = perf_counter()
+        is_question_same = self._asked is not None and asked[:2] == self._asked[:2]
+        if is_question_same and (self._judging.is_running or now_s - self._asked_at_s < PACE * self._took_s):
+            return
+        if not is_question_same:
+            self.finding = None
+        self._asked, self._asked_at_s, self._is_unreadable = asked, now_s, False
+        read: Callable[[], Excerpt] = partial(self._measured.excerpt, -inf, inf)
+        copied = None if self._is_recorded else read()  # live data change in this thread
+
+        def judge(_running: Running) -> WhatIfFinding:
+            return judge_excerpt(copied or read(), asked.limits, counts_locked=asked.counts_locked)
+
+        self._judging.run(judge, self._on_judged, self._on_unreadable)
+
+    def _on_judged(self, finding: WhatIfFinding) -> None:
+        self.finding, self._took_s = finding, perf_counter() - self._asked_at_s
+
+    def _on_unreadable(self, error: Exception) -> None:
+        _log.warning("The recording cannot be judged", exc_info=error)
+        self._is_unreadable = True
 
     def open_with(self, values: Mapping[str, Value]) -> None:
         self.wanted.fill(values)

@@ -20,8 +20,8 @@ from pytestqt.qtbot import QtBot
 
 from app.engine.device import StatusSample
 from app.engine.target import Target
+from app.firing.what_if import MAX_FIRINGS
 from app.firing.what_if_drafts import ATTITUDE_TRIGGER, FREEFALL_TRIGGER
-from app.firing.would_fire import MAX_FIRINGS
 from app.recordings.recording import open_recording
 from app.settings.form import RowState
 from app.text.i18n import CHINESE, ENGLISH, set_language
@@ -33,6 +33,7 @@ from tests.support.window.fakes_ui import WAIT_MS, connect, simulated, wait_onli
 from tests.support.window.live_bench import Bench, live_bench
 from tests.support.window.steps import find
 from ui.main import PAGES
+from ui.pages.live import what_if_panel
 from ui.pages.live.page import LivePage
 from ui.pages.settings.page import SettingsPage
 from ui.style.theme import Choice
@@ -42,7 +43,8 @@ ATTITUDE = "fired_attitude_threshold_wanted"
 
 
 @pytest.fixture
-def live(qtbot: QtBot, qapp: QApplication) -> Iterator[Bench]:
+def live(qtbot: QtBot, qapp: QApplication, monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
+    monkeypatch.setattr(what_if_panel, "PACE", 0)
     with live_bench(qtbot, qapp) as bench:
         yield bench
 
@@ -68,15 +70,25 @@ def retype(bench: Bench, name: str, text: str) -> None:
     bench.page.refresh()
 
 
+def judged(bench: Bench) -> None:
+    """Until what is shown answers the question."""
+    bench.page.refresh()
+    bench.qtbot.waitUntil(lambda: not bench.page.fired.panel.is_judging, timeout=WAIT_MS)
+    bench.page.refresh()
+
+
 def head(bench: Bench) -> str:
+    judged(bench)
     return str(bench.find(QLabel, "fired_head").text())
 
 
 def details(bench: Bench) -> str:
+    judged(bench)
     return str(bench.find(QLabel, "fired_details").text())
 
 
 def rows(bench: Bench) -> list[str]:
+    judged(bench)
     listed = bench.find(QListWidget, "fired_list")
     return [listed.item(n).text()[11:] for n in range(listed.count())]  # without the time of the day
 
@@ -100,6 +112,7 @@ def test_the_modules_values_are_tried_first(live: Bench) -> None:
 def test_the_list_fits_its_rows_at_another_size_of_text(live: Bench) -> None:
     tell(live, 0, 20, 57, 20, 0)
     toggle(live)
+    judged(live)
     listed = live.find(QListWidget, "fired_list")
     listed.setStyleSheet("font-size: 40px")
     live.page.refresh()
@@ -113,7 +126,6 @@ def test_another_threshold_is_judged_as_it_is_typed(live: Bench) -> None:
     assert head(live) == "Would have fired 1×."
     assert rows(live) == ["would fire: attitude, 57°"]
     live.click("fired_as_module")
-    live.page.refresh()
     assert head(live).startswith("Would not have fired")
     assert not live.find(QPushButton, "fired_as_module").isEnabled()
 
@@ -159,14 +171,11 @@ def test_a_trigger_that_is_switched_off(live: Bench) -> None:
     tell(live, 0, 70, 0)
     toggle(live)
     live.click("fired_attitude_trigger_off")
-    live.page.refresh()
     assert head(live).startswith("Would not have fired")
     assert "Attitude trigger: disabled." in details(live)
     live.click("fired_freefall_trigger_off")
-    live.page.refresh()
     assert head(live) == "Both triggers are disabled."
     live.click("fired_attitude_trigger_off")  # pressed again it is wanted no more
-    live.page.refresh()
     assert head(live) == "Would have fired 1×."
 
 
@@ -211,6 +220,7 @@ def test_a_click_on_a_row_shows_it_in_the_plots(live: Bench) -> None:
     live.pass_time(30.0)
     tell(live, 0, 0, 0, 0)
     toggle(live)
+    judged(live)
     listed = live.find(QListWidget, "fired_list")
     live.find(QScrollArea, "fired_scroll").ensureWidgetVisible(listed)
     place = listed.visualItemRect(listed.item(0)).center()
@@ -301,13 +311,7 @@ def test_a_recording_is_judged_with_its_own_thresholds(live: Bench, tmp_path: Pa
     tell(live, 0, 0, 0)
     toggle(live)
     live.page.show_recording(open_recording(folder))
-    panel = live.page.fired.panel
-
-    def is_judged() -> bool:
-        live.page.refresh()
-        return "Free-fall time: enter a value." in details(live) and panel.judgement.finding is not None
-
-    live.qtbot.waitUntil(is_judged, timeout=WAIT_MS)
+    assert "Free-fall time: enter a value." in details(live)
     assert head(live) == "Would have fired 1×."
     assert rows(live) == ["would fire: attitude, 55°"]
     assert live.find(QLineEdit, ATTITUDE).placeholderText() == "50"

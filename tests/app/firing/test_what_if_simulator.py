@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.firing.judge import Firing, SensorSample, TriggerLimits
-from app.firing.would_fire import WhatIfAnalysis
+from app.firing.what_if import judge_excerpt
 from app.simulator.memory import Memory, limits, record_frame
 from app.simulator.module import SimulatedModule
 from app.simulator.physics import GRAVITY_M_S2, Physics
@@ -99,9 +99,7 @@ def words(firing: Firing) -> tuple[str, ...]:
 @given(memories, deeds, st.booleans(), st.booleans())
 def test_the_module_wrote_a_record_of_each(memory: Memory, done: list[Action], attitude: bool, freefall: bool) -> None:
     made = session(memory, done, attitude=attitude, freefall=freefall)
-    analysis = WhatIfAnalysis(made.limits, counts_locked=False)
-    analysis.feed(excerpt(made.samples, active=made.active))
-    found = analysis.finding
+    found = judge_excerpt(excerpt(made.samples, active=made.active), made.limits, counts_locked=False)
     assert [words(one) for one in found.firings] == [record.sources for record in made.records]
     for firing, record in zip(found.firings, made.records, strict=True):
         assert -0.05 <= firing.sample.at_s - record.uptime_s < 1.05
@@ -116,9 +114,7 @@ def test_these_sessions_have_something_in_them() -> None:
         Action("tilt", 31, 4),
     ]
     made = session(Memory(freefall_time=78), done, attitude=True, freefall=True)
-    analysis = WhatIfAnalysis(made.limits, counts_locked=False)
-    analysis.feed(excerpt(made.samples, active=made.active))
-    found = analysis.finding
+    found = judge_excerpt(excerpt(made.samples, active=made.active), made.limits, counts_locked=False)
     assert [words(one) for one in found.firings] == [("attitude",), ("freefall",)]
     assert [one.tilt_deg for one in found.near_tilts] == [55]
     assert [one.lasted_s for one in found.near_falls] == [pytest.approx(0.3, abs=0.011)]

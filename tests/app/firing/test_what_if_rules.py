@@ -1,14 +1,14 @@
-"""Leaving out what changes nothing comes to the same as looking at every sample, however the samples are divided."""
+"""Judging whole arrays comes to the same as judging every sample."""
 
-from itertools import accumulate, cycle, pairwise, takewhile
+from itertools import accumulate
 
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from app.firing.judge import MAX_GAP_S, ROUNDING_S, Firing, Judge, SensorSample, TriggerLimits
-from app.firing.near_misses import MAX_FOUND, NearFall, NearTilt
-from app.firing.would_fire import WhatIfAnalysis, WhatIfFinding
+from app.firing.judge import MAX_GAP_S, ROUNDING_S, SensorSample, TriggerLimits
+from app.firing.what_if import MAX_NEAR_MISSES, NearFall, NearTilt, WhatIfFinding, judge_excerpt
 from protocol.messages import Source
+from tests.app.firing.test_judge import firings
 from tests.support.records.excerpts import excerpt
 
 STEPS_S = (0.0, 0.005, 0.02, 0.1, 0.5, 0.5000001, 0.6, 2.0)
@@ -27,7 +27,6 @@ one_drawn = st.tuples(st.sampled_from(STEPS_S), st.sampled_from(TILTS), st.sampl
 rows_drawn = st.lists(st.tuples(one_drawn, st.integers(1, 6)), min_size=1, max_size=25).map(
     lambda drawn: [one for one, count in drawn for _ in range(count)]  # most things last for more than one sample
 )
-sizes_drawn = st.lists(st.integers(1, 9), min_size=1, max_size=5)
 Rows = list[tuple[float, float, float, bool]]
 
 TIPPED_WHILE_FALLING: Rows = [
@@ -44,51 +43,18 @@ def samples_of(rows: Rows) -> list[SensorSample]:
     return [SensorSample(at, tilt, weight) for at, (_, tilt, weight, _) in zip(list(times)[1:], rows, strict=True)]
 
 
-def one_by_one(samples: list[SensorSample], active: list[bool], limits: TriggerLimits) -> list[Firing]:
-    judge = Judge()
-    verdicts = [
-        (one, judge.judge(one, limits, is_active=is_active).fired)
-        for one, is_active in zip(samples, active, strict=True)
-    ]
-    return [Firing(one, fired) for one, fired in verdicts if fired]
+def judged(samples: list[SensorSample], active: list[bool], limits: TriggerLimits) -> WhatIfFinding:
+    return judge_excerpt(excerpt(samples, active=active), limits, counts_locked=False)
 
 
-def inquired(
-    samples: list[SensorSample], active: list[bool], limits: TriggerLimits, *, sizes: list[int], counts_locked: bool
-) -> WhatIfFinding:
-    """In pieces of these sizes, again and again; all at once without any."""
-    analysis = WhatIfAnalysis(limits, counts_locked=counts_locked)
-    whole = excerpt(samples, active=active)
-    places = accumulate(cycle(sizes or [len(samples)]), initial=0)
-    for start, stop in pairwise((*takewhile(lambda place: place < len(samples), places), len(samples))):
-        analysis.feed(whole, start=start, stop=stop)
-    return analysis.finding
-
-
-@given(rows_drawn, limits_drawn, sizes_drawn, st.booleans())
+@given(rows_drawn, limits_drawn, st.booleans())
 @settings(max_examples=400)
-@example(TIPPED_WHILE_FALLING, TriggerLimits(), [100], True)
-def test_the_same_firings_as_with_every_sample(
-    rows: Rows, limits: TriggerLimits, sizes: list[int], locked: bool
-) -> None:
+@example(TIPPED_WHILE_FALLING, TriggerLimits(), True)
+def test_the_same_firings_as_with_every_sample(rows: Rows, limits: TriggerLimits, locked: bool) -> None:
     samples, active = samples_of(rows), [row[3] or locked for row in rows]
-    found = inquired(samples, active, limits, sizes=sizes, counts_locked=False)
-    assert list(found.firings) == one_by_one(samples, active, limits)
+    found = judged(samples, active, limits)
+    assert list(found.firings) == firings(samples, limits, active)
     assert found.firing_count == len(found.firings)
-
-
-@given(rows_drawn, limits_drawn, sizes_drawn, st.booleans())
-def test_the_same_finding_however_it_is_divided(
-    rows: Rows, limits: TriggerLimits, sizes: list[int], counts: bool
-) -> None:
-    samples, active = samples_of(rows), [row[3] for row in rows]
-    whole = inquired(samples, active, limits, sizes=[], counts_locked=counts)
-    parts = inquired(samples, active, limits, sizes=sizes, counts_locked=counts)
-    assert abs(whole.judged_s - parts.judged_s) < 1e-6
-    assert abs(whole.locked_s - parts.locked_s) < 1e-6
-    assert abs(whole.pauses.total_s - parts.pauses.total_s) < 1e-6
-    for name in ("firings", "near_tilts", "near_falls", "nearest_tilt", "lowest", "report_count", "first_s", "last_s"):
-        assert getattr(whole, name) == getattr(parts, name), name
 
 
 # Near misses, looked for in the plain way
@@ -107,7 +73,7 @@ def plain_tilts(samples: list[SensorSample], limits: TriggerLimits) -> list[Near
         NearTilt(one.at_s, one.tilt_deg, limits.attitude_threshold_deg - one.tilt_deg)
         for one in peaks if one.tilt_deg < limits.attitude_threshold_deg
     ]  # fmt: skip
-    return sorted(near, key=lambda one: (one.margin_deg, one.at_s))[:MAX_FOUND]
+    return sorted(near, key=lambda one: (one.margin_deg, one.at_s))[:MAX_NEAR_MISSES]
 
 
 def plain_falls(samples: list[SensorSample], limits: TriggerLimits) -> list[NearFall]:
@@ -130,13 +96,13 @@ def plain_falls(samples: list[SensorSample], limits: TriggerLimits) -> list[Near
                 since_s = samples[run[0]].at_s
                 found.append(NearFall(since_s, lasted_s, after_s - lasted_s, lowest_g, next_s - before_s))
         block = []
-    return sorted(found, key=lambda one: (one.margin_s, one.since_s))[:MAX_FOUND]
+    return sorted(found, key=lambda one: (one.margin_s, one.since_s))[:MAX_NEAR_MISSES]
 
 
-@given(rows_drawn, limits_drawn, sizes_drawn)
-def test_near_misses_are_those_that_the_plain_way_finds(rows: Rows, limits: TriggerLimits, sizes: list[int]) -> None:
+@given(rows_drawn, limits_drawn)
+def test_near_misses_are_those_that_the_plain_way_finds(rows: Rows, limits: TriggerLimits) -> None:
     samples = samples_of(rows)
-    found = inquired(samples, [True] * len(samples), limits, sizes=sizes, counts_locked=True)
+    found = judged(samples, [True] * len(samples), limits)
     assert list(found.near_tilts) == (plain_tilts(samples, limits) if limits.attitude_is_enabled else [])
     assert list(found.near_falls) == (plain_falls(samples, limits) if limits.freefall_is_enabled else [])
 
@@ -144,7 +110,7 @@ def test_near_misses_are_those_that_the_plain_way_finds(rows: Rows, limits: Trig
 @given(rows_drawn, limits_drawn)
 def test_a_near_miss_did_not_fire(rows: Rows, limits: TriggerLimits) -> None:
     samples = samples_of(rows)
-    found = inquired(samples, [True] * len(samples), limits, sizes=[], counts_locked=True)
+    found = judged(samples, [True] * len(samples), limits)
     fired = {one.sample.at_s for one in found.firings if Source.FREEFALL in one.sources}
     for fall in found.near_falls:
         assert not any(fall.since_s <= at <= fall.since_s + fall.lasted_s for at in fired) or fall.lasted_s == 0

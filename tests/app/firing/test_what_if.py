@@ -1,19 +1,12 @@
-"""Near misses and margins of measurements made by hand, what is not judged, and keeping up with what comes."""
+"""Near misses and margins of measurements made by hand, and what is not judged."""
 
 import math
-import threading
-from dataclasses import dataclass, field
 
-import numpy as np
 import pytest
 
 from app.firing.judge import SensorSample, TriggerLimits
-from app.firing.what_if_series import MAX_AT_ONCE, BackgroundAnalysis, IncrementalAnalysis
-from app.firing.would_fire import MAX_FIRINGS, WhatIfAnalysis, WhatIfFinding
-from app.recordings.excerpt import Excerpt
+from app.firing.what_if import MAX_FIRINGS, WhatIfFinding, judge_excerpt
 from app.recordings.markers import Marker, MarkerKind
-from app.samples.ring_buffers import Series
-from protocol.messages import Source
 from tests.support.records.excerpts import excerpt
 
 STEP_S = 0.02
@@ -35,9 +28,8 @@ def found_in(
     samples: list[SensorSample], limits: TriggerLimits | None = None, *, active: list[bool] | None = None,
     counts_locked: bool = True, markers: tuple[Marker, ...] = (), is_whole: bool = True,
 ) -> WhatIfFinding:  # fmt: skip
-    analysis = WhatIfAnalysis(limits or TriggerLimits(), counts_locked=counts_locked)
-    analysis.feed(excerpt(samples, active=active, markers=markers, is_whole=is_whole))
-    return analysis.finding
+    whole = excerpt(samples, active=active, markers=markers, is_whole=is_whole)
+    return judge_excerpt(whole, limits or TriggerLimits(), counts_locked=counts_locked)
 
 
 # Tilt
@@ -165,124 +157,3 @@ def test_what_is_only_summed_up_is_told() -> None:
 def test_many_firings_are_counted_and_the_first_ones_kept() -> None:
     found = found_in(tilted(*[0.0, 90.0] * (MAX_FIRINGS + 10)))
     assert (found.firing_count, len(found.firings)) == (MAX_FIRINGS + 10, MAX_FIRINGS)
-
-
-# Keeping up
-
-
-@dataclass
-class Measurements:
-    """As the Live page keeps them."""
-
-    tilt: Series = field(default_factory=Series)
-    acceleration: Series = field(default_factory=Series)
-    markers: tuple[Marker, ...] = ()
-    looks: int = 0
-
-    def add(self, *samples: SensorSample) -> None:
-        times, tilts, weights = zip(*samples, strict=True)
-        self.tilt.append(times, tilts)
-        self.acceleration.append(times, weights)
-
-    def excerpt(self, start_s: float, end_s: float) -> Excerpt:
-        self.looks += 1
-        times, tilts = self.tilt.window(start_s, end_s)
-        weights = self.acceleration.window(start_s, end_s).value
-        rows = zip(times.tolist(), tilts.tolist(), weights.tolist(), strict=True)
-        return excerpt([SensorSample(*row) for row in rows])
-
-
-def test_reports_are_judged_as_they_come() -> None:
-    data = Measurements()
-    following = IncrementalAnalysis(data, TriggerLimits())
-    assert following.catch_up()
-    assert (following.finding.report_count, following.progress) == (0, 1.0)
-    data.add(*tilted(0, 10, 20))
-    assert following.catch_up()
-    data.add(SensorSample(0.06, 65.0, 1.0))
-    assert following.catch_up()
-    assert [one.sources for one in following.finding.firings] == [Source.ATTITUDE]
-    looks = data.looks
-    assert following.catch_up()
-    assert data.looks == looks  # nothing new, nothing to do
-
-
-def test_each_report_counts_once_also_of_one_instant() -> None:
-    data = Measurements()
-    following = IncrementalAnalysis(data, TriggerLimits())
-    data.add(SensorSample(1.0, 0.0, 1.0), SensorSample(1.0, 1.0, 1.0))
-    following.catch_up()
-    data.add(SensorSample(1.0, 2.0, 1.0))
-    following.catch_up()
-    data.add(SensorSample(1.0, 70.0, 1.0), SensorSample(1.1, 3.0, 1.0))
-    following.catch_up()
-    assert following.finding.report_count == 5
-    assert following.finding.firing_count == 1
-
-
-def test_it_starts_over_with_another_module() -> None:
-    data = Measurements()
-    following = IncrementalAnalysis(data, TriggerLimits())
-    data.add(*tilted(0, 70))
-    following.catch_up()
-    data.tilt.clear()
-    data.acceleration.clear()
-    while not following.catch_up():
-        pass
-    assert following.finding.report_count == 0
-    data.add(*at_rest(3, since_s=50.0))
-    while not following.catch_up():
-        pass
-    assert (following.finding.report_count, following.finding.firing_count) == (3, 0)
-
-
-@dataclass
-class Recorded:
-    """Very long; `may_go_on` holds whoever reads it."""
-
-    count: int
-    may_go_on: threading.Event = field(default_factory=threading.Event)
-    is_broken: bool = False
-
-    def __post_init__(self) -> None:
-        self.tilt = Series(self.count)
-        self.times = np.arange(self.count) / 1000
-        self.tilt.append(self.times, np.where(np.arange(self.count) == self.count - 5, 80.0, 3.0))
-
-    def excerpt(self, start_s: float, end_s: float) -> Excerpt:
-        self.may_go_on.wait(5.0)
-        if self.is_broken:
-            raise OSError("the disk is gone")
-        times, tilts = self.tilt.window(start_s, end_s)
-        none, count = np.empty(0, np.float32), len(times)
-        return Excerpt(
-            start_s, end_s, times, tilts, np.ones(count, np.float32), np.zeros(count, np.bool_),
-            np.zeros(count, np.bool_), np.empty(0), none, np.empty(0), none, (), True,
-        )  # fmt: skip
-
-
-def test_a_recording_is_judged_in_pieces_in_the_background() -> None:
-    data = Recorded(3 * MAX_AT_ONCE)
-    data.may_go_on.set()
-    judging = BackgroundAnalysis(data, TriggerLimits())
-    judging.wait(10.0)
-    assert judging.finding is not None
-    assert (judging.finding.firing_count, judging.finding.report_count) == (1, 3 * MAX_AT_ONCE)
-    assert (judging.progress, judging.error) == (1.0, None)
-
-
-def test_it_can_be_cancelled() -> None:
-    data = Recorded(3 * MAX_AT_ONCE)
-    judging = BackgroundAnalysis(data, TriggerLimits())
-    assert not judging.cancel(0.0)
-    data.may_go_on.set()
-    assert judging.cancel(5.0)
-    assert judging.finding is None
-
-
-def test_what_goes_wrong_is_told() -> None:
-    data = Recorded(10, is_broken=True)
-    data.may_go_on.set()
-    judging = BackgroundAnalysis(data, TriggerLimits())
-    assert judging.wait(5.0)
-    assert isinstance(judging.error, OSError)
