@@ -6,7 +6,6 @@ Exit code 0 confirmed by the module; 1 refused, or sent and not confirmed; 2 wit
 """
 
 import argparse
-import shlex
 import time
 from typing import TYPE_CHECKING
 
@@ -37,8 +36,7 @@ def run(args: argparse.Namespace) -> int:
     act = Act(args.act)
     if not args.yes:
         console.write_lines([tr(EFFECTS[act])])
-        # A URL may contain characters that are special in a shell.
-        return console.refuse_without_yes(args.act, *(() if args.port is None else ("--port", shlex.quote(args.port))))
+        return console.refuse_without("--yes", args.act, *(() if args.port is None else ("--port", args.port)))
     from app.procedures.act import perform
     from app.procedures.lock import lock
     from app.safety.permit import Origin, Permit

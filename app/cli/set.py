@@ -2,6 +2,8 @@
 
 All values are checked before the first one is sent; if one is invalid nothing is sent and the exit code is 2. Each set
 is sent once and read back, and all settings are read again at the end. What cannot be read back is only acknowledged.
+A value that takes protection away, or is against the vendor's advice, is written with --accept-risk only: without it
+nothing is opened, and the exit code is 2.
 Exit code 1 if a setting was not verified or another one changed, 3 if the link was lost.
 """
 
@@ -31,6 +33,8 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
     parser = subparsers.add_parser("set")
     parser.add_argument("wishes", nargs="*", metavar="NAME=VALUE", help=", ".join(SETTING_KEYS) + "; true|false")
     parser.add_argument("--profile", metavar="FILE", help=tr("all settings of this profile"))
+    parser.add_argument("--accept-risk", action="store_true",
+                        help=tr("write values that take protection away"))  # fmt: skip
     parser.add_argument("--unlock", action="store_true", help=tr("write although the module may fire"))
     console.add_port_arguments(parser)
     console.add_json_argument(parser)
@@ -40,6 +44,10 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
 def run(args: argparse.Namespace) -> int:
     wishes = _requested_values(args.wishes, args.profile)
     _warn(wishes)
+    if any(wish.risks for wish in wishes) and not args.accept_risk:
+        source = args.wishes if args.profile is None else ("--profile", args.profile)
+        port = () if args.port is None else ("--port", args.port)
+        return console.refuse_without("--accept-risk", "set", *source, *port)
     report, trouble = _write(wishes, args)
     console.write_lines([console.as_json(json_of(report))] if args.json else page_of(report))
     for sentence in (*_remarks(report), trouble):
@@ -99,8 +107,8 @@ def parse(words: Sequence[str]) -> "list[SettingChange]":
 
 
 def _warn(wishes: "Sequence[SettingChange]") -> None:
-    """Values against the vendor's advice are warned of, never refused."""
-    from app.settings.consequences import Weight, consequences
+    """What a value takes away is told, accepted or not."""
+    from app.safety.consequences import Weight, consequences
 
     for wish in wishes:
         for consequence in consequences(wish.command, wish.value):
@@ -136,6 +144,7 @@ def _write(wishes: "Sequence[SettingChange]", args: argparse.Namespace) -> "tupl
             journal=records.journal,
             permit=Permit(Act.CHANGE_BAUD, Origin.COMMAND_LINE, time.monotonic()),
             is_unlocked=args.unlock,
+            accepted_risks=frozenset(wishes if args.accept_risk else ()),
             store_snapshot=records.store_snapshot,
             on_written=heard.append,
             on_begun=begun.append,

@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from app.limits.expectations import CheckLimits, Expectations
-from app.settings.consequences import SHORT_FALL_S
+from app.safety.consequences import SHORT_FALL_S
 from app.text.messages import UserMessage, message
 
 

@@ -2326,6 +2326,10 @@
         <translation>不正常</translation>
     </message>
     <message>
+        <source>Not accepted: {what}</source>
+        <translation>未确认风险：{what}</translation>
+    </message>
+    <message>
         <source>Not acknowledged; the module is silent: check it.</source>
         <translation>未应答，模块无响应：请现场检查。</translation>
     </message>
@@ -6004,6 +6008,10 @@
     <message>
         <source>write although the module may fire</source>
         <translation>即使模块可能触发也写入</translation>
+    </message>
+    <message>
+        <source>write values that take protection away</source>
+        <translation>写入会削弱保护的参数值</translation>
     </message>
     <message>
         <source>writing</source>

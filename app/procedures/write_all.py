@@ -2,7 +2,8 @@
 
     read all settings -> write and read back, one by one -> wait `SETTLE_S` -> read all settings again -> `WriteReport`
 
-All values are checked before the first is sent. Each write checks again whether writing is allowed (not while the
+All values are checked before the first is sent, and nothing is sent if one of them takes protection away and nobody
+accepted that, wherever the write began. Each write checks again whether writing is allowed (not while the
 module is active). The baud rate comes last, as it may break the connection. The last reading decides: it shows what the
 module changed late or unasked.
 """
@@ -22,10 +23,11 @@ from app.procedures.baud import BaudChanged, BaudEnd, change_baud
 from app.procedures.settings_reading import SettingsReading, read_settings
 from app.procedures.write import SetReply, WriteFault, Written, write_verified
 from app.safety.acts import Act
+from app.safety.consequences import Consequence, risks
 from app.safety.interlocks import Interlock, Refusal, interlock_inputs, refusals
 from app.safety.journal import Entry, Journal, Outcome
 from app.safety.permit import Permit
-from app.text.messages import message
+from app.text.messages import UserMessage, joined, message
 from protocol.catalogue import BAUD_RATE, Command
 from protocol.fields import Value
 from protocol.translatable import marked
@@ -46,6 +48,24 @@ class SettingChange:
 
     command: Command
     value: Value
+
+    @property
+    def risks(self) -> tuple[Consequence, ...]:
+        """What a person has to accept before it is written."""
+        return risks(self.command, self.value)
+
+
+def risk_message(changes: Iterable[SettingChange]) -> UserMessage | None:
+    """What these changes take away, by setting; None if nothing."""
+    told = [
+        message(
+            marked("{setting}: {what}"), setting=message(change.command.title),
+            what=joined([risk.message for risk in change.risks], between=" "),
+        )
+        for change in changes
+        if change.risks
+    ]  # fmt: skip
+    return joined(told, between=" ") if told else None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -78,6 +98,8 @@ class WriteContext:
     armed: Armed | None = None
     is_unlocked: bool = False
     """The user allowed it although the module is, or may be, active."""
+    accepted_risks: frozenset[SettingChange] = frozenset()
+    """The changes whose risk a person was shown and accepted."""
     store_snapshot: Callable[[Snapshot], Future[int] | None] | None = None
     """Stores the old settings; called in the session's thread, so it must not wait for a disk. The future is done when
     they are stored; None if they were stored before in this session."""
@@ -91,8 +113,11 @@ def write_all(changes: Sequence[SettingChange], leave: WriteContext) -> Procedur
     """Raises `ValueRefused` or `LookupError` before anything is sent."""
     for change in changes:
         change.command.set(change.value)
-    yield from require_module()
     ordered = sorted(changes, key=lambda change: change.command is BAUD_RATE)
+    if refused := _unaccepted(changes, leave):
+        results = tuple(_not_sent(change, WriteFault.NOT_ALLOWED) for change in ordered)
+        return WriteReport(results=results, refusals=refused)
+    yield from require_module()
     before = yield from read_settings()
     if leave.store_snapshot is not None:
         yield from _store_snapshot(leave.store_snapshot)
@@ -157,7 +182,7 @@ def write_logged(
 ) -> Procedure[tuple[Written, tuple[Refusal, ...]]]:
     """Write one setting, if that is allowed; the caller settles the intent in `entries`, also where this raises."""
     command, value = change.command, change.value
-    refused = yield from _refusals(leave)
+    refused = _unaccepted([change], leave) or (yield from _refusals(leave))
     if not refused:
         sight: EngineView = yield Inspect()
         seen = as_logged(evidence_of(sight.device.values, is_fresh=True))
@@ -250,6 +275,13 @@ def _wait_for_disk(future: Future[int]) -> Procedure[None]:
     """Wait, then ask for the status again, as other requests may have been sent meanwhile."""
     yield Await(future, DISK_LIMIT_S)
     yield from ask_status()
+
+
+def _unaccepted(changes: Sequence[SettingChange], leave: WriteContext) -> tuple[Refusal, ...]:
+    risk = risk_message(change for change in changes if change not in leave.accepted_risks)
+    if risk is None:
+        return ()
+    return (Refusal(Interlock.RISK_ACCEPTED, message(marked("Not accepted: {what}"), what=risk)),)
 
 
 def _refusals(leave: WriteContext) -> Procedure[tuple[Refusal, ...]]:

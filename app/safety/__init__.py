@@ -1,1 +1,1 @@
-"""What may be done: acts, permits, interlocks, the deploy ritual, the audit log."""
+"""What may be done: acts, permits, interlocks, consequences of values, the deploy ritual, the audit log."""

@@ -45,6 +45,8 @@ class Interlock(Enum):
     """The audit log can be written."""
     MAY_WRITE = auto()
     """Locked, or unlocked for this one write."""
+    RISK_ACCEPTED = auto()
+    """A person accepted what the values take away; `write_all`, which knows them, checks it."""
 
 
 _PRESENT = (Interlock.ONLINE, Interlock.IS_PROVEN_MODULE)

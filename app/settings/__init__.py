@@ -1,1 +1,1 @@
-"""Settings as a person edits them: form, drafts, profiles, consequences, fingerprint."""
+"""Settings as a person edits them: form, drafts, profiles, fingerprint."""

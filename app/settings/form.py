@@ -23,7 +23,7 @@ from app.engine.setting_changes import ChangedSetting
 from app.procedures.power_cycle import SettingRetention
 from app.procedures.write import WriteFault, Written
 from app.procedures.write_all import SettingChange
-from app.settings.consequences import Consequence, Weight, consequences
+from app.safety.consequences import Consequence, consequences
 from app.settings.drafts import Draft, Drafts, draft_for, draft_of
 from app.settings.setting_texts import DEFAULTS, value_text
 from app.settings.settings_watch import SettingsWatch
@@ -70,13 +70,6 @@ class FormRow:
     """The next write will send it."""
     retention: SettingRetention | None = None
     """Whether it survived the last observed power cycle."""
-
-    @property
-    def warnings(self) -> tuple[Consequence, ...]:
-        """Why writing it needs a second click."""
-        if not self.is_pending or self.edited is None:
-            return ()
-        return tuple(one for one in consequences(self.command, self.edited) if one.weight is not Weight.PLAIN)
 
     @property
     def consequences(self) -> tuple[Consequence, ...]:

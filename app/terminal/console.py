@@ -9,6 +9,7 @@ import errno
 import math
 import os
 import re
+import shlex
 import shutil
 import sys
 import threading
@@ -118,9 +119,11 @@ def add_seconds_argument(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seconds", type=seconds, metavar="S", help=tr("end after S seconds"))
 
 
-def refuse_without_yes(*words: str) -> int:
+def refuse_without(option: str, *words: str) -> int:
     """Print the command that would do it; returns the exit code."""
-    notify(tr("Nothing was done. To do it: {command}", command=" ".join(("dps-s", *words, "--yes"))))
+    # A URL or a file's name may contain characters that are special in a shell.
+    command = " ".join(("dps-s", *(shlex.quote(word) for word in words), option))
+    notify(tr("Nothing was done. To do it: {command}", command=command))
     return USAGE_ERROR
 
 

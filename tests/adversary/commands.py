@@ -51,7 +51,7 @@ def _set(name: str, *keys: str) -> Command:
     wanted = {key: WANTED[key] for key in keys}
     return Command(
         name=name,
-        words=("set", "--json", *(f"{key}={_typed(value)}" for key, value in wanted.items())),
+        words=("set", "--json", "--accept-risk", *(f"{key}={_typed(value)}" for key, value in wanted.items())),
         judge=judge.judge_set(wanted),
         acts={_BY_KEY[key].set(value).encode(): 1 for key, value in wanted.items()},
     )

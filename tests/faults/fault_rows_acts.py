@@ -24,6 +24,7 @@ from tests.support.line.sim_line import INSTANT_S, FakeClock
 
 WANTED_RATE = 57600
 TRIGGER = BY_NAME["freefall_trigger"]
+DISABLED = SettingChange(TRIGGER, False)
 BOOTS = 37
 """Boot count of the simulated module before a restart."""
 ACTIVE = MappingProxyType({"active": "yes"})
@@ -182,7 +183,7 @@ ACT_ROWS: tuple[Row, ...] = (
     ),
     Row(
         "write_all.write_logged",
-        lambda: write_logged(SettingChange(TRIGGER, False), WriteContext(journal=FakeJournal()), {}),
+        lambda: write_logged(DISABLED, WriteContext(journal=FakeJournal(), accepted_risks=frozenset((DISABLED,))), {}),
         lambda done: "acknowledged" if done[0].fault is None else done[0].fault.value,
         _no_logged_lie,
     ),

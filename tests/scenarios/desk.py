@@ -107,7 +107,7 @@ class Desk(DeskPort):
         heard: list[Written] = []
         begun: list[Command] = []
         leave = WriteContext(
-            journal=self.journal, armed=self.armed, is_unlocked=is_unlocked,
+            journal=self.journal, armed=self.armed, is_unlocked=is_unlocked, accepted_risks=frozenset(changes),
             store_snapshot=self._keep if self.found is None else None, on_written=heard.append, on_begun=begun.append,
         )  # fmt: skip
         self.form.begin_write(changes)

@@ -71,7 +71,7 @@ def test_a_restart_in_between_is_no_go(port: str, capsys: pytest.CaptureFixture[
 
 def test_a_trigger_that_was_disabled_since_is_no_go(port: str, capsys: pytest.CaptureFixture[str]) -> None:
     _ready(port, capsys)
-    assert program.main(["set", "attitude_trigger=false", "--port", port]) == 0
+    assert program.main(["set", "attitude_trigger=false", "--accept-risk", "--port", port]) == 0
     _activated(port, capsys)
     verdict, results = _checked(port, capsys)
     assert (verdict, results["attitude_trigger"], results["freefall_trigger"]) == ("NO-GO", "unknown", "pass")
@@ -97,6 +97,9 @@ def test_a_trigger_is_not_disabled_where_the_log_cannot_take_it(
     """Else a later check would find the set before it."""
     data_folder().parent.mkdir(parents=True)
     data_folder().write_bytes(b"")  # a file where the folder should be
-    assert "audit log cannot be written" in run_here(capsys, ["set", "attitude_trigger=false", "--port", port], 1).out
+    assert (
+        "audit log cannot be written"
+        in run_here(capsys, ["set", "attitude_trigger=false", "--accept-risk", "--port", port], 1).out
+    )
     assert not [raw for raw in wire if raw[2] == TRIGGER.code]
     assert program.main(["set", "attitude_trigger=true", "--port", port]) == 0

@@ -53,7 +53,7 @@ def test_the_names_are_the_catalogues(capsys: pytest.CaptureFixture[str]) -> Non
 
 @pytest.mark.parametrize("options", ["", "?ack=one&freefall_ack=17&baud_ack=new"])
 def test_every_setting_at_once(options: str, port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]) -> None:
-    printed = run_here(capsys, ["set", *words_of(ALL), "--port", port + options, "--json"])
+    printed = run_here(capsys, ["set", *words_of(ALL), "--accept-risk", "--port", port + options, "--json"])
     results = json.loads(printed.out)["results"]
     assert list(results) == list(ALL)
     flags = ("attitude_trigger", "freefall_trigger", "serial_output")
@@ -77,7 +77,7 @@ def test_every_setting_at_once(options: str, port: str, capsys: pytest.CaptureFi
 
 
 def test_for_people(port: str, capsys: pytest.CaptureFixture[str]) -> None:
-    words = ["set", "freefall_time_s=0.1", "light_threshold_v=2", "--port", f"{port}?clamps=yes"]
+    words = ["set", "freefall_time_s=0.1", "light_threshold_v=2", "--accept-risk", "--port", f"{port}?clamps=yes"]
     assert run_here(capsys, words, 1).out.splitlines() == [
         "freefall_time_s    0.1: NOT verified (the module holds another value → 0.5)",
         "light_threshold_v  2: verified",
@@ -108,6 +108,38 @@ def test_what_does_not_stand_is_said(
 def test_an_active_module_is_written_when_unlocked(port: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert program.main(["set", "freefall_time_s=1.2", "--port", f"{port}?active=yes", "--unlock"]) == 0
     assert bench_of(port).module.memory.freefall_time == 120
+
+
+@pytest.mark.parametrize(
+    ("word", "said"),
+    [
+        ("attitude_trigger=false", "No protection when it tips over."),
+        ("freefall_trigger=false", "No protection in free fall."),
+        ("attitude_threshold_deg=54", "Against the vendor's advice: 55° or more."),
+        ("attitude_threshold_deg=200", "No protection: no aircraft tilts by 200°."),
+        ("freefall_acceleration_g=0.7", "Against the vendor's advice: Below 0.7 g."),
+        ("freefall_time_s=0.1", "A jolt may fire it."),
+    ],
+)
+@pytest.mark.parametrize("is_profile", [False, True])
+def test_what_takes_protection_away_needs_accept_risk(
+    word: str, said: str, is_profile: bool, port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes],
+    tmp_path: Path,
+) -> None:  # fmt: skip
+    words = [word, "light_threshold_v=2"]
+    if is_profile:
+        key, _, text = word.partition("=")
+        value = False if text == "false" else float(text)
+        save_profile(tmp_path / "a b.toml", Profile(name="Show", settings={key: value, "light_threshold_v": 2.0}))
+        words = ["--profile", str(tmp_path / "a b.toml")]
+    printed = run_here(capsys, ["set", *words, "--port", port, "--json"], 2)
+    assert printed.out == ""
+    assert f"Warning: {word.partition('=')[0]}: {said}" in printed.err
+    source = f"--profile '{tmp_path}/a b.toml'" if is_profile else " ".join(words)
+    assert f"Nothing was done. To do it: dps-s set {source} --port {port} --accept-risk" in printed.err
+    assert wire == []
+    assert 'error": null' in run_here(capsys, ["set", *words, "--port", port, "--json", "--accept-risk"]).out
+    assert len(sets(wire)) == 2
 
 
 def test_a_rate_that_comes_at_the_next_start_is_not_verified(port: str, capsys: pytest.CaptureFixture[str]) -> None:
@@ -156,7 +188,9 @@ def test_a_profile_is_written_and_proven(
 ) -> None:
     path = tmp_path / "H6.toml"
     save_profile(path, Profile(name="H6", settings={**ALL, "baud_rate": 115200}))
-    results = json.loads(run_here(capsys, ["set", "--profile", str(path), "--port", port, "--json"]).out)["results"]
+    results = json.loads(
+        run_here(capsys, ["set", "--profile", str(path), "--accept-risk", "--port", port, "--json"]).out
+    )["results"]
     assert set(results) == set(ALL)
     assert {name for name, result in results.items() if result["verified"]} == {
         "attitude_threshold_deg", "freefall_acceleration_g", "freefall_time_s", "light_threshold_v", "baud_rate",

@@ -130,7 +130,7 @@ def test_another_module_is_asked_about_at_connecting_and_the_same_is_known_by_it
         assert NOT_PROVEN in [refusal.sentence for refusal in open_conditions(services, Act.ACTIVATE)]
         settings = SettingsController(services)
         settings.form.fill({"attitude_threshold_deg": 70})
-        settings.write(is_warned=True, is_unlocked=True)
+        settings.write(is_unlocked=True)
         notice = settings.notice()
         assert notice is not None
         assert notice.text == f"Nothing was written. {NOT_PROVEN}"

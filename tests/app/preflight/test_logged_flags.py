@@ -164,8 +164,10 @@ def test_in_the_window_it_becomes_go_and_an_unconfirmed_set_ends_it(
         monkeypatch.setattr(
             bench.bench.wire, "write", lambda data, now_s: None if data[2] == TRIGGER.code else write(data, now_s)
         )
+        disabled = SettingChange(TRIGGER, False)
         connector.run(
-            write_all([SettingChange(TRIGGER, False)], WriteContext(journal=FakeJournal())), lambda _job: None
+            write_all([disabled], WriteContext(journal=FakeJournal(), accepted_risks=frozenset((disabled,)))),
+            lambda _job: None,
         )
         bench.wait_standing(Standing.VOID)
         assert work.void == Void(Disturbance.CHANGED, UserMessage(TRIGGER.title))

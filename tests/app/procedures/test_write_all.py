@@ -1,6 +1,7 @@
 """Several settings in one go: allowed or refused each time, kept before, logged, claimed no further than it goes."""
 
 from concurrent.futures import Future
+from dataclasses import replace
 from functools import partial
 
 import pytest
@@ -15,13 +16,14 @@ from app.procedures.lock import lock
 from app.procedures.settings_reading import read_settings
 from app.procedures.stream import StreamSwitch, watch
 from app.procedures.write import SetReply, WriteFault, Written
-from app.procedures.write_all import SettingChange, WriteContext, WriteReport, write_all
+from app.procedures.write_all import SettingChange, WriteContext, WriteReport, write_all, write_logged
 from app.safety.acts import Act
+from app.safety.consequences import risks
 from app.safety.interlocks import Interlock
 from app.safety.journal import NoJournal, Outcome
 from app.safety.permit import Origin, Permit
 from app.text.messages import UserMessage
-from protocol.catalogue import BY_NAME
+from protocol.catalogue import BY_NAME, SETTINGS
 from protocol.fields import Value, ValueRefused
 from tests.support.journals import FakeJournal
 from tests.support.line.sim_line import Rig
@@ -32,7 +34,10 @@ def changes(**values: Value) -> list[SettingChange]:
 
 
 def write(rig: Rig, leave: WriteContext | None = None, **values: Value) -> WriteReport:
-    return rig.run(write_all(changes(**values), leave or WriteContext(journal=FakeJournal())))
+    """Write what a person accepted."""
+    wanted = changes(**values)
+    leave = replace(leave or WriteContext(journal=FakeJournal()), accepted_risks=frozenset(wanted))
+    return rig.run(write_all(wanted, leave))
 
 
 def sets(rig: Rig) -> list[str]:
@@ -208,6 +213,42 @@ def test_a_trigger_is_not_disabled_where_that_cannot_be_logged(is_enabled: bool)
     assert sets(rig) == ["attitude_trigger", "light_threshold"] * is_enabled
     assert [one.fault for one in report.results] == [None if is_enabled else WriteFault.NOT_ALLOWED] * 2
     assert [refusal.condition for refusal in report.refusals] == [Interlock.INTENT_DURABLE] * (not is_enabled)
+
+
+RISKY = [
+    (command.name, value)
+    for command in SETTINGS
+    if command.write is not None
+    for value in (command.write.decode(raw) for raw in sorted(command.write.allowed))
+    if risks(command, value)
+]
+
+
+def test_some_values_of_each_threshold_and_trigger_are_risky_and_none_of_the_others() -> None:
+    names = {name for name, _ in RISKY}
+    assert names == {"attitude_threshold", "freefall_acceleration", "freefall_time", "attitude_trigger",
+                     "freefall_trigger"}  # fmt: skip
+    assert [value for name, value in RISKY if name.endswith("trigger")] == [False, False]
+
+
+@pytest.mark.parametrize(("name", "value"), RISKY[::7] + RISKY[-2:])
+def test_nothing_that_takes_protection_away_is_sent_unless_a_person_accepted_it(name: str, value: Value) -> None:
+    """By the engine itself, so that no place where a write begins can leave the question out."""
+    rig, journal = Rig(), FakeJournal()
+    wanted = changes(light_threshold=2.0, **{name: value})
+    others = frozenset(changes(attitude_trigger=True, freefall_trigger=True, attitude_threshold=1))
+    for accepted in (frozenset(), others - frozenset(wanted)):
+        leave = WriteContext(journal=journal, is_unlocked=True, accepted_risks=accepted)
+        report = rig.run(write_all(wanted, leave))
+        assert [refusal.condition for refusal in report.refusals] == [Interlock.RISK_ACCEPTED]
+        assert {written.fault for written in report.results} == {WriteFault.NOT_ALLOWED}
+        written, refused = rig.run(write_logged(wanted[1], leave, {}))
+        assert (written.heard, [one.condition for one in refused]) == (SetReply.NOT_SENT, [Interlock.RISK_ACCEPTED])
+        assert BY_NAME[name].title in refused[0].sentence
+    assert (sets(rig), journal.intents) == ([], [])
+    leave = WriteContext(journal=journal, accepted_risks=frozenset(wanted))
+    assert rig.run(write_all(wanted, leave)).refusals == ()
+    assert sets(rig) == ["light_threshold", name]
 
 
 def test_the_baud_rate_needs_its_own_permit() -> None:

@@ -266,7 +266,8 @@ def test_undo_skips_values_that_were_written() -> None:
 def test_against_the_advice_needs_a_second_click(key: str, value: Value, is_warned: bool) -> None:
     form = SettingsForm()
     form.choose(key, value)
-    assert bool(row(form, key).warnings) is is_warned
+    (change,) = form.changes(device(), NOW)
+    assert bool(change.risks) is is_warned
     assert row(form, key).consequences
 
 

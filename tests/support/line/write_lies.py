@@ -97,7 +97,9 @@ def write_to(options: dict[str, Any], wanted: dict[str, Value]) -> Write:
     boots = rig.bench.module.memory.boot_count
     before = truth(rig.bench, rig.clock.now_s)
     changes = [SettingChange(BY_NAME[name], value) for name, value in wanted.items()]
-    report = rig.run(write_all(changes, WriteContext(journal=FakeJournal())), limit_s=300.0)
+    report = rig.run(
+        write_all(changes, WriteContext(journal=FakeJournal(), accepted_risks=frozenset(changes))), limit_s=300.0
+    )
     has_restarted = rig.bench.module.memory.boot_count != boots
     rig.step_for(SETTLED_S)
     holds = truth(rig.bench, rig.clock.now_s)

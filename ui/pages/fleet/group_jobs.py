@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from itertools import chain
 from typing import Any
 
 from PySide6.QtCore import QObject, Signal
@@ -15,7 +16,7 @@ from app.limits.expectations import Expectations, expectations_of
 from app.preflight.evidence import Evidence, FrameLog
 from app.preflight.run import run_preflight
 from app.procedures.write import Written
-from app.procedures.write_all import WriteContext, WriteReport, write_all
+from app.procedures.write_all import SettingChange, WriteContext, WriteReport, write_all
 from app.records.filing import Filed, Person
 from app.settings.profiles import Profile
 from app.text.messages import UserMessage, message
@@ -165,20 +166,25 @@ class GroupProfile(QObject):
             title=self._members.name_of(connection), is_reachable=connection in self._members.reachable,
         )  # fmt: skip
 
-    def apply(self, connections: Sequence[PortConnection]) -> None:
+    def changes(self) -> tuple[SettingChange, ...]:
+        """What would be written to any of the modules."""
+        changes = (self.column(one).changes for one in self._members.connections if one in self._members.reachable)
+        return tuple(dict.fromkeys(chain.from_iterable(changes)))
+
+    def apply(self, connections: Sequence[PortConnection], accepted: frozenset[SettingChange] = frozenset()) -> None:
         """Write what differs; a failure of one module does not stop the others."""
         if self.profile is None or self.is_running:
             return
         self.applied = {}
         for connection in connections:
-            self._begin(connection)
+            self._begin(connection, accepted)
         self.changed.emit()
 
     def cancel(self) -> None:
         for job in self._jobs.values():
             job.cancel()
 
-    def _begin(self, connection: PortConnection) -> None:
+    def _begin(self, connection: PortConnection, accepted: frozenset[SettingChange]) -> None:
         changes = self.column(connection).changes
         if connection not in self._members.reachable:
             self.applied[connection] = AppliedProfile(Applied.UNREACHABLE)
@@ -192,6 +198,7 @@ class GroupProfile(QObject):
         leave = WriteContext(
             journal=storage.journal(connection.target),
             armed=self._services.armed,
+            accepted_risks=accepted,
             store_snapshot=lambda snapshot: storage.store_snapshot(snapshot, port, name),
             on_written=heard.append,
         )

@@ -12,6 +12,7 @@ from app.engine.target import Target
 from app.fleet.card import Card, Need, by_need
 from app.fleet.check_set import check_set_target, summary, write_set_reports
 from app.fleet.profile_table import Applied, result_line
+from app.procedures.write_all import SettingChange
 from app.records.report_files import ReportRefused
 from app.safety.last_known import Activation
 from app.settings.profile_file import ProfileRefused, read_profile, refusal_text
@@ -31,6 +32,7 @@ from ui.pages.fleet.profile_panel import ProfilePanel
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
 from ui.services.page import Page
+from ui.services.risk_question import is_risk_open, risk_notice
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control
@@ -96,7 +98,8 @@ class FleetPage(Page):
         self.board = Board()
         self.view = scroll_area(self.board, texts, "fleet_scroll", "Modules", is_vertical=True)
         self.panel = ProfilePanel(self._services, self.profile, self.members)
-        self.panel.closed.connect(partial(self.profile.open, None))
+        self.panel.closed.connect(self._close_profile)
+        self.panel.write_pressed.connect(self._write_profile)
 
     def _lay_out(self) -> None:
         head = self.make_header(
@@ -290,6 +293,19 @@ class FleetPage(Page):
         self.result.dismiss()
         self.profile.open(profile)
 
+    def _close_profile(self) -> None:
+        self.result.dismiss()
+        self.profile.open(None)
+
+    def _write_profile(self, *, accepted: frozenset[SettingChange] = frozenset()) -> None:
+        """Writes the profile to all modules; asks first where it takes protection away."""
+        changes = self.profile.changes()
+        if is_risk_open(changes, accepted):
+            self.result.set_notice(partial(risk_notice, changes, self._write_profile, self.result.dismiss))
+            return
+        self.result.dismiss()
+        self.profile.apply(self.members.connections, accepted)
+
     def _show_profile(self) -> None:
         states = [one.state for one in self.profile.applied.values()]
         if states and not self.profile.is_running:
@@ -326,7 +342,7 @@ class FleetPage(Page):
 
     def on_escape(self) -> bool:
         if self.profile.profile is not None and not self.profile.is_running:
-            self.profile.open(None)
+            self._close_profile()
             return True
         return False
 

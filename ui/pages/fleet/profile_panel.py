@@ -38,6 +38,7 @@ class ProfilePanel(QWidget):
     """A row for each module, a column for each parameter, the result at the end."""
 
     closed = Signal()
+    write_pressed = Signal()
 
     def __init__(self, services: Services, group: GroupProfile, members: FleetMembers) -> None:
         super().__init__()
@@ -52,7 +53,7 @@ class ProfilePanel(QWidget):
         )
         self.close_button = control(QPushButton(), texts, "fleet_profile_close", "Back", slot=self.closed)
         self.write = control(StepButton(), texts, "fleet_profile_write", "Write", role="primary",
-                             slot=self._apply)  # fmt: skip
+                             slot=self.write_pressed)  # fmt: skip
         self._shown: dict[tuple[int, int], tuple[str, Meaning | None, Theme]] = {}
         """What each cell shows, by row and column, in which theme."""
         self.table = control(
@@ -115,9 +116,6 @@ class ProfilePanel(QWidget):
             item.setToolTip(text)
             item.setForeground(current().ink(meaning) if meaning is not None else QColor(current().text))
             item.setIcon(QIcon() if meaning is None else icon(MEANING_ICONS[meaning]))
-
-    def _apply(self) -> None:
-        self._group.apply(self._members.connections)
 
 
 def _cell(row: ProfileRow) -> tuple[str, Meaning | None]:

@@ -1,6 +1,6 @@
 """Controller of the Settings page: reads, writes and verifies, tests a power cycle; one job at a time."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from functools import partial
 
@@ -14,7 +14,7 @@ from app.engine.worker import Job
 from app.procedures.power_cycle import Ending, PowerCycleResult, Retention, survives_power_cycle
 from app.procedures.read import Everything, read_everything
 from app.procedures.write import Written
-from app.procedures.write_all import WriteContext, WriteReport, unconfirmed, write_all
+from app.procedures.write_all import SettingChange, WriteContext, WriteReport, unconfirmed, write_all
 from app.safety.acts import Act
 from app.safety.interlocks import Interlock, Refusal, interlock_inputs, refusals
 from app.settings.form import RowState, SettingsForm
@@ -24,6 +24,7 @@ from protocol.catalogue import Command
 from protocol.link_states import Presence
 from protocol.translatable import marked
 from ui.services.context import Services
+from ui.services.risk_question import is_risk_open, risk_choices, risk_notice
 from ui.services.running_job import RunningJob
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice
@@ -87,16 +88,16 @@ class SettingsController(QObject):
         if self.job.can_run:
             self.job.run(read_everything(), self._end_reading)
 
-    def write(self, *, is_warned: bool = False, is_unlocked: bool = False) -> None:
-        """Writes and verifies all edits. Asks first where a value is dangerous; says why where it is refused."""
+    def write(self, *, accepted: frozenset[SettingChange] = frozenset(), is_unlocked: bool = False) -> None:
+        """Writes and verifies all edits. Asks first where one takes protection away; says why where it is refused."""
         connector = self._connector
         changes = self.form.changes(connector.device, connector.clock())
         if not changes or not self.can_write:
             return
-        if not is_warned and self._warnings():
-            self.job.set_notice(self._warning_notice)
+        if is_risk_open(changes, accepted):
+            self.job.set_notice(partial(self._risk_notice, changes))
         elif open_conditions := self._refusals(is_unlocked=is_unlocked):
-            self.job.set_notice(partial(self._refused_notice, open_conditions))
+            self.job.set_notice(partial(self._refused_notice, open_conditions, accepted))
         else:
             heard: list[Written] = []
             begun: list[Command] = []
@@ -105,12 +106,13 @@ class SettingsController(QObject):
                 journal=self._services.storage.journal(connector.target),
                 armed=self._services.armed,
                 is_unlocked=is_unlocked,
+                accepted_risks=accepted,
                 store_snapshot=keep if self.initial is None else None,
                 on_written=heard.append,
                 on_begun=begun.append,
             )
             self.form.begin_write(changes)
-            self.job.run(write_all(changes, leave), partial(self._end_writing, heard, begun))
+            self.job.run(write_all(changes, leave), partial(self._end_writing, heard, begun, accepted))
 
     def restore_initial(self) -> None:
         if self.initial is not None:
@@ -137,7 +139,9 @@ class SettingsController(QObject):
         if missing:
             self.job.set_notice(partial(self._unread_notice, missing))
 
-    def _end_writing(self, heard: list[Written], begun: list[Command], job: Job[WriteReport]) -> None:
+    def _end_writing(
+        self, heard: list[Written], begun: list[Command], accepted: frozenset[SettingChange], job: Job[WriteReport]
+    ) -> None:
         if job.run.error is not None:
             self.form.abort_write(unconfirmed(heard), begun)
             interrupted = partial(_interrupted_notice, job.run.error)
@@ -148,7 +152,7 @@ class SettingsController(QObject):
         report = job.outcome()
         self.form.on_written(report.results)
         if report.refusals:
-            self.job.set_notice(partial(self._refused_notice, report.refusals))
+            self.job.set_notice(partial(self._refused_notice, report.refusals, accepted))
         else:
             self.job.set_notice(partial(self._written_notice, report))
 
@@ -175,31 +179,13 @@ class SettingsController(QObject):
 
     # Notices
 
-    def _warnings(self) -> list[tuple[str, str]]:
-        connector = self._connector
-        rows = self.form.rows(connector.device, connector.clock())
-        return [
-            (tr(row.command.title), join_sentences(one.sentence for one in row.warnings))
-            for row in rows
-            if row.warnings
-        ]
+    def _risk_notice(self, changes: Sequence[SettingChange]) -> Notice | None:
+        accepted = frozenset(changes)
+        return risk_notice(changes, self.write, self.job.dismiss, self._unlock_choice(accepted, is_shown=False))
 
-    def _warning_notice(self) -> Notice | None:
-        warnings = self._warnings()
-        if not warnings:
-            return None
-        text = join_sentences(tr("{setting}: {what}", setting=setting, what=why) for setting, why in warnings)
-        return Notice(Meaning.ATTENTION, text, self._choices(is_locked=True))
-
-    def _choices(self, *, is_locked: bool) -> tuple[Choice, ...]:
-        """The two buttons that confirm a write never share a place, so each keeps its own while it is hidden."""
-        anyway, unlocked = partial(self.write, is_warned=True), partial(self.write, is_warned=True, is_unlocked=True)
-        once = tr("Unlock this one write")
-        return (
-            Choice("not_now", tr("Cancel"), self.job.dismiss),
-            Choice("write_anyway", tr("Write anyway"), anyway, is_step=True, is_shown=is_locked),
-            Choice("unlock_once", once, unlocked, is_step=True, is_shown=not is_locked),
-        )
+    def _unlock_choice(self, accepted: frozenset[SettingChange], *, is_shown: bool = True) -> Choice:
+        unlocked = partial(self.write, accepted=accepted, is_unlocked=True)
+        return Choice("unlock_once", tr("Unlock this one write"), unlocked, is_step=True, is_shown=is_shown)
 
     def _refusals(self, *, is_unlocked: bool) -> tuple[Refusal, ...]:
         connector = self._connector
@@ -216,10 +202,12 @@ class SettingsController(QObject):
         # The engine asks for an unknown activation itself; here only a known ACTIVE refuses.
         return tuple(one for one in found if one.condition is not Interlock.MAY_WRITE or now_is.active)
 
-    def _refused_notice(self, open_conditions: tuple[Refusal, ...]) -> Notice:
+    def _refused_notice(self, open_conditions: tuple[Refusal, ...], accepted: frozenset[SettingChange]) -> Notice:
         text = join_sentences([tr("Nothing was written."), *(one.sentence for one in open_conditions)])
         can_unlock = all(one.condition is Interlock.MAY_WRITE for one in open_conditions)
-        choices = self._choices(is_locked=False) if can_unlock else ()
+        # The two buttons that confirm a write never share a place, so each keeps its own while it is hidden.
+        anyway = risk_choices((), self.write, self.job.dismiss, is_shown=False)
+        choices = (*anyway, self._unlock_choice(accepted)) if can_unlock else ()
         return Notice(Meaning.ATTENTION, text, choices, None if can_unlock else self.job.dismiss)
 
     def _written_notice(self, report: WriteReport) -> Notice:

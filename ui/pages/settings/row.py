@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QFrame, QLabel, QSizePolicy, QWidget
 
 from app.engine.device import How
 from app.procedures.power_cycle import Retention
-from app.settings.consequences import Weight
+from app.safety.consequences import Weight
 from app.settings.form import FormRow, RowState
 from app.settings.setting_texts import value_text, what_is
 from app.text.i18n import tr

@@ -2,7 +2,7 @@
 
 from PySide6.QtWidgets import QFrame, QWidget
 
-from app.settings.consequences import Weight
+from app.safety.consequences import Weight
 from app.settings.form import FormRow, RowState
 from app.settings.setting_texts import advice_text
 from app.text.i18n import tr

@@ -2,14 +2,12 @@
 
 import json
 import random
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from PySide6.QtCore import QPoint, Qt
-from PySide6.QtWidgets import QApplication, QPushButton, QWidget
-from pytestqt.qtbot import QtBot
+from PySide6.QtWidgets import QApplication, QWidget
 
 from app.engine.identity import Identity, Trust
 from app.engine.procedure import Cancelled
@@ -19,73 +17,20 @@ from app.fleet.profile_table import Applied
 from app.preflight.evidence import Disturbance
 from app.preflight.verdict import Void, assess
 from app.records.filing import Filed
-from app.safety.journal import NoJournal
 from app.safety.last_known import Activation
 from app.safety.ritual import Input
 from app.settings.profiles import Profile
 from app.text.messages import UserMessage
 from tests.support.records.preflight_rig import check
-from tests.support.window.fake_ports import VALUES, FakePorts, FakeWorker
+from tests.support.window.fake_ports import VALUES
 from tests.support.window.fakes_ui import speak_chinese
+from tests.ui.pages.fleet.conftest import Desk
 from ui.acts.ritual_widget import RitualWidget
 from ui.core.port_connection import PortConnection
 from ui.core.texts import Texts
-from ui.pages.fleet.page import FleetPage
-from ui.services.context import Services
-from ui.services.lock import LockControl
-from ui.services.storage import Storage
 from ui.shell.attention import Attention
-from ui.style.appearance import Appearance
 from ui.style.theme import Choice, Meaning
 from ui.widgets.notice_bar import Notice, NoticeBar
-
-WAIT_MS = 8000
-
-
-@dataclass
-class Desk:
-    qtbot: QtBot
-    ports: FakePorts
-    page: FleetPage
-    services: Services
-    modules: list[tuple[PortConnection, FakeWorker]] = field(default_factory=list)
-
-    def plug_in(self, count: int, **values: float) -> None:
-        for number in range(len(self.modules), len(self.modules) + count):
-            self.modules.append(self.ports.plug_in(f"/dev/port{number}", **values))
-        self.settle()
-
-    def settle(self) -> None:
-        """What was said is shown."""
-        QApplication.processEvents()
-        self.page.refresh()
-
-    def card(self, connection: PortConnection) -> object:
-        return self.page._widgets[connection].card
-
-    def wait(self, is_so: Callable[[], bool]) -> None:
-        self.qtbot.waitUntil(is_so, timeout=WAIT_MS)
-
-    def click(self, button: QPushButton) -> None:
-        self.qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
-
-
-@pytest.fixture
-def desk(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Desk]:
-    ports, storage = FakePorts(), Storage(tmp_path)
-    lock = LockControl(ports.connector, lambda _target: NoJournal())
-    appearance = Appearance(qapp, Choice.LIGHT)
-    services = Services(ports.connector, Texts(), appearance, lock, storage)
-    services.naming.bind(ports.connector, storage)
-    page = FleetPage(services)
-    qtbot.addWidget(page)
-    page.resize(1000, 700)
-    page.show()
-    yield Desk(qtbot, ports, page, services)
-    page.hide()
-    appearance.deleteLater()
-    ports.stop()
-    storage.close()
 
 
 def test_with_no_module_the_page_says_what_to_do(desk: Desk) -> None:
@@ -267,6 +212,31 @@ def test_a_group_act_sends_questions_and_settings_only_where_it_may(desk: Desk) 
     assert shown.text() == "FAILED: Link lost: the rest is unknown."
     speak_chinese()
     assert shown.text().endswith("通信中断：其余未知。")
+
+
+def test_a_profile_that_takes_protection_away_is_asked_about_before_it_is_written_to_any(desk: Desk) -> None:
+    desk.plug_in(3)
+    page, strip = desk.page, desk.page.said
+    page.profile.open(Profile(name="Bench", settings={"attitude_trigger": False, "attitude_threshold_deg": 70}))
+    desk.settle()
+    page.panel.write_pressed.emit()
+    desk.settle()
+    assert page.profile.applied == {}
+    assert strip.notice is not None
+    assert strip.notice.text == "Attitude trigger: No protection when it tips over."
+    cancel, anyway = (choice.act for choice in strip.notice.choices)
+    cancel()
+    desk.settle()
+    assert (strip.notice, page.profile.applied) == (None, {})
+    page.profile.open(Profile(name="Bench", settings={"attitude_trigger": False, "freefall_trigger": False}))
+    anyway()  # of the former question: what is written now was not all in it
+    desk.settle()
+    assert page.profile.applied == {}
+    assert strip.notice is not None
+    assert "Free-fall trigger: No protection in free fall." in strip.notice.text
+    strip.notice.choices[1].act()
+    assert [page.profile.applied[one].state for one, _ in desk.modules] == [Applied.WRITING] * 3
+    page.profile.cancel()
 
 
 def test_a_notice_moves_no_card(desk: Desk) -> None:

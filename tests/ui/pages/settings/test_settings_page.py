@@ -63,7 +63,7 @@ def test_a_row_stays_failed_with_the_reason(
     with desk(qtbot, qapp, tmp_path) as one:
         one.bench.change(**ways)
         type_into(one, name, text)
-        write_anyway(one, key)
+        write_anyway(one)
         one.until(lambda: state(one, key) is RowState.FAILED)
         assert why in reason(one, key)
         assert one.held(name) == stands
@@ -73,16 +73,18 @@ def test_a_row_stays_failed_with_the_reason(
         one.until(lambda: not one.settings.work.job.is_running)
         assert state(one, key) is RowState.FAILED
         one.bench.change(clamps=False, keeps=True, refuses=False)
-        write_anyway(one, key)
+        write_anyway(one)
         one.until(lambda: state(one, key) is RowState.VERIFIED)
         assert one.held(name) == float(text)
 
 
-def write_anyway(one: Desk, key: str) -> None:
+def write_anyway(one: Desk) -> None:
     """Write, with the second click that a warned value needs."""
     write(one)
-    row = one.settings.rows[key].row
-    if row is not None and row.warnings:
+    if any(
+        change.risks
+        for change in one.settings.work.form.changes(one.assembly.connector.device, one.assembly.connector.clock())
+    ):
         choose(one, "write_anyway")
 
 

@@ -28,7 +28,7 @@ class Weight(Enum):
 
     PLAIN = "plain"
     AGAINST_ADVICE = "against advice"
-    """Shown as a warning; writing needs a second click."""
+    """Shown as a warning; written only if a person accepts it."""
     GRAVE = "grave"
     """It fires at once, or never: treated like `AGAINST_ADVICE`, in stronger words."""
 
@@ -70,6 +70,16 @@ def consequences(command: Command, value: Value) -> tuple[Consequence, ...]:
         return found
     text = marked("Against the vendor's advice: {advice}")
     return (*found, Consequence(message(text, advice=message(advice.text)), Weight.AGAINST_ADVICE))
+
+
+def risks(command: Command, value: Value) -> tuple[Consequence, ...]:
+    """What a person has to accept before `value` is written: less protection, or against the vendor's advice.
+
+    Nothing for the baud rate, which takes no protection away and is never written without a permit.
+    """
+    if command is BAUD_RATE:
+        return ()
+    return tuple(one for one in consequences(command, value) if one.weight is not Weight.PLAIN)
 
 
 def is_advised(command: Command, value: Value) -> bool:

@@ -3,7 +3,7 @@
 import pytest
 
 from app.limits.limits import SETTING_BOUNDS
-from app.settings.consequences import Weight, consequences, fall_after, is_advised
+from app.safety.consequences import Weight, consequences, fall_after, is_advised
 from protocol.catalogue import BY_NAME, SETTINGS
 from protocol.fields import Value
 

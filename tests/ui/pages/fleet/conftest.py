@@ -1,0 +1,69 @@
+"""The Fleet page over fake ports."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QApplication, QPushButton
+from pytestqt.qtbot import QtBot
+
+from app.safety.journal import NoJournal
+from tests.support.window.fake_ports import FakePorts, FakeWorker
+from ui.core.port_connection import PortConnection
+from ui.core.texts import Texts
+from ui.pages.fleet.page import FleetPage
+from ui.services.context import Services
+from ui.services.lock import LockControl
+from ui.services.storage import Storage
+from ui.style.appearance import Appearance
+from ui.style.theme import Choice
+
+WAIT_MS = 8000
+
+
+@dataclass
+class Desk:
+    qtbot: QtBot
+    ports: FakePorts
+    page: FleetPage
+    services: Services
+    modules: list[tuple[PortConnection, FakeWorker]] = field(default_factory=list)
+
+    def plug_in(self, count: int, **values: float) -> None:
+        for number in range(len(self.modules), len(self.modules) + count):
+            self.modules.append(self.ports.plug_in(f"/dev/port{number}", **values))
+        self.settle()
+
+    def settle(self) -> None:
+        """What was said is shown."""
+        QApplication.processEvents()
+        self.page.refresh()
+
+    def card(self, connection: PortConnection) -> object:
+        return self.page._widgets[connection].card
+
+    def wait(self, is_so: Callable[[], bool]) -> None:
+        self.qtbot.waitUntil(is_so, timeout=WAIT_MS)
+
+    def click(self, button: QPushButton) -> None:
+        self.qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
+
+
+@pytest.fixture
+def desk(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Desk]:
+    ports, storage = FakePorts(), Storage(tmp_path)
+    lock = LockControl(ports.connector, lambda _target: NoJournal())
+    appearance = Appearance(qapp, Choice.LIGHT)
+    services = Services(ports.connector, Texts(), appearance, lock, storage)
+    services.naming.bind(ports.connector, storage)
+    page = FleetPage(services)
+    qtbot.addWidget(page)
+    page.resize(1000, 700)
+    page.show()
+    yield Desk(qtbot, ports, page, services)
+    page.hide()
+    appearance.deleteLater()
+    ports.stop()
+    storage.close()
