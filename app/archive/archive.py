@@ -10,8 +10,9 @@ from app.archive.fact_file import FactFile
 from app.archive.fact_set import ArchiveTrouble
 from app.archive.facts import payload_of
 from app.archive.local_facts import LocalFacts, open_facts, store_troubles
-from app.archive.module_names import ModuleNames, NamedModule, Settlement, names_of, pair_of, settlements_in
+from app.archive.module_names import ModuleNames, NamedModule, Settlement, names_of, pair_of, settled_in
 from app.archive.server_url import server_url
+from app.stations.known import Stations
 from app.stations.station import Station, StationTrouble, encoded, own_station
 from app.store.database import Clock, utc_now
 from app.store.store import Store
@@ -40,6 +41,7 @@ class Archive:
         self.store = store
         self.facts = facts
         self.station = station
+        self.known = Stations(store.database.path.parent)
 
     @property
     def public(self) -> str:
@@ -77,8 +79,7 @@ class Archive:
         """Import what this computer lacks."""
         file = FactFile(path)
         done = exchange(self.facts, file, sends=False, on_page=on_page)
-        done.refused += file.refused
-        done.refused_count += len(file.refused)
+        done.refuse(file.refused, file.refused_count)
         return done
 
     def status(self, url: str | None) -> ArchiveStatus:
@@ -98,19 +99,26 @@ class Archive:
         )
 
     def names(self) -> ModuleNames:
-        return names_of(self.facts)
+        return names_of(self.facts, self._known())
 
-    def settle(self, one: NamedModule, other: NamedModule, *, is_same: bool, name: str = "", who: str = "") -> None:
-        """Store a person's decision whether two modules are the same; it overrides earlier ones."""
+    def _known(self) -> frozenset[str]:
+        """Public keys of the stations whose decisions count."""
+        return frozenset(encoded(station.public) for station in self.known.known()) | {self.public}
+
+    def settle(self, one: NamedModule, other: NamedModule, *, is_same: bool, name: str = "", who: str) -> None:
+        """Store the decision of `who` whether two modules are the same; it overrides earlier ones, and accepts
+        that of a station that is not known here."""
         names = self.names()
         unknown = next((module for module in (one, other) if names.module_of(module) is None), None)
         if unknown is not None or one == other:
             raise ArchiveTrouble(message(marked("No such pair of modules in the archive.")))
         pair = pair_of(one, other)
-        last = settlements_in(self.facts).get(pair)
+        if not who.strip():
+            raise ArchiveTrouble(message(marked("Enter the name of the person who decides.")))
+        settled = settled_in(self.facts, self._known()).get(pair)
         settlement = Settlement(
             pair=pair, is_same=is_same, name=clean(name.strip() or one.name) if is_same else "", who=clean(who.strip()),
-            revision=1 if last is None else last.revision + 1,
+            revision=1 if settled is None else settled.next_revision,
         )  # fmt: skip
         with store_troubles():
             self.store.database.write(

@@ -6,8 +6,10 @@ An altered record fails its own signature. A chain also shows that a record is m
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
-from app.archive.facts import Fact, FactKind
+from app.archive.content import FactKind
+from app.archive.facts import Fact
 from app.archive.local_facts import LocalFacts
 from app.records.check_store import CheckStore
 from app.records.record import Record
@@ -25,7 +27,7 @@ class ArchivedRecords:
     def record(self, hash_: str) -> Record | None:
         found = self._own.record(hash_) if self._own is not None else None
         linked = self._facts.linked(hash_) if self._facts is not None and found is None else ()
-        return found or next(map(record_of, linked), None)
+        return found or next((record for fact in linked if (record := record_of(fact)) is not None), None)
 
     def same_number(self, record: Mapping[str, object]) -> str | None:
         found = self._own.same_number(record) if self._own is not None else None
@@ -78,7 +80,7 @@ def _check_chains(facts: LocalFacts) -> list[ChainState]:
 
 
 def _audit_chains(facts: LocalFacts) -> list[ChainState]:
-    chains: dict[str, list[Mapping[str, object]]] = {}
+    chains: dict[str, list[Mapping[str, Any]]] = {}
     for fact in facts.of_kind(FactKind.AUDIT):
         chains.setdefault(fact.station, []).append(fact.content)
     return [
@@ -95,13 +97,8 @@ def _missing(links: Iterable[tuple[object, object]]) -> int:
     return sum(1 for previous in Counter(previous for previous, _ in pairs) if previous and previous not in there)
 
 
-def _is_link(content: Mapping[str, object]) -> bool:
-    previous, entry = content.get("previous"), content.get("entry")
-    if not isinstance(previous, str) or not isinstance(entry, list):
-        return False
-    return all(one is None or isinstance(one, str | int) for one in entry) and (
-        chain_hash(previous, *entry) == content.get("hash")
-    )
+def _is_link(content: Mapping[str, Any]) -> bool:
+    return bool(chain_hash(content["previous"], *content["entry"]) == content["hash"])
 
 
 def _is_double(one: Record, record: Mapping[str, object]) -> bool:

@@ -10,7 +10,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final, NamedTuple
 
-from app.archive.facts import Fact, FactKind, fact_id, make_fact, payload_of, utc_time
+from app.archive.content import FactKind, utc_time
+from app.archive.facts import Fact, fact_id, make_fact, payload_of
 from app.archive.local_facts import LocalFacts
 from app.stations.station import Station, encoded
 from app.store.audit_chain import BEGUN, chain_hash
@@ -79,7 +80,14 @@ def _unknown(new: Sequence[_New], facts: LocalFacts, station: Station) -> list[F
     public = encoded(station.public)
     by_id = {_id(one, public): one for one in new}
     known = facts.has(list(by_id))
-    return [make_fact(*one, station) for id_, one in by_id.items() if id_ not in known]
+    made = []
+    for id_, row in by_id.items():
+        if id_ not in known:
+            try:
+                made.append(make_fact(*row, station))
+            except ValueError as error:
+                _log.warning("A %s of %s is not shared, nobody could read it: %s", row.kind.value, row.made_at, error)
+    return made
 
 
 def _id(new: _New, public: str) -> str:

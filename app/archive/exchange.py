@@ -9,19 +9,21 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Final
 
-from app.archive.fact_set import FactSet
-from app.archive.facts import Fact, FactRefused, FactRow, RefusedFact, checked, stored_fact
+from app.archive.content import MAX_LENGTH
+from app.archive.fact_set import FactSet, StoredRow
+from app.archive.facts import MAX_REFUSALS, Fact, FactRefused, FactRow, RefusedFact, checked, stored_fact, too_long
 
 PAGE: Final = 200
+PAGE_LENGTH: Final = 8 * MAX_LENGTH
+"""Characters read at a time, however long the facts are."""
 BUCKETS_AT_ONCE: Final = 16
 """Compared at a time: at most a sixteenth of the set."""
-MAX_REFUSALS: Final = 1000
-"""Listed individually; further ones are only counted."""
 
 
 @dataclass(slots=True)
 class Exchanged:
-    """`refused`: facts of the other side that were not imported. `damaged`: facts of this side that were not sent."""
+    """`refused`: rows of the other side that were not imported, of which `MAX_REFUSALS` are listed. `damaged`: facts
+    of this side that were not sent."""
 
     sent: int = 0
     received: int = 0
@@ -32,6 +34,10 @@ class Exchanged:
     @property
     def is_whole(self) -> bool:
         return not self.refused_count and not self.damaged
+
+    def refuse(self, rows: Sequence[RefusedFact], count: int | None = None) -> None:
+        self.refused += rows[: MAX_REFUSALS - len(self.refused)]
+        self.refused_count += len(rows) if count is None else count
 
 
 OnProgress = Callable[[Exchanged], None]
@@ -55,14 +61,15 @@ def exchange(
         known, offered = here.rows(buckets), there.rows(buckets)
         if receives:
             # Includes facts that differ on both sides: one of them was altered and is reported.
-            for ids in _parts([one for one, digest in offered.items() if known.get(one) != digest], page):
+            other = {id_: row for id_, row in offered.items() if id_ not in known or known[id_].digest != row.digest}
+            done.refuse([too_long(id_) for id_, row in other.items() if row.length > MAX_LENGTH])
+            for ids in _pages({id_: row for id_, row in other.items() if row.length <= MAX_LENGTH}, page):
                 facts, refused = _sorted(there.read(ids), checked)
-                done.received += here.add([one for one in facts if one.id not in known])
-                done.refused += refused[: MAX_REFUSALS - len(done.refused)]
-                done.refused_count += len(refused)
+                done.received += here.add([fact for fact in facts if fact.id not in known])
+                done.refuse(refused)
                 on_page(done)
         if sends:
-            for ids in _parts([one for one in known if one not in offered], page):
+            for ids in _pages({id_: row for id_, row in known.items() if id_ not in offered}, page):
                 facts, damaged = _sorted(here.read(ids), partial(_own_fact, known))
                 done.sent += there.add(facts)
                 done.damaged += damaged
@@ -70,8 +77,8 @@ def exchange(
     return done
 
 
-def _own_fact(known: Mapping[str, str], row: FactRow) -> Fact:
-    return stored_fact(row, known[str(row[0])])
+def _own_fact(known: Mapping[str, StoredRow], row: FactRow) -> Fact:
+    return stored_fact(row, known[str(row[0])].digest)
 
 
 def _sorted(rows: Sequence[FactRow], check: Callable[[FactRow], Fact]) -> tuple[list[Fact], list[RefusedFact]]:
@@ -84,6 +91,20 @@ def _sorted(rows: Sequence[FactRow], check: Callable[[FactRow], Fact]) -> tuple[
     return facts, refused
 
 
-def _parts(ids: Sequence[str], length: int) -> Iterator[Sequence[str]]:
-    for start in range(0, len(ids), length):
-        yield ids[start : start + length]
+def _pages(rows: Mapping[str, StoredRow], page: int) -> Iterator[Sequence[str]]:
+    """Ids of at most `page` rows and `PAGE_LENGTH` characters."""
+    ids: list[str] = []
+    length = 0
+    for id_, row in rows.items():
+        if ids and (len(ids) >= page or length + row.length > PAGE_LENGTH):
+            yield ids
+            ids, length = [], 0
+        ids.append(id_)
+        length += row.length
+    if ids:
+        yield ids
+
+
+def _parts(buckets: Sequence[str], length: int) -> Iterator[Sequence[str]]:
+    for start in range(0, len(buckets), length):
+        yield buckets[start : start + length]

@@ -13,18 +13,20 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Final, NamedTuple
 
+from app.archive.content import MAX_LENGTH
 from app.archive.fact_set import (
     BUCKET,
     CANNOT_READ,
     CANNOT_WRITE,
     ArchiveTrouble,
     Digests,
+    StoredRow,
     digests_of_rows,
     file_troubles,
 )
 from app.archive.facts import (
     FACT_COLUMNS,
-    MAX_PAYLOAD_LENGTH,
+    MAX_REFUSALS,
     Fact,
     FactRefused,
     FactRow,
@@ -38,7 +40,7 @@ from protocol.translatable import marked
 
 FORMAT: Final = "dps-s archive"
 VERSION: Final = 1
-_MAX_LINE_LENGTH: Final = 2 * MAX_PAYLOAD_LENGTH
+_MAX_LINE_LENGTH: Final = 2 * MAX_LENGTH
 _COPIED_AT_ONCE: Final = 1 << 20
 
 
@@ -55,7 +57,8 @@ class FactFile:
         """`is_new`: the file may be missing. Raises `ArchiveTrouble`."""
         self.path = path
         self.refused: list[RefusedFact] = []
-        """Lines that are not valid facts."""
+        """Lines that are not valid facts; of many only the first."""
+        self.refused_count = 0
         self._places: dict[str, _Place] = {}
         self._added: set[str] = set()
         self._draft: IO[bytes] | None = None
@@ -67,9 +70,13 @@ class FactFile:
     def digests(self) -> Digests:
         return digests_of_rows((id_, place.digest) for id_, place in self._places.items())
 
-    def rows(self, buckets: Sequence[str]) -> Mapping[str, str]:
+    def rows(self, buckets: Sequence[str]) -> Mapping[str, StoredRow]:
         wanted = set(buckets)
-        return {id_: place.digest for id_, place in self._places.items() if id_[:BUCKET] in wanted}
+        return {
+            id_: StoredRow(place.digest, min(place.length, MAX_LENGTH))
+            for id_, place in self._places.items()
+            if id_[:BUCKET] in wanted
+        }
 
     def read(self, ids: Sequence[str]) -> Sequence[FactRow]:
         places = sorted(self._places[one] for one in ids if one in self._places)
@@ -125,7 +132,9 @@ class FactFile:
             try:
                 fact = checked(row)
             except FactRefused as error:
-                self.refused.append(error.refusal)
+                self.refused_count += 1
+                if len(self.refused) < MAX_REFUSALS:
+                    self.refused.append(error.refusal)
             else:
                 self._places[fact.id] = _Place(start, len(line), row_digest(fact.row))
             start += len(line)

@@ -4,7 +4,7 @@ import hashlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Final, Protocol
+from typing import Final, NamedTuple, Protocol
 
 from app.archive.facts import Fact, FactRow
 from app.text.messages import UserMessage, message
@@ -18,6 +18,13 @@ Digests = Mapping[str, tuple[int, str]]
 """By bucket: the number of facts and their digest."""
 
 
+class StoredRow(NamedTuple):
+    """What is known of a row before it is read. `length`: of its payload, in characters."""
+
+    digest: str
+    length: int
+
+
 class FactSet(Protocol):
     """Append-only. Raises `ArchiveTrouble` if it cannot be read or written."""
 
@@ -25,8 +32,8 @@ class FactSet(Protocol):
         """Differs for each bucket whose content differs."""
         ...
 
-    def rows(self, buckets: Sequence[str]) -> Mapping[str, str]:
-        """The digest of each row in these buckets, by id."""
+    def rows(self, buckets: Sequence[str]) -> Mapping[str, "StoredRow"]:
+        """The rows in these buckets, by id."""
         ...
 
     def read(self, ids: Sequence[str]) -> Sequence[FactRow]:

@@ -13,11 +13,10 @@ import hashlib
 import json
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
-from datetime import UTC, datetime
-from enum import Enum
-from typing import Final
+from dataclasses import dataclass, field
+from typing import Any, Final
 
+from app.archive.content import FactKind, content_of, is_time, object_of
 from app.stations.station import KEY_BYTES, Station, decoded, encoded, is_signature
 from app.store.audit_chain import AuditRow
 from app.text.messages import UserMessage, clean, message
@@ -25,10 +24,11 @@ from protocol.translatable import marked
 
 DOMAIN: Final = "dps-s fact 1"
 """Prefix of what is hashed and signed; distinguishes versions of the format."""
-MAX_PAYLOAD_LENGTH: Final = 8_000_000
-MAX_TIME_LENGTH: Final = 40
 SIGNATURE_BYTES: Final = 64
-_ID: Final = re.compile("[0-9a-f]{64}")
+MAX_REFUSALS: Final = 1000
+"""Rows that are named; further ones are only counted."""
+ID_LENGTH: Final = 64
+_ID: Final = re.compile(f"[0-9a-f]{{{ID_LENGTH}}}")
 _KIND: Final = re.compile("[a-z][a-z_]{0,39}")
 
 FactRow = tuple[object, ...]
@@ -36,26 +36,9 @@ FactRow = tuple[object, ...]
 FACT_COLUMNS: Final = ("id", "kind", "station", "made_at", "payload", "signature")
 
 
-class FactKind(Enum):
-    """The kinds that this version knows. Facts of other kinds, from newer versions, are stored and passed on."""
-
-    MODULE = "module"
-    """A station named a module."""
-    TRIGGER_RECORD = "trigger_record"
-    JUDGEMENT = "judgement"
-    """A person's judgement of a trigger record."""
-    SNAPSHOT = "settings_snapshot"
-    CHECK = "preflight_check"
-    GUIDED_TEST = "guided_test"
-    AUDIT = "audit_link"
-    """One link of a station's audit chain: the start of an act, or its outcome."""
-    SETTLEMENT = "settlement"
-    """A person's decision whether two modules are the same one."""
-
-
 @dataclass(frozen=True, slots=True)
 class Fact:
-    """Made by `make_fact` or `checked`."""
+    """Made by `fact_of`, so that its content is what a fact may contain. `content`: the payload, parsed."""
 
     id: str
     kind: str
@@ -63,24 +46,19 @@ class Fact:
     made_at: str
     payload: str
     signature: str
-
-    @property
-    def content(self) -> Mapping[str, object]:
-        value = json.loads(self.payload)
-        return value if isinstance(value, dict) else {}
+    content: Mapping[str, Any] = field(compare=False, repr=False)
 
     @property
     def module(self) -> str | None:
         """Name of the module that it is about. Of an act on a module it is in the detail, which the chain covers."""
         row = self.audit_row
-        name = (self.content if row is None else _object_in(row.detail)).get("module")
+        name = (self.content if row is None else object_of(str(row.detail))).get("module")
         return name if isinstance(name, str) else None
 
     @property
     def audit_row(self) -> AuditRow | None:
         """None for facts of other kinds."""
-        entry = self.content.get("entry") if self.kind == FactKind.AUDIT.value else None
-        return AuditRow(*entry) if isinstance(entry, list) and len(entry) == len(AuditRow._fields) else None
+        return AuditRow(*self.content["entry"]) if self.kind == FactKind.AUDIT.value else None
 
     @property
     def row(self) -> tuple[str, ...]:
@@ -111,7 +89,7 @@ class FactRefused(Exception):
 
 def fact_id(kind: str, station: str, made_at: str, payload: str) -> str:
     text = f"{DOMAIN}\n{kind}\n{station}\n{made_at}\n{payload}"
-    return hashlib.sha256(text.encode("ascii")).hexdigest()
+    return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()
 
 
 def payload_of(content: Mapping[str, object]) -> str:
@@ -120,10 +98,18 @@ def payload_of(content: Mapping[str, object]) -> str:
 
 
 def make_fact(kind: FactKind, made_at: str, content: Mapping[str, object], station: Station) -> Fact:
-    """Signed by this station."""
+    """Signed by this station. Raises `ValueError` if it could not be read again."""
     public, payload = encoded(station.public), payload_of(content)
     id_ = fact_id(kind.value, public, made_at, payload)
-    return Fact(id_, kind.value, public, made_at, payload, encoded(station.sign(_signed(id_))))
+    return fact_of((id_, kind.value, public, made_at, payload, encoded(station.sign(_signed(id_)))))
+
+
+def fact_of(row: FactRow) -> Fact:
+    """A fact from its columns, whose signature is good. Raises `ValueError` if it is nothing that a station records."""
+    id_, kind, station, made_at, payload, signature = map(str, row)
+    if not is_time(made_at):
+        raise ValueError(made_at)
+    return Fact(id_, kind, station, made_at, payload, signature, content_of(kind, payload))
 
 
 def row_digest(row: FactRow) -> str:
@@ -133,41 +119,36 @@ def row_digest(row: FactRow) -> str:
 
 def checked(row: FactRow) -> Fact:
     """Verify a row of a server or a file. Raises `FactRefused`."""
-    if len(row) != len(FACT_COLUMNS) or not all(isinstance(one, str) for one in row):
+    if len(row) != len(FACT_COLUMNS) or not all(isinstance(value, str) for value in row):
         raise _refused(row, marked("it is not whole"))
     id_, kind, station, made_at, payload, signature = map(str, row)
     public, seal = decoded(station, KEY_BYTES), decoded(signature, SIGNATURE_BYTES)
-    is_shaped = _ID.fullmatch(id_) and _KIND.fullmatch(kind) and public is not None and seal is not None
-    if not is_shaped or len(payload) > MAX_PAYLOAD_LENGTH or not payload.isascii() or not _is_time(made_at):
+    if not _ID.fullmatch(id_) or not _KIND.fullmatch(kind) or public is None or seal is None:
         raise _refused(row, marked("it is not whole"))
     if fact_id(kind, station, made_at, payload) != id_:
         raise _refused(row, marked("it was altered"))
-    if public is None or seal is None or not is_signature(public, seal, _signed(id_)):
+    if not is_signature(public, seal, _signed(id_)):
         raise _refused(row, marked("its station did not sign it"))
-    if not _is_object(payload):
-        raise _refused(row, marked("it is not whole"))
-    return Fact(id_, kind, station, made_at, payload, signature)
+    return _readable(row)
+
+
+def too_long(id_: str) -> RefusedFact:
+    """A row that is not even read."""
+    return RefusedFact(clean(id_, longest=ID_LENGTH), "", "", message(marked("it is too long")))
 
 
 def stored_fact(row: FactRow, digest: str) -> Fact:
     """A fact of this computer, verified when it was imported; `digest` is from then. Raises `FactRefused`."""
     if row_digest(row) != digest:
         raise _refused(row, marked("it was altered"))
-    return Fact(*map(str, row))
+    return _readable(row)
 
 
-def utc_time(text: str) -> str:
-    """A time in UTC with milliseconds, so that times sort as text. Raises `ValueError`."""
-    at = datetime.fromisoformat(text)
-    return at.replace(tzinfo=at.tzinfo or UTC).astimezone(UTC).isoformat(timespec="milliseconds")
-
-
-def _object_in(text: object) -> Mapping[str, object]:
+def _readable(row: FactRow) -> Fact:
     try:
-        value = json.loads(text) if isinstance(text, str) else None
-    except (ValueError, RecursionError):
-        return {}
-    return value if isinstance(value, dict) else {}
+        return fact_of(row)
+    except ValueError:
+        raise _refused(row, marked("its content cannot be read")) from None
 
 
 def _signed(id_: str) -> bytes:
@@ -179,21 +160,3 @@ def _refused(row: FactRow, why: str) -> FactRefused:
         return clean(str(row[place]), longest=64) if place < len(row) else ""
 
     return FactRefused(RefusedFact(shown(0), shown(1), shown(3), message(why)))
-
-
-def _is_time(text: str) -> bool:
-    try:
-        return len(text) <= MAX_TIME_LENGTH and text.isascii() and datetime.fromisoformat(text).tzinfo is not None
-    except ValueError:
-        return False
-
-
-def _is_object(payload: str) -> bool:
-    try:
-        return isinstance(json.loads(payload, parse_constant=_no_constant), dict)
-    except (ValueError, RecursionError):
-        return False
-
-
-def _no_constant(name: str) -> float:
-    raise ValueError(name)

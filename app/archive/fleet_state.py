@@ -7,7 +7,8 @@ from enum import Enum
 from typing import Final
 
 from app.archive.chains import record_of
-from app.archive.facts import Fact, FactKind
+from app.archive.content import FactKind
+from app.archive.facts import Fact
 from app.archive.local_facts import LocalFacts
 from app.archive.module_names import KnownModule, ModuleNames, module_of_fact
 from app.guided.results import TITLES, GuidedVerdict

@@ -10,11 +10,12 @@ from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from app.archive.fact_set import BUCKET, ArchiveTrouble, Digests, digests_of_rows
-from app.archive.facts import FACT_COLUMNS, Fact, FactKind, FactRow, row_digest
+from app.archive.content import FactKind
+from app.archive.fact_set import BUCKET, ArchiveTrouble, Digests, StoredRow, digests_of_rows
+from app.archive.facts import FACT_COLUMNS, Fact, FactRow, fact_of, row_digest
 from app.store.audit_chain import AuditRow
 from app.store.database import Clock, Database, StoreTrouble, open_database, utc_now
-from app.text.messages import UserMessage
+from app.text.messages import UserMessage, clean
 
 _log = logging.getLogger(__name__)
 
@@ -79,6 +80,7 @@ class LocalFacts:
         self.database = database
         self.notice = notice
         """Set if a damaged file was set aside."""
+        self._unreadable: set[str] = set()
 
     def close(self) -> None:
         self.database.close()
@@ -91,10 +93,10 @@ class LocalFacts:
     def digests(self) -> Digests:
         return digests_of_rows(self._read("SELECT id, digest FROM facts"))
 
-    def rows(self, buckets: Sequence[str]) -> Mapping[str, str]:
+    def rows(self, buckets: Sequence[str]) -> Mapping[str, StoredRow]:
         places = ", ".join("?" * len(buckets))
-        query = f"SELECT id, digest FROM facts WHERE substr(id, 1, {BUCKET}) IN ({places})"  # noqa: S608
-        return dict(self._read(query, buckets))
+        query = f"SELECT id, digest, length(payload) FROM facts WHERE substr(id, 1, {BUCKET}) IN ({places})"  # noqa: S608
+        return {id_: StoredRow(digest, length) for id_, digest, length in self._read(query, buckets)}
 
     def read(self, ids: Sequence[str]) -> Sequence[FactRow]:
         return self._by_ids(_COLUMNS, ids)
@@ -122,12 +124,12 @@ class LocalFacts:
         values: tuple[str, ...] = (kind.value,)
         if module is not None:
             query, values = f"{query} AND module = ?", (*values, module)
-        return [Fact(*row) for row in self._read(f"{query} ORDER BY number", values)]
+        return self._facts(f"{query} ORDER BY number", values)
 
     def linked(self, link: str) -> list[Fact]:
         """Facts with this hash of a check's record or of a link of the audit log."""
         query = f"SELECT {_COLUMNS} FROM facts WHERE link = ?"  # noqa: S608
-        return [Fact(*row) for row in self._read(query, (link,))]
+        return self._facts(query, (link,))
 
     def counts(self) -> Mapping[str, int]:
         """Number of facts by station."""
@@ -164,6 +166,18 @@ class LocalFacts:
             "ON CONFLICT (place) DO UPDATE SET at = excluded.at, last = excluded.last",
             (place, self.database.now(), last),
         )
+
+    def _facts(self, query: str, values: Sequence[object]) -> list[Fact]:
+        """Without those that an older version imported and nobody can read; they are named once."""
+        facts = []
+        for row in self._read(query, values):
+            try:
+                facts.append(fact_of(row))
+            except ValueError:
+                if row[0] not in self._unreadable:
+                    _log.warning("The content of fact %s cannot be read", clean(str(row[0]), longest=64))
+                self._unreadable.add(row[0])
+        return facts
 
     def _by_ids(self, columns: str, ids: Sequence[str]) -> list[FactRow]:
         found: list[FactRow] = []

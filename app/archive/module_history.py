@@ -5,10 +5,11 @@ from dataclasses import dataclass
 from typing import Final
 
 from app.archive.chains import record_of
-from app.archive.facts import Fact, FactKind
+from app.archive.content import FactKind
+from app.archive.facts import Fact
 from app.archive.fleet_state import SIMULATED, check_line
 from app.archive.local_facts import LocalFacts
-from app.archive.module_names import KnownModule, module_of_fact
+from app.archive.module_names import KnownModule, decided_by, decision_text, module_of_fact, settlement_of
 from app.guided.results import TITLES as TEST_TITLES
 from app.guided.results import VERDICT_WORDS, GuidedKind, GuidedVerdict
 from app.records.check_store import measured_in
@@ -70,6 +71,8 @@ def module_history(facts: LocalFacts, module: KnownModule) -> ModuleHistory:
         for fact in facts.of_kind(kind, name)
         if module_of_fact(fact) in members
     ]
+    decisions = facts.of_kind(FactKind.SETTLEMENT)
+    found += [fact for fact in decisions if members.intersection(settlement_of(fact).pair)]
     found = _ended(found)
     found.sort(key=lambda one: (one.made_at, one.id))
     values: dict[str, list[ValuePoint]] = {}
@@ -100,10 +103,8 @@ def _fact_text(kind: FactKind, fact: Fact) -> UserMessage:
         case FactKind.JUDGEMENT:
             return _judgement(fact)
         case FactKind.SNAPSHOT:
-            settings = content["settings"]
-            if not isinstance(settings, dict):
-                raise TypeError(settings)
-            listed = joined([_setting(key, value) for key, value in sorted(settings.items())[:MAX_SETTINGS]])
+            settings = sorted(content["settings"].items())[:MAX_SETTINGS]
+            listed = joined([_setting(key, value) for key, value in settings])
             return message(marked("Settings: {settings}."), settings=listed)
         case FactKind.CHECK:
             line = check_line(fact, record_of(fact) or {})
@@ -123,7 +124,10 @@ def _fact_text(kind: FactKind, fact: Fact) -> UserMessage:
             outcome = message(_OUTCOMES[Outcome(row.outcome) if row.outcome else Outcome.UNKNOWN])
             return message(marked("{act}: {outcome}."), act=_act(row), outcome=outcome)
         case FactKind.SETTLEMENT:
-            return message(marked("A person settled which module this is."))
+            settlement = settlement_of(fact)
+            who, station = decided_by(settlement)
+            text = marked("{decision} Decided by {who} at station {station}.")
+            return message(text, decision=decision_text(settlement), who=who, station=station)
 
 
 def _ended(facts: Sequence[Fact]) -> list[Fact]:

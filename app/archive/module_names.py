@@ -2,21 +2,22 @@
 
 A module has no serial number, so it is identified by (station, name). Two of these are one module only if a person has
 said so; until then both are shown. Such a decision is a fact itself and reaches every station. The one with the highest
-revision counts, independent of the clocks.
+revision counts, independent of the clocks; that of a station that is not known here only when a person here has settled
+it, too.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from enum import Enum
-from itertools import combinations
+from itertools import combinations, count
 from typing import Final, NamedTuple
 
-from app.archive.facts import Fact, FactKind
+from app.archive.content import FactKind
+from app.archive.facts import Fact
 from app.archive.local_facts import LocalFacts
+from app.stations.station import KEY_BYTES, decoded, fingerprint_of
 from app.text.messages import UserMessage, clean, message
 from protocol.translatable import marked
-
-MAX_NAME_LENGTH: Final = 200
 
 
 class NamedModule(NamedTuple):
@@ -26,13 +27,16 @@ class NamedModule(NamedTuple):
     name: str
 
 
+MAX_ALIKE: Final = 100
+"""Modules by one name, or with one record, that are asked about; the rest when these are settled."""
 Pair = tuple[NamedModule, NamedModule]
 """In ascending order."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Settlement:
-    """A person's decision about two modules. `name`: the common name if they are the same."""
+    """A person's decision about two modules. `name`: the common name if they are the same. `station`: where it was
+    made."""
 
     pair: Pair
     is_same: bool
@@ -41,6 +45,7 @@ class Settlement:
     revision: int
     made_at: str = ""
     id: str = ""
+    station: str = ""
 
     def content(self) -> dict[str, object]:
         """Content of the fact."""
@@ -63,12 +68,15 @@ class ConflictKind(Enum):
     """Two names with the same trigger records: one module named twice?"""
     CONTRADICTION = "contradiction"
     """Declared different, and each declared the same as a third."""
+    PROPOSAL = "proposal"
+    """Decided at a station that is not known here."""
 
 
 _QUESTIONS: Final[Mapping[ConflictKind, str]] = {
     ConflictKind.SAME_NAME: marked("“{one}” at two stations: is it the same module?"),
     ConflictKind.SAME_RECORDS: marked("“{one}” and “{other}” have the same trigger records: are they the same module?"),
     ConflictKind.CONTRADICTION: marked("“{one}” and “{other}” were called different, and the same as a third."),
+    ConflictKind.PROPOSAL: marked("{who} at station {station}, not known here, decided: {decision} Is it so?"),
 }
 
 
@@ -78,10 +86,14 @@ class Conflict:
 
     kind: ConflictKind
     pair: Pair
+    proposal: Settlement | None = None
 
     def question(self) -> UserMessage:
         one, other = (clean(module.name, longest=60) for module in self.pair)
-        return message(_QUESTIONS[self.kind], one=one, other=other)
+        if self.proposal is None:
+            return message(_QUESTIONS[self.kind], one=one, other=other)
+        who, station = decided_by(self.proposal)
+        return message(_QUESTIONS[self.kind], who=who, station=station, decision=decision_text(self.proposal))
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,28 +127,68 @@ def pair_of(one: NamedModule, other: NamedModule) -> Pair:
     return (one, other) if one <= other else (other, one)
 
 
+def decision_text(settlement: Settlement) -> UserMessage:
+    """As a sentence, for example "“M-07” and “M-7” are one module, “M-07”."."""
+    one, other = (clean(module.name, longest=60) for module in settlement.pair)
+    if settlement.is_same:
+        text = marked("“{one}” and “{other}” are one module, “{name}”.")
+        return message(text, one=one, other=other, name=clean(settlement.name, longest=60))
+    return message(marked("“{one}” and “{other}” are two modules."), one=one, other=other)
+
+
+def decided_by(settlement: Settlement) -> tuple[UserMessage, str]:
+    """The person, and the station that signed it."""
+    who = UserMessage(clean(settlement.who, longest=60)) if settlement.who else message(marked("not named"))
+    return who, fingerprint_of(decoded(settlement.station, KEY_BYTES) or b"")
+
+
 def module_of_fact(fact: Fact) -> NamedModule | None:
     """The module that a fact is about; None if it has no name."""
     name = fact.module
-    return NamedModule(fact.station, name) if name and len(name) <= MAX_NAME_LENGTH else None
+    return NamedModule(fact.station, name) if name else None
 
 
-def settlements_in(facts: LocalFacts) -> dict[Pair, Settlement]:
-    """The current decision on each pair."""
-    last: dict[Pair, Settlement] = {}
+@dataclass(frozen=True, slots=True)
+class Settled:
+    """Decisions on one pair. `decided`: the one that counts. `proposed`: a later one of an unknown station that
+    differs. `next_revision`: overrides them all."""
+
+    decided: Settlement | None
+    proposed: Settlement | None
+    next_revision: int
+
+
+def settled_in(facts: LocalFacts, known: Collection[str]) -> dict[Pair, Settled]:
+    """`known`: public keys of the stations whose decisions count."""
+    pairs: dict[Pair, list[Settlement]] = {}
     for fact in facts.of_kind(FactKind.SETTLEMENT):
-        found = _settlement(fact)
-        if found is not None and (found.pair not in last or last[found.pair].rank < found.rank):
-            last[found.pair] = found
-    return last
+        settlement = settlement_of(fact)
+        pairs.setdefault(settlement.pair, []).append(settlement)
+    return {pair: _settled(settlements, known) for pair, settlements in pairs.items()}
 
 
-def names_of(facts: LocalFacts) -> ModuleNames:
-    """Raises `ArchiveTrouble`."""
+def _settled(settlements: Sequence[Settlement], known: Collection[str]) -> Settled:
+    """A revision counts only where all below it are there, so that none is too high to be overridden."""
+    revisions = {settlement.revision for settlement in settlements}
+    following = next(number for number in count(1) if number not in revisions)
+    current = sorted((one for one in settlements if one.revision < following), key=lambda one: one.rank)
+    decided = next((one for one in reversed(current) if one.station in known), None)
+    last = current[-1] if current else None
+    is_other = last is not None and (decided is None or (last.is_same, last.name) != (decided.is_same, decided.name))
+    return Settled(decided, last if last is not decided and is_other else None, following)
+
+
+def names_of(facts: LocalFacts, known: Collection[str]) -> ModuleNames:
+    """`known`: public keys of the stations whose decisions count. Raises `ArchiveTrouble`."""
     members = {found for fact in facts.of_kind(FactKind.MODULE) if (found := module_of_fact(fact)) is not None}
-    settled = settlements_in(facts)
-    members |= {one for pair in settled for one in pair}
-    return _names(sorted(members), settled, _records_by_module(facts))
+    settled = settled_in(facts, known)
+    decided = {pair: one.decided for pair, one in settled.items() if one.decided is not None}
+    members |= {module for pair in decided for module in pair}
+    names = _names(sorted(members), decided, _records_by_module(facts))
+    proposed = [Conflict(ConflictKind.PROPOSAL, pair, one.proposed) for pair, one in sorted(settled.items())
+                if one.proposed is not None and members.issuperset(pair)]  # fmt: skip
+    asked = {conflict.pair for conflict in proposed}
+    return replace(names, conflicts=(*proposed, *(one for one in names.conflicts if one.pair not in asked)))
 
 
 def _names(
@@ -195,7 +247,7 @@ def _open(
     asked = _Groups(groups)
     for kind, parts in ((ConflictKind.SAME_NAME, by_name), (ConflictKind.SAME_RECORDS, by_record)):
         for part in parts.values():
-            for one, other in combinations(part, 2):
+            for one, other in combinations(part[:MAX_ALIKE], 2):
                 is_apart = frozenset((groups.leader(one), groups.leader(other))) in apart
                 if one.station != other.station and asked.leader(one) != asked.leader(other) and not is_apart:
                     asked.join(one, other)
@@ -205,31 +257,20 @@ def _open(
 def _records_by_module(facts: LocalFacts) -> dict[NamedModule, frozenset[str]]:
     found: dict[NamedModule, set[str]] = {}
     for fact in facts.of_kind(FactKind.TRIGGER_RECORD):
-        module, raw = module_of_fact(fact), fact.content.get("raw")
-        if module is not None and isinstance(raw, str):
-            found.setdefault(module, set()).add(raw)
+        module = module_of_fact(fact)
+        if module is not None:
+            found.setdefault(module, set()).add(fact.content["raw"])
     return {module: frozenset(raws) for module, raws in found.items()}
 
 
-def _settlement(fact: Fact) -> Settlement | None:
-    """None if the content is not valid."""
+def settlement_of(fact: Fact) -> Settlement:
+    """`fact` is of the kind `SETTLEMENT`."""
     content = fact.content
-    modules, is_same, name, who, revision = (
-        content.get(key) for key in ("modules", "is_same", "name", "who", "revision")
-    )
-    if not (isinstance(modules, list) and len(modules) == 2 and all(_is_module(one) for one in modules)):
-        return None
-    if not (isinstance(is_same, bool) and isinstance(name, str) and isinstance(who, str) and type(revision) is int):
-        return None
-    one, other = (NamedModule(*module) for module in modules)
+    one, other = (NamedModule(*module) for module in content["modules"])
     return Settlement(
-        pair=pair_of(one, other), is_same=is_same, name=clean(name, longest=MAX_NAME_LENGTH), who=clean(who),
-        revision=revision, made_at=fact.made_at, id=fact.id,
+        pair=pair_of(one, other), is_same=content["is_same"], name=content["name"] or "", who=content["who"] or "",
+        revision=content["revision"], made_at=fact.made_at, id=fact.id, station=fact.station,
     )  # fmt: skip
-
-
-def _is_module(value: object) -> bool:
-    return isinstance(value, list) and len(value) == 2 and all(isinstance(one, str) and one for one in value)
 
 
 def _folded(name: str) -> str:

@@ -7,15 +7,18 @@ else. The password comes from libpq's own places (PGPASSFILE, a service file), f
 import logging
 import os
 import re
+import ssl
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from importlib import import_module
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final
 
-from app.archive.fact_set import BUCKET, ArchiveTrouble, Digests
-from app.archive.facts import FACT_COLUMNS, MAX_PAYLOAD_LENGTH, Fact, FactRow
+from app.archive.content import MAX_LENGTH
+from app.archive.fact_set import BUCKET, ArchiveTrouble, Digests, StoredRow
+from app.archive.facts import FACT_COLUMNS, ID_LENGTH, Fact, FactRow
 from app.archive.server_url import ServerUrl, server_url
-from app.archive.system_roots import system_roots
 from app.text.messages import UserMessage, message
 from protocol.translatable import marked
 
@@ -43,6 +46,16 @@ _ALIVE: Final = {
 _COLUMNS: Final = ", ".join(FACT_COLUMNS)
 _DIGEST: Final = "md5(" + " || '|' || ".join(FACT_COLUMNS) + ")"
 """`row_digest` in SQL."""
+_CUT: Final = ID_LENGTH + 1
+_CUT_ID: Final = f"substr(id, 1, {_CUT})"
+_MAX_VALUE_LENGTH: Final = 200
+_FETCHED: Final = {"id": _CUT_ID, "payload": f"substr(payload, 1, {MAX_LENGTH})"}
+ROOT_FILES: Final = (
+    Path("/etc/ssl/certs/ca-certificates.crt"),  # Debian, Ubuntu, Arch
+    Path("/etc/pki/tls/certs/ca-bundle.crt"),  # Fedora
+    Path("/etc/ssl/ca-bundle.pem"),  # openSUSE
+    Path("/etc/ssl/cert.pem"),  # macOS
+)
 _NO_TABLE: Final = "42P01"
 _BETWEEN: Final = re.compile(
     r'^connection (?:failed|is bad): | ?connection to server at "[^"]*"(?: \([^)]*\))?, port \d+ failed: '
@@ -77,16 +90,22 @@ class PostgresFacts:
         )
         return {str(bucket): (int(count), str(digest)) for bucket, count, digest in rows}
 
-    def rows(self, buckets: Sequence[str]) -> Mapping[str, str]:
+    def rows(self, buckets: Sequence[str]) -> Mapping[str, StoredRow]:
+        """Ids are cut at one more character than an id has."""
         places = ", ".join(["%s"] * len(buckets))
-        query = f"SELECT id, {_DIGEST} FROM {TABLE} WHERE substr(id, 1, {BUCKET}) IN ({places})"  # noqa: S608
-        return {str(id_): str(digest) for id_, digest in self._read(query, buckets)}
+        query = (
+            f"SELECT {_CUT_ID}, {_DIGEST}, length(payload) FROM {TABLE} "  # noqa: S608
+            f"WHERE substr(id, 1, {BUCKET}) IN ({places})"
+        )
+        return {str(id_): StoredRow(str(digest), int(length)) for id_, digest, length in self._read(query, buckets)}
 
     def read(self, ids: Sequence[str]) -> Sequence[FactRow]:
-        """Values longer than any fact are truncated, so that their id does not match."""
+        """Values longer than those of any fact are cut, so that their id does not match."""
         places = ", ".join(["%s"] * len(ids))
-        shown = ", ".join(f"substr({name}, 1, {MAX_PAYLOAD_LENGTH + 1})" for name in FACT_COLUMNS)
-        return self._read(f"SELECT {shown} FROM {TABLE} WHERE id IN ({places})", ids)  # noqa: S608
+        shown = ", ".join(_FETCHED.get(name, f"substr({name}, 1, {_MAX_VALUE_LENGTH})") for name in FACT_COLUMNS)
+        # An id that is too long has no place in the index.
+        where = "id" if all(len(id_) < _CUT for id_ in ids) else _CUT_ID
+        return self._read(f"SELECT {shown} FROM {TABLE} WHERE {where} IN ({places})", ids)  # noqa: S608
 
     def add(self, facts: Sequence[Fact]) -> int:
         if not facts:
@@ -150,6 +169,21 @@ def _roots(url: ServerUrl) -> Iterator[dict[str, str]]:
         return
     with system_roots() as file:
         yield {} if file is None else {"sslrootcert": str(file), "sslmode": _VERIFIED}
+
+
+@contextmanager
+def system_roots() -> Iterator[Path | None]:
+    """The system's trusted root certificates as a file, because psycopg's bundled OpenSSL does not find them; None if
+    there are none. On Windows a temporary file is written and deleted at the end."""
+    found = next((file for file in ROOT_FILES if file.is_file()), None)
+    trusted = [] if found is not None else ssl.create_default_context().get_ca_certs(binary_form=True)
+    if not trusted:
+        yield found
+        return
+    with TemporaryDirectory(prefix="dps-s-") as folder:
+        written = Path(folder, "roots.pem")
+        written.write_text("".join(map(ssl.DER_cert_to_PEM_cert, trusted)), encoding="ascii")
+        yield written
 
 
 def _password_of_keyring(url: ServerUrl, error: Exception) -> str | None:

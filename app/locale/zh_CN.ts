@@ -126,10 +126,6 @@
         <translation>颠簸即可能触发。</translation>
     </message>
     <message>
-        <source>A person settled which module this is.</source>
-        <translation>已由人员确认这是哪个模块。</translation>
-    </message>
-    <message>
         <source>A program error closed the port.</source>
         <translation>程序错误导致串口关闭。</translation>
     </message>
@@ -316,14 +312,6 @@
     <message>
         <source>Also while locked</source>
         <translation>锁定期间也判断</translation>
-    </message>
-    <message>
-        <source>Altered and left out: {count}.</source>
-        <translation>已被改动、未采用：{count}。</translation>
-    </message>
-    <message>
-        <source>Altered on the server: {count}</source>
-        <translation>服务器上被修改：{count} 条</translation>
     </message>
     <message>
         <source>Altitude</source>
@@ -890,6 +878,14 @@
         <translation>数据晚到 {seconds:.1f} s。</translation>
     </message>
     <message>
+        <source>Decided by</source>
+        <translation>认定人</translation>
+    </message>
+    <message>
+        <source>Decisions are signed with your name</source>
+        <translation>认定以您的姓名签名</translation>
+    </message>
+    <message>
         <source>Decrease</source>
         <translation>减小</translation>
     </message>
@@ -1096,6 +1092,10 @@
     <message>
         <source>Ended after {seconds:.0f} s.</source>
         <translation>{seconds:.0f} 秒后结束。</translation>
+    </message>
+    <message>
+        <source>Enter the name of the person who decides.</source>
+        <translation>请输入作出认定的人员姓名。</translation>
     </message>
     <message>
         <source>Enter the thresholds.</source>
@@ -1680,6 +1680,10 @@
     <message>
         <source>Leave the plug alone</source>
         <translation>不要碰插头</translation>
+    </message>
+    <message>
+        <source>Left out, unreadable or altered: {count}</source>
+        <translation>已略去（无法读取或被改动）：{count}</translation>
     </message>
     <message>
         <source>Length</source>
@@ -4246,6 +4250,10 @@
         <translation>无法读取的行：{count}。</translation>
     </message>
     <message>
+        <source>Unreadable or altered, left out: {count}.</source>
+        <translation>无法读取或被改动，已略去：{count}。</translation>
+    </message>
+    <message>
         <source>Unsaved edits.</source>
         <translation>有未保存的修改。</translation>
     </message>
@@ -5082,8 +5090,16 @@
         <translation>确认是该模块，忽略开机次数</translation>
     </message>
     <message>
+        <source>it is too long</source>
+        <translation>过长</translation>
+    </message>
+    <message>
         <source>it was altered</source>
         <translation>已被修改</translation>
+    </message>
+    <message>
+        <source>its content cannot be read</source>
+        <translation>内容无法读取</translation>
     </message>
     <message>
         <source>its station did not sign it</source>
@@ -5204,6 +5220,10 @@
     <message>
         <source>must not fire</source>
         <translation>不得触发</translation>
+    </message>
+    <message>
+        <source>name of the person who decides</source>
+        <translation>作出认定的人员姓名</translation>
     </message>
     <message>
         <source>nested too deeply.</source>
@@ -6102,6 +6122,10 @@
         <translation>已选 {count} 项</translation>
     </message>
     <message>
+        <source>{decision} Decided by {who} at station {station}.</source>
+        <translation>{decision}认定人：{who}，站点 {station}。</translation>
+    </message>
+    <message>
         <source>{delay:.2f} s after the loss of control</source>
         <translation>失控后 {delay:.2f} s</translation>
     </message>
@@ -6566,6 +6590,10 @@
         <translation>{what}：{percent} %</translation>
     </message>
     <message>
+        <source>{who} at station {station}, not known here, decided: {decision} Is it so?</source>
+        <translation>未知站点 {station} 的{who}认定：{decision}是这样吗？</translation>
+    </message>
+    <message>
         <source>{why}.</source>
         <translation>{why}。</translation>
     </message>
@@ -6584,6 +6612,14 @@
     <message>
         <source>“{name}” is unknown.</source>
         <translation>“{name}”未知。</translation>
+    </message>
+    <message>
+        <source>“{one}” and “{other}” are one module, “{name}”.</source>
+        <translation>“{one}”和“{other}”是同一模块“{name}”。</translation>
+    </message>
+    <message>
+        <source>“{one}” and “{other}” are two modules.</source>
+        <translation>“{one}”和“{other}”是两个模块。</translation>
     </message>
     <message>
         <source>“{one}” and “{other}” have the same trigger records: are they the same module?</source>

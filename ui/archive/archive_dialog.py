@@ -48,7 +48,9 @@ from ui.widgets.visibility_timer import VisibilityTimer
 
 FIRST_SIZE: Final = QSize(940, 560)
 SUFFIX: Final = ".dpsarchive"
+MAX_NAME_LENGTH: Final = 80
 _SIGN_PX: Final = 16
+_WHO_PX: Final = 160
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,7 +136,13 @@ class ArchiveDialog(QDialog):
         )
         sign = IconLabel("archive_question_sign", _SIGN_PX)
         sign.show_icon(Icon.WARNING, Meaning.ATTENTION)
-        in_row(sign, (self.asked, 1), self.same, self.same_other, self.different, of=self.question,
+        self.who = control(QLineEdit(self._services.preferences.who), texts, "archive_who", says="Decided by",
+                           tip="Decisions are signed with your name")  # fmt: skip
+        self.who.setMaxLength(MAX_NAME_LENGTH)
+        self.who.setMaximumWidth(_WHO_PX)
+        texts.bind(self.who.setPlaceholderText, "your name")
+        self.who.textChanged.connect(self._refresh_buttons)
+        in_row(sign, (self.asked, 1), self.who, self.same, self.same_other, self.different, of=self.question,
                spacing=Space.S, margins=Space.S)  # fmt: skip
         self.question.hide()
 
@@ -164,7 +172,7 @@ class ArchiveDialog(QDialog):
             return
         one, other = self._conflicts[0].pair
         name = "" if name_of is None else (one, other)[name_of].name
-        who = self._services.preferences.who
+        who = self.who.text()
 
         def settle(archive: Archive, _on_page: object) -> None:
             archive.settle(one, other, is_same=name_of is not None, name=name, who=who)
@@ -179,8 +187,9 @@ class ArchiveDialog(QDialog):
         if not self.server.isModified():
             self.server.setText(exchange.server or "")
         self.sync.setEnabled(is_free and exchange.server is not None)
-        for button in (self.export, self.import_, self.use, self.same, self.same_other, self.different):
+        for button in (self.export, self.import_, self.use):
             button.setEnabled(is_free)
+        self._refresh_buttons()
         if not is_free:
             self._show_message(tr("Exchanging…"), None)
             return
@@ -192,6 +201,11 @@ class ArchiveDialog(QDialog):
                       Meaning.ATTENTION if altered else None)  # fmt: skip
         if self.isVisible():
             self._load()
+
+    def _refresh_buttons(self) -> None:
+        may_decide = not self._exchange.is_running and bool(self.who.text().strip())
+        for button in (self.same, self.same_other, self.different):
+            button.setEnabled(may_decide)
 
     def _show_message(self, text: str, meaning: Meaning | None) -> None:
         self.state.setText(text)
@@ -269,7 +283,7 @@ def _state_text(not_shared: int, last_at: str | None, server: str | None, done: 
     if done is not None:
         parts.append(tr("Sent: {sent}. Received: {received}.", sent=done.sent, received=done.received))
         if done.refused_count:
-            text = tr("Altered and left out: {count}.", count=done.refused_count)
+            text = tr("Unreadable or altered, left out: {count}.", count=done.refused_count)
             parts += [text, *(one.sentence().translated() for one in done.refused[:3])]
         if done.damaged:
             parts.append(tr("Damaged and not sent: {count}.", count=len(done.damaged)))

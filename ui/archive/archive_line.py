@@ -39,7 +39,7 @@ class ArchiveLine(QToolButton):
         text = tr("Not shared: {count}. Last: {time}.", count=count, time=last_time(last))
         altered = self._exchange.altered
         if altered:
-            text = tr("Altered on the server: {count}", count=altered)
+            text = tr("Left out, unreadable or altered: {count}", count=altered)
         elif seen.status.conflicts:
             text = tr("{text} · conflicts: {count}", text=text, count=seen.status.conflicts)
         self.setIcon(icon(Icon.WARNING, Meaning.ATTENTION) if altered else icon(Icon.BUNDLE))

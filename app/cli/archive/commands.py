@@ -1,8 +1,8 @@
 """`dps-s archive …`: the records of all stations, through a PostgreSQL server or a file.
 
 Exit code 0 done; 1 a chain of checks is broken or altered (status), or there is no such module (report); 2 no such
-file, no archive file, or an invalid URL; 3 the server cannot be used; 4 something on the other side was altered and is
-left out, or the file cannot be written.
+file, no archive file, or an invalid URL; 3 the server cannot be used; 4 something on the other side was altered or
+cannot be read and is left out, or the file cannot be written.
 """
 
 import argparse
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from app.archive.chains import ChainState
     from app.archive.exchange import Exchanged
     from app.archive.facts import RefusedFact
+    from app.archive.module_names import Settlement
 
 EXAMPLE = "postgresql://USER@HOST/DATABASE"
 SHOWN_REFUSALS = 20
@@ -52,7 +53,7 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
     answer.add_argument("--same", action="store_true")
     answer.add_argument("--different", action="store_true")
     settle.add_argument("--name", default="", metavar="NAME", help=tr("Name"))
-    settle.add_argument("--who", default="", metavar="WHO", help=tr("Checked by"))
+    settle.add_argument("--who", required=True, metavar="WHO", help=tr("name of the person who decides"))
     add_report_parser(acts)
 
 
@@ -147,7 +148,7 @@ def _exchange(
         text = tr("Sent: {sent}. Received: {received}.", sent=done.sent, received=done.received)
         console.write_lines([text])
     if done.refused_count:
-        console.notify(tr("Altered and left out: {count}.", count=done.refused_count))
+        console.notify(tr("Unreadable or altered, left out: {count}.", count=done.refused_count))
         _notify_refused(done.refused)
     if done.damaged:
         console.notify(tr("Damaged and not sent: {count}.", count=len(done.damaged)))
@@ -161,13 +162,15 @@ def run_conflicts(args: argparse.Namespace) -> int:
         conflicts = archive.names().conflicts
     if args.json:
         console.write_json({"conflicts": [
-            {"kind": one.kind.value, "modules": [member_json(module) for module in one.pair]} for one in conflicts
+            {"kind": one.kind.value, "modules": [member_json(module) for module in one.pair],
+             "proposal": None if one.proposal is None else _proposal_json(one.proposal)}
+            for one in conflicts
         ]})  # fmt: skip
         return console.SUCCESS
     for one in conflicts:
         first, second = map(shown_member, one.pair)
         console.write_lines(
-            [one.question().translated(), f'  dps-s archive settle "{first}" "{second}" --same|--different']
+            [one.question().translated(), f'  dps-s archive settle "{first}" "{second}" --same|--different --who WHO']
         )
     return console.SUCCESS
 
@@ -197,6 +200,11 @@ def _chain_json(one: "ChainState") -> dict[str, object]:
         "station": shown_station(one.station), "module": one.module, "audit": one.is_audit, "count": one.count,
         "missing": one.missing, "faults": [fault.in_english() for fault in one.faults],
     }  # fmt: skip
+
+
+def _proposal_json(proposal: "Settlement") -> dict[str, object]:
+    return {"station": shown_station(proposal.station), "who": proposal.who, "is_same": proposal.is_same,
+            "name": proposal.name}  # fmt: skip
 
 
 def _refused_json(one: "RefusedFact") -> dict[str, object]:

@@ -13,9 +13,8 @@ import pytest
 import app.__main__ as program
 from app.archive.exchange import Exchanged, exchange
 from app.archive.fact_set import ArchiveTrouble
-from app.archive.postgres import TABLE, open_server
+from app.archive.postgres import TABLE, open_server, system_roots
 from app.archive.server_url import server_url
-from app.archive.system_roots import system_roots
 from tests.app.cli.reference.test_schemas import faults
 from tests.support.archive_server import (
     PASSWORD,
@@ -183,13 +182,13 @@ def test_the_systems_roots_are_found(
     server: ArchiveServer, guarded: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """OpenSSL as psycopg brings it looks for them in a folder that no system has."""
-    monkeypatch.setattr("app.archive.system_roots.ROOT_FILES", (tmp_path / "none", server.folder / ROOT_CERTIFICATE))
+    monkeypatch.setattr("app.archive.postgres.ROOT_FILES", (tmp_path / "none", server.folder / ROOT_CERTIFICATE))
     for options in ("sslrootcert=system", "sslmode=verify-full&sslrootcert=system"):
         assert _is_encrypted(f"{guarded}?{options}")
     with pytest.raises(ArchiveTrouble, match='weak sslmode "require"'):
         open_server(f"{guarded}?sslmode=require&sslrootcert=system")
     write_certificate(tmp_path / "other.crt", tmp_path / "other.key")
-    monkeypatch.setattr("app.archive.system_roots.ROOT_FILES", (tmp_path / "other.crt",))
+    monkeypatch.setattr("app.archive.postgres.ROOT_FILES", (tmp_path / "other.crt",))
     with pytest.raises(ArchiveTrouble, match="does not trust"):
         open_server(f"{guarded}?sslrootcert=system")
 
@@ -198,8 +197,8 @@ def test_roots_that_lie_in_no_file_are_written_into_one(
     server: ArchiveServer, guarded: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     trusted = ssl.create_default_context(cafile=str(server.folder / ROOT_CERTIFICATE))
-    monkeypatch.setattr("app.archive.system_roots.ROOT_FILES", ())
-    monkeypatch.setattr("app.archive.system_roots.ssl.create_default_context", lambda: trusted)
+    monkeypatch.setattr("app.archive.postgres.ROOT_FILES", ())
+    monkeypatch.setattr("app.archive.postgres.ssl.create_default_context", lambda: trusted)
     assert _is_encrypted(f"{guarded}?sslrootcert=system")
     with system_roots() as file:
         assert file is not None

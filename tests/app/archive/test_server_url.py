@@ -108,11 +108,11 @@ def test_the_sql_is_what_distributed_servers_take_too() -> None:
     there.digests()
     there.rows(["00", "ff"])
     there.read(["0" * 64])
-    there.add([Fact(id="0" * 64, kind="module", station="", made_at="", payload="{}", signature="")])
+    there.add([Fact(id="0" * 64, kind="module", station="", made_at="", payload="{}", signature="", content={})])
     assert len(asked.statements) == 6
     plain = r"SELECT [^;]+ FROM dps_s_facts\b[^;]*|INSERT INTO dps_s_facts [^;]+ VALUES [^;]+ ON CONFLICT DO NOTHING"
     table = r"CREATE TABLE IF NOT EXISTS dps_s_facts \(id TEXT PRIMARY KEY(, \w+ TEXT NOT NULL)+\)"
     assert [one for one in asked.statements if not re.fullmatch(f"{plain}|{table}", one)] == []
     words = set(re.findall(r"[a-z0-9]+(?=\()", " ".join(asked.statements)))
-    assert words <= {"count", "md5", "string", "substr", "agg"}
+    assert words <= {"count", "md5", "string", "substr", "agg", "length"}
     assert not re.search(r"\b(SERIAL|SEQUENCE|RETURNING|LOCK|FOR UPDATE|UPDATE|DELETE)\b", " ".join(asked.statements))

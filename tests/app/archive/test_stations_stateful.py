@@ -21,6 +21,7 @@ from app.archive.exchange import Exchanged
 from app.archive.fact_set import ArchiveTrouble
 from app.archive.local_facts import open_facts
 from app.guided.results import GuidedVerdict
+from app.stations.known import Stations
 from app.trigger_records.history import Judgement
 from tests.support.archive_server import ArchiveServer, archive_server
 from tests.support.processes import ENVIRONMENT, ROOT
@@ -72,6 +73,9 @@ class Desk:
             self.stack.enter_context(archive_station(self.folder / name, clock=self._clock(number)))
             for number, name in enumerate("ABC")
         ]
+        for one in self.stations:  # whose decisions count
+            for other in self.stations:
+                Stations(one.folder).trust(other.station.public, other.folder.name)
 
     def _clock(self, number: int) -> Callable[[], datetime]:
         def now() -> datetime:

@@ -7,8 +7,9 @@ from datetime import timedelta
 from pathlib import Path
 from typing import Final
 
+from app.archive.content import FactKind
 from app.archive.exchange import exchange
-from app.archive.facts import FactKind, make_fact
+from app.archive.facts import make_fact
 from app.archive.postgres import open_server
 from tests.benchmarks.figures import Figure
 from tests.support.archive_server import archive_server, server_programs

@@ -43,8 +43,8 @@ def test_records_are_exchanged_by_themselves_and_what_was_altered_is_named(
             )
             exchange.sync()
             qtbot.waitUntil(lambda: not exchange.is_running, timeout=WAIT_MS)
-            assert line.text() == "Altered on the server: 1"
+            assert line.text() == "Left out, unreadable or altered: 1"
             exchange.refresh()  # as every minute: nothing new is known, so it stays
             qtbot.waitUntil(lambda: not exchange.is_running, timeout=WAIT_MS)
-            assert line.text() == "Altered on the server: 1"
+            assert line.text() == "Left out, unreadable or altered: 1"
             assert here.content() == other.content()

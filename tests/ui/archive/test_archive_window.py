@@ -76,6 +76,8 @@ def test_without_a_server_nothing_is_shown_and_a_file_carries_everything(
         assert [row.module.name for row in dialog.modules.model.rows] == ["M-07", "M-07"]
         assert dialog.question.isVisible()
         assert "is it the same module?" in dialog.asked.text()
+        assert not dialog.same.isEnabled()  # nobody has said yet who decides
+        dialog.who.setText("Li")
         dialog.same.click()
         _wait(qtbot, dialog)
         assert not dialog.question.isVisible()
@@ -88,7 +90,7 @@ def test_without_a_server_nothing_is_shown_and_a_file_carries_everything(
         stick.write_text(stick.read_text(encoding="utf-8").replace("NO-GO", "GO"), encoding="utf-8")
         dialog.import_.click()
         _wait(qtbot, dialog)
-        assert "Altered and left out: 1." in dialog.state.text()
+        assert "Unreadable or altered, left out: 1." in dialog.state.text()
 
 
 def test_an_empty_archive_says_what_fills_it(
@@ -142,7 +144,7 @@ def test_an_exchange_that_runs_by_itself_shows_what_was_altered_on_the_server(
     with window(qapp, tmp_path) as assembly:
         line = assembly.archive.line
         qtbot.waitUntil(line.isVisible, timeout=WAIT_MS)
-        assert line.text() == "Altered on the server: 2"
+        assert line.text() == "Left out, unreadable or altered: 2"
 
 
 def test_no_start_loads_what_only_a_server_needs() -> None:

@@ -55,7 +55,7 @@ def _told(store: object, folder: Path) -> dict[str, list[str]]:
         collect(store, facts, own_station(folder))
         return {
             module.name: [event.text.in_english() for event in module_history(facts, module).events]
-            for module in names_of(facts).modules
+            for module in names_of(facts, ()).modules
         }
     finally:
         facts.close()
