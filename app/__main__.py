@@ -10,17 +10,17 @@ import io
 import logging
 import os
 import sys
+import time
 from collections.abc import Callable, Sequence
 from importlib import import_module
 from itertools import takewhile
-from typing import NamedTuple
 
+from app.cli.commands import ENTRIES, WINDOW, grouped_summaries
 from app.cli.gui import is_file_name
 from app.terminal import console
 from app.terminal.argparse_words import translate_argparse
 from app.terminal.port_choice import choose_port
 from app.text.i18n import set_language, system_language, tr
-from protocol.translatable import marked
 
 DEBUG = "DPS_S_DEBUG"
 """Environment variable: with 1, errors show their traceback and the log goes to standard error."""
@@ -28,38 +28,6 @@ _OBJECTS_PER_COLLECTION = 10_000
 """Threshold of the garbage collector (Python's is 700): collecting during the imports takes a tenth of the start."""
 
 
-class SubCommand(NamedTuple):
-    """A sub-command: `add_parser` of `module` describes it."""
-
-    name: str
-    module: str
-    summary: str
-
-
-WINDOW = "gui"
-ENTRIES = (
-    SubCommand(WINDOW, "app.cli.gui", marked("Open the window")),
-    SubCommand("ports", "app.cli.ports", marked("List serial ports")),
-    SubCommand("read", "app.cli.read", marked("Read status and settings")),
-    SubCommand("monitor", "app.cli.monitor", marked("Print the status until Ctrl-C")),
-    SubCommand("history", "app.cli.history", marked("Trigger records")),
-    SubCommand("find", "app.cli.find", marked("Find the baud rate")),
-    SubCommand("set", "app.cli.set", marked("Write and verify settings")),
-    SubCommand("activate", "app.cli.act", marked("Activate")),
-    SubCommand("lock", "app.cli.act", marked("Lock")),
-    SubCommand("zero", "app.cli.act", marked("Zero the sensor")),
-    SubCommand("shutdown", "app.cli.act", marked("Shut down")),
-    SubCommand("preflight", "app.cli.preflight", marked("Pre-flight check")),
-    SubCommand("verify", "app.cli.verify", marked("Verify a pre-flight record")),
-    SubCommand("archive", "app.cli.archive.commands", marked("Share records between stations")),
-    SubCommand("record", "app.cli.record", marked("Record until Ctrl-C")),
-    SubCommand("recordings", "app.cli.recordings", marked("Recordings")),
-    SubCommand("fired", "app.cli.fired", marked("Would it have fired in these flight logs? Exit code 4: yes")),
-    SubCommand("decode", "app.cli.decode", marked("Explain captured bytes")),
-    SubCommand("completion", "app.cli.reference.completion", marked("Shell completion script")),
-    SubCommand("schema", "app.cli.reference.schema", marked("JSON Schema of an output")),
-    SubCommand("simulate", "app.cli.simulate", marked("Simulated module")),
-)
 _BY_NAME = {entry.name: entry for entry in ENTRIES}
 _JUDGING = {"set", "activate", "lock", "zero", "shutdown", "preflight", "verify", "fired"}
 """Exit code 0 is their answer, so it is not given where nobody read what they print."""
@@ -75,6 +43,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     _prepare_output()
     set_language(system_language())
     translate_argparse()
+    if not _use_sound_time_zone():
+        console.notify(tr("TZ is no time zone; times are in UTC."))
     try:
         code = _run_or_refuse(words)
         console.write("")  # flushes what argparse printed
@@ -121,15 +91,14 @@ def _run(words: list[str]) -> int:
         words = [WINDOW, *words]
     entry = _BY_NAME.get(words[0])
     if entry is None:
-        _whole_parser().parse_args(words)  # prints the error and exits
-        raise AssertionError(words)
+        raise console.Refused(_why_no_command(words[0]))
     args = _parser_of(entry.module).parse_args(words)
     console.set_verbosity(args)
     is_window = entry.name == WINDOW
     _prepare_log(is_wanted=is_window and console.verbosity() > 0, is_window=is_window)
     if is_window:
         return _open_window(args)
-    if getattr(args, "port", "") is None and getattr(args, "yes", True):
+    if getattr(args, "port", "") is None and getattr(args, "yes", True) and getattr(args, "other", None) is None:
         args.port = choose_port()
     if getattr(args, "json", False):
         _write_utf8()
@@ -141,24 +110,28 @@ def _run(words: list[str]) -> int:
     return run(args)
 
 
-def _bare_parser() -> argparse.ArgumentParser:
-    return console.Parser(
-        prog="dps-s",
-        description=tr("Configures, tests and watches a DPS-S parachute module over its serial port."),
-        epilog=tr(
-            "Exit code: 0 done; 1 the answer is no; 2 used wrongly; 3 no link; 4 done in part; 130, 143 interrupted."
-        ),
-    )
+def _why_no_command(word: str) -> str:
+    if word == "deploy":
+        return tr("Deploying is possible in the window only, where a person holds a button.")
+    named = tr("There is no command {name}.", name=word + console.did_you_mean(word, _BY_NAME))
+    return "\n".join((named, tr("All commands: {command}", command="dps-s -h")))
 
 
-def _whole_parser() -> argparse.ArgumentParser:
-    """A parser that knows the names and summaries of all sub-commands, without importing them."""
-    parser = _bare_parser()
+def _bare_parser(description: str = "") -> console.Parser:
+    return console.Parser(prog="dps-s", description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
+
+
+def _whole_parser() -> console.Parser:
+    """A parser whose help lists all commands in their groups, without importing them."""
+    about = tr("Configures, tests and watches a DPS-S parachute module over its serial port.")
+    parser = _bare_parser(f"{about}\n\n{grouped_summaries()}")
+    parser.usage = "dps-s [COMMAND] … | dps-s FILE"  # without a command the window opens
+    codes = tr("0 done; 1 the answer is no; 2 usage error; 3 no link; 4 done in part; 130, 143 interrupted.")
+    parser.epilog = "\n".join((
+        tr("Options and an example of a command: {command}", command="dps-s COMMAND -h"),
+        tr("Exit code: {codes}", codes=codes),
+    ))  # fmt: skip
     _add_version(parser)
-    subparsers = parser.add_subparsers(metavar="COMMAND")
-    for entry in ENTRIES:
-        subparsers.add_parser(entry.name, help=tr(entry.summary))
-    parser.usage = "dps-s [-h] [--version] [COMMAND] …"  # without one the window opens
     return parser
 
 
@@ -166,14 +139,16 @@ def _add_version(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--version", action="store_true")
 
 
-def _parser_of(*modules: str) -> argparse.ArgumentParser:
+def _parser_of(*modules: str) -> console.Parser:
     """A parser that knows the commands of these modules with all their options."""
     parser = _bare_parser()
     subparsers = parser.add_subparsers(dest="command", metavar="COMMAND")
     for module in modules:
         import_module(module).add_parser(subparsers)
-    for name, one in subparsers.choices.items():
-        one.description = one.description or tr(_BY_NAME[name].summary)
+    for name, command in subparsers.choices.items():
+        command.description = command.description or tr(_BY_NAME[name].summary)
+        example = tr("Example: {command}", command=f"dps-s {_BY_NAME[name].example}")
+        command.epilog = f"{command.epilog}\n\n{example}" if command.epilog else example
     console.add_verbosity_arguments(parser)
     return parser
 
@@ -183,6 +158,15 @@ def _complete_parser() -> argparse.ArgumentParser:
     parser = _parser_of(*dict.fromkeys(entry.module for entry in ENTRIES))
     _add_version(parser)
     return parser
+
+
+def _use_sound_time_zone() -> bool:
+    """Use UTC where TZ is 24 hours or more from it, which `datetime` refuses; whether TZ was sound."""
+    if abs(time.localtime().tm_gmtoff) < 24 * 3600:
+        return True
+    os.environ["TZ"] = "UTC"
+    time.tzset()
+    return False
 
 
 def _open_window(args: argparse.Namespace) -> int:

@@ -48,6 +48,7 @@ ROOMS = (
     "app/port_urls",
     "app/terminal",
     "app/cli",
+    "app/cli/settings",
     "app/cli/archive",
     "app/cli/reference",
     "app/__main__.py",  # puts the command line together, and opens the window

@@ -42,24 +42,26 @@ def run(args: argparse.Namespace) -> int:
     from app.safety.permit import Origin, Permit
     from app.terminal.command_journal import records_of
     from app.terminal.connection import connected
+    from app.terminal.interruption import Interruption
 
     done: Performed | Locked
     is_lock = act is Act.LOCK  # sent without waiting for an answer
-    with records_of(args.port) as records, connected(args.port, args.baud, is_greeted=not is_lock) as conversation:
-        permit = Permit(act, Origin.COMMAND_LINE, time.monotonic())
-        try:
-            if is_lock:
-                done = conversation.run(lock(records.journal))
-            else:
-                done = conversation.run(perform(act, records.journal, permit=permit))
-        except KeyboardInterrupt:
-            console.notify(tr("Interrupted; may have been carried out."))
-            raise
-    code = exit_code(done)
-    if code == console.SUCCESS:
-        console.write_lines([done.sentence])
-    else:
-        console.notify(done.sentence)
+    with Interruption():  # after the last frame a signal no longer keeps the outcome from being printed
+        with records_of(args.port) as records, connected(args.port, args.baud, is_greeted=not is_lock) as conversation:
+            permit = Permit(act, Origin.COMMAND_LINE, time.monotonic())
+            try:
+                if is_lock:
+                    done = conversation.run(lock(records.journal))
+                else:
+                    done = conversation.run(perform(act, records.journal, permit=permit))
+            except KeyboardInterrupt:
+                console.notify(tr("Interrupted; may have been carried out."))
+                raise
+        code = exit_code(done)
+        if code == console.SUCCESS:
+            console.write_lines([done.sentence])
+        else:
+            console.notify(done.sentence)
     return code
 
 

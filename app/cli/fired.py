@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from app.terminal import console
 from app.text.i18n import tr
+from app.text.sentences import join_sentences
 from protocol.translatable import marked
 
 if TYPE_CHECKING:
@@ -46,7 +47,7 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
 
 def run(args: argparse.Namespace) -> int:
     from app.flight_analysis.many_logs import LogOrder
-    from app.flight_logs.csv_columns import parse_choice
+    from app.flight_logs.csv_columns import NO_TIME, parse_choice
     from app.flight_logs.flight_log import LogUnreadable
 
     known = [word for word in args.thresholds if word.partition("=")[0] in THRESHOLDS]
@@ -65,7 +66,10 @@ def run(args: argparse.Namespace) -> int:
         console.write_lines(_page(read, is_must=args.must))
     for one in logs:
         if one.why_not is not None:
-            console.notify(tr("{file}: {why}", file=one.path, why=one.why_not.translated()))
+            why = one.why_not.translated()
+            if NO_TIME in one.why_not.in_english():
+                why = join_sentences((why, "--column time_s=NAME"))
+            console.notify(tr("{file}: {why}", file=one.path, why=why))
     if args.must or args.must_not:
         (_print_all if args.json else console.write_lines)(
             _proposal_lines([flight for _, flight in read], is_must=args.must)
@@ -82,10 +86,10 @@ def _print_all(lines: Sequence[str]) -> None:
 
 def parse_limits(words: Sequence[str]) -> "TriggerLimits":
     """The vendor's defaults, replaced by these. Raises `Refused` with all errors."""
-    from app.cli.set import parse
     from app.firing.judge import TriggerLimits
+    from app.terminal.setting_words import parse_settings
 
-    values = {wish.command.key: wish.value for wish in parse(words)}
+    values = {wish.command.key: wish.value for wish in parse_settings(words)}
     usual = TriggerLimits()
     limits = TriggerLimits(
         float(values.get("attitude_threshold_deg", usual.attitude_threshold_deg)),

@@ -23,7 +23,7 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
     shape = parser.add_mutually_exclusive_group()
     console.add_json_argument(shape)
     shape.add_argument("--csv", metavar="FILE", help=".csv, -")
-    parser.add_argument("--module", metavar="NAME", help=tr("store the records under this name"))
+    console.add_module_argument(parser, tr("store the records under this name"))
     parser.add_argument("--same-module", action="store_true",
                         help=tr("it is the named module, whatever its boot count says"))  # fmt: skip
     parser.set_defaults(run=run)

@@ -7,10 +7,12 @@ Exit code 0 for GO and READY, 1 for NO-GO, 3 if no module answers or it stops an
 import argparse
 from collections.abc import Callable, Sequence
 from functools import partial
+from itertools import chain, repeat
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from app.terminal import console
+from app.terminal.colours import Colour, coloured
 from app.text.i18n import tr
 from app.text.sentences import in_brackets, join_names, join_sentences, not_written
 
@@ -22,7 +24,6 @@ if TYPE_CHECKING:
     from app.store.store import Store
     from app.terminal.interruption import Interruption
 
-MAX_NAME_LENGTH = 200
 _WAIT_S = 0.1
 
 
@@ -34,7 +35,7 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
     parser.add_argument("--profile", type=Path, metavar="FILE", help=tr("compare with this profile"))
     parser.add_argument("--enable-triggers", action="store_true", help=tr("enable both automatic triggers first"))
     parser.add_argument("--report", type=Path, metavar="FILE.pdf", help="PDF, HTML, JSON")
-    parser.add_argument("--module", type=_name, metavar="NAME", help=tr("Module"))
+    console.add_module_argument(parser, tr("Module"))
     parser.add_argument("--aircraft", type=_name, default="", metavar="NAME", help=tr("Aircraft"))
     parser.add_argument("--who", type=_name, default="", metavar="NAME", help=tr("Checked by"))
     parser.add_argument("--done", type=int, action="append", default=[], metavar="N",
@@ -47,8 +48,8 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
 
 
 def _name(text: str) -> str:
-    if len(text) > MAX_NAME_LENGTH:
-        raise console.expected(f"≤ {MAX_NAME_LENGTH}")
+    if len(text) > console.MAX_NAME_LENGTH:
+        raise console.expected(f"≤ {console.MAX_NAME_LENGTH}")
     return text
 
 
@@ -293,17 +294,21 @@ def page_of(filed: "Filed") -> list[str]:
     from app.text.messages import UserMessage, clean
 
     assessment = filed.assessment
-    lines = [verdict_sentence(assessment.verdict, assessment.case.expectations.activated_by).translated()]
+    verdict = verdict_sentence(assessment.verdict, assessment.case.expectations.activated_by).translated()
+    lines = [coloured(verdict, Colour.BAD if assessment.verdict is Verdict.NO_GO else Colour.GOOD)]
     lines += [one.translated() for one in caveats(filed.record)]
     if assessment.verdict is not Verdict.NO_GO:
         lines.append(tr("The verdict of this moment; nothing is watched afterwards."))
     lines.append("")
     rows: list[tuple[str, ...]] = []
+    colours: list[Colour | None] = []
     for one in assessment.checks:
         word = tr(RESULT_WORDS[one.finding.result])
         shown = one.finding.shown.translated() + in_brackets(one.finding.limit.translated())
         rows.append((word, UserMessage(one.check.title).translated(), shown))
+        colours.append({CheckResult.PASS: None, CheckResult.WARN: Colour.CAUTION}.get(one.finding.result, Colour.BAD))
         if one.finding.result is not CheckResult.PASS:
             rows.append(("", "", f"{UserMessage(one.check.why).translated()} → {one.do.translated()}"))
+            colours.append(None)
     rows += [(tr(MANUAL_WORDS[item.is_done]), clean(item.text)) for item in assessment.manual]
-    return lines + console.columns(rows)
+    return [*lines, *map(coloured, console.columns(rows), chain(colours, repeat(None)))]

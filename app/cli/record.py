@@ -120,15 +120,19 @@ class RecordedSession:
 def export(session: RecordedSession, library: "RecordingLibrary", path: Path, *, appends: bool) -> bool:
     """Write the file, or one for each part; whether they are complete."""
     from app.recordings.recording import RecordingUnreadable
-    from app.terminal.export_file import export_and_report
+    from app.terminal.export_file import STANDARD_OUTPUT, export_and_report
 
     is_whole = session.is_whole and bool(session.folders)
     if not session.folders:
         console.notify(tr("Nothing was recorded."))
     for number, folder in enumerate(session.folders, start=1):
-        target = path if number == 1 else path.with_name(f"{path.stem}-{number}{path.suffix}")
+        target = (
+            path if number == 1 or path == STANDARD_OUTPUT else path.with_name(f"{path.stem}-{number}{path.suffix}")
+        )
         try:
-            done = export_and_report(folder, target, appends=appends and number == 1)
+            done = export_and_report(
+                folder, target, appends=(appends and number == 1) or (path == STANDARD_OUTPUT and number > 1)
+            )
         except RecordingUnreadable as error:
             console.notify(error.sentence)
             is_whole = False

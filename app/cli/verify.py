@@ -73,9 +73,10 @@ def _verify(args: argparse.Namespace, stations: "Stations", store: "Store | None
     finally:
         if facts is not None:
             facts.close()
-    console.write_lines([one.translated() for one in verification.sentences()])
+    sentences = [one.translated() for one in verification.sentences()]
     if verification.state is RecordState.UNREADABLE:
-        return console.USAGE_ERROR
+        raise console.Refused("\n".join(sentences))  # an error, not an answer
+    console.write_lines(sentences)
     return console.SUCCESS if verification.state is RecordState.INTACT else console.ANSWER_NO
 
 

@@ -40,6 +40,8 @@ class Cause(Enum):
     HELD = "another program has the port"
     LOG_IN_AGAIN = "the group is not yet effective"
     NO_PERMISSION = "no permission"
+    REFUSED = "connection refused"
+    UNREACHABLE = "host not reached"
     MISSING = "no such port"
     UNPLUGGED = "unplugged"
     STUCK = "takes no bytes"
@@ -156,6 +158,11 @@ def _values(evidence: PortEvidence) -> Mapping[str, object]:
     }
 
 
+def _is_unreached_address(seen: PortEvidence) -> bool:
+    is_unopened = trouble_of(seen) in (PortTrouble.MISSING, PortTrouble.UNUSABLE)
+    return is_unopened and seen.port.startswith(("socket://", "rfc2217://"))
+
+
 CAUSES: tuple[CauseRow, ...] = (
     # The port cannot be opened
     CauseRow(
@@ -208,6 +215,18 @@ CAUSES: tuple[CauseRow, ...] = (
         lambda seen: trouble_of(seen) is PortTrouble.NOT_ALLOWED,
         marked("No permission for {port}."),
         marked("Ask the administrator for access to serial ports."),
+    ),
+    CauseRow(
+        Cause.REFUSED,
+        lambda seen: _is_unreached_address(seen) and "refused" in str(seen.trouble).lower(),
+        marked("{port}: connection refused."),
+        marked("Start the program that offers the port, or correct the address."),
+    ),
+    CauseRow(
+        Cause.UNREACHABLE,
+        _is_unreached_address,
+        marked("{port} cannot be reached."),
+        marked("Start the program that offers the port, or correct the address."),
     ),
     CauseRow(
         Cause.MISSING,

@@ -47,6 +47,7 @@ ATTITUDES: Final = (
     (CsvRole.ROLL_DEG, CsvRole.PITCH_DEG),
     (CsvRole.ROLL_RAD, CsvRole.PITCH_RAD),
 )
+NO_TIME: Final = marked("one column must be time_s, time_ms or time_us")
 FORCES: Final = (
     (CsvRole.ACCELERATION_G,),
     (CsvRole.ACCELERATION_M_S2,),
@@ -73,7 +74,7 @@ class CsvColumns:
 
     def __post_init__(self) -> None:
         if sum(role in self.names for role in TIMES) != 1:
-            raise unreadable(marked("one column must be time_s, time_ms or time_us"))
+            raise unreadable(NO_TIME)
         if not self.attitude and not self.force:
             raise unreadable(marked("no attitude and no acceleration"))
 

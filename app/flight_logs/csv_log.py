@@ -55,7 +55,7 @@ def read_csv(path: Path, columns: CsvColumns | None = None, on_progress: Progres
     values = dict(zip(places, found, strict=True))
     scale = next((role for role in TIMES if role in values), CsvRole.TIME_S)
     time_s = values[scale] * TIMES[scale]
-    if columns is None and head == HEAD.split(","):
+    if columns is None and head[1:] == HEAD.split(",")[1:]:  # the first one had another name before
         is_report = ~(np.isnan(values[CsvRole.TILT_DEG]) | np.isnan(values[CsvRole.ACCELERATION_G]))
         tilt_deg, acceleration_g = (values[role][is_report] for role in (CsvRole.TILT_DEG, CsvRole.ACCELERATION_G))
         return flight_of_reports(raw.name, raw.format, Reports(time_s[is_report], tilt_deg, acceleration_g), [])

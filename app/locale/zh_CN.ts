@@ -38,6 +38,10 @@
         <translation>--module 只能用于一个串口。</translation>
     </message>
     <message>
+        <source>0 done; 1 the answer is no; 2 usage error; 3 no link; 4 done in part; 130, 143 interrupted.</source>
+        <translation>0 完成；1 结果为否；2 用法错误；3 未连接；4 部分完成；130、143 被中断。</translation>
+    </message>
+    <message>
         <source>00 external power, charging; 01 not</source>
         <translation>00 外接供电，充电中；01 未充电</translation>
     </message>
@@ -296,6 +300,10 @@
     <message>
         <source>All</source>
         <translation>全部</translation>
+    </message>
+    <message>
+        <source>All commands: {command}</source>
+        <translation>全部命令：{command}</translation>
     </message>
     <message>
         <source>All flights</source>
@@ -686,6 +694,10 @@
         <translation>正在确认是否为同一模块…</translation>
     </message>
     <message>
+        <source>Checks and records</source>
+        <translation>检查与记录</translation>
+    </message>
+    <message>
         <source>Checks: {count}</source>
         <translation>检查：{count}</translation>
     </message>
@@ -756,6 +768,10 @@
     <message>
         <source>Commands</source>
         <translation>命令</translation>
+    </message>
+    <message>
+        <source>Compare settings; exit code 1: they differ</source>
+        <translation>比较参数；退出码 1：不一致</translation>
     </message>
     <message>
         <source>Configures, tests and watches a DPS-S parachute module over its serial port.</source>
@@ -920,6 +936,10 @@
     <message>
         <source>Deploy over serial</source>
         <translation>串口触发开伞</translation>
+    </message>
+    <message>
+        <source>Deploying is possible in the window only, where a person holds a button.</source>
+        <translation>开伞只能在窗口中进行，须由人按住按钮。</translation>
     </message>
     <message>
         <source>Deploy…</source>
@@ -1126,6 +1146,10 @@
         <translation>所有页面</translation>
     </message>
     <message>
+        <source>Example: {command}</source>
+        <translation>示例：{command}</translation>
+    </message>
+    <message>
         <source>Examples:</source>
         <translation>示例：</translation>
     </message>
@@ -1134,8 +1158,8 @@
         <translation>正在同步…</translation>
     </message>
     <message>
-        <source>Exit code: 0 done; 1 the answer is no; 2 used wrongly; 3 no link; 4 done in part; 130, 143 interrupted.</source>
-        <translation>退出码：0 完成；1 结果为否；2 用法错误；3 无连接；4 部分完成；130、143 被中断。</translation>
+        <source>Exit code: {codes}</source>
+        <translation>退出码：{codes}</translation>
     </message>
     <message>
         <source>Explain captured bytes</source>
@@ -2610,6 +2634,10 @@
         <translation>运行</translation>
     </message>
     <message>
+        <source>Options and an example of a command: {command}</source>
+        <translation>某个命令的选项和示例：{command}</translation>
+    </message>
+    <message>
         <source>Other port</source>
         <translation>其他串口</translation>
     </message>
@@ -2998,6 +3026,10 @@
         <translation>数据记录</translation>
     </message>
     <message>
+        <source>Recordings and flights</source>
+        <translation>数据记录与飞行</translation>
+    </message>
+    <message>
         <source>Recordings deleted: {count}.</source>
         <translation>已删除数据记录：{count} 条。</translation>
     </message>
@@ -3182,6 +3214,10 @@
         <translation>保存诊断包…</translation>
     </message>
     <message>
+        <source>Save the settings as a profile</source>
+        <translation>将参数保存为配置文件</translation>
+    </message>
+    <message>
         <source>Save values…</source>
         <translation>保存数据…</translation>
     </message>
@@ -3354,6 +3390,10 @@
         <translation>参数延时恢复</translation>
     </message>
     <message>
+        <source>Settings written to {file}: {count}.</source>
+        <translation>已写入 {file} 的参数：{count} 项。</translation>
+    </message>
+    <message>
         <source>Settings: {settings}.</source>
         <translation>参数：{settings}。</translation>
     </message>
@@ -3482,6 +3522,10 @@
         <translation>开始检查。</translation>
     </message>
     <message>
+        <source>Start the program that offers the port, or correct the address.</source>
+        <translation>启动提供该串口的程序，或更正地址。</translation>
+    </message>
+    <message>
         <source>Started</source>
         <translation>开始时间</translation>
     </message>
@@ -3592,6 +3636,10 @@
     <message>
         <source>TRIGGERED: lock it, read its records.</source>
         <translation>已触发：锁定并读取触发记录。</translation>
+    </message>
+    <message>
+        <source>TZ is no time zone; times are in UTC.</source>
+        <translation>TZ 不是有效时区；时间以 UTC 显示。</translation>
     </message>
     <message>
         <source>Table (*.csv)</source>
@@ -3814,6 +3862,10 @@
         <translation>模块已重启。</translation>
     </message>
     <message>
+        <source>The module restarted. Read again.</source>
+        <translation>模块已重启。请重新读取。</translation>
+    </message>
+    <message>
         <source>The module restarted: enable the triggers and check again.</source>
         <translation>模块已重启：请启用触发并重新检查。</translation>
     </message>
@@ -3890,6 +3942,10 @@
         <translation>串口输出现已关闭；之前可能是打开的。</translation>
     </message>
     <message>
+        <source>The settings are equal.</source>
+        <translation>参数一致。</translation>
+    </message>
+    <message>
         <source>The simulated module is not at rest.</source>
         <translation>模拟模块未处于静止状态。</translation>
     </message>
@@ -3932,6 +3988,10 @@
     <message>
         <source>There is no USB adapter. Plug it in, or give --port.</source>
         <translation>没有 USB 适配器。请插入，或用 --port 指定。</translation>
+    </message>
+    <message>
+        <source>There is no command {name}.</source>
+        <translation>没有命令 {name}。</translation>
     </message>
     <message>
         <source>There is no folder {folder}.</source>
@@ -4766,6 +4826,10 @@
         <translation>无法读取</translation>
     </message>
     <message>
+        <source>carry it out (otherwise only shown)</source>
+        <translation>实际执行（否则仅显示）</translation>
+    </message>
+    <message>
         <source>cell voltage, 0.02 V</source>
         <translation>电芯电压，0.02 V</translation>
     </message>
@@ -4862,12 +4926,12 @@
         <translation>设备名或 socket://主机:端口</translation>
     </message>
     <message>
-        <source>different</source>
-        <translation>不同</translation>
+        <source>did you mean {name}?</source>
+        <translation>是否指 {name}？</translation>
     </message>
     <message>
-        <source>do it; without it nothing is done</source>
-        <translation>确认执行；不加则不执行</translation>
+        <source>different</source>
+        <translation>不同</translation>
     </message>
     <message>
         <source>do not fly</source>
@@ -5226,6 +5290,10 @@
         <translation>作出认定的人员姓名</translation>
     </message>
     <message>
+        <source>name of the profile</source>
+        <translation>配置文件的名称</translation>
+    </message>
+    <message>
         <source>nested too deeply.</source>
         <translation>嵌套过深。</translation>
     </message>
@@ -5518,6 +5586,10 @@
         <translation>以下参数必须给出一个：%s</translation>
     </message>
     <message>
+        <source>only show what would change</source>
+        <translation>仅显示将要更改的内容</translation>
+    </message>
+    <message>
         <source>optional</source>
         <translation>可选</translation>
     </message>
@@ -5602,8 +5674,20 @@
         <translation>输出所有模块或一个模块</translation>
     </message>
     <message>
+        <source>profile</source>
+        <translation>配置文件</translation>
+    </message>
+    <message>
+        <source>profile to write, or - for standard output</source>
+        <translation>要写入的配置文件，- 表示标准输出</translation>
+    </message>
+    <message>
         <source>profile, capture, recording or check</source>
         <translation>配置文件、抓包文件、数据记录或检查记录</translation>
+    </message>
+    <message>
+        <source>profile; without it the module</source>
+        <translation>配置文件；省略时为模块</translation>
     </message>
     <message>
         <source>program error</source>
@@ -6150,6 +6234,14 @@
         <translation>{file} 已存在：请使用 --append 或 --force。</translation>
     </message>
     <message>
+        <source>{file} exists: use --force.</source>
+        <translation>{file} 已存在：请使用 --force。</translation>
+    </message>
+    <message>
+        <source>{file} has other columns or is no recording.</source>
+        <translation>{file} 的列不同，或不是数据记录。</translation>
+    </message>
+    <message>
         <source>{file} is damaged</source>
         <translation>{file} 已损坏</translation>
     </message>
@@ -6176,10 +6268,6 @@
     <message>
         <source>{file} needs a newer version of this program.</source>
         <translation>{file} 需要本程序的更新版本。</translation>
-    </message>
-    <message>
-        <source>{file} was not written by this program.</source>
-        <translation>{file} 不是本程序写入的。</translation>
     </message>
     <message>
         <source>{file}: the name of the report must end in .pdf.</source>
@@ -6294,6 +6382,10 @@
         <translation>{path} 未能保存：{why}。</translation>
     </message>
     <message>
+        <source>{port} cannot be reached.</source>
+        <translation>无法连接 {port}。</translation>
+    </message>
+    <message>
         <source>{port} does not open within {seconds:.0f} s. Unplug the adapter and plug it in again.</source>
         <translation>{port} 在 {seconds:.0f} s 内未能打开。请拔出适配器后重新插入。</translation>
     </message>
@@ -6324,6 +6416,10 @@
     <message>
         <source>{port}, {rate} baud</source>
         <translation>{port}，{rate} 波特</translation>
+    </message>
+    <message>
+        <source>{port}: connection refused.</source>
+        <translation>{port}：连接被拒绝。</translation>
     </message>
     <message>
         <source>{position} of {length}</source>
@@ -6512,6 +6608,10 @@
     <message>
         <source>{value}: acknowledged (cannot be read back)</source>
         <translation>{value}：已应答（无法回读）</translation>
+    </message>
+    <message>
+        <source>{value}: not written (dry run)</source>
+        <translation>{value}：未写入（试运行）</translation>
     </message>
     <message>
         <source>{value}: the nearest steps are {low} and {high}</source>

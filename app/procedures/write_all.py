@@ -82,6 +82,8 @@ class WriteReport:
     """Settings that were not written and could not be read afterwards."""
     read_at: float | None = None
     """When the last reading began, in monotonic seconds."""
+    before: Mapping[str, Value] = field(default_factory=dict)
+    """The settings by key as they were read before the first write."""
 
     @property
     def is_fine(self) -> bool:
@@ -139,7 +141,7 @@ def write_all(changes: Sequence[SettingChange], leave: WriteContext) -> Procedur
         settle_writes(leave.journal, course.entries, unconfirmed(course.results))
         raise
     settle_writes(leave.journal, course.entries, report.results)
-    return report
+    return replace(report, before=before.values)
 
 
 @dataclass(slots=True)

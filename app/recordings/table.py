@@ -1,7 +1,7 @@
 """CSV table of measured data, for an excerpt or a whole recording."""
 
 from collections.abc import Iterator
-from datetime import datetime
+from datetime import UTC, datetime
 from typing import Final
 
 import numpy as np
@@ -9,19 +9,20 @@ import numpy as np
 from app.recordings.excerpt import Excerpt
 from app.recordings.markers import Marker, MarkerKind
 
-HEAD: Final = "time,elapsed_s,tilt_deg,acceleration_g,triggered,active,cell_voltage_v,light_v,event"
+HEAD: Final = "time_utc,elapsed_s,tilt_deg,acceleration_g,triggered,active,cell_voltage_v,light_v,event"
 ROWS_AT_ONCE: Final = 5000
 """Rows per part, about 10 ms: how often a cancellation is checked."""
 _END: Final = "\r\n"
+_FLAGS: Final = ("false", "true")
 
 
 def csv_parts(excerpt: Excerpt, *, wall_offset_s: float) -> Iterator[bytes]:
-    """Yields the table in UTF-8 with a byte-order mark, in parts.
+    """Yields the table in UTF-8, in parts.
 
     Status reports, cell voltage, light and events have rows of their own, in order of time; other cells are empty.
     `wall_offset_s` added to the times gives seconds since 1970; `elapsed_s` counts from the first row.
     """
-    yield f"\ufeff{HEAD}{_END}".encode()
+    yield f"{HEAD}{_END}".encode()
     stamp = TimeCells(wall_offset_s, first_s=excerpt.first_s)
     lines: list[str] = []
     for line in _lines(excerpt, stamp):
@@ -60,7 +61,7 @@ def _status_lines(excerpt: Excerpt, stamp: "TimeCells", start: int, stop: int) -
             strict=True,
         )
         for at, tilt, acceleration, is_triggered, is_active in columns:
-            yield f"{stamp.at(at)},{tilt:g},{acceleration:.1f},{is_triggered:d},{is_active:d},,,{_END}"
+            yield f"{stamp.at(at)},{tilt:g},{acceleration:.1f},{_FLAGS[is_triggered]},{_FLAGS[is_active]},,,{_END}"
 
 
 def _other_cells(excerpt: Excerpt) -> Iterator[tuple[float, str]]:
@@ -94,18 +95,17 @@ def _quoted(text: str) -> str:
 
 
 class TimeCells:
-    """Formats the first two cells of a row to the millisecond: local time in ISO 8601 with offset, and seconds since
-    the first row. Fast for ascending times."""
+    """Formats the first two cells of a row to the millisecond: UTC as spreadsheets take it, and seconds since the first
+    row. Fast for ascending times."""
 
     def __init__(self, wall_offset_s: float, *, first_s: float = 0.0) -> None:
         self._offset_s = wall_offset_s
         self._first_s = first_s
         self._second: int | None = None
-        self._head = self._zone = ""
+        self._head = ""
 
     def at(self, time_s: float) -> str:
         second, millisecond = divmod(round((time_s + self._offset_s) * 1000), 1000)
         if second != self._second:
-            text = datetime.fromtimestamp(second).astimezone().isoformat()
-            self._second, self._head, self._zone = second, text[:19], text[19:]
-        return f"{self._head}.{millisecond:03d}{self._zone},{time_s - self._first_s:.3f}"
+            self._second, self._head = second, f"{datetime.fromtimestamp(second, UTC):%Y-%m-%d %H:%M:%S}"
+        return f"{self._head}.{millisecond:03d},{time_s - self._first_s:.3f}"

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from app.records.check_store import SeenRecord
 from app.system.files import write_whole
-from app.text.csv_cells import BYTE_ORDER_MARK, csv_text
+from app.text.csv_cells import BYTE_ORDER_MARK, csv_text, utc_cell
 from app.text.messages import clean
 from app.trigger_records.fields import FIELDS, fields_of
 from app.trigger_records.history import record_of, sentence
@@ -33,7 +33,7 @@ def write_archive(
             **fields_of(record),
             "module": clean(module),
             "place": one.place + 1,
-            "first_seen_at": one.first_seen_at,
+            "first_seen_at": utc_cell(one.first_seen_at),
             "new": None if new is None else one.id in new,
             "confirmed": one.id not in seen_once,
             "told": sentence(record).translated(),

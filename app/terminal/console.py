@@ -17,11 +17,13 @@ import time
 import unicodedata
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from functools import partial
 from typing import TYPE_CHECKING, TextIO
 
+from app.terminal.colours import has_colours, shown_line
 from app.text.i18n import CHINESE, language, tr
-from app.text.sentences import error_text
-from app.text.visible_text import visible, visible_json
+from app.text.sentences import error_text, in_brackets
+from app.text.visible_text import NEWLINE, visible, visible_json
 
 if TYPE_CHECKING:
     from _typeshed import SupportsWrite
@@ -35,18 +37,36 @@ NO_LINK = 3
 PARTIAL = 4
 """Done in part."""
 
-NEWLINE = "\n"
 _HEADING = re.compile(r"^(\S.*):$", re.MULTILINE)
 AUTO = "auto"
 RATES = (115200, 57600, 38400, 19200, 9600, 4800)
 """`protocol.catalogue.BAUD_RATES`, written out so that the help needs no catalogue; a test holds them equal."""
 USUAL_RATE = 115200
+MAX_NAME_LENGTH = 200
 PROGRESS_AFTER_S = 0.5
 """Shorter work shows no progress."""
 
 
 class Parser(argparse.ArgumentParser):
     """A parser whose messages, which repeat what was typed, cannot contain control characters."""
+
+    def parse_known_args(  # type: ignore[override]
+        self, args: Sequence[str] | None = None, namespace: argparse.Namespace | None = None
+    ) -> tuple[argparse.Namespace, list[str]]:
+        """Refuses unknown words itself, so that the usage shown is that of the sub-command."""
+        found, unknown = super().parse_known_args(args, namespace)
+        if unknown:
+            word = next((one for one in unknown if one.startswith("-")), "")
+            self.error(tr("unrecognized arguments: %s") % " ".join(unknown)
+                       + did_you_mean(word.partition("=")[0], self._option_string_actions))  # fmt: skip
+        return found, unknown
+
+    def _check_value(self, action: argparse.Action, value: object) -> None:
+        try:
+            super()._check_value(action, value)
+        except argparse.ArgumentError as error:
+            error.message += did_you_mean(str(value), map(str, action.choices or ()))
+            raise
 
     def format_help(self) -> str:
         """Headings end with a full-width colon in Chinese; argparse appends the colon itself."""
@@ -56,6 +76,14 @@ class Parser(argparse.ArgumentParser):
     def _print_message(self, message: str, file: "SupportsWrite[str] | None" = None) -> None:
         super()._print_message(visible(message, keep=NEWLINE) if message else message, file)
         _flush_messages()
+
+
+def did_you_mean(word: str, offered: Iterable[str]) -> str:
+    """The most similar of `offered` in brackets, to be appended; "" if none is similar."""
+    from difflib import get_close_matches
+
+    similar = get_close_matches(word, list(offered), n=1)
+    return in_brackets(tr("did you mean {name}?", name=similar[0])) if similar else ""
 
 
 class _Once(argparse.Action):
@@ -87,11 +115,11 @@ class OutputLost(Exception):
 
 def add_port_arguments(parser: argparse.ArgumentParser, *, takes_several: bool = False) -> None:
     """With `takes_several`, `port` is a list if it was given."""
-    parser.add_argument("--port", type=_port, action="append" if takes_several else _Once, metavar="P",
+    parser.add_argument("-p", "--port", type=_port, action="append" if takes_several else _Once, metavar="P",
                         help=tr("port, socket:// or sim://; default: DPS_S_PORT or the only adapter"))  # fmt: skip
     rates = "|".join(map(str, (*RATES, AUTO))) + f" [{USUAL_RATE}]"
     parser.add_argument(
-        "--baud", type=_rate, default=USUAL_RATE, metavar="N", help=tr("baud rate: {rates}", rates=rates)
+        "-b", "--baud", type=_rate, default=USUAL_RATE, metavar="N", help=tr("baud rate: {rates}", rates=rates)
     )
 
 
@@ -111,8 +139,13 @@ def add_json_argument(parser: argparse._ActionsContainer) -> None:
     parser.add_argument("--json", action="store_true", help="JSON")
 
 
+def add_module_argument(parser: argparse.ArgumentParser, text: str) -> None:
+    """The name of a module; an empty one is refused, as it would name none."""
+    parser.add_argument("--module", type=_name, metavar="NAME", help=text)
+
+
 def add_yes_argument(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--yes", action="store_true", help=tr("do it; without it nothing is done"))
+    parser.add_argument("--yes", action="store_true", help=tr("carry it out (otherwise only shown)"))
 
 
 def add_seconds_argument(parser: argparse.ArgumentParser) -> None:
@@ -130,6 +163,12 @@ def refuse_without(option: str, *words: str) -> int:
 def expected(what: str) -> argparse.ArgumentTypeError:
     """The error for argparse: which form of argument was expected."""
     return argparse.ArgumentTypeError(tr("expected {expected}", expected=what))
+
+
+def _name(text: str) -> str:
+    if not text.strip() or len(text) > MAX_NAME_LENGTH:
+        raise expected(f"NAME (≤ {MAX_NAME_LENGTH})")
+    return text
 
 
 def _port(text: str) -> str:
@@ -254,7 +293,9 @@ def is_closed_pipe(error: OSError) -> bool:
 
 
 def write_lines(lines: Iterable[str]) -> None:
-    write("".join(f"{visible(line, keep=NEWLINE)}\n" for line in lines))
+    """Lines of `coloured` are coloured on a terminal, unless NO_COLOR is set."""
+    show = partial(shown_line, has_colours=has_colours())
+    write("".join(f"{line}\n" for line in map(show, lines)))
 
 
 def write_json(value: object) -> None:

@@ -1,14 +1,19 @@
 """Exports recordings to files, in the format of their suffix."""
 
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from app.terminal.console import clear_progress, expected, notify, show_progress, write_lines
+from app.terminal.console import clear_progress, expected, notify, show_progress, write, write_lines
 from app.text.i18n import tr
 from app.text.sentences import not_written
 
+if TYPE_CHECKING:
+    from app.recordings.recording import Recording
+
 CSV, MCAP, CAPTURE = ".csv", ".mcap", ".dpscap"
 ENDINGS = (CSV, MCAP, CAPTURE)
+STANDARD_OUTPUT = Path("-")
+"""Gets the CSV table."""
 
 
 class Exported(NamedTuple):
@@ -21,9 +26,9 @@ class Exported(NamedTuple):
 def export_path(text: str) -> Path:
     """For argparse."""
     path = Path(text)
-    if path.suffix.lower() in ENDINGS:
+    if path.suffix.lower() in ENDINGS or path == STANDARD_OUTPUT:
         return path
-    raise expected("|".join(ENDINGS))
+    raise expected("|".join((*ENDINGS, str(STANDARD_OUTPUT))))
 
 
 def unwritable_reason(path: Path, *, appends: bool, replaces: bool) -> str | None:
@@ -31,6 +36,8 @@ def unwritable_reason(path: Path, *, appends: bool, replaces: bool) -> str | Non
     from app.captures.writer import MAGIC
     from app.recordings.table import HEAD
 
+    if path == STANDARD_OUTPUT:
+        return None
     if not path.parent.is_dir():
         return tr("There is no folder {folder}.", folder=path.parent)
     if appends and path.suffix.lower() == MCAP:
@@ -45,7 +52,7 @@ def unwritable_reason(path: Path, *, appends: bool, replaces: bool) -> str | Non
     except OSError as error:
         return not_written(path, error)
     if first not in ("", HEAD if path.suffix.lower() == CSV else MAGIC):
-        return tr("{file} was not written by this program.", file=path)
+        return tr("{file} has other columns or is no recording.", file=path)
     return None
 
 
@@ -56,7 +63,8 @@ def export_and_report(folder: Path, path: Path, *, appends: bool = False) -> Exp
     except (OSError, ValueError) as error:
         notify(not_written(path, error))
         return None
-    write_lines([tr("Rows written to {file}: {count}.", count=done.rows, file=path)])
+    if path != STANDARD_OUTPUT:
+        write_lines([tr("Rows written to {file}: {count}.", count=done.rows, file=path)])
     for sentence in done.missing:
         notify(sentence)
     return done
@@ -78,6 +86,8 @@ def export_recording(folder: Path, path: Path, *, appends: bool = False) -> Expo
                     if is_full:
                         missing.append(tr("The capture is full; the rest is in the recording {name}.",
                                           name=folder.name))  # fmt: skip
+                case _ if path == STANDARD_OUTPUT:
+                    rows = _write_csv(recording, has_head=not appends)
                 case _:
                     rows = export_csv(recording, path, appends=appends, on_progress=_show)
             if recording.damage is not None:
@@ -85,6 +95,17 @@ def export_recording(folder: Path, path: Path, *, appends: bool = False) -> Expo
     finally:
         clear_progress()
     return Exported(rows, tuple(missing))
+
+
+def _write_csv(recording: "Recording", *, has_head: bool) -> int:
+    """Write the table to standard output; returns the number of rows."""
+    from app.recordings.table import csv_parts
+
+    excerpt = recording.excerpt(recording.start_s, recording.end_s)
+    for number, part in enumerate(csv_parts(excerpt, wall_offset_s=recording.wall_offset_s)):
+        if number or has_head:
+            write(part.decode().replace("\r\n", "\n"))  # standard output ends lines as the system does
+    return excerpt.row_count
 
 
 def _show(share: float) -> None:

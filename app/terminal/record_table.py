@@ -6,7 +6,7 @@ from app.limits.out_of_limits import record_outside
 from app.procedures.history import History
 from app.system.files import write_whole
 from app.terminal.console import columns
-from app.text.csv_cells import BYTE_ORDER_MARK, csv_text
+from app.text.csv_cells import csv_text
 from app.text.durations import stopwatch
 from app.text.i18n import tr
 from app.text.sentences import in_brackets, join_names
@@ -37,7 +37,7 @@ def csv_of(history: History) -> str:
 
 def write_csv(path: str, history: History) -> None:
     """Write the file as a whole. Raises `OSError`."""
-    write_whole(Path(path), BYTE_ORDER_MARK + csv_of(history).encode())
+    write_whole(Path(path), csv_of(history).encode())
 
 
 def page_of(history: History) -> list[str]:

@@ -3,6 +3,7 @@
 import csv
 import io
 from collections.abc import Iterable, Sequence
+from datetime import UTC, datetime
 
 BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 """Tells spreadsheets that the file is UTF-8."""
@@ -32,6 +33,14 @@ def cell(value: object) -> str:
             return defused(value)
         case _:
             return str(value)
+
+
+def utc_cell(text: str) -> str:
+    """An ISO 8601 time as "2026-01-31 23:59:59" in UTC, which spreadsheets take as a time; other text unchanged."""
+    try:
+        return f"{datetime.fromisoformat(text).astimezone(UTC):%Y-%m-%d %H:%M:%S}"
+    except ValueError:
+        return text
 
 
 def defused(text: str) -> str:

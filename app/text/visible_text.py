@@ -6,6 +6,7 @@ Terminals execute escape characters, and direction marks reorder text: both are 
 import re
 import unicodedata
 
+NEWLINE = "\n"
 _LINE_BREAKS = "\t\n\r\v\f\x85\u2028\u2029"
 _IN_JSON = re.compile("[\x7f-\x9f\u061c\u200b\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff\ud800-\udfff]")
 

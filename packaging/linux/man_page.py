@@ -27,7 +27,7 @@ print(json.dumps(said))
 def manual_page(release: Release) -> str:
     """The page in troff."""
     sys.path.insert(0, str(ROOT))
-    from app.__main__ import ENTRIES
+    from app.cli.commands import ENTRIES
 
     names = [entry.name for entry in ENTRIES]
     whole, *each = help_output(["--help"], *([name, "--help"] for name in names))

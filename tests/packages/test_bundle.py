@@ -15,7 +15,7 @@ from cyclonedx.schema import SchemaVersion
 from cyclonedx.validation.json import JsonStrictValidator
 from mcap.reader import make_reader
 
-from app.__main__ import ENTRIES
+from app.cli.commands import ENTRIES
 from app.engine import ports
 from app.flight_analysis.many_logs import FEW_LOGS
 from app.recordings.library import recordings_folder

@@ -128,7 +128,7 @@ def test_the_package_names_a_chinese_font_and_has_the_input_plugins(deb: Path, t
 def test_the_completions_know_every_command(tree: Path, packaging_on_path: None) -> None:
     from linux.debian import COMPLETIONS
 
-    from app.__main__ import ENTRIES
+    from app.cli.commands import ENTRIES
 
     for place in COMPLETIONS.values():
         script = (tree / place).read_text(encoding="utf-8")
@@ -152,7 +152,7 @@ def test_the_link_leads_to_the_program(tree: Path) -> None:
 
 
 def test_the_manual_describes_every_command(tree: Path) -> None:
-    from app.__main__ import ENTRIES
+    from app.cli.commands import ENTRIES
 
     manual = gzip.decompress((tree / "usr/share/man/man1/dps-s.1.gz").read_bytes()).decode()
     assert manual.startswith(".TH DPS")

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from app.cli.archive.opened import member_json, opened_archive, shown_station
 from app.terminal import console
-from app.text.csv_cells import csv_text
+from app.text.csv_cells import csv_text, utc_cell
 from app.text.i18n import tr
 from app.text.sentences import join_sentences
 
@@ -27,7 +27,7 @@ def add_report_parser(acts: "argparse._SubParsersAction[argparse.ArgumentParser]
     from app.archive.fleet_state import CHECK_DAYS, TEST_DAYS
 
     report = acts.add_parser("report", help=tr("print all modules, or one"))
-    report.add_argument("--module", metavar="NAME", help=tr("Module"))
+    console.add_module_argument(report, tr("Module"))
     for name, days in (("--check-days", CHECK_DAYS), ("--test-days", TEST_DAYS)):
         report.add_argument(
             name, type=_days, default=days, metavar="N", help=tr("due after N days [{days}]", days=days)
@@ -142,16 +142,27 @@ def life_json(life: "ModuleHistory") -> dict[str, object]:
 
 def _fleet_cells(state: "ModuleToday") -> tuple[object, ...]:
     check = state.last_check
-    of_check = (check.verdict, check.is_void, check.is_simulated, check.at, check.number, check.who, check.aircraft,
-                check.fingerprint) if check is not None else (None,) * 8  # fmt: skip
+    of_check = (
+        (None,) * 8
+        if check is None
+        else (check.verdict, check.is_void, check.is_simulated, utc_cell(check.at), check.number, check.who,
+              check.aircraft, check.fingerprint)
+    )  # fmt: skip
     stations = len({one.station for one in state.module.members})
     counts = (state.checks, state.trigger_records, state.unjudged)
-    return (state.module.name, stations, state.last_at, *of_check, *counts, _due(state))
+    return (state.module.name, stations, utc_cell(state.last_at), *of_check, *counts, _due(state))
 
 
 def _life_rows(life: "ModuleHistory") -> "Iterable[tuple[object, ...]]":
     for one in life.events:
-        yield (one.fact.made_at, shown_station(one.fact.station), one.fact.kind, one.text.translated(), None, None)
+        yield (
+            utc_cell(one.fact.made_at),
+            shown_station(one.fact.station),
+            one.fact.kind,
+            one.text.translated(),
+            None,
+            None,
+        )
     for name, points in life.values.items():
         for point in points:
-            yield (point.at, shown_station(point.station), "value", "", name, point.value)
+            yield (utc_cell(point.at), shown_station(point.station), "value", "", name, point.value)

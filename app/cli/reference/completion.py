@@ -1,4 +1,4 @@
-"""`dps-s completion bash|zsh|fish`: prints a completion script, which shtab writes from the parsers.
+"""`dps-s completion bash|zsh|fish|powershell`: prints a completion script, which shtab writes from the parsers.
 
 The script is static: pressing Tab starts no program.
 """
@@ -7,7 +7,7 @@ import argparse
 
 from app.terminal import console
 
-SHELLS = ("bash", "zsh", "fish")
+SHELLS = ("bash", "zsh", "fish", "powershell")
 _FILE_METAVARS = ("FILE", "DIR", "PATH", "LOG", "P", "HEX")
 """Of arguments that name a file, a folder or a port."""
 _SETTINGS_FUNCTION = "_dps_s_settings"
@@ -34,11 +34,17 @@ _dps_s_settings() {
     compadd -- ${words:#*=}
 }""",
     "fish": "",
+    "powershell": """\
+function _dps_s_settings {
+    param([string]$WordToComplete)
+    'WORDS' -split ' ' | Where-Object { $_ -like "$WordToComplete*" }
+}""",
 }
 _INSTALL = """\
 bash   dps-s completion bash > ~/.local/share/bash-completion/completions/dps-s
 zsh    dps-s completion zsh > ~/.zfunc/_dps-s    (~/.zfunc in $fpath before compinit)
-fish   dps-s completion fish > ~/.config/fish/completions/dps-s.fish"""
+fish   dps-s completion fish > ~/.config/fish/completions/dps-s.fish
+powershell   dps-s completion powershell >> $PROFILE"""
 
 
 def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -95,6 +101,6 @@ def _add_choices(parser: argparse.ArgumentParser, settings: list[str]) -> None:
             action.choices = metavar.strip("{}").replace("|", ",").split(",")
         elif metavar == "NAME=VALUE":
             function = _SETTINGS_FUNCTION
-            action.complete = {"bash": function, "zsh": function, "fish": " ".join(settings)}  # type: ignore[attr-defined]
+            action.complete = {"bash": function, "zsh": function, "powershell": function, "fish": " ".join(settings)}  # type: ignore[attr-defined]
         elif metavar.partition(".")[0] in _FILE_METAVARS:
             action.complete = shtab.FILE  # type: ignore[attr-defined]

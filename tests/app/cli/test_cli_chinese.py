@@ -5,7 +5,7 @@ import re
 import pytest
 
 import app.__main__ as program
-from app.__main__ import ENTRIES
+from app.cli.commands import ENTRIES
 from app.text.i18n import read_translations
 from tests.documents.test_translations import GENERATE
 

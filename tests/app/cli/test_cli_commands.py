@@ -156,6 +156,7 @@ def test_set_is_acknowledged(port: str, capsys: pytest.CaptureFixture[str]) -> N
     assert program.main(["set", "serial_output=true", "--port", port, "--json"]) == 0
     shown = json.loads(Printed(capsys).out)["results"]["serial_output"]
     assert shown.pop("verified_age_s") is None
+    assert shown.pop("before") is None
     assert shown == {"wanted": True, "acknowledged": True, "read_back": None, "verified": None, "error": None}
     assert bench_of(port).state().is_streaming
     assert "acknowledged (cannot be read back)" in run_here(capsys, ["set", "serial_output=false", "--port", port]).out

@@ -215,7 +215,7 @@ def test_verify_of_what_is_no_record(capsys: pytest.CaptureFixture[str], tmp_pat
     assert program.main(["verify", str(tmp_path)]) == 2
     assert program.main(["verify", "a\0b"]) == 2
     (tmp_path / "x.json").write_text("{}", encoding="utf-8")
-    assert "No pre-flight record" in run_here(capsys, ["verify", str(tmp_path / "x.json")], 2).out
+    assert "No pre-flight record" in run_here(capsys, ["verify", str(tmp_path / "x.json")], 2).err
     assert not (data_folder() / FILE_NAME).exists()
 
 

@@ -48,7 +48,7 @@ def test_a_file_is_never_replaced_unasked(port: str, tmp_path: Path, capsys: pyt
     assert record(port, path) == 2
     assert "--append" in Printed(capsys).err
     assert record(port, path, "--append") == 2
-    assert "was not written by this program" in Printed(capsys).err
+    assert "has other columns" in Printed(capsys).err
     assert path.read_text(encoding="utf-8") == "precious"
     assert record(port, path, "--force") == 0
     assert rows(path)
@@ -62,7 +62,7 @@ def test_what_is_added_stands_behind_what_was_there(name: str, port: str, tmp_pa
     assert record(port, path, "--append") == 0
     assert path.read_bytes().startswith(before)
     if path.suffix == ".csv":
-        assert not any(row["time"] == "time" for row in rows(path))
+        assert not any(row["time_utc"] == "time_utc" for row in rows(path))
     else:
         capture = read_capture(path)
         assert capture.faults == ()
@@ -166,3 +166,13 @@ def test_a_file_is_decoded_or_refused(
     (tmp_path / name).write_text(text, "utf-8")
     printed = run_here(capsys, ["decode", str(tmp_path / name)], code)
     assert said in (printed.err if code else printed.out)
+
+
+def test_a_dash_is_the_table_on_standard_output(port: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert program.main(["record", "--port", port, "--seconds", "0.3", "-"]) == 0
+    printed = Printed(capsys)
+    table = list(csv.DictReader(io.StringIO(printed.out)))
+    assert len([row for row in table if row["tilt_deg"]]) > 10
+    assert {row["triggered"] for row in table} == {"", "false"}
+    assert "Simulated module" in printed.err
+    assert run_here(capsys, ["recordings", "export", "latest", "-"]).out == printed.out

@@ -53,6 +53,8 @@ def test_the_names_are_the_catalogues(capsys: pytest.CaptureFixture[str]) -> Non
 
 @pytest.mark.parametrize("options", ["", "?ack=one&freefall_ack=17&baud_ack=new"])
 def test_every_setting_at_once(options: str, port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]) -> None:
+    before = json.loads(run_here(capsys, ["read", "--port", port + options, "--json"]).out)["settings"]
+    wire.clear()
     printed = run_here(capsys, ["set", *words_of(ALL), "--accept-risk", "--port", port + options, "--json"])
     results = json.loads(printed.out)["results"]
     assert list(results) == list(ALL)
@@ -64,6 +66,7 @@ def test_every_setting_at_once(options: str, port: str, capsys: pytest.CaptureFi
         assert (age_s is None) if is_flag else (0.0 < age_s < 5.0)
         assert results[name] == {
             "wanted": value,
+            "before": None if is_flag else before[name],
             "acknowledged": is_acknowledged,
             "read_back": None if is_flag else value,
             "verified": None if is_flag else True,
@@ -80,7 +83,7 @@ def test_for_people(port: str, capsys: pytest.CaptureFixture[str]) -> None:
     words = ["set", "freefall_time_s=0.1", "light_threshold_v=2", "--accept-risk", "--port", f"{port}?clamps=yes"]
     assert run_here(capsys, words, 1).out.splitlines() == [
         "freefall_time_s    0.1: NOT verified (the module holds another value → 0.5)",
-        "light_threshold_v  2: verified",
+        "light_threshold_v  1.8 → 2: verified",
     ]
 
 

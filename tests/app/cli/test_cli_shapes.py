@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from app.cli import set as setting
+from app.cli.settings import set as setting
 from app.engine.setting_changes import ChangedSetting
 from app.preflight.reading_object import SETTING_KEYS
 from app.procedures.history import History
@@ -22,6 +22,7 @@ from app.settings.values import NotAValue, parse_value
 from app.terminal import console
 from app.terminal import read_report as found
 from app.terminal import record_table as records
+from app.terminal.setting_words import parse_settings
 from app.text import i18n
 from app.text.durations import stopwatch
 from app.text.messages import message
@@ -206,7 +207,7 @@ def test_csv_file_is_replaced_as_a_whole(tmp_path: Path, record: TriggerRecord) 
     link = tmp_path / "link.csv"
     link.symlink_to(path)
     records.write_csv(str(link), History((record,)))
-    assert path.read_bytes().startswith(b"\xef\xbb\xbfboot_count,uptime_s,")
+    assert path.read_bytes().startswith(b"boot_count,uptime_s,")
     assert stat.S_IMODE(path.stat().st_mode) == 0o640
     assert link.is_symlink()
     assert sorted(one.name for one in tmp_path.iterdir()) == ["link.csv", "records.csv"]
@@ -235,7 +236,7 @@ def test_csv_goes_into_a_pipe_that_stays_one(tmp_path: Path, record: TriggerReco
     reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
     try:
         records.write_csv(str(pipe), History((record,)))
-        assert os.read(reader, 4096).startswith(b"\xef\xbb\xbfboot_count,uptime_s,")
+        assert os.read(reader, 4096).startswith(b"boot_count,uptime_s,")
     finally:
         os.close(reader)
     assert pipe.is_fifo()
@@ -263,15 +264,15 @@ def test_set_json_is_the_contract() -> None:
     written = Written(command=SERIAL_OUTPUT, wanted=True, heard=SetReply.ECHO)
     found = WriteReport(results=(written,), changed=(ChangedSetting(BY_NAME["freefall_time"], 1.6, 0.2),))
     assert console.as_json(setting.json_of(found)) == (
-        '{"results": {"serial_output": {"wanted": true, "acknowledged": true, "read_back": null, "verified": null, '
-        '"verified_age_s": null, "error": null}}, '
+        '{"results": {"serial_output": {"wanted": true, "before": null, "acknowledged": true, '
+        '"read_back": null, "verified": null, "verified_age_s": null, "error": null}}, '
         '"changed": {"freefall_time_s": {"before": 1.6, "after": 0.2}}, "unread": []}'
     )
 
 
 @pytest.mark.parametrize(("text", "value"), [("true", True), ("False", False), ("on", True), ("off", False)])
 def test_flags_are_read(text: str, value: bool) -> None:
-    assert setting.parse([f"serial_output={text}"]) == [SettingChange(SERIAL_OUTPUT, value)]
+    assert parse_settings([f"serial_output={text}"]) == [SettingChange(SERIAL_OUTPUT, value)]
 
 
 @pytest.mark.parametrize(
@@ -288,12 +289,12 @@ def test_flags_are_read(text: str, value: bool) -> None:
 )
 def test_unfit_wishes_are_refused(words: list[str]) -> None:
     with pytest.raises(console.Refused):
-        setting.parse(words)
+        parse_settings(words)
 
 
 def test_all_faults_are_said_at_once() -> None:
     with pytest.raises(console.Refused) as caught:
-        setting.parse(["serial_output=true", "serial_output=maybe", "nonsense", "x=1"])
+        parse_settings(["serial_output=true", "serial_output=maybe", "nonsense", "x=1"])
     assert len(str(caught.value).splitlines()) == 3
 
 

@@ -14,7 +14,7 @@ from app.diagnosis.evidence import EvidenceCollector
 from app.diagnosis.symptoms import MAX_NOISE_BYTES, PortEvidence
 from app.engine.procedure import Ask, Procedure
 from app.engine.session import Run
-from app.engine.transport import PortError, PortHolder, PortTrouble
+from app.engine.transport import PortError, PortHolder, PortTrouble, _trouble_at_opening
 from app.engine.worker import Batch, Connection, PortState
 from app.procedures.handshake import Silence, handshake
 from protocol.catalogue import BY_NAME
@@ -45,6 +45,11 @@ def rejected(count: int, reason: Reason = Reason.NO_HEADER) -> dict[str, Any]:
 
 def with_facts(evidence: PortEvidence, **values: Any) -> PortEvidence:
     return replace(evidence, facts=AdapterFacts(**values))
+
+
+def unreached(detail: str) -> PortEvidence:
+    port = "socket://10.0.0.9:7000"
+    return PortEvidence(port=port, trouble=PortError(_trouble_at_opening(OSError(detail)), port, detail))
 
 
 TABLE: tuple[tuple[str, PortEvidence, Cause], ...] = (
@@ -86,6 +91,8 @@ TABLE: tuple[tuple[str, PortEvidence, Cause], ...] = (
         trouble(PortTrouble.NOT_ALLOWED), access=Access(group="dialout", is_member=True)
     ), Cause.LOG_IN_AGAIN),
     ("no such port", trouble(PortTrouble.MISSING), Cause.MISSING),
+    ("nobody listens", unreached("Could not open port: [Errno 111] Connection refused"), Cause.REFUSED),
+    ("no such host", unreached("Could not open port: [Errno -2] Name or service not known"), Cause.UNREACHABLE),
     ("unplugged", trouble(PortTrouble.LOST), Cause.UNPLUGGED),
     ("stuck", trouble(PortTrouble.STUCK), Cause.STUCK),
     ("no serial port", trouble(PortTrouble.UNUSABLE), Cause.UNUSABLE),

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from app.cli.set import why_not_verified
+from app.cli.settings.set import why_not_verified
 from app.engine.device import Device
 from app.engine.identity import (
     Expected,

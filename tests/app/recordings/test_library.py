@@ -262,7 +262,7 @@ def test_export(kept_at: Path, tmp_path: Path, name: str, ending: str, capsys: p
     path = tmp_path / f"out.{ending}"
     assert program.main(["recordings", "export", name, str(path)]) == 0
     assert f"Rows written to {path}" in Printed(capsys).out
-    assert path.read_bytes().startswith(b"\x89MCAP" if ending == "mcap" else b"\xef\xbb\xbftime,")
+    assert path.read_bytes().startswith(b"\x89MCAP" if ending == "mcap" else b"time_utc,")
 
 
 def test_a_name_must_match_one_recording(kept_at: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -154,10 +154,10 @@ def test_csv_holds_every_value(recording: Recording, tmp_path: Path) -> None:
     assert [float(row["tilt_deg"]) for row in reports] == excerpt.tilt_deg.tolist()
     assert [float(row["acceleration_g"]) for row in reports] == pytest.approx(excerpt.acceleration_g.tolist())
     assert [float(row["elapsed_s"]) for row in reports] == pytest.approx((excerpt.time_s - 1000.0).tolist(), abs=6e-4)
-    assert [datetime.fromisoformat(row["time"]).timestamp() for row in reports[:3]] == pytest.approx(
+    assert [datetime.fromisoformat(row["time_utc"] + "+00:00").timestamp() for row in reports[:3]] == pytest.approx(
         [NOON.timestamp() + n / 400 for n in range(3)], abs=6e-4
     )
-    assert (reports[-1]["triggered"], reports[-1]["active"]) == ("1", "1")
+    assert (reports[-1]["triggered"], reports[-1]["active"]) == ("true", "true")
     assert [row["event"] for row in rows if row["event"]] == [
         f"connected: {PORT}", "activated", "triggered", f"port lost: {PORT}"
     ]  # fmt: skip

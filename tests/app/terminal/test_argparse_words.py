@@ -42,7 +42,7 @@ def test_help_and_errors_are_chinese(monkeypatch: pytest.MonkeyPatch, capsys: py
     told = capsys.readouterr().out
     assert told.startswith("用法：dps-s read")
     assert not re.search(r"usage|options|show this help", told)
-    for words in (["read", "--port", "x", "--what"], ["bogus"], ["gui", "--lang", "fr"]):
+    for words in (["read", "--port", "x", "--what"], ["archive", "bogus"], ["gui", "--lang", "fr"]):
         assert program.main(words) == 2
         said = capsys.readouterr().err
         assert "错误：" in said

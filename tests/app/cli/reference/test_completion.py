@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import app.__main__ as program
-from app.__main__ import ENTRIES
+from app.cli.commands import ENTRIES
 from app.preflight.reading_object import SETTING_KEYS
 from tests.support.cli_line import run_here
 

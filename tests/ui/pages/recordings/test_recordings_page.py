@@ -2,6 +2,7 @@
 
 import threading
 from collections.abc import Callable, Iterator
+from datetime import UTC
 from functools import partial
 from pathlib import Path
 from shutil import copytree
@@ -203,7 +204,7 @@ def test_the_visible_span_is_saved(opened: Desk, tmp_path: Path) -> None:
     opened.qtbot.waitUntil(lambda: not saving.is_saving)
     lines = path.read_text("utf-8-sig").splitlines()[1:]
     assert 100 <= len([line for line in lines if line.split(",")[2]]) <= 101
-    assert lines[0].startswith(f"{NOON.astimezone():%Y-%m-%dT%H:}")
+    assert lines[0].startswith(f"{NOON.astimezone(UTC):%Y-%m-%d %H:}")
     assert suggested[0].name == f"dps-s ttyUSB0 {NOON.astimezone():%Y-%m-%d %H-%M-%S}.csv"
 
 

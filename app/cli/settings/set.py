@@ -4,16 +4,21 @@ All values are checked before the first one is sent; if one is invalid nothing i
 is sent once and read back, and all settings are read again at the end. What cannot be read back is only acknowledged.
 A value that takes protection away, or is against the vendor's advice, is written with --accept-risk only: without it
 nothing is opened, and the exit code is 2.
-Exit code 1 if a setting was not verified or another one changed, 3 if the link was lost.
+Exit code 1 if a setting was not verified or another one changed, 3 if the link was lost. --dry-run only reads, and
+shows before → after; exit code 4 if a setting was not read.
 """
 
 import argparse
 import time
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from app.terminal import console
+from app.terminal.colours import Colour, coloured
+from app.terminal.interruption import Interruption
+from app.terminal.setting_words import parse_settings, settings_of_profile, typed
 from app.text.i18n import tr
 from app.text.sentences import join_names
 from protocol.translatable import marked
@@ -35,6 +40,7 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
     parser.add_argument("--profile", metavar="FILE", help=tr("all settings of this profile"))
     parser.add_argument("--accept-risk", action="store_true",
                         help=tr("write values that take protection away"))  # fmt: skip
+    parser.add_argument("--dry-run", action="store_true", help=tr("only show what would change"))
     parser.add_argument("--unlock", action="store_true", help=tr("write although the module may fire"))
     console.add_port_arguments(parser)
     console.add_json_argument(parser)
@@ -44,66 +50,54 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
 def run(args: argparse.Namespace) -> int:
     wishes = _requested_values(args.wishes, args.profile)
     _warn(wishes)
+    if args.dry_run:
+        return _show(wishes, args)
     if any(wish.risks for wish in wishes) and not args.accept_risk:
         source = args.wishes if args.profile is None else ("--profile", args.profile)
         port = () if args.port is None else ("--port", args.port)
         return console.refuse_without("--accept-risk", "set", *source, *port)
-    report, trouble = _write(wishes, args)
-    console.write_lines([console.as_json(json_of(report))] if args.json else page_of(report))
-    for sentence in (*_remarks(report), trouble):
-        if sentence is not None:
-            console.notify(sentence)
+    with Interruption():  # after the last frame a signal no longer keeps the result from being printed
+        report, trouble = _write(wishes, args)
+        console.write_lines([console.as_json(json_of(report))] if args.json else page_of(report))
+        for sentence in (*_remarks(report), trouble):
+            if sentence is not None:
+                console.notify(sentence)
     if any(_is_link_lost(written, report.refusals) for written in report.results):
         return console.NO_LINK
     return console.SUCCESS if report.is_fine else console.ANSWER_NO
+
+
+def _show(wishes: "Sequence[SettingChange]", args: argparse.Namespace) -> int:
+    """Read the settings and print what would change; sends queries only."""
+    from app.cli.settings.save import notify_missing, read_module
+
+    found = read_module(args.port, args.baud)
+    before = found.values
+    rows = [(wish.command.key, before.get(wish.command.key), wish.value) for wish in wishes]
+    if args.json:
+        results = {
+            key: _result(wanted, old, error=None if old == wanted else "not written: dry run")
+            for key, old, wanted in rows
+        }
+        console.write_json({"results": results, "changed": {}, "unread": []})
+    else:
+        console.write_lines(console.columns([
+            (key, tr("{value}: unchanged", value=typed(wanted)) if old == wanted
+             else tr("{value}: not written (dry run)", value=f"{typed(old)} → {typed(wanted)}"))
+            for key, old, wanted in rows
+        ]))  # fmt: skip
+    return notify_missing(found)
 
 
 def _requested_values(words: Sequence[str], profile: str | None) -> "list[SettingChange]":
     if bool(words) == (profile is not None):
         raise console.Refused(tr("expected {expected}", expected="NAME=VALUE … | --profile FILE"))
     if profile is None:
-        return parse(words)
-    from pathlib import Path
-
+        return parse_settings(words)
     from app.procedures.write_all import SettingChange
-    from app.settings.profile_file import ProfileRefused, read_profile
     from app.settings.profiles import SETTINGS_BY_KEY
 
-    try:
-        settings = read_profile(Path(profile)).settings
-    except ProfileRefused as error:
-        raise console.Refused("\n".join(error.sentences)) from error
-    if not settings:
-        raise console.Refused(tr("{path} holds no settings.", path=profile))
-    return [SettingChange(SETTINGS_BY_KEY[key], value) for key, value in settings.items()]
-
-
-def parse(words: Sequence[str]) -> "list[SettingChange]":
-    """Parse and check all words. Raises `Refused` with all errors."""
-    from app.procedures.write_all import SettingChange
-    from app.settings.values import NotAValue, parse_value
-    from protocol.catalogue import SETTINGS
-
-    offered = {command.key: command for command in SETTINGS}
-    wishes: dict[str, SettingChange] = {}
-    faults: list[str] = []
-    for word in words:
-        name, equals, text = word.partition("=")
-        command = offered.get(name)
-        if not equals:
-            faults.append(f"{word}: {tr('expected {expected}', expected='NAME=VALUE')}")
-        elif command is None or command.write is None:
-            faults.append(f"{name}: {tr('expected {expected}', expected='|'.join(offered))}")
-        elif name in wishes:
-            faults.append(tr("{name} is given twice.", name=name))
-        else:
-            try:
-                wishes[name] = SettingChange(command, parse_value(command.write, text))
-            except NotAValue as error:
-                faults.append(tr("{name}: {why}.", name=name, why=error.why.translated()))
-    if faults:
-        raise console.Refused("\n".join(faults))
-    return list(wishes.values())
+    return [SettingChange(SETTINGS_BY_KEY[key], value) for key, value in settings_of_profile(Path(profile)).items()]
 
 
 def _warn(wishes: "Sequence[SettingChange]") -> None:
@@ -134,6 +128,7 @@ def _write(wishes: "Sequence[SettingChange]", args: argparse.Namespace) -> "tupl
         connected(args.port, args.baud) as conversation,
         LinkTrouble() as link,
     ):
+        old_rate = conversation.baud_rate
         for wish in wishes:
             if args.profile is not None and wish.command.key == "baud_rate" and wish.value == conversation.baud_rate:
                 # The module just answered at this rate: a dangerous frame that changes nothing is not sent.
@@ -164,7 +159,8 @@ def _write(wishes: "Sequence[SettingChange]", args: argparse.Namespace) -> "tupl
             found[wish.command] = Written(
                 command=wish.command, wanted=wish.value, heard=SetReply.NOT_SENT, verified=verified, fault=fault
             )
-    return replace(report, results=tuple(found[wish.command] for wish in wishes)), link.sentence
+    before = {**report.before, "baud_rate": old_rate}
+    return replace(report, before=before, results=tuple(found[wish.command] for wish in wishes)), link.sentence
 
 
 def _is_last(wish: "SettingChange") -> bool:
@@ -210,14 +206,15 @@ def json_of(report: "WriteReport") -> dict[str, object]:
     for one in report.results:
         is_needed, why = one.heard is not SetReply.UNNEEDED, why_not_verified(one, report.refusals)
         has_age = report.read_at is not None and bool(one.verified) and is_needed
-        results[one.command.key] = {
-            "wanted": one.wanted,
-            "acknowledged": one.is_acknowledged if is_needed else None,
-            "read_back": one.stands,
-            "verified": one.verified,
-            "verified_age_s": round(max(0.0, time.monotonic() - (report.read_at or 0.0)), 3) if has_age else None,
-            "error": None if why is None else why.in_english(),
-        }
+        results[one.command.key] = _result(
+            one.wanted,
+            report.before.get(one.command.key),
+            acknowledged=one.is_acknowledged if is_needed else None,
+            read_back=one.stands,
+            verified=one.verified,
+            verified_age_s=round(max(0.0, time.monotonic() - (report.read_at or 0.0)), 3) if has_age else None,
+            error=None if why is None else why.in_english(),
+        )
     return {
         "results": results,
         "changed": {one.command.key: {"before": one.before, "after": one.after} for one in report.changed},
@@ -225,9 +222,25 @@ def json_of(report: "WriteReport") -> dict[str, object]:
     }
 
 
+def _result(
+    wanted: "Value",
+    before: "Value | None",
+    *,
+    acknowledged: bool | None = None,
+    read_back: "Value | None" = None,
+    verified: bool | None = None,
+    verified_age_s: float | None = None,
+    error: str | None = None,
+) -> dict[str, object]:
+    return {
+        "wanted": wanted, "before": before, "acknowledged": acknowledged, "read_back": read_back,
+        "verified": verified, "verified_age_s": verified_age_s, "error": error,
+    }  # fmt: skip
+
+
 def _remarks(report: "WriteReport") -> list[str]:
     """Sentences about settings that were not written: changed, or not read."""
-    changed = [f"{one.command.key} {_typed(one.before)} → {_typed(one.after)}" for one in report.changed]
+    changed = [f"{one.command.key} {typed(one.before)} → {typed(one.after)}" for one in report.changed]
     unread = [one.key for one in report.unread]
     return [
         *([tr("Changed without being written: {names}.", names=join_names(changed))] if changed else []),
@@ -236,25 +249,25 @@ def _remarks(report: "WriteReport") -> list[str]:
 
 
 def page_of(report: "WriteReport") -> list[str]:
-    return console.columns(
-        [(one.command.key, _sentence(one, why_not_verified(one, report.refusals))) for one in report.results]
-    )
+    rows = [
+        (one.command.key, _sentence(one, report.before.get(one.command.key), why_not_verified(one, report.refusals)))
+        for one in report.results
+    ]
+    tones = [Colour.GOOD if one.verified else Colour.CAUTION if one.is_fine else Colour.BAD for one in report.results]
+    return [coloured(line, tone) for line, tone in zip(console.columns(rows), tones, strict=True)]
 
 
-def _sentence(written: "Written", why: "UserMessage | None") -> str:
+def _sentence(written: "Written", before: "Value | None", why: "UserMessage | None") -> str:
     from app.procedures.write import SetReply
 
-    wanted = _typed(written.wanted)
+    wanted = typed(written.wanted)
     if why is not None:
-        stands = "" if written.stands is None else f" → {_typed(written.stands)}"
+        stands = "" if written.stands is None else f" → {typed(written.stands)}"
         return tr("{value}: NOT verified ({why})", value=wanted, why=why.translated() + stands)
+    if before is not None and before != written.wanted:
+        wanted = f"{typed(before)} → {wanted}"
     if written.heard is SetReply.UNNEEDED:
         return tr("{value}: unchanged", value=wanted)
     if written.verified:
         return tr("{value}: verified", value=wanted)
     return tr("{value}: acknowledged (cannot be read back)", value=wanted)
-
-
-def _typed(value: "Value") -> str:
-    """The value as it is typed."""
-    return str(value).lower() if isinstance(value, bool) else f"{value:g}"

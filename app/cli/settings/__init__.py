@@ -1,0 +1,1 @@
+"""The commands that write settings or compare them: set, save, diff."""

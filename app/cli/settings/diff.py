@@ -1,0 +1,47 @@
+"""`dps-s diff FILE [FILE | --port P]`: compares the settings of two profiles, or of a profile and a module.
+
+Of a module only the settings of the profile are compared; what it cannot tell is unknown. Sends queries only. Exit code
+0 if all are equal; 1 if one differs; 3 without a link; 4 if none differs and one is unknown.
+"""
+
+import argparse
+from pathlib import Path
+
+from app.cli.settings.save import read_module
+from app.terminal import console
+from app.terminal.setting_words import settings_of_profile, typed
+from app.text.i18n import tr
+
+
+def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    parser = subparsers.add_parser("diff")
+    parser.add_argument("file", type=Path, metavar="FILE", help=tr("profile"))
+    parser.add_argument("other", type=Path, nargs="?", metavar="FILE", help=tr("profile; without it the module"))
+    console.add_port_arguments(parser)
+    console.add_json_argument(parser)
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    if args.other is not None and args.port is not None:
+        raise console.Refused(tr("expected {expected}", expected="FILE [FILE | --port P]"))
+    first = settings_of_profile(args.file)
+    if args.other is not None:
+        second, head, missing = settings_of_profile(args.other), str(args.other), "–"
+        names = list({**first, **second})
+    else:
+        module = read_module(args.port, args.baud)
+        second, head, missing = module.values, module.port, tr("unknown")
+        names = list(first)
+    unequal = [name for name in names if first.get(name) != second.get(name)]
+    if args.json:
+        console.write_json({"differences": {name: [first.get(name), second.get(name)] for name in unequal}})
+    elif not unequal:
+        console.write_lines([tr("The settings are equal.")])
+    else:
+        rows = [(name, *(typed(one[name]) if name in one else missing for one in (first, second))) for name in unequal]
+        console.write_lines(console.columns([("", str(args.file), head), *rows]))
+    if not unequal:
+        return console.SUCCESS
+    is_only_unknown = args.other is None and all(name not in second for name in unequal)
+    return console.PARTIAL if is_only_unknown else console.ANSWER_NO

@@ -1,0 +1,115 @@
+"""`dps-s save FILE.toml`: saves the settings as read, as a profile that `dps-s set --profile` and the window open.
+
+Comments say when and from which module they were read, and what could not be read. Sends queries only. Exit code 0; 2
+if the file exists and --force is missing; 3 without a link; 4 if some were not read, or the file cannot be written.
+"""
+
+import argparse
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from app.terminal import console
+from app.text.i18n import tr
+from app.text.sentences import join_names, not_written
+
+if TYPE_CHECKING:
+    from protocol.fields import Value
+
+STANDARD_OUTPUT = "-"
+
+
+@dataclass(frozen=True, slots=True)
+class ModuleSettings:
+    """The settings of a module by key. `missing`: those that were not read, and why, in English."""
+
+    port: str
+    baud_rate: int
+    boot_count: int | None
+    values: "Mapping[str, Value]"
+    missing: Mapping[str, str]
+
+
+def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    parser = subparsers.add_parser("save")
+    parser.add_argument("file", metavar="FILE.toml", help=tr("profile to write, or - for standard output"))
+    console.add_module_argument(parser, tr("name of the profile"))
+    parser.add_argument("--force", action="store_true", help=tr("replace the file"))
+    console.add_port_arguments(parser)
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    from app.system.files import write_whole
+
+    path = Path(args.file)
+    if args.file != STANDARD_OUTPUT and path.exists() and not args.force:
+        raise console.Refused(tr("{file} exists: use --force.", file=path))
+    found = read_module(args.port, args.baud)
+    text = text_of(found, args.module or (path.stem if args.file != STANDARD_OUTPUT else found.port))
+    if args.file == STANDARD_OUTPUT:
+        console.write(text)
+    else:
+        try:
+            write_whole(path, text.encode())
+        except (OSError, ValueError) as error:
+            raise console.Refused(not_written(path, error), console.PARTIAL) from error
+        console.note(tr("Settings written to {file}: {count}.", file=path, count=len(found.values)))
+    return notify_missing(found)
+
+
+def notify_missing(found: ModuleSettings) -> int:
+    """Print the readable settings that were not read; returns the exit code."""
+    from app.engine.setting_changes import READABLE_SETTINGS
+
+    missing = [command.key for command in READABLE_SETTINGS if command.key in found.missing]
+    if not missing:
+        return console.SUCCESS
+    console.notify(tr("Could not read: {names}. Read again or check the wiring.", names=join_names(missing)))
+    return console.PARTIAL
+
+
+def read_module(port: str, baud_rate: int | None) -> ModuleSettings:
+    """Raises `Refused` where the module answered nothing or the link was lost."""
+    from app.preflight.reading_object import SETTING_KEYS
+    from app.procedures.settings_reading import read_settings
+    from app.terminal.connection import connected, module_is_silent
+
+    with connected(port, baud_rate) as conversation:
+        reading = conversation.run(read_settings())
+        rate = conversation.baud_rate
+    if reading.is_silent or reading.is_restarted:
+        why = module_is_silent(port) if reading.is_silent else tr("The module restarted. Read again.")
+        raise console.Refused(why, console.NO_LINK)
+    values = {**reading.values, "baud_rate": rate}
+    missing = {
+        key: reading.faults[key].value if key in reading.faults else "cannot be read"
+        for key in SETTING_KEYS
+        if key not in values
+    }
+    return ModuleSettings(port, rate, reading.boot_count, values, missing)
+
+
+def text_of(found: ModuleSettings, name: str) -> str:
+    """The profile, in English, with its origin as comments."""
+    from datetime import datetime
+
+    from app.settings.fingerprint import fingerprint
+    from app.settings.profile_file import profile_text
+    from app.settings.profiles import MAX_NAME_LENGTH, Profile
+    from app.terminal.command_journal import adapter_of
+    from app.text.messages import clean
+
+    code = fingerprint(found.values)
+    origin = [
+        f"Settings as read by dps-s save, {datetime.now().astimezone().isoformat(' ', 'seconds')}",
+        f"Port: {clean(found.port)}, {found.baud_rate} baud",
+        f"Adapter: {clean(adapter_of(found.port))}" if adapter_of(found.port) else "",
+        "SIMULATED MODULE" if found.port.startswith("sim:") else "",
+        f"Boot count: {'unknown' if found.boot_count is None else found.boot_count}",
+        f"Settings code: {code.code}" if code.is_complete else "",
+        *(f"{key}: {why}" for key, why in found.missing.items()),
+    ]
+    profile = Profile(name=clean(name, longest=MAX_NAME_LENGTH), settings=found.values)
+    return "".join(f"# {line}\n" for line in origin if line) + profile_text(profile)

@@ -1,0 +1,61 @@
+"""Settings as words of the command line: NAME=VALUE, and the settings of a profile."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from app.terminal.console import Refused, did_you_mean
+from app.text.i18n import tr
+
+if TYPE_CHECKING:
+    from app.procedures.write_all import SettingChange
+    from protocol.fields import Value
+
+
+def settings_of_profile(path: Path) -> "Mapping[str, Value]":
+    """The settings of a profile by key. Raises `Refused` where it holds none or is none."""
+    from app.settings.profile_file import ProfileRefused, read_profile
+
+    try:
+        settings = read_profile(path).settings
+    except ProfileRefused as error:
+        raise Refused("\n".join(error.sentences)) from error
+    if not settings:
+        raise Refused(tr("{path} holds no settings.", path=path))
+    return settings
+
+
+def parse_settings(words: Sequence[str]) -> "list[SettingChange]":
+    """Parse and check all words. Raises `Refused` with all errors."""
+    from app.procedures.write_all import SettingChange
+    from app.settings.values import NotAValue, parse_value
+    from protocol.catalogue import SETTINGS
+
+    offered = {command.key: command for command in SETTINGS}
+    wishes: dict[str, SettingChange] = {}
+    faults: list[str] = []
+    for word in words:
+        name, equals, text = word.partition("=")
+        command = offered.get(name)
+        if not equals:
+            faults.append(f"{word}: {tr('expected {expected}', expected='NAME=VALUE')}")
+        elif command is None or command.write is None:
+            hint = did_you_mean(name, offered)
+            faults.append(f"{name}: {tr('expected {expected}', expected='|'.join(offered))}{hint}")
+        elif name in wishes:
+            faults.append(tr("{name} is given twice.", name=name))
+        else:
+            try:
+                wishes[name] = SettingChange(command, parse_value(command.write, text))
+            except NotAValue as error:
+                faults.append(tr("{name}: {why}.", name=name, why=error.why.translated()))
+    if faults:
+        raise Refused("\n".join(faults))
+    return list(wishes.values())
+
+
+def typed(value: "Value | None") -> str:
+    """The value as it is typed."""
+    if value is None:
+        return tr("unknown")
+    return str(value).lower() if isinstance(value, bool) else f"{value:g}"

@@ -1,0 +1,118 @@
+"""Habits of command lines: short options, suggestions, colours, a usage of the command's own."""
+
+import os
+import signal
+import sys
+import time
+
+import pytest
+
+import app.__main__ as program
+from app.cli.commands import ENTRIES, SubCommand
+from app.cli.settings import set as setting
+from app.procedures.write_all import WriteReport
+from tests.support.cli_line import run_here
+
+pytest_plugins = ["tests.support.cli_fixtures"]
+pytestmark = pytest.mark.usefixtures("speaks_english")
+
+
+def test_the_help_lists_every_command_in_a_group(capsys: pytest.CaptureFixture[str]) -> None:
+    told = run_here(capsys, ["--help"]).out
+    rows = [line.split()[0] for line in told.splitlines() if line.startswith("  ") and not line.startswith("  -")]
+    assert rows == [entry.name for entry in ENTRIES]
+    assert [line for line in told.splitlines() if line in ("Module:", "Settings:", "Program:")]
+
+
+@pytest.mark.parametrize("entry", ENTRIES, ids=lambda entry: entry.name)
+def test_every_command_shows_an_example_that_it_takes(entry: SubCommand, capsys: pytest.CaptureFixture[str]) -> None:
+    assert f"Example: dps-s {entry.example}" in run_here(capsys, [entry.name, "--help"]).out
+    words = entry.example.split()
+    assert words[0] == entry.name
+    program._parser_of(entry.module).parse_args(words)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["raed"], "There is no command raed (did you mean read?)."),
+        (["deploy"], "Deploying is possible in the window only"),
+        (["deploy", "--yes", "--port", "sim://x"], "Deploying is possible in the window only"),
+        (["read", "--jsn"], "usage: dps-s read "),
+        (["read", "--jsn"], "unrecognized arguments: --jsn (did you mean --json?)"),
+        (["archive", "status", "--jsno"], "usage: dps-s archive status "),
+        (["archive", "statu"], "(did you mean status?)"),
+        (["schema", "raed"], "(did you mean read?)"),
+        (["set", "freefal_time_s=1", "--port", "sim://x"], "(did you mean freefall_time_s?)"),
+        (["gui", "--lang", "de"], "(choose from 'en', 'zh_CN')"),
+        (["history", "--port", "sim://x", "--module", " "], "argument --module: expected NAME"),
+        (["preflight", "--port", "sim://x", "--module", ""], "argument --module: expected NAME"),
+        (["archive", "report", "--module", ""], "argument --module: expected NAME"),
+    ],
+)
+def test_what_is_mistyped_is_answered_with_the_way(
+    words: list[str], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    printed = run_here(capsys, words, 2)
+    assert printed.out == ""
+    assert said in printed.err
+
+
+def test_short_options(port: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run_here(capsys, ["find", "-p", f"{port}?baud=9600", "-b", "9600"]).out.endswith(", 9600 baud\n")
+
+
+def test_a_refused_connection_is_no_missing_port(capsys: pytest.CaptureFixture[str]) -> None:
+    assert (
+        "socket://127.0.0.1:1: connection refused." in run_here(capsys, ["read", "-p", "socket://127.0.0.1:1"], 3).err
+    )
+
+
+def test_colours_only_on_a_terminal_that_takes_them(
+    port: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    words = ["set", "freefall_time_s=0.1", "light_threshold_v=2", "--accept-risk", "--port", f"{port}?clamps=yes"]
+    assert "\x1b" not in run_here(capsys, words, 1).out
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: True, raising=False)
+    monkeypatch.setenv("WT_SESSION", "1")
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    bad, good = run_here(capsys, words, 1).out.splitlines()
+    assert bad.startswith("\x1b[31mfreefall_time_s ")
+    assert good.startswith("\x1b[32mlight_threshold_v ")
+    assert bad.endswith("\x1b[0m")
+    monkeypatch.setenv("NO_COLOR", "1")
+    assert "\x1b" not in run_here(capsys, words, 1).out
+
+
+@pytest.mark.skipif(os.name == "nt", reason="no such signal")
+def test_a_signal_after_the_last_frame_does_not_keep_the_result(
+    port: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    page_of = setting.page_of
+
+    def interrupted_page(report: WriteReport) -> list[str]:
+        os.kill(os.getpid(), signal.SIGTERM)
+        return page_of(report)
+
+    monkeypatch.setattr(setting, "page_of", interrupted_page)
+    default = signal.signal(signal.SIGTERM, lambda *_: pytest.fail("the signal would have ended the program"))
+    try:
+        assert "1.4: verified" in run_here(capsys, ["set", "freefall_time_s=1.4", "--port", port]).out
+    finally:
+        signal.signal(signal.SIGTERM, default)
+
+
+@pytest.mark.skipif(not hasattr(time, "tzset"), reason="TZ is not taken here")
+def test_a_time_zone_that_is_none(
+    port: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("TZ", "XYZ-25")
+    time.tzset()
+    try:
+        printed = run_here(capsys, ["preflight", "--port", port], 1)
+    finally:
+        monkeypatch.undo()
+        time.tzset()
+    assert printed.out.startswith("NO-GO")
+    assert printed.err.startswith("TZ is no time zone")
