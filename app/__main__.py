@@ -19,7 +19,7 @@ from app.cli.commands import ENTRIES, WINDOW, grouped_summaries
 from app.cli.gui import is_file_name
 from app.terminal import console
 from app.terminal.argparse_words import translate_argparse
-from app.terminal.port_choice import choose_port
+from app.terminal.port_choice import choose_port, refuse_unknown_address
 from app.text.i18n import set_language, system_language, tr
 
 DEBUG = "DPS_S_DEBUG"
@@ -96,10 +96,14 @@ def _run(words: list[str]) -> int:
     console.set_verbosity(args)
     is_window = entry.name == WINDOW
     _prepare_log(is_wanted=is_window and console.verbosity() > 0, is_window=is_window)
+    is_open = getattr(args, "port", "") is None and getattr(args, "other", None) is None
+    if not is_window and is_open and getattr(args, "yes", True):
+        args.port = choose_port()
+    port = getattr(args, "port", None) or ()
+    for address in (port,) if isinstance(port, str) else port:
+        refuse_unknown_address(address)
     if is_window:
         return _open_window(args)
-    if getattr(args, "port", "") is None and getattr(args, "yes", True) and getattr(args, "other", None) is None:
-        args.port = choose_port()
     if getattr(args, "json", False):
         _write_utf8()
     if entry.name == "preflight":
@@ -239,16 +243,12 @@ def _prepare_log(*, is_wanted: bool, is_window: bool) -> None:
 
 def _explain(error: Exception) -> int:
     from app.diagnosis.troubles import explain
-    from app.engine.playback import OnlyPlayedBack
     from app.terminal.connection import link_trouble
 
     if os.environ.get(DEBUG) == "1":
         import traceback
 
         traceback.print_exception(error)
-    if isinstance(error, OnlyPlayedBack):
-        console.notify(error.sentence)
-        return console.USAGE_ERROR
     sentence = link_trouble(error)
     if isinstance(error, ImportError):
         from app.system.screen import missing_libraries

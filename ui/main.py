@@ -150,7 +150,6 @@ def assemble(
     ports = ports or PortWatcher()
     storage = storage or Storage()
     connector = Connector(ports, make_worker=storage.sessions.recorded_workers())
-    storage.is_recording = lambda: connector.is_playback
     lock = LockControl(connector, storage.journal, connector)
     tones = TonePlayer()
 

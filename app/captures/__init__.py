@@ -1,1 +1,1 @@
-"""Bytes as files: entries, reader, writer, explanation, player."""
+"""Bytes as files: entries, reader, writer, explanation."""

@@ -37,12 +37,9 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
 
 
 def run(args: argparse.Namespace) -> int:
-    from app.engine.playback import is_playback
     from app.terminal.export_file import unwritable_reason
 
     why = unwritable_reason(args.file, appends=args.append, replaces=args.force)
-    if is_playback(args.port):
-        why = tr("A recording is played.")
     if why is not None:
         raise console.Refused(why)
     from app.recordings.library import RecordingLibrary

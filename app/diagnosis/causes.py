@@ -258,7 +258,7 @@ CAUSES: tuple[CauseRow, ...] = (
         Cause.UNUSABLE,
         lambda seen: trouble_of(seen) is PortTrouble.UNSUPPORTED,
         marked("{port} is no serial port."),
-        marked("Use a device name, socket://HOST:PORT or rfc2217://HOST:PORT."),
+        marked("Use a device name, socket://HOST:PORT or rfc2217://HOST:PORT; dps-s FILE opens a file."),
     ),
     # The port is open
     CauseRow(

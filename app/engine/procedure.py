@@ -126,8 +126,6 @@ class EngineView:
     """Another procedure changes the port's rate: the module may be at any rate."""
     overtaken_at: float | None
     """When something urgent (LOCK) last overtook the rest: confirmations before it no longer count."""
-    is_playback: bool
-    """A capture is played; there is no module."""
     is_proven: bool
     """False: it may be another module than expected, so only questions are sent. See `app.engine.identity`."""
 

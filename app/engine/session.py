@@ -12,11 +12,10 @@ from typing import Any
 
 from app.engine.device import Device, StaleReason
 from app.engine.identity import Expected, IdentityCheck
-from app.engine.playback import OnlyPlayedBack
 from app.engine.procedure import Ask, Cancelled, EngineView, LinkView, PortLost, Procedure, Slept
 from app.engine.run import Run
 from app.engine.transport import Line
-from protocol.catalogue import LOCK, SERIAL_OUTPUT, Hazard, Layout
+from protocol.catalogue import LOCK, Hazard, Layout
 from protocol.events import Answered, Event, OutcomeUnknown, Received, Unanswered, WentOffline, WentOnline
 from protocol.link import Link
 from protocol.round_trips import Timing
@@ -50,13 +49,11 @@ class Session:
         *,
         timing: Timing | None = None,
         asleep_s: Callable[[], float] = float,
-        is_playback: bool = False,
         expected: Expected | None = None,
     ) -> None:
         self.line = line
         self.clock = clock
         self._asleep_s = asleep_s
-        self._is_played = is_playback
         self.opened_at = clock()
         self.identity = IdentityCheck(expected)
         self.bytes_received = 0
@@ -214,12 +211,9 @@ class Session:
         ask = active.pending_ask
         if ask is None:
             return
-        is_refused = self._is_played or not (self.identity.is_proven or ask.request == LOCK)
+        is_refused = not (self.identity.is_proven or ask.request == LOCK)
         if is_refused and not ask.request.is_repeatable:
-            if self._is_played and ask.request.command is not SERIAL_OUTPUT:
-                active.throw(OnlyPlayedBack(), now)
-            else:  # a procedure that wanted the stream continues by polling
-                active.resume(Unanswered(ask.request, 0, 0.0, now), now)
+            active.resume(Unanswered(ask.request, 0, 0.0, now), now)  # who wanted the stream continues by polling
             self._serve(now)
         elif self._link.is_idle:
             self._send(active, ask, now)
@@ -233,7 +227,7 @@ class Session:
 
     def _locking(self, now: float) -> tuple[Run[Any], Ask] | None:
         """The run whose request may repeat LOCK: it is in flight, or waits for the link's own heartbeat."""
-        run = self._asking or (None if self._link.is_idle or self._is_played else self._next_run(now))
+        run = self._asking or (None if self._link.is_idle else self._next_run(now))
         ask = run.pending_ask if run is not None else None
         return (run, ask) if run is not None and ask is not None else None
 
@@ -311,7 +305,6 @@ class Session:
             proven_rate=self._proven_rate,
             is_rate_searched=any(run.searches_rate and not run.is_urgent for run in self._foreground),
             overtaken_at=self._overtaken_at,
-            is_playback=self._is_played,
             is_proven=self.identity.is_proven,
         )
 

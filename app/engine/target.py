@@ -2,8 +2,6 @@
 
 from dataclasses import dataclass
 
-from app.engine.playback import is_playback
-
 
 @dataclass(frozen=True, slots=True)
 class Target:
@@ -24,8 +22,3 @@ class Target:
     @property
     def is_simulated(self) -> bool:
         return self.device.startswith("sim:")
-
-    @property
-    def is_playback(self) -> bool:
-        """Whether it plays a capture."""
-        return is_playback(self.device)

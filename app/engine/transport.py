@@ -50,7 +50,6 @@ URL_OPTIONS: Mapping[str, frozenset[str] | None] = MappingProxyType({
     "rfc2217": frozenset({"ign_set_control", "poll_modem", "timeout"}),
     "loop": frozenset(),
     "sim": None,
-    "capture": None,
 })  # fmt: skip
 """The schemes that are opened, each with its options; None: the scheme is ours and judges them itself. pyserial knows
 more: some write files (`spy`), load any class (`alt`), or take whichever adapter fits a pattern (`hwgrep`)."""
@@ -145,7 +144,6 @@ def refuse_unsupported(port: str) -> None:
     scheme, separator, rest = port.partition("://")
     if not separator:
         return
-    # pyserial would open CAPTURE:// too, which would not be recognised as a capture here.
     if scheme not in URL_OPTIONS:
         raise PortError(PortTrouble.UNSUPPORTED, port, "scheme")
     allowed = URL_OPTIONS[scheme]

@@ -15,7 +15,6 @@ from typing import Any, Generic
 
 from app.engine.device import Device, DeviceView, StatusSample
 from app.engine.identity import NO_EXPECTATION, Expected, Identity
-from app.engine.playback import is_playback
 from app.engine.procedure import LinkView, PortLost, Procedure, Report, Result
 from app.engine.session import BATCH_S, Run, Session
 from app.engine.transport import PortError, SerialLine, open_line
@@ -308,7 +307,6 @@ class Worker:
             line,
             self._clock,
             asleep_s=asleep_s,
-            is_playback=is_playback(order.port),
             expected=order.expected,
         )
         self._device = self._session.device

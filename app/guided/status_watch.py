@@ -5,7 +5,6 @@ from dataclasses import dataclass, field
 from math import inf
 
 from app.engine.device import MAX_LAG_S, StatusSample
-from app.engine.playback import require_module
 from app.engine.procedure import Ask, Await, EngineView, Inspect, Listen, Pause, Procedure
 from app.guided.results import BreakOff
 from app.procedures.ask_status import ask_status
@@ -160,7 +159,6 @@ def require_start(view: EngineView, restarts: int) -> None:
 
 def require_locked() -> Procedure[int]:
     """Raise `BreakOff` unless the module now reports that it is locked and has not fired; returns its restarts."""
-    yield from require_module()
     if not (yield from ask_status()):
         raise BreakOff(marked("No current status."))
     view: EngineView = yield Inspect()

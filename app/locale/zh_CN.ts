@@ -110,10 +110,6 @@
         <translation>线路不良会使数值缺失或错误。</translation>
     </message>
     <message>
-        <source>A capture is played here: it answers questions, but there is no module to change or to check.</source>
-        <translation>这里播放的是抓包文件：只能回答查询，没有模块可以更改或检查。</translation>
-    </message>
-    <message>
         <source>A damaged part is left out.</source>
         <translation>忽略损坏部分。</translation>
     </message>
@@ -132,18 +128,6 @@
     <message>
         <source>A program error closed the port.</source>
         <translation>程序错误导致串口关闭。</translation>
-    </message>
-    <message>
-        <source>A recording is played.</source>
-        <translation>正在回放数据记录。</translation>
-    </message>
-    <message>
-        <source>A recording is played; nothing is sent.</source>
-        <translation>正在回放数据记录；不发送任何内容。</translation>
-    </message>
-    <message>
-        <source>A recording is played; nothing of it is stored.</source>
-        <translation>正在回放数据记录；其内容不会存储。</translation>
     </message>
     <message>
         <source>A weak cell may not deploy the parachute.</source>
@@ -2726,14 +2710,6 @@
         <translation>俯仰</translation>
     </message>
     <message>
-        <source>Play</source>
-        <translation>播放</translation>
-    </message>
-    <message>
-        <source>Play from the start</source>
-        <translation>从头播放</translation>
-    </message>
-    <message>
         <source>Plots</source>
         <translation>曲线</translation>
     </message>
@@ -2780,10 +2756,6 @@
     <message>
         <source>Ports</source>
         <translation>串口</translation>
-    </message>
-    <message>
-        <source>Position</source>
-        <translation>位置</translation>
     </message>
     <message>
         <source>Power cycle: {fate}.</source>
@@ -2904,14 +2876,6 @@
     <message>
         <source>READY</source>
         <translation>待激活</translation>
-    </message>
-    <message>
-        <source>RECORDING – DPS-S Configurator</source>
-        <translation>回放记录 – DPS-S 上位机</translation>
-    </message>
-    <message>
-        <source>RECORDING: {name}</source>
-        <translation>回放记录：{name}</translation>
     </message>
     <message>
         <source>REHEARSAL</source>
@@ -3490,10 +3454,6 @@
         <translation>来源</translation>
     </message>
     <message>
-        <source>Speed</source>
-        <translation>速度</translation>
-    </message>
-    <message>
         <source>Speed of the serial line.</source>
         <translation>串口通讯速率。</translation>
     </message>
@@ -3584,10 +3544,6 @@
     <message>
         <source>Stop motors and fans.</source>
         <translation>停止电机和风扇。</translation>
-    </message>
-    <message>
-        <source>Stop playing</source>
-        <translation>停止播放</translation>
     </message>
     <message>
         <source>Stream rate</source>
@@ -4326,8 +4282,8 @@
         <translation>使用</translation>
     </message>
     <message>
-        <source>Use a device name, socket://HOST:PORT or rfc2217://HOST:PORT.</source>
-        <translation>请使用设备名、socket://主机:端口 或 rfc2217://主机:端口。</translation>
+        <source>Use a device name, socket://HOST:PORT or rfc2217://HOST:PORT; dps-s FILE opens a file.</source>
+        <translation>请使用设备名、socket://HOST:PORT 或 rfc2217://HOST:PORT；打开文件请用 dps-s FILE。</translation>
     </message>
     <message>
         <source>Use a shorter cable, connect ground, avoid motors and antennas.</source>
@@ -4984,10 +4940,6 @@
     <message>
         <source>end after S seconds</source>
         <translation>S 秒后结束</translation>
-    </message>
-    <message>
-        <source>ended</source>
-        <translation>已播完</translation>
     </message>
     <message>
         <source>entries</source>
@@ -6420,10 +6372,6 @@
     <message>
         <source>{port}: connection refused.</source>
         <translation>{port}：连接被拒绝。</translation>
-    </message>
-    <message>
-        <source>{position} of {length}</source>
-        <translation>{position} / {length}</translation>
     </message>
     <message>
         <source>{rate} baud</source>

@@ -1,1 +1,1 @@
-"""Port URLs of our own for pyserial: sim:// and capture://."""
+"""Port URLs of our own for pyserial: sim://."""

@@ -10,9 +10,8 @@ was unplugged stays dead, and bytes at the wrong rate are garbled.
 import errno
 from urllib.parse import parse_qsl, urlsplit
 
-from serial.serialutil import PortNotOpenError, SerialException
+from serial.serialutil import PortNotOpenError, SerialBase, SerialException
 
-from app.port_urls.virtual_serial import VirtualSerial
 from app.simulator import bench as benches
 from app.simulator.bench import DEFAULT_NAME, SimulatedBench
 from app.simulator.options import OptionRefused, parse_options
@@ -27,8 +26,10 @@ def open_bench(url: str) -> SimulatedBench:
     return benches.module(name, options)
 
 
-class Serial(VirtualSerial):
-    """A port of pyserial's shape; `open`, `read`, `write` … as there."""
+class Serial(SerialBase):
+    """A port of pyserial's shape; `open`, `read`, `write` … as there. Modem lines are constant; no write waits."""
+
+    BAUDRATES = tuple(rate for rate in SerialBase.BAUDRATES if rate >= 1200)
 
     _bench: SimulatedBench | None = None
     _plug_number = 0
@@ -139,3 +140,37 @@ class Serial(VirtualSerial):
         if bench is not None and self.is_open:
             with bench.changed:
                 bench.wire.host_baud = self.baudrate
+
+    def flush(self) -> None:
+        self._source()
+
+    def reset_output_buffer(self) -> None:
+        self._source()
+
+    def cancel_write(self) -> None:
+        """Nothing to cancel."""
+
+    def _update_rts_state(self) -> None:
+        """No such wire."""
+
+    def _update_dtr_state(self) -> None:
+        """No such wire."""
+
+    def _update_break_state(self) -> None:
+        """No such wire."""
+
+    @property
+    def cts(self) -> bool:
+        return True
+
+    @property
+    def dsr(self) -> bool:
+        return True
+
+    @property
+    def ri(self) -> bool:
+        return False
+
+    @property
+    def cd(self) -> bool:
+        return True

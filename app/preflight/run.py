@@ -10,7 +10,6 @@ frames pass. What may change while a trigger is enabled or during measuring is r
 """
 
 from app.engine.device import How
-from app.engine.playback import require_module
 from app.engine.procedure import (
     HEARTBEAT_WAITS_S,
     Ask,
@@ -59,7 +58,6 @@ def run_preflight(
 
     Raises `Cancelled`, `PortLost` or `Slept`; `evidence` is void then.
     """
-    yield from require_module()
     evidence.is_enabling = is_enabling
     try:
         yield from _collect(evidence, journal or NoJournal())

@@ -13,7 +13,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from app.engine.device import StatusSample
-from app.engine.playback import require_module
 from app.engine.procedure import (
     Ask,
     Cancelled,
@@ -150,7 +149,6 @@ def perform(
         raise ValueError("locking has a procedure of its own")
     if permit is not None and permit.is_rehearsal and permit.act is act:
         return rehearse(act, permit)
-    yield from require_module()
     yield from _refresh(act)
     open_conditions = conditions_open(act, (yield Inspect()), journal, permit=permit, armed=armed)
     if open_conditions:

@@ -11,7 +11,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 
-from app.engine.playback import require_module
 from app.engine.procedure import (
     Ask,
     Cancelled,
@@ -93,7 +92,6 @@ def change_baud(
     If it is cancelled or the port is lost after the set, it raises, and the logged rates remain to be searched.
     """
     request = BAUD_RATE.set(new_rate)
-    yield from require_module()
     yield from ask_status()
     sight: EngineView = yield Inspect()
     old_rate = sight.baud_rate

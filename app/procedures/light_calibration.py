@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from enum import Enum
 from statistics import median
 
-from app.engine.playback import require_module
 from app.engine.procedure import EngineView, Inspect, Pause, Procedure, Report, ask_value
 from app.text.i18n import tr
 from protocol.catalogue import BY_NAME
@@ -61,7 +60,6 @@ class Band:
 
 def measure_light(*, samples: int = SAMPLES) -> Procedure[Band]:
     """Read the light several times at the present position of the bay."""
-    yield from require_module()
     raws: list[int] = []
     lost = 0
     before: EngineView = yield Inspect()

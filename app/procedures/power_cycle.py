@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from enum import Enum
 
 from app.engine.device import BOOTS
-from app.engine.playback import require_module
 from app.engine.procedure import EngineView, Inspect, Pause, Procedure, Report, ask_value
 from app.procedures.write import RESTART_SHOWS_S, read_back
 from protocol.catalogue import BY_NAME, SETTINGS, Command
@@ -75,7 +74,6 @@ def survives_power_cycle(
     wanted: Mapping[str, Value], *, longest_wait_s: float = MAX_WAIT_S
 ) -> Procedure[PowerCycleResult]:
     """`wanted`: the written values by key."""
-    yield from require_module()
     before: EngineView = yield Inspect()
     boots_before = yield from _boots()
     boots: int | None = None

@@ -13,7 +13,6 @@ from concurrent.futures import Future
 from dataclasses import dataclass, field, replace
 
 from app.engine.identity import as_logged, evidence_of
-from app.engine.playback import require_module
 from app.engine.procedure import Await, EngineView, Inspect, Pause, Procedure, Report
 from app.engine.setting_changes import READABLE_SETTINGS, ChangedSetting, changed_settings
 from app.engine.snapshots import Snapshot, snapshot_of
@@ -119,7 +118,6 @@ def write_all(changes: Sequence[SettingChange], leave: WriteContext) -> Procedur
     if refused := _unaccepted(changes, leave):
         results = tuple(_not_sent(change, WriteFault.NOT_ALLOWED) for change in ordered)
         return WriteReport(results=results, refusals=refused)
-    yield from require_module()
     before = yield from read_settings()
     if leave.store_snapshot is not None:
         yield from _store_snapshot(leave.store_snapshot)

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from enum import Enum
 
 from app.engine.device import DeviceView
-from app.engine.playback import is_playback
 from app.engine.worker import Batch, Connection, PortState
 from protocol.catalogue import RESET_BELOW_THRESHOLD_DEG
 from protocol.events import Event, Restarted
@@ -17,7 +16,6 @@ class MarkerKind(Enum):
     """The value is the word in files, which is not translated."""
 
     CONNECTED = "connected"
-    RECORDING = "recording played"
     RECONNECTED = "reconnected"
     PORT_LOST = "port lost"
     OFFLINE = "offline"
@@ -52,7 +50,7 @@ class ModuleLimits:
 
 
 NO_LIMITS = ModuleLimits()
-STATE_LOST = frozenset({MarkerKind.RESTARTED, MarkerKind.CONNECTED, MarkerKind.RECORDING})
+STATE_LOST = frozenset({MarkerKind.RESTARTED, MarkerKind.CONNECTED})
 """Markers after which the module has lost its state, or is another one."""
 
 
@@ -67,7 +65,7 @@ def charging_at(markers: Iterable[Marker], time_s: float) -> bool | None:
                 if not is_past:  # a marker means that the state before was the opposite
                     return not is_connected if is_charging is None else is_charging
                 is_charging = is_connected
-            case MarkerKind.CONNECTED | MarkerKind.RECORDING:
+            case MarkerKind.CONNECTED:
                 if not is_past:
                     break
                 is_charging = None
@@ -131,7 +129,7 @@ class MarkerTracker:
         if not self._was_lost:
             # Chosen by a person: another module with unknown state.
             self._triggered = self._active = self._is_charging = None
-            self._add(at, MarkerKind.RECORDING if is_playback(self._port) else MarkerKind.CONNECTED)
+            self._add(at, MarkerKind.CONNECTED)
 
     def _on_loss(self, connection: Connection, at: float) -> None:
         was_open, self._state = self._state is PortState.OPEN, connection.state

@@ -76,12 +76,7 @@ def _other_cells(excerpt: Excerpt) -> Iterator[tuple[float, str]]:
 
 def event_text(marker: Marker) -> str:
     """ "connected: /dev/ttyUSB0"; in English, as in all files."""
-    names_port = marker.kind in (
-        MarkerKind.CONNECTED,
-        MarkerKind.RECORDING,
-        MarkerKind.RECONNECTED,
-        MarkerKind.PORT_LOST,
-    )
+    names_port = marker.kind in (MarkerKind.CONNECTED, MarkerKind.RECONNECTED, MarkerKind.PORT_LOST)
     if not names_port or not marker.port:
         return marker.kind.value
     simulated = " (simulated)" if marker.port.startswith("sim:") else ""

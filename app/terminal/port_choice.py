@@ -1,4 +1,4 @@
-"""Default of --port: `DPS_S_PORT`, or the only USB adapter."""
+"""The value of --port: by default `DPS_S_PORT`, or the only USB adapter; an address of an unknown kind is refused."""
 
 import os
 
@@ -30,3 +30,16 @@ def choose_port() -> str:
     found = adapters[0]
     note(tr("Port {port} ({name})", port=found.device, name=found.description or found.identity))
     return found.device
+
+
+def refuse_unknown_address(port: str) -> None:
+    """Raises `Refused` for a URL that no port is opened by, such as that of a file."""
+    if "://" not in port:
+        return
+    from app.diagnosis.troubles import explain
+    from app.engine.transport import PortError, refuse_unsupported
+
+    try:
+        refuse_unsupported(port)
+    except PortError as error:
+        raise Refused(explain(error).terminal_sentence) from error

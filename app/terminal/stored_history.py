@@ -54,16 +54,12 @@ def store_visit(
 
     `is_same_module`: confirmed by a person.
     """
-    from app.engine.playback import is_playback
     from app.records.check_store import CheckStore
     from app.store.database import StoreTrouble
     from app.text.messages import clean
 
     name = clean(module.strip())
     if not name:
-        return True
-    if is_playback(port):
-        notify(tr("A recording is played; nothing of it is stored."))
         return True
     slots = [record.raw for record in history.records]
     store = open_store_or_notify(tr("Not kept."))

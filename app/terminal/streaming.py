@@ -111,8 +111,8 @@ def _has_just_slept(conversation: Conversation) -> bool:
 
 @contextmanager
 def _stream_memory(port: str) -> Iterator[StreamMemory]:
-    """Remembers that the serial output is switched on; not for simulated modules and playback."""
-    if port.startswith(("sim:", "capture:", "loop:")):
+    """Remembers that the serial output is switched on; not for simulated modules."""
+    if port.startswith(("sim:", "loop:")):
         yield StreamMemory()
         return
     store = open_store_or_notify()

@@ -38,7 +38,6 @@ class _Connector(QObject):
 
     changed = Signal()
     batch = Signal(object)
-    is_playback = False
     adapter_key = ""
     last = target = None
 

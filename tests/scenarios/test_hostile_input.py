@@ -42,7 +42,7 @@ HUGE = {"decimal": "1" + "0" * 4000, "negative": "-1" + "0" * 4000, "hexadecimal
         "cp2110://0001:004a:00",
         "nothing://x",
         "://",
-        "CAPTURE://{file}",
+        "capture://{file}",
         " capture://{file}",
         "socket://localhost:1?logging=debug",
         "loop://?logging=debug",
@@ -58,11 +58,30 @@ def test_an_address_that_writes_files_or_loads_code_is_refused(
     with pytest.raises(PortError) as refused:
         open_line(address, 115200)
     assert refused.value.trouble is PortTrouble.UNSUPPORTED
-    assert program.main(["read", "--port", address]) == console.NO_LINK
+    assert program.main(["read", "--port", address]) == console.USAGE_ERROR
     said = capsys.readouterr().err
     assert said.count("\n") == 1
     assert "is no serial port" in said
     assert not file.exists()
+
+
+def test_what_was_recorded_is_no_port(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    address = f"capture://{tmp_path}/flight.dpscap?speed=5"
+    for words in (
+        ["read", "--port", address],
+        ["monitor", "--port", address],
+        ["record", "--port", address, str(tmp_path / "a.csv")],
+        ["preflight", "--port", address, "--port", "sim://b"],
+        ["activate", "--port", address, "--yes"],
+        ["gui", "--port", address],
+    ):
+        assert program.main(words) == console.USAGE_ERROR
+        assert "dps-s FILE opens a file" in capsys.readouterr().err
+    monkeypatch.setenv("DPS_S_PORT", address)
+    assert program.main(["read"]) == console.USAGE_ERROR
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_addresses_that_lead_to_a_module_are_opened() -> None:

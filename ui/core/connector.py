@@ -161,10 +161,6 @@ class Connector(QObject):
         return link_state(self._opening, DeviceView(), None, is_finding=False)
 
     @property
-    def is_playback(self) -> bool:
-        return self._current.is_playback
-
-    @property
     def is_active(self) -> bool:
         return self._current.is_active
 

@@ -41,7 +41,7 @@ class PortConnection(QObject):
     batch = Signal(object)
     """Each `Batch`, after the state was updated from it."""
     invalidated = Signal()
-    """Another module than the expected one was connected, or a capture is no longer played: pages clear their data."""
+    """Another module than the expected one was connected: pages clear their data."""
     came_online = Signal(object)
     """The `Target`, whenever a module answers on it."""
     stream_left_on = Signal()
@@ -166,14 +166,9 @@ class PortConnection(QObject):
         return self.absence is not None and self.absence.is_waiting
 
     @property
-    def is_playback(self) -> bool:
-        """A capture is played instead of a module; only queries are sent."""
-        return self._target is not None and self._target.is_playback and self._is_wanted
-
-    @property
     def is_active(self) -> bool:
-        """The module may fire by its thresholds. A stale "active" counts as active, a played capture's does not."""
-        return not self.is_playback and self.activation.may_fire
+        """The module may fire by its thresholds. A stale "active" counts as active."""
+        return self.activation.may_fire
 
     @property
     def activation(self) -> SeenActivation:
@@ -194,13 +189,10 @@ class PortConnection(QObject):
         self._proven_rate = None
         self._is_listing = False
         self._return.request(Address(target.device, target.identity))
-        expected = None if target.is_playback else self._expected_of(target)
+        expected = self._expected_of(target)
         self._open(target, is_another=whose != self._adapter_key, expected=expected)
 
     def disconnect_port(self) -> None:
-        if self.is_playback:  # nothing of it may be left behind as a module's
-            self._is_invalidated = True
-            self.invalidated.emit()
         self._is_wanted = False
         self._is_listing = False
         self._return.give_up()

@@ -60,7 +60,7 @@ class PortLock(QObject):
 
     @property
     def is_possible(self) -> bool:
-        return self._connector.is_open and not self._connector.is_playback
+        return self._connector.is_open
 
     @property
     def is_repeating(self) -> bool:

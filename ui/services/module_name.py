@@ -166,9 +166,6 @@ class PortModule(QObject):
         connector = self._connector
         if connector is None or connector.target is None:
             return
-        if connector.target.key != self._adapter and connector.target.is_playback:
-            self._adapter, self.expected_name = connector.target.key, ""
-            self._use("")
         if not connector.is_open:
             return
         if not connector.identity.is_proven:
@@ -182,7 +179,7 @@ class PortModule(QObject):
 
     def _on_batch(self, batch: Batch) -> None:
         is_module = batch.connection.state is PortState.OPEN and batch.identity.is_proven and bool(self.name)
-        if not is_module or self._connector is None or self._connector.is_playback:
+        if not is_module or self._connector is None:
             return
         evidence = evidence_of(batch.device.values, is_fresh=True)
         if not evidence.is_complete:

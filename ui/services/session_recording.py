@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from app import version
-from app.engine.playback import is_playback
 from app.engine.target import Target
 from app.engine.worker import Batch, Connection, PortState, Worker
 from app.text.messages import UserMessage
@@ -161,11 +160,6 @@ class SessionRecording:
         """In the worker's thread."""
         connector, connection = self._connector, batch.connection
         with self._lock:
-            if is_playback(connection.port):  # on disk already
-                self._session = SessionTracker()
-                self._end()
-                self._hold_stream(connector)
-                return
             if self._session.begins(connection, None if connector is None else connector.target):
                 self._begin(connection)
             if self._recorder is not None:

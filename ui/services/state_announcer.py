@@ -49,8 +49,6 @@ class StateAnnouncer(QObject):
         lock.changed.connect(self._poll)
 
     def _poll(self) -> None:
-        if self._connection.is_playback:
-            return  # nothing of it is so now
         self._announce_link()
         self._announce_trigger()
         self._announce_activation()

@@ -7,7 +7,6 @@ from concurrent.futures import Future
 from dataclasses import dataclass
 from pathlib import Path
 
-from app.engine.playback import is_playback
 from app.engine.setting_changes import ChangedSetting
 from app.engine.snapshots import Snapshot
 from app.engine.target import Target
@@ -16,8 +15,6 @@ from app.store.database import StoreFault, StoreTrouble
 from app.store.store import Store, data_folder, open_store
 from app.store.store_journal import journal_for
 from app.store.stream_memory import StoredStreamMemory, StreamMemory
-from app.text.messages import UserMessage, message
-from protocol.translatable import marked
 from ui.services.recording_jobs import RecordingJobs
 from ui.services.session_recording import SessionRecording
 
@@ -29,23 +26,10 @@ RECORDER_LIMIT_S = 0.1
 """For the last lines of a recording, when the window closes."""
 
 
-class RecordingPlayed(StoreTrouble):
-    """Data of a played recording is not stored among data of modules."""
-
-    def __init__(self) -> None:
-        super().__init__(StoreFault.FAILED, Path())
-
-    @property
-    def message(self) -> UserMessage:
-        return message(marked("A recording is played; nothing of it is stored."))
-
-
 class Storage:
     """The store is opened by `open_store`, else when it is first asked for."""
 
     def __init__(self, folder: Path | None = None) -> None:
-        self.is_recording: Callable[[], bool] = bool
-        """Whether a capture is played in place of a module."""
         self.name_at: Callable[[Target], str] = lambda _target: ""
         """Name of the module that is known to be there, else ""."""
         self._folder = folder
@@ -63,8 +47,6 @@ class Storage:
     @property
     def store(self) -> Store | StoreTrouble:
         """The store, or why there is none."""
-        if self.is_recording():
-            return RecordingPlayed()
         return self.open_store()
 
     def open_store(self) -> Store | StoreTrouble:
@@ -91,7 +73,7 @@ class Storage:
 
     def journal(self, target: Target | None) -> Journal:
         """For one connection, with the name that its module has now."""
-        if target is None or target.is_playback:
+        if target is None:
             return NoJournal()
         name = self.name_at(target)
         return journal_for(self.store, port=target.device, origin=ORIGIN, adapter=target.identity, module=name)
@@ -102,13 +84,13 @@ class Storage:
         `module`: its name, where it has one.
         """
         store = self._store
-        if self._is_closed or not isinstance(store, Store) or is_playback(port):
+        if self._is_closed or not isinstance(store, Store):
             return None
         return store.queue.submit(lambda: store.store_snapshot(snapshot, port=port, module=module))
 
     def stream_memory(self, target: Target) -> StreamMemory:
         """For one connection."""
-        if target.is_playback or target.is_simulated:
+        if target.is_simulated:
             return StreamMemory()
         store = self.store
         return StoredStreamMemory(store, target.key) if isinstance(store, Store) else StreamMemory()

@@ -173,8 +173,6 @@ class Attention(QObject):
             return None
         was_active = connector.is_active and self._lock.failed is None  # which says so itself
         said = link_notice(state, connector.clock(), self._acts, was_active=was_active)
-        if connector.is_playback and state.trouble is None:
-            said = None  # its own bar says that the recording has ended
         locking = self._lock.notice(said.choices if said is not None else ())
         if locking is not None:
             return locking if said is None else replace(locking, text=join_sentences([locking.text, said.text]))
@@ -210,7 +208,7 @@ class Attention(QObject):
         if known is not None and known.value is False:
             self._has_read_trigger = False
         is_triggered = connector.is_open and known is not None and known.value is True
-        if not is_triggered or self._has_read_trigger or connector.is_playback:
+        if not is_triggered or self._has_read_trigger:
             return None
         text = tr("The module has triggered: LOCK, read the record, pack, check again.")
         look = self._page_choices("after_trigger", tr("Read the record"), "triggers", is_main=True)

@@ -38,7 +38,6 @@ from ui.style.icons import app_icon
 from ui.widgets.layouts import in_row
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import Notice, NoticeBar
-from ui.widgets.recording_bar import RecordingBar
 
 _log = logging.getLogger(__name__)
 
@@ -88,12 +87,11 @@ class MainWindow(QMainWindow):
         texts.bind(self.setWindowTitle, "DPS-S Configurator")
         self.top_bar = TopBar(self._connector, texts, services.lock, services.naming, services.in_use)
         self.notice_bar = NoticeBar(texts, is_foot=True)
-        self.recording_bar = RecordingBar(self._connector, texts)
         self.navigation = Sidebar(entries, texts)
         self.area = PageArea()
         self.stack = self.area.stack
         self.panel = ConnectPanel(self._connector, ports, texts)
-        self.status_bar = StatusBar(self._connector, texts, services.in_use, self.notice_bar, self.recording_bar)
+        self.status_bar = StatusBar(self._connector, texts, services.in_use, self.notice_bar)
         sessions = services.storage.sessions
         self.recording_sign = RecordingSign(lambda: sessions.sign)
         self.status_bar.add(self.recording_sign)
@@ -276,11 +274,10 @@ class MainWindow(QMainWindow):
         """Refreshes everything that shows the link or an age."""
         self._refreshed_at = self._connector.clock()
         self.top_bar.refresh()
-        self.recording_bar.refresh()
         self.status_bar.refresh()
         self.recording_sign.refresh()
         connector = self._connector
-        self.menus.find_rate.setEnabled(connector.is_open and not connector.is_playback)
+        self.menus.find_rate.setEnabled(connector.is_open)
         self.menus.disconnect.setEnabled(connector.is_requested)
         self._refresh_notice()
 
@@ -305,9 +302,8 @@ class MainWindow(QMainWindow):
             self._pages["diagnosis"].go_to("why")
 
     def _remember_port(self, target: Target) -> None:
-        if not target.is_playback:
-            self.port_opened.emit(self._remembered.last_port is None)
-            self._remembered.last_port = LastPort(target.device, target.identity, self._connector.connection.baud_rate)
+        self.port_opened.emit(self._remembered.last_port is None)
+        self._remembered.last_port = LastPort(target.device, target.identity, self._connector.connection.baud_rate)
         self.panel.hide()
 
     def _show_page(self, key: str) -> None:

@@ -1,4 +1,4 @@
-"""Status bar: link statistics, the capture that is played, or the notice that needs attention."""
+"""Status bar: link statistics, or the notice that needs attention."""
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QFontMetrics, QResizeEvent
@@ -18,7 +18,6 @@ from ui.widgets.labels import ElidedLabel, IconLabel, TickingLabel
 from ui.widgets.layouts import in_row
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import NoticeBar
-from ui.widgets.recording_bar import RecordingBar
 from ui.widgets.visibility_timer import VisibilityTimer
 
 HEIGHT_PX = 40
@@ -43,7 +42,6 @@ class StatusBar(QFrame):
         texts: Texts,
         in_use: LimitsInUse,
         notice_bar: NoticeBar,
-        recording_bar: RecordingBar,
     ) -> None:
         super().__init__()
         named(self, "status_line", "bar")
@@ -71,14 +69,11 @@ class StatusBar(QFrame):
         self.passing.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self._figures = named(QWidget(), "status_figures")
         in_row(marked, (self.passing, 1), of=self._figures, spacing=Space.L, margins=(Space.M, 0, 0, 0))
-        self._notice_bar, self._recording_bar = notice_bar, recording_bar
+        self._notice_bar = notice_bar
         self._ages = named(QWidget(), "status_ages")
         self._ages_row = in_row(self.age, of=self._ages, spacing=Space.L, margins=(0, 0, Space.M, 0))
-        self._row = in_row(
-            (self._figures, 1), (notice_bar, 1), (recording_bar, 1), self._ages, of=self, spacing=0, margins=0
-        )
-        for bar in (notice_bar, recording_bar):
-            bar.changed.connect(self._share)
+        self._row = in_row((self._figures, 1), (notice_bar, 1), self._ages, of=self, spacing=0, margins=0)
+        notice_bar.changed.connect(self._share)
         for label in (self.figures, self.passing, self.age):
             label.setProperty("role", "small")
         self._show_fault(None)
@@ -101,15 +96,10 @@ class StatusBar(QFrame):
             self._ages_row.insertWidget(self._ages_row.indexOf(self.age), widget)
 
     def _share(self) -> None:
-        """Shows the notice in place of the figures, and of what is at the right where the window is narrow.
-
-        The buttons of a played capture stay where they are beside a notice.
-        """
+        """Shows the notice in place of the figures, and of what is at the right where the window is narrow."""
         is_noticed = self._notice_bar.notice is not None
-        is_played = not self._recording_bar.isHidden()
-        self._recording_bar.make_room(is_wanted=is_noticed)
-        self._figures.setVisible(not is_noticed and not is_played)
-        self._ages.setVisible(not is_played and (not is_noticed or self.width() >= scaled(WIDE_PX)))
+        self._figures.setVisible(not is_noticed)
+        self._ages.setVisible(not is_noticed or self.width() >= scaled(WIDE_PX))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
@@ -188,7 +178,6 @@ class StatusBar(QFrame):
         message = self._message if now < self._message_until else ""
         _write(self.passing, message)
         self._notice_bar.show_note(message)
-        self._recording_bar.show_message(message)
 
     def _show_fault(self, outside: Outside | None) -> None:
         _write(self.fault, "" if outside is None else tr(outside.fault.value))

@@ -24,7 +24,6 @@ from ui.widgets.labels import ElidedLabel
 from ui.widgets.layouts import in_row
 from ui.widgets.naming import named, set_role
 from ui.widgets.readout import StateChip, parts_of
-from ui.widgets.recording_bar import recording_name, recording_word
 from ui.widgets.state_chips import age_of, show_activation, show_known_trigger
 from ui.widgets.visibility_timer import VisibilityTimer
 
@@ -62,14 +61,12 @@ def phase_meaning(phase: Phase) -> Meaning | None:
 
 
 def port_title(state: LinkState, target: Target | None) -> str:
-    """Port and rate such as "ttyUSB0 · 115200", or a title for the simulated module or a recording."""
+    """Port and rate such as "ttyUSB0 · 115200", or a title for the simulated module."""
     if state.phase is Phase.CLOSED or (not state.port and target is None):
         return tr("Not connected")
     device = target.device if target is not None else state.port
     if device.startswith("sim:"):
         return tr("Simulated module")
-    if target is not None and target.is_playback:
-        return tr("RECORDING: {name}", name=recording_name(device))
     name = device.removeprefix("/dev/")
     return f"{name} · {state.baud_rate}" if state.baud_rate else name
 
@@ -257,11 +254,7 @@ class TopBar(QFrame):
         connector, now = self._connector, self._connector.clock()
         state, device = connector.state, connector.device
         said = link_text(state, now)
-        recorded = recording_word(connector)
-        if recorded:
-            said = LinkText(recorded, tr("A recording is played; nothing is sent."), "", None)
-        phase = Phase.ASKING if recorded else state.phase  # never green, which is for a module that answers
-        self.port.show_link(port_title(state, connector.target), phase, said)
+        self.port.show_link(port_title(state, connector.target), state.phase, said)
         if self.name.text() != self._module:
             self.name.setText(self._module)
             self._fit_name()
@@ -275,8 +268,7 @@ class TopBar(QFrame):
     @property
     def _module(self) -> str:
         """The name given to the connected module, else ""."""
-        is_module = self._connector.is_requested and not self._connector.is_playback
-        return self._naming.name if is_module else ""
+        return self._naming.name if self._connector.is_requested else ""
 
     def _style_lock(self, button: QPushButton, *, is_main: bool) -> None:
         """Highlights LOCK while the module is ACTIVE."""

@@ -1,4 +1,4 @@
-"""Captures: written and read back, read by the page's own description, damaged, endless, and played."""
+"""Captures: written and read back, read by the page's own description, damaged and endless."""
 
 import random
 import re

@@ -9,7 +9,6 @@ from pathlib import Path
 import pytest
 
 import app.__main__ as program
-from app.captures.player import url_of
 from app.recordings.library import RecordingLibrary
 from tests.support.cli_line import Printed, bench_of, falls_after, run_here
 from tests.support.records.captures import read_capture
@@ -77,14 +76,6 @@ def test_used_wrongly(words: list[str], port: str, tmp_path: Path, monkeypatch: 
     assert program.main(["record", "--port", port, *words]) == 2
     assert list(tmp_path.iterdir()) == []
     assert RecordingLibrary().entries() == ()
-
-
-def test_what_is_played_is_not_recorded_as_if_it_were_new(
-    port: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    capture = tmp_path / "a.dpscap"
-    assert record(port, capture) == 0
-    assert "is played" in run_here(capsys, ["record", "--port", url_of(str(capture)), str(tmp_path / "b.csv")], 2).err
 
 
 def test_where_the_line_goes_dead_what_came_is_kept(

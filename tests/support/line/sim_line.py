@@ -153,7 +153,6 @@ def engine_view(
         "proven_rate": None,
         "is_rate_searched": False,
         "overtaken_at": None,
-        "is_playback": False,
         "is_proven": True,
     }
     link = LinkView(counters or Counters(), None, None, 0, None)

@@ -2,14 +2,12 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
-from itertools import islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from app.captures.entries import CaptureEntry, Way
 from app.captures.explained import Explained, Explainer
 from app.captures.reader import LineFault, OpenCapture
-from app.captures.script import Script
 from app.captures.writer import Header, capture_parts
 from protocol.catalogue import STATUS
 from protocol.messages import Status
@@ -64,12 +62,3 @@ def explained(entries: Iterable[CaptureEntry]) -> Iterator[Explained]:
 
 def written(path: Path, entries: Sequence[CaptureEntry] = ENTRIES, header: Header = HEADER) -> None:
     path.write_bytes(b"".join(capture_parts(entries, header)))
-
-
-def script_of(capture: Capture) -> Script:
-    """Return the script of a capture, read to its end."""
-    entries = iter(capture.entries)
-    script = Script(iter(lambda: tuple(islice(entries, 100)), ()), lambda: capture.duration_s)
-    while not script.is_read:
-        script.read_on()
-    return script

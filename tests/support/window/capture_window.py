@@ -1,4 +1,4 @@
-"""Writes a capture file, opens it in a window and plays it."""
+"""Writes a capture file, and opens it in a window."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -11,7 +11,6 @@ from app.captures.entries import CaptureEntry, Way
 from app.captures.traffic_buffer import TrafficBuffer
 from app.captures.writer import capture_parts
 from protocol.catalogue import BY_NAME
-from protocol.link_states import Presence
 from protocol.messages import Status
 from tests.support.window.fakes_ui import WAIT_MS
 from tests.support.window.steps import press
@@ -55,10 +54,3 @@ def strip_button(page: DiagnosisPage, key: str) -> QPushButton:
     button = page.strip.button(key)
     assert button is not None
     return button
-
-
-def play(qtbot: QtBot, assembly: Assembly, page: DiagnosisPage) -> None:
-    press(qtbot, strip_button(page, "capture_play"))
-    qtbot.waitUntil(lambda: assembly.connector.device.presence is Presence.ONLINE, timeout=WAIT_MS)
-    device = assembly.connector
-    qtbot.waitUntil(lambda: device.device.known("active", device.clock()) is not None, timeout=WAIT_MS)

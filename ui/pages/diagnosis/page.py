@@ -30,7 +30,6 @@ from ui.widgets.controls import Shortcut, control
 from ui.widgets.layouts import in_column, in_row
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
-from ui.widgets.recording_bar import recording_target
 from ui.widgets.visibility_timer import VisibilityTimer
 
 _PROGRESS_EVERY_MS: Final = 100
@@ -53,7 +52,6 @@ class DiagnosisPage(StreamPage):
         self._texts, self._connector = services.texts, services.connector
         self.traffic_buffer = TrafficBuffer()
         self.live_figures = LinkStatistics()
-        self._is_played = False
         self.opened: Opened | None = None
         self.traffic = TrafficPage(services)
         self.why = WhyPanel(services)
@@ -80,11 +78,7 @@ class DiagnosisPage(StreamPage):
         VisibilityTimer(self, self._refresh_strip, every_ms=_PROGRESS_EVERY_MS)
 
     def on_batch(self, batch: Batch) -> None:
-        """Collects a batch. The data of a playback is kept apart from the module's."""
-        is_played = self._connector.is_playback
-        if is_played != self._is_played:
-            self._change_over(is_played=is_played)
-        if batch.events and not is_played:
+        if batch.events:
             self.traffic_buffer.feed(batch.events)
         self.figures.shown.on_batch(batch)
         self.traffic.on_batch(batch)
@@ -104,22 +98,11 @@ class DiagnosisPage(StreamPage):
 
     # Captures
 
-    def _change_over(self, *, is_played: bool) -> None:
-        self._is_played = is_played
-        self.traffic.clear_rows()
-        self.figures.shown = LinkStatistics() if is_played else self.live_figures
-
     def _show_capture(self, opened: Opened) -> None:
         self.opened = opened
         self.traffic.show_recorded(opened.rows)
         self.go_to("traffic")
         self._refresh_strip()
-
-    def _play(self) -> None:
-        if self.opened is not None:
-            path = self.opened.path
-            self._close_capture()
-            self.connect_wanted.emit(recording_target(path))
 
     def _close_capture(self) -> None:
         self.opened = None
@@ -131,11 +114,8 @@ class DiagnosisPage(StreamPage):
             tr("{name}; rows: {rows}.", name=opened.path.name, rows=f"{len(opened.rows):,}"),
             *(self._reporting_faults(opened)),
         ]
-        choices = (
-            Choice("capture_play", tr("Play"), self._play, is_main=True),
-            Choice("capture_leave", tr("Back to live"), self._close_capture),
-        )
-        return Notice(Meaning.INFORMATION, join_sentences(parts), choices)
+        leave = Choice("capture_leave", tr("Back to live"), self._close_capture)
+        return Notice(Meaning.INFORMATION, join_sentences(parts), (leave,))
 
     @staticmethod
     def _reporting_faults(opened: Opened) -> list[str]:

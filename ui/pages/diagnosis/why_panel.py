@@ -15,7 +15,6 @@ from app.diagnosis.causes import Cause, Diagnosis, diagnose
 from app.diagnosis.evidence import EvidenceCollector
 from app.diagnosis.link_state import Phase, link_text
 from app.diagnosis.symptoms import PortEvidence
-from app.engine.playback import is_playback
 from app.engine.target import Target
 from app.engine.worker import Batch
 from app.text.i18n import tr
@@ -29,7 +28,6 @@ from ui.widgets.controls import control, rename
 from ui.widgets.labels import IconLabel, text_label
 from ui.widgets.layouts import Gap, in_column, in_row
 from ui.widgets.naming import named
-from ui.widgets.recording_bar import recording_name
 from ui.widgets.visibility_timer import VisibilityTimer
 
 REFRESH_EVERY_MS: Final = 500
@@ -136,7 +134,7 @@ class WhyPanel(QScrollArea):
         evidence = self.evidence()
         state = self._connector.state
         is_asked = state.phase not in (Phase.CLOSED, Phase.OPENING, Phase.FINDING)
-        self.diagnosis = diagnose(evidence) if is_asked and not self._connector.is_playback else None
+        self.diagnosis = diagnose(evidence) if is_asked else None
         if self.diagnosis is not None:
             meaning = Meaning.INFORMATION if self.diagnosis.cause is Cause.SLOW_ADAPTER else Meaning.ATTENTION
             self._show(meaning, self.diagnosis.what, self.diagnosis.next_step, self.diagnosis.command)
@@ -146,10 +144,6 @@ class WhyPanel(QScrollArea):
         self._show_seen(evidence)
 
     def _show_without_cause(self, phase: Phase) -> None:
-        if self._connector.is_playback:
-            self._show(Meaning.INFORMATION, tr("A recording is played."), tr("Nothing is sent."), None)
-            self._offer(None)
-            return
         said = link_text(self._connector.state, self._connector.clock())
         meaning, remedy = _WITHOUT_CAUSE.get(phase, (Meaning.ATTENTION, Remedy.CONNECT_AGAIN))
         self._show(meaning, said.what, said.next_step, None)
@@ -209,7 +203,7 @@ class WhyPanel(QScrollArea):
 
     def _show_seen(self, evidence: PortEvidence) -> None:
         counters = evidence.counters
-        port = recording_name(evidence.port) if is_playback(evidence.port) else evidence.port or "–"
+        port = evidence.port or "–"
         trip_s = evidence.round_trip_median_s if counters.frames else None  # else it is of an earlier connection
         noise = evidence.noise[-_NOISE_SHOWN:]
         shown = {

@@ -40,8 +40,8 @@ class FleetMembers(QObject):
 
     @property
     def connections(self) -> tuple[PortConnection, ...]:
-        """All that a person connected, except played captures."""
-        return tuple(one for one in self._connector.connections if one.is_requested and not one.is_playback)
+        """All that a person connected."""
+        return tuple(one for one in self._connector.connections if one.is_requested)
 
     @property
     def reachable(self) -> tuple[PortConnection, ...]:

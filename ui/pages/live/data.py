@@ -43,7 +43,6 @@ _MARKS: Final[dict[MarkerKind, tuple[str, Icon, Meaning | None]]] = {
     MarkerKind.RECONNECTED: (marked("reconnected"), Icon.LINK, Meaning.INFORMATION),
     MarkerKind.TRIGGER_ENDED: (marked("trigger ended"), Icon.NOT_TRIGGERED, None),
     MarkerKind.CONNECTED: (marked("connected"), Icon.LINK, Meaning.INFORMATION),
-    MarkerKind.RECORDING: (marked("recording"), Icon.PLAY, Meaning.INFORMATION),
     MarkerKind.CHARGER_CONNECTED: (marked("charger connected"), Icon.BOLT, None),
     MarkerKind.CHARGER_REMOVED: (marked("charger removed"), Icon.PLUG, None),
 }

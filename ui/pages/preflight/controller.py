@@ -137,8 +137,7 @@ class PreflightController(QObject):
     @property
     def can_check(self) -> bool:
         is_settled = self._connector.state.phase not in (Phase.OPENING, Phase.FINDING)
-        is_there = self._connector.is_open and not self._connector.is_playback
-        return is_there and is_settled and not self._job.is_running and not self._filing.is_running
+        return self._connector.is_open and is_settled and not self._job.is_running and not self._filing.is_running
 
     @property
     def can_enable(self) -> bool:

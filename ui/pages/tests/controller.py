@@ -117,7 +117,7 @@ class GuidedController(QObject):
     @property
     def can_start(self) -> bool:
         connector = self._connector
-        is_there = connector.is_open and not connector.is_playback and connector.device.presence is Presence.ONLINE
+        is_there = connector.is_open and connector.device.presence is Presence.ONLINE
         is_safe = self.is_stated_safe or not self.test.statement
         return is_there and is_safe and not self.is_running and not self.owes_lock and not connector.is_active
 

@@ -117,7 +117,7 @@ class TriggersController(QObject):
             return
         if not (self.reads_by_itself and is_online and self.can_read):
             return
-        if not (connector.is_busy or connector.is_playback or self._read_of == self._adapter_key):
+        if not (connector.is_busy or self._read_of == self._adapter_key):
             self._read_of = self._adapter_key
             self.read()
 

@@ -1,4 +1,4 @@
-"""Captures in the window: search and marks, save and open, decoded without a module, and played as a recording."""
+"""Captures in the window: search and marks, save and open, decoded without a module."""
 
 import threading
 from pathlib import Path

@@ -142,11 +142,6 @@ def test_disconnecting_a_lost_port_ends_the_session(bench: Bench) -> None:
     assert bench.sessions.sign.since is None
 
 
-def test_playbacks_are_not_recorded(bench: Bench) -> None:
-    bench.say(some(1.0, connection=replace(OPEN, port="capture:///tmp/flight.dpscap")))
-    assert bench.listed() == []
-
-
 def test_a_new_name_belongs_to_its_session(bench: Bench) -> None:
     bench.say(some(1.0))
     bench.sessions.name_module("Right wing")
