@@ -105,6 +105,13 @@ class Restarted:
 
 
 @dataclass(frozen=True, slots=True)
+class FellSilent:
+    """Questions went unanswered for `Timing.silent_gap_s` or longer: the module may have been exchanged meanwhile."""
+
+    at: float
+
+
+@dataclass(frozen=True, slots=True)
 class WentOnline:
     at: float
 
@@ -116,8 +123,8 @@ class WentOffline:
     at: float
 
 
-Event = Sent | Received | Rejected | Answered | Unanswered | OutcomeUnknown | Restarted | WentOnline | WentOffline
 Outcome = Answered | Unanswered | OutcomeUnknown
+Event = Sent | Received | Rejected | Outcome | Restarted | FellSilent | WentOnline | WentOffline
 
 
 @dataclass(slots=True)

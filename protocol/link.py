@@ -14,7 +14,7 @@ Rules:
 - A frame that began before a request was sent is not its answer.
 - Some modules need a pause before they listen again, so a request may wait (`protocol.request_gap`); LOCK never does.
 - A status carries the earliest time at which it can have been sent, as a line may delay everything (`protocol.lag`).
-- Two heartbeats that nobody asked for are a restart.
+- Two heartbeats that nobody asked for are a restart; where nothing answers for a moment, but to 35, it is `FellSilent`.
 - After ten seconds without a valid frame a heartbeat is sent; if it is not answered, the module is offline.
 
 The owner writes the bytes of `take_outgoing` after each call, and calls `tick` no later than `next_deadline`.
@@ -29,6 +29,7 @@ from protocol.events import (
     Answered,
     Counters,
     Event,
+    FellSilent,
     OutcomeUnknown,
     Received,
     Rejected,
@@ -75,6 +76,7 @@ class Link:
         self._behind_fence: Flight | None = None
         self._stale = StaleReplies(self.timing)
         self._unasked_heartbeat_at: float | None = None
+        self.unanswered_since: float | None = None if before is None else before.unanswered_since
         self._received_bytes = 0
         self._last_byte_at = self._proven_at = -inf
         self._probe_at = now + self.timing.heartbeat_every_s
@@ -217,6 +219,7 @@ class Link:
             flight = replace(flight, received_before=self._received_bytes)
         deadline = now + flight.waits_s[flight.attempt]
         self._flight = replace(flight, attempt=flight.attempt + 1, sent_at=now, deadline=deadline, held_until=None)
+        self.unanswered_since = self.unanswered_since or now
         self.gap.sent(is_repeated=flight.attempt > 0, now=now)
         self.lag.ask(flight.request, now)
         self.counters.retries += flight.attempt > 0
@@ -265,7 +268,7 @@ class Link:
         events.append(Received(frame, message, role, now, said_after))
 
     def _prove(self, now: float, events: list[Event]) -> None:
-        self._proven_at = now
+        self._proven_at, self.unanswered_since = now, None
         self._probe_at = now + self.timing.heartbeat_every_s
         if self.presence is not Presence.ONLINE:
             self.presence = PRESENCE[self.presence, Sign.FRAME]
@@ -364,6 +367,9 @@ class Link:
             events.append(Answered(flight.request, flight.messages, flight.attempt, None, now))
             return
         self.counters.time_outs += 1
+        is_silent = now - (self.unanswered_since or now) >= self.timing.silent_gap_s
+        if is_silent and flight.request.command.layout is not Layout.RECORD:
+            events.append(FellSilent(now))
         if flight.attempt < len(flight.waits_s):
             self._move(Step.TIME_OUT)
             is_draining = self.exchange is Exchange.DRAINING

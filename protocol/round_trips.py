@@ -32,6 +32,8 @@ class Timing:
     """A doubled answer follows within this time; a restart's second heartbeat only after 50 ms."""
     restart_s: float = 0.3
     """Two unasked heartbeats within this time are a restart ("间隔50ms", plus the adapter's delay)."""
+    silent_gap_s: float = 0.3
+    """From the first unanswered question; nobody exchanges a module in less."""
     attempts: int = 3
 
 

@@ -10,6 +10,8 @@ _CHANGED_BY_ACTS: Mapping[Command, str] = MappingProxyType(
 )
 ACKNOWLEDGED_KEYS = frozenset(command.key for command in SETTINGS) - {"baud_rate"} | {"active"}
 """Values that an acknowledgement provides."""
+UNREADABLE = frozenset(command.key for command in SETTINGS if not command.reads_back) - {"baud_rate"}
+"""E8: settings that cannot be read, so a restart, or a module that may have been exchanged, makes them unknown."""
 
 
 def key_changed_by(request: Request) -> str | None:

@@ -18,12 +18,13 @@ from math import inf
 from types import MappingProxyType
 from typing import NamedTuple
 
-from app.engine.changed_values import ACKNOWLEDGED_KEYS, key_changed_by
+from app.engine.changed_values import ACKNOWLEDGED_KEYS, UNREADABLE, key_changed_by
 from app.engine.motion import MotionExtremes, MotionWatch
-from protocol.catalogue import ACTIVATION, MAX_RECORDS, SERIAL_OUTPUT, SETTINGS, Request
+from protocol.catalogue import ACTIVATION, MAX_RECORDS, SERIAL_OUTPUT, Request
 from protocol.events import (
     Answered,
     Event,
+    FellSilent,
     OutcomeUnknown,
     Received,
     Restarted,
@@ -66,14 +67,9 @@ STREAM_LATE_PERIODS = 1.5
 """A streamed status is stale when the next one is late by half a period."""
 STREAM_WINDOW_S = 3.0
 """The window in which the rate of the stream is measured; the slowest streams send one report a second."""
-
 BOOTS = 256
 """The boot count wraps to 0 after 255."""
-
 MAX_STRAY_RECORDS = 100 * MAX_RECORDS
-
-UNREADABLE = frozenset(command.key for command in SETTINGS if not command.reads_back) - {"baud_rate"}
-"""E8: settings that cannot be read, so a restart makes them unknown."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,6 +119,8 @@ class DeviceView:
     is_streaming: bool = False
     stream_hz: float = 0.0
     restarts: int = 0
+    breaks: int = 0
+    """How often the conversation broke (silence, restart): what cannot be read is unknown since."""
     last_sleep: Sleep | None = None
     is_restart_suspected: bool = False
     """A heartbeat may have been a restart's; the next boot count decides."""
@@ -195,6 +193,7 @@ class Device:
         self._latest: Received | None = None
         """The last status frame, not yet among the values: at line rate the next one follows soon."""
         self._restarts = 0
+        self._breaks = 0
         self._restarts_not_read = 0
         """Restarts since the boot count was last read: it grows by these without a further restart."""
         self._last_sleep: Sleep | None = None
@@ -223,12 +222,15 @@ class Device:
                 self._invalidate_write(event.request)
             case Restarted():
                 self._on_restart()
+            case FellSilent():
+                self._break_off()
             case WentOnline():
                 self._set_presence(Presence.ONLINE, event.at)
                 if self._baud_rate is not None:
                     self._values["baud_rate"] = Known(self._baud_rate, How.READ, event.at)
             case WentOffline():
                 self._set_presence(Presence.OFFLINE, event.at)
+                self._break_off()
                 self.mark_all_stale(StaleReason.LINK_LOST)
             case _:
                 pass
@@ -266,6 +268,7 @@ class Device:
             self.is_streaming(now),
             hz,
             self._restarts,
+            self._breaks,
             self._last_sleep,
             self._is_restart_suspected,
             frozenset(self._suspected),
@@ -388,5 +391,10 @@ class Device:
         self._restarts += 1
         self._restarts_not_read += 1
         self.mark_all_stale(StaleReason.RESTARTED)
+        self._break_off()
+
+    def _break_off(self) -> None:
+        self._breaks += 1
         for key in UNREADABLE:
             self._values.pop(key, None)
+            self._suspected.pop(key, None)

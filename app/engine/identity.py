@@ -111,11 +111,6 @@ def evidence_of(values: Mapping[str, Known], *, is_fresh: bool) -> IdentityEvide
     )
 
 
-def as_logged(seen: IdentityEvidence) -> dict[str, object]:
-    """For the audit log: the module's boot count and settings."""
-    return {"boot_count": seen.boot_count, "settings": dict(seen.settings)}
-
-
 def is_another(before: IdentityEvidence, now: IdentityEvidence) -> bool:
     return went_back(before.boot_count, now.boot_count) or bool(changed_settings(before.settings, now.settings))
 

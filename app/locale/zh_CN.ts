@@ -4930,12 +4930,8 @@
         <translation>已启用</translation>
     </message>
     <message>
-        <source>enabled since the last start</source>
-        <translation>本次开机后已启用</translation>
-    </message>
-    <message>
-        <source>enabled {age} ago (audit log, entry {entry})</source>
-        <translation>{age} 前已启用（操作记录第 {entry} 条）</translation>
+        <source>enabled in this connection</source>
+        <translation>已在本次连接中启用</translation>
     </message>
     <message>
         <source>end after S seconds</source>
@@ -5334,6 +5330,10 @@
         <translation>无应答</translation>
     </message>
     <message>
+        <source>no reply for a moment</source>
+        <translation>短时无应答</translation>
+    </message>
+    <message>
         <source>no reply within {seconds:.1f} s, asked {attempts} times</source>
         <translation>{seconds:.1f} 秒内无应答，已询问 {attempts} 次</translation>
     </message>
@@ -5422,6 +5422,10 @@
         <translation>{seconds:.2f} s 内未确认，可能已执行</translation>
     </message>
     <message>
+        <source>not enabled in this connection</source>
+        <translation>本次连接中尚未启用</translation>
+    </message>
+    <message>
         <source>not in the profile</source>
         <translation>配置文件中没有</translation>
     </message>
@@ -5488,10 +5492,6 @@
     <message>
         <source>not sent: {why}</source>
         <translation>未发送：{why}</translation>
-    </message>
-    <message>
-        <source>not set since the last start</source>
-        <translation>本次开机后尚未设置</translation>
     </message>
     <message>
         <source>not sorted</source>

@@ -29,6 +29,7 @@ class Disturbance(Enum):
     DISCONNECTED = marked("port lost")
     SILENT = marked("no reply")
     RESTARTED = marked("the module restarted")
+    BROKEN = marked("no reply for a moment")
     SLEPT = marked("computer slept")
     CHANGED = marked("changed")
     UNREAD = marked("not read again")
@@ -46,20 +47,12 @@ class FlagState(Enum):
     NOT_SENT = "not sent"
 
 
-class LoggedSet(NamedTuple):
-    """The acknowledged set in the audit log of this computer. `age_s`: at the end of the check."""
-
-    entry: int
-    age_s: float
-
-
 @dataclass(frozen=True, slots=True)
 class TriggerFlag:
-    """`why`: why it was not sent. `logged`: set if the state is only known from the audit log."""
+    """`why`: why it was not sent."""
 
     state: FlagState = FlagState.NEVER_SET
     why: tuple[UserMessage, ...] = ()
-    logged: LoggedSet | None = None
 
 
 @dataclass(slots=True)
@@ -73,6 +66,8 @@ class Evidence:
     opened_at: float | None = None
     restarts: int = 0
     """Session count at the start of the check."""
+    breaks: int = 0
+    """Session count when the heartbeats were answered."""
     heartbeats_sent: int = 0
     round_trips_s: list[float] = field(default_factory=list)
     """Of the answered heartbeats."""

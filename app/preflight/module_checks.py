@@ -47,15 +47,11 @@ def setting(case: Case, name: str, advice: UserMessage) -> Finding:
 
 
 def trigger(case: Case, key: str) -> Finding:
-    limit = message(marked("enabled since the last start"))
+    limit = message(marked("enabled in this connection"))
     flag = case.evidence.flags.get(key)
     if flag is None:
         return unknown(case.fault(key), limit)
     match flag.state:
-        case FlagState.ENABLED if flag.logged is not None:
-            text = marked("enabled {age} ago (audit log, entry {entry})")
-            shown = message(text, age=_age(flag.logged.age_s), entry=str(flag.logged.entry))
-            return Finding(CheckResult.PASS, True, shown, limit)
         case FlagState.ENABLED:
             return Finding(CheckResult.PASS, True, message(marked("enabled")), limit)
         case FlagState.DISABLED:
@@ -67,12 +63,8 @@ def trigger(case: Case, key: str) -> Finding:
         case FlagState.NOT_SENT:
             return unknown(flag.why[0] if flag.why else message(marked("not sent")), limit, do=_lock_first(case))
         case FlagState.NEVER_SET:
-            why = message(marked("not set since the last start"))
+            why = message(marked("not enabled in this connection"))
             return unknown(why, limit, do=_lock_first(case))
-
-
-def _age(seconds: float) -> str:
-    return f"{seconds:.0f} s" if seconds < 120 else f"{seconds / 60:.0f} min"
 
 
 def _lock_first(case: Case) -> UserMessage | None:

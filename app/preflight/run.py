@@ -1,9 +1,11 @@
 """Pre-flight check as a procedure: collects evidence with queries only, judges nothing.
 
-    20 heartbeats -> settings between two boot counts, status -> the two trigger flags, only when asked
-                  -> cell, charge, light -> trigger records -> two seconds of status
+    20 heartbeats -> settings between two boot counts, status -> trigger records
+                  -> the two trigger flags, only when asked -> cell, charge, light -> two seconds of status
                   -> settings between two boot counts, status, once more
 
+The flags come after the records, as not every module answers that question, and they are known only while the module
+keeps answering. A check in which it did not answer for a moment is void: it may have been exchanged.
 What decides is asked until two answers in a row agree, or several times, because the 8-bit checksum lets some damaged
 frames pass. What may change while a trigger is enabled or during measuring is read before and after: see
 `app.preflight.reread`. Nothing that is sent activates, locks, fires, zeroes, shuts down or changes the rate.
@@ -79,22 +81,24 @@ def _collect(evidence: Evidence, journal: Journal) -> Procedure[None]:
     begin = yield Inspect()
     evidence.restarts, evidence.rejected_before = begin.device.restarts, begin.link.counters.rejected
     yield from _heartbeats(evidence)
+    begin = yield Inspect()
+    evidence.breaks = begin.device.breaks
     yield from _step(evidence, 1, marked("Settings"))
     evidence.first = yield from _read_state(evidence)
-    yield from _step(evidence, 2, marked("Triggers"))
-    for command in TRIGGERS:
-        evidence.flags[command.key] = TriggerFlag()
-        if evidence.is_enabling:
-            evidence.flags[command.key] = yield from _enable(command, journal)
-    yield from _step(evidence, 3, marked("Cell voltage"))
-    for _ in range(VALUE_ROUNDS):
-        for command in SLOW:
-            yield from _read_slow(evidence, command)
-    yield from _step(evidence, 4, marked("Trigger records"))
+    yield from _step(evidence, 2, marked("Trigger records"))
     history = yield from read_history()
     if history.is_line_dead:
         raise _Silent
     evidence.history = history
+    yield from _step(evidence, 3, marked("Triggers"))
+    for command in TRIGGERS:
+        evidence.flags[command.key] = TriggerFlag()
+        if evidence.is_enabling:
+            evidence.flags[command.key] = yield from _enable(command, journal)
+    yield from _step(evidence, 4, marked("Cell voltage"))
+    for _ in range(VALUE_ROUNDS):
+        for command in SLOW:
+            yield from _read_slow(evidence, command)
     yield from _step(evidence, 5, marked("Tilt and acceleration"))
     yield from _watch(evidence)
     yield from _step(evidence, 6, marked("Settings"))
@@ -143,6 +147,8 @@ def _finish(evidence: Evidence) -> Procedure[None]:
     is_another_start = BOOT_COUNT.key in {change.key for change in evidence.changes}
     if is_another_start or end.device.restarts != evidence.restarts:
         evidence.disturbance = Disturbance.RESTARTED
+    elif end.device.breaks != evidence.breaks:
+        evidence.disturbance = Disturbance.BROKEN
 
 
 def _heartbeats(evidence: Evidence) -> Procedure[None]:
@@ -213,7 +219,7 @@ def _enable(command: Command, journal: Journal) -> Procedure[TriggerFlag]:
 
 
 def _final_state(command: Command, flag: TriggerFlag, view: EngineView) -> TriggerFlag:
-    """State of the trigger at the end: what the module acknowledged since its last start."""
+    """State of the trigger at the end: what the module acknowledged in this conversation."""
     known = view.device.known(command.key, view.now)
     if known is None or known.is_stale or known.how is not How.ACKNOWLEDGED:
         return TriggerFlag() if flag.state is FlagState.ENABLED else flag

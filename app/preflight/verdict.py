@@ -189,11 +189,11 @@ def void_reason(assessment: Assessment, device: DeviceView, now: float, *, opene
         return Void(Disturbance.SLEPT)  # the clock may have stood still: the verdict is older than it seems
     if device.presence is Presence.OFFLINE:
         return Void(Disturbance.SILENT)
+    if device.breaks != evidence.breaks:
+        return Void(Disturbance.BROKEN)
     changed = _changed(assessment, device, now)
     if changed is not None:
         return Void(Disturbance.CHANGED, changed)
-    if device.presence_since is not None and device.presence_since > evidence.ended_at:
-        return Void(Disturbance.SILENT)  # it answers again, but what happened meanwhile is unknown
     is_old = not 0.0 <= now - evidence.ended_at <= VALID_FOR_S
     return Void(Disturbance.TOO_OLD) if is_old else None
 
@@ -217,8 +217,6 @@ def _changed(assessment: Assessment, device: DeviceView, now: float) -> UserMess
             return UserMessage(TITLES[key])
     for key in evidence.flags:
         is_lost = key not in device.values and key not in device.undecided
-        if evidence.flags[key].logged is not None:  # only the log knows it, never this session
-            is_lost = key not in device.values and key in device.unconfirmed
         if checked.get(key) is not None and is_lost:
             return UserMessage(TITLES[key])  # an unconfirmed set
     voltage = device.fresh("cell_voltage_v", now)

@@ -12,11 +12,10 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, field, replace
 
-from app.engine.identity import as_logged, evidence_of
 from app.engine.procedure import Await, EngineView, Inspect, Pause, Procedure, Report
 from app.engine.setting_changes import READABLE_SETTINGS, ChangedSetting, changed_settings
 from app.engine.snapshots import Snapshot, snapshot_of
-from app.procedures.act import LOG_FAILED, Armed
+from app.procedures.act import Armed
 from app.procedures.ask_status import ask_status
 from app.procedures.baud import BaudChanged, BaudEnd, change_baud
 from app.procedures.settings_reading import SettingsReading, read_settings
@@ -34,7 +33,6 @@ from protocol.translatable import marked
 SETTLE_S = 0.6
 """From the last write to the last reading. Modules are known to clamp, revert or restart up to half a second after the
 acknowledgement; the background reading of a connected window finds later changes."""
-TRIGGERS = frozenset({"attitude_trigger", "freefall_trigger"})
 LAST_READINGS = 2
 """The last reading is repeated if the line disturbed it."""
 DISK_LIMIT_S = 1.5
@@ -184,17 +182,12 @@ def write_logged(
     command, value = change.command, change.value
     refused = _unaccepted([change], leave) or (yield from _refusals(leave))
     if not refused:
-        sight: EngineView = yield Inspect()
-        seen = as_logged(evidence_of(sight.device.values, is_fresh=True))
         frame = command.set(value).encode()
-        entry = entries[command] = leave.journal.begin(Act.WRITE, frame, {command.key: value, **seen})
+        entry = entries[command] = leave.journal.begin(Act.WRITE, frame, {command.key: value})
         if not entry.done():
             # Unlike an act a set is sent even if the disk takes too long, after checking again whether it is allowed.
             yield from _wait_for_disk(entry)
             refused = yield from _refusals(leave)
-        if command.key in TRIGGERS and value is False and not _is_written(entry):
-            # A pre-flight check relies on the log for whether a trigger is enabled.
-            refused = (*refused, Refusal(Interlock.INTENT_DURABLE, message(LOG_FAILED)))
     if refused:
         return _not_sent(change, WriteFault.NOT_ALLOWED), refused
     if leave.on_begun is not None:
@@ -208,10 +201,6 @@ def settle_writes(journal: Journal, entries: Mapping[Command, Entry], results: I
     for command, entry in entries.items():
         written = found.get(command)
         journal.settle(entry, _outcome(written), {} if written is None else _result(written))
-
-
-def _is_written(entry: Entry) -> bool:
-    return entry.done() and not entry.cancelled() and entry.exception() is None
 
 
 def _last_reading(course: _WriteProgress, before: SettingsReading) -> Procedure[WriteReport]:

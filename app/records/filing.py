@@ -14,7 +14,6 @@ from app.guided.results import GuidedKind
 from app.limits.expectations import Expectations, LastTested, Past, settings_code
 from app.preflight.evidence import Evidence, FrameLog
 from app.preflight.findings import Case, CheckResult
-from app.preflight.logged_flags import with_logged_flags
 from app.preflight.verdict import Assessment, assess
 from app.records.check_store import CheckStore, MakeRecord
 from app.records.record import NOT_STORED, Record, RecordContext, is_simulated, make_record
@@ -75,8 +74,6 @@ def file_check(
     """
     name = clean(person.module.strip()) if person.module is not None and person.module.strip() else None
     at = at or local_now()
-    if store is not None:
-        evidence = with_logged_flags(evidence, store, adapter=adapter, module=name, at=at)
     trouble: StoreTrouble | None = None
     if past is None:
         past = Past(module=name)

@@ -82,7 +82,7 @@ def test_no_go_names_everything_and_sends_questions_only(
     assert "3.50 V (≥ 3.80 V)" in out
     assert "20° (≤ 5°)" in out
     assert "Charge it" in out
-    assert "not set since the last start" in out
+    assert "not enabled in this connection" in out
     _assert_only_questions(wire, flags=0)
 
 

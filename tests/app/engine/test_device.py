@@ -4,13 +4,13 @@ from collections.abc import Callable
 
 import pytest
 
+from app.engine.changed_values import UNREADABLE
 from app.engine.device import (
     FRESH_FOR_S,
     MAX_LAG_S,
     SLOW_KEYS,
     STATUS_KEYS,
     STREAM_PROVES_S,
-    UNREADABLE,
     Device,
     DeviceView,
     How,

@@ -169,9 +169,9 @@ def test_a_late_heartbeat_takes_away_only_until_the_boot_count_is_known() -> Non
     rig = settled_rig()
     rig.run(read_everything())
     rig.run(_set_trigger())
-    rig.bench.change(delay_ms=700)
+    rig.bench.change(delay_ms=250)
     rig.run(_ask_heartbeat())
-    rig.step_for(2.0)
+    rig.step_for(0.2)
     assert "attitude_trigger" not in rig.session.device.view(rig.clock.now_s).values
     rig.bench.end_faults()
     watched(rig)
@@ -185,9 +185,9 @@ def test_what_is_written_while_it_is_in_doubt_stays_as_written() -> None:
     rig = settled_rig()
     rig.run(read_everything())
     rig.run(_set_trigger())
-    rig.bench.change(delay_ms=700)
+    rig.bench.change(delay_ms=250)
     rig.run(_ask_heartbeat())
-    rig.step_for(2.0)
+    rig.step_for(0.2)
     rig.bench.change(mute=True)
     rig.run(_set_trigger())
     rig.bench.end_faults()
@@ -198,7 +198,7 @@ def test_what_is_written_while_it_is_in_doubt_stays_as_written() -> None:
 
 
 def _ask_heartbeat() -> Procedure[None]:
-    yield Ask(HEARTBEAT.query())
+    yield Ask(HEARTBEAT.query(), (0.2,))
 
 
 def _set_trigger() -> Procedure[None]:

@@ -11,7 +11,7 @@ from app.guided.results import GuidedKind, GuidedVerdict
 from app.limits.expectations import Expectations, LastTested, Past
 from app.limits.limits import SETTING_BOUNDS
 from app.preflight.checks import CHECKS
-from app.preflight.evidence import Evidence, FlagState, LoggedSet, TriggerFlag
+from app.preflight.evidence import Evidence, FlagState, TriggerFlag
 from app.preflight.findings import Case, CheckResult, Finding
 from app.preflight.module_checks import guided_tests
 from app.procedures.history import History
@@ -66,14 +66,12 @@ def test_a_setting_beyond_the_bounds_fails_even_where_the_profile_wants_it() -> 
     ("flag", "result", "shown"),
     [
         (TriggerFlag(FlagState.ENABLED), PASS, "enabled"),
-        (TriggerFlag(FlagState.ENABLED, logged=LoggedSet(7, 119.4)), PASS, "enabled 119 s ago (audit log, entry 7)"),
-        (TriggerFlag(FlagState.ENABLED, logged=LoggedSet(7, 120.0)), PASS, "enabled 2 min ago (audit log, entry 7)"),
         (TriggerFlag(FlagState.DISABLED), FAIL, "DISABLED"),
         (TriggerFlag(FlagState.REFUSED), FAIL, "refused"),
         (TriggerFlag(FlagState.UNANSWERED), UNKNOWN, "unknown: no reply"),
         (TriggerFlag(FlagState.NOT_SENT), UNKNOWN, "unknown: not sent"),
         (TriggerFlag(FlagState.NOT_SENT, (UserMessage("why"),)), UNKNOWN, "unknown: why"),
-        (TriggerFlag(FlagState.NEVER_SET), UNKNOWN, "unknown: not set since the last start"),
+        (TriggerFlag(FlagState.NEVER_SET), UNKNOWN, "unknown: not enabled in this connection"),
         (None, UNKNOWN, "unknown: not asked"),
     ],
 )

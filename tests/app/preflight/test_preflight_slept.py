@@ -75,7 +75,7 @@ def test_a_silence_that_is_over_before_anybody_looked_voids_too() -> None:
     rig.step_for(15)
     rig.bench.end_faults()
     rig.run(handshake())
-    assert rig.void(assessment) is Disturbance.SILENT
+    assert rig.void(assessment) is Disturbance.BROKEN
 
 
 MINIMUM_V = Expectations().limits.cell_voltage_min_v

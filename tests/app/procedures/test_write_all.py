@@ -13,7 +13,6 @@ from app.preflight.evidence import Evidence, FlagState
 from app.preflight.run import run_preflight
 from app.procedures.act import Armed
 from app.procedures.lock import lock
-from app.procedures.settings_reading import read_settings
 from app.procedures.stream import StreamSwitch, watch
 from app.procedures.write import SetReply, WriteFault, Written
 from app.procedures.write_all import SettingChange, WriteContext, WriteReport, write_all, write_logged
@@ -190,29 +189,6 @@ def test_a_setting_is_written_also_where_nothing_can_be_logged_but_not_the_baud_
     )
     assert sets(rig) == ["freefall_time"]
     assert [refusal.condition for refusal in report.refusals] == [Interlock.INTENT_DURABLE]
-
-
-def test_only_what_is_known_now_is_logged_with_a_write() -> None:
-    rig, journal = Rig(), FakeJournal()
-    rig.run(read_settings())
-    rig.bench.restart()
-    rig.step_until(lambda: rig.session.device.view(rig.clock()).restarts == 1)
-    rig.bench.change(mute_codes=frozenset({BY_NAME["attitude_threshold"].code}))
-    write(rig, WriteContext(journal=journal), freefall_time=1.2)
-    _, _, detail = journal.intents[0]
-    settings = detail["settings"]
-    assert isinstance(settings, dict)
-    assert settings.keys() == {"light_threshold_v", "freefall_acceleration_g", "freefall_time_s"}
-
-
-@pytest.mark.parametrize("is_enabled", [False, True])
-def test_a_trigger_is_not_disabled_where_that_cannot_be_logged(is_enabled: bool) -> None:
-    rig, journal = Rig(), FakeJournal()
-    journal.is_broken = True
-    report = write(rig, WriteContext(journal=journal), attitude_trigger=is_enabled, light_threshold=2.0)
-    assert sets(rig) == ["attitude_trigger", "light_threshold"] * is_enabled
-    assert [one.fault for one in report.results] == [None if is_enabled else WriteFault.NOT_ALLOWED] * 2
-    assert [refusal.condition for refusal in report.refusals] == [Interlock.INTENT_DURABLE] * (not is_enabled)
 
 
 RISKY = [

@@ -53,7 +53,7 @@ class PreflightButtons(QWidget):
         self.cancel.setVisible(is_checking)
 
     def _emphasise(self, main: QPushButton) -> None:
-        """After a start of the module a check without enabling the triggers can only end with NO-GO."""
+        """In a new connection a check without enabling the triggers can only end with NO-GO."""
         if main is self._main:
             return
         self._main = main

@@ -147,7 +147,7 @@ class PreflightController(QObject):
 
     @property
     def are_triggers_known(self) -> bool:
-        """Whether the module has acknowledged the state of both automatic triggers since its last start."""
+        """Whether the module has acknowledged the state of both automatic triggers in this conversation."""
         device, now = self._connector.device, self._connector.clock()
         known = [device.known(command.key, now) for command in TRIGGERS]
         return all(one is not None and not one.is_stale for one in known)
