@@ -1,4 +1,4 @@
-"""Entry point of PyInstaller's bundle.
+"""Entry point of PyInstaller's bundle, and of `dps-s-window` where pip installed it.
 
 Restores the library path for programs that `dps-s` starts, and shows errors on Windows, where a windowed program has
 no console.
@@ -7,6 +7,7 @@ no console.
 import io
 import os
 import sys
+from collections.abc import Callable
 from multiprocessing import freeze_support
 
 _ICON_ERROR = 0x10
@@ -22,11 +23,11 @@ def restore_library_path() -> None:
         os.environ.pop("LD_LIBRARY_PATH", None)
 
 
-def _run_without_console() -> int:
+def _run_without_console(run: Callable[[], int]) -> int:
     """Run without standard output; what was printed is shown in a message box if the program fails."""
     said = io.StringIO()
     sys.stdout = sys.stderr = said
-    code = _run()
+    code = run()
     if code and said.getvalue().strip():
         _show_error(said.getvalue().strip())
     return code
@@ -55,7 +56,14 @@ def begin() -> int:
     """Run the program; returns the exit code."""
     if sys.platform.startswith("linux"):
         restore_library_path()
-    return _run_without_console() if sys.stdout is None else _run()
+    return _run_without_console(_run) if sys.stdout is None else _run()
+
+
+def open_installed() -> int:
+    """Run the program that pip installed where no console is opened; returns the exit code."""
+    from app.start import main
+
+    return _run_without_console(main) if sys.stdout is None else main()
 
 
 if __name__ == "__main__":

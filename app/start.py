@@ -56,11 +56,15 @@ def foreign_package() -> str | None:
     from importlib.util import find_spec
     from pathlib import Path
 
+    import app
+
     top = Path(__file__).resolve().parents[1]
     for name, file in OURS.items():
         found = find_spec(name)
         places = [] if found is None else [Path(place) for place in found.submodule_search_locations or ()]
-        if not any(place.resolve() == top / name for place in places) or not (top / name / file).is_file():
+        is_overwritten = name == "app" and not hasattr(app, "version")
+        is_here = any(place.resolve() == top / name for place in places) and (top / name / file).is_file()
+        if is_overwritten or not is_here:
             from app.text.i18n import set_language, system_language, tr
 
             set_language(system_language())

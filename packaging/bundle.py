@@ -13,8 +13,9 @@ from typing import Final
 from bundle_contents import Entry
 from environment import ROOT, run
 from icon_files import write_program_icons
-from inventory import Part, licence_folder, parts
+from inventory import parts
 from linux.elf import foreign_run_path, glibc_wanted, make_run_path_relative, outside_libraries
+from parts import Part, licence_folder
 from release import COMMAND, NAME, TITLE, Release, set_rights, stamp_times
 from sbom import LICENCES, bill_of_materials
 

@@ -108,7 +108,7 @@ def _setup(arguments: list[str]) -> int:
 
 
 COMMANDS: dict[str, Command] = {
-    "demo": Command("open the window on the simulated module", _demo),
+    "demo": Command("open the window on the simulated module (arguments go to dps-s gui)", _demo),
     "test": Command("run the tests (arguments go to pytest)", _test),
     "check": Command("run ruff and mypy", _check),
     "bench": Command("run the benchmark", _offscreen("tests.benchmarks")),
@@ -137,10 +137,9 @@ def clean() -> None:
         shutil.rmtree(folder, ignore_errors=True)
 
 
-def _explanations() -> str:
+def _explanations() -> dict[str, str]:
     explanations = {name: command.explanation for name, command in COMMANDS.items()}
-    explanations["clean"] = "delete the files of builds and tests, but not .venv"
-    return "\n".join(["commands:", *(f"  {name:<14}{text}" for name, text in explanations.items())])
+    return explanations | {"clean": "delete the files of builds and tests, but not .venv"}
 
 
 def main(arguments: list[str]) -> int:
@@ -151,7 +150,7 @@ def main(arguments: list[str]) -> int:
     parser = argparse.ArgumentParser(
         prog="bootstrap.py",
         description="Set up DPS-S Configurator in this checkout, then run one thing.",
-        epilog=_explanations(),
+        epilog="\n".join(["commands:", *(f"  {name:<14}{text}" for name, text in _explanations().items())]),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--yes", action="store_true", help="do not ask before system packages are installed")
@@ -159,6 +158,10 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("arguments", nargs=argparse.REMAINDER, help="passed on")
     first = next((number for number, word in enumerate(arguments) if not word.startswith("-")), len(arguments))
     chosen = parser.parse_args(arguments[: first + 1])
+    passed_on = arguments[first + 1 :]
+    if passed_on[:1] in (["-h"], ["--help"]) and (chosen.command in ("demo", "clean") or not environment.is_current()):
+        print(f"bootstrap.py {chosen.command}: {_explanations()[chosen.command]}")  # helps without installing anything
+        return 0
     if chosen.yes:
         os.environ[environment.YES] = "1"
     try:
@@ -172,7 +175,7 @@ def main(arguments: list[str]) -> int:
         )
         environment.make_ready(environment.PROGRAM if chosen.command in ("demo", "run") else environment.EVERYTHING)
         system_libraries.prove_qt(VENV_PYTHON)
-        return COMMANDS[chosen.command].run(arguments[first + 1 :])
+        return COMMANDS[chosen.command].run(passed_on)
     except SetupError as error:
         print(error, file=sys.stderr)
         return error.exit_code

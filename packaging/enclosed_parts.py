@@ -9,7 +9,7 @@ from typing import Final, NamedTuple
 
 from bundle_contents import Entry
 from environment import SetupError
-from inventory import LICENCE_FOLDER, Part, canonical
+from parts import LICENCE_FOLDER, Part, canonical
 
 QT_NOTICES: Final = LICENCE_FOLDER / "qt"
 """Written by docs/generate/qt_notices.py."""

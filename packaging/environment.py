@@ -72,10 +72,10 @@ def found_stamp() -> dict[str, str]:
 
 def make_ready(extent: str = EVERYTHING) -> None:
     """Make sure that .venv has everything, or with `PROGRAM` what the program needs.  Raises SetupError."""
-    if _is_current(extent):
+    if is_current(extent):
         return
     with _only_one():
-        if _is_current(extent):  # another process made it meanwhile
+        if is_current(extent):  # another process made it meanwhile
             return
         try:
             _make(extent)
@@ -83,7 +83,8 @@ def make_ready(extent: str = EVERYTHING) -> None:
             raise SetupError(f"{VENV} cannot be created: {error}.") from error
 
 
-def _is_current(extent: str) -> bool:
+def is_current(extent: str = EVERYTHING) -> bool:
+    """Whether .venv has what this extent needs."""
     return found_stamp() in (wanted_stamp(extent), wanted_stamp(EVERYTHING)) and _runs()
 
 
@@ -173,7 +174,15 @@ def _agrees() -> bool:
 
 
 def _pip(*arguments: str) -> None:
+    """By uv where it is there and can do it, as it cannot where only pip's settings name the index; else by pip."""
     variables = {"PIP_DISABLE_PIP_VERSION_CHECK": "1", "PIP_USER": "0"}
+    uv = shutil.which("uv")
+    if uv is not None:
+        try:
+            run([uv, "pip", arguments[0], "--python", str(VENV_PYTHON), *arguments[1:]], "uv failed")
+            return
+        except SetupError:
+            say("uv could not do it; pip is asked.")
     run([str(VENV_PYTHON), "-m", "pip", *arguments], f"pip {arguments[0]} failed", variables=variables)
 
 

@@ -5,15 +5,15 @@ import re
 import sys
 import sysconfig
 from collections.abc import Iterable
-from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path, PurePosixPath
 from typing import Final
 
 from bundle_contents import Entry
+from enclosed_parts import enclosed_parts
 from environment import ROOT, SetupError, run
+from parts import LICENCE_FOLDER, Part, canonical
 
-LICENCE_FOLDER: Final = ROOT / "packaging" / "licences"
 _LGPL: Final = ("LGPL-3.0.txt", "GPL-3.0.txt")
 _QT_TEXTS: Final = ("Qt.txt", *_LGPL)
 _LICENCES: Final = {
@@ -62,28 +62,11 @@ _OF_THE_SYSTEM: Final = {
 """SPDX expressions of Debian's packages, by the beginning of their names."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Part:
-    """A third-party work: `licence` is an SPDX expression, `files` are its files in the bundle."""
-
-    name: str
-    version: str | None
-    purl: str | None
-    licence: str
-    texts: tuple[Path, ...]
-    files: tuple[Entry, ...]
-    inside: str | None = None
-    """The work that it is built into, whose files `files` are."""
-    note: str | None = None
-
-
 def parts(collected: Iterable[Entry], own: Path) -> list[Part]:
     """All parts of the bundle except the program, whose files lie below `own` or in this checkout.
 
     Raises SetupError if the licence text of a part is missing.
     """
-    from enclosed_parts import enclosed_parts
-
     entries = [entry for entry in collected if entry.kind != "SYMLINK"]
     owned, python, rest = _owners(entries, own)
     of_qt = [entry for entry in owned.get(_PYSIDE, ()) if _is_of_qt(entry)]
@@ -126,19 +109,6 @@ def _is_python(path: Path, libraries: list[Path]) -> bool:
     roots = libraries[1:] if libraries[0] == Path("/usr") else libraries
     own = ("libpython3", "base_library.zip")  # the latter is a part of the standard library
     return not path.is_absolute() or any(path.is_relative_to(one) for one in roots) or path.name.startswith(own)
-
-
-def canonical(name: str) -> str:
-    """The normalized name of a distribution."""
-    return name.lower().replace("_", "-").replace(".", "-")
-
-
-def licence_folder(part: Part) -> str:
-    """Folder of its texts below `licences`; that of a built-in work lies in the folder of the outer one."""
-    plain = re.sub(r"[^a-z0-9]+", "-", part.name.lower()).strip("-")
-    if (part.purl or "").startswith("pkg:cargo/"):
-        plain = f"crate-{plain}"  # a crate is called openssl
-    return plain if part.inside is None else f"inside-{canonical(part.inside)}/{plain}"
 
 
 def _from_distribution(distribution: metadata.Distribution, files: Iterable[Entry]) -> Part:

@@ -1,4 +1,4 @@
-"""Version, time and names of a release. The version is stated in pyproject.toml."""
+"""Version, time and names of a release. pyproject.toml states the version, and who stands behind it."""
 
 import os
 import platform
@@ -17,7 +17,6 @@ from environment import PYPROJECT, ROOT
 NAME: Final = "dps-s-configurator"
 TITLE: Final = "DPS-S Configurator"
 COMMAND: Final = "dps-s"
-PROJECT: Final = ROOT / "packaging" / "project.toml"
 _PLACEHOLDER: Final = "localhost"
 _SYSTEMS: Final = {"win32": "windows", "darwin": "macos"}
 
@@ -46,31 +45,33 @@ class Release:
 
 def read_release() -> Release:
     """The version of the checkout. Its time is SOURCE_DATE_EPOCH, or that of the last commit."""
-    project = tomllib.loads(PYPROJECT.read_text(encoding="utf-8"))["project"]
-    return Release(project["version"], _epoch())
+    return Release(_stated()["project"]["version"], _epoch())
 
 
 def project() -> dict[str, str]:
-    """Maintainer and addresses from packaging/project.toml."""
-    return {key: value for key, value in _stated().items() if isinstance(value, str)}
+    """Maintainer and addresses from pyproject.toml."""
+    stated = _stated()["project"]
+    author, urls = stated["authors"][0], stated["urls"]
+    return {
+        "maintainer": author["name"], "address": author["email"],
+        "home_page": urls["Homepage"], "issues": urls["Issues"], "downloads": urls["Releases"],
+    }  # fmt: skip
 
 
 def refusals(python: Sequence[int] = sys.version_info[:3]) -> list[str]:
     """Reasons why a build must not be released, one sentence each."""
-    found = [
-        f"packaging/project.toml: {key} is a placeholder." for key, value in project().items() if _PLACEHOLDER in value
-    ]
+    found = [f"pyproject.toml: {key} is a placeholder." for key, value in project().items() if _PLACEHOLDER in value]
     series, patch = f"{python[0]}.{python[1]}", python[2]
-    oldest = _stated()["python"].get(series)
+    oldest = _stated()["tool"]["dps-s"]["oldest-python"].get(series)
     if oldest is None:
-        found.append(f"A release brings none of Python {series}: packaging/project.toml states no version of it.")
+        found.append(f"A release brings none of Python {series}: pyproject.toml states no version of it.")
     elif patch < oldest:
         found.append(f"Python {series}.{patch} is too old to be passed on: build with {series}.{oldest} or later.")
     return found
 
 
 def _stated() -> dict[str, Any]:
-    return tomllib.loads(PROJECT.read_text(encoding="utf-8"))
+    return tomllib.loads(PYPROJECT.read_text(encoding="utf-8"))
 
 
 def _epoch() -> int:

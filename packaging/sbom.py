@@ -12,8 +12,8 @@ from cyclonedx.model.bom import Bom
 from cyclonedx.model.component import Component, ComponentType
 from cyclonedx.model.lifecycle import LifecyclePhase, PredefinedLifecycle
 from cyclonedx.output.json import JsonV1Dot6
-from inventory import Part, licence_folder
 from packageurl import PackageURL
+from parts import Part, licence_folder
 from release import NAME, Release
 
 LICENCES = "licences"

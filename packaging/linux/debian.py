@@ -8,13 +8,11 @@ from pathlib import Path
 from shutil import copytree
 from typing import Final
 
-from environment import ROOT, SetupError, run
+from environment import ROOT, run
 from icon_files import write_theme_icons
 from release import COMMAND, NAME, TITLE, Release, project, set_rights, stamp_times
 
-from app.system.qt_libraries import ALWAYS, FOR_WAYLAND, FOR_X
-from linux.elf import glibc_wanted, outside_libraries
-from linux.man_page import help_output, manual_page
+from linux.elf import glibc_wanted
 
 LINUX: Final = ROOT / "packaging" / "linux"
 RULE: Final = LINUX / "60-dps-s.rules"
@@ -28,34 +26,19 @@ COMPLETIONS: Final = {
 }
 _COMPRESSION: Final = ("-Zzstd", "-z9")
 """Takes a sixth of the time of xz, and is 7 % larger; Debian 12 and Ubuntu 22.04 can read it."""
-_OF_LIBC: Final = frozenset(
-    {"ld-linux-x86-64.so.2", "ld-linux-aarch64.so.1", "libc.so.6", "libdl.so.2", "libm.so.6", "libpthread.so.0"}
-    | {"libresolv.so.2", "librt.so.1", "libutil.so.1"}
-)
-_FURTHER: Final = {
-    "libcrypt.so.1": "libcrypt1",
-    "libdrm.so.2": "libdrm2",
-    "libgcc_s.so.1": "libgcc-s1",
-    "libgthread-2.0.so.0": "libglib2.0-0",
-    "libwayland-server.so.0": "libwayland-server0",
-    "libxcb.so.1": "libxcb1",
-    "libxcb-glx.so.0": "libxcb-glx0",
-    "libxcb-randr.so.0": "libxcb-randr0",
-    "libxcb-render.so.0": "libxcb-render0",
-    "libxcb-shm.so.0": "libxcb-shm0",
-    "libxcb-sync.so.1": "libxcb-sync1",
-    "libxcb-util.so.1": "libxcb-util1",
-    "libxcb-xfixes.so.0": "libxcb-xfixes0",
-}
-"""Libraries that are not in the tables of qt_libraries.py, because others there depend on them."""
-_OPTIONAL: Final = {"libqgtk3.so": "libgtk-3-0"}
-"""A plugin that Qt skips if it does not load, and its package: GTK's look and file dialogs."""
-_RENAMED: Final = frozenset({"libglib2.0-0", "libgtk-3-0"})
-"""Debian 13 and Ubuntu 24.04 call them …t64."""
+DEPENDS: Final = (
+    "libdbus-1-3", "libegl1", "libfontconfig1", "libfreetype6", "libgcc-s1", "libgl1", "libglib2.0-0 | libglib2.0-0t64",
+    "libstdc++6", "libwayland-client0", "libwayland-cursor0", "libwayland-egl1", "libx11-6", "libx11-xcb1",
+    "libxcb-cursor0", "libxcb-glx0", "libxcb-icccm4", "libxcb-image0", "libxcb-keysyms1", "libxcb-randr0",
+    "libxcb-render-util0", "libxcb-render0", "libxcb-shape0", "libxcb-shm0", "libxcb-sync1", "libxcb-util1",
+    "libxcb-xfixes0", "libxcb-xkb1", "libxcb1", "libxkbcommon-x11-0", "libxkbcommon0", "libzstd1",
+)  # fmt: skip
+"""Packages of the libraries that the bundle takes from the system, besides the C library. tests/packages/test_deb.py
+compares them with what the bundle asks for; Debian 13 and Ubuntu 24.04 call some of them …t64."""
 
 
 def make_deb(release: Release, bundle: Path, *, work: Path, dist: Path) -> Path:
-    """Build it from the bundle. Raises SetupError if the package of a library is unknown."""
+    """Build it from the bundle."""
     root = work / "deb"
     _lay_out(root, release, bundle)
     control = root / "DEBIAN"
@@ -87,8 +70,11 @@ def _lay_out(root: Path, release: Release, bundle: Path) -> None:
     write_theme_icons(root / "usr/share/icons/hicolor")
     _write(root / "usr/lib/udev/rules.d" / RULE.name, RULE.read_bytes())
     _write(root / "usr/share/mime/packages" / f"{NAME}.xml", (LINUX / f"{NAME}.xml").read_bytes())
-    scripts = help_output(*(["completion", shell] for shell in COMPLETIONS))
-    for place, script in zip(COMPLETIONS.values(), scripts, strict=True):
+    for shell, place in COMPLETIONS.items():
+        english = {"LC_ALL": "C.UTF-8", "LANGUAGE": "en"}
+        script = run(
+            [str(bundle / COMMAND), "completion", shell], "The program printed no completions", variables=english
+        )
         _write(root / place, script.encode())
     _write_papers(root, release)
 
@@ -98,7 +84,7 @@ def _write_papers(root: Path, release: Release) -> None:
     _write(papers / "copyright", (LINUX / "copyright").read_bytes())
     _write_zipped(papers / "changelog.gz", (ROOT / "CHANGELOG.md").read_bytes())
     _write_zipped(papers / "changelog.Debian.gz", _changelog(release).encode())
-    _write_zipped(root / "usr/share/man/man1" / f"{COMMAND}.1.gz", manual_page(release).encode())
+    _write_zipped(root / "usr/share/man/man1" / f"{COMMAND}.1.gz", (LINUX / f"{COMMAND}.1").read_bytes())
     _write(root / "usr/share/lintian/overrides" / NAME, (LINUX / "lintian-overrides").read_bytes())
 
 
@@ -133,9 +119,9 @@ def control_text(release: Release, root: Path, bundle: Path, architecture: str) 
         "Architecture": architecture,
         "Maintainer": _maintainer(),
         "Installed-Size": str(-(-size // 1024)),
-        "Depends": ", ".join(dependencies(bundle)),
+        "Depends": ", ".join(("libc6 (>= {}.{})".format(*glibc_wanted(bundle)), *DEPENDS)),
         "Recommends": "fonts-wqy-microhei | fonts-noto-cjk",
-        "Suggests": ", ".join(_with_new_name(package) for package in _OPTIONAL.values()),
+        "Suggests": "libgtk-3-0 | libgtk-3-0t64",  # for a plugin of Qt with GTK's look and file dialogs
         "Homepage": project()["home_page"],
         "Section": "electronics",
         "Priority": "optional",
@@ -151,30 +137,6 @@ def control_text(release: Release, root: Path, bundle: Path, architecture: str) 
         " module to try both on. It comes with its own Python and Qt.\n"
     )
     return "".join(f"{key}: {value}\n" for key, value in fields.items()) + f"Description: {description}"
-
-
-def dependencies(bundle: Path) -> list[str]:
-    """The packages of the libraries that the bundle needs from the system.
-
-    Not by dpkg-shlibdeps: it needs all of Qt's libraries installed on the build machine, and names the packages of that
-    release only. Raises SetupError if a package is unknown.
-    """
-    known = {library.soname: library.apt for library in (*ALWAYS, *FOR_X, *FOR_WAYLAND)} | _FURTHER
-    asked = {
-        library: [path for path in askers if path.name not in _OPTIONAL]
-        for library, askers in outside_libraries(bundle).items()
-    }
-    unknown = sorted(library for library in asked if asked[library] and library not in {*known, *_OF_LIBC})
-    if unknown:
-        askers = ", ".join(f"{library} (for {asked[library][0].name})" for library in unknown)
-        raise SetupError(f"No package is known for {askers}: add it to packaging/linux/debian.py.")
-    major, minor = glibc_wanted(bundle)
-    packages = {known[library] for library in asked if asked[library] and library in known}
-    return [f"libc6 (>= {major}.{minor})", *sorted(_with_new_name(package) for package in packages)]
-
-
-def _with_new_name(package: str) -> str:
-    return f"{package} | {package}t64" if package in _RENAMED else package
 
 
 def _sums(root: Path) -> str:

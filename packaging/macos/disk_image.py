@@ -1,4 +1,4 @@
-"""Not run here: written for macOS, never executed by us. The disk image that people drag the program out of."""
+"""Not run here: written for macOS, never executed. The disk image that people drag the program out of."""
 
 import subprocess
 import tempfile

@@ -133,7 +133,7 @@ def main(arguments: list[str]) -> int:
     )
     titles = [suite.title for suite in SUITES]
     parser.add_argument(
-        "what", nargs="*", help=f"setup, quick, package, or suites by their titles: {', '.join(titles)}"
+        "what", nargs="*", help=f"setup, quick, package, or suites by their titles: {'; '.join(titles)}"
     )
     chosen = parser.parse_args(arguments).what
     try:

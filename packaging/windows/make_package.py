@@ -8,7 +8,7 @@ from package import build_wheel
 from release import read_release
 
 from windows import wine
-from windows.installer import FILE_TYPES_NAME, SCRIPT, arguments, write_file_types
+from windows.installer import FILE_TYPES_NAME, SCRIPT, arguments, write_file_types, write_winget
 
 SOURCE = wine.DRIVE / "source"
 PACKAGES = wine.PLACE / "packages"
@@ -52,6 +52,7 @@ def _installer(bundle: Path) -> Path:
     done = wine.inside(["makensis", "-DTARGET=amd64-unicode", *words], limit_s=LIMIT_S)
     if done.returncode != 0 or not target.is_file():
         raise SetupError(f"{done.stdout}\nNSIS failed; it says why above.", exit_code=4)
+    write_winget(target, read_release())
     for path in bundle.parent.iterdir():
         if path.is_file():
             shutil.copy(path, PACKAGES)

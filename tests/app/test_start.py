@@ -1,6 +1,7 @@
 """The start of an installed program: whether its packages are its own."""
 
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -34,6 +35,17 @@ def test_a_package_of_another_program_is_one_sentence(
     done = started(ROOT / "docs")
     assert done.returncode == start.FOREIGN
     assert done.stderr == f"“{name}” in {foreign} is not this program's: install it with pipx or uv tool.\n"
+
+
+def test_an_overwritten_package_is_one_sentence(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where another wheel has a package `app`, its `__init__.py` replaces ours and the other files stay."""
+    for package in start.OURS:
+        shutil.copytree(ROOT / package, tmp_path / package, ignore=shutil.ignore_patterns("__pycache__"))
+    (tmp_path / "app" / "__init__.py").write_text("", encoding="utf-8")
+    monkeypatch.setenv("LC_ALL", "C.UTF-8")
+    done = started(tmp_path)
+    assert (done.returncode, done.stdout) == (start.FOREIGN, "")
+    assert done.stderr == f"“app” in {tmp_path / 'app'} is not this program's: install it with pipx or uv tool.\n"
 
 
 @pytest.mark.parametrize("name", ["app", "protocol", "ui"])

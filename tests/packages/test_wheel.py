@@ -68,7 +68,14 @@ def test_both_hold_the_same_program(dist: Path) -> None:
         if path.is_file() and "__pycache__" not in path.parts
     }
     with zipfile.ZipFile(next(dist.glob("*.whl"))) as wheel:
-        in_wheel = {name for name in wheel.namelist() if ".dist-info/" not in name}
+        names = set(wheel.namelist())
+    in_wheel = {name for name in names if not name.startswith("dps_s_configurator-")}
+    shared = {name.partition(".data/data/")[2] for name in names if ".data/" in name}
+    assert shared == {
+        "share/applications/dps-s-configurator.desktop",
+        "share/icons/hicolor/scalable/apps/dps-s-configurator.svg",
+        "share/man/man1/dps-s.1",
+    }
     with tarfile.open(next(dist.glob("dps_s_configurator-*.tar.gz"))) as sdist:
         in_sdist = {name.partition("/")[2] for name in sdist.getnames()}
     assert in_wheel == ours

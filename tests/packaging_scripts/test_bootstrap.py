@@ -108,6 +108,23 @@ def test_arguments_are_passed_on(
     assert [program[1:] for program, _ in ready] == [words]
 
 
+@pytest.mark.parametrize("command", ["demo", "test", "windows", "package", "run", "clean"])
+def test_help_of_a_command_installs_nothing(
+    command: str, setup: SetupFiles, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(setup.environment, "is_current", lambda: False)
+    for module in (setup.environment, setup.system_libraries):
+        monkeypatch.setattr(module, "make_ready", lambda *_, **__: pytest.fail("something would be installed"))
+    monkeypatch.setattr(setup.commands, "clean", lambda: pytest.fail("something would be deleted"))
+    assert setup.commands.main([command, "--help"]) == 0
+    assert capsys.readouterr().out == f"bootstrap.py {command}: {setup.commands._explanations()[command]}\n"
+
+
+def test_help_of_the_demo_starts_none(setup: SetupFiles, ready: list[Any]) -> None:
+    assert setup.commands.main(["demo", "--help"]) == 0
+    assert ready == []
+
+
 def test_yes_stands_before_the_command_and_goes_to_what_installs(
     setup: SetupFiles, ready: list[Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:

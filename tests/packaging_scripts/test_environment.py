@@ -1,5 +1,6 @@
 """The .venv of a checkout, with pip and venv replaced by recorders; the real ones are the user's and CI's."""
 
+import shutil
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
@@ -17,6 +18,7 @@ class Checkout:
         self.commands: list[list[str]] = []
         self.failing: str | None = None
         self.printed = ""
+        self.uv: str | None = None
         self.lock = root / "packaging" / "lock.txt"
         self.lock.parent.mkdir(parents=True)
         self.lock.write_text(LOCK, encoding="utf-8")
@@ -37,6 +39,7 @@ class Checkout:
             patch.setattr(setup.environment, name, path)
         patch.setattr(subprocess, "run", self._run)
         patch.setattr(setup.environment, "_runs", self.python.exists)
+        patch.setattr(shutil, "which", lambda _name: self.uv)
 
     def _run(self, command: list[str], **_: object) -> "subprocess.CompletedProcess[str]":
         self.commands.append(command)
@@ -74,6 +77,17 @@ def test_pip_gets_the_lock_and_no_address(checkout: Checkout) -> None:
     assert str(checkout.venv / "requirements.txt") in words
     assert (checkout.venv / "requirements.txt").read_text(encoding="utf-8") == "numpy==1.0\npytest==1.0\n"
     assert not [word for word in words if "://" in word or "index" in word]
+
+
+def test_uv_installs_where_it_is_there_and_pip_where_uv_cannot(checkout: Checkout) -> None:
+    checkout.uv = "/home/u/.local/bin/uv"
+    assert checkout.make_ready() == WHOLE
+    assert [command[:3] for command in checkout.commands[1:]] == [[checkout.uv, "pip", word] for word in WHOLE[1:]]
+    assert all(str(checkout.python) in command for command in checkout.commands[1:])
+    (checkout.venv / "bootstrap.json").unlink()
+    checkout.failing = checkout.uv
+    assert checkout.make_ready()[-2:] == ["check", "check"]
+    assert checkout.commands[-1][:3] == [str(checkout.python), "-m", "pip"]
 
 
 def test_the_program_alone_needs_less_and_the_rest_comes_when_it_is_wanted(checkout: Checkout) -> None:

@@ -14,18 +14,19 @@ from xml.etree import ElementTree
 
 import pytest
 
+from app.__main__ import DEBUG
+from app.cli.commands import ENTRIES
+from app.terminal.port_choice import PORT
 from tests.support.setup_files import PACKAGING, ROOT
 
 MODULES = (
     "bundle",
     "bundle_contents",
     "file_types",
-    "fill_manifests",
     "file_types",
     "icon_files",
     "linux.debian",
     "linux.elf",
-    "linux.man_page",
     "package",
     "release",
     "windows.installer",
@@ -136,15 +137,14 @@ def test_icons_of_windows_and_macos_hold_every_size(made: dict[str, ModuleType])
     "path",
     [
         "packaging/macos/disk_image.py",
-        "packaging/manifests/flatpak.yml",
-        "packaging/manifests/winget.yaml",
+        *(f"packaging/windows/winget/{path.name}" for path in (PACKAGING / "windows" / "winget").iterdir()),
         ".github/workflows/packages.yml",
     ],
 )
 def test_what_was_never_run_says_so_first(path: str) -> None:
     first = (ROOT / path).read_text(encoding="utf-8").splitlines()[0]
     assert "Not run here: written for" in first
-    assert "never executed by us" in first
+    assert "never executed" in first
 
 
 def test_the_installer_names_only_what_is_built(made: dict[str, ModuleType]) -> None:
@@ -153,7 +153,8 @@ def test_the_installer_names_only_what_is_built(made: dict[str, ModuleType]) -> 
     for program in re.findall(r"\$INSTDIR\\(dps-s[\w-]*)\.exe", text):
         assert f'program("{program}"' in spec
     own = set(re.findall(r"!define (\w+)", text)) | {"TARGET"}
-    given = set(re.findall(r'"([A-Z_]+)": ', (PACKAGING / "windows" / "installer.py").read_text(encoding="utf-8")))
+    source = (PACKAGING / "windows" / "installer.py").read_text(encoding="utf-8")
+    given = set(re.findall(r'"([A-Z_]+)": ', source[source.index("def arguments(") :]))
     assert set(re.findall(r"\$\{([A-Z]\w*)\}", text)) - own - {"LANG_ENGLISH", "LANG_SIMPCHINESE"} == given
     for word in re.findall(r"\$\((\w+)\)", text):
         assert text.count(f"LangString {word} ") == 2, "in both languages"
@@ -271,33 +272,31 @@ def test_a_run_path_of_the_machine_becomes_the_librarys_folder(made: dict[str, M
         made["linux.elf"].make_run_path_relative(library, "/x")
 
 
-def test_the_manual_escapes_troff_requests(made: dict[str, ModuleType]) -> None:
-    assert made["linux.man_page"]._preformatted("a-b\n.x\n'y\n\\n") == [".nf", "a\\-b", "\\&.x", "\\&'y", "\\en", ".fi"]
+def test_the_manual_names_every_command() -> None:
+    text = (PACKAGING / "linux" / "dps-s.1").read_text(encoding="utf-8").replace("\\-", "-")
+    listed = text[text.index(".SH COMMANDS") : text.index(".SH OPTIONS")].split(".TP\n")[1:]
+    assert listed == [f".B {entry.name}\n{entry.summary}\n" for entry in ENTRIES]
+    assert {".SH ENVIRONMENT", ".SH FILES", ".SH EXIT STATUS"} <= {*text.splitlines()}
+    assert f".B {PORT}" in text
+    assert f".B {DEBUG}" in text
 
 
 # Releases.
 
 
-def test_manifests_are_filled_in_for_the_packages_that_are_there(
-    made: dict[str, ModuleType], release: Any, tmp_path: Path
-) -> None:
-    names = ["dps-s-configurator-1.2.3-linux-x86_64.tar.gz", "dps-s-configurator-1.2.3-windows-x86_64-setup.exe"]
-    assert made["fill_manifests"].fill_manifests(tmp_path, release) == []
-    for name in names:
-        (tmp_path / name).write_bytes(b"a package")
-    written = made["fill_manifests"].fill_manifests(tmp_path, release)
-    assert {path.name for path in written} == {"flatpak.yml", "winget.yaml"}
-    for path, name in zip(written, names, strict=True):
-        head, *lines = path.read_text(encoding="utf-8").splitlines()
-        text = "\n".join(lines)
-        assert "never executed by us" in head
+def test_the_manifests_for_winget_are_filled_in(made: dict[str, ModuleType], release: Any, tmp_path: Path) -> None:
+    installer = tmp_path / "dps-s-configurator-1.2.3-windows-x86_64-setup.exe"
+    installer.write_bytes(b"a package")
+    folder = made["windows.installer"].write_winget(installer, release)
+    texts = {path.name: path.read_text(encoding="utf-8") for path in folder.iterdir()}
+    start = "DPS-S.Configurator"
+    assert {*texts} == {f"{start}.yaml", f"{start}.installer.yaml", f"{start}.locale.en-US.yaml"}
+    for text in texts.values():
         assert not re.search(r"@[A-Z0-9_]+@", text)
-        assert hashlib.sha256(b"a package").hexdigest() in text
-        assert f"/download/v1.2.3/{name}'" in text
-        assert all((len(line) - len(line.lstrip())) % 2 == 0 for line in lines)
-    flatpak = (PACKAGING / "manifests" / "flatpak.yml").read_text(encoding="utf-8")
-    for file in re.findall(r" linux/(\S+)", flatpak):
-        assert (PACKAGING / "linux" / file).is_file(), file
+        assert "PackageVersion: '1.2.3'\n" in text
+    of_installer = texts[f"{start}.installer.yaml"]
+    assert hashlib.sha256(b"a package").hexdigest().upper() in of_installer
+    assert f"/download/v1.2.3/{installer.name}'" in of_installer
 
 
 def test_a_release_is_refused_while_a_placeholder_is_left(
@@ -309,10 +308,11 @@ def test_a_release_is_refused_while_a_placeholder_is_left(
     said = capsys.readouterr().err
     for key, value in release.project().items():
         assert (f"{key} is a placeholder." in said) == ("localhost" in value)
-    filled = tmp_path / "project.toml"
-    filled.write_text(release.PROJECT.read_text(encoding="utf-8").replace("localhost", "example.org"), encoding="utf-8")
-    monkeypatch.setattr(release, "PROJECT", filled)
-    newest = release._stated()["python"]
+    filled = tmp_path / "pyproject.toml"
+    text = release.PYPROJECT.read_text(encoding="utf-8").replace("localhost", "example.org")
+    filled.write_text(text, encoding="utf-8")
+    monkeypatch.setattr(release, "PYPROJECT", filled)
+    newest = release._stated()["tool"]["dps-s"]["oldest-python"]
     assert all(release.refusals((3, int(series.partition(".")[2]), patch)) == [] for series, patch in newest.items())
 
 
@@ -338,7 +338,7 @@ def test_who_maintains_it_is_stated_once(made: dict[str, ModuleType]) -> None:
         text = path.read_text(encoding="utf-8")
         assert not [value for key, value in stated.items() if key != "maintainer" and value in text], path
     for page in ("SECURITY.md", "CONTRIBUTING.md"):
-        assert "(packaging/project.toml)" in (ROOT / page).read_text(encoding="utf-8")
+        assert "(pyproject.toml)" in (ROOT / page).read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("path", sorted((ROOT / ".github" / "ISSUE_TEMPLATE").glob("*.md")), ids=lambda path: path.stem)
