@@ -19,6 +19,7 @@ if os.environ.get("LC_ALL") in ("C", "POSIX"):
 import pytest
 from hypothesis import settings
 
+from app.simulator.quirks import EmptySlots, Quirks
 from app.text import i18n
 from tests.support.archive_server import what_was_not_run
 from tests.support.setup_files import SetupFiles, loaded_setup_files
@@ -37,6 +38,10 @@ _CHINESE_FONTS = (
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     # A run that was begun in the background ignores Ctrl-C, and so would what a test starts and interrupts.
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+# The simulated module is silent to the query for its records where it has none, as the vendor leaves it open (E7).
+# What that means is held by tests that say so; all others are about a module that answers with empty slots.
+vars(Quirks)["__init__"].__kwdefaults__["empty_slots"] = EmptySlots.ZEROS
 
 settings.register_profile("quick", max_examples=50, deadline=None, derandomize=True)
 settings.register_profile("thorough", max_examples=2000, deadline=None)

@@ -40,7 +40,8 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
     parser.add_argument("--who", type=_name, default="", metavar="NAME", help=tr("Checked by"))
     parser.add_argument("--done", type=int, action="append", default=[], metavar="N",
                         help=tr("manual item N of the profile is OK"))  # fmt: skip
-    parser.add_argument("--records-looked-at", action="store_true", help=tr("trigger records reviewed"))
+    parser.add_argument("--records-reviewed", action="store_true",
+                        help=tr("trigger records reviewed; without an answer: a new module"))  # fmt: skip
     parser.add_argument("--same-module", action="store_true",
                         help=tr("it is the named module, whatever its boot count says"))  # fmt: skip
     console.add_json_argument(parser)
@@ -99,7 +100,7 @@ def _file(
     from app.records.filing import Person, file_check
 
     person = Person(who=args.who, module=args.module, aircraft=args.aircraft,
-                    are_records_reviewed=args.records_looked_at, is_same_module=args.same_module)  # fmt: skip
+                    are_records_reviewed=args.records_reviewed, is_same_module=args.same_module)  # fmt: skip
     return file_check(
         found.evidence, expectations, person, found.log, store=store, program_version=version(), adapter=found.adapter
     )

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from app.preflight.module_checks import RecordsWord, records_word
 from app.preflight.verdict import Verdict
 from app.records.filing import Filed, local_now
 from app.records.report_files import Printer, check_target, suggested_name, write_report
@@ -42,6 +43,11 @@ class SetMember:
     @property
     def against(self) -> tuple[UserMessage, ...]:
         return () if self.filed is None else self.filed.assessment.titles_against
+
+    @property
+    def word(self) -> RecordsWord | None:
+        """What a person can say of its trigger records."""
+        return None if self.filed is None else records_word(self.filed.assessment.case)
 
     @property
     def why(self) -> str:

@@ -67,6 +67,14 @@ class LastTested:
     age_days: float | None
 
 
+@dataclass(frozen=True, slots=True)
+class LastAnswer:
+    """When the module last answered the query for its trigger records, and how many it had. `at`: ISO 8601, UTC."""
+
+    at: str
+    count: int
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Past:
     """What was known of the module before the check; empty without a store or a name."""
@@ -80,6 +88,10 @@ class Past:
     """There was a GO before."""
     is_same_module: bool = True
     """False if its trigger records do not continue those of the last visit."""
+    last_answer: LastAnswer | None = None
+    """None if it was always silent when it was asked for its records."""
+    is_said_new: bool = False
+    """A person said that it is new and has no records; it has not reported a trigger since."""
     fingerprint: str | None = None
     """Of its last GO."""
     tests: Mapping[GuidedKind, LastTested] = field(default_factory=dict)

@@ -126,6 +126,10 @@
         <translation>颠簸即可能触发。</translation>
     </message>
     <message>
+        <source>A person said that it is new.</source>
+        <translation>已由人员确认为新模块。</translation>
+    </message>
+    <message>
         <source>A program error closed the port.</source>
         <translation>程序错误导致串口关闭。</translation>
     </message>
@@ -1434,6 +1438,10 @@
         <translation>完整：由 {station} 签名。</translation>
     </message>
     <message>
+        <source>If it is new, say so.</source>
+        <translation>若为新模块，请确认。</translation>
+    </message>
+    <message>
         <source>If it is not 1 g at rest, free fall is misjudged.</source>
         <translation>静止时若偏离 1 g，会误判失重。</translation>
     </message>
@@ -1478,12 +1486,20 @@
         <translation>值无效</translation>
     </message>
     <message>
+        <source>It answered before: read its label, restart it and check again.</source>
+        <translation>该模块此前有应答：核对标签，重启后再检查。</translation>
+    </message>
+    <message>
         <source>It did not rearm: other directions not tested.</source>
         <translation>未复位：其他方向未测试。</translation>
     </message>
     <message>
         <source>It fired. Tilt it slowly back.</source>
         <translation>已触发。缓慢倾斜回水平。</translation>
+    </message>
+    <message>
+        <source>It had {count} on {date}.</source>
+        <translation>{date} 时有 {count} 条。</translation>
     </message>
     <message>
         <source>It has never fired, or its memory was cleared.</source>
@@ -2112,6 +2128,10 @@
     <message>
         <source>New value</source>
         <translation>目标值</translation>
+    </message>
+    <message>
+        <source>New, no records</source>
+        <translation>新模块，无记录</translation>
     </message>
     <message>
         <source>Next</source>
@@ -5346,6 +5366,14 @@
         <translation>无应答，未写入</translation>
     </message>
     <message>
+        <source>no reply: new, no records</source>
+        <translation>无应答：新模块，无记录</translation>
+    </message>
+    <message>
+        <source>no reply; had {count} on {date}</source>
+        <translation>无应答；{date} 时有 {count} 条</translation>
+    </message>
+    <message>
         <source>no reply; may have been carried out</source>
         <translation>无应答，可能已执行</translation>
     </message>
@@ -5966,8 +5994,8 @@
         <translation>触发标志为 {value}，应为 00 或 01</translation>
     </message>
     <message>
-        <source>trigger records reviewed</source>
-        <translation>触发记录已审核</translation>
+        <source>trigger records reviewed; without an answer: a new module</source>
+        <translation>触发记录已复核；无应答时：新模块</translation>
     </message>
     <message>
         <source>triggered</source>

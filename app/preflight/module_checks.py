@@ -2,6 +2,8 @@
 
 from collections import Counter
 from collections.abc import Callable
+from dataclasses import replace
+from enum import Enum
 from functools import partial
 from typing import Final
 
@@ -80,11 +82,7 @@ def trigger_records(case: Case) -> Finding:
     if history is None:
         return unknown(case.fault("trigger_records"), limit)
     if not history.is_answered:
-        # E7: a module that never fired may send nothing; only a person can tell.
-        silent = message(marked("no reply"))
-        if case.are_records_reviewed:
-            return Finding(CheckResult.WARN, None, _by_a_person(silent), limit)
-        return unknown(silent, limit)
+        return _silent_records(case, limit)
     new = (Counter(record.raw for record in history.all) - case.past.reviewed).total()
     shown = message(marked("{new} new of {total}"), new=new, total=len(history.all))
     if new and not case.are_records_reviewed:
@@ -92,6 +90,41 @@ def trigger_records(case: Case) -> Finding:
     if not history.is_confirmed:
         return unknown(message(marked("readings differ")), limit)
     return judged(0, _by_a_person(shown) if new else shown, limit, is_fine=True)
+
+
+def _silent_records(case: Case, limit: UserMessage) -> Finding:
+    """E7: a module that never fired may send nothing; only a person can tell, and only of one that never answered."""
+    silent, past, evidence = message(marked("no reply")), case.past, case.evidence
+    if any(status.triggered for status in evidence.statuses):
+        shown = message(marked("{value}: {why}"), value=silent, why=message(marked("triggered")))
+        return Finding(CheckResult.FAIL, None, shown, limit)
+    if past.last_answer is not None:
+        text = marked("no reply; had {count} on {date}")
+        shown = message(text, count=past.last_answer.count, date=past.last_answer.at[:10])
+        do = message(marked("It answered before: read its label, restart it and check again."))
+        return Finding(CheckResult.FAIL, None, shown, limit, do)
+    is_all_else_answered = not evidence.faults and evidence.disturbance is None
+    if is_all_else_answered and (past.is_said_new or case.are_records_reviewed):
+        do = message(marked("A person said that it is new."))
+        return Finding(CheckResult.WARN, None, message(marked("no reply: new, no records")), limit, do)
+    return unknown(silent, limit, do=message(marked("If it is new, say so.")) if is_all_else_answered else None)
+
+
+class RecordsWord(Enum):
+    """What a person can say of the trigger records; the value is what a button says, in English, translatable."""
+
+    REVIEWED = marked("Mark as reviewed")
+    NEW_MODULE = marked("New, no records")
+
+
+def records_word(case: Case) -> RecordsWord | None:
+    """The word that would settle the check of the trigger records; None where a word settles nothing."""
+    settled = (CheckResult.PASS, CheckResult.WARN)
+    unsaid, said = (trigger_records(replace(case, are_records_reviewed=is_said)) for is_said in (False, True))
+    history = case.evidence.history
+    if history is None or unsaid.result in settled or said.result not in settled:
+        return None
+    return RecordsWord.REVIEWED if history.is_answered else RecordsWord.NEW_MODULE
 
 
 def _by_a_person(shown: UserMessage) -> UserMessage:

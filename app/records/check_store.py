@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from app.limits.expectations import Past
+from app.limits.expectations import LastAnswer, Past
 from app.preflight.verdict import Verdict
 from app.records.record import Record, canonical
 from app.store.database import Database
@@ -164,6 +164,28 @@ class CheckStore:
         number, slots, known = rows[0]
         return _LastVisit(number, tuple(bytes.fromhex(one) for one in json.loads(slots)), known)
 
+    # A module that does not answer the query for its records (E7)
+
+    def last_answer(self, module_id: int) -> LastAnswer | None:
+        """Of its last complete reading, else of the records that were ever seen."""
+        rows = self._database.read(
+            "SELECT at, json_array_length(slots) FROM visits WHERE module_id = ? AND is_confirmed ORDER BY id DESC "
+            "LIMIT 1",
+            (module_id,),
+        ) or self._database.read(
+            "SELECT max(first_seen_at), count(*) FROM trigger_records WHERE module_id = ? HAVING count(*)", (module_id,)
+        )
+        return LastAnswer(*rows[0]) if rows else None
+
+    def is_said_new(self, module_id: int) -> bool:
+        return bool(self._database.read("SELECT 1 FROM modules WHERE id = ? AND said_new_at NOT NULL", (module_id,)))
+
+    def say_new(self, module_id: int, *, is_new: bool = True) -> None:
+        """Stores a person's word that the module is new and has no records; False ends it."""
+        self._database.write(
+            "UPDATE modules SET said_new_at = ? WHERE id = ?", (self._database.now() if is_new else None, module_id)
+        )
+
     # Checks
 
     def past(self, module_id: int | None, module: str | None, slots: Sequence[bytes] | None = None,
@@ -195,6 +217,8 @@ class CheckStore:
             reviewed=reviewed,
             has_check=go is not None,
             is_same_module=merged is None or merged.is_continuation,
+            last_answer=self.last_answer(module_id),
+            is_said_new=self.is_said_new(module_id),
             fingerprint=go.fingerprint if go is not None else None,
         )
 

@@ -14,6 +14,7 @@ from app.guided.results import GuidedKind
 from app.limits.expectations import Expectations, LastTested, Past, settings_code
 from app.preflight.evidence import Evidence, FrameLog
 from app.preflight.findings import Case, CheckResult
+from app.preflight.module_checks import RecordsWord, records_word
 from app.preflight.verdict import Assessment, assess
 from app.records.check_store import CheckStore, MakeRecord
 from app.records.record import NOT_STORED, Record, RecordContext, is_simulated, make_record
@@ -35,7 +36,7 @@ class Person:
     aircraft: str = ""
     remarks: str = ""
     are_records_reviewed: bool = False
-    """The trigger records on the module have been reviewed."""
+    """The trigger records on the module have been reviewed or, where it is silent to the query, it is new."""
     is_same_module: bool = False
     """Confirmed by the person although boot count or records say otherwise."""
 
@@ -157,4 +158,14 @@ def _store(store: Store, assessment: Assessment, make: MakeRecord, circumstances
             boot_count=None if boots is None else int(boots),
             is_confirmed=history.is_confirmed,
         )
+        if module_id is not None:
+            _keep_word(checks, module_id, assessment.case)
     return record
+
+
+def _keep_word(checks: CheckStore, module_id: int, case: Case) -> None:
+    """Keeps a person's word that the module is new, until it reports a trigger."""
+    if any(status.triggered for status in case.evidence.statuses):
+        checks.say_new(module_id, is_new=False)
+    elif case.are_records_reviewed and records_word(case) is RecordsWord.NEW_MODULE:
+        checks.say_new(module_id)

@@ -1,11 +1,26 @@
 """Files a reading of trigger records unless it may belong to another module."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from app.engine.identity import went_back
+from app.limits.expectations import Past
 from app.procedures.history import History
 from app.records.check_store import CheckStore, Visit
 from app.store.store import Store
+
+
+def past_of(store: Store, name: str) -> Past:
+    """What is known of the module of this name. Raises `StoreTrouble`."""
+    known = store.module_named(name)
+    return Past(module=name) if known is None else CheckStore(store.database).past(known.id, name)
+
+
+def say_new(store: Store, names: Iterable[str]) -> None:
+    """Keeps a person's word that these modules are new and have no records. Raises `StoreTrouble`."""
+    with store.database.transaction():
+        for name in names:
+            CheckStore(store.database).say_new(store.register_module(name).id)
 
 
 @dataclass(frozen=True, slots=True)

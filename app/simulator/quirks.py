@@ -88,7 +88,7 @@ class Quirks:
     freefall_ack: int = _quirk(0x16, marked("E4: code for 17"), {"16": 0x16, "17": 0x17})
     records: Delivery = _quirk(Delivery.TOGETHER, marked("E6: record delivery"))
     record_gap_ms: float = _quirk(20.0, marked("E6: record gap"), MILLISECONDS)
-    empty_slots: EmptySlots = _quirk(EmptySlots.ZEROS, marked("E7: empty slots"))
+    empty_slots: EmptySlots = _quirk(EmptySlots.NONE, marked("E7: empty slots"))
     baud_ack: BaudChange = _quirk(BaudChange.OLD, marked("E9: baud-rate change"))
     light_inverted: bool = _quirk(False, marked("E11: inverted light"))
     odd_voltage: bool = _quirk(False, marked("E12: 4.70 V records"))

@@ -181,4 +181,5 @@ MIGRATIONS: tuple[tuple[str, ...], ...] = (
     ("ALTER TABLE streams_left_on ADD COLUMN boot_count INTEGER",),
     GUIDED_TABLES,
     SETTLEMENT_TABLES,
+    ("ALTER TABLE modules ADD COLUMN said_new_at TEXT",),
 )

@@ -22,7 +22,7 @@ WANTED: Final[Mapping[str, Value]] = {
 }
 _BY_KEY: Final = {command.key: command for command in SETTINGS}
 NEW_RATE: Final = 57600
-_SIGNED: Final = ("--who", "A", "--module", "M1", "--aircraft", "B", "--records-looked-at")
+_SIGNED: Final = ("--who", "A", "--module", "M1", "--aircraft", "B", "--records-reviewed")
 STREAM: Final = {BY_NAME["serial_output"].set(value).encode(): 4 for value in (True, False)}
 TRIGGERS: Final = {BY_NAME[name].set(True).encode(): 2 for name in ("attitude_trigger", "freefall_trigger")}
 

@@ -151,7 +151,7 @@ def test_a_new_trigger_and_another_module_are_noticed(
 
     assert program.main(words) == 1
     assert result("trigger_records") == "unknown"
-    assert program.main([*words, "--records-looked-at"]) == 0
+    assert program.main([*words, "--records-reviewed"]) == 0
     assert result("trigger_records") == "pass"
     assert program.main(words) == 0
     assert result("trigger_records") == "pass"
@@ -168,6 +168,39 @@ def test_a_new_trigger_and_another_module_are_noticed(
     assert result("boot_count") == "fail"
     assert len(CheckStore(kept).records(1)) == 3
     assert program.main([*other, "--same-module"]) == 0
+
+
+def test_a_silent_module_is_said_to_be_new_once_and_never_after_it_answered_or_fired(
+    port: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    silent = ["preflight", "--port", f"{port}?mute_codes=35", "--enable-triggers", "--json"]
+    named = [*silent, "--module", "M-07"]
+
+    def result(words: list[str], code: int) -> tuple[str, str]:
+        checks = json.loads(run_here(capsys, words, code).out)["checks"]
+        (found,) = (one for one in checks if one["id"] == "trigger_records")
+        return found["result"], found["why"]
+
+    assert result(named, 1)[0] == "unknown"
+    assert result([*silent, "--records-reviewed"], 0)[0] == "warn"
+    assert result(silent, 1)[0] == "unknown"  # without a name it is asked each time
+    assert result([*named, "--records-reviewed"], 0)[0] == "warn"
+    assert result(named, 0)[0] == "warn"
+    bench = bench_of(port)
+    bench.module.activate(is_active=True)
+    assert bench.pulse_pwm()
+    for is_said in (False, True):
+        assert result([*named, "--records-reviewed"] if is_said else named, 1)[0] == "fail"
+    bench.module.activate(is_active=False)
+    bench.set_bay(is_open=False)
+    assert result(named, 1)[0] == "unknown"  # the word ended with the trigger
+    assert result([*named, "--records-reviewed"], 0)[0] == "warn"
+    bench.change(mute_codes=frozenset())
+    answers = ["preflight", "--port", port, *named[3:], "--records-reviewed"]
+    assert result(answers, 0)[0] == "pass"
+    bench.change(mute_codes=frozenset({0x35}))
+    found, _why = result([*answers], 1)
+    assert found == "fail"
 
 
 def test_what_is_wrong_is_said_before_anything_is_sent(
@@ -232,7 +265,8 @@ def test_the_installed_program_prints_without_a_screen(tmp_path: Path) -> None:
     environment = {key: value for key, value in ENVIRONMENT.items() if key not in ("QT_QPA_PLATFORM", "DISPLAY")}
     environment |= {"HOME": str(tmp_path), "XDG_DATA_HOME": str(tmp_path / "data"), "LC_ALL": "zh_CN.UTF-8"}
     with run_module() as module:
-        words = ["preflight", "--port", module.port, "--enable-triggers", "--json", "--report", str(tmp_path / "r.pdf")]
+        words = ["preflight", "--port", module.port, "--enable-triggers", "--records-reviewed", "--json"]
+        words += ["--report", str(tmp_path / "r.pdf")]
         done = subprocess.run(
             [*PROGRAM, *words], cwd=ROOT, env=environment, capture_output=True, timeout=60, check=False
         )
@@ -287,7 +321,7 @@ def test_a_module_by_the_name_of_another_is_not_set(
 @pytest.mark.usefixtures("qapp")
 def test_several_ports_are_checked_at_once(port: str, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     """One object a line; the worst decides; one report of all and one of each."""
-    words = ["preflight", "--enable-triggers", "--records-looked-at", "--json", "--report", str(tmp_path / "set.pdf")]
+    words = ["preflight", "--enable-triggers", "--records-reviewed", "--json", "--report", str(tmp_path / "set.pdf")]
     ports = [f"{port}-a", f"{port}-b?cell=3.5", f"{port}-c?mute=yes"]
     printed = run_here(capsys, [*words, *(word for one in ports for word in ("--port", one))], 1)
     found = [json.loads(line) for line in printed.out.splitlines()]
@@ -304,7 +338,7 @@ def test_several_ports_are_checked_at_once(port: str, capsys: pytest.CaptureFixt
 
 def test_the_list_of_several_says_who_is_not_go_and_why(port: str, capsys: pytest.CaptureFixture[str]) -> None:
     ports = [f"{port}-d?cell=3.5", f"{port}-e"]
-    words = ["preflight", "--enable-triggers", "--records-looked-at"]
+    words = ["preflight", "--enable-triggers", "--records-reviewed"]
     last = run_here(capsys, [*words, *(word for one in ports for word in ("--port", one))], 1).out.splitlines()[-3:]
     assert last[0] == "1 READY, 1 NO-GO"
     assert last[1].split("  ", 1)[0] == "NO-GO"

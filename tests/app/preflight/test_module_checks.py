@@ -8,12 +8,12 @@ import pytest
 from app.engine.device import StatusSample
 from app.guided.kept_test import StoredTest
 from app.guided.results import GuidedKind, GuidedVerdict
-from app.limits.expectations import Expectations, LastTested, Past
+from app.limits.expectations import Expectations, LastAnswer, LastTested, Past
 from app.limits.limits import SETTING_BOUNDS
 from app.preflight.checks import CHECKS
-from app.preflight.evidence import Evidence, FlagState, TriggerFlag
+from app.preflight.evidence import Disturbance, Evidence, FlagState, TriggerFlag
 from app.preflight.findings import Case, CheckResult, Finding
-from app.preflight.module_checks import guided_tests
+from app.preflight.module_checks import RecordsWord, guided_tests, records_word
 from app.procedures.history import History
 from app.text.messages import UserMessage
 from protocol.fields import Value
@@ -121,21 +121,26 @@ def record() -> TriggerRecord:
     return found
 
 
+RECORDED, LAST, LOST = record(), LastAnswer("2026-11-02T10:00:00+00:00", 3), UserMessage("no reply")
+
+
 @pytest.mark.parametrize(
     ("history", "past", "is_reviewed", "result", "shown"),
     [
         (None, Past(), False, UNKNOWN, "unknown: not asked"),
         (History(), Past(), False, UNKNOWN, "unknown: no reply"),
-        (History(), Past(), True, WARN, "no reply, confirmed by a person"),
+        (History(), Past(), True, WARN, "no reply: new, no records"),
+        (History(), Past(is_said_new=True), False, WARN, "no reply: new, no records"),
+        (History(), Past(last_answer=LAST, is_said_new=True), True, FAIL, "no reply; had 3 on 2026-11-02"),
         (History(is_answered=True, is_confirmed=True), Past(), False, PASS, "0 new of 0"),
         (History(is_answered=True), Past(), False, UNKNOWN, "unknown: readings differ"),
-        (History((record(),), is_answered=True, is_confirmed=True), Past(), False, UNKNOWN, "unknown: 1 new of 1"),
-        (History((record(),), is_answered=True, is_confirmed=True), Past(has_check=True), False, FAIL, "1 new of 1"),
-        (History((record(),), is_answered=True, is_confirmed=True), Past(has_check=True), True, PASS,
+        (History((RECORDED,), is_answered=True, is_confirmed=True), Past(), False, UNKNOWN, "unknown: 1 new of 1"),
+        (History((RECORDED,), is_answered=True, is_confirmed=True), Past(has_check=True), False, FAIL, "1 new of 1"),
+        (History((RECORDED,), is_answered=True, is_confirmed=True), Past(has_check=True), True, PASS,
          "1 new of 1, confirmed by a person"),
-        (History((record(),), is_answered=True, is_confirmed=True),
+        (History((RECORDED,), is_answered=True, is_confirmed=True),
          Past(has_check=True, reviewed=Counter([RECORD])), False, PASS, "0 new of 1"),
-        (History((record(), record()), is_answered=True, is_confirmed=True),
+        (History((RECORDED, RECORDED), is_answered=True, is_confirmed=True),
          Past(has_check=True, reviewed=Counter([RECORD])), False, FAIL, "1 new of 2"),
     ],
 )  # fmt: skip
@@ -144,6 +149,41 @@ def test_a_new_record_is_judged_by_a_person(
 ) -> None:
     found = finding("trigger_records", past=past, is_reviewed=is_reviewed, history=history)
     assert (found.result, found.shown.in_english()) == (result, shown)
+
+
+def test_silence_counts_as_new_only_while_everything_else_is_answered_and_nothing_was_triggered() -> None:
+    past = Past(is_said_new=True)
+    lost = finding("trigger_records", past=past, is_reviewed=True, history=History(), faults={"light_v": LOST})
+    assert (lost.result, lost.shown.in_english()) == (UNKNOWN, "unknown: no reply")
+    for disturbance in Disturbance:
+        found = finding("trigger_records", past=past, is_reviewed=True, history=History(), disturbance=disturbance)
+        assert found.result is UNKNOWN
+    fired = finding("trigger_records", past=past, is_reviewed=True, history=History(),
+                    trials=[StatusSample(0.0, 0, 10, triggered=True, active=False)])  # fmt: skip
+    assert (fired.result, fired.shown.in_english()) == (FAIL, "no reply: triggered")
+
+
+@pytest.mark.parametrize(
+    ("history", "past", "word"),
+    [
+        (None, Past(), None),
+        (History(), Past(), RecordsWord.NEW_MODULE),
+        (History(), Past(is_said_new=True), None),
+        (History(), Past(last_answer=LAST), None),
+        (History(is_answered=True), Past(), None),
+        (History(is_answered=True, is_confirmed=True), Past(), None),
+        (History((RECORDED,), is_answered=True), Past(), None),
+        (History((RECORDED,), is_answered=True, is_confirmed=True), Past(), RecordsWord.REVIEWED),
+        (History((RECORDED,), is_answered=True, is_confirmed=True), Past(reviewed=Counter([RECORD])), None),
+    ],
+)
+@pytest.mark.parametrize("is_said", [False, True])
+def test_a_word_is_offered_only_where_it_settles_something(
+    history: History | None, past: Past, word: RecordsWord | None, is_said: bool
+) -> None:
+    evidence = Evidence(history=history)
+    case = Case(evidence=evidence, expectations=Expectations(), past=past, are_records_reviewed=is_said)
+    assert records_word(case) is word
 
 
 def guided(

@@ -74,7 +74,7 @@ def test_no_memory_of_a_module_is_said_and_is_a_warning(port: str, capsys: pytes
 def test_damage_in_the_store_never_costs_the_verdict(
     port: str, capsys: pytest.CaptureFixture[str], damage: str
 ) -> None:
-    words = ["preflight", "--port", f"{port}?history=2", "--json", "--records-looked-at", *WORDS]
+    words = ["preflight", "--port", f"{port}?history=2", "--json", "--records-reviewed", *WORDS]
     assert program.main(words) == 0
     with closing(sqlite3.connect(data_folder() / FILE_NAME)) as database, database:
         database.execute(damage)

@@ -1,6 +1,7 @@
 """Each place where the table leaves it open can be switched, by the name of its E-number."""
 
 import itertools
+from dataclasses import fields
 from typing import Any
 
 import pytest
@@ -9,7 +10,7 @@ from app.simulator.memory import Memory, invent_records
 from app.simulator.module import SimulatedModule
 from app.simulator.options import parse_options, setup_from
 from app.simulator.physics import Physics
-from app.simulator.quirks import Quirks
+from app.simulator.quirks import EmptySlots, Quirks
 from protocol.catalogue import BY_CODE, CELL_VOLTAGE, TRIGGER_RECORDS
 from protocol.frame import Frame
 from protocol.messages import EmptySlot, TriggerRecord, decode_record
@@ -23,6 +24,14 @@ def running(*, history: int = 0, **options: str) -> SimulatedModule:
     memory = Memory(boot_count=36)
     invent_records(memory, history, seed=1, has_odd_voltage=quirks.odd_voltage)
     return booted(SimulatedModule(Physics(cell_v=4.0, drain_v_per_h=0.0), quirks, memory=memory))
+
+
+def test_e7_without_records_a_module_is_silent_unless_told_otherwise() -> None:
+    (declared,) = (field.default for field in fields(Quirks) if field.name == "empty_slots")
+    assert declared is EmptySlots.NONE
+    query = TRIGGER_RECORDS.query().encode()
+    assert receive(running(empty_slots="none"), query, 0.0) == b""
+    assert len(receive(running(empty_slots="zeros"), query, 0.0)) == 9 * 16
 
 
 @pytest.mark.parametrize(

@@ -12,13 +12,17 @@ from app.engine.target import Target
 from app.fleet.card import Card, Need, by_need
 from app.fleet.check_set import check_set_target, summary, write_set_reports
 from app.fleet.profile_table import Applied, result_line
+from app.preflight.module_checks import RecordsWord
 from app.procedures.write_all import SettingChange
 from app.records.report_files import ReportRefused
+from app.records.trigger_filing import say_new
 from app.safety.last_known import Activation
 from app.settings.profile_file import ProfileRefused, read_profile, refusal_text
 from app.stations.station import station_to_sign
+from app.store.database import StoreTrouble
+from app.store.store import Store
 from app.text.i18n import tr
-from app.text.sentences import capitalised, error_text, join_names
+from app.text.sentences import capitalised, error_text, join_names, join_sentences
 from protocol.catalogue import DEFAULT_BAUD_RATE
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
@@ -61,6 +65,7 @@ class FleetPage(Page):
         self.profile = GroupProfile(services, self.members, self)
         self._widgets: dict[PortConnection, CardWidget] = {}
         self.result = JobNotice(self)
+        self._wording: BackgroundTask[None] = BackgroundTask("dps-s new modules", self)
         self._report: BackgroundTask[tuple[Path, ...]] = BackgroundTask("dps-s set report", self)
         self._make_controls()
         self._lay_out()
@@ -253,7 +258,29 @@ class FleetPage(Page):
     def _on_finished(self) -> None:
         members = tuple(self.checks.results.values())
         is_fine = not any(one.why for one in members)
-        self.result.notify(Meaning.INFORMATION if is_fine else Meaning.ATTENTION, lambda: summary(members))
+        meaning = Meaning.INFORMATION if is_fine else Meaning.ATTENTION
+        silent = [one.name for one in members if one.name and one.word is RecordsWord.NEW_MODULE]
+        self.result.set_notice(
+            lambda: Notice(meaning, summary(members), self._new_choices(silent), self.result.dismiss)
+        )
+
+    def _new_choices(self, silent: list[str]) -> tuple[Choice, ...]:
+        """A person can say once that named modules, silent to the query for their records, are new."""
+        if not silent or not isinstance(self._services.storage.store, Store):
+            return ()
+        words = tr("{setting}: {what}", setting=tr(RecordsWord.NEW_MODULE.value), what=join_names(silent))
+        return (Choice("say_new", words, partial(self._say_new, silent)),)
+
+    def _say_new(self, silent: list[str]) -> None:
+        """Keeps the word, then checks again."""
+        store = self._services.storage.store
+        if isinstance(store, Store):
+            self.result.dismiss()
+            work = partial(say_new, store, silent)
+            self._wording.run_in(store.queue, work, lambda _none: self._check(), self._show_unworded)
+
+    def _show_unworded(self, trouble: StoreTrouble) -> None:
+        self.result.notify(Meaning.DANGER, lambda: join_sentences((trouble.sentence, tr("Not kept."))))
 
     def _connect_all(self) -> None:
         self.members.connect_all(self._connector.ports.ports)

@@ -98,10 +98,10 @@ class CheckList(QScrollArea):
         self._sort(failed)
         for id_, row in self.rows.items():
             found = judged.get(id_)
-            if found is None:
+            if assessment is None or found is None:
                 row.show_waiting(is_checking=is_checking)
             else:
-                row.show_judged(found, is_void=is_void, can_act=work.can_check)
+                row.show_judged(found, assessment.case, is_void=is_void, can_act=work.can_check)
         for item in self.manual:
             item.show_state(self.ticks.get(item.number), can_tick=not is_checking)
         passed = len(self.rows) - len(failed)

@@ -5,7 +5,8 @@ from typing import Final, NamedTuple
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QButtonGroup, QFrame, QGridLayout
 
-from app.preflight.findings import RESULT_WORDS, Check, CheckResult
+from app.preflight.findings import RESULT_WORDS, Case, Check, CheckResult
+from app.preflight.module_checks import records_word
 from app.preflight.verdict import MANUAL_WORDS, Judged
 from app.settings.profiles import ManualLine
 from app.text.i18n import tr
@@ -43,10 +44,17 @@ _ENABLE: Final = _Act(marked("Enable now"), Statement(is_enabling=True))
 ACTS: Final = {
     "attitude_trigger": _ENABLE,
     "freefall_trigger": _ENABLE,
-    "trigger_records": _Act(marked("Mark as reviewed"), Statement(are_records_reviewed=True)),
     "boot_count": _Act(marked("It is this module"), Statement(is_same_module=True)),
 }
 """What a person can do about a check with one click, which checks again."""
+_REVIEWED: Final = Statement(are_records_reviewed=True)
+
+
+def _act_on(judged: Judged, case: Case) -> _Act | None:
+    if not judged.blocks_go:
+        return None
+    word = records_word(case) if judged.check.id == "trigger_records" else None
+    return ACTS.get(judged.check.id) if word is None else _Act(word.value, _REVIEWED)
 
 
 class CheckRow(QFrame):
@@ -63,9 +71,9 @@ class CheckRow(QFrame):
         self.measured = text_label(f"check_{check.id}_measured", "")
         self.limit = text_label(f"check_{check.id}_limit", "muted")
         self.reason = text_label(f"check_{check.id}_why", "small")
-        words = ACTS[check.id].words if check.id in ACTS else ""
         # A step: the end of a check scrolls its rows, and what comes to lie under the pointer then was not chosen.
-        self.act = control(StepButton(), texts, f"check_{check.id}_act", words, slot=self._on_act)
+        self.act = control(StepButton(), texts, f"check_{check.id}_act", slot=self._on_act)
+        self._act: _Act | None = None
         policy = self.act.sizePolicy()
         policy.setRetainSizeWhenHidden(False)
         self.act.setSizePolicy(policy)
@@ -81,7 +89,8 @@ class CheckRow(QFrame):
         self._is_wide = False
 
     def _on_act(self) -> None:
-        self.act_wanted.emit(ACTS[self.check.id].statement)
+        if self._act is not None:
+            self.act_wanted.emit(self._act.statement)
 
     def show_waiting(self, *, is_checking: bool) -> None:
         """No result yet."""
@@ -89,11 +98,11 @@ class CheckRow(QFrame):
         self.chip.show_state(word, Icon.CONNECTING if is_checking else Icon.UNKNOWN, None)
         self.measured.setText("")
         self.limit.setText("")
-        self._show_act(is_shown=False)
+        self._show_act(None)
         self._show_texts(tr(self.check.why), is_explained=False)
         set_role(self, "marked-row")
 
-    def show_judged(self, judged: Judged, *, is_void: bool, can_act: bool) -> None:
+    def show_judged(self, judged: Judged, case: Case, *, is_void: bool, can_act: bool) -> None:
         finding = judged.finding
         look = STYLES[finding.result]
         word = tr(RESULT_WORDS[finding.result])
@@ -107,13 +116,15 @@ class CheckRow(QFrame):
         is_fine = finding.result is CheckResult.PASS
         do = "" if is_fine else f" → {judged.do.translated()}"
         self._show_texts(f"{tr(self.check.why)}{do}", is_explained=not is_fine)
-        self._show_act(is_shown=self.check.id in ACTS and judged.blocks_go)
+        self._show_act(_act_on(judged, case))
         self.act.setEnabled(can_act)
         set_role(self, "marked-row-failed" if judged.blocks_go and not is_void else "marked-row")
         set_role(self.measured, "muted" if is_void else ("strong" if not is_fine else ""))
 
-    def _show_act(self, *, is_shown: bool) -> None:
+    def _show_act(self, act: _Act | None) -> None:
         """Without a button the reason takes its column too."""
+        self._act, is_shown = act, act is not None
+        self.act.setText(tr(act.words) if act is not None else "")
         self.act.setVisible(is_shown)
         if self._is_wide is is_shown:
             self._is_wide = not is_shown

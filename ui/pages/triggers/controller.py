@@ -10,10 +10,11 @@ from PySide6.QtCore import QObject, Signal
 from app.engine.identity import Trust
 from app.engine.procedure import Cancelled, Procedure
 from app.engine.worker import Job
+from app.preflight.module_checks import RecordsWord
 from app.procedures.history import read_history
 from app.procedures.write import read_back
 from app.records.check_store import CheckStore, SeenRecord, Visit
-from app.records.trigger_filing import PossiblyOther, TriggersReading, file_triggers
+from app.records.trigger_filing import PossiblyOther, TriggersReading, file_triggers, past_of, say_new
 from app.store.database import StoreTrouble, utc_now
 from app.store.store import Store
 from app.text.i18n import tr
@@ -79,6 +80,7 @@ class TriggersController(QObject):
         self._read_of: str | None = None
         self._was_proven, self._had_fired = True, False
         self._filing: BackgroundTask[Visit | PossiblyOther] = BackgroundTask("dps-s triggers", self)
+        self._wording: BackgroundTask[None] = BackgroundTask("dps-s new module", self)
         self._judging: dict[int, tuple[Judgement | None, str]] = {}
         """Judgements that are not stored yet, by record."""
         self._judgement_tasks: dict[int, BackgroundTask[None]] = {}
@@ -170,7 +172,7 @@ class TriggersController(QObject):
         if reading is not None and not reading.history.is_confirmed:
             self.job.notify(Meaning.ATTENTION, lambda: tr("The readings differ: records may be missing. Read again."))
         if reading is not None and not reading.history.is_answered:
-            self.job.notify(Meaning.ATTENTION, lambda: tr("No answer: the records are unknown."))
+            self.job.set_notice(self._silent_notice)
         self._show_archive()
 
     def _clear_visit(self) -> None:
@@ -197,6 +199,35 @@ class TriggersController(QObject):
             self.job.set_notice(offer)
         self._show_archive()
         self.changed.emit()
+
+    def _silent_notice(self) -> Notice:
+        """The module does not answer the query; a person can say once that a named one is new."""
+        text = tr("No answer: the records are unknown.")
+        store, name = self._store, self._naming.name
+        plain = Notice(Meaning.ATTENTION, text, dismiss=self.job.dismiss)
+        if store is None or not name:
+            return plain
+        try:
+            past = past_of(store, name)
+        except StoreTrouble as trouble:
+            return Notice(Meaning.DANGER, _not_stored_text(trouble), dismiss=self.job.dismiss)
+        if past.last_answer is not None:
+            had = tr("It had {count} on {date}.", count=past.last_answer.count, date=past.last_answer.at[:10])
+            return replace(plain, text=join_sentences((text, had)))
+        if past.is_said_new:
+            said = join_sentences((text, tr("A person said that it is new.")))
+            return Notice(Meaning.INFORMATION, said, dismiss=self.job.dismiss)
+        if self._connector.device.reported[0] is not False:
+            return plain
+        words = tr("{setting}: {what}", setting=tr(RecordsWord.NEW_MODULE.value), what=name)
+        return replace(plain, choices=(Choice("say_new", words, partial(self._say_new, name)),))
+
+    def _say_new(self, name: str) -> None:
+        store = self._store
+        if store is not None:
+            self._wording.run_in(
+                store.queue, partial(say_new, store, [name]), lambda _none: self.changed.emit(), self._fail_filing
+            )
 
     def _ask_which_module(self, boots: int | None, before: int | None) -> Notice:
         name = self._naming.name

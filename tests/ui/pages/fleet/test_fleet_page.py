@@ -13,13 +13,16 @@ from app.engine.identity import Identity, Trust
 from app.engine.procedure import Cancelled
 from app.engine.target import Target
 from app.fleet.card import Need
+from app.fleet.check_set import SetMember
 from app.fleet.profile_table import Applied
 from app.preflight.evidence import Disturbance
 from app.preflight.verdict import Void, assess
+from app.records.check_store import CheckStore
 from app.records.filing import Filed
 from app.safety.last_known import Activation
 from app.safety.ritual import Input
 from app.settings.profiles import Profile
+from app.store.store import Store
 from app.text.messages import UserMessage
 from tests.support.records.preflight_rig import check
 from tests.support.window.fake_ports import VALUES
@@ -237,6 +240,24 @@ def test_a_profile_that_takes_protection_away_is_asked_about_before_it_is_writte
     strip.notice.choices[1].act()
     assert [page.profile.applied[one].state for one, _ in desk.modules] == [Applied.WRITING] * 3
     page.profile.cancel()
+
+
+def test_named_silent_modules_are_said_to_be_new_by_one_press(desk: Desk) -> None:
+    case = check(options={"mute_codes": "35"}).assessment.case
+    desk.plug_in(3)
+    for (connection, _), name in zip(desk.modules, ("M-1", "", "M-2"), strict=True):
+        desk.page.checks.results[connection] = SetMember("port", name, Filed(assess(case), {}))
+    desk.page.checks.finished.emit()
+    desk.settle()
+    assert desk.page.said.notice is not None
+    (say,) = desk.page.said.notice.choices
+    assert say.text == "New, no records: M-1, M-2"
+    say.act()
+    desk.wait(lambda: desk.page.checks.is_running)
+    store = desk.services.storage.store
+    assert isinstance(store, Store)
+    known = {module.name: CheckStore(store.database).is_said_new(module.id) for module in store.modules()}
+    assert known == {"M-1": True, "M-2": True}
 
 
 def test_a_notice_moves_no_card(desk: Desk) -> None:

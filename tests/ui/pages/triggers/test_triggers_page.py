@@ -9,11 +9,12 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QComboBox, QLabel, QLineEdit, QPushButton
 from pytestqt.qtbot import QtBot
 
-from app.simulator.quirks import Delivery
+from app.simulator.quirks import Delivery, EmptySlots
 from app.text.i18n import tr
 from app.trigger_records.history import Judgement
 from tests.support.window.fakes_ui import WAIT_MS
 from tests.support.window.preflight_window import CHECK_MS, OnBench, name_module, on_bench
+from ui.pages.preflight.controller import Standing
 from ui.pages.triggers.model import Column
 from ui.pages.triggers.table import TriggersTable
 from ui.style.theme import Meaning
@@ -79,6 +80,30 @@ def test_a_module_that_never_fired(qtbot: QtBot, qapp: QApplication, tmp_path: P
         assert page.empty.title.text() == "Trigger records: 0"
         assert (page.count.text(), page.empty.title.text()) == ("Trigger records", "Trigger records: 0")
         assert bench.acts == []
+
+
+def test_a_silent_named_module_is_said_to_be_new_once(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with on_bench(qtbot, qapp, tmp_path, "silent", empty_slots=EmptySlots.NONE) as bench:
+        bench.read_triggers()
+        assert said(bench) == "No answer: the records are unknown."
+        assert bench.triggers.strip.button("say_new") is None  # nothing is kept for a module without a name
+        name_kept(bench, "M-07")
+        assert said(bench) == "No answer: the records are unknown."
+        bench.until(lambda: bench.triggers.strip.button("say_new") is not None)
+        button = bench.triggers.strip.button("say_new")
+        assert button is not None
+        assert button.text() == "New, no records: M-07"
+        button.click()
+        bench.until(lambda: said(bench) == "No answer: the records are unknown. A person said that it is new.")
+        assert bench.check() is Standing.READY
+        fire(bench, 3)
+        bench.read_triggers()
+        wait_kept(bench)
+        bench.bench.module.memory.records.clear()
+        bench.read_triggers()
+        assert "It had 3 on 20" in said(bench)
+        assert bench.triggers.strip.button("say_new") is None
+        assert bench.check() is Standing.NO_GO
 
 
 def test_the_records_are_read_as_soon_as_the_page_is_in_sight(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
