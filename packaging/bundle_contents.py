@@ -36,6 +36,14 @@ LEFT_OUT_MODULES: Final = (
     "numpy.distutils",
     "numpy.f2py",
     "numpy.testing.tests",
+    # parts of pyqtgraph that its plots do without
+    "PySide6.QtOpenGL",
+    "PySide6.QtOpenGLWidgets",
+    "pyqtgraph.console",
+    "pyqtgraph.examples",
+    "pyqtgraph.flowchart",
+    "pyqtgraph.jupyter",
+    "pyqtgraph.opengl",
     # development tools that hooks would include if they are installed
     "IPython",
     "PIL",
@@ -44,7 +52,6 @@ LEFT_OUT_MODULES: Final = (
     "matplotlib",
     "pip",
     "pkg_resources",
-    "pyqtgraph",
     "pytest",
     "readline",  # for an interactive Python; under the GPL
     "scipy",
@@ -106,6 +113,8 @@ def is_wanted(place: str) -> bool:
     folder = path.parent.name
     if ".egg-info" in text or ".dist-info" in text:  # only the version is needed
         return folder.endswith(".dist-info") and path.name == "METADATA"
+    if path.parts[0] == "pyqtgraph":  # its icons and colour maps, which have licences of their own
+        return False
     if "PySide6/Qt/qml/" in text or "PySide6/qml/" in text or path.name == _SOFTWARE_OPENGL:
         return False
     return not _QT_MODULES_OUT.match(path.name)

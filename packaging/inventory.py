@@ -17,11 +17,13 @@ from parts import LICENCE_FOLDER, Part, canonical
 _LGPL: Final = ("LGPL-3.0.txt", "GPL-3.0.txt")
 _QT_TEXTS: Final = ("Qt.txt", *_LGPL)
 _LICENCES: Final = {
+    "colorama": "BSD-3-Clause",
     "cryptography": "BSD-3-Clause",
     "lz4": "BSD-3-Clause",
     "mcap": "MIT",
     "pyinstaller": "GPL-2.0-or-later WITH Bootloader-exception",
     "pyinstaller-hooks-contrib": "Apache-2.0",
+    "pyqtgraph": "MIT",
     "pyserial": "BSD-3-Clause",
     "pyside6-essentials": "LGPL-3.0-only",
     "shiboken6": "LGPL-3.0-only",

@@ -288,7 +288,7 @@ def test_a_forbidden_import_is_found(path: str, source: str) -> None:
         ("app/preflight/run.py", "from app import version\nfrom app.engine.device import Device"),
         ("app/__main__.py", "def gui():\n    from ui.main import show\n    show()"),
         ("ui/core/bridge.py", "import PySide6.QtWidgets, pyqtgraph, time\nfrom app.text import i18n"),
-        ("ui/pages/live/page.py", "from ui.pages.live.data import LiveData\nfrom ui.plots.view import Mark"),
+        ("ui/pages/live/page.py", "from ui.pages.live.data import LiveData\nfrom ui.plots.lanes import Mark"),
     ],
 )
 def test_an_allowed_import_is_left_alone(path: str, source: str) -> None:

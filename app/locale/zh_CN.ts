@@ -826,6 +826,10 @@
         <translation>复制详细信息</translation>
     </message>
     <message>
+        <source>Copy picture</source>
+        <translation>复制图片</translation>
+    </message>
+    <message>
         <source>Could not be read: {count}; see the rows.</source>
         <translation>无法读取：{count} 项；请看各行。</translation>
     </message>
@@ -984,6 +988,10 @@
     <message>
         <source>Do not touch the aircraft; check the mounting.</source>
         <translation>不要触碰飞行器；检查模块的固定。</translation>
+    </message>
+    <message>
+        <source>Drawing (*.svg)</source>
+        <translation>矢量图 (*.svg)</translation>
     </message>
     <message>
         <source>Drop {height} m</source>
@@ -1280,6 +1288,10 @@
     <message>
         <source>First {count} only.</source>
         <translation>仅列出前 {count} 条。</translation>
+    </message>
+    <message>
+        <source>Fit vertically</source>
+        <translation>纵向适应</translation>
     </message>
     <message>
         <source>Fleet</source>
@@ -2300,6 +2312,10 @@
     <message>
         <source>No result: {why}.</source>
         <translation>无结果：{why}。</translation>
+    </message>
+    <message>
+        <source>No room for: {plots}</source>
+        <translation>窗口太低，未显示：{plots}</translation>
     </message>
     <message>
         <source>No serial port found. Plug the adapter in, or try another cable.</source>

@@ -25,7 +25,7 @@ from tests.support.records.recordings_made import recorded
 
 LARGEST_MB = 205
 INSIDE = ("mcap.reader", "mcap.writer", "psycopg", "zstandard", "lz4.frame", "app.cli.preflight", "ui.pages.live.page")
-OUTSIDE = ("PySide6.QtNetwork", "PySide6.QtQml", "PySide6.QtTest", "pytest", "pyqtgraph", "readline")
+OUTSIDE = ("PySide6.QtNetwork", "PySide6.QtQml", "PySide6.QtTest", "pytest", "pyqtgraph.opengl", "readline")
 
 
 def test_it_says_the_one_version(program: Program, version: str) -> None:
@@ -148,7 +148,7 @@ def test_everything_in_it_is_listed_with_its_licence(bundle: Path, dist: Path, v
     assert listed["metadata"]["component"]["version"] == version
     assert JsonStrictValidator(SchemaVersion.V1_6).validate_str(json.dumps(listed)) is None
     names = {component["name"] for component in listed["components"]}
-    assert {"CPython", "Qt", "PySide6_Essentials", "shiboken6", "numpy", "pyserial", "mcap"} <= names
+    assert {"CPython", "Qt", "PySide6_Essentials", "shiboken6", "numpy", "pyqtgraph", "pyserial", "mcap"} <= names
     assert {"HarfBuzz-NG", "LibPNG", "PCRE2", "OpenBLAS", "LAPACK", "OpenSSL", "psycopg", "libpq"} <= names
     assert not {"pytest", "mypy", "hypothesis", "setuptools", "pip"} & names
     stated = {"licences/dps-s-configurator"}

@@ -111,7 +111,8 @@ class Note(QWidget):
 
 
 class SaveBar(QWidget):
-    """`take_excerpt` and `take_picture` return what is shown when saving starts, before the file dialog opens."""
+    """`take_excerpt`, `take_picture` and `take_drawing` (the plots as SVG) return what is shown when saving starts,
+    before the file dialog opens."""
 
     def __init__(
         self,
@@ -119,12 +120,14 @@ class SaveBar(QWidget):
         *,
         take_excerpt: Callable[[], Excerpt],
         take_picture: Callable[[str], QImage],
+        take_drawing: Callable[[], bytes],
         find_origin: Callable[[], Origin],
     ) -> None:
         super().__init__()
         self.setObjectName("live_save")
         self.ask_path: AskPath = ask_path
         self._take_excerpt, self._take_picture, self._find_origin = take_excerpt, take_picture, find_origin
+        self._take_drawing = take_drawing
         self._folder: Path | None = None
         self._saving: BackgroundTask[None] = BackgroundTask("dps-s save", self, finished_at_close=True)
         self.note = Note()
@@ -174,10 +177,12 @@ class SaveBar(QWidget):
         if self.is_saving:
             return
         image = self._take_picture(footer_text(self._find_origin(), datetime.now().astimezone()))
-        path = self._choose(tr("Save picture…"), ".png", tr("Picture (*.png)"))
+        drawing = self._take_drawing()
+        path = self._choose(tr("Save picture…"), ".png", f"{tr('Picture (*.png)')};;{tr('Drawing (*.svg)')}")
         if path is None:
             return
-        self._save(path, png_parts(image), 1, lambda: tr("Saved to {path}.", path=path))
+        parts = iter((drawing,)) if path.suffix.lower() == ".svg" else png_parts(image)
+        self._save(path, parts, 1, lambda: tr("Saved to {path}.", path=path))
 
     def refresh(self) -> None:
         """Shows the progress of saving; called by the page's timer."""

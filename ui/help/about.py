@@ -12,7 +12,7 @@ from app import version
 from app.text.i18n import tr
 from ui.style.icons import app_icon
 
-_PARTS: Final = ("PySide6-Essentials", "shiboken6", "numpy", "pyserial", "platformdirs", "mcap")
+_PARTS: Final = ("PySide6-Essentials", "shiboken6", "numpy", "pyqtgraph", "pyserial", "platformdirs", "mcap")
 
 _CLASSIFIER: Final = "License :: "
 

@@ -2,10 +2,10 @@
 
 import math
 import time
-from typing import Final, NamedTuple
+from typing import Final
 
 from app.text.i18n import tr
-from ui.plots.view import Span
+from ui.plots.lanes import Span, Tick
 
 # Distances between ticks, in seconds.
 _STEPS_S: Final = (
@@ -15,18 +15,11 @@ _STEPS_S: Final = (
 )
 
 
-class Tick(NamedTuple):
-    """A time and its label."""
-
-    time_s: float
-    label: str
-
-
-def before_now(span: Span, *, most: int) -> list[Tick]:
+def before_now(length_s: float, *, most: int) -> list[Tick]:
     """Ticks counted back from the end of the span, so that they stay in place while it moves."""
-    step_s = _step_s(span.length_s, most)
-    count = math.floor(span.length_s / step_s + 1e-6)
-    return [Tick(span.end_s - n * step_s, _ago(n * step_s, step_s)) for n in range(count + 1)]
+    step_s = _step_s(length_s, most)
+    count = math.floor(length_s / step_s + 1e-6)
+    return [Tick(-n * step_s, _ago(n * step_s, step_s)) for n in range(count + 1)]
 
 
 def clock_times(span: Span, *, most: int, wall_offset_s: float) -> list[Tick]:
@@ -35,7 +28,8 @@ def clock_times(span: Span, *, most: int, wall_offset_s: float) -> list[Tick]:
     first = math.ceil((span.start_s + wall_offset_s) / step_s)
     last = math.floor((span.end_s + wall_offset_s) / step_s)
     decimals = _decimals(step_s)
-    return [Tick(n * step_s - wall_offset_s, clock_text(n * step_s, decimals)) for n in range(first, last + 1)]
+    end_s = span.end_s + wall_offset_s
+    return [Tick(n * step_s - end_s, clock_text(n * step_s, decimals)) for n in range(first, last + 1)]
 
 
 def clock_text(wall_s: float, decimals: int = 0) -> str:

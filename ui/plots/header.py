@@ -10,7 +10,6 @@ from app.text.durations import duration
 from app.text.i18n import tr
 from protocol.translatable import marked
 from ui.core.texts import Texts
-from ui.plots.view import WINDOWS_S, TimeView
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import ChoiceButton, control
@@ -18,11 +17,12 @@ from ui.widgets.layouts import FlowRow
 from ui.widgets.naming import named
 from ui.widgets.readout import StateChip
 
-_WINDOW_WORDS: Final = {10.0: marked("10 s"), 60.0: marked("60 s"), 600.0: marked("10 min")}
+WINDOWS_S: Final = {10.0: marked("10 s"), 60.0: marked("60 s"), 600.0: marked("10 min")}
+"""Selectable lengths of the time line."""
 
 
 class PlotHeader(QWidget):
-    """Shows the state of a `TimeView`; the signals are what the user wants. `row` takes more controls at its right."""
+    """Shows what is in sight; the signals are what the user wants. `row` takes more controls at its right."""
 
     toggle_wanted = Signal()
     """Pause, or go back to live."""
@@ -30,10 +30,10 @@ class PlotHeader(QWidget):
     clock_toggled = Signal(bool)
     window_chosen = Signal(float)
 
-    def __init__(self, texts: Texts, view: TimeView) -> None:
+    def __init__(self, texts: Texts, *, is_recorded: bool) -> None:
         super().__init__()
         self.setObjectName("time-plot-header")
-        self._view = view
+        self._is_recorded = is_recorded
         self._announced: tuple[str, int] | None = None
         """The state and the width of the header when it was last shown."""
         self._is_live: bool | None = None
@@ -57,41 +57,39 @@ class PlotHeader(QWidget):
             self._windows.addButton(segment, number)
             self.row.add_right(segment)
         self.row.add_right(self.whole, self.pause)
-        self.whole.setVisible(view.is_recorded)
-        self.pause.setVisible(not view.is_recorded)
-        self.clock.setVisible(not view.is_recorded)
+        self.whole.setVisible(is_recorded)
+        self.pause.setVisible(not is_recorded)
+        self.clock.setVisible(not is_recorded)
         self.clock.toggled.connect(self.clock_toggled)
-        self._windows.idClicked.connect(lambda number: self.window_chosen.emit(WINDOWS_S[number]))
+        self._windows.idClicked.connect(lambda number: self.window_chosen.emit(list(WINDOWS_S)[number]))
 
     def _segment(self, texts: Texts, window_s: float) -> QToolButton:
-        segment = control(
-            ChoiceButton(), texts, f"time-plot-window-{window_s:g}", _WINDOW_WORDS[window_s], role="segment"
-        )
+        segment = control(ChoiceButton(), texts, f"time-plot-window-{window_s:g}", WINDOWS_S[window_s], role="segment")
         for setter in (segment.setAccessibleDescription, segment.setToolTip):
             texts.bind(setter, "Length of the time line")
         return segment
 
-    def show_view(self, now_s: float) -> None:
-        view = self._view
-        length_s = view.span(now_s).length_s if view.is_recorded else view.window_s
+    def show_view(self, length_s: float, behind_s: float | None, *, is_whole: bool = False) -> None:
+        """The length in sight; `behind_s`: how far it is behind now, None while it is live."""
         for number, window_s in enumerate(WINDOWS_S):
-            self._windows.button(number).setChecked(not view.is_whole and abs(length_s - window_s) < 1e-6)
-        self.whole.setChecked(view.is_whole)
-        if view.is_live != self._is_live:
-            self._is_live = view.is_live
-            if view.is_live:
+            self._windows.button(number).setChecked(not is_whole and abs(length_s - window_s) < 1e-6)
+        self.whole.setChecked(is_whole)
+        is_live = behind_s is None
+        if is_live != self._is_live:
+            self._is_live = is_live
+            if is_live:
                 control(self.pause, self._texts, "time-plot-pause", "Pause", tip="Pause; recording continues",
                         key="Space", picture=Icon.PAUSE)  # fmt: skip
             else:
                 control(self.pause, self._texts, "time-plot-pause", "Live", key="End", picture=Icon.TO_LIVE)
-        if view.is_recorded:
+        if self._is_recorded:
             self._show_state(tr("recorded"), tr("recorded"), Icon.HISTORY, Meaning.INFORMATION)
             return
-        self.chip.setVisible(not view.is_live)  # the title of the page says it
-        if view.is_live:
+        self.chip.setVisible(not is_live)  # the title of the page says it
+        if behind_s is None:
             self._show_state(tr("live"), tr("live"), Icon.LIVE, None)
         else:
-            behind = tr("paused, {time} behind", time=duration(view.behind_s(now_s)))
+            behind = tr("paused, {time} behind", time=duration(behind_s))
             self._show_state(behind, tr("paused"), Icon.PAUSE, Meaning.ATTENTION)
 
     def _show_state(self, whole: str, short: str, picture: Icon, meaning: Meaning | None) -> None:

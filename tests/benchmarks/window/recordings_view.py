@@ -129,7 +129,7 @@ def _draws(live: Any) -> list[float]:
         timed(plot.show_instant, source.uniform(live.recording.start_s, live.recording.end_s))
         for _ in range(_STEPS):
             timed(canvas.panned.emit, source.uniform(-0.05, 0.05))
-            timed(canvas.set_cursor, source.random())
+            timed(canvas.pointed.emit, source.random())
     for _ in range(_STEPS):
         timed(plot.show_instant, source.uniform(live.recording.start_s, live.recording.end_s))
     timed(plot.back_to_live)

@@ -3,18 +3,18 @@
 from itertools import combinations, pairwise
 
 import pytest
+from PySide6.QtCore import QPointF
 from PySide6.QtGui import QFontMetricsF
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QGraphicsScene
 from pytestqt.qtbot import QtBot
 
 from app.samples.ring_buffers import Series
-from tests.support.window.painted_text import watching
 from tests.support.window.steps import find
-from tests.ui.plots.test_time_plot import NOW_S, Bench
-from ui.plots.canvas import Canvas
-from ui.plots.limits import LimitLine, apart, word_places
+from tests.ui.plots.plot_bench import NOW_S, Bench
+from ui.plots.lanes import Lane, Mark, Scale
+from ui.plots.plot_view import PlotView
+from ui.plots.tags import Tag, Tags, apart
 from ui.plots.time_plot import TimePlot
-from ui.plots.view import Lane, Mark, Scale
 from ui.style import appearance, theme
 from ui.style.icons import Icon
 from ui.style.theme import LIGHT, Meaning
@@ -33,71 +33,115 @@ def test_the_most_important_mark_keeps_its_icon(bench: Bench) -> None:
         for number, word in enumerate((first, second)):
             rank, icon = (0, Icon.PARACHUTE) if word == "triggered" else (2, Icon.ACTIVE)
             bench.plot.add_mark(Mark(NOW_S - 20 + 0.2 * number, word, icon, Meaning.DANGER, rank))
-        with watching() as drawn:
-            bench.plot.draw(NOW_S)
-            bench.canvas.repaint()
-        assert [one.text for one in drawn if one.text in (first, second)] == ["triggered"]
+        bench.plot.draw(NOW_S)
+        assert "triggered" in bench.words
+        assert "activated" not in bench.words
+        assert [tag.icon for tag, _ in bench.view.tags.shown if tag.icon] == [Icon.PARACHUTE]
+        places = {round(item.line().x1()) for item in bench.view.mark_lines if item.isVisible()}
+        assert len(places) == 2  # each has its line
+
+
+def test_marks_are_where_their_time_is(bench: Bench) -> None:
+    bench.plot.add_mark(Mark(NOW_S - 10, "triggered", Icon.PARACHUTE, Meaning.DANGER))
+    bench.plot.add_mark(Mark(NOW_S - 40, "activated", Icon.ACTIVE, Meaning.ATTENTION))
+    bench.plot.draw(NOW_S)
+    icons = {tag.icon: room.center().x() for tag, room in bench.view.tags.shown if tag.icon}
+    box = bench.lane.box
+    for icon, ago_s in ((Icon.PARACHUTE, 10), (Icon.ACTIVE, 40)):
+        assert icons[icon] == pytest.approx(box.right() - ago_s / 60 * box.width(), abs=2)
+
+
+def test_hundreds_of_marks_are_lines_at_as_many_pixels(bench: Bench) -> None:
+    bench.plot.add_marks(Mark(NOW_S - n * 0.001, "offline", Icon.LINK_LOST) for n in range(900))
+    bench.plot.draw(NOW_S)
+    assert sum(item.isVisible() for item in bench.view.mark_lines) <= 2 * 14
 
 
 @pytest.mark.parametrize("ago_s", [59.5, 59.0, 58.0, 57.0, 30.0])
-def test_the_title_of_the_first_plot_is_beside_a_mark(bench: Bench, ago_s: float) -> None:
-    """The icon and the word of the mark are in the row of the title."""
+def test_no_word_covers_another(bench: Bench, ago_s: float) -> None:
+    """The icon and the word of a mark are in the row of the first title; gaps and stale limits are in the lane."""
     bench.plot.add_mark(Mark(NOW_S - ago_s, "triggered", Icon.PARACHUTE, Meaning.DANGER))
-    with watching() as drawn:
-        bench.plot.draw(NOW_S)
-        bench.canvas.repaint()
-    title, word = (next(one for one in drawn if one.text == text) for text in ("Tilt", "triggered"))
-    assert not title.place.intersects(word.place.adjusted(-17, 0, 0, 0))  # with the icon before the word
-
-
-def test_no_data_is_never_written_over_the_word_of_a_limit(bench: Bench) -> None:
-    stale = bench.canvas.lanes[0].lane.limits[0].stale
-    assert stale is not None
     bench.fire.put(NOW_S, None)
-    stale.put(NOW_S, 45)  # in the middle
-    found = 0
-    for seconds in range(2, 30):
-        with watching() as drawn:
-            bench.plot.draw(NOW_S + seconds)
-            bench.canvas.repaint()
-        gaps = [one.place for one in drawn if one.text == "no data"]
-        words = [one.place for one in drawn if one.text == "stale"]
-        found += len(gaps)
-        assert not any(one.intersects(other) for one in gaps for other in words)
-    assert found
+    bench.stale.put(NOW_S, 45)  # in the middle
+    count = 0
+    for seconds in range(0, 30, 3):
+        bench.plot.draw(NOW_S + seconds)
+        shown = bench.view.tags.shown
+        count += sum(tag.text in ("no data", "stale") for tag, _ in shown)
+        for (one, room), (other, other_room) in combinations(shown, 2):
+            assert not room.intersects(other_room), (one, other)
+    assert {"Tilt", "Acceleration"} <= set(bench.words)
+    assert count > 10
 
 
 @pytest.mark.parametrize("places", [[50.0, 51.0], [2.0, 1.0, 3.0], [98.0, 99.0, 99.5], [0.0, 0.0], [10.0, 90.0], []])
 def test_labels_of_limits_never_overlap(places: list[float]) -> None:
-    found = sorted(apart(places, 15, 0, 100))
-    assert all(lower - upper >= 14.99 for upper, lower in pairwise(found))
-    assert all(-0.01 <= one <= 100.01 for one in found)
+    moved = sorted(apart(places, 15, 0, 100))
+    assert all(lower - upper >= 14.99 for upper, lower in pairwise(moved))
+    assert all(-0.01 <= place <= 100.01 for place in moved)
     if places == [10.0, 90.0]:
-        assert found == places
+        assert moved == places
 
 
-@pytest.mark.parametrize("ys", [(50.0, 50.0), (50.0, 58.0), (50.0, 52.0, 54.0), (10.0, 90.0)])
-def test_words_of_limits_never_overlap(bench: Bench, ys: tuple[float, ...]) -> None:
-    line = LimitLine(0, 300, 0, LIGHT.muted, "stale", ())
-    found = word_places([line._replace(y=y) for y in ys], QFontMetricsF(theme.font(theme.Size.SMALL, is_bold=True)))
-    assert not any(one.intersects(other) for (_, one), (_, other) in combinations(found, 2))
-    assert found
+def test_a_word_takes_the_first_free_place_or_none(qapp: QApplication) -> None:
+    tags = Tags(QGraphicsScene())
+    first, second, third = (Tag(text, LIGHT.muted) for text in ("first", "second", "third"))
+    tags.begin()
+    assert tags.put(first, QPointF(0, 0))
+    below = tags.put(second, QPointF(1, 1), QPointF(1, 40))
+    assert below is not None
+    assert below.top() == 40
+    assert tags.put(third, QPointF(2, 2), QPointF(2, 41)) is None
+    assert tags.put(third, QPointF(2, 2), is_above=True) is not None
+    tags.end()
+    assert [tag for tag, _ in tags.shown] == [first, second, third]
 
 
-def test_a_stale_limit_stays_and_says_that_it_is_stale(bench: Bench) -> None:
-    stale = bench.canvas.lanes[0].lane.limits[0].stale
-    assert stale is not None
+# Limits
+
+
+def test_a_limit_stays_in_the_past_as_it_was(bench: Bench) -> None:
+    bench.fire.put(NOW_S - 30, 75)
+    bench.plot.draw(NOW_S)
+    firm = bench.lane.limits[0]
+    assert [(part.value, part.is_current) for part in firm.segments] == [(60, False), (75, True)]
+    x, y = firm.curve.getData()
+    assert x.tolist() == pytest.approx([-60, -30, -30, 0], abs=0.2)
+    assert y.tolist() == [60, 60, 75, 75]
+    assert {"60", "75° fires"} <= set(bench.words)
+    bench.fire.put(NOW_S - 1, None)
+    bench.plot.draw(NOW_S + 60)
+    assert firm.curve.getData()[0].tolist() == []
+    assert "75° fires" not in bench.words
+
+
+def test_a_limit_of_the_past_is_named_only_where_another_came_after_it(bench: Bench) -> None:
+    bench.fire.put(NOW_S - 30, None)  # restarted
+    bench.fire.put(NOW_S - 28, 60)
+    bench.plot.draw(NOW_S)
+    assert not {"60", "75"} & set(bench.words)
+    bench.fire.put(NOW_S - 15, 75)
+    bench.plot.draw(NOW_S)
+    assert {"60", "75"} & set(bench.words) == {"60"}
+
+
+def test_a_stale_limit_stays_greyed_and_says_that_it_is_stale(bench: Bench) -> None:
     bench.fire.put(NOW_S, None)
-    stale.put(NOW_S, 60)
-    with watching() as drawn:
-        bench.plot.draw(NOW_S + 30)
-        bench.canvas.repaint()
-    assert {"60° fires", "stale"} <= {one.text for one in drawn}
-    lane = bench.canvas.lanes[0]
-    y = round(lane.y(60))
-    grey = [p for p in bench.pixels(LIGHT.muted) if abs(p.y() - y) <= 1 and p.x() > lane.box.center().x()]
-    assert grey
-    assert not [p for p in bench.pixels(LIGHT.danger.ink) if p.x() > lane.box.center().x() + 2]
+    bench.stale.put(NOW_S, 60)
+    bench.plot.draw(NOW_S + 30)
+    assert {"60° fires", "stale"} <= set(bench.words)
+    label = next(tag for tag, _ in bench.view.tags.shown if tag.text == "60° fires")
+    assert label.ink == LIGHT.muted
+    firm, stale = bench.lane.limits
+    assert firm.curve.getData()[0].tolist() == pytest.approx([-60, -30], abs=0.2)
+    assert stale.curve.getData()[0].tolist() == pytest.approx([-30, 0], abs=0.2)
+    assert stale.curve.opts["pen"].color().name().upper() == LIGHT.muted.upper()
+
+
+def test_the_last_limits_of_a_recording_are_labelled(bench: Bench) -> None:
+    bench.fire.put(NOW_S, None)
+    bench.plot.draw(NOW_S)
+    assert bench.words["60° fires"].left() > bench.lane.box.right()
 
 
 def test_an_axis_grows_and_does_not_shrink_while_it_follows(bench: Bench) -> None:
@@ -105,34 +149,38 @@ def test_an_axis_grows_and_does_not_shrink_while_it_follows(bench: Bench) -> Non
     bench.plot.draw(NOW_S + 2)
     bench.tilt.append([NOW_S + 70, NOW_S + 90], [10, 10])
     bench.plot.draw(NOW_S + 90)  # the peak is out of sight
-    assert bench.canvas.lanes[0].scale == Scale(0, 180, 45)
+    assert bench.lane.view.viewRange()[1] == [0, 180]
     bench.plot.choose_window(10)
-    assert bench.canvas.lanes[0].scale == Scale(0, 90, 30)
+    assert bench.lane.view.viewRange()[1] == [0, 90]
 
 
 def test_a_limit_beyond_the_scale_widens_it(bench: Bench) -> None:
     bench.fire.put(NOW_S - 30, 120)
     bench.plot.draw(NOW_S)
-    assert bench.canvas.lanes[0].scale == Scale(0, 180, 45)
+    assert bench.lane.view.viewRange()[1] == [0, 180]
 
 
-def test_in_a_low_window_the_first_plots_stay_high_enough_to_read(bench: Bench, qtbot: QtBot) -> None:
+def test_in_a_low_window_the_plots_without_room_are_named(qapp: QApplication, qtbot: QtBot) -> None:
     scales = (Scale(0, 4, 2),)
     weights = {"Tilt": 5, "Acceleration": 3, "Light": 2, "Cell voltage": 2}
-    plot = TimePlot([Lane(title, "", Series(), scales, weight=one) for title, one in weights.items()], bench.texts)
+    appearance.apply(qapp, LIGHT)
+    lanes = [Lane(title, "", Series(), scales, weight=weight) for title, weight in weights.items()]
+    plot = TimePlot(lanes, Bench(qtbot).texts)
     qtbot.addWidget(plot)
     plot.show()
-    canvas = find(plot, Canvas, "time-plot-canvas")
+    view = find(plot, PlotView, "time-plot-canvas")
     seen = {}
     for height in (600, 300, 240, 600):
         plot.resize(600, height)
         QApplication.processEvents()
-        seen[height] = [lane.lane.title for lane in canvas.lanes]
-        canvas.set_cursor(None)
-        canvas.set_cursor(0.5)
+        seen[height] = [lane.lane.title for lane in view.lanes]
+        plot.point_at(plot.span.start_s + 1)
         assert all(f"{title} no data" in plot.reading for title in weights)
         text_px = QFontMetricsF(theme.font(theme.Size.SMALL)).height()
-        assert len(canvas.lanes) == 2 or canvas.lanes[-1].box.height() >= text_px
-        assert all(one.box.bottom() < other.box.top() for one, other in pairwise(canvas.lanes))
+        assert len(view.lanes) == 2 or view.lanes[-1].box.height() >= text_px
+        assert all(upper.box.bottom() < lower.box.top() for upper, lower in pairwise(view.lanes))
+        hidden = ", ".join(title for title in weights if title not in seen[height])
+        notes = [tag.text for tag, _ in view.tags.shown if tag.text.startswith("No room for")]
+        assert notes == ([f"No room for: {hidden}"] if hidden else [])
     assert seen[600] == list(weights)
     assert seen[240] == ["Tilt", "Acceleration"]

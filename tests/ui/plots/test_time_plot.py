@@ -1,107 +1,25 @@
-"""The time plots: view, drawing, mouse and keyboard."""
+"""The time plots: what is in sight, curves and ticks."""
 
 import math
+from collections.abc import Callable
+from itertools import pairwise
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
-from PySide6.QtGui import QColor, QMouseEvent, QWheelEvent
-from PySide6.QtWidgets import QApplication, QLineEdit, QPushButton, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtGui import QFontMetricsF
+from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from app.samples.ring_buffers import Series
-from app.samples.step_function import StepFunction
-from tests.support.window.painted_text import watching
+from app.samples.ring_buffers import Envelope
 from tests.support.window.steps import find
-from ui.core.texts import Texts
-from ui.plots.canvas import Canvas
-from ui.plots.time_plot import TimePlot
-from ui.plots.view import Lane, Limit, Mark, Scale, Span
-from ui.style import appearance, theme
-from ui.style.icons import Icon
-from ui.style.theme import LIGHT, THEMES, Meaning
+from tests.ui.plots.plot_bench import CONTROL, LEFT, NOW_S, Bench
+from ui.plots.axis import before_now, clock_text, clock_times
+from ui.plots.lane_view import points
+from ui.plots.lanes import Scale, Span, fitting_scale
+from ui.style import appearance
+from ui.style.theme import LIGHT, THEMES, Size, font
 from ui.widgets.readout import StateChip
-
-NOW_S = 5000.0
-
-
-class Bench:
-    """A plot of tilt and acceleration in a window, with what it shows at hand."""
-
-    def __init__(self, qtbot: QtBot, *, seconds: float = 120, rate_hz: float = 50) -> None:
-        self.tilt, self.acc, self.fire = Series(), Series(), StepFunction()
-        times = NOW_S - seconds + np.arange(1, int(seconds * rate_hz) + 1) / rate_hz
-        self.tilt.append(times, np.full(len(times), 12))
-        self.acc.append(times, np.ones(len(times)))
-        self.fire.put(NOW_S - seconds, 60)
-        lanes = [
-            Lane(
-                "Tilt",
-                "°",
-                self.tilt,
-                (Scale(0, 90, 30), Scale(0, 180, 45)),
-                (Limit(self.fire, "{value}° fires", Meaning.DANGER, stale=StepFunction()),),
-                weight=3,
-            ),
-            Lane("Acceleration", "g", self.acc, (Scale(0, 2, 1),), decimals=1, weight=2),
-        ]
-        self.texts = Texts()
-        self.plot = TimePlot(lanes, self.texts, wall_offset_s=1_700_000_000.0)
-        self.window = QWidget()
-        layout = QVBoxLayout(self.window)
-        self.other = QLineEdit()
-        layout.addWidget(self.other)
-        layout.addWidget(self.plot)
-        qtbot.addWidget(self.window)
-        self.window.resize(800, 520)
-        with qtbot.waitExposed(self.window):
-            self.window.show()
-        self.window.activateWindow()
-        self.other.setFocus()
-        self.plot.draw(NOW_S)
-
-    @property
-    def canvas(self) -> Canvas:
-        return find(self.plot, Canvas, "time-plot-canvas")
-
-    @property
-    def state(self) -> str:
-        chip = find(self.plot, StateChip, "time-plot-state")
-        return chip.word
-
-    def button(self, name: str) -> QPushButton | QToolButton:
-        found = self.plot.findChild(QPushButton, name) or self.plot.findChild(QToolButton, name)
-        assert isinstance(found, QPushButton | QToolButton)
-        return found
-
-    def at(self, part: float) -> QPoint:
-        """A point of the upper lane at a part of its width."""
-        box = self.canvas.lanes[0].box
-        return QPoint(round(box.left() + part * box.width()), round(box.center().y()))
-
-    def wheel(self, part: float, notches: int, modifiers: Qt.KeyboardModifier) -> bool:
-        """Turn the wheel over the plot; whether it was taken."""
-        place = QPointF(self.at(part))
-        event = QWheelEvent(
-            place,
-            QPointF(self.canvas.mapToGlobal(place)),
-            QPoint(),
-            QPoint(0, 120 * notches),
-            Qt.MouseButton.NoButton,
-            modifiers,
-            Qt.ScrollPhase.NoScrollPhase,
-            False,
-        )
-        QApplication.sendEvent(self.canvas, event)
-        return event.isAccepted()
-
-    def pixels(self, colour: str) -> list[QPoint]:
-        """Where the picture has a colour."""
-        image = self.plot.picture().toImage()
-        wanted = QColor(colour).rgb()
-        return [
-            QPoint(x, y) for x in range(image.width()) for y in range(image.height()) if image.pixel(x, y) == wanted
-        ]
 
 
 @pytest.fixture
@@ -110,207 +28,177 @@ def bench(qapp: QApplication, qtbot: QtBot) -> Bench:
     return Bench(qtbot)
 
 
+@pytest.fixture
+def recorded(qapp: QApplication, qtbot: QtBot) -> Bench:
+    return Bench(qtbot, seconds=300, bounds=Span(NOW_S - 300, NOW_S))
+
+
+# The span in sight
+
+
 def test_a_live_plot_follows(bench: Bench) -> None:
     assert bench.plot.is_live
     assert bench.state == "live"
     bench.plot.draw(NOW_S + 5)
     assert bench.plot.span == Span(NOW_S - 55, NOW_S + 5)
+    assert bench.lane.view.viewRange()[0] == [-60, 0]
 
 
 def test_pause_holds_the_picture_while_recording_goes_on(bench: Bench, qtbot: QtBot) -> None:
     pause = bench.button("time-plot-pause")
-    qtbot.mouseClick(pause, Qt.MouseButton.LeftButton)
+    qtbot.mouseClick(pause, LEFT)
     bench.tilt.append(NOW_S + 12, 99)
     bench.plot.draw(NOW_S + 12)
     assert bench.state == "paused, 12 s behind"
     assert bench.plot.span.end_s == NOW_S
-    assert bench.canvas.lanes[0].scale == Scale(0, 90, 30)
+    assert bench.lane.view.viewRange()[1] == [0, 90]
     assert (pause.text(), pause.accessibleName()) == ("Live", "Live")
-    qtbot.mouseClick(pause, Qt.MouseButton.LeftButton)
+    qtbot.mouseClick(pause, LEFT)
     assert (bench.state, pause.text()) == ("live", "Pause")
     assert bench.plot.span.end_s == NOW_S + 12
-    assert bench.canvas.lanes[0].scale == Scale(0, 180, 45)
+    assert bench.lane.view.viewRange()[1] == [0, 180]
 
 
 @pytest.mark.parametrize(("window_s", "word"), [(10, "10 s"), (60, "60 s"), (600, "10 min")])
 def test_the_length_of_the_time_line_is_chosen(bench: Bench, qtbot: QtBot, window_s: float, word: str) -> None:
     button = bench.button(f"time-plot-window-{window_s}")
     assert button.text() == word
-    qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
+    qtbot.mouseClick(button, LEFT)
     assert bench.plot.span.length_s == window_s
     assert button.isChecked()
     assert bench.plot.is_live
 
 
-def test_the_wheel_zooms_only_with_focus_or_ctrl(bench: Bench, qtbot: QtBot) -> None:
-    none, control = Qt.KeyboardModifier.NoModifier, Qt.KeyboardModifier.ControlModifier
-    assert not bench.wheel(0.5, 1, none)
-    assert bench.plot.is_live
-    assert bench.wheel(0.5, 1, control)
-    assert bench.plot.span.length_s == pytest.approx(48)
-    assert not bench.plot.is_live
+def test_a_button_is_pressed_only_while_its_length_is_in_sight(bench: Bench) -> None:
+    def pressed() -> list[int]:
+        return [seconds for seconds in (10, 60, 600) if bench.button(f"time-plot-window-{seconds}").isChecked()]
+
+    assert pressed() == [60]
+    bench.wheel(0.5, 1, CONTROL)
+    assert pressed() == []
+    bench.plot.choose_window(10)
+    assert (pressed(), bench.plot.is_live) == ([10], False)
     bench.plot.back_to_live()
-    bench.canvas.setFocus()
-    assert bench.wheel(0.25, -1, none)
-    assert bench.plot.span.length_s == pytest.approx(75)
+    assert pressed() == [10]
 
 
-def test_dragging_moves_into_the_past_and_the_picture_stays_there(bench: Bench, qtbot: QtBot) -> None:
-    viewport = bench.canvas
-    qtbot.mousePress(viewport, Qt.MouseButton.LeftButton, pos=bench.at(0.2))
-    qtbot.mouseMove(viewport, bench.at(0.7))
-    qtbot.mouseRelease(viewport, Qt.MouseButton.LeftButton, pos=bench.at(0.7))
-    moved = bench.plot.span
-    assert moved.end_s == pytest.approx(NOW_S - 30, abs=1)
-    bench.plot.draw(NOW_S + 3)
-    assert bench.plot.span == moved
-    qtbot.mouseDClick(viewport, Qt.MouseButton.LeftButton, pos=bench.at(0.5))
-    assert bench.plot.is_live
+def test_zooming_keeps_the_place_and_its_bounds(bench: Bench) -> None:
+    plot = bench.plot
+    bench.wheel(0.25, 1, CONTROL)
+    assert plot.span.length_s == pytest.approx(48)
+    assert plot.span.start_s + 0.25 * 48 == pytest.approx(NOW_S - 45, abs=0.2)
+    for _ in range(50):
+        bench.wheel(0.25, 1, CONTROL)
+    assert 0.02 < plot.span.length_s < 0.04
+    for _ in range(100):
+        bench.wheel(0.25, -1, CONTROL)
+    assert plot.span.end_s <= NOW_S
+    assert plot.span.length_s == pytest.approx(36000)
 
 
-def test_everything_by_keyboard(bench: Bench, qtbot: QtBot) -> None:
-    bench.canvas.setFocus()
-    qtbot.keyClick(bench.canvas, Qt.Key.Key_Space)
+def test_panning_never_goes_beyond_now(bench: Bench, qtbot: QtBot) -> None:
+    bench.view.panned.emit(-0.5)
+    assert bench.plot.span == Span(NOW_S - 90, NOW_S - 30)
+    bench.view.panned.emit(9)
+    assert bench.plot.span == Span(NOW_S - 60, NOW_S)
     assert not bench.plot.is_live
-    qtbot.keyClick(bench.canvas, Qt.Key.Key_End)
-    assert bench.plot.is_live
-    qtbot.keyClick(bench.canvas, Qt.Key.Key_Left)
-    assert bench.plot.span.end_s == pytest.approx(NOW_S - 6)
-    qtbot.keyClick(bench.canvas, Qt.Key.Key_Right)
-    qtbot.keyClick(bench.canvas, Qt.Key.Key_Plus)
-    assert bench.plot.span.length_s == pytest.approx(48)
-    qtbot.keyClick(bench.canvas, Qt.Key.Key_Minus)
-    assert bench.plot.span.length_s == pytest.approx(60)
-    qtbot.keyClick(bench.canvas, Qt.Key.Key_Left, Qt.KeyboardModifier.ShiftModifier)
-    assert "Tilt 12°" in bench.plot.reading
-    assert bench.canvas.accessibleDescription() == bench.plot.reading
 
 
-def test_the_cursor_shows_values_while_live(bench: Bench, qtbot: QtBot) -> None:
-    assert bench.plot.reading == ""
-    qtbot.mouseMove(bench.canvas, bench.at(0.5))
-    assert bench.plot.reading.startswith("−30.0 s · ")
-    assert bench.plot.reading.endswith("Tilt 12°, Acceleration 1.0 g")
-    bench.plot.add_mark(Mark(NOW_S - 20, "triggered", Icon.PARACHUTE, Meaning.DANGER))
-    bench.plot.draw(NOW_S + 10)
-    assert bench.plot.reading.startswith("−30.0 s · ")
-    assert " · triggered, Tilt 12°" in bench.plot.reading
-    bench.canvas.set_cursor(None)
-    assert bench.plot.reading == ""
+def test_a_recording_is_shown_whole_and_bounds_the_view(recorded: Bench) -> None:
+    plot, first_s = recorded.plot, NOW_S - 300
+    assert plot.span == Span(first_s, NOW_S)
+    assert (plot.is_live, plot.is_recorded, plot.is_whole) == (False, True, True)
+    plot.choose_window(60)
+    assert plot.span == Span(first_s + 120, first_s + 180)  # around its middle
+    assert not plot.is_whole
+    recorded.view.panned.emit(-99)
+    assert plot.span == Span(first_s, first_s + 60)
+    plot.show_instant(first_s + 100)
+    assert plot.span == Span(first_s + 70, first_s + 130)
+    assert plot.cursor_s == pytest.approx(first_s + 100)
+    for _ in range(20):
+        recorded.wheel(0.5, -1, CONTROL)
+    assert plot.is_whole
+    recorded.wheel(0.5, 3, CONTROL)
+    plot.back_to_live()
+    assert plot.span == Span(first_s, NOW_S)
 
 
-def test_the_cursor_does_not_invent_what_was_not_measured(bench: Bench) -> None:
-    bench.tilt.append([NOW_S + 20, NOW_S + 21], [5, 5])
-    bench.plot.draw(NOW_S + 21)
-    bench.canvas.set_cursor(1 - 10 / 60)
-    assert bench.plot.reading.endswith("Tilt no data, Acceleration no data")
+def test_a_recording_of_a_single_report_has_a_view(qapp: QApplication, qtbot: QtBot) -> None:
+    bench = Bench(qtbot, bounds=Span(NOW_S, NOW_S))
+    assert bench.plot.span.start_s < NOW_S < bench.plot.span.end_s
+    bench.plot.choose_window(600)
+    assert bench.plot.is_whole
+
+
+# What is drawn
 
 
 def test_a_gap_and_a_silent_end_are_marked(bench: Bench) -> None:
     bench.tilt.append([NOW_S + 20, NOW_S + 20.5], [12, 12])
     bench.plot.draw(NOW_S + 30)
-    gaps = bench.canvas.lanes[0].gaps
+    gaps = bench.lane.gaps
     assert gaps[0].start_s == pytest.approx(NOW_S, abs=0.1)
     assert gaps[0].end_s == NOW_S + 20
     assert gaps[1].start_s == NOW_S + 20.5
-    box = bench.canvas.lanes[0].box
-    gap_middle = box.left() + box.width() * (1 - 20 / 60)
-    curve = [place.x() for place in bench.pixels(LIGHT.curves[0]) if box.contains(QPointF(place))]
-    assert any(x < gap_middle - 150 for x in curve)
-    assert not any(abs(x - gap_middle) < 40 for x in curve)
+    connect = bench.lane.curve.opts["connect"]
+    x, _ = bench.lane.curve.getData()
+    assert [tuple(x[n : n + 2]) for n in np.flatnonzero(~connect)] == [pytest.approx((-30, -10), abs=0.2)]
+    assert "no data" in bench.words
 
 
-@pytest.mark.parametrize("one", THEMES, ids=lambda one: one.name)
-def test_the_curve_is_where_its_value_is(one: theme.Theme, qapp: QApplication, qtbot: QtBot) -> None:
-    appearance.apply(qapp, one)
-    bench = Bench(qtbot)
-    lane = bench.canvas.lanes[0]
-    rows = {place.y() for place in bench.pixels(one.curves[0]) if lane.box.contains(QPointF(place))}
-    assert rows
-    assert all(abs(row - lane.y(12)) <= one.line_px for row in rows)
-    assert len(rows) == one.line_px
-
-
-def test_a_limit_stays_in_the_past_as_it_was(bench: Bench) -> None:
-    bench.fire.put(NOW_S - 30, 75)
-    bench.plot.draw(NOW_S)
-    lane = bench.canvas.lanes[0]
-    red = [place for place in bench.pixels(LIGHT.danger.ink) if lane.box.contains(QPointF(place))]
-    middle = lane.box.center().x()
-    old = [place.x() for place in red if abs(place.y() - lane.y(60)) <= 1]
-    new = [place.x() for place in red if abs(place.y() - lane.y(75)) <= 1]
-    assert min(old) < lane.box.left() + 10
-    assert max(old) <= middle + 2
-    assert min(new) >= middle - 2
-    assert max(new) > lane.box.right() - 10
-    bench.fire.put(NOW_S - 1, None)
-    bench.plot.draw(NOW_S + 60)
-    red = [place for place in bench.pixels(LIGHT.danger.ink) if lane.box.contains(QPointF(place))]
-    assert max((place.x() for place in red), default=0) < lane.box.left() + 10
-
-
-def test_a_limit_of_the_past_is_named_only_where_another_came_after_it(bench: Bench) -> None:
-    def past() -> list[str]:
-        bench.plot.draw(NOW_S)
-        for _ in range(2):  # the background, with the axis, is kept from then on
-            bench.canvas.repaint()
-        with watching() as drawn:
-            bench.canvas.repaint()
-        return [one.text for one in drawn if one.text in ("60", "75")]
-
-    bench.fire.put(NOW_S - 30, None)  # restarted
-    bench.fire.put(NOW_S - 28, 60)
-    assert past() == []
-    bench.fire.put(NOW_S - 15, 75)
-    assert past() == ["60"]
-
-
-def test_the_cursor_time_covers_no_tick_label_partly(bench: Bench) -> None:
-    bench.plot.point_at(NOW_S - 31)
-    bench.plot.draw(NOW_S)
-    picture = bench.canvas.grab().toImage()
-    bottom = picture.height() - 6
-    dark = [x for x in range(picture.width()) if picture.pixelColor(x, bottom).lightness() < 60]
-    assert dark, "the time under the cursor"
-    left = min(dark)
-    beside = range(max(0, left - 14), left - 1)
-    for x in beside:
-        for y in range(bottom - 8, bottom + 1):
-            assert picture.pixelColor(x, y) == QColor(LIGHT.surface), (x, y)
-
-
-def test_marks_are_drawn_in_the_order_of_time(bench: Bench) -> None:
-    before = bench.plot.picture().toImage()
-    bench.plot.add_mark(Mark(NOW_S - 10, "triggered", Icon.PARACHUTE, Meaning.DANGER))
-    bench.plot.add_mark(Mark(NOW_S - 40, "activated", Icon.ACTIVE, Meaning.ATTENTION))
-    bench.plot.draw(NOW_S)
-    strip = bench.canvas.marks
-    assert bench.plot.picture().toImage() != before
-    for colour, ago_s in ((LIGHT.danger.ink, 10), (LIGHT.tint(Meaning.ATTENTION).ink, 40)):
-        x = strip.right() - ago_s / 60 * strip.width()
-        found = [p for p in bench.pixels(colour) if strip.contains(QPointF(p))]
-        assert any(abs(place.x() - x) < 10 for place in found)
+@pytest.mark.parametrize("theme", THEMES, ids=lambda theme: theme.name)
+def test_curves_are_wider_than_a_hairline_in_the_colours_of_the_theme(
+    bench: Bench, qapp: QApplication, theme: object
+) -> None:
+    appearance.apply(qapp, theme)  # type: ignore[arg-type]
+    for lane, colour in zip(bench.view.lanes, theme.curves, strict=False):  # type: ignore[attr-defined]
+        assert lane.curve.opts["pen"].color().name().upper() == colour.upper()
+        assert lane.curve.line_px >= 2
+    image = bench.plot.picture().toImage()
+    assert image.pixelColor(2, 2).name().upper() == theme.surface.upper()  # type: ignore[attr-defined]
+    x = round(bench.lane.box.center().x())
+    rows = [y for y in range(image.height()) if image.pixelColor(x, y).name().upper() == theme.curves[0].upper()]  # type: ignore[attr-defined]
+    assert len([y for y in rows if abs(y - bench.lane.y(12)) <= 3]) == bench.lane.curve.line_px
 
 
 def test_it_scrolls_by_whole_pixels(bench: Bench) -> None:
     """Draws less than a pixel apart show the same span, and the next one is a pixel further on."""
-    pixel_s = 60 / bench.canvas.axis.width()
+    pixel_s = bench.plot.pixel_s
     aligned_s = math.floor(NOW_S / pixel_s + 1) * pixel_s
 
-    def shown_end_s(pixels: float) -> float:
+    def newest_x(pixels: float) -> float:
         bench.plot.draw(aligned_s + pixels * pixel_s)
-        assert bench.canvas.shown is not None
-        return bench.canvas.shown.end_s
+        return float(bench.lane.curve.getData()[0][-1])
 
-    first = shown_end_s(0.2)
-    assert shown_end_s(0.8) == first
-    assert shown_end_s(1.2) == pytest.approx(first + pixel_s, abs=1e-6)
+    first = newest_x(0.2)
+    assert not bench.plot.is_due(aligned_s + 0.8 * pixel_s)
+    assert newest_x(0.8) == first
+    assert newest_x(1.2) == pytest.approx(first - pixel_s, abs=1e-6)
 
 
-def test_the_time_line_can_show_the_clock(bench: Bench, qtbot: QtBot) -> None:
-    before = bench.plot.picture().toImage()
-    qtbot.mouseClick(bench.button("time-plot-clock"), Qt.MouseButton.LeftButton)
-    assert bench.plot.picture().toImage() != before
+def test_following_leaves_range_ticks_and_steady_limits_alone(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What decides how fast a redraw is."""
+    calls = Mock()
+    for lane in bench.view.lanes:
+        monkeypatch.setattr(lane.view, "setRange", calls)
+        for item in (lane.times, lane.values):
+            monkeypatch.setattr(item, "setTicks", calls)
+        for item in (lane.grid, *(line.curve for line in lane.limits)):
+            monkeypatch.setattr(item, "setData", calls)
+    for second in range(10):
+        bench.tilt.append(NOW_S + second, 12)
+        bench.plot.draw(NOW_S + second)
+    assert not calls.called
+
+
+def test_hidden_plots_draw_nothing(bench: Bench, qtbot: QtBot) -> None:
+    before = bench.lane.curve.getData()[0].tolist()
+    bench.plot.hide()
+    bench.plot.draw(NOW_S + 20)
+    assert bench.lane.curve.getData()[0].tolist() == before
+    bench.plot.show()
+    assert bench.lane.curve.getData()[0].tolist() != before
 
 
 def test_the_state_is_cut_to_what_there_is_room_for(bench: Bench) -> None:
@@ -331,51 +219,85 @@ def test_the_state_is_cut_to_what_there_is_room_for(bench: Bench) -> None:
         assert bench.plot.rect().contains(pause.mapTo(bench.plot, pause.rect().topRight()))
 
 
-def test_one_draw_serves_a_drag_and_its_cursor(bench: Bench, qtbot: QtBot) -> None:
-    spans: list[Span] = []
-    draw = bench.canvas.draw_curves
-
-    def count(span: Span) -> None:
-        spans.append(span)
-        draw(span)
-
-    bench.canvas.draw_curves = count  # type: ignore[method-assign]
-    viewport = bench.canvas
-    qtbot.mousePress(viewport, Qt.MouseButton.LeftButton, pos=bench.at(0.5))
-    spans.clear()
-    drag = QMouseEvent(
-        QEvent.Type.MouseMove,
-        QPointF(bench.at(0.7)),
-        QPointF(viewport.mapToGlobal(bench.at(0.7))),
-        Qt.MouseButton.NoButton,
-        Qt.MouseButton.LeftButton,
-        Qt.KeyboardModifier.NoModifier,
-    )
-    QApplication.sendEvent(viewport, drag)
-    assert len(spans) == 1
-    assert bench.plot.span.end_s == pytest.approx(NOW_S - 0.2 * 60, abs=0.3)
-    assert bench.plot.cursor_s == pytest.approx(bench.plot.span.start_s + 0.7 * 60, abs=0.3)
-
-
-def test_the_last_limits_of_a_recording_are_labelled(qapp: QApplication, qtbot: QtBot) -> None:
-    appearance.apply(qapp, LIGHT)
-    bench = Bench(qtbot)
-    bench.fire.put(NOW_S, None)
-    right = bench.canvas.lanes[0].box.right()
-    assert any(point.x() > right + 6 for point in bench.pixels(LIGHT.danger.ink))
-
-
-def test_a_theme_is_followed(bench: Bench, qapp: QApplication) -> None:
-    for one in reversed(THEMES):
-        appearance.apply(qapp, one)
-        qapp.processEvents()
-        assert bench.plot.picture().toImage().pixelColor(2, 2) == QColor(one.surface)
-
-
 def test_an_empty_plot_draws(qapp: QApplication, qtbot: QtBot) -> None:
     empty = Bench(qtbot, seconds=0)
     assert empty.plot.is_live
-    box = empty.canvas.lanes[0].box
-    assert not [place for place in empty.pixels(LIGHT.curves[0]) if box.contains(QPointF(place))]
-    empty.canvas.set_cursor(0.5)
+    assert len(empty.lane.curve.getData()[0]) == 0
+    empty.view.pointed.emit(0.5)
     assert empty.plot.reading.endswith("Tilt no data, Acceleration no data")
+
+
+def test_points_break_at_gaps_and_never_join_over_them() -> None:
+    time_s = np.array([0.0, 1.0, 5.0, 6.0])
+    value = np.array([1, 2, 3, 4], np.float32)
+    curve = points(Envelope(time_s, time_s, value, value), origin_s=0, gap_s=2)
+    assert curve.gaps == [Span(1, 5)]
+    assert curve.x.tolist() == [0, 0, 1, 1, 5, 5, 6, 6]
+    assert np.flatnonzero(~np.asarray(curve.connect)).tolist() == [3]
+    none = np.array([])
+    assert len(points(Envelope(none, none, none, none), origin_s=0, gap_s=2).x) == 0
+
+
+def test_the_smallest_scale_that_holds_everything_is_taken() -> None:
+    scales = (Scale(0, 90, 30), Scale(0, 180, 45))
+    assert fitting_scale(scales, 3, 90) is scales[0]
+    assert fitting_scale(scales, 3, 91) is scales[1]
+    assert fitting_scale(scales, 3, 255) is scales[1]
+
+
+# The time line
+
+
+def test_the_time_line_can_show_the_clock(bench: Bench, qtbot: QtBot) -> None:
+    def labels() -> list[str]:
+        return [text for level in bench.view.lanes[-1].times._tickLevels for _, text in level]
+
+    assert labels()[-1] == "now"
+    qtbot.mouseClick(bench.button("time-plot-clock"), LEFT)
+    assert all(text.count(":") == 2 for text in labels())
+
+
+def test_ticks_before_now_are_counted_from_the_end() -> None:
+    ticks = before_now(60, most=7)
+    assert [tick.label for tick in ticks] == ["now", *(f"−{n} s" for n in range(10, 70, 10))]
+    assert [tick.time_s for tick in ticks] == [-n for n in range(0, 70, 10)]
+    assert before_now(600, most=6)[1].label == "−2 min"
+    assert before_now(0.1, most=6)[1].label == "−0.02 s"
+
+
+def test_ticks_of_the_clock_are_at_round_times() -> None:
+    ticks = clock_times(Span(0.4, 60.4), most=7, wall_offset_s=1_700_000_000.25)
+    assert len(ticks) == 6
+    assert all(((tick.time_s + 60.4 + 1_700_000_000.25) % 10) == pytest.approx(0, abs=1e-6) for tick in ticks)
+    assert all(tick.label.endswith("0") and len(tick.label) == 8 for tick in ticks)
+    assert clock_text(1_700_000_000.96, 1)[-4:] == "21.0"
+    assert clock_text(1_700_000_000.94, 1)[-4:] == "20.9"
+
+
+@pytest.mark.parametrize("width_px", range(400, 800, 50))
+@pytest.mark.parametrize("make", [before_now, clock_times])
+def test_the_times_below_the_plots_never_touch(bench: Bench, width_px: int, make: Callable[..., object]) -> None:
+    bench.plot.show_clock_time(make is clock_times)
+    bench.window.resize(width_px, 520)
+    QApplication.processEvents()
+    metrics = QFontMetricsF(font(Size.SMALL))
+    lane = bench.view.lanes[-1]
+    second_px = lane.box.width() / 60
+    rooms = [
+        (lane.box.right() + at_s * second_px - metrics.horizontalAdvance(text) / 2, metrics.horizontalAdvance(text))
+        for at_s, text in sorted(lane.times._tickLevels[0])
+    ]
+    assert len(rooms) > 1
+    assert rooms[0][0] >= lane.box.left()
+    assert all(left + width + 4 <= other for (left, width), (other, _) in pairwise(rooms))
+
+
+def test_the_cursor_time_covers_no_tick_label_partly(bench: Bench) -> None:
+    bench.plot.point_at(NOW_S - 31)
+    mask = bench.view.cover.rect()
+    assert bench.view.frame is not None
+    time = next(room for text, room in bench.words.items() if text.startswith("−3"))
+    labels = bench.view.tick_labels(bench.view.frame)
+    touched = [room for room, _ in labels if room.intersects(time)]
+    assert touched
+    assert all(mask.contains(room) for room in touched)

@@ -23,8 +23,8 @@ from ui.core.background_task import BackgroundTask
 from ui.core.texts import Texts
 from ui.pages.flights.texts import outcome_lines, short_name
 from ui.pages.flights.verdicts import appearance_of, verdict_of
+from ui.plots.lanes import Lane, Limit, Mark, Scale, Span
 from ui.plots.time_plot import TimePlot
-from ui.plots.view import Lane, Limit, Mark, Scale, Span
 from ui.services.page_header import HEIGHT_PX
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space

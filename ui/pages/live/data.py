@@ -17,7 +17,7 @@ from app.samples.ring_buffers import Readable, Series
 from app.samples.step_function import StepFunction
 from protocol.fields import Value
 from protocol.translatable import marked
-from ui.plots.view import Lane, Limit, Mark, Scale
+from ui.plots.lanes import Lane, Limit, Mark, Scale
 from ui.style.icons import Icon
 from ui.style.theme import Meaning
 

@@ -68,9 +68,13 @@ class LivePage(StreamPage):
         self._plots = named(QStackedWidget(), "live_plot_stack")
         self._recorded = RecordedView(texts, self._plots, self.panel, self._in_use)
         self.banner = self._recorded.banner
-        self.save = SaveBar(texts, take_excerpt=self._excerpt, take_picture=self._picture, find_origin=self._origin)
+        self.save = SaveBar(
+            texts, take_excerpt=self._excerpt, take_picture=self._picture, take_drawing=self._drawing,
+            find_origin=self._origin,
+        )  # fmt: skip
         self.empty = EmptyPage(services, self)
         self._content = self._lay_out()
+        self._connect_menu(self._live_plot)
         self._stack = QStackedLayout(self)
         self._stack.addWidget(self.empty)
         self._stack.addWidget(self._content)
@@ -140,6 +144,8 @@ class LivePage(StreamPage):
         """Shows `recording` in place of the module, which stays connected."""
         self.fired.panel.release()
         self._recorded.show(recording, self.fired.panel.lines.added_to(lanes(recording, self._in_use)))
+        if self._recorded.plot is not None:
+            self._connect_menu(self._recorded.plot)
         self._recordings.is_shown = True
         self._stack.setCurrentWidget(self._content)
         self.source_changed.emit()
@@ -183,6 +189,10 @@ class LivePage(StreamPage):
     def _show_now(self) -> None:
         self.refresh()
         self.draw()
+
+    def _connect_menu(self, plot: TimePlot) -> None:
+        plot.save_values_wanted.connect(self.save.save_csv)
+        plot.save_picture_wanted.connect(self.save.save_png)
 
     def _retranslate(self) -> None:
         self._recorded.retranslate()
@@ -261,6 +271,9 @@ class LivePage(StreamPage):
 
     def _picture(self, foot: str) -> QImage:
         return picture_with_footer(self._seen, foot)
+
+    def _drawing(self) -> bytes:
+        return self.plot.svg()
 
     # Shortcuts
 

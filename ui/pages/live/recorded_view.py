@@ -12,8 +12,8 @@ from ui.pages.live.cursor_values import show_moment
 from ui.pages.live.data import mark_of
 from ui.pages.live.panel import LivePanel
 from ui.pages.live.recorded_banner import RecordedBanner
+from ui.plots.lanes import Lane, Span
 from ui.plots.time_plot import TimePlot
-from ui.plots.view import Lane, Span
 
 
 class RecordedView:

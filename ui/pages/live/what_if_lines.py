@@ -6,7 +6,7 @@ from typing import Final
 
 from app.samples.step_function import StepFunction, StepPoint
 from protocol.translatable import marked
-from ui.plots.view import Lane, Limit
+from ui.plots.lanes import Lane, Limit
 from ui.style.theme import Meaning
 
 

@@ -23,7 +23,7 @@ from protocol.events import Restarted
 from protocol.fields import Value
 from protocol.link_states import Presence
 from ui.pages.live.data import LiveData, lanes
-from ui.plots.view import Mark
+from ui.plots.lanes import Mark
 
 OPEN = Connection(PortState.OPEN, "/dev/ttyUSB0", 115200)
 LOST = replace(OPEN, state=PortState.CLOSED, trouble=PortError(PortTrouble.LOST, "/dev/ttyUSB0", ""))

@@ -15,7 +15,7 @@ from tests.support.window.steps import await_child
 from ui.core.language_switch import LanguageSwitch
 from ui.main import PAGES
 from ui.pages.live.page import LivePage
-from ui.plots.canvas import Canvas
+from ui.plots.plot_view import PlotView
 from ui.style.painted_widget import Freshness, PaintedWidget
 from ui.style.theme import DARK, Choice
 from ui.widgets.readout import Readout
@@ -145,7 +145,7 @@ def test_events_are_marked_on_the_time_line(live: Bench) -> None:
     live.say()
     live.now_s += 1
     live.say(active=True)
-    live.find(Canvas, "time-plot-canvas").set_cursor(1.0)
+    live.page.plot.point_at(live.now_s)
     assert "· activated" in live.page.plot.reading
     assert "Tilt 12°" in live.page.plot.reading
 
@@ -215,7 +215,7 @@ def test_the_theme_changes_while_it_is_open(live: Bench) -> None:
     QApplication.processEvents()
     picture = live.find(QWidget, "live_plots").grab().toImage()
     assert picture.pixelColor(100, 4).name().upper() == DARK.surface.upper()
-    canvas = live.find(Canvas, "time-plot-canvas").grab().toImage()
+    canvas = live.find(PlotView, "time-plot-canvas").grab().toImage()
     assert canvas.pixelColor(2, 2).name().upper() == DARK.surface.upper()
 
 

@@ -8,8 +8,8 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from tests.support.window.live_bench import Bench, live_bench
-from ui.plots.canvas import Canvas
-from ui.plots.view import Mark
+from ui.plots.lanes import Mark
+from ui.plots.plot_view import PlotView
 from ui.style.icons import Icon
 from ui.widgets.readout import StateChip
 
@@ -52,13 +52,13 @@ class Watched:
 @pytest.fixture
 def watched(qtbot: QtBot, qapp: QApplication, monkeypatch: pytest.MonkeyPatch) -> Iterator[Watched]:
     painted: list[int] = []
-    paint = Canvas.paintEvent
+    paint = PlotView.paintEvent
 
-    def counted(canvas: Canvas, event: QPaintEvent) -> None:
+    def counted(view: PlotView, event: QPaintEvent) -> None:
         painted.append(1)
-        paint(canvas, event)
+        paint(view, event)
 
-    monkeypatch.setattr(Canvas, "paintEvent", counted)
+    monkeypatch.setattr(PlotView, "paintEvent", counted)
     with live_bench(qtbot, qapp) as bench:
         bench.say()
         bench.page._timer.stop()
@@ -68,8 +68,7 @@ def watched(qtbot: QtBot, qapp: QApplication, monkeypatch: pytest.MonkeyPatch) -
 @pytest.mark.parametrize(("length_s", "seconds"), [(60, 4.0), (600, 12.0)])
 def test_a_paint_for_each_pixel(watched: Watched, length_s: int, seconds: float) -> None:
     watched.choose(length_s)
-    canvas = watched.bench.find(Canvas, "time-plot-canvas")
-    pixels = seconds * canvas.axis.width() * canvas.devicePixelRatio() / length_s
+    pixels = seconds / watched.bench.page.plot.pixel_s
     assert 4 < pixels < seconds * 20
     assert watched.run(seconds) == pytest.approx(pixels, abs=1.5)
 

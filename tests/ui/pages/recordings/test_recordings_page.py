@@ -26,7 +26,7 @@ from ui.main import PAGES
 from ui.pages.live.page import LivePage
 from ui.pages.recordings.model import Column
 from ui.pages.recordings.page import RecordingsPage
-from ui.plots.view import Span
+from ui.plots.lanes import Span
 from ui.style.painted_widget import Freshness
 
 ENTRIES = tuple(entry for entry in PAGES if entry.key in ("live", "recordings"))

@@ -1,0 +1,178 @@
+"""The time plots: mouse, keyboard, menu and cursor."""
+
+import pytest
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtGui import QContextMenuEvent, QGuiApplication
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
+
+from tests.ui.plots.plot_bench import CONTROL, LEFT, NOW_S, Bench
+from ui.plots.lanes import Frame, Mark, Span
+from ui.style import appearance
+from ui.style.icons import Icon
+from ui.style.theme import LIGHT, Meaning
+
+
+@pytest.fixture
+def bench(qapp: QApplication, qtbot: QtBot) -> Bench:
+    appearance.apply(qapp, LIGHT)
+    return Bench(qtbot)
+
+
+@pytest.fixture
+def recorded(qapp: QApplication, qtbot: QtBot) -> Bench:
+    return Bench(qtbot, seconds=300, bounds=Span(NOW_S - 300, NOW_S))
+
+
+# Mouse and keyboard
+
+
+def test_the_wheel_zooms_with_ctrl_after_a_click_and_where_nothing_scrolls(bench: Bench, qtbot: QtBot) -> None:
+    bench.area.resize(830, 300)  # the page can scroll
+    QApplication.processEvents()
+    assert not bench.wheel(0.5, 1)
+    assert bench.plot.is_live
+    assert bench.wheel(0.5, 1, CONTROL)
+    assert bench.plot.span.length_s == pytest.approx(48)
+    bench.plot.back_to_live()
+    qtbot.mouseClick(bench.view.viewport(), LEFT, pos=bench.at(0.5))
+    assert bench.wheel(0.25, -1)
+    assert bench.plot.span.length_s == pytest.approx(75)
+    bench.plot.back_to_live()
+    bench.other.setFocus()
+    bench.area.resize(830, 600)
+    QApplication.processEvents()
+    assert bench.wheel(0.5, 1)
+    assert bench.plot.span.length_s == pytest.approx(48)
+
+
+def test_dragging_moves_into_the_past_and_the_picture_stays_there(bench: Bench, qtbot: QtBot) -> None:
+    viewport = bench.view.viewport()
+    qtbot.mousePress(viewport, LEFT, pos=bench.at(0.2))
+    qtbot.mouseMove(viewport, bench.at(0.7))
+    qtbot.mouseRelease(viewport, LEFT, pos=bench.at(0.7))
+    moved = bench.plot.span
+    assert moved.end_s == pytest.approx(NOW_S - 30, abs=1)
+    bench.plot.draw(NOW_S + 3)
+    assert bench.plot.span == moved
+    qtbot.mouseDClick(viewport, LEFT, pos=bench.at(0.5))
+    assert bench.plot.is_live
+
+
+def test_one_draw_serves_a_drag_and_its_cursor(bench: Bench, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch) -> None:
+    frames: list[Frame] = []
+    draw = bench.view.draw
+    qtbot.mousePress(bench.view.viewport(), LEFT, pos=bench.at(0.5))
+
+    def count(frame: Frame) -> None:
+        frames.append(frame)
+        draw(frame)
+
+    monkeypatch.setattr(bench.view, "draw", count)
+    qtbot.mouseMove(bench.view.viewport(), bench.at(0.7))
+    assert len(frames) == 1
+    assert bench.plot.span.end_s == pytest.approx(NOW_S - 0.2 * 60, abs=0.3)
+    assert bench.plot.cursor_s == pytest.approx(bench.plot.span.start_s + 0.7 * 60, abs=0.3)
+
+
+def test_the_axis_of_the_values_is_dragged_and_fits_after_a_double_click(bench: Bench, qtbot: QtBot) -> None:
+    viewport, box = bench.view.viewport(), bench.lane.box
+    place = QPoint(round(box.left() / 2), round(box.center().y()))
+    qtbot.mousePress(viewport, LEFT, pos=place)
+    qtbot.mouseMove(viewport, place - QPoint(0, 40))
+    qtbot.mouseRelease(viewport, LEFT, pos=place - QPoint(0, 40))
+    low, high = bench.lane.view.viewRange()[1]
+    assert 0 < low < 45 < high < 90
+    assert bench.plot.is_live
+    assert bench.view.lanes[1].view.viewRange()[1] == [0, 2]
+    bench.plot.draw(NOW_S + 5)
+    assert bench.lane.view.viewRange()[1] == [low, high]
+    qtbot.mouseDClick(viewport, LEFT, pos=place)
+    assert bench.lane.view.viewRange()[1] == [0, 90]
+
+
+def test_everything_by_keyboard(bench: Bench, qtbot: QtBot) -> None:
+    view, shift = bench.view, Qt.KeyboardModifier.ShiftModifier
+    view.setFocus()
+    qtbot.keyClick(view, Qt.Key.Key_Space)
+    assert not bench.plot.is_live
+    qtbot.keyClick(view, Qt.Key.Key_End)
+    assert bench.plot.is_live
+    qtbot.keyClick(view, Qt.Key.Key_Left)
+    assert bench.plot.span.end_s == pytest.approx(NOW_S - 6)
+    qtbot.keyClick(view, Qt.Key.Key_Right)
+    qtbot.keyClick(view, Qt.Key.Key_Plus)
+    assert bench.plot.span.length_s == pytest.approx(48)
+    qtbot.keyClick(view, Qt.Key.Key_Minus)
+    assert bench.plot.span.length_s == pytest.approx(60)
+    qtbot.keyClick(view, Qt.Key.Key_Left, shift)
+    assert "Tilt 12°" in bench.plot.reading
+    assert view.accessibleDescription() == bench.plot.reading
+    qtbot.keyClick(view, Qt.Key.Key_Up, shift)
+    assert bench.lane.view.viewRange()[1] == [9, 81]
+    qtbot.keyClick(view, Qt.Key.Key_Home)
+    assert bench.lane.view.viewRange()[1] == [0, 90]
+    qtbot.keyClick(view, Qt.Key.Key_Tab)
+    assert not view.hasFocus()
+
+
+def test_the_menu_is_our_own(bench: Bench, qtbot: QtBot) -> None:
+    place = bench.at(0.5)
+    event = QContextMenuEvent(QContextMenuEvent.Reason.Mouse, place, bench.view.mapToGlobal(place))
+    QApplication.sendEvent(bench.view.viewport(), event)
+    menu = bench.plot.menu
+    assert menu.isVisible()
+    actions = {action.text(): action for action in menu.actions() if action.text()}
+    menu.close()
+    assert list(actions) == [
+        "Save picture…", "Save values…", "Copy picture", "Fit vertically", "Live", "Time of day",
+    ]  # fmt: skip
+    assert not actions["Live"].isEnabled()
+    for text, signal in (("Save values…", "save_values_wanted"), ("Save picture…", "save_picture_wanted")):
+        with qtbot.waitSignal(getattr(bench.plot, signal)):
+            actions[text].trigger()
+    actions["Copy picture"].trigger()
+    assert QGuiApplication.clipboard().pixmap().size() == bench.plot.picture().size()
+    actions["Time of day"].trigger()
+    assert bench.button("time-plot-clock").isChecked()
+
+
+def test_the_drawing_is_svg_with_its_words(bench: Bench) -> None:
+    svg = bench.plot.svg().decode()
+    assert svg.startswith("<?xml")
+    assert "60° fires" in svg
+    assert "polyline" in svg or "path" in svg
+
+
+# The cursor
+
+
+def test_the_cursor_shows_values_while_live(bench: Bench, qtbot: QtBot) -> None:
+    assert bench.plot.reading == ""
+    qtbot.mouseMove(bench.view.viewport(), bench.at(0.5))
+    assert bench.plot.reading.startswith(("−30.0 s · ", "−29.9 s · "))
+    assert bench.plot.reading.endswith("Tilt 12°, Acceleration 1.0 g")
+    assert {"12°", "1.0 g"} <= set(bench.words)
+    assert bench.lane.cursor.value() == pytest.approx(-30, abs=0.1)
+    assert bench.lane.dot.y() == pytest.approx(bench.lane.y(12), abs=1)
+    bench.plot.add_mark(Mark(NOW_S - 20, "triggered", Icon.PARACHUTE, Meaning.DANGER))
+    bench.plot.draw(NOW_S + 10)
+    assert bench.plot.reading.startswith(("−30.0 s · ", "−29.9 s · "))
+    assert " · triggered, Tilt 12°" in bench.plot.reading
+    bench.view.pointed.emit(None)
+    assert bench.plot.reading == ""
+    assert not bench.lane.cursor.isVisible()
+
+
+def test_the_cursor_of_a_recording_stays_where_the_pointer_left(recorded: Bench) -> None:
+    recorded.view.pointed.emit(0.5)
+    recorded.view.pointed.emit(None)
+    assert recorded.plot.cursor_s == pytest.approx(NOW_S - 150)
+
+
+def test_the_cursor_does_not_invent_what_was_not_measured(bench: Bench) -> None:
+    bench.tilt.append([NOW_S + 20, NOW_S + 21], [5, 5])
+    bench.plot.draw(NOW_S + 21)
+    bench.plot.point_at(NOW_S + 11)
+    assert bench.plot.reading.endswith("Tilt no data, Acceleration no data")
+    assert not bench.lane.dot.isVisible()

@@ -1,0 +1,340 @@
+"""One lane on the canvas: its view, axes, curve, limits, marks and cursor, as items of pyqtgraph.
+
+Times are drawn relative to the end of the span, so that the range of the view, its ticks and its grid stand still while
+the curve moves below them. The axes are kept as pictures, which makes a redraw six times as fast.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+import pyqtgraph as pg
+from numpy.typing import NDArray
+from PySide6.QtCore import QPointF, QRectF
+from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPen, QTransform
+from PySide6.QtWidgets import QGraphicsEllipseItem, QGraphicsItem, QGraphicsScene
+
+from app.samples.ring_buffers import Envelope
+from app.samples.step_function import StepFunction
+from app.text.i18n import tr
+from ui.plots.lanes import Lane, Limit, Scale, Span, Tick, fitting_scale, value_text
+from ui.plots.tags import Tag, Tags, apart
+from ui.style.shapes import pen
+from ui.style.theme import Size, Theme, font
+
+_MAX_BUCKETS: Final = 1000
+# Two logical pixels at 200 %; more would take longer than a person notices.
+_MAX_COPIES: Final = 4
+_DOT_PX: Final = 4
+_MARGIN_PX: Final = 60
+"""Labels of ticks may be as far beyond the ends of an axis."""
+_DRAFT_DASHES: Final = [9, 3, 2, 3]
+_STALE_DASHES: Final = [1, 4]
+"""Distinguishable from the module's own limits without colour."""
+_CACHED: Final = QGraphicsItem.CacheMode.DeviceCoordinateCache
+
+
+class Points(NamedTuple):
+    """A curve: `connect` says which points are joined to the next, "all" without gaps."""
+
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
+    connect: NDArray[np.bool_] | str
+    gaps: list[Span]
+
+
+def points(envelope: Envelope, *, origin_s: float, gap_s: float) -> Points:
+    """Joins the lowest and the highest value of each bucket, interrupted where samples are missing."""
+    x = np.column_stack((envelope.start_s, envelope.end_s)).ravel() - origin_s
+    y = np.column_stack((envelope.low, envelope.high)).ravel().astype(np.float64)
+    breaks = np.flatnonzero(envelope.start_s[1:] - envelope.end_s[:-1] > gap_s)
+    gaps = [Span(float(envelope.end_s[n]), float(envelope.start_s[n + 1])) for n in breaks]
+    if not gaps:
+        return Points(x, y, "all", gaps)
+    connect = np.ones(len(x), np.bool_)
+    connect[breaks * 2 + 1] = False
+    return Points(x, y, connect, gaps)
+
+
+class Curve(pg.PlotCurveItem):  # type: ignore[misc]  # pyqtgraph has no types
+    """Lines of one pixel side by side, which are far cheaper than a wider pen."""
+
+    line_px = 1
+
+    def pixelPadding(self) -> float:
+        return self.line_px + 1.0
+
+    def paint(self, painter: QPainter, option: Any, widget: Any) -> None:
+        super().paint(painter, option, widget)
+        ratio = painter.device().devicePixelRatioF()
+        for _ in range(min(_MAX_COPIES, round(self.line_px * ratio)) - 1):
+            painter.setWorldTransform(painter.worldTransform() * QTransform.fromTranslate(1 / ratio, 1 / ratio))
+            super().paint(painter, option, widget)
+
+
+class _Segment(NamedTuple):
+    """A limit that stands; `word` names a value of the past at its end, `is_current` the one at the right edge."""
+
+    start_s: float
+    end_s: float
+    value: float
+    word: str
+    is_current: bool
+
+
+class _LimitLine:
+    """The line of a limit, or of what was last known of it."""
+
+    def __init__(self, limit: Limit, steps: StepFunction, *, is_stale: bool) -> None:
+        self.limit, self.steps, self.is_stale = limit, steps, is_stale
+        self.curve = pg.PlotCurveItem(connect="pairs", skipFiniteCheck=True)
+        self.curve.setCacheMode(_CACHED)
+        self.segments: list[_Segment] = []
+        self._drawn: object = ()
+
+    def ink(self, theme: Theme) -> str:
+        return theme.muted if self.is_stale else theme.tint(self.limit.meaning).ink
+
+    def apply_theme(self, theme: Theme) -> None:
+        line = pen(self.ink(theme), theme.line_px, is_dashed=True)
+        if self.is_stale or self.limit.is_draft:
+            line.setDashPattern(_STALE_DASHES if self.is_stale else _DRAFT_DASHES)
+        line.setCosmetic(True)
+        self.curve.setPen(line)
+
+    def draw(self, span: Span, pixel_s: float) -> None:
+        """Steps through the values of a time span."""
+        limit, changes = self.limit, self.steps.between(span.start_s, span.end_s)
+        is_replaced = not self.is_stale and limit.stale is not None and limit.stale.value is not None
+        is_lost_at_edge = len(changes) > 1 and changes[-1].value is None and changes[-1].time_s > span.end_s - pixel_s
+        if is_lost_at_edge and not self.is_stale and not is_replaced:
+            changes.pop()  # it is still named, as at the end of a recording
+        self.segments = []
+        for number, change in enumerate(changes):
+            if change.value is None:
+                continue
+            later = changes[number + 1 :]
+            following = next((one.value for one in later if one.value is not None), None)
+            # An equal value that follows is named at its own end.
+            word = value_text(change.value, limit.decimals) if later and change.value != following else ""
+            word = tr("stale") if self.is_stale else word
+            end_s = later[0].time_s if later else span.end_s
+            self.segments.append(_Segment(max(change.time_s, span.start_s), end_s, change.value, word, not later))
+        lines = tuple((part.start_s - span.end_s, part.end_s - span.end_s, part.value) for part in self.segments)
+        if lines != self._drawn:
+            self._drawn = lines
+            x = np.array([(start, end) for start, end, _ in lines], np.float64).ravel()
+            self.curve.setData(x, np.repeat(np.array([value for *_, value in lines], np.float64), 2))
+
+
+class LaneView:
+    """Made once for a lane; `box` is the rectangle of its view in the scene."""
+
+    def __init__(self, lane: Lane, number: int, scene: QGraphicsScene) -> None:
+        self.lane, self.number = lane, number
+        self.box = QRectF()
+        self.scale = lane.scales[0]
+        self.gaps: list[Span] = []
+        self.manual: Scale | None = None
+        """The vertical range that a person set."""
+        self._least_scale = 0
+        self._span = Span(-1.0, 0.0)
+        self._range: object = None
+        self.view = pg.ViewBox(enableMouse=False, enableMenu=False)
+        self.view.disableAutoRange()
+        self.view.setFlag(QGraphicsItem.GraphicsItemFlag.ItemIsFocusable, False)
+        self.values, self.times = pg.AxisItem("left"), pg.AxisItem("bottom")
+        for axis in (self.times, self.values):
+            axis.enableAutoSIPrefix(False)
+            axis.setStyle(tickLength=0, hideOverlappingLabels=_MARGIN_PX, autoExpandTextSpace=False)
+            axis.linkToView(self.view)
+            axis.setCacheMode(_CACHED)
+        # As one curve: the grids of the axes would be pictures as large as the lane.
+        self.grid = pg.PlotCurveItem(connect="pairs", skipFiniteCheck=True)
+        self._time_ticks: Sequence[Tick] = ()
+        self._value_ticks: list[tuple[float, str]] = []
+        self.curve = Curve(skipFiniteCheck=True, antialias=False)
+        self.limits = [_LimitLine(limit, limit.steps, is_stale=False) for limit in lane.limits]
+        self.limits += [
+            _LimitLine(limit, limit.stale, is_stale=True) for limit in lane.limits if limit.stale is not None
+        ]
+        self.cursor = pg.InfiniteLine(angle=90)
+        self.dot = QGraphicsEllipseItem(-_DOT_PX, -_DOT_PX, 2 * _DOT_PX, 2 * _DOT_PX)
+        self.dot.setZValue(5)
+        for item in (self.grid, self.curve, *(line.curve for line in self.limits), self.cursor):
+            self.view.addItem(item, ignoreBounds=True)
+        self.items = (self.view, self.values, self.times, self.dot)
+        for item in self.items:
+            scene.addItem(item)
+        self.show_cursor(None)
+
+    def apply_theme(self, theme: Theme) -> None:
+        # Black hairlines would hide the curve.
+        grid = theme.divider if theme.border_px == 1 else "#9A9A9A"
+        for axis in (self.values, self.times):
+            axis.setTickFont(font(Size.SMALL))
+            axis.setTextPen(QColor(theme.muted))
+        self.grid.setPen(QColor(grid))
+        self.values.setPen(None)
+        self.times.setPen(QColor(theme.border))
+        self.ink = theme.curves[self.number % len(theme.curves)]
+        self.curve.setPen(QColor(self.ink))
+        self.curve.line_px = theme.line_px + 1
+        for line in self.limits:
+            line.apply_theme(theme)
+        self.cursor.setPen(QColor(theme.text))
+        self.dot.setPen(QPen(QColor(theme.surface), 1.5))
+        self.dot.setBrush(QColor(self.ink))
+        self._range = None
+
+    def place(self, box: QRectF, axis_px: float | None) -> None:
+        """Puts the lane at `box`, with the labels of the time line `axis_px` high below it."""
+        self.box = box
+        self.values.setWidth(box.left())
+        self.values.setGeometry(QRectF(0, box.top(), box.left(), box.height()))
+        self.view.setGeometry(box)
+        self.times.setStyle(showValues=axis_px is not None)
+        height = axis_px or 2.0
+        self.times.setHeight(height)
+        self.times.setGeometry(QRectF(box.left(), box.bottom() - 1, box.width(), height))
+        self._range = None
+
+    def set_visible(self, is_visible: bool) -> None:
+        for item in self.items:
+            item.setVisible(is_visible)
+
+    def fit_scale(self) -> None:
+        """Lets the next draw choose a smaller scale; otherwise the scale only grows."""
+        self._least_scale = 0
+
+    def zoom_values(self, factor: float) -> None:
+        """Shows `factor` times as much of the values, around the middle of those in sight."""
+        middle, half = (self.scale.low + self.scale.high) / 2, (self.scale.high - self.scale.low) / 2 * factor
+        whole = self.lane.scales[-1]
+        half = min(max(half, (whole.high - whole.low) / 1000), whole.high - whole.low)
+        self.manual = Scale(middle - half, middle + half, 0.0)
+
+    def draw(self, span: Span) -> None:
+        """Draws curve and limits of a time span, and grows the scale where it must."""
+        lane, self._span = self.lane, span
+        buckets = min(_MAX_BUCKETS, max(50, int(self.box.width())))
+        envelope = lane.series.decimated(span.start_s, span.end_s, buckets)
+        curve = points(envelope, origin_s=span.end_s, gap_s=lane.gap_s)
+        newest = lane.series.last
+        if newest is not None and newest.time_s < span.end_s - lane.gap_s:
+            curve.gaps.append(Span(newest.time_s, span.end_s))
+        self.gaps = curve.gaps
+        self.curve.setData(curve.x, curve.y, connect=curve.connect)
+        pixel_s = span.length_s / max(1.0, self.box.width())
+        for line in self.limits:
+            line.draw(span, pixel_s)
+        self._set_range(envelope)
+
+    def _set_range(self, envelope: Envelope) -> None:
+        seen = [segment.value for line in self.limits for segment in line.segments]
+        if len(envelope.low):
+            seen += [float(envelope.low.min()), float(envelope.high.max())]
+        scales = self.lane.scales
+        lowest, highest = min(seen, default=scales[0].low), max(seen, default=scales[0].high)
+        fitting = fitting_scale(scales[self._least_scale :], lowest, highest)
+        self._least_scale = scales.index(fitting)
+        self.scale = self.manual or fitting
+        shown = self.scale, self._span.length_s
+        if shown == self._range:
+            return
+        self._range = shown
+        self.view.setRange(
+            xRange=(-self._span.length_s, 0.0), yRange=self.scale[:2], padding=0.0, disableAutoRange=False
+        )
+        self._value_ticks = self._ticks_of_values()
+        self.values.setTicks([self._value_ticks])
+        self._draw_grid()
+
+    def _ticks_of_values(self) -> list[tuple[float, str]]:
+        """Ticks at the steps of the scale; where there is no room, only the ends are labelled."""
+        low, high, step = self.scale
+        if not step:  # set by a person
+            step, values = self.values.tickValues(low, high, max(1.0, self.box.height()))[0]
+        else:
+            values = [low + n * step for n in range(round((high - low) / step) + 1)]
+        line_px = QFontMetricsF(font(Size.SMALL)).height()
+        decimals = 0 if float(step).is_integer() else max(1, math.ceil(-math.log10(step)))
+        last = len(values) - 1
+        has_room, has_both = self.box.height() >= line_px * last, self.box.height() >= line_px
+        labelled = range(last + 1) if has_room else (0, last) if has_both else (last,)
+        return [(value, value_text(value, decimals) if n in labelled else "") for n, value in enumerate(values)]
+
+    def set_ticks(self, ticks: Sequence[Tick], labels: Sequence[tuple[float, str]]) -> None:
+        """`labels` with the places of their middles in the scene."""
+        self._time_ticks = ticks
+        second_px = self.box.width() / self._span.length_s
+        self.times.setTicks([[((x - self.box.right()) / second_px, label) for x, label in labels]])
+        self._draw_grid()
+
+    def _draw_grid(self) -> None:
+        across = [place for value, _ in self._value_ticks for place in ((-self._span.length_s, value), (0.0, value))]
+        down = [(tick.time_s, end) for tick in self._time_ticks for end in self.scale[:2]]
+        places = np.array(across + down, np.float64).reshape(-1, 2)
+        self.grid.setData(places[:, 0], places[:, 1])
+
+    def show_cursor(self, time_s: float | None) -> None:
+        """Draws the line, and a dot on the sample beside it."""
+        self.cursor.setVisible(time_s is not None)
+        near = None if time_s is None else self.lane.series.around(time_s, within_s=self.lane.gap_s)
+        self.dot.setVisible(near is not None and self.view.isVisible())
+        if time_s is not None:
+            self.cursor.setPos(time_s - self._span.end_s)
+            if near is not None:
+                self.dot.setPos(self.x(time_s), self.y(near.high))
+
+    def x(self, time_s: float) -> float:
+        """The place of a time in the scene."""
+        return self.box.left() + (time_s - self._span.start_s) / self._span.length_s * self.box.width()
+
+    def y(self, value: float) -> float:
+        """The place of a value in the scene, clamped to the scale."""
+        part = (value - self.scale.low) / (self.scale.high - self.scale.low)
+        return self.box.bottom() - min(1.0, max(0.0, part)) * self.box.height()
+
+    # Words
+
+    def name_limits(self, tags: Tags, theme: Theme) -> None:
+        """Names the current limits beside the lane, apart from each other."""
+        named = [
+            (self.y(part.value), Tag(tr(line.limit.label, value=value_text(part.value, line.limit.decimals)),
+                                     line.ink(theme), is_bold=True))
+            for line in self.limits for part in line.segments if part.is_current
+        ]  # fmt: skip
+        if not named:
+            return
+        height = tags.size(named[0][1]).height()
+        middles = apart([y for y, _ in named], height, self.box.top(), self.box.bottom())
+        for middle, (_, tag) in zip(middles, named, strict=True):
+            tags.put(tag, QPointF(self.box.right() + 6, middle - height / 2), is_above=True)
+
+    def name_past(self, tags: Tags, theme: Theme) -> None:
+        """Names past and stale limits at their ends and writes "no data" into gaps, where there is room."""
+        for line in self.limits:
+            for part in line.segments:
+                tag = Tag(part.word, line.ink(theme), is_bold=True)
+                size, right, y = tags.size(tag), min(self.x(part.end_s), self.box.right()), self.y(part.value)
+                if part.word and right - self.x(part.start_s) > size.width() + 8:
+                    left = right - 4 - size.width()
+                    tags.put(tag, QPointF(left, y - size.height() - 1), QPointF(left, y + 1))
+        word = Tag(tr("no data"), theme.text, ground=theme.surface)
+        size = tags.size(word)
+        for gap in self.gaps:
+            left, right = max(self.box.left(), self.x(gap.start_s)), min(self.box.right(), self.x(gap.end_s))
+            if right - left > size.width():
+                x = (left + right - size.width()) / 2
+                parts = (self.box.top() + part * self.box.height() - size.height() / 2 for part in (0.5, 0.25, 0.75))
+                tags.put(word, *(QPointF(x, y) for y in parts))
+
+    def limit_labels_px(self, tags: Tags) -> float:
+        """Width of the widest label of a limit."""
+        labels = (Tag(tr(limit.label, value="000"), "", is_bold=True) for limit in self.lane.limits)
+        return max((tags.size(label).width() for label in labels), default=0.0)
+
+    def title(self) -> Tag:
+        return Tag(tr(self.lane.title), self.ink, is_bold=True, unit=self.lane.unit)

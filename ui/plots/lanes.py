@@ -1,0 +1,106 @@
+"""What the plots show: lanes with their scales and limits, marks, and time spans. Times are monotonic seconds."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from app.limits.out_of_limits import Outside
+from app.samples.ring_buffers import Readable
+from app.samples.step_function import StepFunction
+from ui.style.icons import Icon
+from ui.style.theme import Meaning
+
+
+class Span(NamedTuple):
+    """A time span."""
+
+    start_s: float
+    end_s: float
+
+    @property
+    def length_s(self) -> float:
+        return self.end_s - self.start_s
+
+
+class Scale(NamedTuple):
+    """A vertical scale with a line at every ``step``."""
+
+    low: float
+    high: float
+    step: float
+
+
+@dataclass(frozen=True, slots=True)
+class Limit:
+    """A limit over time; `label` is English with `{value}`, `meaning` that of exceeding it.
+
+    A draft is a value being tried, not one of the module. `stale` is the last known value while it is not confirmed.
+    """
+
+    steps: StepFunction
+    label: str
+    meaning: Meaning
+    decimals: int = 0
+    is_draft: bool = False
+    stale: StepFunction | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Lane:
+    """One plot of the stack.
+
+    The first of `scales` that covers all values in sight is used, else the last. `weight` is the share of the height.
+    The curve is interrupted where no sample came for more than `gap_s`.
+    """
+
+    title: str
+    unit: str
+    series: Readable
+    scales: tuple[Scale, ...]
+    limits: tuple[Limit, ...] = ()
+    decimals: int = 0
+    weight: float = 1.0
+    gap_s: float = 1.0
+    outside: Callable[[float, float], Outside | None] | None = None
+    """Judges a value at a time."""
+
+
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """An event; `word` is English. `rank` 0 is the most important, which others never hide."""
+
+    time_s: float
+    word: str
+    icon: Icon
+    meaning: Meaning | None = None
+    rank: int = 0
+
+
+class Tick(NamedTuple):
+    """A time before the end of the span, and its label."""
+
+    time_s: float
+    label: str
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """What one draw shows beside the lanes' data; the ticks' times are relative to the end of the span."""
+
+    span: Span
+    ticks: Sequence[Tick]
+    marks: Sequence[Mark]
+    cursor_s: float | None
+    cursor_time: str
+    readings: Sequence[str]
+    """At the cursor, by lane."""
+
+
+def fitting_scale(scales: tuple[Scale, ...], low: float, high: float) -> Scale:
+    """The first scale that covers both values, else the last."""
+    return next((scale for scale in scales if scale.low <= low and high <= scale.high), scales[-1])
+
+
+def value_text(value: float, decimals: int) -> str:
+    """A value with a typographic minus sign."""
+    return f"{value:.{decimals}f}".replace("-", "−")
