@@ -54,7 +54,7 @@ def test_the_values_in_sight_are_saved(live: Bench, tmp_path: Path) -> None:
     assert suggested[0].name.startswith("dps-s ttyUSB0 20")
     assert suggested[0].suffix == ".csv"
     rows = list(csv.DictReader(io.StringIO(path.read_text("utf-8-sig"), newline="")))
-    assert [(row["tilt_deg"], row["active"]) for row in rows if row["tilt_deg"]] == [("20", "0"), ("61", "1")]
+    assert [(row["tilt_deg"], row["active"]) for row in rows if row["tilt_deg"]] == [("20", "false"), ("61", "true")]
     assert [row["event"] for row in rows if row["event"]] == ["activated"]
     assert {row["cell_voltage_v"] for row in rows} == {"", "3.94"}
     note = live.page.save.note
