@@ -44,7 +44,7 @@ def run(args: argparse.Namespace) -> int:
             found = conversation.run(read_evidence())
     if history is None or link.sentence is not None:
         history = received.history()
-    trouble = link.sentence or (module_is_silent(args.port) if history.is_line_dead else None)
+    trouble = link.sentence or (module_is_silent(args.port, conversation.device) if history.is_line_dead else None)
     has_something = history.is_answered
     is_written = _print(history, args) if has_something or trouble is None else True
     if args.module is not None and has_something:

@@ -266,7 +266,7 @@ def _collect_evidence(
         found.trouble = link.sentence
         evidence.disturbance = evidence.disturbance or Disturbance.DISCONNECTED
     elif evidence.disturbance is Disturbance.SILENT:
-        found.trouble = module_is_silent(port)
+        found.trouble = module_is_silent(port, conversation.device)
     return found
 
 

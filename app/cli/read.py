@@ -64,7 +64,7 @@ def _read(conversation: "Conversation", port: str) -> "tuple[Findings, str | Non
     errors = {key: unanswered_reason(unanswered) for key, unanswered in everything.errors.items()}
     if not everything.is_line_dead:
         return _findings(conversation, port, errors, RESTARTED), None
-    return _findings(conversation, port, errors, FELL_SILENT), module_is_silent(port)
+    return _findings(conversation, port, errors, FELL_SILENT), module_is_silent(port, conversation.device)
 
 
 def _read_undisturbed() -> "Procedure[Everything]":

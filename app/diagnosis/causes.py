@@ -26,6 +26,7 @@ from app.diagnosis.symptoms import (
 )
 from app.engine.transport import PortTrouble
 from app.procedures.handshake import Silence
+from app.safety.last_known import keep_away
 from app.text.i18n import tr
 from app.text.sentences import in_brackets, join_sentences
 from protocol.translatable import marked
@@ -92,6 +93,8 @@ class CauseRow:
     next_step: str
     command: Callable[[PortEvidence], str | None] = lambda _evidence: None
     terminal_command: str = ""
+    is_at_module: bool = False
+    """The next step brings a hand near the module."""
 
 
 def diagnose(evidence: PortEvidence) -> Diagnosis | None:
@@ -100,9 +103,12 @@ def diagnose(evidence: PortEvidence) -> Diagnosis | None:
         if row.fits(evidence):
             values = _values(evidence)
             command = row.command(evidence)
+            next_step = tr(row.next_step, **values, command="" if command is None else command)
+            if evidence.was_active and not evidence.is_answering:
+                next_step = keep_away("" if row.is_at_module else next_step)
             return Diagnosis(
                 tr(row.what, **values),
-                tr(row.next_step, **values, command="" if command is None else command),
+                next_step,
                 row.terminal_command,
                 cause=row.cause,
                 command=command,
@@ -272,18 +278,21 @@ CAUSES: tuple[CauseRow, ...] = (
         lambda seen: seen.is_open and seen.was_shut_down and not seen.is_answering,
         marked("The module was switched off."),
         marked("Hold its switch for 2 s, or connect external power."),
+        is_at_module=True,
     ),
     CauseRow(
         Cause.ECHO,
         is_echo,
         marked("Only an echo on {port}."),
         marked("Check the wiring: TX and RX touch, or no module is connected."),
+        is_at_module=True,
     ),
     CauseRow(
         Cause.BAD_LINE,
         is_bad_line,
         marked("Damaged frames: {rejected} of {bytes} bytes are invalid."),
         marked("Use a shorter cable, connect ground, avoid motors and antennas."),
+        is_at_module=True,
     ),
     CauseRow(
         Cause.WRONG_RATE,
@@ -303,12 +312,14 @@ CAUSES: tuple[CauseRow, ...] = (
         ),
         marked("The module on {port} sends, but does not answer."),
         marked("Check the wire to the module's RX."),
+        is_at_module=True,
     ),
     CauseRow(
         Cause.FELL_SILENT,
         lambda seen: is_silent(seen) and seen.was_online,
         marked("The module does not answer."),
         marked("Check its power and cable; hold its switch for 2 s."),
+        is_at_module=True,
     ),
     CauseRow(
         Cause.NOTHING,
@@ -316,6 +327,7 @@ CAUSES: tuple[CauseRow, ...] = (
         marked("No module answers on {port} at {rate} baud."),
         marked("Check power, ground and crossed TX and RX, or find the baud rate."),
         terminal_command="dps-s find",
+        is_at_module=True,
     ),
     CauseRow(
         Cause.SLOW_ADAPTER,

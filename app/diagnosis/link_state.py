@@ -1,7 +1,7 @@
 """State of the link and the next action, as the top bar and the connect panel show them."""
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 from app.diagnosis.troubles import explain
@@ -10,6 +10,7 @@ from app.engine.reconnect import LOSSES, Absence
 from app.engine.transport import PortError
 from app.engine.worker import Connection, PortState
 from app.procedures.handshake import Handshake, NoAnswer, Silence
+from app.safety.last_known import keep_away
 from app.text.durations import duration
 from app.text.i18n import tr
 from app.text.sentences import capitalised
@@ -64,6 +65,8 @@ class LinkState:
     """`time.time()`; for SWITCHED_OFF."""
     absence: Absence | None = None
     """For LOST, and for FAILED after a loss: why the port is not open again."""
+    was_active: bool = False
+    """The module was ACTIVE when it was last heard."""
 
     @property
     def is_fine(self) -> bool:
@@ -89,9 +92,22 @@ def link_state(
     is_finding: bool,
     absence: Absence | None = None,
     switched_off_at: float | None = None,
+    was_active: bool = False,
 ) -> LinkState:
     """`absence`: why a lost port is not open again. `switched_off_at`: `time.time()` of a shutdown by command since
-    which the module has not answered."""
+    which the module has not answered. `was_active`: it was ACTIVE when it was last heard."""
+    state = _link_state(connection, device, handshake, is_finding, absence, switched_off_at)
+    return replace(state, was_active=was_active)
+
+
+def _link_state(
+    connection: Connection,
+    device: DeviceView,
+    handshake: Handshake | None,
+    is_finding: bool,
+    absence: Absence | None,
+    switched_off_at: float | None,
+) -> LinkState:
     port, rate = connection.port, connection.baud_rate
     if absence is not None and absence.is_waiting:
         return LinkState(Phase.LOST, port, rate, trouble=connection.trouble, absence=absence)
@@ -120,8 +136,19 @@ def link_state(
     return LinkState(Phase.ASKING, port, rate)
 
 
+_AT_THE_COMPUTER = (Phase.LOST, Phase.FAILED)
+"""The next step needs nothing done at the module."""
+
+
 def link_text(state: LinkState, now: float) -> LinkText:
     """Texts for `state` at the monotonic time `now`."""
+    said = _link_text(state, now)
+    if not state.was_active or state.is_fine or state.phase is Phase.CLOSED:
+        return said
+    return replace(said, next_step=keep_away(said.next_step if state.phase in _AT_THE_COMPUTER else ""))
+
+
+def _link_text(state: LinkState, now: float) -> LinkText:
     match state.phase:
         case Phase.CLOSED:
             return LinkText(

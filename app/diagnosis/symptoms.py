@@ -38,6 +38,8 @@ class PortEvidence:
     """A module answers requests; one that only sends unasked does not."""
     was_online: bool = False
     """A module has answered since the connection began."""
+    was_active: bool = False
+    """The module was ACTIVE when it was last heard."""
     was_shut_down: bool = False
     """Command 12 was sent and nothing was received since."""
     bytes_received: int = 0

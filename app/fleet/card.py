@@ -12,7 +12,7 @@ from app.fleet.verdicts import HeldVerdict
 from app.limits.out_of_limits import LimitsInUse, Outside, value_outside
 from app.preflight.verdict import Verdict, verdict_sentence
 from app.procedures.lock import Locked, waiting_sentence
-from app.safety.last_known import Activation, SeenActivation
+from app.safety.last_known import LAST_HEARD_ACTIVE, Activation, SeenActivation
 from app.settings.profiles import ActivatedBy
 from app.text.i18n import tr
 from app.text.sentences import capitalised, join_names
@@ -28,7 +28,7 @@ class Need(Enum):
 
     TRIGGERED = marked("TRIGGERED: lock it, read its records.")
     NOT_LOCKED = "not locked"
-    WAS_ACTIVE = marked("Last heard ACTIVE: treat it as ready to fire.")
+    WAS_ACTIVE = LAST_HEARD_ACTIVE
     IDENTITY = marked("Another module? Choose it and name it.")
     LINK = "link"
     NO_GO = marked("Not met: {names}")

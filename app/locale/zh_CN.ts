@@ -646,6 +646,10 @@
         <translation>请检查供电和线缆，并长按开关 2 s。</translation>
     </message>
     <message>
+        <source>Check its power and the wiring.</source>
+        <translation>请检查其供电和接线。</translation>
+    </message>
+    <message>
         <source>Check only</source>
         <translation>仅检查</translation>
     </message>
@@ -1584,6 +1588,10 @@
     <message>
         <source>Judging…</source>
         <translation>正在判断…</translation>
+    </message>
+    <message>
+        <source>Keep away, LOCK again, restore the link; only then switch it off.</source>
+        <translation>请远离模块，再次锁定并恢复通信，之后才可关机。</translation>
     </message>
     <message>
         <source>Keeps settings</source>
@@ -3826,8 +3834,8 @@
         <translation>{port} 上的模块在发送，但不应答。</translation>
     </message>
     <message>
-        <source>The module on {port} stopped answering. Check its power and the wiring.</source>
-        <translation>{port} 上的模块不再应答。请检查供电和接线。</translation>
+        <source>The module on {port} stopped answering.</source>
+        <translation>{port} 上的模块停止响应。</translation>
     </message>
     <message>
         <source>The module refused and reports no trigger.</source>

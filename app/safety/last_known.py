@@ -1,9 +1,30 @@
 """Last known activation of a silent module: ACTIVE, or shut down by command."""
 
 from enum import Enum
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from app.engine.device import DeviceView, Known, StaleReason
+from app.text.i18n import tr
+from app.text.sentences import join_sentences
+from protocol.translatable import marked
+
+LAST_HEARD_ACTIVE: Final = marked("Last heard ACTIVE: treat it as ready to fire.")
+_KEEP_AWAY: Final = marked("Keep away, LOCK again, restore the link; only then switch it off.")
+
+
+def keep_away(restoring: str = "") -> str:
+    """What to do about a module that was last heard ACTIVE and is silent, in the language in use.
+
+    It may fire while somebody leans over it, so no advice that brings a hand near it comes before this. `restoring`: a
+    sentence about how the link comes back, which needs nothing done at the module.
+    """
+    return join_sentences((tr(_KEEP_AWAY), restoring))
+
+
+def was_heard_active(device: DeviceView) -> bool:
+    """Whether its last report, however old, is ACTIVE."""
+    known = device.values.get("active")
+    return known is not None and known.value is True
 
 
 class Activation(Enum):

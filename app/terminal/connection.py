@@ -16,7 +16,8 @@ from app.engine.transport import PortError
 from app.engine.worker import Batch, Connection, Job, PortState, Worker
 from app.procedures.find import find_rate
 from app.procedures.handshake import NoAnswer, handshake
-from app.terminal.console import USUAL_RATE, clear_progress, show_progress, verbosity
+from app.safety.last_known import LAST_HEARD_ACTIVE, keep_away, was_heard_active
+from app.terminal.console import USUAL_RATE, clear_progress, notify, show_progress, verbosity
 from app.terminal.interruption import Interruption
 from app.text.i18n import tr
 from app.text.sentences import join_sentences
@@ -206,6 +207,10 @@ def connected(
                 if is_greeted:
                     _handshake(conversation, port, baud_rate)
                 yield conversation
+            except (PortError, NoAnswer):
+                if was_heard_active(conversation.device):
+                    notify(join_sentences((tr(LAST_HEARD_ACTIVE), keep_away())))
+                raise
             finally:
                 if interruption is None:
                     watched.ignore_from_now()
@@ -230,8 +235,12 @@ def no_module_found(port: str) -> str:
     return join_sentences((what, tr("Check power, ground and crossed TX and RX.")))
 
 
-def module_is_silent(port: str) -> str:
-    return tr("The module on {port} stopped answering. Check its power and the wiring.", port=port)
+def module_is_silent(port: str, device: DeviceView) -> str:
+    """`device`: what was last heard of it."""
+    what = tr("The module on {port} stopped answering.", port=port)
+    if was_heard_active(device):
+        return join_sentences((what, tr(LAST_HEARD_ACTIVE), keep_away()))
+    return join_sentences((what, tr("Check its power and the wiring.")))
 
 
 class LinkTrouble(AbstractContextManager["LinkTrouble"]):

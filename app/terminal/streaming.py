@@ -97,7 +97,7 @@ def _wait(
         conversation.wait()
         conversation.check_running()
         if conversation.device.presence is Presence.OFFLINE and not _has_just_slept(conversation):
-            return module_is_silent(port)
+            return module_is_silent(port, conversation.device)
         if gives_up_at is not None and time.monotonic() > gives_up_at:
             break
     return None

@@ -52,8 +52,8 @@ class SameModule:
         return before != self._whose
 
     def has_turned(self, done: Performed | None) -> bool:
-        """Whether the module now reports that it is locked, after an activation that was confirmed, or that is unknown
-        and ended with a restart or a confirmed LOCK."""
+        """Whether the module no longer reports that it is active, after an activation that was confirmed; or, after
+        one that is unknown, reports that it is locked after a restart or a confirmed LOCK."""
         device = self._connector.device
         if done is not self._done:
             self._done, self._locked, self._restarts = done, self._lock.confirmed, device.restarts
@@ -61,8 +61,10 @@ class SameModule:
             return False
         locked = self._lock.confirmed
         is_locked_since = locked is not None and locked is not self._locked
-        is_over = done.outcome is Outcome.CONFIRMED or is_locked_since or device.restarts > self._restarts
-        return is_over and device.fresh("active", self._connector.clock()) is False
+        is_active = device.fresh("active", self._connector.clock())
+        if done.outcome is Outcome.CONFIRMED:
+            return is_active is not True
+        return is_active is False and (is_locked_since or device.restarts > self._restarts)
 
 
 def outcome_meaning(done: Performed) -> Meaning:

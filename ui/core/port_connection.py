@@ -159,7 +159,10 @@ class PortConnection(QObject):
             connection = replace(connection, trouble=None)  # that port is no longer wanted
         known, off_at = (self.device, self._handshake), self._last_known.switched_off_at
         is_finding = self._finding is not None
-        return link_state(connection, *known, is_finding=is_finding, absence=self.absence, switched_off_at=off_at)
+        return link_state(
+            connection, *known, is_finding=is_finding, absence=self.absence, switched_off_at=off_at,
+            was_active=self.is_active,
+        )  # fmt: skip
 
     @property
     def _is_returning(self) -> bool:

@@ -14,6 +14,7 @@ from app.engine.target import Target
 from app.engine.worker import Batch, Job
 from app.procedures.lock import Locked, lock, waiting_sentence
 from app.safety.journal import Journal, Outcome
+from app.safety.last_known import Activation
 from app.text.i18n import tr
 from ui.core.connector import Connector
 from ui.core.port_connection import PortConnection
@@ -70,6 +71,11 @@ class PortLock(QObject):
     def sent(self) -> int | None:
         """How often LOCK was sent in the running repetition; None if none is running."""
         return None if self._repeat is None else self._repeat.sent
+
+    @property
+    def is_reported(self) -> bool:
+        """LOCK was confirmed, and the module still reports that it is locked."""
+        return self.confirmed is not None and self._connector.activation.state is Activation.LOCKED
 
     @property
     def is_unproven(self) -> bool:
@@ -262,6 +268,10 @@ class LockControl(QObject):
     @property
     def is_unproven(self) -> bool:
         return self._shown.is_unproven
+
+    @property
+    def is_reported(self) -> bool:
+        return self._shown.is_reported
 
     @property
     def failed(self) -> Locked | None:

@@ -7,7 +7,7 @@ from PySide6.QtCore import QObject
 
 from app.diagnosis.link_state import Phase, link_text
 from app.engine.worker import Batch
-from app.safety.last_known import Activation
+from app.safety.last_known import LAST_HEARD_ACTIVE, Activation, keep_away
 from app.system.tones import Tone
 from app.text.i18n import tr
 from app.text.sentences import join_sentences
@@ -65,7 +65,7 @@ class StateAnnouncer(QObject):
             self._activation, self._is_triggered = Activation.UNKNOWN, False  # told again when it answers again
             parts = [link_text(state, connection.clock()).what]
             if connection.is_active:
-                parts.append(tr("Last heard ACTIVE: treat it as ready to fire."))
+                parts += [tr(LAST_HEARD_ACTIVE), keep_away()]
             self._announce(join_sentences(parts), is_urgent=True)
             self._play(Tone.LOST)
 

@@ -171,8 +171,8 @@ class Attention(QObject):
         state = connector.state
         if state.phase is Phase.CLOSED and self.is_choosing and not self._queued:
             return None
-        was_active = connector.is_active and self._lock.failed is None  # which says so itself
-        said = link_notice(state, connector.clock(), self._acts, was_active=was_active)
+        is_unlocked = self._lock.failed is not None  # which says itself how to treat the module
+        said = link_notice(state, connector.clock(), self._acts, is_unlocked=is_unlocked)
         locking = self._lock.notice(said.choices if said is not None else ())
         if locking is not None:
             return locking if said is None else replace(locking, text=join_sentences([locking.text, said.text]))

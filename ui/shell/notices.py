@@ -1,8 +1,10 @@
 """Texts of the notices about the link and about leaving an ACTIVE module."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 from app.diagnosis.link_state import LinkState, NextStep, Phase, link_text
+from app.safety.last_known import LAST_HEARD_ACTIVE, keep_away
 from app.text.i18n import tr
 from app.text.sentences import join_sentences
 from protocol.translatable import marked
@@ -19,19 +21,22 @@ _STEP_TEXTS = {
 
 
 def link_notice(
-    state: LinkState, now: float, acts: dict[NextStep, Callable[[], None]], *, was_active: bool
+    state: LinkState, now: float, acts: dict[NextStep, Callable[[], None]], *, is_unlocked: bool = False
 ) -> Notice | None:
-    """The trouble of the link and the step that helps; None while the link is fine."""
+    """The trouble of the link and the step that helps; None while the link is fine. `is_unlocked`: LOCK was not
+    confirmed, which another sentence beside this one says."""
     if state.is_fine:
         return None
     said = link_text(state, now)
+    is_calm = state.phase in (Phase.CLOSED, Phase.SWITCHED_OFF)
+    if is_unlocked or (state.was_active and not is_calm):
+        said = replace(said, next_step=keep_away())  # alone, so that nothing of it is elided
     parts = ["" if said.what == said.word else said.what, said.next_step]  # the top bar has the word
-    if was_active and state.phase in (Phase.LATE, Phase.OFFLINE, Phase.LOST, Phase.FAILED):
-        parts.insert(0, tr("Last heard ACTIVE: treat it as ready to fire."))
+    if state.was_active and not is_unlocked and not is_calm:
+        parts.insert(0, tr(LAST_HEARD_ACTIVE))
     steps: tuple[NextStep, ...] = () if said.step is None else (said.step,)
     if NextStep.WHY in acts and state.phase in _ASKS_WHY:
         steps = (*steps, NextStep.WHY)
-    is_calm = state.phase in (Phase.CLOSED, Phase.SWITCHED_OFF)
     choices = tuple(
         Choice(step.value, tr(_STEP_TEXTS[step]), acts[step], is_main=step is steps[0] and not is_calm)
         for step in steps

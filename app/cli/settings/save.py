@@ -80,7 +80,11 @@ def read_module(port: str, baud_rate: int | None) -> ModuleSettings:
         reading = conversation.run(read_settings())
         rate = conversation.baud_rate
     if reading.is_silent or reading.is_restarted:
-        why = module_is_silent(port) if reading.is_silent else tr("The module restarted. Read again.")
+        why = (
+            module_is_silent(port, conversation.device)
+            if reading.is_silent
+            else tr("The module restarted. Read again.")
+        )
         raise console.Refused(why, console.NO_LINK)
     values = {**reading.values, "baud_rate": rate}
     missing = {

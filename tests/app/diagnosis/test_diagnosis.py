@@ -11,18 +11,38 @@ import pytest
 from app.diagnosis.adapter_facts import Access, AdapterFacts
 from app.diagnosis.causes import CAUSES, Cause, Diagnosis, diagnose
 from app.diagnosis.evidence import EvidenceCollector
+from app.diagnosis.link_state import LinkState, Phase, link_text
 from app.diagnosis.symptoms import MAX_NOISE_BYTES, PortEvidence
 from app.engine.procedure import Ask, Procedure
+from app.engine.reconnect import Absence
 from app.engine.session import Run
 from app.engine.transport import PortError, PortHolder, PortTrouble, _trouble_at_opening
 from app.engine.worker import Batch, Connection, PortState
 from app.procedures.handshake import Silence, handshake
+from app.safety.last_known import keep_away
+from app.text.i18n import temporary_language
 from protocol.catalogue import BY_NAME
 from protocol.events import Counters, Role
 from protocol.frame import Reason
 from tests.support.line.sim_line import Rig
 
 PORT = "/dev/ttyUSB0"
+AT_THE_MODULE = (
+    "2 s",
+    "2 秒",
+    "wire",
+    "wiring",
+    "shorter cable",
+    "power and cable",
+    "closer",
+    "TX",
+    "its power",
+    "接线",
+    "线缆",
+    "供电",
+    "电源",
+)
+"""What would bring a hand near the module."""
 
 
 def trouble(kind: PortTrouble, holder: PortHolder | None = None) -> PortEvidence:
@@ -141,6 +161,33 @@ def test_evidence_has_its_cause(evidence: PortEvidence, cause: Cause) -> None:
 @pytest.mark.parametrize("evidence", [row[1] for row in FINE], ids=[row[0] for row in FINE])
 def test_nothing_is_wrong(evidence: PortEvidence) -> None:
     assert diagnose(evidence) is None
+
+
+@pytest.mark.parametrize("language", ["en", "zh_CN"])
+@pytest.mark.parametrize("evidence", [row[1] for row in TABLE], ids=[row[0] for row in TABLE])
+def test_nobody_is_sent_to_a_silent_module_that_was_active(evidence: PortEvidence, language: str) -> None:
+    """Whatever is wrong: keep away, LOCK, restore the link; its switch and its wires come after that, or not at all."""
+    with temporary_language(language):
+        usual, armed = (diagnose(replace(evidence, was_active=one)) for one in (False, True))
+        assert usual is not None
+        assert armed is not None
+        if evidence.is_answering:
+            assert armed == usual
+            return
+        assert armed.next_step.startswith(keep_away())
+        assert not any(word in armed.next_step for word in AT_THE_MODULE)
+
+
+@pytest.mark.parametrize("language", ["en", "zh_CN"])
+@pytest.mark.parametrize("phase", Phase)
+def test_what_the_window_advises_about_a_silent_module_that_was_active(phase: Phase, language: str) -> None:
+    state = LinkState(
+        phase, PORT, 115200, since=0.0, off_at=0.0, silence=Silence.NOTHING, absence=Absence.AWAY, was_active=True
+    )
+    with temporary_language(language):
+        said = link_text(state, 9.0)
+        assert said.next_step.startswith(keep_away()) is not (state.is_fine or phase is Phase.CLOSED)
+        assert not any(word in said.next_step for word in AT_THE_MODULE)
 
 
 def test_every_cause_has_a_row_in_the_table_and_in_this_test() -> None:

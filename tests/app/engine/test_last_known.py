@@ -111,7 +111,7 @@ def test_a_shut_down_by_command_is_calm_until_it_answers() -> None:
     last.feed(silent, "a")
     state = offline(last, silent)
     said = link_text(state, NOW + 60)
-    notice = link_notice(state, NOW + 60, {}, was_active=True)
+    notice = link_notice(state, NOW + 60, {})
     assert state.phase is Phase.SWITCHED_OFF
     assert said.what.startswith("Switched off at ")
     assert notice is not None

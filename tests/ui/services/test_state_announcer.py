@@ -7,6 +7,7 @@ from PySide6.QtWidgets import QWidget
 from pytestqt.qtbot import QtBot
 
 from app.safety.journal import NoJournal
+from app.safety.last_known import keep_away
 from app.system.tones import Tone
 from tests.support.window.fake_ports import FakePorts
 from ui.core.announcer import announcer
@@ -74,7 +75,7 @@ def test_a_lost_link_is_told_with_what_it_means_and_the_state_again_afterwards(
     assert listener.heard(qtbot, 1) == ["ACTIVE"]
     module.unplug()
     (lost,) = listener.heard(qtbot, 1)
-    assert lost.endswith("treat it as ready to fire.!")
+    assert lost.endswith(f"treat it as ready to fire. {keep_away()}!")
     assert listener.played == [Tone.LOST]
     connection.connect_to(connection.target)  # type: ignore[arg-type]
     module.say(active=True, triggered=True)

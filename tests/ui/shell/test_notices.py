@@ -44,7 +44,7 @@ ACTS = {step: lambda: None for step in NextStep}
     ],
 )
 def test_the_main_button_of_a_link_notice_is_the_one_that_helps(state: LinkState, main: NextStep) -> None:
-    notice = link_notice(state, 0.0, ACTS, was_active=False)
+    notice = link_notice(state, 0.0, ACTS)
     assert notice is not None
     assert [one.key for one in notice.choices if one.is_main] == [main.value]
 
@@ -173,7 +173,8 @@ def test_every_notice_about_the_link_says_all_that_matters_on_a_narrow_window(
         label = find(main.notice_bar, FittedLabel, "notice_text")
         again = Choice("lock_again", tr("LOCK again"), lambda: None)
         for state in (*LOST, *SILENT, LinkState(Phase.OFFLINE, "/dev/ttyUSB10", since=0.0), LinkState(Phase.LATE)):
-            alone, said = (link_notice(state, 99.0, ACTS, was_active=one) for one in (True, False))
+            alone = link_notice(replace(state, was_active=True), 99.0, ACTS)
+            said = link_notice(state, 99.0, ACTS, is_unlocked=True)
             assert alone is not None
             assert said is not None
             choices = said.choices if state in LOST else (again, *said.choices)

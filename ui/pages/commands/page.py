@@ -5,7 +5,9 @@ from typing import Final
 
 from PySide6.QtWidgets import QFrame, QPushButton, QStackedLayout, QWidget
 
+from app.procedures.lock import SENTENCES
 from app.safety.acts import TITLES, Act
+from app.safety.journal import Outcome
 from app.safety.last_known import Activation
 from app.text.i18n import tr
 from protocol.translatable import marked
@@ -91,8 +93,8 @@ class CommandsPage(Page):
 
     def _notice(self) -> Notice | None:
         lock = self._services.lock
-        if lock.confirmed is not None:
-            return Notice(Meaning.GOOD, lock.confirmed.sentence)
+        if lock.is_reported:
+            return Notice(Meaning.GOOD, tr(SENTENCES[Outcome.CONFIRMED]))
         return lock.notice()
 
     def _lay_out(self) -> None:

@@ -125,6 +125,7 @@ class WhyPanel(QScrollArea):
         facts = self._facts if self._facts_port == port else AdapterFacts()
         visits = self._history.short_visits(port, connector.clock())
         seen = self._evidence.evidence(facts=facts, short_visits=visits)
+        seen = replace(seen, was_active=connector.is_active)
         # Between two attempts to reconnect, only the connector knows the error.
         return seen if seen.is_open else replace(seen, trouble=connector.state.trouble)
 

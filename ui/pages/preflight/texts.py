@@ -4,6 +4,7 @@ from app.preflight.checks import CHECKS
 from app.preflight.findings import CheckResult
 from app.preflight.verdict import VERDICT_WORDS, Assessment, Verdict, meaning_of
 from app.records.record import caveats
+from app.safety.last_known import LAST_HEARD_ACTIVE, keep_away
 from app.text.durations import duration
 from app.text.i18n import tr
 from app.text.sentences import capitalised, join_names, join_sentences
@@ -37,7 +38,7 @@ def _not_checked(work: PreflightController) -> Announcement:
     if work.can_check and work.reported_active:
         lines = [tr("The module is ACTIVE: to enable triggers, lock it first."), tr("Do not touch the aircraft.")]
     elif work.can_check and work.may_fire:
-        lines = [tr("Last heard ACTIVE: treat it as ready to fire.")]
+        lines = [tr(LAST_HEARD_ACTIVE), keep_away()]
     elif work.can_check and not work.are_triggers_known:
         head = tr("Enable triggers and check")
         lines.insert(0, tr("Trigger state is unknown after power-up. Enable the triggers to set it."))

@@ -23,7 +23,9 @@ from PySide6.QtWidgets import (
 
 from app.guided.catalogue import GUIDED_TESTS
 from app.guided.results import TITLES, GuidedKind, GuidedResult
+from app.procedures.lock import SENTENCES
 from app.safety.acts import Act
+from app.safety.journal import Outcome
 from app.safety.ritual import Input
 from app.text.i18n import tr
 from app.text.messages import clean
@@ -191,8 +193,8 @@ class TestsPage(Page):
         locking = lock.notice()
         if locking is not None:
             return locking
-        if work.stage is Stage.DONE and lock.confirmed is not None and work.test.is_active:
-            return Notice(Meaning.GOOD, lock.confirmed.sentence)
+        if work.stage is Stage.DONE and lock.is_reported and work.test.is_active:
+            return Notice(Meaning.GOOD, tr(SENTENCES[Outcome.CONFIRMED]))
         if work.trouble is not None:
             return Notice(Meaning.ATTENTION, f"{work.trouble.sentence} {tr('Not kept.')}")
         if self._connector.is_active and not work.is_running:

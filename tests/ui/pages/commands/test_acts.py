@@ -15,6 +15,7 @@ from tests.support.window.settings_bench import Desk, desk
 from tests.support.window.steps import let_lay_out, settle
 from tests.ui.pages.commands.test_commands_page import audit, double_click
 from ui.services.storage import Storage
+from ui.style.theme import Meaning
 
 DEPLOY = REQUESTS[Act.DEPLOY].encode()
 
@@ -107,6 +108,29 @@ def test_an_unanswered_activation_is_to_be_treated_as_active_until_it_is_locked_
         else:
             one.click(one.commands.lock)
         one.until(lambda: not said(one, Act.ACTIVATE))
+
+
+def test_that_the_module_reports_active_is_not_said_while_it_is_silent(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    with desk(qtbot, qapp, tmp_path, page="commands") as one:
+        row = one.commands.acts[Act.ACTIVATE]
+        one.until(row.confirm.ask.isEnabled)
+        one.ask(row.confirm)
+        one.click(row.confirm.go)
+        one.until(lambda: said(one, Act.ACTIVATE) == "The module reports ACTIVE.")
+        one.bench.change(drop=1.0, direction="both")
+        one.until(lambda: not said(one, Act.ACTIVATE))
+
+
+def test_that_the_module_reports_locked_is_not_said_while_it_is_silent(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    with desk(qtbot, qapp, tmp_path, page="commands", active=True) as one:
+        one.click(one.commands.lock)
+        one.until(lambda: one.commands.said.notice is not None and one.commands.said.notice.meaning is Meaning.GOOD)
+        one.bench.change(drop=1.0, direction="both")
+        one.until(lambda: one.commands.said.notice is None)
 
 
 def test_lock_is_one_click(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:

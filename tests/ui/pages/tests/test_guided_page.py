@@ -290,6 +290,18 @@ def test_a_pulled_plug_is_said_and_lock_waits_for_the_port(bench: GestureBench) 
     bench.until(lambda: not work.owes_lock)
 
 
+def test_that_the_module_reports_locked_is_not_said_while_it_is_silent(bench: GestureBench) -> None:
+    activated(bench)
+    bench.guided.work.cancel()
+    reported = "The module reports LOCKED."
+    bench.until(lambda: said(bench) == reported)
+    bench.bench.change(drop=1.0, direction="both")
+    bench.wait(8.0)
+    assert said(bench) != reported
+    bench.bench.change(drop=0.0)
+    bench.until(lambda: said(bench) == reported)
+
+
 def test_an_activation_that_is_not_confirmed_locks(bench: GestureBench) -> None:
     start(bench, GuidedKind.TILT)
     write = bench.line.write
