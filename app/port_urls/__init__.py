@@ -1,1 +1,1 @@
-"""Port URLs of our own for pyserial: sim://."""
+"""Additional port URLs for pyserial: sim://."""

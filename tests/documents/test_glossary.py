@@ -11,6 +11,12 @@ from app.text.i18n import CHINESE, read_translations
 
 ROOT: Final = Path(__file__).parents[2]
 TS: Final = ROOT / "app" / "locale" / f"{CHINESE}.ts"
+DOCUMENTS: Final = tuple(
+    page
+    for folder in (ROOT, ROOT / "docs", ROOT / "ui" / "help" / "guide")
+    for page in sorted(folder.glob("*.md"))
+    if page.name != "glossary.md"
+)
 HAN: Final = "\u3400-\u9fff"
 OTHER_SENSE: Final = {
     "Light mode",  # colour themes of the window
@@ -236,3 +242,10 @@ def test_the_vendors_words_are_the_catalogues() -> None:
         vendor, _, code = term.vendor.partition(", ")
         if code in ("14", "15", "20", "21", "22", "23", "24", "25", "34", "35"):
             assert vendor in words[code] or words[code] in vendor, term
+
+
+@pytest.mark.parametrize("page", DOCUMENTS, ids=lambda page: page.relative_to(ROOT).as_posix())
+def test_no_document_speaks_of_us(page: Path) -> None:
+    """Whoever reads a page cannot know who that is."""
+    found = re.findall(r"(?i)\b(?:we|us|ours?|ourselves)\b|我们", page.read_text(encoding="utf-8"))
+    assert found == []

@@ -25,8 +25,9 @@ def form(text: str) -> list[str]:
 
 
 def code(text: str) -> list[str]:
-    """Commands in code blocks, without the names in examples, which may be translated."""
-    return [line for block in re.findall(r"```\n(.*?)```", text, flags=re.DOTALL) for line in block.splitlines()]
+    """Commands in code blocks, without their comments, which are in the language of the page."""
+    blocks = re.findall(r"```\n(.*?)```", text, flags=re.DOTALL)
+    return [re.sub(r"\s+# .*", "", line) for block in blocks for line in block.splitlines()]
 
 
 def pictures(text: str) -> list[str]:

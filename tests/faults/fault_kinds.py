@@ -1,4 +1,4 @@
-"""The faults of docs/faults.md, each as a change to a `FakePort`."""
+"""The faults of build/faults, each as a change to a `FakePort`."""
 
 import errno
 import itertools
@@ -44,7 +44,7 @@ class End:
 
 @dataclass(frozen=True, slots=True)
 class FaultKind:
-    """A fault; `name` is its row in docs/faults.md, `begin` starts it."""
+    """A fault; `name` is its row in build/faults, `begin` starts it."""
 
     name: str
     behaviour: str
@@ -229,7 +229,7 @@ FAULTS: tuple[FaultKind, ...] = (
     FaultKind("replies 700 ms late", "waits one second, as the vendor's table says", _delay(0.7)),
     FaultKind("replies 1.4 s late", "treats them as too late", _delay(1.4)),
     FaultKind("replies doubled", "uses the first", _arrive(lambda data, now_s: [Arrival(now_s, data)] * 2)),
-    FaultKind("echo of our own bytes", "tells the echo from replies", _change(echo=True)),
+    FaultKind("echo of its own bytes", "tells the echo from replies", _change(echo=True)),
     FaultKind("wrong rate", "rejects everything", _wrong_rate, hides=frozenset({"baud_rate"})),
     FaultKind("login prompt", "rejects it", _inject(LOGIN, 3)),
     FaultKind("modem prober", "rejects it", _inject(PROBER, 3)),

@@ -1,4 +1,4 @@
-"""The procedures of docs/faults.md: how to make each, describe its result, and find a false claim in it."""
+"""The procedures of build/faults: how to make each, describe its result, and find a false claim in it."""
 
 from collections.abc import Mapping
 from types import MappingProxyType

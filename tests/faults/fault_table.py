@@ -60,7 +60,7 @@ class Row:
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """The outcome: `says` goes into docs/faults.md; `faults` must be empty."""
+    """The outcome: `says` goes into build/faults; `faults` must be empty."""
 
     says: str
     faults: tuple[str, ...]

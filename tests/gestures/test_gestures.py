@@ -1,6 +1,5 @@
 """No careless gesture completes an act: a sample of the table; the soak test runs all of it."""
 
-from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 
 import pytest
@@ -23,20 +22,6 @@ def test_no_careless_gesture_completes_an_act(qapp: QApplication, number: int, l
     tallies = run_window(qapp, SIZES[number % len(SIZES)], language, 1, every=EVERY, first_try=7 * number, acts=acts)
     assert all(sum(tally.tries.values()) >= 5 for tally in tallies)
     assert [one for tally in tallies for one in tally.left] == []
-
-
-def test_the_page_has_every_row() -> None:
-    """`docs/generate/gestures_page.py` writes the page."""
-    place = Path(__file__).parents[2] / "docs" / "generate" / "gestures_page.py"
-    spec = spec_from_file_location("gestures_page", place)
-    assert spec is not None
-    assert spec.loader is not None
-    gestures_page = module_from_spec(spec)
-    spec.loader.exec_module(gestures_page)
-    text = gestures_page.PAGE.read_text(encoding="utf-8")
-    assert gestures_page.is_complete(text)
-    assert not gestures_page.is_complete(text.replace("| zero |", "| one |"))
-    assert not gestures_page.is_complete(text.replace("| 0 |", "| 1 |", 1))
 
 
 def test_the_whole_gesture_completes_each(qapp: QApplication, tmp_path: Path) -> None:
