@@ -41,6 +41,6 @@ FILE_TYPES: Final = (
         "Record",
         "Pre-flight record",
         "飞行前检查记录",
-        {".json": "application/json", ".html": "text/html", ".htm": "text/html", ".pdf": "application/pdf"},
+        {".json": "application/json", ".pdf": "application/pdf"},
     ),
 )

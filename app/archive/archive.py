@@ -103,7 +103,9 @@ class Archive:
 
     def _known(self) -> frozenset[str]:
         """Public keys of the stations whose decisions count."""
-        return frozenset(encoded(station.public) for station in self.known.known()) | {self.public}
+        return frozenset(encoded(station.public) for station in self.known.known() if not station.is_revoked) | {
+            self.public
+        }
 
     def settle(self, one: NamedModule, other: NamedModule, *, is_same: bool, name: str = "", who: str) -> None:
         """Store the decision of `who` whether two modules are the same; it overrides earlier ones, and accepts

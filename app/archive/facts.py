@@ -17,14 +17,13 @@ from dataclasses import dataclass, field
 from typing import Any, Final
 
 from app.archive.content import FactKind, content_of, is_time, object_of
-from app.stations.station import KEY_BYTES, Station, decoded, encoded, is_signature
+from app.stations.station import KEY_BYTES, SIGNATURE_BYTES, Station, decoded, encoded, is_signature
 from app.store.audit_chain import AuditRow
 from app.text.messages import UserMessage, clean, message
 from protocol.translatable import marked
 
 DOMAIN: Final = "dps-s fact 1"
 """Prefix of what is hashed and signed; distinguishes versions of the format."""
-SIGNATURE_BYTES: Final = 64
 MAX_REFUSALS: Final = 1000
 """Rows that are named; further ones are only counted."""
 ID_LENGTH: Final = 64

@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from app.fleet.check_set import SetMember
     from app.limits.expectations import Expectations
     from app.records.filing import Filed
-    from app.stations.station import Station
     from app.store.store import Store
     from app.terminal.interruption import Interruption
 
@@ -270,13 +269,10 @@ def _collect_evidence(
     return found
 
 
-def _written(path: Path, write: "Callable[[Station | None], Sequence[Path]]") -> bool:
-    """Write and print the names of the files; whether `path` is among them. `write` gets the station that signs."""
-    from app.stations.station import station_to_sign
-    from app.store.store import data_folder
-
+def _written(path: Path, write: "Callable[[], Sequence[Path]]") -> bool:
+    """Write and print the names of the files; whether `path` is among them."""
     try:
-        written = write(station_to_sign(data_folder()))
+        written = write()
     except (OSError, RuntimeError, ImportError) as error:
         console.notify(not_written(path, error))
         return False

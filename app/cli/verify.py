@@ -1,6 +1,6 @@
 """`dps-s verify FILE`: verifies a pre-flight record; manages the list of known stations.
 
-FILE is the record (JSON), the page (HTML) or the report (PDF). Exit code 0 if it is intact, consistent and signed by a
+FILE is the record (JSON) or the report that carries it (PDF). Exit code 0 if it is intact, consistent and signed by a
 known station; 1 if not; 2 if it is no record or cannot be read.
 """
 
@@ -20,10 +20,11 @@ if TYPE_CHECKING:
 
 def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
     parser = subparsers.add_parser("verify")
-    parser.add_argument("file", type=Path, nargs="?", metavar="FILE", help=".json, .html, .pdf")
+    parser.add_argument("file", type=Path, nargs="?", metavar="FILE", help=".json, .pdf")
     parser.add_argument("--trust", metavar="FINGERPRINT", help=tr("trust the station that signed FILE"))
     parser.add_argument("--name", default="", metavar="NAME", help=tr("Name"))
     parser.add_argument("--forget", metavar="FINGERPRINT", help=tr("stop trusting this station"))
+    parser.add_argument("--revoke", metavar="FINGERPRINT", help=tr("its key is lost or was copied: never trust it"))
     parser.add_argument("--stations", action="store_true", help=tr("list trusted stations"))
     parser.add_argument("--log", action="store_true", help=tr("verify the audit log"))
     parser.set_defaults(run=run)
@@ -35,15 +36,17 @@ def run(args: argparse.Namespace) -> int:
     from app.store.store import data_folder
     from app.terminal.command_journal import open_store_or_notify
 
-    others = (args.forget is not None, args.stations, args.log)
+    others = (args.forget is not None, args.revoke is not None, args.stations, args.log)
     if sum((args.file is not None, *others)) != 1 or (args.trust is not None and args.file is None):
-        choices = "FILE [--trust FINGERPRINT] | --stations | --forget FINGERPRINT | --log"
+        choices = "FILE [--trust FINGERPRINT] | --stations | --forget FINGERPRINT | --revoke FINGERPRINT | --log"
         raise console.Refused(tr("expected {expected}", expected=choices))
     stations = Stations(data_folder())
     if args.stations:
         return _list(stations)
     if args.forget is not None:
-        return _remove(stations, args.forget)
+        return _change(stations.remove(args.forget))
+    if args.revoke is not None:
+        return _change(stations.revoke(args.revoke))
     # Verifying creates no store.
     store = open_store_or_notify() if (data_folder() / FILE_NAME).exists() else None
     try:
@@ -84,7 +87,7 @@ def _trust(stations: "Stations", verification: "Verification", fingerprint: str,
     from app.stations.known import is_same_fingerprint
     from app.stations.station import fingerprint_of
 
-    signer = verification.signer_to_trust
+    signer = verification.signer
     if signer is None or verification.altered:
         raise console.Refused(tr("Not trusted: it is unsigned or altered."), console.ANSWER_NO)
     found = fingerprint_of(signer)
@@ -94,8 +97,7 @@ def _trust(stations: "Stations", verification: "Verification", fingerprint: str,
     console.note(_line(stations.trust(signer, name)))
 
 
-def _remove(stations: "Stations", fingerprint: str) -> int:
-    found = stations.remove(fingerprint)
+def _change(found: "KnownStation | None") -> int:
     if found is None:
         raise console.Refused(tr("No trusted station has this fingerprint."), console.ANSWER_NO)
     console.note(_line(found))
@@ -114,7 +116,8 @@ def _list(stations: "Stations") -> int:
 
 
 def _line(station: "KnownStation") -> str:
-    return f"{station.fingerprint}  {tr('this computer') if station.is_own else station.name}"
+    revoked = f" ({tr('revoked')})" if station.is_revoked else ""
+    return f"{station.fingerprint}  {tr('this computer') if station.is_own else station.name}{revoked}"
 
 
 def _log(store: "Store | None") -> int:

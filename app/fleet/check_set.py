@@ -11,8 +11,7 @@ from app.preflight.module_checks import RecordsWord, records_word
 from app.preflight.verdict import Verdict
 from app.records.filing import Filed, local_now
 from app.records.report_files import Printer, check_target, suggested_name, write_report
-from app.records.report_html import VERDICT_STYLES, html_page
-from app.stations.station import Station
+from app.records.report_html import VERDICT_STYLES
 from app.system.files import write_whole
 from app.text.i18n import tr
 from app.text.messages import UserMessage, clean
@@ -123,23 +122,19 @@ def _is_ours(path: Path) -> bool:
     return isinstance(found, dict) and found.get("format") == FORMAT
 
 
-def write_set_reports(
-    path: Path, members: Sequence[SetMember], printer: Printer | None, station: Station | None = None
-) -> tuple[Path, ...]:
-    """Write FILE.pdf, FILE.html and FILE.json about all, and "FILE 01 M-07 … GO" for each module.
+def write_set_reports(path: Path, members: Sequence[SetMember], printer: Printer | None) -> tuple[Path, ...]:
+    """Write FILE.pdf and FILE.json about all, and "FILE 01 M-07 … GO" for each module.
 
     Returns what was written. Raises `OSError` or `RuntimeError`; what was written before that stays.
     """
     plain = json.dumps(plain_set(members), ensure_ascii=False, indent=1).encode()
-    json_path, html_path = path.with_suffix(".json"), path.with_suffix(".html")
+    json_path = path.with_suffix(".json")
     write_whole(json_path, plain)
-    title = tr("Pre-flight check, modules: {count}", count=len(members))
-    write_whole(html_path, html_page(title, report_body(members)))
-    written = [json_path, html_path]
+    written = [json_path]
     for number, one in enumerate(members, 1):
         if one.filed is not None:
             name = f"{path.stem} {number:02} {suggested_name(one.filed.record)}.pdf"
-            written += write_report(path.with_name(name), one.filed.record, printer, station)
+            written += write_report(path.with_name(name), one.filed.record, printer)
     if printer is not None:
         write_whole(path, printer(report_body(members), plain))
         written.append(path)

@@ -1450,8 +1450,8 @@
         <translation>如何判断</translation>
     </message>
     <message>
-        <source>INTACT: signed by {station}.</source>
-        <translation>完整：由 {station} 签名。</translation>
+        <source>INTACT: {verdict}, signed by {station}.</source>
+        <translation>完整：{verdict}，由 {station} 签名。</translation>
     </message>
     <message>
         <source>If it is new, say so.</source>
@@ -2690,14 +2690,6 @@
         <translation>超过 {seconds:.2f} s：激活时会开伞。</translation>
     </message>
     <message>
-        <source>PAGE NOT SIGNED: only the record in it is intact.</source>
-        <translation>页面未签名：仅其中的记录完整。</translation>
-    </message>
-    <message>
-        <source>PAGE OF UNKNOWN STATION: signed by {fingerprint}; only the record in it is intact.</source>
-        <translation>未知站点的页面：由 {fingerprint} 签名；仅其中的记录完整。</translation>
-    </message>
-    <message>
         <source>PWM trigger</source>
         <translation>PWM 触发</translation>
     </message>
@@ -2926,6 +2918,10 @@
         <translation>演练</translation>
     </message>
     <message>
+        <source>REVOKED STATION: signed by {station}, whose key is no longer trusted.</source>
+        <translation>站点已吊销：由 {station} 签名，其密钥不再受信任。</translation>
+    </message>
+    <message>
         <source>Random seed</source>
         <translation>随机种子</translation>
     </message>
@@ -3010,8 +3006,8 @@
         <translation>记录数据，按 Ctrl-C 结束</translation>
     </message>
     <message>
-        <source>Record {number} of {module}: {verdict}, {at}, checked by {who}.</source>
-        <translation>{module} 的第 {number} 号记录：{verdict}，{at}，检查人 {who}。</translation>
+        <source>Record {number} of {module}: {verdict}, {at}, checked by {who}. Its checks give {follows}.</source>
+        <translation>{module} 的第 {number} 条记录：{verdict}，{at}，检查人 {who}。其检查项得出 {follows}。</translation>
     </message>
     <message>
         <source>Recorded since {time}</source>
@@ -4010,6 +4006,10 @@
         <translation>没有串口。请插入适配器；或更换线缆、安装驱动。</translation>
     </message>
     <message>
+        <source>This is what the record in the report says; only the record is signed.</source>
+        <translation>以上是报告中所含记录的内容；只有该记录带签名。</translation>
+    </message>
+    <message>
         <source>This may be another module: the port leads to another device.</source>
         <translation>这可能是另一个模块：该串口现在指向另一个设备。</translation>
     </message>
@@ -4020,6 +4020,10 @@
     <message>
         <source>This may be another module: {differences}.</source>
         <translation>这可能是另一个模块：{differences}。</translation>
+    </message>
+    <message>
+        <source>This page shows the record that this file carries. “dps-s verify FILE” tells what that record says and who signed it. Keep this file with the aircraft's papers.</source>
+        <translation>本页显示此文件所含的记录。“dps-s verify FILE”说明该记录的内容和签名者。请将此文件与飞行器文档一并保存。</translation>
     </message>
     <message>
         <source>This station: {fingerprint}</source>
@@ -5158,6 +5162,10 @@
         <translation>内容无法读取</translation>
     </message>
     <message>
+        <source>its key is lost or was copied: never trust it</source>
+        <translation>其密钥已丢失或被复制：不再信任</translation>
+    </message>
+    <message>
         <source>its station did not sign it</source>
         <translation>并非由所属站点签名</translation>
     </message>
@@ -5786,6 +5794,10 @@
         <translation>从回收站恢复一条</translation>
     </message>
     <message>
+        <source>revoked</source>
+        <translation>已吊销</translation>
+    </message>
+    <message>
         <source>right</source>
         <translation>向右</translation>
     </message>
@@ -5850,6 +5862,10 @@
         <translation>确认两个模块是否为同一个</translation>
     </message>
     <message>
+        <source>several records</source>
+        <translation>含多条记录</translation>
+    </message>
+    <message>
         <source>show requests; -vv: every frame</source>
         <translation>显示请求；-vv 显示每一帧</translation>
     </message>
@@ -5910,6 +5926,10 @@
         <translation>抓包文件来自本程序的更新版本</translation>
     </message>
     <message>
+        <source>the content is not what was recorded</source>
+        <translation>内容与当时记录的不符</translation>
+    </message>
+    <message>
         <source>the file is too long for a capture</source>
         <translation>文件太长，不是抓包文件</translation>
     </message>
@@ -5960,6 +5980,10 @@
     <message>
         <source>the same throughout; GO: active</source>
         <translation>检查期间不变；激活后才可以飞行</translation>
+    </message>
+    <message>
+        <source>the signature is not that of its station</source>
+        <translation>签名不属于其站点</translation>
     </message>
     <message>
         <source>the time runs backwards</source>
@@ -6700,10 +6724,6 @@
     <message>
         <source>“Verified” means written, asked for again, and equal.</source>
         <translation>“已验证”表示：写入后再次读取，且值相同。</translation>
-    </message>
-    <message>
-        <source>“dps-s verify FILE” tells whether it was altered and who signed it. Keep this file with the aircraft's papers.</source>
-        <translation>“dps-s verify FILE” 可检验是否被修改及由谁签名。请将此文件与飞行器文档一并保存。</translation>
     </message>
     <message>
         <source>“{name}” in {place} is not this program's: install it with pipx or uv tool.</source>

@@ -1,8 +1,7 @@
-"""Record of one check: evidence, judgement, people, times and raw frames, sealed by its hash.
+"""Record of one check: evidence, judgement, people, times and raw frames, as one signed JSON document.
 
     canonical JSON   sorted keys, no spaces, UTF-8, no NaN: equal content has equal bytes
-    "digests"        SHA-256 of each part, so that an alteration can be located
-    "hash"           SHA-256 of the digests; "previous" is one of the parts, which makes a chain for each module
+    "hash"           SHA-256 of everything but hash and signature; "previous" in it makes a chain for each module
     "station"        public key of the computer that wrote it, null where it could not sign
     "signature"      that station's signature of the hash (Ed25519)
 
@@ -29,12 +28,14 @@ from protocol.fields import Value
 from protocol.translatable import marked
 
 FORMAT = "dps-s pre-flight record"
-VERSION = 3
-"""2 added READY and who activates the module (in 1 a locked module could be GO). 3 added the last guided tests."""
-READABLE_VERSIONS = (1, 2, 3)
-PARTS_OF = {"checks": "id", "manual": "text"}
-"""Lists with a digest for each entry, and the key that names an entry."""
-SEALS = ("digests", "hash", "signature")
+VERSION = 4
+"""2 added READY and who activates the module (in 1 a locked module could be GO). 3 added the last guided tests. 4 is
+hashed as a whole."""
+VERSIONS_IN_PARTS = (1, 2, 3)
+"""Hashed part by part."""
+READABLE_VERSIONS = (*VERSIONS_IN_PARTS, VERSION)
+_PARTS_OF = {"checks": "id", "manual": "text"}
+_SEALS = ("digests", "hash", "signature")
 NOT_STORED = 0
 """Number of a record that is in no store."""
 
@@ -210,17 +211,20 @@ def digest(value: object) -> str:
     return hashlib.sha256(canonical(value)).hexdigest()
 
 
-def digests_of(record: Mapping[str, object]) -> dict[str, str]:
-    """SHA-256 by part ("verdict", "checks.cell_voltage" …) and of the order of the lists."""
+def hash_of(record: Mapping[str, object]) -> str:
+    """SHA-256 of the content of a record, as its version takes it."""
+    content = {key: value for key, value in record.items() if key not in _SEALS}
+    return digest(_parts_of(content) if content.get("version") in VERSIONS_IN_PARTS else content)
+
+
+def _parts_of(content: Mapping[str, object]) -> dict[str, str]:
+    """What older versions hashed: SHA-256 by part ("verdict", "checks.tilt" …) and of the order of the lists."""
     found: dict[str, str] = {}
-    for key, value in record.items():
-        if key in SEALS:
-            continue
-        if key in PARTS_OF and isinstance(value, list):
-            names = [_name(entry, PARTS_OF[key], place) for place, entry in enumerate(value)]
+    for key, value in content.items():
+        if key in _PARTS_OF and isinstance(value, list):
+            names = [_name(entry, _PARTS_OF[key], place) for place, entry in enumerate(value)]
             found[f"{key}: order"] = digest(names)
-            for name, entry in zip(names, value, strict=True):
-                found[f"{key}.{name}"] = digest(entry)
+            found |= {f"{key}.{name}": digest(entry) for name, entry in zip(names, value, strict=True)}
         else:
             found[key] = digest(value)
     return found
@@ -232,12 +236,11 @@ def _name(entry: object, key: str, place: int) -> str:
 
 
 def seal(record: Mapping[str, object], station: Station | None = None) -> Record:
-    """`record` with digests, hash and, where there is a station, its signature."""
-    content = {key: value for key, value in record.items() if key not in SEALS}
+    """`record` with its hash and, where there is a station, its signature."""
+    content = {key: value for key, value in record.items() if key not in _SEALS}
     if station is not None:
         content["station"] = encoded(station.public)
-    digests = digests_of(content)
-    sealed = {**content, "digests": digests, "hash": digest(digests)}
+    sealed: Record = {**content, "hash": hash_of(content)}
     if station is not None:
         sealed["signature"] = encoded(station.sign(signed_bytes(sealed["hash"])))
     return sealed

@@ -1,8 +1,12 @@
-"""Extracts the record from a file: JSON, HTML page or PDF attachment. Input is untrusted."""
+"""Extracts the record from a file: JSON, the PDF that carries it, or the HTML page of older versions.
+
+Input is untrusted.
+"""
 
 import json
 import re
 import zlib
+from collections.abc import Iterator
 from itertools import islice
 
 from app.records.record import FORMAT, Record
@@ -23,16 +27,22 @@ class NoRecord(Exception):
         self.why = why
 
 
+def is_report(data: bytes) -> bool:
+    """Whether this is a PDF or an HTML page, not a bare record."""
+    return data.startswith(b"%PDF-") or data.lstrip()[:1] == b"<"
+
+
 def record_in(data: bytes) -> Record:
-    """Raises `NoRecord`."""
+    """Raises `NoRecord`, also where a report carries several records: a person could be shown one and told another."""
     if len(data) > LARGEST_FILE:
         raise NoRecord(message(marked("too large")))
-    if data.startswith(b"%PDF-"):
-        return _from_pdf(data)
-    embedded = _IN_HTML.search(data) if data.lstrip()[:1] == b"<" else None
-    if embedded is not None:
-        return _from_json(embedded[1])
-    return _from_json(data)
+    if not is_report(data):
+        return _from_json(data)
+    carried = _in_pdf(data) if data.startswith(b"%PDF-") else (found[1] for found in _IN_HTML.finditer(data))
+    records = [_from_json(text) for text in carried]
+    if len(records) != 1:
+        raise NoRecord(message(marked("several records") if records else marked("unknown kind of file")))
+    return records[0]
 
 
 def _from_json(data: bytes) -> Record:
@@ -57,12 +67,11 @@ def _only_once(pairs: list[tuple[str, object]]) -> dict[str, object]:
     return found
 
 
-def _from_pdf(data: bytes) -> Record:
+def _in_pdf(data: bytes) -> Iterator[bytes]:
     for stream in islice(_STREAM.finditer(data), _MAX_STREAMS):
         for content in (stream[1], _inflated(stream[1])):
             if content.lstrip()[:1] == b"{" and FORMAT.encode() in content:
-                return _from_json(content)
-    raise NoRecord(message(marked("unknown kind of file")))
+                yield content
 
 
 def _inflated(data: bytes) -> bytes:

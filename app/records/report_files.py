@@ -1,21 +1,19 @@
-"""Writes a report: FILE.pdf with FILE.html and FILE.json beside it, each atomically."""
+"""Writes a report: FILE.pdf, which carries the record, with FILE.json, the record alone, beside it, each atomically."""
 
 import re
 import unicodedata
 from collections.abc import Callable
 from pathlib import Path
 
-from app.records.page_seal import sealed_pdf
 from app.records.record import Record, as_text, recorded_verdict
 from app.records.record_files import NoRecord, record_in
-from app.records.report_html import body, page
-from app.stations.station import Station
+from app.records.report_html import body
 from app.system.files import write_whole
 from app.text.messages import UserMessage, message
 from protocol.translatable import marked
 
 Printer = Callable[[str, bytes], bytes]
-"""Prints the body of a page (`report_html.body`) on A4, attaches the record and returns the PDF. Passed in by the
+"""Prints HTML (`report_html.body`) on A4, attaches the record and returns the PDF. Passed in by the
 composition root because Qt prints. May raise `OSError` or `RuntimeError`."""
 
 _NOT_IN_NAMES = re.compile(r"[^\w\-]+")
@@ -41,14 +39,10 @@ def check_target(path: Path, is_ours: Callable[[Path], bool] | None = None) -> N
         raise ReportRefused(message(marked("{file}: the name of the report must end in .pdf."), file=path.name))
     if not path.parent.is_dir():
         raise ReportRefused(message(marked("There is no folder {folder}."), folder=path.parent))
-    for target in (path, *_beside(path)):
+    for target in (path, path.with_suffix(".json")):
         if target.exists() and not may_replace(target):
             text = marked("{file} is there and is no pre-flight report: choose another name.")
             raise ReportRefused(message(text, file=target))
-
-
-def _beside(path: Path) -> tuple[Path, Path]:
-    return path.with_suffix(".html"), path.with_suffix(".json")
 
 
 def _is_ours(path: Path) -> bool:
@@ -59,21 +53,17 @@ def _is_ours(path: Path) -> bool:
     return True
 
 
-def write_report(
-    path: Path, record: Record, printer: Printer | None, station: Station | None = None
-) -> tuple[Path, ...]:
+def write_report(path: Path, record: Record, printer: Printer | None) -> tuple[Path, ...]:
     """Writes the record before it prints, so that a failing printer loses nothing; returns the files written.
 
-    `station` signs the pages. Raises `OSError` or `RuntimeError`; files written before that remain.
+    Raises `OSError` or `RuntimeError`; files written before that remain.
     """
-    html_path, json_path = _beside(path)
-    plain = as_text(record).encode()
+    json_path, plain = path.with_suffix(".json"), as_text(record).encode()
     write_whole(json_path, plain)
-    write_whole(html_path, page(record, station))
     if printer is None:
-        return json_path, html_path
-    write_whole(path, sealed_pdf(printer(body(record), plain), record, station))
-    return json_path, html_path, path
+        return (json_path,)
+    write_whole(path, printer(body(record), plain))
+    return json_path, path
 
 
 def suggested_name(record: Record) -> str:

@@ -1,13 +1,10 @@
-"""Renders a record as one HTML page in the current language.
+"""Renders a record as HTML for the printer, in the current language.
 
 Made from the record alone, so that it prints the same years later. The record is untrusted: texts are escaped and cut,
-control characters made visible. The page loads and runs nothing. Uses only what Qt's rich text supports: tables,
-colours and sizes.
+control characters made visible. Uses only what Qt's rich text supports: tables, colours and sizes.
 """
 
 import html
-import json
-import re
 from collections.abc import Iterable, Mapping
 from datetime import datetime
 from itertools import zip_longest
@@ -17,17 +14,15 @@ from app.preflight.evidence import Disturbance
 from app.preflight.findings import RESULT_WORDS, CheckResult
 from app.preflight.verdict import MANUAL_WORDS, Verdict, verdict_sentence
 from app.records.consistency import list_in
-from app.records.page_seal import sealed_html
 from app.records.record import NOT_STORED, Record, activated_by, caveats, recorded_verdict
-from app.stations.station import KEY_BYTES, Station, decoded, fingerprint_of
-from app.text.i18n import CHINESE, ENGLISH, language, temporary_language, tr
+from app.stations.station import KEY_BYTES, decoded, fingerprint_of
+from app.text.i18n import tr
 from app.text.messages import UserMessage, clean, message_from_json
 from app.text.sentences import in_brackets, join_sentences
 
 INK, PALE, GREEN, BLUE, RED, AMBER = "#111111", "#555555", "#0b5d1e", "#0b4a9e", "#a4001d", "#7a4b00"
 _LONGEST_CELL, _LONGEST_ITEM = 160, 100
 """Characters; the whole text is in the record."""
-_LANGUAGE = re.compile(rb'<!DOCTYPE html>\n<html lang="(en|zh-CN)">')
 _ONE_COLUMN = 8
 _MAX_ROWS = 60
 _MARKS = {
@@ -45,45 +40,8 @@ _TEST_MARKS = {
 _VOID_WHY: Mapping[str, str] = {one.name.lower(): one.value for one in Disturbance}
 
 
-def page(record: Record, station: Station | None = None) -> bytes:
-    """The HTML file: self-contained, with the record inside and the seal at its end."""
-    return sealed_html(_unsealed(record), record, station)
-
-
-def is_page_of(record: Mapping[str, object], data: bytes) -> bool:
-    """Whether `data` (without seal) is what `page` makes of the record in the language of the file."""
-    found = _LANGUAGE.match(data)
-    if found is None:
-        return False
-    try:
-        with temporary_language(CHINESE if found[1] == b"zh-CN" else ENGLISH):
-            return _unsealed(dict(record)) == data
-    except (ValueError, TypeError, LookupError, RecursionError, OverflowError):
-        return False  # not a record of this program
-
-
-def _unsealed(record: Record) -> bytes:
-    # A "<" inside the JSON could end the element that holds it.
-    inside = json.dumps(record, ensure_ascii=True, allow_nan=False).replace("<", "\\u003c")
-    data = f'\n<script type="application/json" id="record">{inside}</script>'
-    return html_page(tr("Pre-flight check of a parachute module"), body(record) + data)
-
-
-def html_page(title: str, content: str) -> bytes:
-    """A page in the language in use that loads and runs nothing."""
-    text = (
-        f'<!DOCTYPE html>\n<html lang="{"zh-CN" if language() == "zh_CN" else "en"}"><head><meta charset="utf-8">\n'
-        "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'\">\n"
-        f"<title>{_escaped(title)}</title>\n"
-        "<style>body{font-family:sans-serif;max-width:190mm;margin:8mm auto;font-size:10pt;color:#111}"
-        "table{overflow-wrap:anywhere}@page{size:A4;margin:12mm}</style></head>\n"
-        f"<body>{content}</body></html>"
-    )
-    return text.encode()
-
-
 def body(record: Record) -> str:
-    """The visible part of the page, for the printer."""
+    """What is printed."""
     checks = [one for one in list_in(record, "checks") if isinstance(one, Mapping)][:_MAX_ROWS]
     manual = [one for one in list_in(record, "manual") if isinstance(one, Mapping)][:_MAX_ROWS]
     is_crowded = len(manual) > _ONE_COLUMN and sum(_result(one) is not CheckResult.PASS for one in checks) > _ONE_COLUMN
@@ -241,7 +199,8 @@ def _footer(record: Record) -> str:
     line = "_" * 28
     signed = f"{_escaped(tr('Signature'))} {line} &nbsp; {_escaped(tr('Name, date'))} {line}"
     note = tr(
-        "“dps-s verify FILE” tells whether it was altered and who signed it. Keep this file with the aircraft's papers."
+        "This page shows the record that this file carries. “dps-s verify FILE” tells what that record says and who "
+        "signed it. Keep this file with the aircraft's papers."
     )
     previous = record.get("previous") or tr("none")
     public = decoded(record.get("station"), KEY_BYTES)
@@ -276,7 +235,8 @@ def _time(record: Record) -> str:
     except ValueError:
         return str(record.get("at"))
     offset = f"{at:%z}"
-    return f"{at:%Y-%m-%d %H:%M:%S} UTC{offset[:3]}:{offset[3:5]}" if offset else f"{at:%Y-%m-%d %H:%M:%S}"
+    zone = f" UTC{offset[:3]}:{offset[3:5]}" if offset.strip("+-0") else " UTC" if offset else ""
+    return f"{at:%Y-%m-%d %H:%M:%S}{zone}"
 
 
 def _message_html(sentence: UserMessage) -> str:

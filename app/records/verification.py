@@ -1,7 +1,7 @@
-"""Verifies a pre-flight record: alteration, signature, chain, consistency.
+"""Verifies a pre-flight record: who signed it, whether it was altered, its chain, and that its verdict follows from it.
 
-Accepts the JSON file, the HTML page (which contains the record) and the PDF (which has it attached). A page is trusted
-only where it equals what this program prints of the record, or where a known station signed it.
+Accepts the record (JSON) and the report (PDF), which carries it and is only a view: of a report the record in it is
+verified, and what that says is part of the answer. So also of the HTML pages that older versions wrote.
 """
 
 from collections.abc import Callable, Mapping
@@ -10,22 +10,11 @@ from enum import Enum
 from pathlib import Path
 from typing import Final, Protocol
 
-from app import version
-from app.records.consistency import contradictions
-from app.records.page_seal import SIGNATURE_BYTES, is_page, page_seal_in
-from app.records.record import (
-    NOT_STORED,
-    READABLE_VERSIONS,
-    Record,
-    canonical,
-    digest,
-    digests_of,
-    signed_bytes,
-)
-from app.records.record_files import LARGEST_FILE, NoRecord, record_in
-from app.records.report_html import is_page_of
+from app.records.consistency import contradictions, verdict_from
+from app.records.record import NOT_STORED, READABLE_VERSIONS, Record, canonical, hash_of, signed_bytes
+from app.records.record_files import LARGEST_FILE, NoRecord, is_report, record_in
 from app.stations.known import KnownStation
-from app.stations.station import KEY_BYTES, decoded, fingerprint_of, is_signature
+from app.stations.station import KEY_BYTES, SIGNATURE_BYTES, decoded, fingerprint_of, is_signature
 from app.text.messages import UserMessage, clean, joined, message
 from protocol.translatable import marked
 
@@ -49,8 +38,7 @@ class RecordState(Enum):
     """Unaltered, consistent, and signed by a known station."""
     NOT_SIGNED = "not signed"
     UNKNOWN_STATION = "unknown station"
-    PAGE_NOT_SIGNED = "page not signed"
-    PAGE_OF_UNKNOWN_STATION = "page of unknown station"
+    REVOKED_STATION = "revoked station"
     CHAIN_BROKEN = "chain broken"
     CONTRADICTORY = "contradictory"
     ALTERED = "altered"
@@ -69,23 +57,22 @@ class Chain(Enum):
 
 
 _HEADLINES: Final[Mapping[RecordState, str]] = {
-    RecordState.INTACT: marked("INTACT: signed by {station}."),
+    RecordState.INTACT: marked("INTACT: {verdict}, signed by {station}."),
     RecordState.NOT_SIGNED: marked("NOT SIGNED: anyone can make such a record."),
     RecordState.UNKNOWN_STATION: marked("UNKNOWN STATION: signed, but not by a known station."),
-    RecordState.PAGE_NOT_SIGNED: marked("PAGE NOT SIGNED: only the record in it is intact."),
-    RecordState.PAGE_OF_UNKNOWN_STATION: marked(
-        "PAGE OF UNKNOWN STATION: signed by {fingerprint}; only the record in it is intact."
-    ),
+    RecordState.REVOKED_STATION: marked("REVOKED STATION: signed by {station}, whose key is no longer trusted."),
     RecordState.CHAIN_BROKEN: marked("CHAIN BROKEN: {chain}."),
     RecordState.CONTRADICTORY: marked("CONTRADICTS ITSELF: {parts}."),
     RecordState.ALTERED: marked("ALTERED: {parts}."),
     RecordState.UNREADABLE: marked("No pre-flight record: {why}."),
 }
+CONTENT: Final = marked("the content is not what was recorded")
+SIGNATURE: Final = marked("the signature is not that of its station")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Verification:
-    """Result. `altered`: parts that differ from what was recorded ("checks.cell_voltage", "signature", "page" …)."""
+    """Result. `altered`: `CONTENT`, `SIGNATURE`, both, or neither."""
 
     state: RecordState
     record: Mapping[str, object] | None = None
@@ -94,33 +81,30 @@ class Verification:
     chain: Chain | None = None
     is_known_here: bool = False
     """The same record is in this computer's store."""
+    is_report: bool = False
+    """The record is part of a report, which may show something else."""
     signer: bytes | None = None
     """The public key whose signature of the record is valid."""
     station: KnownStation | None = None
     """The station of that key, where it is known here."""
-    page_signer: bytes = b""
-    """The public key of an unknown station whose signature of a page of other wording is valid."""
     why: UserMessage | None = None
-
-    @property
-    def signer_to_trust(self) -> bytes | None:
-        """The public key that a person may trust so that the file counts as signed by a known station."""
-        return self.page_signer if self.state is RecordState.PAGE_OF_UNKNOWN_STATION else self.signer
 
     def sentences(self) -> tuple[UserMessage, ...]:
         """For people: the state, then which record it is, who signed it, its chain, and whether it is stored here."""
         chain = UserMessage("" if self.chain is None else self.chain.value)
-        parts, why = self._parts(), self.why or UserMessage("")
+        parts = self.contradictions if self.state is RecordState.CONTRADICTORY else tuple(map(message, self.altered))
         first = message(
-            _HEADLINES[self.state], station=self._station(), chain=chain, parts=parts, why=why,
-            fingerprint=fingerprint_of(self.page_signer),
+            _HEADLINES[self.state], station=self._station(), chain=chain, parts=joined(parts, "; "),
+            why=self.why or UserMessage(""), verdict=_shown((self.record or {}).get("verdict")),
         )  # fmt: skip
         if self.record is None:
             return (first,)
         rest = [_introduced(self.record)]
         if self.record.get("is_simulated") is True:
             rest.append(message(marked("SIMULATED MODULE: no evidence.")))
-        if "signature" in self.altered:
+        if self.is_report:
+            rest.append(message(marked("This is what the record in the report says; only the record is signed.")))
+        if SIGNATURE in self.altered:
             rest.append(message(marked("Station: invalid signature.")))
         elif self.signer is None:
             rest.append(message(marked("Station: none, not signed.")))
@@ -139,22 +123,18 @@ class Verification:
             return UserMessage("")
         return message(marked("this computer")) if self.station.is_own else UserMessage(self.station.name)
 
-    def _parts(self) -> UserMessage:
-        if self.state is RecordState.CONTRADICTORY:
-            return joined(self.contradictions, "; ")
-        return UserMessage(", ".join(self.altered))
-
 
 def _introduced(record: Mapping[str, object]) -> UserMessage:
     """Which record it is. Values of the file are untrusted: cleaned and cut."""
     module, who, verdict = record.get("module"), record.get("who"), _shown(record.get("verdict"))
     return message(
-        marked("Record {number} of {module}: {verdict}, {at}, checked by {who}."),
+        marked("Record {number} of {module}: {verdict}, {at}, checked by {who}. Its checks give {follows}."),
         number=_shown(record.get("number")),
         module=_shown(module) if module else message(marked("a module without a name")),
         verdict=verdict if record.get("void") is None else message(marked("{verdict} (void)"), verdict=verdict),
         at=_shown(record.get("at")),
         who=_shown(who) if who else message(marked("not named")),
+        follows=verdict_from(record).value,
     )
 
 
@@ -174,12 +154,12 @@ def verify_file(
 def verify_bytes(
     data: bytes, kept: StoredRecords | None = None, find_station: FindStation = lambda _public: None
 ) -> Verification:
-    """`kept`: the store of this computer. `find_station`: the stations that are trusted."""
+    """`kept`: the store of this computer. `find_station`: the stations that are known."""
     try:
         record = record_in(data)
         if record.get("version") not in READABLE_VERSIONS:
             return _unreadable(marked("written by a newer version"))
-        return _verified(data, record, kept, find_station)
+        return _verified(record, kept, find_station, is_in_report=is_report(data))
     except NoRecord as error:
         return Verification(state=RecordState.UNREADABLE, why=error.why)
     except (ValueError, RecursionError):
@@ -201,53 +181,33 @@ def _unreadable(why: str) -> Verification:
     return Verification(state=RecordState.UNREADABLE, why=message(why))
 
 
-def _verified(data: bytes, record: Record, kept: StoredRecords | None, find_station: FindStation) -> Verification:
-    same = kept.record(str(record.get("hash"))) if kept is not None else None
-    altered = list(_altered(record, same))
+def _verified(
+    record: Record, kept: StoredRecords | None, find_station: FindStation, *, is_in_report: bool
+) -> Verification:
     signer = _signer(record)
-    is_known_here = same is not None and not altered
-    if signer is None and (record.get("station") is not None or "signature" in record):
-        altered.append("signature")
-    page_state, page_signer = RecordState.INTACT, b""
-    if is_page(data):
-        seal = page_seal_in(data, record)
-        if seal is None or not seal.is_whole:
-            altered.append("page" if seal is not None else "page seal")
-        elif (seal.signer is None or find_station(seal.signer) is None) and not is_page_of(record, seal.page):
-            page_signer = seal.signer or b""
-            page_state = RecordState.PAGE_OF_UNKNOWN_STATION if seal.signer else RecordState.PAGE_NOT_SIGNED
-            if _is_of_this_version(record) and not data.startswith(b"%PDF-"):
-                altered.append("page")
+    is_claimed = record.get("station") is not None or "signature" in record
+    altered = [CONTENT] if record.get("hash") != hash_of(record) else []
+    if signer is None and is_claimed:
+        altered.append(SIGNATURE)
     chain, against = _chain(record, kept), contradictions(record)
     station = find_station(signer) if signer is not None else None
-    return Verification(
-        state=_state(altered, against, chain, signer, station=station, page_state=page_state),
-        record=record, altered=tuple(altered), contradictions=against, chain=chain,
-        is_known_here=is_known_here, signer=signer, station=station, page_signer=page_signer,
-    )  # fmt: skip
-
-
-def _state(
-    altered: list[str], against: tuple[UserMessage, ...], chain: Chain, signer: bytes | None, *,
-    station: KnownStation | None, page_state: RecordState,
-) -> RecordState:  # fmt: skip
     if altered:
-        return RecordState.ALTERED
-    if against:
-        return RecordState.CONTRADICTORY
-    if chain in (Chain.BROKEN, Chain.DOUBLED):
-        return RecordState.CHAIN_BROKEN
-    if signer is None:
-        return RecordState.NOT_SIGNED
-    if station is None:
-        return RecordState.UNKNOWN_STATION
-    return page_state
-
-
-def _is_of_this_version(record: Mapping[str, object]) -> bool:
-    """Whether this version of the program made the record; its page must then be what this version prints."""
-    program = record.get("program")
-    return isinstance(program, Mapping) and program.get("version") == version()
+        state = RecordState.ALTERED
+    elif against:
+        state = RecordState.CONTRADICTORY
+    elif chain in (Chain.BROKEN, Chain.DOUBLED):
+        state = RecordState.CHAIN_BROKEN
+    elif signer is None:
+        state = RecordState.NOT_SIGNED
+    elif station is None:
+        state = RecordState.UNKNOWN_STATION
+    else:
+        state = RecordState.REVOKED_STATION if station.is_revoked else RecordState.INTACT
+    is_known_here = not altered and kept is not None and kept.record(str(record.get("hash"))) is not None
+    return Verification(
+        state=state, record=record, altered=tuple(altered), contradictions=against, chain=chain,
+        is_known_here=is_known_here, is_report=is_in_report, signer=signer, station=station,
+    )  # fmt: skip
 
 
 def _signer(record: Mapping[str, object]) -> bytes | None:
@@ -257,20 +217,6 @@ def _signer(record: Mapping[str, object]) -> bytes | None:
     if public is None or signature is None or not is_signature(public, signature, signed_bytes(record.get("hash"))):
         return None
     return public
-
-
-def _altered(record: Mapping[str, object], same: Mapping[str, object] | None) -> tuple[str, ...]:
-    """Names of the altered parts. `same`: the stored record of the same hash."""
-    now, then = digests_of(record), record.get("digests")
-    if not isinstance(then, Mapping):
-        return ("digests",)
-    names = [*now, *(name for name in then if name not in now)]
-    altered = [clean(str(name), longest=80) for name in names if now.get(name) != then.get(name)]
-    if record.get("hash") != digest(then):
-        altered.append("hash")
-    if not altered and same is not None and canonical(same) != canonical(record):
-        altered.append("digests")
-    return tuple(altered)
 
 
 def _chain(record: Mapping[str, object], kept: StoredRecords | None) -> Chain:
@@ -289,7 +235,7 @@ def _chain(record: Mapping[str, object], kept: StoredRecords | None) -> Chain:
     last = before.get("number")
     follows = isinstance(last, int) and number == last + 1
     is_same_chain = chain_name(before) == chain_name(record)
-    return Chain.LINKED if follows and is_same_chain and not _altered(before, None) else Chain.BROKEN
+    return Chain.LINKED if follows and is_same_chain and hash_of(before) == previous else Chain.BROKEN
 
 
 def chain_name(record: Mapping[str, object]) -> tuple[object, object]:

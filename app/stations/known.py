@@ -1,6 +1,10 @@
-"""Known stations whose signatures are trusted here: public keys with names, one line each."""
+"""Known stations: public keys with names, one line each. Those whose line begins with "-" are revoked.
 
-from dataclasses import dataclass
+A revoked station was trusted once, and its key is lost or was copied: nothing that it signed counts any more.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
@@ -20,6 +24,7 @@ from app.text.messages import clean
 KNOWN_FILE: Final = "stations.txt"
 MAX_NAME_LENGTH: Final = 60
 _LARGEST_FILE: Final = 1_000_000
+_REVOKED: Final = "-"
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +34,7 @@ class KnownStation:
     public: bytes
     name: str
     is_own: bool = False
+    is_revoked: bool = False
 
     @property
     def fingerprint(self) -> str:
@@ -68,10 +74,20 @@ class Stations:
         return new
 
     def remove(self, fingerprint: str) -> KnownStation | None:
-        """None if no station has this fingerprint. Raises OSError."""
-        found = next((one for one in self._others() if is_same_fingerprint(one.fingerprint, fingerprint)), None)
+        """Neither known nor revoked any more. None if no station has this fingerprint. Raises OSError."""
+        return self._replace(fingerprint, lambda _station: ())
+
+    def revoke(self, fingerprint: str) -> KnownStation | None:
+        """Its key is lost or was copied. None if no station has this fingerprint. Raises OSError."""
+        return self._replace(fingerprint, lambda station: (replace(station, is_revoked=True),))
+
+    def _replace(
+        self, fingerprint: str, new: Callable[[KnownStation], tuple[KnownStation, ...]]
+    ) -> KnownStation | None:
+        others = self._others()
+        found = next((one for one in others if is_same_fingerprint(one.fingerprint, fingerprint)), None)
         if found is not None:
-            self._write(tuple(one for one in self._others() if one.public != found.public))
+            self._write((*(one for one in others if one.public != found.public), *new(found)))
         return found
 
     def _others(self) -> tuple[KnownStation, ...]:
@@ -83,14 +99,17 @@ class Stations:
         found: dict[bytes, KnownStation] = {}
         for line in text.splitlines():
             key, _, name = line.strip().partition(" ")
-            public = decoded(key, KEY_BYTES)
+            public = decoded(key.removeprefix(_REVOKED), KEY_BYTES)
             if public is not None:
-                found[public] = KnownStation(public, clean(name.strip(), longest=MAX_NAME_LENGTH))
+                is_revoked = key.startswith(_REVOKED)
+                found[public] = KnownStation(
+                    public, clean(name.strip(), longest=MAX_NAME_LENGTH), is_revoked=is_revoked
+                )
         return tuple(found.values())
 
     def _write(self, stations: tuple[KnownStation, ...]) -> None:
         self._folder.mkdir(parents=True, exist_ok=True)
-        lines = [f"{encoded(one.public)} {one.name}\n" for one in stations]
+        lines = [f"{_REVOKED if one.is_revoked else ''}{encoded(one.public)} {one.name}\n" for one in stations]
         write_whole(self._folder / KNOWN_FILE, "".join(lines).encode())
 
 

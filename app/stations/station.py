@@ -1,4 +1,4 @@
-"""This station's key pair (Ed25519), which signs pre-flight records and report pages.
+"""This station's key pair (Ed25519), which signs pre-flight records and facts.
 
 The private key is a file beside the store that only this user can read. A keyring is not used: on Linux it may be
 locked, missing or ask for a password during a check, and the file is as safe as the records that it signs.
@@ -7,7 +7,6 @@ locked, missing or ask for a password during a check, and the file is as safe as
 import base64
 import binascii
 import hashlib
-import logging
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -24,9 +23,9 @@ from protocol.translatable import marked
 if TYPE_CHECKING:  # imported on first use, to keep the start fast
     from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey, Ed25519PublicKey
 
-_log = logging.getLogger(__name__)
 KEY_FILE: Final = "station.key"
 KEY_BYTES: Final = 32
+SIGNATURE_BYTES: Final = 64
 _MAX_KEY_FILE_LENGTH: Final = 4096
 _GROUPS: Final = 5
 _GROUP: Final = 4
@@ -99,15 +98,6 @@ def find_station(folder: Path) -> Station | None:
     with _troubles():
         path = folder / KEY_FILE
         return _station(path) if path.exists() else None
-
-
-def station_to_sign(folder: Path) -> Station | None:
-    """`own_station`; None and a line in the log if it cannot be used."""
-    try:
-        return own_station(folder)
-    except StationTrouble as trouble:
-        _log.warning("Nothing is signed: %s", trouble)
-        return None
 
 
 @contextmanager

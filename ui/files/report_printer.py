@@ -22,6 +22,7 @@ MARGIN_MM = 12.0
 LARGEST_PT, SMALLEST_PT, STEP_PT = 9.0, 4.0, 0.25
 RESOLUTION_DPI = 600
 ATTACHED_AS = "record.json"
+_LIGATURES = QFont.Tag("liga")
 _CHINESE = ("WenQuanYi Micro Hei", "Noto Sans CJK SC", "Microsoft YaHei", "PingFang SC", "SimSun")
 
 
@@ -86,6 +87,7 @@ def _font(size_pt: float) -> QFont:
     font.setFamilies(["DejaVu Sans", "Arial", "Helvetica", *chinese])
     font.setStyleHint(QFont.StyleHint.SansSerif)
     font.setPointSizeF(size_pt)
+    font.setFeature(_LIGATURES, 0)  # who copies text out of the report gets letters
     return font
 
 

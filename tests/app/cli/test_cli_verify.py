@@ -39,13 +39,19 @@ def test_a_station_is_believed_by_its_fingerprint_until_it_is_forgotten(
     assert program.main(["verify", str(record)]) == 1
     capsys.readouterr()
     assert program.main(["verify", str(record), "--trust", fingerprint.lower(), "--name", "Hangar 2"]) == 0
-    assert capsys.readouterr().out.startswith("INTACT: signed by Hangar 2.")
+    assert capsys.readouterr().out.startswith("INTACT: NO-GO, signed by Hangar 2.")
     assert program.main(["verify", str(record)]) == 0
     capsys.readouterr()
     assert program.main(["verify", "--stations"]) == 0
     first, second = capsys.readouterr().out.splitlines()
     assert first.endswith("  this computer")
     assert second == f"{fingerprint}  Hangar 2"
+    assert program.main(["verify", "--revoke", fingerprint]) == 0
+    assert capsys.readouterr().err == f"{fingerprint}  Hangar 2\n"
+    assert program.main(["verify", str(record)]) == 1
+    assert capsys.readouterr().out.startswith("REVOKED STATION: signed by Hangar 2,")
+    assert program.main(["verify", "--stations"]) == 0
+    assert capsys.readouterr().out.splitlines()[1] == f"{fingerprint}  Hangar 2 (revoked)"
     assert program.main(["verify", "--forget", fingerprint]) == 0
     assert program.main(["verify", "--forget", fingerprint]) == 1
     assert program.main(["verify", str(record)]) == 1
@@ -68,7 +74,7 @@ def test_this_computers_own_records_are_intact(tmp_path: Path, capsys: pytest.Ca
     with closing(open_store()) as store:
         own = file_one(store, "M-07").record
     assert program.main(["verify", str(_written(tmp_path / "own.json", own))]) == 0
-    assert "INTACT: signed by this computer." in capsys.readouterr().out
+    assert "signed by this computer." in capsys.readouterr().out
 
 
 def test_the_audit_log_is_verified(capsys: pytest.CaptureFixture[str]) -> None:

@@ -18,8 +18,8 @@ from app.preflight.findings import Case, CheckResult
 from app.preflight.module_checks import guided_tests
 from app.preflight.verdict import assess
 from app.records.filing import Person, file_check
-from app.records.report_html import body, page
-from app.records.verification import RecordState, verify_bytes
+from app.records.report_html import body
+from app.records.verification import RecordState, verify
 from app.settings.profile_file import ProfileRefused, parse_profile, profile_text
 from app.store.database import StoreTrouble
 from app.store.schema import MIGRATIONS
@@ -197,7 +197,7 @@ def test_the_filed_check_knows_the_tests_and_prints_them(
     else:
         assert "Attitude trigger: never tested" in text
         assert "Fires: " not in text
-    assert verify_bytes(page(filed.record)).state is not RecordState.ALTERED
+    assert verify(filed.record).state is not RecordState.ALTERED
 
 
 def test_a_hostile_list_of_tests_is_printed_harmlessly() -> None:

@@ -9,20 +9,19 @@ from collections.abc import Mapping
 from contextlib import closing
 from pathlib import Path
 from typing import Any
+from zipfile import ZipFile
 
 import pytest
 
 from app.preflight.verdict import assess
 from app.records.check_store import CheckStore
 from app.records.consistency import REQUIRED, contradictions, verdict_from
-from app.records.page_seal import sealed_html, sealed_pdf
 from app.records.record import Record, as_text, canonical, make_record, seal
-from app.records.report_html import body, page
-from app.records.verification import Chain, RecordState, Verification, verify, verify_bytes
-from app.stations.known import KNOWN_FILE, Stations
+from app.records.report_html import body
+from app.records.verification import CONTENT, SIGNATURE, Chain, RecordState, Verification, verify, verify_bytes
+from app.stations.known import KNOWN_FILE, KnownStation, Stations
 from app.stations.station import KEY_FILE, StationTrouble, encoded, fingerprint_of, own_station
 from app.store.store import open_store
-from app.text.i18n import CHINESE, ENGLISH, set_language, temporary_language, tr
 from tests.app.records.test_filing import file_one
 from tests.app.records.test_record import checked_record, known_circumstances
 from tests.support.records.preflight_rig import FAULTS, check
@@ -58,7 +57,7 @@ def _words(verification: Verification) -> str:
 
 def test_a_no_go_record_that_was_sealed_again_as_go_contradicts_itself() -> None:
     forged = seal({**_signed("worst"), "verdict": "GO"})
-    assert "signature" in _verified(forged).altered
+    assert SIGNATURE in _verified(forged).altered
     unsigned = seal({**_signed("worst"), "verdict": "GO", "station": None})
     found = _verified(unsigned)
     assert found.state is RecordState.CONTRADICTORY
@@ -109,8 +108,8 @@ def test_a_consistent_forgery_is_not_signed_by_a_known_station() -> None:
     # A known station's key with the signature of another station or record.
     claimed = seal({**forged, "station": encoded(station().public)})
     for signature in (seal(forged, station("stranger"))["signature"], _signed()["signature"], "", None, 7, "x" * 88):
-        assert _verified({**claimed, "signature": signature}).altered == ("signature",)
-    assert _verified(claimed).altered == ("signature",)
+        assert _verified({**claimed, "signature": signature}).altered == (SIGNATURE,)
+    assert _verified(claimed).altered == (SIGNATURE,)
     assert "Station: invalid signature." in _words(_verified(claimed))
     for state in (RecordState.NOT_SIGNED, RecordState.UNKNOWN_STATION):
         assert "INTACT" not in Verification(state=state, record=forged).sentences()[0].translated()
@@ -123,9 +122,6 @@ def test_a_second_record_with_the_same_number_is_found(tmp_path: Path) -> None:
         assert verify(first, kept, find).state is RecordState.INTACT
         assert verify(first, kept, find).chain is Chain.FIRST
         own = own_station(tmp_path)
-        forged = page(first).replace(b"<b>M-07</b>", b"<b>M-08</b>", 1)
-        forged_page = verify_bytes(sealed_html(forged[: forged.rindex(b"\n<!-- DPS-S")], first), kept, find)
-        assert (forged_page.state, forged_page.is_known_here) == (RecordState.ALTERED, True)
         second = seal({**first, "who": "Somebody else"}, own)
         found = verify(second, kept, find)
         assert (found.state, found.chain) == (RecordState.CHAIN_BROKEN, Chain.DOUBLED)
@@ -138,62 +134,61 @@ def test_a_second_record_with_the_same_number_is_found(tmp_path: Path) -> None:
 
 
 def test_a_page_that_says_go_around_a_no_go_record(qapp: object) -> None:
+    """Only the record is signed, so the answer is what the record says, and says so."""
     from ui.files.report_printer import print_report
 
     record, go = _signed("worst"), _signed()
-    honest = page(record, station())
-    assert verify_bytes(honest, find_station=find_station).state is RecordState.INTACT
-    plain = honest[: honest.rindex(b"\n<!-- DPS-S")]
-    seen, record_inside = plain[: plain.index(b"<script")], plain[plain.index(b"<script") :]
-    forged = seen.replace(b"NO-GO", b"GO") + record_inside
-    assert forged != plain
-    for signer in (None, station("stranger")):
-        found = verify_bytes(sealed_html(forged, record, signer), find_station=find_station)
-        assert (found.state, found.altered) == (RecordState.ALTERED, ("page",))
-        # A page that equals what this program prints is intact, whoever printed it.
-        assert verify_bytes(page(record, signer), find_station=find_station).state is RecordState.INTACT
-    pdf = print_report(body(go), as_text(record).encode())
-    for signer, state in (
-        (None, RecordState.PAGE_NOT_SIGNED),
-        (station("stranger"), RecordState.PAGE_OF_UNKNOWN_STATION),
-    ):
-        found = verify_bytes(sealed_pdf(pdf, record, signer), find_station=find_station)
-        assert found.state is state
-        assert "NO-GO" in _words(found)
-        assert "INTACT" not in _words(found)
-    signed = sealed_pdf(print_report(body(record), as_text(record).encode()), record, station())
-    assert verify_bytes(signed, find_station=find_station).state is RecordState.INTACT
+    found = verify_bytes(print_report(body(go), as_text(record).encode()), find_station=find_station)
+    assert found.record == record
+    words = _words(found)
+    assert words.startswith("INTACT: NO-GO, signed by hangar.")
+    assert "Record 1 of M-07: NO-GO," in words
+    assert "Its checks give NO-GO." in words
+    assert "only the record is signed" in words
+    assert "only the record is signed" not in _words(_verified(record))
 
 
-def test_a_page_of_another_version_counts_where_a_known_station_signed_it() -> None:
-    record = seal({**_signed(), "program": {"name": "DPS-S Configurator", "version": "9.9"}}, station())
-    plain = page(record)[: page(record).rindex(b"\n<!-- DPS-S")]
-    later = plain.replace(b"<title>", b"<title>DPS-S ")
-    assert verify_bytes(sealed_html(later, record, station()), find_station=find_station).state is RecordState.INTACT
-    assert verify_bytes(sealed_html(later, record), find_station=find_station).state is RecordState.PAGE_NOT_SIGNED
-    stranger = station("stranger")
-    found = verify_bytes(sealed_html(later, record, stranger), find_station=find_station)
-    assert (found.state, found.signer) == (RecordState.PAGE_OF_UNKNOWN_STATION, station().public)
-    assert found.signer_to_trust == stranger.public
-    assert f"PAGE OF UNKNOWN STATION: signed by {fingerprint_of(stranger.public)};" in _words(found)
-    assert "NOT SIGNED" not in _words(found)
-    forged_seal = sealed_html(later, record, stranger).replace(
-        encoded(stranger.public).encode(), encoded(station("third").public).encode()
-    )
-    assert verify_bytes(forged_seal, find_station=find_station).state is RecordState.PAGE_NOT_SIGNED
+def test_a_report_that_carries_two_records_is_none(qapp: object) -> None:
+    """One could be shown to a person and the other to a program."""
+    from ui.files.report_printer import print_report
+
+    record, go = (as_text(one).encode() for one in (_signed("worst"), _signed()))
+    pdf = print_report("<p>x</p>", record)
+    second = b"\n9999 0 obj\n<</Type /EmbeddedFile>>\nstream\n" + go + b"\nendstream\nendobj\n"
+    for both in (pdf + second, pdf.replace(b"1 0 obj", second.strip() + b"\n1 0 obj", 1)):
+        found = verify_bytes(both, find_station=find_station)
+        assert found.state is RecordState.UNREADABLE
+        assert "several records" in _words(found)
 
 
-def test_the_page_is_compared_in_its_own_language() -> None:
-    record = _signed("worst")
-    set_language(CHINESE)
-    chinese = page(record)
-    assert verify_bytes(chinese, find_station=find_station).state is RecordState.INTACT
-    set_language(ENGLISH)
-    assert verify_bytes(chinese, find_station=find_station).state is RecordState.INTACT
-    assert verify_bytes(page(record), find_station=find_station).state is RecordState.INTACT
-    with temporary_language(CHINESE):
-        assert tr("Module") != "Module"
-    assert tr("Module") == "Module"
+@pytest.mark.parametrize("suffix", ["json", "html", "pdf"])
+def test_what_version_3_wrote_is_still_answered_by_its_record(suffix: str) -> None:
+    """Its pages had a seal of their own, which nobody checks any more: only the record in them counts."""
+    with ZipFile(Path(__file__).with_name("version_3.zip")) as old:
+        data = old.read(f"version_3.{suffix}")
+    found = verify_bytes(data)
+    assert (found.state, found.altered, found.is_report) == (RecordState.UNKNOWN_STATION, (), suffix != "json")
+    assert "Record 1 of M-07: NO-GO (void), 2026-11-23T21:00:00+00:00, checked by Li." in _words(found)
+    assert found.signer is not None
+    if suffix != "pdf":
+        forged = data.replace(b"M-07", b"M-08")
+        assert verify_bytes(forged).altered == (CONTENT,)
+    known = verify_bytes(data, find_station=lambda public: KnownStation(public, "hangar"))
+    assert known.state is RecordState.INTACT
+
+
+def test_the_signature_of_a_revoked_station_counts_no_more(tmp_path: Path) -> None:
+    record, stations = _signed(), Stations(tmp_path)
+    public = station().public
+    stations.trust(public, "Hangar")
+    assert verify(record, find_station=stations.find).state is RecordState.INTACT
+    assert stations.revoke(fingerprint_of(public)) is not None
+    found = verify(record, find_station=stations.find)
+    assert (found.state, found.signer) == (RecordState.REVOKED_STATION, public)
+    assert _words(found).startswith("REVOKED STATION: signed by Hangar,")
+    assert stations.revoke("0000") is None
+    stations.trust(public, "Hangar")  # a person compared the fingerprint again
+    assert verify(record, find_station=stations.find).state is RecordState.INTACT
 
 
 # What is sound is not accused

@@ -18,7 +18,6 @@ from app.records.report_files import ReportRefused
 from app.records.trigger_filing import say_new
 from app.safety.last_known import Activation
 from app.settings.profile_file import ProfileRefused, read_profile, refusal_text
-from app.stations.station import station_to_sign
 from app.store.database import StoreTrouble
 from app.store.store import Store
 from app.text.i18n import tr
@@ -353,9 +352,8 @@ class FleetPage(Page):
         except ReportRefused as refusal:
             self.result.notify(Meaning.ATTENTION, partial(str, refusal))
             return
-        station = station_to_sign(self._services.storage.folder)
         self._report.run(
-            lambda _running: write_set_reports(path, members, print_report, station),
+            lambda _running: write_set_reports(path, members, print_report),
             self._show_written,
             self._show_unwritten,
         )

@@ -15,7 +15,7 @@ from app.records.record import Record, recorded_verdict
 from app.records.report_files import Printer, ReportRefused, check_target, suggested_name, write_report
 from app.records.verification import RecordState, Verification, verify_file
 from app.stations.known import Stations
-from app.stations.station import fingerprint_of, station_to_sign
+from app.stations.station import fingerprint_of
 from app.store.store import Store
 from app.text.i18n import tr
 from app.text.messages import clean
@@ -57,14 +57,14 @@ class RecordFiles(QObject):
     # Printing
 
     def print_record(self, record: Record) -> None:
-        """Ask for a file name, then write the report as PDF, HTML and JSON."""
+        """Ask for a file name, then write the report as PDF and JSON."""
         suggested = self._folder / f"{suggested_name(record)}.pdf"
         path = self.ask_path(self._window, tr("Export report…"), suggested, tr("Report (*.pdf)"))
         if path is None:
             return
         try:
             check_target(path)
-            written = write_report(path, record, self.printer, station_to_sign(self._storage.folder))
+            written = write_report(path, record, self.printer)
         except ReportRefused as refused:
             self._result.notify(Meaning.ATTENTION, partial(str, refused))
         except (OSError, RuntimeError) as error:
@@ -118,8 +118,8 @@ class RecordFiles(QObject):
         meaning = _MEANINGS[done.state]
         if meaning is Meaning.GOOD and recorded_verdict(done.record or {}) is not Verdict.GO:
             meaning = Meaning.INFORMATION  # an intact NO-GO is not shown in green
-        is_to_trust = done.state in (RecordState.UNKNOWN_STATION, RecordState.PAGE_OF_UNKNOWN_STATION)
-        trust = partial(self._ask_to_trust, path, done.signer_to_trust)
+        is_to_trust = done.state is RecordState.UNKNOWN_STATION
+        trust = partial(self._ask_to_trust, path, done.signer)
 
         def notice() -> Notice:
             sentences = join_sentences(one.translated() for one in done.sentences())
@@ -148,8 +148,7 @@ _MEANINGS: Final = {
     RecordState.INTACT: Meaning.GOOD,
     RecordState.NOT_SIGNED: Meaning.ATTENTION,
     RecordState.UNKNOWN_STATION: Meaning.ATTENTION,
-    RecordState.PAGE_NOT_SIGNED: Meaning.ATTENTION,
-    RecordState.PAGE_OF_UNKNOWN_STATION: Meaning.ATTENTION,
+    RecordState.REVOKED_STATION: Meaning.DANGER,
     RecordState.ALTERED: Meaning.DANGER,
     RecordState.CONTRADICTORY: Meaning.DANGER,
     RecordState.CHAIN_BROKEN: Meaning.DANGER,

@@ -57,7 +57,8 @@ class StationsRow(QWidget):
             if one.is_own:
                 self.own.setText(tr("This station: {fingerprint}", fingerprint=one.fingerprint))
             else:
-                self.known.addItem(f"{one.name} · {one.fingerprint}", one)
+                revoked = f" · {tr('revoked')}" if one.is_revoked else ""
+                self.known.addItem(f"{one.name} · {one.fingerprint}{revoked}", one)
         self.forget.setEnabled(self.known.count() > 0)
         if not self.known.count():
             self.known.addItem(tr("none"), None)

@@ -189,4 +189,4 @@ def test_a_record_that_was_altered_in_its_own_store_is_named(
     assert "GO (record ALTERED)" in say(capsys, "report", "--module", "M-07").out
     (chain,) = [one for one in told(capsys, "status", "status", code=1)["chains"] if one["faults"]]
     assert (chain["module"], chain["count"], chain["missing"]) == ("M-07", 2, 0)
-    assert chain["faults"] == ["ALTERED: verdict."]
+    assert chain["faults"] == ["ALTERED: the content is not what was recorded."]

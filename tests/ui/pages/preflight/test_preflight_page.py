@@ -13,6 +13,7 @@ from pytestqt.qtbot import QtBot
 
 from app.engine.identity import evidence_of
 from app.preflight.findings import CheckResult
+from app.records.report_html import body
 from app.records.verification import RecordState, verify_file
 from app.store.store import Store, data_folder
 from protocol.catalogue import BY_NAME
@@ -71,7 +72,7 @@ def test_run_fail_repair_run_again_print(qtbot: QtBot, qapp: QApplication, tmp_p
         page.files.ask_path = lambda *_: target
         bench.click(page.buttons.print)
         assert "report.pdf" in said(bench)
-        for suffix in (".pdf", ".html", ".json"):
+        for suffix in (".pdf", ".json"):
             assert verify_file(target.with_suffix(suffix), find_station=find_in(bench)).state is RecordState.INTACT
         record = json.loads(target.with_suffix(".json").read_text(encoding="utf-8"))
         assert (record["verdict"], record["module"], record["number"]) == ("READY", "M-07", 2)
@@ -231,7 +232,7 @@ def test_hostile_names_do_no_harm(qtbot: QtBot, qapp: QApplication, tmp_path: Pa
         page.files.ask_path = ask
         bench.click(page.buttons.print)
         assert suggested[0].parent == Path.home()
-        assert "<b>x" not in (tmp_path / "r.html").read_text(encoding="utf-8").partition("<script")[0]
+        assert "<b>x" not in body(json.loads((tmp_path / "r.json").read_text(encoding="utf-8")))
         bench.click(page.buttons.history)
         assert page.history.isVisible()
 
