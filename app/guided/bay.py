@@ -1,7 +1,7 @@
 """Parachute bay closed and open: the light of both, and its margin to the threshold."""
 
 from app.engine.procedure import EngineView, Inspect, Procedure, Report
-from app.guided.results import BreakOff, GuidedKind, GuidedResult, MeasuredValue, passed_if
+from app.guided.results import BreakOff, GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue, passed_if
 from app.guided.status_watch import (
     NOT_READ,
     GuidedSetup,
@@ -11,7 +11,7 @@ from app.guided.status_watch import (
     require_start,
     wait_for_person,
 )
-from app.procedures.light_calibration import Band, LightDirection, measure_light
+from app.procedures.light_calibration import Band, CalibrationFault, LightDirection, measure_light, propose
 from app.text.messages import message
 from protocol.translatable import marked
 
@@ -48,6 +48,8 @@ def _measure(setup: GuidedSetup, steps: PersonSteps) -> Procedure[Band]:
 
 
 def _result(closed: Band, opened: Band, threshold: float) -> GuidedResult:
+    if propose(closed, opened) is CalibrationFault.TOO_CLOSE:
+        return _alike(closed, opened)
     rises = opened.median_v > closed.median_v
     margins = (
         (threshold - closed.high_v, opened.low_v - threshold)
@@ -72,3 +74,13 @@ def _result(closed: Band, opened: Band, threshold: float) -> GuidedResult:
     if any(margin < MIN_MARGIN_V - ROUNDING_V for margin in margins):
         advice = message(marked("Calibrate the light threshold."))
     return GuidedResult(GuidedKind.BAY, measured, advice)
+
+
+def _alike(closed: Band, opened: Band) -> GuidedResult:
+    """The bay was not opened, or the sensor does not see it: no threshold tells the two apart."""
+    tolerance = message(marked("closed and open differ"))
+    measured = tuple(
+        MeasuredValue(message(name), message(f"{band.median_v:.1f} V"), tolerance, GuidedVerdict.FAILED)
+        for name, band in ((marked("Bay closed"), closed), (marked("Bay open"), opened))
+    )
+    return GuidedResult(GuidedKind.BAY, measured, message(CalibrationFault.TOO_CLOSE.value))

@@ -93,6 +93,7 @@ GUIDED_TESTS: tuple[GuidedTest, ...] = (
         marked("Take the rotors off."),
         (message(REST), message(SHAKE)),
         prepare_locked, measure_link,
+        confirms=("", marked("Shaken for 15 s")),
     ),
 )  # fmt: skip
 GUIDED_BY_KIND = {test.kind: test for test in GUIDED_TESTS}

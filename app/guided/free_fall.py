@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 from app.engine.device import StatusSample
 from app.engine.procedure import EngineView, Inspect, Procedure, Report
-from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue, passed_if
+from app.guided.results import BreakOff, GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue, passed_if
 from app.guided.status_watch import (
     GuidedSetup,
     PersonSteps,
@@ -60,6 +60,9 @@ class MeasuredFall:
 def prepare_free_fall() -> Procedure[GuidedSetup]:
     restarts = yield from require_locked()
     threshold = yield from read_setting("freefall_acceleration")
+    if not 0 < threshold <= STILL_FROM_G:
+        raise BreakOff(marked("Not testable at {threshold:.1f} g: rest and fall cannot be told apart."),
+                       threshold=threshold)  # fmt: skip
     seconds = yield from read_setting("freefall_time")
     return GuidedSetup(restarts=restarts, freefall_acceleration_g=threshold, freefall_time_s=seconds)
 

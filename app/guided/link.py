@@ -1,6 +1,7 @@
 """Plug and cable: what is lost while the plug is shaken. Only questions are asked; the module stays locked.
 
-A port that goes away while it is shaken is a result, not an accident.
+A port that goes away while it is shaken is a result, not an accident. Nothing that is read tells whether anybody shook
+it: before it passes, a person has to say so.
 """
 
 from dataclasses import dataclass
@@ -9,7 +10,7 @@ from itertools import pairwise
 from app.engine.procedure import Ask, EngineView, Inspect, Pause, PortLost, Procedure, Report
 from app.engine.transport import PortError
 from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue, passed_if
-from app.guided.status_watch import GuidedSetup, PersonSteps, require_locked
+from app.guided.status_watch import GuidedSetup, PersonSteps, require_locked, wait_for_person
 from app.text.messages import UserMessage, message
 from protocol.catalogue import BY_NAME
 from protocol.events import Answered
@@ -35,11 +36,13 @@ class _Counts:
     is_port_lost: bool = False
 
 
-def measure_link(setup: GuidedSetup, _steps: PersonSteps) -> Procedure[GuidedResult]:
+def measure_link(setup: GuidedSetup, steps: PersonSteps) -> Procedure[GuidedResult]:
     rest, shaken, boots = _Counts(), _Counts(), list[int]()
     try:
         yield from _count(rest, 0, REST, REST_S, setup.restarts, boots)
         yield from _count(shaken, 1, SHAKE, SHAKEN_S, setup.restarts, boots)
+        if _result(rest, shaken).verdict is GuidedVerdict.PASSED:
+            yield from wait_for_person(steps)
     except (PortLost, PortError):
         shaken.is_port_lost = True
     else:

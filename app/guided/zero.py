@@ -38,7 +38,10 @@ def measure_zero(setup: GuidedSetup, _steps: PersonSteps) -> Procedure[GuidedRes
             (marked("Tilt after"), after, ZEROED_WITHIN_DEG),
         )
     )
-    return GuidedResult(GuidedKind.ZERO, measured)
+    # The reading would be the same if zeroing did nothing, or if the sensor always reported level.
+    was_level = before <= ZEROED_WITHIN_DEG
+    advice = message(marked("It was level before: this does not show that zeroing works.")) if was_level else None
+    return GuidedResult(GuidedKind.ZERO, measured, advice)
 
 
 def _tilt(restarts: int) -> Procedure[float]:

@@ -1550,6 +1550,10 @@
         <translation>只增不减；模块没有序列号。</translation>
     </message>
     <message>
+        <source>It was level before: this does not show that zeroing works.</source>
+        <translation>置零前已水平：无法证明置零有效。</translation>
+    </message>
+    <message>
         <source>It will FIRE four times: take off the ejector (pyro or spring) and the rotors.</source>
         <translation>模块将触发四次：请先拆下弹射装置（火工品或弹簧）和旋翼。</translation>
     </message>
@@ -2476,6 +2480,10 @@
     <message>
         <source>Not shared: {count}. Last: {time}.</source>
         <translation>未共享：{count} 条。上次：{time}。</translation>
+    </message>
+    <message>
+        <source>Not testable at {threshold:.1f} g: rest and fall cannot be told apart.</source>
+        <translation>{threshold:.1f} g 时无法测试：静止与坠落无法区分。</translation>
     </message>
     <message>
         <source>Not testable by hand at {threshold:.0f}°.</source>
@@ -3412,6 +3420,10 @@
     <message>
         <source>Shake plug and cable gently</source>
         <translation>轻轻摇动插头和线缆</translation>
+    </message>
+    <message>
+        <source>Shaken for 15 s</source>
+        <translation>已晃动 15 秒</translation>
     </message>
     <message>
         <source>Share records between stations</source>
@@ -4872,6 +4884,10 @@
     <message>
         <source>choose</source>
         <translation>请选择</translation>
+    </message>
+    <message>
+        <source>closed and open differ</source>
+        <translation>开与关读数不同</translation>
     </message>
     <message>
         <source>compare with this profile</source>

@@ -50,7 +50,7 @@ class Hands:
         if tilt != self.goes_to_deg:
             way = self.goes_to_deg - tilt
             self.bench.set_tilt(self.goes_to_deg if abs(way) <= step else tilt + (step if way > 0 else -step))
-        if self.said and self.said[-1].startswith(("Close the bay", "Open the bay")):
+        if self.said and self.said[-1].startswith(("Close the bay", "Open the bay", "Shake")):
             self.steps.confirm()
 
 

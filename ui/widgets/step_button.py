@@ -27,7 +27,7 @@ DEAD_FOR_S: Final = 0.5
 
 
 class StepButton(QPushButton):
-    """`is_safe` (Cancel): keeps its place, but is never dead."""
+    """`is_safe` (Cancel, the steps of a guided test): keeps its place, but is never dead; a double click is one."""
 
     chosen = Signal()
     """A press that counted. `clicked` may also come from assistive technology, at any time."""

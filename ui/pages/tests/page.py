@@ -83,7 +83,7 @@ class TestsPage(Page):
         self.cancel = control(StepButton(is_safe=True), texts, "tests_cancel", "Cancel",
                               tip="Locks an activated module", key="Esc",
                               slot=self.work.cancel)  # fmt: skip
-        self.primary = control(StepButton(), texts, "tests_run", "Start", key="Ctrl+Return", role="primary",
+        self.primary = control(StepButton(is_safe=True), texts, "tests_run", "Start", key="Ctrl+Return", role="primary",
                                slot=self._continue)  # fmt: skip
         self._timer = VisibilityTimer(
             self, self.refresh, every_ms=REFRESH_EVERY_MS, tick=self.tick, hidden=self.work.cancel

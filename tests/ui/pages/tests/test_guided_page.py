@@ -13,7 +13,6 @@ from app.guided.status_watch import PersonSteps, StatusWatch
 from app.safety.acts import REQUESTS, Act
 from tests.gestures.gesture_bench import GestureBench
 from tests.support.hands import Hands
-from tests.support.window.steps import settle
 from ui.acts.act_row import ActRow
 from ui.pages.tests.controller import Stage
 from ui.widgets.step_button import bring_into_sight
@@ -55,9 +54,7 @@ def run(bench: GestureBench, kind: GuidedKind, *, height_m: float = 0.5) -> Guid
         if report is not None:
             hands.hear(report)
         hands.move(bench.clock.now_s)
-        if page.work.confirm_words and page.work.kind is GuidedKind.BAY:
-            bench.wait(0.6)
-            settle(page.primary)
+        if page.work.confirm_words and page.work.kind in (GuidedKind.BAY, GuidedKind.LINK):
             page.primary.click()
         bench.wait(0.1)
     outcome = page.work.outcome
@@ -362,6 +359,24 @@ def test_a_result_without_a_name_is_said_to_count_for_nothing(bench: GestureBenc
     assert notice is not None
     assert "name" in notice.text
     assert dict(bench.guided.work.last) == {}
+
+
+def test_a_step_is_confirmed_by_the_pointer_that_pressed_start_and_a_double_click_is_one(bench: GestureBench) -> None:
+    """It looked enabled, and was dead until the pointer had left: held for hung."""
+    page = bench.guided
+    start(bench, GuidedKind.BAY)
+    bench.until(lambda: page.work.confirm_words == "Bay closed")
+    bench.click()
+    bench.double_press()
+    bench.release()
+    bench.until(lambda: page.work.confirm_words == "Bay open")
+    bench.bench.set_bay(is_open=True)
+    assert page.work.steps.is_waiting
+    bench.click()
+    bench.until(lambda: page.work.stage is Stage.DONE)
+    outcome = page.work.outcome
+    assert isinstance(outcome, GuidedResult)
+    assert outcome.verdict is GuidedVerdict.PASSED
 
 
 def test_nothing_is_cut_off_at_the_smallest_size_in_either_language(bench: GestureBench) -> None:

@@ -1,0 +1,115 @@
+"""Guided tests and the light calibration: nothing happened, all was constant, each step was confirmed at once."""
+
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import NamedTuple
+
+import pytest
+
+from app.engine.procedure import Report
+from app.guided.catalogue import GUIDED_BY_KIND, GUIDED_TESTS, measure, prepare
+from app.guided.results import BrokenOff, GuidedKind, GuidedResult, GuidedVerdict
+from app.guided.status_watch import GuidedSetup, PersonSteps
+from app.procedures.light_calibration import Band, CalibrationFault, propose
+from tests.support.hands import Hands, drive
+from tests.support.line.sim_line import Rig, settled_rig
+
+FAILED = GuidedVerdict.FAILED
+ALIKE = CalibrationFault.TOO_CLOSE.value
+NO_STEP = "No step within 120 s."
+
+
+class Idle(Hands):
+    """Does nothing to the module; confirms each step at once if `presses`."""
+
+    presses = False
+
+    def hear(self, report: Report) -> None:
+        self.said.append(report.doing)
+
+    def move(self, now: float) -> None:
+        if self.presses:
+            self.steps.confirm()
+
+
+def idle(rig: Rig, kind: GuidedKind, *, presses: bool) -> GuidedResult | BrokenOff:
+    test, steps = GUIDED_BY_KIND[kind], PersonSteps()
+    hands = Idle(rig.bench, steps)
+    hands.presses = presses
+    setup = drive(rig, prepare(test), hands)
+    if not isinstance(setup, GuidedSetup):
+        assert isinstance(setup, BrokenOff)
+        return setup
+    if test.is_active:
+        rig.bench.module.activate(is_active=True)
+        rig.step_for(0.1)
+    done = drive(rig, measure(test, setup, steps), hands)
+    assert isinstance(done, GuidedResult | BrokenOff)
+    return done
+
+
+class Case(NamedTuple):
+    """`said`: the reason of a test that was broken off, or the advice beside a result."""
+
+    kind: GuidedKind
+    presses: bool
+    verdict: GuidedVerdict | None
+    said: str | None
+    options: Mapping[str, object] = MappingProxyType({})
+
+
+CASES = (
+    Case(GuidedKind.TILT, False, None, NO_STEP),
+    Case(GuidedKind.TILT, True, None, NO_STEP),
+    Case(GuidedKind.FREE_FALL, False, None, NO_STEP),
+    Case(GuidedKind.FREE_FALL, True, None, NO_STEP),
+    Case(GuidedKind.BAY, False, None, NO_STEP),
+    Case(GuidedKind.BAY, True, FAILED, ALIKE),
+    Case(GuidedKind.BAY, True, FAILED, ALIKE, {"bay_open": True}),
+    Case(GuidedKind.BAY, True, FAILED, ALIKE, {"light_inverted": True}),
+    Case(GuidedKind.BAY, True, FAILED, ALIKE, {"noise": 1.0}),
+    Case(GuidedKind.CHARGER, False, None, NO_STEP),
+    Case(GuidedKind.CHARGER, False, None, NO_STEP, {"charger": True}),
+    Case(GuidedKind.CHARGER, True, FAILED, None),
+    Case(GuidedKind.CHARGER, True, FAILED, None, {"charger": True}),
+    Case(GuidedKind.ZERO, False, GuidedVerdict.PASSED, "It was level before: this does not show that zeroing works."),
+    Case(GuidedKind.ZERO, False, FAILED, None, {"tilt": 5.0}),
+    Case(GuidedKind.LINK, False, None, NO_STEP),
+)
+
+
+def test_every_test_is_in_the_table() -> None:
+    assert {case.kind for case in CASES} == {test.kind for test in GUIDED_TESTS}
+    confirmed = {test.kind for test in GUIDED_TESTS if test.confirms and test.kind is not GuidedKind.LINK}
+    assert confirmed <= {case.kind for case in CASES if case.presses}
+
+
+@pytest.mark.parametrize("case", CASES, ids=str)
+def test_it_fails_or_says_that_it_cannot_tell(case: Case) -> None:
+    done = idle(settled_rig(**case.options), case.kind, presses=case.presses)
+    if isinstance(done, BrokenOff):
+        assert (case.verdict, case.said) == (None, done.reason.in_english())
+    else:
+        advice = None if done.advice is None else done.advice.in_english()
+        assert (done.verdict, advice) == (case.verdict, case.said)
+
+
+def test_no_row_of_an_open_bay_that_reads_as_closed_is_passed() -> None:
+    done = idle(settled_rig(), GuidedKind.BAY, presses=True)
+    assert isinstance(done, GuidedResult)
+    assert [(one.shown.in_english(), one.verdict) for one in done.measured] == [("0.3 V", FAILED)] * 2
+
+
+@pytest.mark.parametrize("raw", [0, 9, 12, 255])
+def test_a_fall_is_not_tested_where_rest_counts_as_falling(raw: int) -> None:
+    rig = settled_rig()
+    rig.bench.module.memory.freefall_acceleration = raw
+    done = idle(rig, GuidedKind.FREE_FALL, presses=False)
+    assert isinstance(done, BrokenOff)
+    assert done.reason.in_english().endswith("rest and fall cannot be told apart.")
+
+
+@pytest.mark.parametrize("read", [lambda raw: (raw,) * 20, lambda raw: (raw, raw + 1) * 10])
+@pytest.mark.parametrize("raw", [0, 3, 25, 254])
+def test_light_that_did_not_change_gives_no_threshold(read: Callable[[int], tuple[int, ...]], raw: int) -> None:
+    assert propose(Band(read(raw)), Band(read(raw))) is CalibrationFault.TOO_CLOSE
