@@ -213,7 +213,7 @@ def _show_store_notices(assembly: Assembly) -> None:
     """Shows trouble of the store, and what was interrupted when the program last ended."""
     attention, storage = assembly.window.attention, assembly.storage
     left_on = partial(_left_on_notice, attention.dismiss_queued)
-    assembly.connector.stream_left_on.connect(lambda: attention.queue_notice(left_on))
+    assembly.connector.stream_left_on.connect(lambda: attention.queue_notice(left_on, is_of_module=True))
     if storage.notice is not None:
         attention.queue_notice(
             lambda: Notice(Meaning.ATTENTION, storage.notice or "", dismiss=attention.dismiss_queued)

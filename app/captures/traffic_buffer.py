@@ -56,6 +56,9 @@ class TrafficBuffer:
     """Bytes that were sent and received, oldest first. Not thread-safe."""
 
     def __init__(self) -> None:
+        self.clear()
+
+    def clear(self) -> None:
         self._parts: deque[_Part] = deque()
         self._newest: list[CaptureEntry] = []
         """Not yet in a part."""

@@ -139,7 +139,7 @@ def _goes_on(seen: _Seen, at: float, link: LinkView) -> bool:
 
 
 class LinkStatistics:
-    """Link statistics since the program started, over all reconnections. Belongs to one thread.
+    """Link statistics of one connection, over its automatic reconnections. Belongs to one thread.
 
     The link's totals are added up once a second and when a property is read.
     """
@@ -187,13 +187,13 @@ class LinkStatistics:
 
     @property
     def totals(self) -> Counters:
-        """Since the program started."""
+        """Since the connection began."""
         self._settle()
         return self._totals
 
     @property
     def bytes_received(self) -> int:
-        """Since the program started."""
+        """Since the connection began."""
         self._settle()
         return self._bytes_received
 
@@ -210,7 +210,7 @@ class LinkStatistics:
         return self._coarse.slices()
 
     def round_trips(self) -> tuple[TripClass, ...]:
-        """All round trips since the program started, by duration."""
+        """All round trips since the connection began, by duration."""
         bounds: tuple[float | None, ...] = (*BOUNDS_MS, None)
         return tuple(TripClass(bound, self._classes[index]) for index, bound in enumerate(bounds))
 

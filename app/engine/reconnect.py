@@ -22,6 +22,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from enum import Enum
 
+from app.engine.identity import Expected, Identity, IdentityEvidence
 from app.engine.ports import PortInfo
 from app.engine.transport import PortTrouble
 from app.engine.worker import Connection, PortState
@@ -150,6 +151,13 @@ class Reconnection:
         if address is None or address.identity or address.is_url:
             return address is not None
         return self._node is not None and self._node_of(address.device) == self._node
+
+    def expected(self, lost: Identity) -> Expected | None:
+        """The lost module; None if nothing was read of it to compare with."""
+        is_same = self.is_adapter_same
+        if not lost.is_proven and lost.before is not None:
+            return Expected(lost.before, is_adapter_same=is_same and lost.is_adapter_same)
+        return None if is_same and lost.now == IdentityEvidence() else Expected(lost.now, is_adapter_same=is_same)
 
     def request(self, address: Address) -> None:
         """The user connects. To be called before the port is opened, while a symbolic link exists."""

@@ -9,7 +9,7 @@ import queue
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import Any, Generic
 
@@ -44,12 +44,14 @@ class PortState(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Connection:
-    """`trouble`: why the port is not open, unless it was closed on purpose."""
+    """`trouble`: why the port is not open, unless it was closed on purpose. `opening`: the number of the `Worker.open`
+    that it belongs to, from 1."""
 
     state: PortState = PortState.CLOSED
     port: str = ""
     baud_rate: int = 0
     trouble: PortError | None = None
+    opening: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,6 +103,7 @@ class _Open:
     background: Callable[[], Procedure[None]] | None
     is_another: bool
     expected: Expected | None
+    number: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,6 +159,7 @@ class Worker:
         self._line: SerialLine | None = None
         self._device = Device()
         self._connection = Connection()
+        self._openings = 0
         self._identity = NO_EXPECTATION
         self._jobs: list[Job[Any]] = []
         self._pending = _Pending()
@@ -178,15 +182,18 @@ class Worker:
         background: Callable[[], Procedure[None]] | None = None,
         is_another: bool = False,
         expected: Expected | None = None,
-    ) -> None:
-        """Open `port`, closing the previous one. `background` makes the procedure that keeps the device fresh.
+    ) -> int:
+        """Open `port`, closing the previous one; return the number of this opening, by which its batches are known.
+        `background` makes the procedure that keeps the device fresh.
 
         `expected`: the module expected there; until its identity is proven only questions are sent.
 
         `is_another`: another module is expected, so the values of the previous one are discarded at once; else they
         stay, as stale, until the port is open.
         """
-        self._order(_Open(port, baud_rate, background, is_another, expected))
+        self._openings += 1
+        self._order(_Open(port, baud_rate, background, is_another, expected, self._openings))
+        return self._openings
 
     def confirm_identity(self, seen: Identity | None = None) -> None:
         """Accept the module because a person confirmed it; see `IdentityCheck.confirm`."""
@@ -300,7 +307,8 @@ class Worker:
         self._read.clear()
         if order.is_another:
             self._device = Device()
-        self._set_connection(Connection(PortState.OPENING, order.port, order.baud_rate))
+        connection = Connection(PortState.OPENING, order.port, order.baud_rate, opening=order.number)
+        self._set_connection(connection)
         line = self._line = open_line(order.port, order.baud_rate)
         asleep_s = SleepDetector(self._clock, self._with_sleep).poll
         self._session = Session(
@@ -310,7 +318,7 @@ class Worker:
             expected=order.expected,
         )
         self._device = self._session.device
-        self._set_connection(Connection(PortState.OPEN, order.port, order.baud_rate))
+        self._set_connection(replace(connection, state=PortState.OPEN))
         if order.background is not None:
             self._session.run_in_background(order.background())
 
@@ -332,7 +340,7 @@ class Worker:
             self._lose_port(error)
             return
         self._end_session(PortLost())
-        self._set_connection(Connection(PortState.CLOSED, self._connection.port, self._connection.baud_rate))
+        self._set_connection(replace(self._connection, state=PortState.CLOSED))
 
     def _end_session(self, why: Exception) -> None:
         if self._session is not None:
@@ -345,8 +353,7 @@ class Worker:
     def _lose_port(self, error: Exception) -> None:
         self._end_session(error)
         trouble = error if isinstance(error, PortError) else None
-        connection = self._connection
-        self._set_connection(Connection(PortState.CLOSED, connection.port, connection.baud_rate, trouble))
+        self._set_connection(replace(self._connection, state=PortState.CLOSED, trouble=trouble))
 
     def _set_connection(self, connection: Connection) -> None:
         self._connection = connection
@@ -372,7 +379,7 @@ class Worker:
         rate = self._session.line.baud_rate if self._session is not None else self._connection.baud_rate
         connection = self._connection
         if rate != connection.baud_rate:
-            connection = self._connection = Connection(connection.state, connection.port, rate)
+            connection = self._connection = replace(connection, baud_rate=rate)
         self._callback(
             Batch(
                 now,

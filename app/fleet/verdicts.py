@@ -1,5 +1,6 @@
 """Last pre-flight check of each connected module, and whether it still holds."""
 
+from collections.abc import Hashable
 from dataclasses import dataclass
 
 from app.engine.device import DeviceView
@@ -23,27 +24,27 @@ class HeldVerdict:
 
 
 class Verdicts:
-    """By the key of the connection (`whose`). A void check stays void until the next one."""
+    """By connection (`whose`). A void check stays void until the next one."""
 
     def __init__(self) -> None:
-        self._filed: dict[str, Filed] = {}
-        self._void: dict[str, Void] = {}
+        self._filed: dict[Hashable, Filed] = {}
+        self._void: dict[Hashable, Void] = {}
 
-    def store(self, whose: str, filed: Filed, void: Void | None = None) -> None:
+    def store(self, whose: Hashable, filed: Filed, void: Void | None = None) -> None:
         """Keep the module's last check; `void`: why it does not hold."""
         self._filed[whose] = filed
         self._void.pop(whose, None)
         if void is not None:
             self._void[whose] = void
 
-    def remove(self, whose: str) -> None:
+    def remove(self, whose: Hashable) -> None:
         self._filed.pop(whose, None)
         self._void.pop(whose, None)
 
-    def filed(self, whose: str) -> Filed | None:
+    def filed(self, whose: Hashable) -> Filed | None:
         return self._filed.get(whose)
 
-    def poll(self, whose: str, device: DeviceView, now: float, *, is_open: bool) -> None:
+    def poll(self, whose: Hashable, device: DeviceView, now: float, *, is_open: bool) -> None:
         """Call it at every report of the module and every change of its port."""
         filed = self._filed.get(whose)
         if filed is None or whose in self._void:
@@ -56,7 +57,7 @@ class Verdicts:
         if void is not None:
             self._void[whose] = void
 
-    def held(self, whose: str, device: DeviceView, now: float, *, is_open: bool) -> HeldVerdict | None:
+    def held(self, whose: Hashable, device: DeviceView, now: float, *, is_open: bool) -> HeldVerdict | None:
         """The verdict at `now`: GO only while the module reports ACTIVE. None without a check."""
         self.poll(whose, device, now, is_open=is_open)
         filed = self._filed.get(whose)

@@ -100,7 +100,7 @@ class SettingsForm:
     `is_in_doubt`: whether the module may be another one; nothing that it reports settles an edit or a failure then.
     """
 
-    def __init__(self, is_in_doubt: Callable[[], bool] = bool) -> None:
+    def __init__(self, is_in_doubt: Callable[[], bool] = bool, watch: SettingsWatch | None = None) -> None:
         self._is_in_doubt = is_in_doubt
         self._drafts = Drafts()
         self._writing: dict[str, Value] = {}
@@ -108,7 +108,8 @@ class SettingsForm:
         self._seen: tuple[int, float | None] | None = None
         """Restart count and `presence_since` at the last look."""
         self._failures: dict[str, _Failure] = {}
-        self.watch = SettingsWatch()
+        self.watch = watch or SettingsWatch()
+        """Of the connection; it knows what other parts of the program write."""
         self._written: dict[str, Value] = {}
         self._retentions: dict[str, SettingRetention] = {}
 
@@ -293,9 +294,9 @@ class SettingsForm:
         self._retentions = dict(retentions)
         self.watch.accept(retentions)  # their rows show what the power cycle changed
 
-    def reset(self) -> None:
+    def reset(self, watch: SettingsWatch | None = None) -> None:
         """Discards everything, for another module."""
-        self.watch.accept()
+        self.watch = watch or SettingsWatch()
         self._written, self._retentions = {}, {}
         self._drafts = Drafts()
         self._writing, self._verified, self._failures = {}, {}, {}

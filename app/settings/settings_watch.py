@@ -1,18 +1,30 @@
 """Detects settings that changed without being written here."""
 
 from collections.abc import Iterable, Mapping
+from typing import NamedTuple
 
+from app.engine.changed_values import key_changed_by
 from app.engine.device import DeviceView, How
 from app.engine.setting_changes import READABLE_SETTINGS, ChangedSetting
+from protocol.events import Event, Sent
 from protocol.fields import Value
 
 
+class _Write(NamedTuple):
+    """What this program sent last. `at`: monotonic seconds."""
+
+    value: Value
+    at: float
+
+
 class SettingsWatch:
-    """Compares each reading with the last one. Belongs to one thread."""
+    """Compares each reading with the last one. Of one module on one connection; belongs to one thread."""
 
     def __init__(self) -> None:
         self._held: dict[str, Value] = {}
         """The expected value of each setting, by key."""
+        self._written: dict[str, _Write] = {}
+        """By key."""
         self._changed: dict[str, ChangedSetting] = {}
 
     @property
@@ -20,12 +32,25 @@ class SettingsWatch:
         """By key, until the setting is written, accepted, or reads as expected again."""
         return self._changed
 
+    def note_writes(self, events: Iterable[Event]) -> None:
+        """Whatever part of the program sent them: what the module then reads is no foreign change."""
+        for event in events:
+            if isinstance(event, Sent) and event.request.command.write is not None:
+                key = key_changed_by(event.request)
+                if key is not None:
+                    self.accept((key,))
+                    self._written[key] = _Write(event.request.command.write.decode(event.request.data), event.at)
+
     def observe(self, device: DeviceView, now: float) -> None:
         for command in READABLE_SETTINGS:
             key = command.key
-            known = device.known(key, now)
+            known, written = device.known(key, now), self._written.get(key)
             if known is None or known.is_stale or known.how is not How.READ:
                 continue
+            if written is not None and known.at <= written.at:
+                continue
+            if written is not None and known.value == written.value:
+                self._held.pop(key, None)
             held = self._held.setdefault(key, known.value)
             if known.value == held:
                 self._changed.pop(key, None)
@@ -34,6 +59,9 @@ class SettingsWatch:
 
     def accept(self, keys: Iterable[str] | None = None) -> None:
         """Makes the next reading of these settings (None: of all) the expected one."""
-        for key in list(self._held) if keys is None else list(keys):
+        if keys is None:
+            self._held, self._written, self._changed = {}, {}, {}
+            return
+        for key in list(keys):
             self._held.pop(key, None)
             self._changed.pop(key, None)

@@ -15,7 +15,7 @@ from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
 from protocol.translatable import marked
 from ui.acts.confirm import Confirm
-from ui.acts.outcomes import ASKING, SameModule, motion_text, not_begun, open_conditions, outcome_notice
+from ui.acts.outcomes import ASKING, OutcomeWatch, motion_text, not_begun, open_conditions, outcome_notice
 from ui.services.context import Services
 from ui.services.running_job import RunningJob
 from ui.style.theme import Space
@@ -48,7 +48,7 @@ class ActRow(QFrame):
         self._services, self._connector = services, services.connector
         self._job = RunningJob(services.connector, self)
         self._performed: Performed | None = None
-        self._module = SameModule(services)
+        self._watch = OutcomeWatch(services)
         texts = services.texts
         self._title = text_label(f"{name}_title", "strong")
         self._effect = text_label(f"{name}_effect", "small")
@@ -65,10 +65,11 @@ class ActRow(QFrame):
         self.confirm.confirmed.connect(self._perform)
         self.confirm.asked.connect(self._dismiss)
         self._lay_out()
+        self._connector.invalidated.connect(self._dismiss)
         self._job.changed.connect(self.refresh)
 
     def refresh(self) -> None:
-        if self._module.is_another() or self._module.has_turned(self._performed):
+        if self._watch.has_turned(self._performed):
             self._dismiss()
         found = open_conditions(self._services, self.act)
         # What is armed is visible on this page; another line in each row would move the button under the hand.

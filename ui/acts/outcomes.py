@@ -35,21 +35,15 @@ def open_conditions(services: Services, act: Act) -> tuple[Refusal, ...]:
     return tuple(one for one in refusals(act, now_is) if one.condition not in _ASKED_ANYWAY)
 
 
-class SameModule:
-    """Whether a notice is still about the connected module, and still true."""
+class OutcomeWatch:
+    """Whether a notice of an act is still true."""
 
     def __init__(self, services: Services) -> None:
         self._connector, self._lock = services.connector, services.lock
-        self._whose = services.connector.adapter_key
         self._done: Performed | None = None
         """The act that was asked about last, with the last confirmed LOCK and the restarts until then."""
         self._locked: Locked | None = None
         self._restarts = 0
-
-    def is_another(self) -> bool:
-        """Whether another module was connected since the last call."""
-        before, self._whose = self._whose, self._connector.adapter_key
-        return before != self._whose
 
     def has_turned(self, done: Performed | None) -> bool:
         """Whether the module no longer reports that it is active, after an activation that was confirmed; or, after

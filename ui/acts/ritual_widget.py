@@ -26,7 +26,7 @@ from app.text.sentences import join_sentences
 from protocol.link_states import Presence
 from protocol.translatable import marked
 from ui.acts.hold_button import HoldButton
-from ui.acts.outcomes import ASKING, SameModule, not_begun, open_conditions, outcome_notice
+from ui.acts.outcomes import ASKING, not_begun, open_conditions, outcome_notice
 from ui.acts.ritual_guard import RitualGuard
 from ui.acts.step_mark import StepMark, StepPlace
 from ui.services.context import Services
@@ -74,7 +74,6 @@ class RitualWidget(QFrame):
         self._restarts = 0
         self._was_online = False
         self._job = RunningJob(services.connector, self)
-        self._module = SameModule(services)
         self.clock_with_sleep = sleepless_clock()
         """Unlike the clock of the ritual, this one goes on while the computer sleeps."""
         self._sleeps = SleepDetector()
@@ -115,6 +114,7 @@ class RitualWidget(QFrame):
         self.hold.hold_ended.connect(self._release)
         self._connector.changed.connect(self._watch)
         self._connector.batch.connect(lambda _batch: self._watch())
+        self._connector.invalidated.connect(self._on_another_module)
         self._guard = RitualGuard(self)
         self._guard.broken.connect(self.disarm)
         self._timer = QTimer(self, interval=TICK_MS, timerType=Qt.TimerType.PreciseTimer)
@@ -128,8 +128,6 @@ class RitualWidget(QFrame):
         return self.ritual.stage in (Stage.CHOSEN, Stage.ARMED, Stage.HOLDING)
 
     def refresh(self) -> None:
-        if self._module.is_another() and not self.is_under_way:
-            self._job.dismiss()
         self._title.setText(self._heading())
         found = open_conditions(self._services, Act.DEPLOY)
         self.conditions.setText(join_sentences(one.sentence for one in found))
@@ -213,6 +211,11 @@ class RitualWidget(QFrame):
             self.disarm(Input.FAILED)  # disarmed by an error in another thread
         elif self.ritual.is_armed and not self.ritual.is_rehearsal and open_conditions(self._services, Act.DEPLOY):
             self.disarm(Input.CONDITION_OPENED)
+
+    def _on_another_module(self) -> None:
+        self.disarm(Input.LINK_LOST)
+        self.ritual.disarm(Input.FINISHED)  # the outcome is shown to nobody
+        self._job.dismiss()
 
     def _is_in_sight(self) -> bool:
         """Whether the controls of this step are entirely visible."""

@@ -17,6 +17,7 @@ from app.engine.worker import PUBLISH_EVERY_S, Batch, Connection, Job, PortState
 from app.safety.last_known import LastKnown, SeenActivation
 from app.store.stream_memory import StreamMemory
 from protocol.link_states import Presence
+from ui.core.module_memory import ModuleMemory
 from ui.core.port_connection import PortConnection
 from ui.core.port_watcher import PortWatcher
 
@@ -43,7 +44,7 @@ class Connector(QObject):
     leaving = Signal()
     """Another port was chosen and this one is still current: pages finish with its module now."""
     chosen = Signal()
-    """Another port is now current; emitted before the pages are updated."""
+    """Another port is now current; emitted after `invalidated`, before the pages are updated."""
     added = Signal(object)
     """A `PortConnection`."""
     removed = Signal(object)
@@ -68,6 +69,7 @@ class Connector(QObject):
         """What the pages see while they switch from one port to another."""
         self._settling = QTimer(self, singleShot=True, interval=SETTLE_MS)
         self._settling.timeout.connect(self._switch)
+        self.invalidated.connect(self._drop_jobs)
         self._current = self.add(make_worker)
         self._relay(self._current)
 
@@ -147,6 +149,10 @@ class Connector(QObject):
         return self._current.connection if self._opening is None else self._opening
 
     @property
+    def kept(self) -> ModuleMemory:
+        return self._current.kept
+
+    @property
     def is_open(self) -> bool:
         return self.connection.state is PortState.OPEN
 
@@ -223,8 +229,9 @@ class Connector(QObject):
         on_progress: Callable[[Report], None] | None = None,
     ) -> Job[Result]:
         def end(ended: Job[Result]) -> None:
-            self._jobs.discard(ended)
-            then(ended)
+            if is_urgent or ended in self._jobs:  # else it is of a module that is no longer shown
+                self._jobs.discard(ended)
+                then(ended)
             if self._next is not None and not self._jobs:
                 self._switch()
 
@@ -267,7 +274,6 @@ class Connector(QObject):
         for mine, its in self._pairs(before):
             its.disconnect(mine)
         now.stream.is_wanted, before.stream.is_wanted = before.stream.is_wanted, False
-        self._jobs.clear()
         before.set_shown(is_shown=False)
         now.set_shown(is_shown=True)
         self._current = now
@@ -285,11 +291,18 @@ class Connector(QObject):
         at = connection.connection
         self._opening = Connection(PortState.OPENING, at.port, at.baud_rate)
         try:
+            self.invalidated.emit()
             self.chosen.emit()
             self.batch.emit(Batch(self.clock(), self._opening, DeviceView(), None))
             self.changed.emit()
         finally:
             self._opening = None
+
+    def _drop_jobs(self) -> None:
+        """What still runs on the former module ends soon; what it found reaches no page."""
+        jobs, self._jobs = self._jobs, set()
+        for job in jobs:
+            job.cancel()
 
     def _on_removed_batch(self, connection: PortConnection, batch: Batch) -> None:
         if batch.connection.state is PortState.CLOSED and connection in self._leaving:

@@ -11,7 +11,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 
 from app.diagnosis.link_state import LinkState, link_state
 from app.engine.device import DeviceView
-from app.engine.identity import NO_EXPECTATION, Expected, Identity, IdentityEvidence, Trust, evidence_of
+from app.engine.identity import NO_EXPECTATION, Expected, Identity, Trust, evidence_of
 from app.engine.ports import PortInfo
 from app.engine.procedure import Procedure, Report, Result, Slept
 from app.engine.reconnect import Absence, Address, Reconnection
@@ -25,6 +25,7 @@ from app.safety.last_known import LastKnown, SeenActivation
 from app.store.stream_memory import StreamMemory
 from protocol.link_states import Presence
 from ui.core.bridge import Bridge
+from ui.core.module_memory import ModuleMemory
 from ui.core.port_watcher import PortWatcher
 
 _log = logging.getLogger(__name__)
@@ -41,7 +42,8 @@ class PortConnection(QObject):
     batch = Signal(object)
     """Each `Batch`, after the state was updated from it."""
     invalidated = Signal()
-    """Another module than the expected one was connected: pages clear their data."""
+    """What was known is of another connection or another module from now on: whoever holds anything of it drops it.
+    Comes before anything of the next one, its name included."""
     came_online = Signal(object)
     """The `Target`, whenever a module answers on it."""
     stream_left_on = Signal()
@@ -66,15 +68,15 @@ class PortConnection(QObject):
         self._ports = ports
         self._ports.listed.connect(self._on_ports)
         self._target: Target | None = None
-        self._last: Batch | None = None
+        self._last = Batch(clock(), Connection(), DeviceView(), None)
         self._handshake: Handshake | None = None
         self._endings: dict[Job[Any], Callable[[Job[Any]], None]] = {}
         self._finding: Job[Found] | None = None
         self._handshake_job: Job[Handshake] | None = None
         self._is_wanted = False
-        self._is_invalidated = False
         self._last_known = LastKnown()
-        self.invalidated.connect(self._last_known.clear)
+        self.kept = ModuleMemory()
+        self._opening = 0  # batches of earlier openings of the port are ignored
         self._adapter_key = ""
         self._proven_rate: int | None = None
         """The baud rate at which the module last answered."""
@@ -91,10 +93,6 @@ class PortConnection(QObject):
         """How many modules a person has called new on the port of another one."""
         self._trouble: PortError | None = None
         """The last error; shown until the port is open again."""
-        self._is_ordered = False
-        """The worker was told to open a port, and no batch has shown the result yet."""
-        self._was_mistaken = False
-        """The port that was open last belongs to another adapter: the known values are another module's."""
         self._follow_up = QTimer(self, interval=FOLLOW_EVERY_MS)
         self._follow_up.timeout.connect(self._poll_absence)
         self._worker.start()
@@ -113,9 +111,9 @@ class PortConnection(QObject):
     @property
     def identity(self) -> Identity:
         """Whether this is the expected module; until that is proven only queries are sent."""
-        if self._is_ordered:
-            return Identity(Trust.OPEN)  # the last batch belongs to the opening before
-        return NO_EXPECTATION if self._last is None or not self.is_open else self._last.identity
+        if self.connection.state is PortState.OPENING:
+            return Identity(Trust.OPEN)
+        return self._last.identity if self.is_open else NO_EXPECTATION
 
     @property
     def absence(self) -> Absence | None:
@@ -123,21 +121,16 @@ class PortConnection(QObject):
         return self._return.absence
 
     @property
-    def returns(self) -> int:
-        """How often a lost port was reopened automatically."""
-        return self._return.returns
-
-    @property
-    def last(self) -> Batch | None:
+    def last(self) -> Batch:
         return self._last
 
     @property
     def device(self) -> DeviceView:
-        return DeviceView() if self._last is None or self._is_invalidated else self._last.device
+        return self._last.device
 
     @property
     def connection(self) -> Connection:
-        return Connection() if self._last is None else self._last.connection
+        return self._last.connection
 
     @property
     def is_open(self) -> bool:
@@ -151,8 +144,6 @@ class PortConnection(QObject):
     @property
     def state(self) -> LinkState:
         connection = self.connection
-        if self._is_ordered and self._target is not None:
-            connection = Connection(PortState.OPENING, self._target.device, self._target.baud_rate)
         if self._is_returning:
             connection = replace(connection, trouble=self._trouble)
         elif not self._is_wanted and connection.state is PortState.CLOSED:
@@ -188,18 +179,21 @@ class PortConnection(QObject):
         """Open `target`; an open port is closed first."""
         self._is_wanted = True
         self._is_left_on_emitted = False
-        whose, self._adapter_key = self._adapter_key, target.key
+        is_adapter_same, self._adapter_key = target.key == self._adapter_key, target.key
         self._proven_rate = None
         self._is_listing = False
         self._return.request(Address(target.device, target.identity))
-        expected = self._expected_of(target)
-        self._open(target, is_another=whose != self._adapter_key, expected=expected)
+        self._target = target
+        opening = Connection(PortState.OPENING, target.device, target.baud_rate)
+        self._forget(opening, is_adapter_same=is_adapter_same)
+        self._open(target, self._expected_of(target))
 
     def disconnect_port(self) -> None:
+        if self.connection.state is PortState.OPENING:
+            self._last = replace(self._last, connection=replace(self.connection, state=PortState.CLOSED))
         self._is_wanted = False
         self._is_listing = False
         self._return.give_up()
-        self._is_ordered = False
         self._worker.close()
         self.changed.emit()
 
@@ -239,7 +233,7 @@ class PortConnection(QObject):
         self._new_modules += 1
         target = self._target
         self._adapter_key = f"{target.key if target is not None else ''}#{self._new_modules}"
-        self.invalidated.emit()
+        self._forget()
         self._worker.confirm_identity(seen)
         self.changed.emit()
 
@@ -266,15 +260,28 @@ class PortConnection(QObject):
 
     # What happens
 
-    def _open(self, target: Target, *, is_another: bool = False, expected: Expected | None = None) -> None:
+    def _forget(self, connection: Connection | None = None, *, is_adapter_same: bool = False) -> None:
+        """Nothing of the last module, nor of what is still under way from it, is taken for the next one's; only that it
+        may fire is not forgotten at the same adapter. Without a `connection` the port stays open, and the values are
+        the next one's already."""
+        if not is_adapter_same:
+            self._last_known.clear()
+        if connection is not None:
+            self._opening += 1
+            self._last = Batch(self.clock(), connection, DeviceView(), None)
+        self.kept = ModuleMemory()
+        self.invalidated.emit()
+
+    def _open(self, target: Target, expected: Expected | None) -> None:
         self._target = target
-        self._is_invalidated = self._was_mistaken = False
-        self._handshake = None
-        self._finding = self._handshake_job = None
-        self._is_ordered = True
+        self._handshake = self._finding = self._handshake_job = None
         self.stream_memory = self._memory_of(target)
         background = partial(watch, self.stream, memory=self.stream_memory)
-        self._worker.open(target.device, target.baud_rate, background, is_another, expected)
+        device, rate, is_another = target.device, target.baud_rate, not self.device.values
+        self._opening = self._worker.open(device, rate, background, is_another, expected)
+        connection = Connection(PortState.OPENING, device, rate, opening=self._opening)
+        _log.info("Port: %s", connection)
+        self._last = replace(self._last, connection=connection)
         if target.finds_rate:
             self._finding = self.run(find_rate(target.baud_rate), self._end_finding)
         else:
@@ -282,22 +289,21 @@ class PortConnection(QObject):
         self.changed.emit()
 
     def _on_batch(self, batch: Batch) -> None:
+        if batch.connection.opening < self._opening:
+            self._end_jobs(batch)
+            return
         if self.stream_memory.is_taken_over and not self._is_left_on_emitted:
             self._is_left_on_emitted = True
             self.stream_left_on.emit()
         last, was_online, before = self._last, self._is_online(), (self.state, self.identity, self.device.reported)
-        is_news = last is None or batch.connection != last.connection
+        is_news = batch.connection != last.connection
         if is_news:
             _log.info("Port: %s", batch.connection)
         self._last = batch
-        if self._target is not None and batch.connection.port == self._target.device:
-            self._last_known.feed(self.device, self._adapter_key)
-        if batch.connection.state is not PortState.CLOSED or batch.connection.trouble is not None:
-            self._is_ordered = False
-        for job in batch.finished:
-            then = self._endings.pop(job, None)
-            if then is not None:
-                then(job)
+        self._last_known.feed(self.device, self._adapter_key)
+        self.kept.statistics.on_batch(batch)
+        self.kept.watch.note_writes(batch.events)
+        self._end_jobs(batch)
         if is_news:
             self._on_connection(batch.connection)
         rate = batch.device.fresh("baud_rate", batch.at)
@@ -305,12 +311,18 @@ class PortConnection(QObject):
         if self._is_online() and not was_online and self._target is not None:
             self.came_online.emit(self._target)
         sleep = batch.device.last_sleep
-        if sleep is not None and (last is None or sleep != last.device.last_sleep):
+        if sleep is not None and sleep != last.device.last_sleep:
             _log.info("The computer slept for %.0f s", sleep.lasted_s)
             self.slept.emit(sleep.lasted_s)
         self.batch.emit(batch)
         if (self.state, self.identity, self.device.reported) != before:
             self.changed.emit()
+
+    def _end_jobs(self, batch: Batch) -> None:
+        for job in batch.finished:
+            then = self._endings.pop(job, None)
+            if then is not None:
+                then(job)
 
     def _is_online(self) -> bool:
         return self.is_open and self.device.presence is Presence.ONLINE
@@ -323,7 +335,7 @@ class PortConnection(QObject):
         if address is None or connection.port != address.device:
             return  # of a port that was closed meanwhile
         self._is_listing = False
-        if connection.trouble is not None and self._last is not None and not self._was_mistaken:
+        if connection.trouble is not None:
             self._lost = lost = self._last.identity
             if lost.is_proven:
                 self._lost = replace(lost, now=evidence_of(self._last.device.values, is_fresh=False))
@@ -333,11 +345,10 @@ class PortConnection(QObject):
 
     def _poll_absence(self) -> None:
         """Scan the ports when `Reconnection` needs them."""
-        if not self._is_returning and not self._return.is_due(self.clock()):
+        is_due = self._return.is_due(self.clock())
+        if not self._is_returning and not is_due:
             self._follow_up.stop()
-        elif self._is_ordered or self._is_listing or self.connection.state is PortState.OPENING:
-            pass
-        elif self._return.is_due(self.clock()):
+        elif is_due and not self._is_listing and self.connection.state is not PortState.OPENING:
             if self._return.needs_ports:
                 self._is_listing = self._ports.refresh()  # a scan that is running may have begun before the loss
             else:
@@ -352,33 +363,24 @@ class PortConnection(QObject):
         before, target = self.state, self._target
         found = self._return.poll(ports, self.clock())
         if found is not None and target is not None:
-            expected = self._expected_again()
+            expected = self._return.expected(self._lost)
             self._return.opening(found)
             rate = self._proven_rate or target.baud_rate
             back = replace(target, device=found.device, baud_rate=rate)
-            self._open(back, is_another=self._was_mistaken, expected=expected)
+            self._open(back, expected)
         elif self._return.is_mistaken:
             self._close_mistaken()
         elif self.state != before:
             self.changed.emit()
 
-    def _expected_again(self) -> Expected | None:
-        """The lost module; None if nothing was read of it to compare with."""
-        is_adapter_same = self._return.is_adapter_same
-        lost = self._lost
-        if not lost.is_proven and lost.before is not None:
-            return Expected(lost.before, is_adapter_same=is_adapter_same and lost.is_adapter_same)
-        if is_adapter_same and lost.now == IdentityEvidence():
-            return None
-        return Expected(lost.now, is_adapter_same=is_adapter_same)
-
     def _close_mistaken(self) -> None:
         _log.warning("Another adapter is at %s: closed", self.connection.port)
         self._worker.close()
         self._follow_up.start()
-        self._is_invalidated = self._was_mistaken = True
         self._proven_rate = None
-        self.invalidated.emit()
+        closed = replace(self.connection, state=PortState.CLOSED)
+        self._return.feed(closed, self.clock())
+        self._forget(closed)
         self.changed.emit()
 
     def _end_handshake(self, job: Job[Handshake]) -> None:

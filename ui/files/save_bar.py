@@ -184,6 +184,11 @@ class SaveBar(QWidget):
         parts = iter((drawing,)) if path.suffix.lower() == ".svg" else png_parts(image)
         self._save(path, parts, 1, lambda: tr("Saved to {path}.", path=path))
 
+    def end_note(self) -> None:
+        """Of what was saved last."""
+        if not self.is_saving:
+            self.note.show_message(str)
+
     def refresh(self) -> None:
         """Shows the progress of saving; called by the page's timer."""
         if self.is_saving:

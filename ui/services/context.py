@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 from app.limits.out_of_limits import LimitsInUse
 from app.procedures.act import Armed
@@ -17,10 +16,6 @@ from ui.services.page import Page
 from ui.services.storage import PendingEdits, Storage
 from ui.style.appearance import Appearance
 from ui.style.icons import Icon
-
-if TYPE_CHECKING:
-    from app.preflight.verdict import Void
-    from app.records.filing import Filed
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,8 +37,6 @@ class Services:
     """What measured values are compared with, wherever they are shown."""
     exchange: DraftExchange = field(default_factory=DraftExchange)
     """Drafts that are tried on what was measured."""
-    checks: "dict[str, tuple[Filed, Void | None]]" = field(default_factory=dict)
-    """The last check of each module on the Pre-flight page and what voids it, by `Connector.adapter_key`."""
 
     def __post_init__(self) -> None:
         self.naming.bind(self.connector, self.storage)

@@ -1,4 +1,5 @@
-"""What a page says of a job: its progress with "Cancel" while it runs, then its result until it is dismissed."""
+"""What a page says of a job: its progress with "Cancel" while it runs, then its result until it is dismissed, the page
+is left, or another module is connected."""
 
 from collections.abc import Callable
 
@@ -32,6 +33,13 @@ class JobNotice(QObject):
 
     def dismiss(self) -> None:
         self.set_notice(None)
+
+    def end(self, *, is_page_left: bool) -> None:
+        """Another module is connected, or only the page was left, which does not end what a person has to act on."""
+        notice = self.result_notice()
+        is_news = notice is None or (notice.meaning in (Meaning.GOOD, Meaning.INFORMATION) and not notice.choices)
+        if self._notice is not None and (is_news or not is_page_left):
+            self.dismiss()
 
     def result_notice(self) -> Notice | None:
         """The last result; None if there is none, or it was dismissed."""

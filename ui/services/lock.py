@@ -55,9 +55,10 @@ class PortLock(QObject):
         """What answers after that is locked, and is still being identified."""
         self.failed: Locked | None = None
         self.confirmed: Locked | None = None
-        """The last confirmation; cleared when the module reports otherwise."""
+        """The last confirmation; cleared when the module reports otherwise, and with each connection."""
         connector.changed.connect(self._watch)
         connector.batch.connect(self._on_batch)
+        connector.invalidated.connect(self._end_confirmed)
 
     @property
     def is_possible(self) -> bool:
@@ -209,7 +210,11 @@ class PortLock(QObject):
         is_meant = not self._was_lost or self._connector.identity.is_proven
         if self.failed is not None and known.value is False and is_meant:
             self._finish(Locked(outcome=Outcome.CONFIRMED, sent=self.failed.sent))
-        elif self.confirmed is not None and known.value is True:
+        elif known.value is True:
+            self._end_confirmed()
+
+    def _end_confirmed(self) -> None:
+        if self.confirmed is not None:
             self.confirmed = None
             self.changed.emit()
 

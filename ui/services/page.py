@@ -5,11 +5,12 @@ from pathlib import Path
 from typing import ClassVar
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QAccessible, QKeyEvent, QResizeEvent
+from PySide6.QtGui import QAccessible, QHideEvent, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import QWidget
 
 from app.engine.worker import Batch
 from ui.core.texts import Texts
+from ui.services.job_notice import JobNotice
 from ui.services.page_header import PageHeader
 from ui.widgets.visibility_timer import VisibilityTimer
 
@@ -57,12 +58,26 @@ class Page(QWidget):
         """Esc was pressed: go back one step; whether there was one. It never sends anything but LOCK."""
         return False
 
+    def notices(self) -> list[JobNotice]:
+        """All that the page says of jobs."""
+        return self.findChildren(JobNotice)
+
+    def end_notices(self, *, is_page_left: bool = False) -> None:
+        """What was said of another module, or before the page was left, is over; see `JobNotice.end`."""
+        for notice in self.notices():
+            notice.end(is_page_left=is_page_left)
+
     def fit(self) -> None:
         """Lay out for the size of the page and of text: called when either changes."""
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
         self.fit()
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        super().hideEvent(event)
+        if self.isHidden():  # else the window was, or what the page lies in
+            self.end_notices(is_page_left=True)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.key() != Qt.Key.Key_Escape or not self.on_escape():

@@ -15,13 +15,15 @@ from ui.widgets.notice_bar import Notice
 
 
 class RunningJob(JobNotice):
-    """A second `run` replaces the first, whose end is then not reported."""
+    """A second `run` replaces the first, whose end is then not reported; so does another module, which also ends the
+    notice."""
 
     def __init__(self, connector: Connector, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.progress: Report | None = None
         self._connector = connector
         self._job: Job[Any] | None = None
+        connector.invalidated.connect(self._on_another_module)
 
     @property
     def is_running(self) -> bool:
@@ -55,6 +57,10 @@ class RunningJob(JobNotice):
             doing = tr(report.doing, **{name: _spoken(value) for name, value in report.values})
             text = tr("{what} ({done} of {total})", what=doing, done=report.done + 1, total=report.total)
         return progress_notice(text, self.cancel if can_cancel else None)
+
+    def _on_another_module(self) -> None:
+        self.drop()
+        self.dismiss()
 
     def _remember_progress(self, report: Report) -> None:
         """In the worker's thread."""

@@ -57,6 +57,8 @@ class Attention(QObject):
         self._restarts: int | None = None
         """The restart count that the user knows of; None before anything was known."""
         self._queued: list[Callable[[], Notice]] = []
+        self._queued_of_module: set[Callable[[], Notice]] = set()
+        connector.invalidated.connect(self._on_another_module)
 
     @property
     def is_risky_to_leave(self) -> bool:
@@ -89,12 +91,20 @@ class Attention(QObject):
         self.leave(close, is_closing=True)
         return False
 
-    def queue_notice(self, make: Callable[[], Notice]) -> None:
+    def queue_notice(self, make: Callable[[], Notice], *, is_of_module: bool = False) -> None:
         """Queues a notice, which is shown until it is closed, when nothing is more urgent. One that waits is not
-        queued twice."""
+        queued twice. One `is_of_module` ends with another module."""
         if make not in self._queued:
             self._queued.append(make)
+        if is_of_module:
+            self._queued_of_module.add(make)
         self.refresh()
+
+    def _on_another_module(self) -> None:
+        """What a person has seen or was asked was about the former one."""
+        self._queued = [make for make in self._queued if make not in self._queued_of_module]
+        self._question = self._restarts = None
+        self._has_read_trigger = False
 
     def dismiss_queued(self) -> None:
         """Removes the first queued notice."""

@@ -294,7 +294,7 @@ class MainWindow(QMainWindow):
 
     def _connect_again(self) -> None:
         if self._connector.target is not None:
-            self._connector.connect_to(self._connector.target)
+            self.attention.leave_edits(partial(self._connector.connect_to, self._connector.target))
 
     def _show_why(self) -> None:
         self.go_to("diagnosis")

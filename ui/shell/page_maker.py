@@ -32,6 +32,7 @@ class PageMaker(QObject):
         self._services, self._place = services, place
         self._unmade, self._unplaced = list(self._entries), list[str]()
         self._is_over = False
+        services.connector.invalidated.connect(self._end_notices)
 
     @property
     def is_done(self) -> bool:
@@ -50,6 +51,11 @@ class PageMaker(QObject):
     def end(self) -> None:
         """Stops."""
         self._is_over = True
+
+    def _end_notices(self) -> None:
+        """Another module is connected."""
+        for page in self.pages.values():
+            page.end_notices()
 
     def _make_next(self) -> None:
         if self._is_over:

@@ -46,6 +46,7 @@ class StatusBar(QFrame):
         super().__init__()
         named(self, "status_line", "bar")
         self._connector = connector
+        connector.invalidated.connect(lambda: self.show_message(""))
         self._in_use = in_use
         self._rejected = 0
         self._damaged_at: float | None = None

@@ -1,15 +1,17 @@
 """Ports without threads: each records what it is asked, and publishes what the test says."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
 
 from app.engine.device import DeviceView, How, Known, StaleReason
 from app.engine.identity import NO_EXPECTATION, Identity
-from app.engine.procedure import PortLost
+from app.engine.procedure import LinkView, PortLost
 from app.engine.target import Target
 from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Batch, Connection, Job, PortState
+from protocol.events import Event
 from protocol.fields import Value
 from protocol.link_states import Presence
 from ui.core.connector import Connector
@@ -46,18 +48,19 @@ class FakeWorker:
 
     def start(self) -> None: ...
 
-    def open(self, port: str, baud_rate: int, *_: object) -> None:
+    def open(self, port: str, baud_rate: int, *_: object) -> int:
         self.opened.append(port)
-        self.connection = Connection(PortState.OPENING, port, baud_rate)
+        self.connection = Connection(PortState.OPENING, port, baud_rate, opening=len(self.opened))
+        return len(self.opened)
 
     def close(self) -> None:
-        self.connection = Connection(PortState.CLOSED, self.connection.port, self.connection.baud_rate)
+        self.connection = replace(self.connection, state=PortState.CLOSED)
 
     def submit(self, job: Job[Any], *, is_urgent: bool = False) -> Job[Any]:
         self.jobs.append((job, is_urgent))
         return job
 
-    def vouch(self, _seen: Identity | None = None) -> None: ...
+    def confirm_identity(self, _seen: Identity | None = None) -> None: ...
 
     def stop(self, _deadline_s: float = 2.0) -> bool:
         self.is_stopped = True
@@ -67,7 +70,7 @@ class FakeWorker:
 
     def say(self, **values: Value) -> None:
         """Publish these values of a module that is online."""
-        self.connection = Connection(PortState.OPEN, self.connection.port, self.connection.baud_rate)
+        self.connection = replace(self.connection, state=PortState.OPEN)
         self.presence = Presence.ONLINE
         now = self._clock()
         self.values |= {key: Known(value, How.READ, now) for key, value in values.items()}
@@ -75,7 +78,7 @@ class FakeWorker:
 
     def unplug(self) -> None:
         trouble = PortError(PortTrouble.LOST, self.connection.port, "unplugged")
-        self.connection = Connection(PortState.CLOSED, self.connection.port, self.connection.baud_rate, trouble)
+        self.connection = replace(self.connection, state=PortState.CLOSED, trouble=trouble)
         self.values = {
             key: Known(one.value, one.how, one.at, StaleReason.LINK_LOST) for key, one in self.values.items()
         }
@@ -91,9 +94,17 @@ class FakeWorker:
             job.finish()
         self.hand_over(finished=ended)
 
-    def hand_over(self, *, finished: tuple[Job[Any], ...] = (), identity: Identity = NO_EXPECTATION) -> None:
+    def hand_over(
+        self,
+        *,
+        finished: tuple[Job[Any], ...] = (),
+        identity: Identity = NO_EXPECTATION,
+        events: tuple[Event, ...] = (),
+        link: LinkView | None = None,
+    ) -> None:
         view = DeviceView(MappingProxyType(dict(self.values)), self.presence, self._clock(), restarts=self.restarts)
-        self.callback(Batch(self._clock(), self.connection, view, None, finished=finished, identity=identity))
+        batch = Batch(self._clock(), self.connection, view, link, events=events, finished=finished, identity=identity)
+        self.callback(batch)
 
     def wanted(self, *, is_urgent: bool) -> list[Job[Any]]:
         return [job for job, urgent in self.jobs if urgent is is_urgent]

@@ -44,7 +44,7 @@ def said_by(root: QWidget) -> Iterator[Said]:
         if widget.objectName().startswith("qt_") or isinstance(parent and (parent.parent() or parent), QComboBox):
             continue  # the list of a combo box has the texts of the box
         where = widget.objectName() or type(widget).__name__
-        for role, text in _texts_of(widget):
+        for role, text in texts_of(widget):
             if text:
                 yield Said(where, role, text)
     for action in root.findChildren(QAction):
@@ -52,7 +52,7 @@ def said_by(root: QWidget) -> Iterator[Said]:
             yield Said(action.objectName(), "action", action.text())
 
 
-def _texts_of(widget: QWidget) -> Iterator[tuple[str, str]]:
+def texts_of(widget: QWidget) -> Iterator[tuple[str, str]]:
     yield "tooltip", widget.toolTip()
     yield "name", widget.accessibleName()
     yield "description", widget.accessibleDescription()

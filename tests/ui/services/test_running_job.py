@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from typing import Any, cast
 
+from PySide6.QtCore import QObject, Signal
 from pytestqt.qtbot import QtBot
 
 from app.engine.procedure import Cancelled, Procedure, Report
@@ -13,12 +14,14 @@ from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Notice
 
 
-class Line:
+class Line(QObject):
     """In place of the connector: runs what it is given when the test says so."""
 
+    invalidated = Signal()
     is_open = True
 
     def __init__(self) -> None:
+        super().__init__()
         self.jobs: list[tuple[Job[Any], Callable[[Job[Any]], None]]] = []
 
     def run(self, procedure: Procedure[Any], then: Callable[[Job[Any]], None], **more: Any) -> Job[Any]:

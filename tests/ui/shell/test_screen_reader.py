@@ -31,7 +31,7 @@ class Session:
         self._connector = assembly.connector
         self._connection = assembly.connector.current
         self._connector.clock = self._connection.clock = lambda: self.now_s
-        self._connection._worker.open = lambda *_: None  # type: ignore[method-assign]
+        self._connection._worker.open = lambda *_: 1  # type: ignore[method-assign]
         self._connector.connect_to(Target(USB, 115200))
 
     def hear(self) -> None:
@@ -43,7 +43,8 @@ class Session:
         known["attitude_threshold_deg"] = Known(60, How.READ, 1000.0)  # its age grows
         view = DeviceView(MappingProxyType(known), Presence.ONLINE, 1000.0, True, 10.0)
         sample = StatusSample(self.now_s, noise, 1 + noise / 10, False, False)
-        self._connection._on_batch(Batch(self.now_s, Connection(PortState.OPEN, USB, 115200), view, None, (sample,)))
+        opened = Connection(PortState.OPEN, USB, 115200, opening=1)
+        self._connection._on_batch(Batch(self.now_s, opened, view, None, (sample,)))
 
 
 def test_nothing_that_ticks_is_told(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:

@@ -19,7 +19,6 @@ from PySide6.QtWidgets import (
 
 from app import version
 from app.captures.traffic_buffer import TrafficBuffer
-from app.diagnosis.link_statistics import LinkStatistics
 from app.diagnosis.support_bundle import BundleFile, Contents, SupportBundle
 from app.recordings.entry_texts import size_text
 from app.recordings.export import not_saved_text
@@ -82,12 +81,12 @@ class Lines(QAbstractListModel):
 class BundlePreview(QWidget):
     """Makes the bundle each time it is shown."""
 
-    def __init__(self, services: Services, figures: LinkStatistics, traffic: TrafficBuffer, result: JobNotice) -> None:
+    def __init__(self, services: Services, traffic: TrafficBuffer, result: JobNotice) -> None:
         super().__init__()
         self.setObjectName("bundle_preview")
         self.ask_path: AskPath = ask_path
         self._connector, self._appearance = services.connector, services.appearance
-        self._figures, self._traffic, self._log, self._result = figures, traffic, services.log, result
+        self._traffic, self._log, self._result = traffic, services.log, result
         self.bundle: SupportBundle | None = None
         self._making: BackgroundTask[SupportBundle] = BackgroundTask("dps-s support bundle", self)
         self._saving: BackgroundTask[None] = BackgroundTask("dps-s save bundle", self)
@@ -137,7 +136,7 @@ class BundlePreview(QWidget):
             connection=connection,
             device=self._connector.device,
             now=self._connector.clock(),
-            figures=copy.copy(self._figures),
+            figures=copy.copy(self._connector.kept.statistics),
             preferences={"language": i18n.language(), "theme": self._appearance.choice.value},
             capture=self._traffic.entries(CAPTURE_ENTRIES),
             capture_header=self._traffic.header(connection.port, connection.baud_rate, CAPTURE_ENTRIES),

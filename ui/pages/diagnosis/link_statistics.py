@@ -5,7 +5,7 @@ from typing import Final
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFrame, QLabel, QScrollArea, QWidget
 
-from app.diagnosis.link_statistics import COARSE_S, FINE_S, MAX_COARSE, MAX_FINE, LinkStatistics
+from app.diagnosis.link_statistics import COARSE_S, FINE_S, MAX_COARSE, MAX_FINE
 from app.text.sentences import in_brackets
 from protocol.translatable import marked
 from ui.plots.link_charts import Histogram, OverTime, ReasonBars, Stretch, percent_text
@@ -56,16 +56,14 @@ class Total(QWidget):
 
 
 class LinkStatisticsView(QScrollArea):
-    """Draws while it is visible; the page feeds `figures`."""
+    """Draws the connection's statistics while it is visible."""
 
-    def __init__(self, services: Services, figures: LinkStatistics) -> None:
+    def __init__(self, services: Services) -> None:
         super().__init__()
         self.setObjectName("link_figures_view")
         self.setWidgetResizable(True)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self._connector = services.connector
-        self.shown = figures
-        """Statistics of the module, or of the recording that is played."""
         texts = services.texts
         texts.bind(self.setAccessibleName, "Statistics")
         self.totals = {key: Total(f"figures_{key}") for key, _ in _NUMBERS}
@@ -83,7 +81,7 @@ class LinkStatisticsView(QScrollArea):
         VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS)
 
     def refresh(self) -> None:
-        figures = self.shown
+        figures = self._connector.kept.statistics
         totals = figures.totals
         shown = self.totals
         shown["sent"].show_total(f"{totals.sent:,}")

@@ -12,7 +12,6 @@ from PySide6.QtWidgets import QStackedWidget, QTabBar, QToolButton
 
 from app.captures.reader import MAX_FAULTS
 from app.captures.traffic_buffer import TrafficBuffer
-from app.diagnosis.link_statistics import LinkStatistics
 from app.engine.worker import Batch
 from app.text.i18n import tr
 from app.text.sentences import join_sentences
@@ -51,13 +50,12 @@ class DiagnosisPage(StreamPage):
         super().__init__("diagnosis")
         self._texts, self._connector = services.texts, services.connector
         self.traffic_buffer = TrafficBuffer()
-        self.live_figures = LinkStatistics()
         self.opened: Opened | None = None
         self.traffic = TrafficPage(services)
         self.why = WhyPanel(services)
-        self.figures = LinkStatisticsView(services, self.live_figures)
+        self.figures = LinkStatisticsView(services)
         self.result = JobNotice(self)
-        self.bundle = BundlePreview(services, self.live_figures, self.traffic_buffer, self.result)
+        self.bundle = BundlePreview(services, self.traffic_buffer, self.result)
         self.files = CaptureFiles(services, self.traffic_buffer, self.result)
         self.strip = named(NoticeBar(services.texts), "diagnosis_notice")
         self.stack = named(QStackedWidget(), "diagnosis_views")
@@ -71,6 +69,7 @@ class DiagnosisPage(StreamPage):
         self.why.connect_wanted.connect(self.connect_wanted)
         self.why.choose_wanted.connect(self.ports_wanted)
         self._connector.changed.connect(self._refresh_strip)
+        self._connector.invalidated.connect(self._begin_again)
         Shortcut("capture_open_key", self, self.files.open, self.files.choose, keys=("Ctrl+O",))
         Shortcut("capture_save_key", self, self.files.save, self.files.choose_and_save, keys=("Ctrl+S",))
         self.files.refresh()
@@ -78,9 +77,9 @@ class DiagnosisPage(StreamPage):
         VisibilityTimer(self, self._refresh_strip, every_ms=_PROGRESS_EVERY_MS)
 
     def on_batch(self, batch: Batch) -> None:
+        """Collects a batch."""
         if batch.events:
             self.traffic_buffer.feed(batch.events)
-        self.figures.shown.on_batch(batch)
         self.traffic.on_batch(batch)
         self.why.on_batch(batch)
         if not self.files.save.isEnabled():
@@ -97,6 +96,12 @@ class DiagnosisPage(StreamPage):
         self.files.open_file(path)
 
     # Captures
+
+    def _begin_again(self) -> None:
+        """Frames of two connections are never in one list, nor in one file."""
+        self.traffic.clear_rows()
+        self.traffic_buffer.clear()
+        self.files.refresh()
 
     def _show_capture(self, opened: Opened) -> None:
         self.opened = opened

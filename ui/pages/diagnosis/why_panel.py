@@ -15,7 +15,6 @@ from app.diagnosis.causes import Cause, Diagnosis, diagnose
 from app.diagnosis.evidence import EvidenceCollector
 from app.diagnosis.link_state import Phase, link_text
 from app.diagnosis.symptoms import PortEvidence
-from app.engine.target import Target
 from app.engine.worker import Batch
 from app.text.i18n import tr
 from protocol.events import Role
@@ -93,7 +92,6 @@ class WhyPanel(QScrollArea):
         self.setWidgetResizable(True)
         self._texts, self._connector = services.texts, services.connector
         self._evidence, self._history = EvidenceCollector(), PortHistory()
-        self._target: Target | None = None
         self._facts, self._facts_port, self._facts_at = AdapterFacts(), "", float("-inf")
         self._asking: BackgroundTask[AdapterFacts] = BackgroundTask("dps-s adapter facts", self)
         self.diagnosis: Diagnosis | None = None
@@ -108,11 +106,12 @@ class WhyPanel(QScrollArea):
         self._texts.bind(self.setAccessibleName, "Connection")
         self.seen = {key: text_label(f"why_seen_{key}", "", is_selectable=True) for key, _ in _SEEN}
         self._lay_out()
-        self._connector.changed.connect(self._notice_target)
+        self._connector.invalidated.connect(self._begin_again)
         self._connector.ports.listed.connect(self._notice_ports)
-        VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS)
+        timer = VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS)
+        self._connector.changed.connect(timer.refresh_seen)
         self._set_fonts()
-        self._notice_target()
+        self._begin_again()
         self._notice_ports()
 
     def on_batch(self, batch: Batch) -> None:
@@ -152,14 +151,10 @@ class WhyPanel(QScrollArea):
 
     # Evidence
 
-    def _notice_target(self) -> None:
-        """Discards the evidence when the target changes."""
+    def _begin_again(self) -> None:
         target = self._connector.target
-        if target is not None and target is not self._target:
-            before, self._target = self._target, target
-            is_same = before is not None and before.key == target.key
-            if not is_same:
-                self._evidence.begin(target.device)
+        if target is not None:
+            self._evidence.begin(target.device)
 
     def _notice_ports(self) -> None:
         ports = self._connector.ports

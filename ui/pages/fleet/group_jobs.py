@@ -1,6 +1,7 @@
 """Checks and profiles for several modules at once; no module waits for another."""
 
 from collections.abc import Sequence
+from concurrent.futures import Future
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import chain
@@ -9,6 +10,7 @@ from typing import Any
 from PySide6.QtCore import QObject, Signal
 
 from app.engine.procedure import Cancelled
+from app.engine.snapshots import Snapshot
 from app.engine.worker import Batch, Job
 from app.fleet.check_set import SetMember
 from app.fleet.profile_table import Applied, AppliedProfile, Column, broken_off, column, outcome_of
@@ -34,6 +36,9 @@ CANCELLED = message(marked("Cancelled."))
 @dataclass(slots=True)
 class _Check:
     evidence: Evidence
+    port: str
+    """Of the module that is checked, as its name."""
+    name: str
     log: FrameLog = field(default_factory=FrameLog)
     job: Job[Any] | None = None
     filing: BackgroundTask[Filed] | None = None
@@ -50,12 +55,14 @@ class GroupChecks(QObject):
         self._services, self._members = services, members
         self._running: dict[PortConnection, _Check] = {}
         self._heard: set[PortConnection] = set()
+        services.connector.removed.connect(self._heard.discard)
         """Connections whose batches are received."""
         self.profile: Profile | None = None
         self.results: dict[PortConnection, SetMember] = {}
         """Of the last set."""
         self.total = 0
         services.connector.removed.connect(self._on_removed)
+        members.replaced.connect(self._on_removed)
 
     @property
     def is_running(self) -> bool:
@@ -82,9 +89,10 @@ class GroupChecks(QObject):
                 one.job.cancel()
 
     def _begin(self, connection: PortConnection) -> None:
-        check = self._running[connection] = _Check(Evidence(port=connection.connection.port))
-        self._members.is_checking.add(connection)
         name = self._members.name_of(connection)
+        evidence = Evidence(port=connection.connection.port)
+        check = self._running[connection] = _Check(evidence, port_text(connection.target), name)
+        self._members.is_checking.add(connection)
         journal = self._services.storage.journal(connection.target)
         if connection not in self._heard:
             self._heard.add(connection)
@@ -113,27 +121,32 @@ class GroupChecks(QObject):
         file_in_background(
             check.filing, evidence, expectations, Person(module=name or None), check.log,
             is_stored=evidence.is_complete, store=self._services.storage.store, target=connection.target,
-            then=partial(self._on_filed, connection, name),
+            then=partial(self._on_filed, connection, name, check),
         )  # fmt: skip
 
-    def _on_filed(self, connection: PortConnection, name: str, filed: Filed) -> None:
-        self._members.verdicts.store(connection.adapter_key, filed)
+    def _on_filed(self, connection: PortConnection, name: str, check: _Check, filed: Filed) -> None:
+        if self._running.get(connection) is not check:
+            return  # of the module before
+        self._members.verdicts.store(connection, filed)
         trouble = None if filed.trouble is None else filed.trouble.message
         self._finish(connection, name, filed, trouble)
 
     def _finish(self, connection: PortConnection, name: str, filed: Filed | None, trouble: UserMessage | None) -> None:
-        self._running.pop(connection, None)
+        check = self._running.pop(connection, None)
         self._members.is_checking.discard(connection)
-        self.results[connection] = SetMember(port_text(connection.target), name, filed, trouble)
+        port = port_text(connection.target) if check is None else check.port
+        self.results[connection] = SetMember(port, name, filed, trouble)
         self.changed.emit()
         if not self._running:
             self.finished.emit()
 
     def _on_removed(self, connection: PortConnection) -> None:
-        """The port was disconnected; the other checks go on."""
-        self._heard.discard(connection)
-        if connection in self._running:
-            self._finish(connection, "", None, message(marked("Disconnected.")))
+        """The port was disconnected, or has another module; the other checks go on."""
+        check = self._running.get(connection)
+        if check is not None:
+            if check.job is not None:
+                check.job.cancel()
+            self._finish(connection, check.name, None, message(marked("Disconnected.")))
 
 
 class GroupProfile(QObject):
@@ -148,6 +161,7 @@ class GroupProfile(QObject):
         self.applied: dict[PortConnection, AppliedProfile] = {}
         self._jobs: dict[PortConnection, Job[WriteReport]] = {}
         services.connector.removed.connect(self._on_removed)
+        members.replaced.connect(self._on_removed)
 
     @property
     def is_running(self) -> bool:
@@ -195,11 +209,18 @@ class GroupProfile(QObject):
         heard: list[Written] = []
         storage, port = self._services.storage, connection.connection.port
         name = self._members.name_of(connection)
+        kept = connection.kept
+
+        def keep(snapshot: Snapshot) -> Future[int] | None:
+            """Called in the worker's thread."""
+            kept.as_found = kept.as_found or snapshot
+            return storage.store_snapshot(snapshot, port, name)
+
         leave = WriteContext(
             journal=storage.journal(connection.target),
             armed=self._services.armed,
             accepted_risks=accepted,
-            store_snapshot=lambda snapshot: storage.store_snapshot(snapshot, port, name),
+            store_snapshot=keep,
             on_written=heard.append,
         )
         self.applied[connection] = AppliedProfile(Applied.WRITING)
@@ -214,6 +235,8 @@ class GroupProfile(QObject):
         self.changed.emit()
 
     def _on_removed(self, connection: PortConnection) -> None:
-        self._jobs.pop(connection, None)
+        job = self._jobs.pop(connection, None)
+        if job is not None:
+            job.cancel()
         if self.applied.pop(connection, None) is not None:
             self.changed.emit()

@@ -21,14 +21,16 @@ class FleetMembers(QObject):
     """Adds and removes ports and makes their cards. `changed`: other ports, or another one is current."""
 
     changed = Signal()
+    replaced = Signal(object)
+    """Another module, or another connection, behind this `PortConnection`."""
 
     def __init__(self, services: Services, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._services, self._connector = services, services.connector
         self.verdicts = Verdicts()
         self._recordings: dict[PortConnection, SessionRecording] = {}
-        self._seen: dict[str, object] = {}
-        """What was adopted from the Pre-flight page, by `whose`."""
+        self._seen: dict[PortConnection, object] = {}
+        """What was adopted from the Pre-flight page."""
         self.is_checking: set[PortConnection] = set()
         self._leaving: set[PortConnection] = set()
         """To be removed once another one is current."""
@@ -96,7 +98,7 @@ class FleetMembers(QObject):
         now, device = self._connector.clock(), connection.device
         self._adopt_page_check(connection)
         lock = self._services.lock.of(connection)
-        held = self.verdicts.held(connection.adapter_key, device, now, is_open=self._is_steady(connection))
+        held = self.verdicts.held(connection, device, now, is_open=self._is_steady(connection))
         target = connection.target
         member = Member(
             port=port_text(target),
@@ -115,14 +117,13 @@ class FleetMembers(QObject):
 
     def _adopt_page_check(self, connection: PortConnection) -> None:
         """A check of the Pre-flight page counts here too, and so does what voids it."""
-        whose = connection.adapter_key
-        found = self._services.checks.get(whose)
-        if found is None or found is self._seen.get(whose):
+        found = connection.kept.check
+        if found is None or found is self._seen.get(connection):
             return
-        self._seen[whose] = found
-        (filed, void), kept = found, self.verdicts.filed(whose)
+        self._seen[connection] = found
+        (filed, void), kept = found, self.verdicts.filed(connection)
         if void is None or kept is None or kept is filed:
-            self.verdicts.store(whose, filed, void)
+            self.verdicts.store(connection, filed, void)
 
     @staticmethod
     def _is_steady(connection: PortConnection) -> bool:
@@ -131,11 +132,17 @@ class FleetMembers(QObject):
     def _watch(self, connection: PortConnection) -> None:
         connection.changed.connect(partial(self._poll, connection))
         connection.batch.connect(lambda _batch: self._poll(connection))
+        connection.invalidated.connect(partial(self._on_another_module, connection))
+
+    def _on_another_module(self, connection: PortConnection) -> None:
+        self.verdicts.remove(connection)
+        self._seen.pop(connection, None)
+        self.replaced.emit(connection)
 
     def _poll(self, connection: PortConnection) -> None:
         self._adopt_page_check(connection)
         is_open = self._is_steady(connection)
-        self.verdicts.poll(connection.adapter_key, connection.device, self._connector.clock(), is_open=is_open)
+        self.verdicts.poll(connection, connection.device, self._connector.clock(), is_open=is_open)
 
     def _on_chosen(self) -> None:
         self._services.storage.sessions.shown = self._recordings.get(self._connector.current)
@@ -146,8 +153,8 @@ class FleetMembers(QObject):
 
     def _on_removed(self, connection: PortConnection) -> None:
         self.is_checking.discard(connection)
-        self.verdicts.remove(connection.adapter_key)
-        self._services.checks.pop(connection.adapter_key, None)
+        self.verdicts.remove(connection)
+        self._seen.pop(connection, None)
         self._recordings.pop(connection, None)
         self.changed.emit()
 

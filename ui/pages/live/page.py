@@ -317,6 +317,10 @@ class LivePage(StreamPage):
     def minimumSizeHint(self) -> QSize:
         return (self.empty if self.is_empty else self._content).minimumSizeHint()
 
+    def end_notices(self, *, is_page_left: bool = False) -> None:
+        super().end_notices(is_page_left=is_page_left)
+        self.save.end_note()
+
     def on_escape(self) -> bool:
         """Back to live."""
         was_recorded = self.recording is not None

@@ -212,12 +212,15 @@ class PreflightController(QObject):
             self.enter()
 
     def reset(self) -> None:
-        """Another module may be connected: discard the check."""
-        if not self._job.is_running:
-            self._filing.cancel()
-            self._job.drop()
-            self.filed = self.void = self.trouble = None
-            self.changed.emit()
+        """Another module may be connected: discard the check, a running one too."""
+        self._filing.cancel()
+        self._reread_timer.stop()
+        self._job.drop()
+        self._rereading.drop()
+        self._by_verdict.clear()
+        self._evidence, self._log = Evidence(), FrameLog()
+        self.filed = self.void = self.trouble = None
+        self.changed.emit()
 
     def poll(self) -> None:
         """Void the verdict if it no longer holds."""
@@ -239,7 +242,7 @@ class PreflightController(QObject):
     def _publish(self) -> None:
         """Let the Fleet page show the same verdict."""
         if self.filed is not None:
-            self._services.checks[self._connector.adapter_key] = (self.filed, self.void)
+            self._connector.kept.check = (self.filed, self.void)
 
     # While GO or READY stands
 

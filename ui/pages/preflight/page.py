@@ -187,7 +187,8 @@ class PreflightPage(Page):
         self._timer.refresh_seen()
 
     def _reset_check(self) -> None:
-        self.result.dismiss()
+        self.list.clear_ticks()
+        self._copy_entries()
         self.work.reset()
 
     def _copy_entries(self) -> None:

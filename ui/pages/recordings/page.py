@@ -18,6 +18,7 @@ from ui.pages.recordings.model import recordings_model
 from ui.pages.recordings.outlines import Outlines
 from ui.pages.recordings.table import RecordingsTable
 from ui.services.context import Services
+from ui.services.job_notice import JobNotice
 from ui.services.page import Page
 from ui.services.recording_jobs import ExportKind
 from ui.style.icons import Icon
@@ -212,6 +213,9 @@ class RecordingsPage(Page):
         in_column(head, (lists, 1), self.strip, of=self, spacing=Space.S, margins=(Space.M, 0, Space.M, Space.S))
 
     # Qt
+
+    def notices(self) -> list[JobNotice]:
+        return [self.work]
 
     def on_escape(self) -> bool:
         """Cancels a job or the question, or closes a message."""

@@ -16,7 +16,7 @@ from app.text.sentences import join_sentences
 from protocol.catalogue import BAUD_RATE
 from protocol.translatable import marked
 from ui.acts.confirm import Confirm
-from ui.acts.outcomes import SameModule, not_begun, open_conditions
+from ui.acts.outcomes import not_begun, open_conditions
 from ui.core.background_task import BackgroundTask
 from ui.forms.field_editors import ChoiceEditor, make_editor
 from ui.forms.value_label import ValueLabel
@@ -38,7 +38,6 @@ class BaudPanel(QFrame):
         named(self, "baud_panel", "danger-corner")
         self._services, self._connector = services, services.connector
         self._job = RunningJob(services.connector, self)
-        self._module = SameModule(services)
         self._doubtful_since: float | None = None
         """When a change was broken off after it may have been sent, until the module answers."""
         self._settling: BackgroundTask[None] = BackgroundTask("dps-s baud rate", self)
@@ -60,13 +59,10 @@ class BaudPanel(QFrame):
         self.confirm.asked.connect(self._job.dismiss)
         self.confirm.confirmed.connect(self._change)
         self._lay_out()
+        self._connector.invalidated.connect(self._reset)
         self._job.changed.connect(self.refresh)
 
     def refresh(self) -> None:
-        if self._module.is_another():
-            self._doubtful_since = None
-            self.editor.show_draft(None, None)
-            self._job.dismiss()
         connector = self._connector
         now = connector.clock()
         self._end_doubt()
@@ -81,6 +77,11 @@ class BaudPanel(QFrame):
         notice = self._job.notice(marked("Changing the baud rate…"), can_cancel=False)
         self.said.show_notice(notice)
         self._message.setCurrentWidget(self.said if notice is not None else self.conditions if found else self._warning)
+
+    def _reset(self) -> None:
+        self._doubtful_since = None
+        self.editor.show_draft(None, None)
+        self.confirm.withdraw()
 
     def _change(self) -> None:
         rate = self.editor.value

@@ -10,7 +10,6 @@ from app.procedures.light_calibration import Band, CalibrationFault, Proposal, m
 from app.text.i18n import tr
 from app.text.sentences import join_sentences
 from protocol.translatable import marked
-from ui.acts.outcomes import SameModule
 from ui.core.texts import Texts
 from ui.services.context import Services
 from ui.services.running_job import RunningJob
@@ -38,7 +37,6 @@ class CalibrationPanel(QWidget):
         self._job = RunningJob(services.connector, self)
         self._measuring = ""
         self._is_link_lost = False
-        self._module = SameModule(services)
         texts = services.texts
         self._title = text_label("calibration_title", "title")
         self._intro = text_label("calibration_intro", "muted")
@@ -60,6 +58,7 @@ class CalibrationPanel(QWidget):
         self.back = control(QPushButton(), texts, "calibration_back", "Back", key="Esc",
                             slot=self._leave)  # fmt: skip
         self._lay_out()
+        services.connector.invalidated.connect(self._bands.clear)
         self._job.changed.connect(self.refresh)
 
     @property
@@ -74,8 +73,6 @@ class CalibrationPanel(QWidget):
         self.sides[CLOSED].button.setFocus()
 
     def refresh(self) -> None:
-        if self._module.is_another():
-            self._bands.clear()
         for name, side in self.sides.items():
             side.button.setEnabled(self._job.can_run)
             side.text.setText(self._side_text(name))

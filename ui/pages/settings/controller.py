@@ -23,6 +23,7 @@ from app.text.sentences import join_sentences
 from protocol.catalogue import Command
 from protocol.link_states import Presence
 from protocol.translatable import marked
+from ui.core.module_memory import ModuleMemory
 from ui.services.context import Services
 from ui.services.risk_question import is_risk_open, risk_choices, risk_notice
 from ui.services.running_job import RunningJob
@@ -37,18 +38,22 @@ class SettingsController(QObject):
 
     def __init__(self, services: Services, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self.form = SettingsForm(lambda: not services.connector.identity.is_proven)
-        self.initial: Snapshot | None = None
-        """The settings before the first write to this module."""
+        self.form = SettingsForm(lambda: not services.connector.identity.is_proven, services.connector.kept.watch)
         self._services = services
         self._connector = services.connector
         services.pending_edits.changed = self._changed_settings
         self.job = RunningJob(services.connector, self)
         self.job.changed.connect(self.changed)
-        self._adapter_key: str | None = None
-        self._connector.changed.connect(self._watch_module)
+        self._was_requested = self._connector.is_requested
+        self._connector.changed.connect(self._watch_port)
+        self._connector.invalidated.connect(self._begin_again)
         services.pending_edits.count = self.count_unsent
         services.pending_edits.discard = self.discard
+
+    @property
+    def initial(self) -> Snapshot | None:
+        """The settings before the first write to this module."""
+        return self._connector.kept.as_found
 
     @property
     def can_edit(self) -> bool:
@@ -66,11 +71,12 @@ class SettingsController(QObject):
         return self._connector.is_open and self._connector.identity.trust is Trust.OPEN
 
     def count_unsent(self) -> int:
-        return self.form.count_unsent(self._connector.device, self._connector.clock()) if self._adapter_key else 0
+        connector = self._connector
+        return self.form.count_unsent(connector.device, connector.clock()) if connector.is_requested else 0
 
     def _changed_settings(self) -> tuple[ChangedSetting, ...]:
         """Settings that changed without being written here."""
-        if self._adapter_key:
+        if self._connector.is_requested:
             self.form.rows(self._connector.device, self._connector.clock())
         return tuple(self.form.watch.changed.values())
 
@@ -101,7 +107,7 @@ class SettingsController(QObject):
         else:
             heard: list[Written] = []
             begun: list[Command] = []
-            keep = partial(self._store_snapshot, self._services.naming.name)
+            keep = partial(self._store_snapshot, connector.kept, connector.connection.port, self._services.naming.name)
             leave = WriteContext(
                 journal=self._services.storage.journal(connector.target),
                 armed=self._services.armed,
@@ -164,18 +170,22 @@ class SettingsController(QObject):
         self.form.set_retentions(result.stamps)
         self.job.set_notice(partial(_power_cycle_notice, result))
 
-    def _store_snapshot(self, module: str, snapshot: Snapshot) -> Future[int] | None:
-        """Called in the worker's thread."""
-        self.initial = snapshot
-        return self._services.storage.store_snapshot(snapshot, self._connector.connection.port, module)
+    def _store_snapshot(self, kept: ModuleMemory, port: str, module: str, snapshot: Snapshot) -> Future[int] | None:
+        """Called in the worker's thread, perhaps after another module is shown."""
+        kept.as_found = snapshot
+        return self._services.storage.store_snapshot(snapshot, port, module)
 
-    def _watch_module(self) -> None:
-        whose = self._connector.adapter_key if self._connector.is_requested else None
-        if whose != self._adapter_key:
-            self._adapter_key, self.initial = whose, None
-            self.form.reset()
-            self.job.dismiss()
+    def _begin_again(self) -> None:
+        self.form.reset(self._connector.kept.watch)
         self.changed.emit()
+
+    def _watch_port(self) -> None:
+        was_requested, self._was_requested = self._was_requested, self._connector.is_requested
+        if was_requested and not self._was_requested:
+            self.job.dismiss()
+            self._begin_again()
+        else:
+            self.changed.emit()
 
     # Notices
 

@@ -76,7 +76,6 @@ class GuidedController(QObject):
         """The module's last results."""
         self._shown: Report | None = None
         self._job = RunningJob(services.connector, self)
-        self._adapter_key = services.connector.adapter_key
         self._storing: BackgroundTask[int] = BackgroundTask("dps-s guided test", self)
         self._loading: BackgroundTask[Mapping[GuidedKind, StoredTest]] = BackgroundTask("dps-s last tests", self)
         self._connector.changed.connect(self._watch)
@@ -244,19 +243,18 @@ class GuidedController(QObject):
             self.changed.emit()
 
     def _watch(self) -> None:
-        is_another, self._adapter_key = self._adapter_key != self._connector.adapter_key, self._connector.adapter_key
-        if is_another:
-            self.owes_lock = False  # LOCK is not for another module
-            self.cancel(LOST)
-        elif self.stage is Stage.CONFIRMING and not self._connector.is_open:
+        if self.stage is Stage.CONFIRMING and not self._connector.is_open:
             self.cancel(LOST)
         self.changed.emit()
 
     def _reset(self) -> None:
-        self.last = {}
+        """Another module: nothing of the former one, and no LOCK that was meant for it."""
+        self._loading.cancel()
+        self.last, self.owes_lock = {}, False
         self.cancel(LOST)
-        self.stage, self.outcome = Stage.READY, None
-        self.load_last()
+        self.stage, self.outcome, self.trouble = Stage.READY, None, None
+        self.setup, self.is_stated_safe = None, False
+        self.changed.emit()
 
     # The store
 

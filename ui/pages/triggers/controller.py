@@ -74,10 +74,10 @@ class TriggersController(QObject):
         self._is_stored = False
         self.job = RunningJob(services.connector, self)
         self.job.changed.connect(self.changed)
-        self._adapter_key: str | None = None
+        self._was_requested = False
         self.reads_by_itself = True
         """Reads each module once as soon as the page is visible, and again when it came back or fired."""
-        self._read_of: str | None = None
+        self._has_read = False
         self._was_proven, self._had_fired = True, False
         self._filing: BackgroundTask[Visit | PossiblyOther] = BackgroundTask("dps-s triggers", self)
         self._wording: BackgroundTask[None] = BackgroundTask("dps-s new module", self)
@@ -87,6 +87,7 @@ class TriggersController(QObject):
         """Tasks that store them, by record."""
         self._connector.changed.connect(self._watch_port)
         self._connector.came_online.connect(self._forget)
+        self._connector.invalidated.connect(self._forget)
         self._naming.changed.connect(self._on_name_changed)
         self._show_archive()
 
@@ -119,8 +120,8 @@ class TriggersController(QObject):
             return
         if not (self.reads_by_itself and is_online and self.can_read):
             return
-        if not (connector.is_busy or self._read_of == self._adapter_key):
-            self._read_of = self._adapter_key
+        if not (connector.is_busy or self._has_read):
+            self._has_read = True
             self.read()
 
     def judge(self, record_id: int, judgement: Judgement | None, note: str) -> None:
@@ -265,13 +266,13 @@ class TriggersController(QObject):
 
     def _watch_port(self) -> None:
         connector = self._connector
-        whose = connector.adapter_key if connector.is_requested else None
+        is_requested = connector.is_requested
         is_proven = not connector.is_open or connector.identity.is_proven
         has_fired = connector.device.reported[0] is True
-        is_over = whose != self._adapter_key or is_proven < self._was_proven
+        is_over = is_requested != self._was_requested or is_proven < self._was_proven
         if has_fired > self._had_fired:
-            self._read_of = None
-        self._adapter_key, self._was_proven, self._had_fired = whose, is_proven, has_fired
+            self._has_read = False
+        self._was_requested, self._was_proven, self._had_fired = is_requested, is_proven, has_fired
         if is_over:
             self._forget()
         self.changed.emit()
@@ -279,7 +280,7 @@ class TriggersController(QObject):
     def _forget(self) -> None:
         """What was read may be another module's."""
         self._clear_visit()
-        self.reading = self._read_of = None
+        self.reading, self._has_read = None, False
         self._show_archive()
 
     def _show_archive(self) -> None:

@@ -127,9 +127,8 @@ def test_a_command_is_shown_and_copied(
         target = Target(str(tmp_path / "tty"), 115200)
         assembly.connector.connect_to(target)
         qtbot.waitUntil(lambda: cause_of(page) is Cause.MISSING, timeout=WAIT_MS)
-        refused = Connection(
-            PortState.CLOSED, target.device, 115200, PortError(PortTrouble.NOT_ALLOWED, target.device, "denied")
-        )
+        denied = PortError(PortTrouble.NOT_ALLOWED, target.device, "denied")
+        refused = replace(assembly.connector.connection, trouble=denied)
         assembly.connector.current._on_batch(Batch(time.monotonic(), refused, DeviceView(), None))
         qtbot.waitUntil(lambda: cause_of(page) is Cause.NO_PERMISSION, timeout=WAIT_MS)
         if sys.platform.startswith("linux"):
@@ -207,14 +206,17 @@ def exchanges(at: float, trips_s: list[float]) -> tuple[Answered, ...]:
 
 def test_figures_show_loss_reasons_and_round_trips(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
+        statistics = assembly.connector.kept.statistics
         now = assembly.connector.clock()
         opened = Connection(PortState.OPEN, "sim://x", 115200)
-        page.on_batch(Batch(now - 2, opened, DeviceView(), link(Counters()), events=()))
+        statistics.on_batch(Batch(now - 2, opened, DeviceView(), link(Counters()), events=()))
         counters = Counters(sent=10, frames=8, time_outs=2, restarts=1)
         counters.rejected_bytes[Reason.CHECKSUM] = 12
-        page.on_batch(Batch(now - 1, opened, DeviceView(), link(counters), events=exchanges(now, [0.003] * 3 + [0.05])))
+        statistics.on_batch(
+            Batch(now - 1, opened, DeviceView(), link(counters), events=exchanges(now, [0.003] * 3 + [0.05]))
+        )
         lost = PortError(PortTrouble.LOST, "sim://x", "gone")
-        page.on_batch(Batch(now, Connection(PortState.CLOSED, "sim://x", 115200, lost), DeviceView(), None))
+        statistics.on_batch(Batch(now, Connection(PortState.CLOSED, "sim://x", 115200, lost), DeviceView(), None))
         page.go_to("figures")
         shown = {key: total.number.text() for key, total in page.figures.totals.items()}
         assert shown["sent"] == "10"

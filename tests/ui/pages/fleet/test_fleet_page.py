@@ -106,9 +106,9 @@ def test_a_bay_that_was_open_while_the_page_was_hidden_voids_the_check(desk: Des
     connection, worker = desk.modules[1]
     desk.page.hide()
     if is_of_page:
-        desk.services.checks[connection.adapter_key] = (filed(desk), None)
+        connection.kept.check = (filed(desk), None)
     else:
-        desk.page.members.verdicts.store(connection.adapter_key, filed(desk))
+        desk.page.members.verdicts.store(connection, filed(desk))
     for light_v in (9.0, 0.3):
         worker.say(light_v=light_v)
         QApplication.processEvents()
@@ -122,7 +122,7 @@ def test_a_check_that_is_void_on_its_page_is_void_here(desk: Desk) -> None:
     desk.plug_in(1)
     (connection, _), one = desk.modules[0], filed(desk)
     for void, need in ((None, Need.NO_GO), (Void(Disturbance.CHANGED, UserMessage("entries")), Need.VOID)):
-        desk.services.checks[connection.adapter_key] = (one, void)
+        connection.kept.check = (one, void)
         desk.settle()
         card = desk.page._widgets[connection].card
         assert card is not None

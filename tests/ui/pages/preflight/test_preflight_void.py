@@ -52,7 +52,7 @@ def test_what_voids_a_go(
         assert not page.buttons.print.isEnabled()
         assert page.work.record is None
         services = bench.assembly.window._services
-        assert services.checks[services.connector.adapter_key] == (page.work.filed, page.work.void)
+        assert services.connector.kept.check == (page.work.filed, page.work.void)
         assert "void" in page.list.rows["tilt"].chip.accessibleName()
 
 
