@@ -1,10 +1,12 @@
 """`dps-s preflight`: checks whether the module is fit to fly.
 
 Exit code 0 for GO and READY, 1 for NO-GO, 3 if no module answers or it stops answering. Sends queries only, and with
---enable-triggers the two settings that enable the automatic triggers. The check is kept in the store if there is one.
+--enable-triggers the two settings that enable the automatic triggers. With --activate --yes a module that is READY is
+activated, once, and read again in the same connection: GO, or NO-GO. The check is kept in the store if there is one.
 """
 
 import argparse
+import time
 from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import chain, repeat
@@ -18,9 +20,11 @@ from app.text.sentences import in_brackets, join_names, join_sentences, not_writ
 
 if TYPE_CHECKING:
     from app.fleet.check_set import SetMember
-    from app.limits.expectations import Expectations
+    from app.limits.expectations import Expectations, Past
     from app.records.filing import Filed
+    from app.safety.journal import Journal
     from app.store.store import Store
+    from app.terminal.connection import Conversation
     from app.terminal.interruption import Interruption
 
 _WAIT_S = 0.1
@@ -33,6 +37,8 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
     console.add_port_arguments(parser, takes_several=True)
     parser.add_argument("--profile", type=Path, metavar="FILE", help=tr("compare with this profile"))
     parser.add_argument("--enable-triggers", action="store_true", help=tr("enable both automatic triggers first"))
+    parser.add_argument("--activate", action="store_true", help=tr("enable, check, activate if READY, read again: GO"))
+    console.add_yes_argument(parser)
     parser.add_argument("--report", type=Path, metavar="FILE.pdf", help="PDF, HTML, JSON")
     console.add_module_argument(parser, tr("Module"))
     parser.add_argument("--aircraft", type=_name, default="", metavar="NAME", help=tr("Aircraft"))
@@ -62,6 +68,10 @@ def run(args: argparse.Namespace) -> int:
     is_one = len(ports) == 1
     if args.module is not None and not is_one:
         raise console.Refused(tr("--module takes one port only."))
+    if args.activate and not is_one:
+        raise console.Refused(tr("--activate takes one port only."))
+    if args.activate and not args.yes:
+        return _say_what_activating_does(ports)
     try:
         expectations = _expectations(args.profile, args.done)
         if args.report is not None:
@@ -72,12 +82,21 @@ def run(args: argparse.Namespace) -> int:
     try:
         if not is_one:
             return _check_several(args, ports, expectations, store)
-        found = _collect_evidence(args, ports[0], store)
-        filed = _file(args, found, expectations, store)
+        found = _collect_evidence(args, ports[0], store, then=partial(_activate, args, expectations, store))
+        filed = found.filed or _file(args, found, expectations, store)
     finally:
         if store is not None:
             store.close()
-    return _conclude(args, filed, found.trouble)
+    code = _conclude(args, filed, found.trouble)
+    return console.ANSWER_NO if found.is_refused and code == console.SUCCESS else code
+
+
+def _say_what_activating_does(ports: list[str | None]) -> int:
+    from app.safety.acts import EFFECTS, Act
+
+    console.write_lines([tr(EFFECTS[Act.ACTIVATE])])
+    port = () if ports[0] is None else ("--port", ports[0])
+    return console.refuse_without("--yes", "preflight", *port, "--activate")
 
 
 class _PortEvidence:
@@ -90,6 +109,12 @@ class _PortEvidence:
         self.evidence, self.log, self.adapter = Evidence(port=port), FrameLog(), adapter_of(port)
         self.trouble: str | None = None
         self.error: BaseException | None = None
+        self.past: Past | None = None
+        """The module's history before the check, where it was read already."""
+        self.filed: Filed | None = None
+        """Where it was judged in the same connection."""
+        self.is_refused = False
+        """The activation was not sent."""
 
 
 def _file(
@@ -101,8 +126,35 @@ def _file(
     person = Person(who=args.who, module=args.module, aircraft=args.aircraft,
                     are_records_reviewed=args.records_reviewed, is_same_module=args.same_module)  # fmt: skip
     return file_check(
-        found.evidence, expectations, person, found.log, store=store, program_version=version(), adapter=found.adapter
-    )
+        found.evidence, expectations, person, found.log, store=store, program_version=version(), adapter=found.adapter,
+        past=found.past,
+    )  # fmt: skip
+
+
+def _activate(
+    args: argparse.Namespace, expectations: "Expectations", store: "Store | None", found: _PortEvidence,
+    conversation: "Conversation", journal: "Journal",
+) -> None:  # fmt: skip
+    """READY is kept, then the module is activated and judged again. Anything but READY sends nothing."""
+    from app.preflight.activation import activate_ready, await_while_asking
+    from app.preflight.verdict import Verdict
+    from app.safety.acts import Act
+    from app.safety.journal import Outcome
+    from app.safety.permit import Origin, Permit
+
+    if not args.activate:
+        return
+    file = partial(_file, args, found, expectations, store)
+    filed = file() if store is None else conversation.run(await_while_asking(store.queue.submit(file)))
+    found.filed = filed
+    if filed.assessment.verdict is not Verdict.READY:
+        return
+    permit = Permit(Act.ACTIVATE, Origin.COMMAND_LINE, time.monotonic())
+    performed, evidence = conversation.run(activate_ready(filed.assessment, journal, permit))
+    found.is_refused = performed.outcome is Outcome.NOT_SENT
+    (console.note if performed.outcome is Outcome.CONFIRMED else console.notify)(performed.sentence)
+    if not found.is_refused:
+        found.evidence, found.filed, found.past = evidence, None, filed.assessment.case.past
 
 
 # Several modules
@@ -229,12 +281,16 @@ def _expectations(profile: Path | None, done: Sequence[int]) -> "Expectations":
 
 
 def _collect_evidence(
-    args: argparse.Namespace, port: str, store: "Store | None", interruption: "Interruption | None" = None
+    args: argparse.Namespace,
+    port: str,
+    store: "Store | None",
+    interruption: "Interruption | None" = None,
+    then: "Callable[[_PortEvidence, Conversation, Journal], None] | None" = None,
 ) -> _PortEvidence:
-    """Run the check on one port. Raises the errors that mean "no link"."""
+    """Run the check on one port, and `then` in the same connection. Raises the errors that mean "no link"."""
     from app.preflight.evidence import Disturbance
     from app.preflight.run import run_preflight
-    from app.safety.journal import Journal, NoJournal
+    from app.safety.journal import NoJournal
     from app.store.store_journal import StoreJournal
     from app.terminal.connection import LinkTrouble, connected, module_is_silent
     from app.terminal.stored_history import may_be_another
@@ -252,11 +308,13 @@ def _collect_evidence(
         ) as conversation,
         LinkTrouble() as link,
     ):
-        is_enabling = args.enable_triggers and not (
+        is_enabling = (args.enable_triggers or args.activate) and not (
             args.module and not args.same_module and may_be_another(conversation, store, args.module)
         )
         try:
             conversation.run(run_preflight(evidence, is_enabling=is_enabling, journal=journal))
+            if then is not None:
+                then(found, conversation, journal)
         except KeyboardInterrupt:
             if is_enabling:
                 console.notify(tr("Interrupted; may have been carried out."))
@@ -264,6 +322,7 @@ def _collect_evidence(
     if link.sentence is not None:
         found.trouble = link.sentence
         evidence.disturbance = evidence.disturbance or Disturbance.DISCONNECTED
+        found.filed = None
     elif evidence.disturbance is Disturbance.SILENT:
         found.trouble = module_is_silent(port, conversation.device)
     return found

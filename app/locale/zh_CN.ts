@@ -34,6 +34,10 @@
         <translation>视图(&amp;V)</translation>
     </message>
     <message>
+        <source>--activate takes one port only.</source>
+        <translation>--activate 只能用于一个端口。</translation>
+    </message>
+    <message>
         <source>--module takes one port only.</source>
         <translation>--module 只能用于一个串口。</translation>
     </message>
@@ -4988,6 +4992,10 @@
     <message>
         <source>enable both automatic triggers first</source>
         <translation>先使能两个自动触发</translation>
+    </message>
+    <message>
+        <source>enable, check, activate if READY, read again: GO</source>
+        <translation>启用触发并检查，就绪则激活，再读一遍：可以飞行</translation>
     </message>
     <message>
         <source>enabled</source>

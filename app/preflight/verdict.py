@@ -14,10 +14,10 @@ from app.limits.expectations import ManualItem
 from app.limits.limits import softened
 from app.limits.out_of_limits import bay_outside
 from app.preflight.checks import CHECKS
-from app.preflight.evidence import Disturbance, FlagState
+from app.preflight.evidence import Disturbance, Evidence, FlagState
 from app.preflight.findings import Case, Check, CheckResult, Finding
 from app.preflight.module_checks import FINGERPRINT_KEYS
-from app.preflight.reread import TITLES
+from app.preflight.reread import TITLES, StateReading, changes_between
 from app.settings.profiles import ActivatedBy
 from app.text.messages import UserMessage, clean, joined, message
 from protocol.fields import Value
@@ -196,6 +196,15 @@ def void_reason(assessment: Assessment, device: DeviceView, now: float, *, opene
         return Void(Disturbance.CHANGED, changed)
     is_old = not 0.0 <= now - evidence.ended_at <= VALID_FOR_S
     return Void(Disturbance.TOO_OLD) if is_old else None
+
+
+def void_of_reading(evidence: Evidence, state: StateReading | None) -> Void | None:
+    """Why a verdict does not hold after everything was read again; None while it does."""
+    changes = changes_between(evidence.last, state) if state is not None and evidence.last is not None else ()
+    if changes:
+        return Void(Disturbance.CHANGED, changes[0].shown)
+    is_read = state is not None and state.status is not None and state.is_complete
+    return None if is_read else Void(Disturbance.UNREAD)
 
 
 def _changed(assessment: Assessment, device: DeviceView, now: float) -> UserMessage | None:

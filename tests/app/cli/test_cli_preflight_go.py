@@ -1,10 +1,17 @@
 """`dps-s preflight`: READY and GO only in the connection in which the triggers were enabled."""
 
 import json
+import threading
+from collections.abc import Callable
 
 import pytest
 
 import app.__main__ as program
+from app.records.check_store import CheckStore
+from app.simulator.bench import SimulatedBench
+from app.store.database import open_database
+from app.store.store import data_folder
+from protocol.frame import decode_request
 from tests.support.cli_line import Printed, bench_of, run_here
 
 pytest_plugins = ["tests.support.cli_fixtures"]
@@ -39,3 +46,118 @@ def test_a_restart_that_the_boot_count_does_not_count(port: str, capsys: pytest.
     bench_of(port).module.memory.boot_count -= 1
     bench_of(port).restart()
     assert _checked(port, capsys)[0] == "NO-GO"
+
+
+ACTIVATE = ("preflight", "--activate", "--yes", "--module", "M-07")
+
+
+def _sets(wire: list[bytes]) -> list[str]:
+    """What was sent besides questions, in order."""
+    requests = [decode_request(raw) for raw in wire]
+    return [request.command.name for request in requests if not request.is_repeatable]
+
+
+def test_activate_leads_in_one_connection_to_go(
+    port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]
+) -> None:
+    printed = run_here(capsys, [*ACTIVATE, "--port", port])
+    assert printed.out.startswith("GO: fit to fly\n")
+    assert "ACTIVE" in printed.err
+    assert _sets(wire) == ["attitude_trigger", "freefall_trigger", "activation"]
+    assert bench_of(port).state().is_active
+    database = open_database(data_folder()).database
+    kept = [one.verdict for one in CheckStore(database).checks(1)]
+    acts = database.read("SELECT act, outcome FROM audit ORDER BY id DESC LIMIT 1")
+    database.close()
+    assert kept == ["GO", "READY"]
+    assert acts == [("activate", "confirmed")]
+
+
+def test_json_is_one_object_of_the_last_verdict(port: str, capsys: pytest.CaptureFixture[str]) -> None:
+    shown = json.loads(run_here(capsys, [*ACTIVATE, "--port", port, "--json"]).out)
+    assert (shown["verdict"], shown["read"]["status"]["active"]) == ("GO", True)
+
+
+def test_without_yes_it_says_what_would_happen_and_sends_nothing(
+    port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]
+) -> None:
+    printed = run_here(capsys, ["preflight", "--activate", "--port", port], 2)
+    assert printed.out
+    assert f"dps-s preflight --port {port} --activate --yes" in printed.err
+    assert wire == []
+
+
+def test_several_ports_are_never_activated_by_one_command(
+    port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]
+) -> None:
+    run_here(capsys, [*ACTIVATE[:3], "--port", port, "--port", f"{port}b"], 2)
+    assert wire == []
+
+
+def _disable_light(port: str) -> None:
+    bench_of(port).set_bay(is_open=True)
+
+
+def _activate(port: str) -> None:
+    bench_of(port).module.activate(is_active=True)
+
+
+@pytest.mark.parametrize("arrange", [_disable_light, _activate])
+def test_what_is_not_ready_is_not_activated(
+    port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes], arrange: Callable[[str], None]
+) -> None:
+    arrange(port)
+    assert run_here(capsys, [*ACTIVATE, "--port", port], 1).out.startswith("NO-GO")
+    assert "activation" not in _sets(wire)
+
+
+def test_another_module_than_the_named_one_is_not_activated(
+    port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]
+) -> None:
+    run_here(capsys, ["preflight", "--enable-triggers", "--module", "M-07", "--port", port])
+    bench_of(port).module.memory.boot_count = 12
+    wire.clear()
+    assert run_here(capsys, [*ACTIVATE, "--port", port], 1).out.startswith("NO-GO")
+    assert _sets(wire) == []
+
+
+def _restart(bench: SimulatedBench) -> None:
+    bench.module.memory.boot_count -= 1
+    bench.restart()
+    bench.module.activate(is_active=True)
+
+
+def _move(bench: SimulatedBench) -> None:
+    bench.module.memory.attitude_threshold = 70
+
+
+def _lose(bench: SimulatedBench) -> None:
+    bench.module.activate(is_active=False)
+
+
+@pytest.mark.parametrize("act", [_restart, _move, _lose])
+def test_what_happens_at_the_activation_is_no_go_and_it_is_sent_once(
+    port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes], act: Callable[[SimulatedBench], None]
+) -> None:
+    bench = bench_of(port)
+    write = bench.wire.write
+
+    def written(data: bytes, now_s: float) -> None:
+        write(data, now_s)
+        if data[2] == 0x10:
+            threading.Timer(0.1, act, [bench]).start()
+
+    bench.wire.write = written  # type: ignore[method-assign]
+    assert run_here(capsys, [*ACTIVATE, "--port", port], 1).out.startswith("NO-GO")
+    assert _sets(wire).count("activation") == 1
+
+
+def test_without_an_audit_log_it_is_ready_and_not_activated(
+    port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]
+) -> None:
+    data_folder().parent.mkdir(parents=True)
+    data_folder().write_bytes(b"")  # a file where the folder should be
+    printed = run_here(capsys, [*ACTIVATE, "--port", port], 1)
+    assert printed.out.startswith("READY")
+    assert "Nothing was sent" in printed.err
+    assert "activation" not in _sets(wire)

@@ -17,9 +17,9 @@ from app.engine.worker import Batch, Job
 from app.limits.expectations import Expectations, Past, expectations_of
 from app.preflight.evidence import Disturbance, Evidence, FrameLog
 from app.preflight.findings import CheckResult
-from app.preflight.reread import REREAD_EVERY_S, StateReading, changes_between, read_state
+from app.preflight.reread import REREAD_EVERY_S, StateReading, read_state
 from app.preflight.run import TRIGGERS, run_preflight
-from app.preflight.verdict import VALID_FOR_S, Assessment, Verdict, Void, assess, void_reason
+from app.preflight.verdict import VALID_FOR_S, Assessment, Verdict, Void, assess, void_of_reading, void_reason
 from app.records.filing import Filed, Person
 from app.records.record import Record
 from app.safety.interlocks import interlock_inputs
@@ -269,12 +269,10 @@ class PreflightController(QObject):
         if self.standing not in _PASSED:
             return
         state = job.outcome() if job.run.error is None else None
-        changes = changes_between(evidence.last, state) if state is not None and evidence.last is not None else ()
-        if changes:
-            self._set_void(Void(Disturbance.CHANGED, changes[0].shown))
-        elif state is None or state.status is None or not state.is_complete:
-            self._set_void(Void(Disturbance.UNREAD))
-        elif state.status.active is not evidence.is_active:
+        void = void_of_reading(evidence, state)
+        if void is not None:
+            self._set_void(void)
+        elif state is not None and state.status is not None and state.status.active is not evidence.is_active:
             self._judge_again(replace(evidence, status=state.status))
         self.changed.emit()
 

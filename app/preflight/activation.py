@@ -1,0 +1,50 @@
+"""From READY to GO in the connection in which the triggers were enabled."""
+
+from concurrent.futures import Future
+from dataclasses import replace
+from typing import TypeVar
+
+from app.engine.procedure import EngineView, Inspect, Pause, Procedure, ask_report
+from app.preflight.evidence import Disturbance, Evidence
+from app.preflight.reread import read_state
+from app.preflight.verdict import Assessment, Void, void_of_reading, void_reason
+from app.procedures.act import Performed, perform
+from app.safety.acts import Act
+from app.safety.journal import Journal, Outcome
+from app.safety.permit import Permit
+
+ASK_EVERY_S = 0.05
+SETTLE_S = 0.6
+"""A module that restarts when it is activated has said so by then, with two heartbeats."""
+Result = TypeVar("Result")
+
+
+def await_while_asking(future: Future[Result]) -> Procedure[Result]:
+    """Its result. The module is asked meanwhile: one that is not asked could be exchanged unseen."""
+    while not future.done():
+        yield from ask_report()
+        yield Pause(ASK_EVERY_S)
+    return future.result()
+
+
+def activate_ready(ready: Assessment, journal: Journal, permit: Permit) -> Procedure[tuple[Performed, Evidence]]:
+    """Activate a module that is READY, once, and read everything again.
+
+    Returns the evidence to be judged: that of READY where nothing was sent; void where something else changed, or
+    where the module does not report that it is active.
+    """
+    evidence = ready.case.evidence
+    performed = yield from perform(Act.ACTIVATE, journal, permit=permit)
+    if performed.outcome is Outcome.NOT_SENT:
+        return performed, evidence
+    now = sent_at = yield Pause(ASK_EVERY_S)
+    while now < sent_at + SETTLE_S:
+        yield from ask_report()
+        now = yield Pause(ASK_EVERY_S)
+    state = yield from read_state()
+    end: EngineView = yield Inspect()
+    void = void_reason(ready, end.device, end.now, opened_at=end.opened_at) or void_of_reading(evidence, state)
+    if void is None and (state.status is None or not state.status.active):
+        void = Void(Disturbance.UNREAD)
+    reason = evidence.disturbance if void is None else void.reason
+    return performed, replace(evidence, status=state.status or evidence.status, disturbance=reason)
