@@ -204,7 +204,7 @@ COMMANDS: tuple[Command, ...] = (
     ),
     Command(
         code=0x15, name="light_threshold", title=marked("Light threshold"), vendor_term="光线阈值",
-        explanation=marked("Beyond it the parachute counts as gone."),
+        explanation=marked("Beyond it the parachute counts as ejected."),
         reply=TENTH_VOLT, reply_key="value_v", query_data=0x00, write=TENTH_VOLT, write_key="set_v",
         is_setting=True, advice=Advice(marked("Set it to the reading with the bay fully open.")),
     ),

@@ -79,9 +79,9 @@ def run(args: argparse.Namespace) -> int:
         else:
             _decode_hex(_bytes_of_arguments(words), asked, printer)
     except NotHex as error:
-        raise console.Refused(f"{error.word}: {tr('expected {expected}', expected=EXAMPLE)}") from error
+        raise console.Refused(tr("{word}: neither hex nor a file", word=error.word)) from error
     except UnicodeDecodeError as error:
-        raise console.Refused(f"{words[0]}: {tr('expected {expected}', expected=EXAMPLE)}") from error
+        raise console.Refused(tr("{word}: neither hex nor a file", word=words[0])) from error
     except CaptureRefused as error:
         text = str(error)
         raise console.Refused(tr(text)) from error

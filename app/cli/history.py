@@ -25,7 +25,7 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
     shape.add_argument("--csv", metavar="FILE", help=".csv, -")
     console.add_module_argument(parser, tr("store the records under this name"))
     parser.add_argument("--same-module", action="store_true",
-                        help=tr("it is the named module, whatever its boot count says"))  # fmt: skip
+                        help=tr("accept despite another boot count"))  # fmt: skip
     parser.set_defaults(run=run)
 
 

@@ -48,7 +48,7 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
     parser.add_argument("--records-reviewed", action="store_true",
                         help=tr("trigger records reviewed; without an answer: a new module"))  # fmt: skip
     parser.add_argument("--same-module", action="store_true",
-                        help=tr("it is the named module, whatever its boot count says"))  # fmt: skip
+                        help=tr("accept despite another boot count"))  # fmt: skip
     console.add_json_argument(parser)
     parser.set_defaults(run=run, printer=None)
 
@@ -354,7 +354,7 @@ def page_of(filed: "Filed") -> list[str]:
     lines = [coloured(verdict, Colour.BAD if assessment.verdict is Verdict.NO_GO else Colour.GOOD)]
     lines += [one.translated() for one in caveats(filed.record)]
     if assessment.verdict is not Verdict.NO_GO:
-        lines.append(tr("The verdict of this moment; nothing is watched afterwards."))
+        lines.append(tr("Valid now only; not monitored afterwards."))
     lines.append("")
     rows: list[tuple[str, ...]] = []
     colours: list[Colour | None] = []

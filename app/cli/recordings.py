@@ -156,4 +156,6 @@ def _found(library: "RecordingLibrary", name: str) -> "RecordingEntry":
     exact = [one for one in found if one.folder.name == name]
     if len(exact or found) == 1:
         return (exact or found)[0]
+    if not found:
+        raise console.Refused(tr("No recording is named “{name}”.", name=name))
     raise console.Refused(tr("{count} recordings begin with “{name}”.", count=len(found), name=name))

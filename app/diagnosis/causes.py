@@ -188,7 +188,7 @@ CAUSES: tuple[CauseRow, ...] = (
     CauseRow(
         Cause.FLAPPING,
         lambda seen: is_gone(seen) and seen.short_visits >= 2,
-        marked("The adapter at {port} came and went {visits} times."),
+        marked("The adapter at {port} disconnected {visits} times."),
         marked("Use another USB cable and socket, without a hub."),
     ),
     CauseRow(

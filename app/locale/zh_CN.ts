@@ -138,6 +138,10 @@
         <translation>程序错误导致串口关闭。</translation>
     </message>
     <message>
+        <source>A value changed without being written.</source>
+        <translation>有参数未经写入而改变。</translation>
+    </message>
+    <message>
         <source>A weak cell may not deploy the parachute.</source>
         <translation>电芯电压过低可能无法开伞。</translation>
     </message>
@@ -302,7 +306,7 @@
         <translation>全部飞行日志</translation>
     </message>
     <message>
-        <source>All {count} checks hold; warnings: {looks}.</source>
+        <source>All {count} checks passed; warnings: {looks}.</source>
         <translation>全部 {count} 项检查通过；警告：{looks} 项。</translation>
     </message>
     <message>
@@ -490,8 +494,8 @@
         <translation>低于阈值的时间</translation>
     </message>
     <message>
-        <source>Beyond it the parachute counts as gone.</source>
-        <translation>越过此值即判定降落伞已出仓。</translation>
+        <source>Beyond it the parachute counts as ejected.</source>
+        <translation>越过此值即视为降落伞已出仓。</translation>
     </message>
     <message>
         <source>Bit errors</source>
@@ -599,7 +603,7 @@
     </message>
     <message>
         <source>Changed without being written: {names}. See Settings.</source>
-        <translation>未写入却发生变化：{names}。请查看参数页。</translation>
+        <translation>未写入却发生变化：{names}。请查看“参数设置”页。</translation>
     </message>
     <message>
         <source>Changing the baud rate…</source>
@@ -616,6 +620,10 @@
     <message>
         <source>Charger</source>
         <translation>外接供电</translation>
+    </message>
+    <message>
+        <source>Charger disconnected</source>
+        <translation>充电器已断开</translation>
     </message>
     <message>
         <source>Charging</source>
@@ -951,7 +959,7 @@
     </message>
     <message>
         <source>Dimmed with an age: stale. Hatched: never reported.</source>
-        <translation>变淡并注明时间：已过时。斜线：从未报告过。</translation>
+        <translation>变淡并注明时间：已过时。斜纹：从未上报。</translation>
     </message>
     <message>
         <source>Direction of faults</source>
@@ -1079,7 +1087,7 @@
     </message>
     <message>
         <source>Ejector and rotors are off</source>
-        <translation>弹射装置和旋翼均已拆下</translation>
+        <translation>弹射装置和桨叶均已拆下</translation>
     </message>
     <message>
         <source>Empty slots: {count}.</source>
@@ -1202,6 +1210,10 @@
         <translation>不通过</translation>
     </message>
     <message>
+        <source>Failed: {why}.</source>
+        <translation>操作失败：{why}。</translation>
+    </message>
+    <message>
         <source>Fall</source>
         <translation>坠落</translation>
     </message>
@@ -1227,7 +1239,7 @@
     </message>
     <message>
         <source>Find out why (Triggers), repack, lock and restart.</source>
-        <translation>查明原因（触发记录），重新叠伞，锁定并重启。</translation>
+        <translation>查明原因（触发记录），重新叠伞装仓，锁定并重启。</translation>
     </message>
     <message>
         <source>Find the baud rate</source>
@@ -1240,10 +1252,6 @@
     <message>
         <source>Find the rate</source>
         <translation>查找波特率</translation>
-    </message>
-    <message>
-        <source>Fingerprint</source>
-        <translation>参数校验码</translation>
     </message>
     <message>
         <source>Fires</source>
@@ -1486,6 +1494,10 @@
         <translation>增大</translation>
     </message>
     <message>
+        <source>Interpretation</source>
+        <translation>规则解读</translation>
+    </message>
+    <message>
         <source>Interrupted: maybe at {rate} baud now. Use “Find my module”.</source>
         <translation>已中断：可能已为 {rate} 波特。请使用“查找模块”。</translation>
     </message>
@@ -1526,10 +1538,6 @@
         <translation>从未触发，或记录已被清除。</translation>
     </message>
     <message>
-        <source>It has no parachute left.</source>
-        <translation>已无可用的降落伞。</translation>
-    </message>
-    <message>
         <source>It is being written: not deleted.</source>
         <translation>正在写入，未删除。</translation>
     </message>
@@ -1559,15 +1567,15 @@
     </message>
     <message>
         <source>It will FIRE four times: take off the ejector (pyro or spring) and the rotors.</source>
-        <translation>模块将触发四次：请先拆下弹射装置（火工品或弹簧）和旋翼。</translation>
+        <translation>模块将触发四次：请先拆下弹射装置（火工品或弹簧）和桨叶。</translation>
     </message>
     <message>
         <source>It would send {frame}.</source>
         <translation>正式执行时将发送 {frame}。</translation>
     </message>
     <message>
-        <source>Its approved fingerprint was removed.</source>
-        <translation>已移除其批准的参数校验码。</translation>
+        <source>Its approved settings code was removed.</source>
+        <translation>已删除其中批准的参数校验码。</translation>
     </message>
     <message>
         <source>JSON Schema of an output</source>
@@ -1579,19 +1587,19 @@
     </message>
     <message>
         <source>Judge it on the Triggers page.</source>
-        <translation>在“触发记录”页面判定。</translation>
+        <translation>在“触发记录”页面复核。</translation>
     </message>
     <message>
         <source>Judged: {judgement}.</source>
-        <translation>已判定：{judgement}。</translation>
+        <translation>已复核：{judgement}。</translation>
     </message>
     <message>
         <source>Judged: {judgement}; “{note}”.</source>
-        <translation>已判定：{judgement}；“{note}”。</translation>
+        <translation>已复核：{judgement}；“{note}”。</translation>
     </message>
     <message>
         <source>Judgement taken back.</source>
-        <translation>判定已撤回。</translation>
+        <translation>复核已撤回。</translation>
     </message>
     <message>
         <source>Judging…</source>
@@ -1659,7 +1667,7 @@
     </message>
     <message>
         <source>LOCK not reported; sent again when the port is back.</source>
-        <translation>尚未报告锁定；串口恢复后将再次发送。</translation>
+        <translation>尚未上报锁定；串口恢复后将再次发送。</translation>
     </message>
     <message>
         <source>LOCK not sent: treat the module as ACTIVE. Sent when the port is back.</source>
@@ -1671,11 +1679,11 @@
     </message>
     <message>
         <source>LOCK sent {count}×, not yet reported</source>
-        <translation>锁定已发送 {count} 次，尚未报告</translation>
+        <translation>锁定已发送 {count} 次，尚未上报</translation>
     </message>
     <message>
         <source>LOCK sent {count}×; the module still reports ACTIVE.</source>
-        <translation>锁定已发送 {count} 次，模块仍报告已激活。</translation>
+        <translation>锁定已发送 {count} 次，模块仍上报已激活。</translation>
     </message>
     <message>
         <source>LOCK was not sent: treat the module as ACTIVE.</source>
@@ -1736,10 +1744,6 @@
     <message>
         <source>Left out, unreadable or altered: {count}</source>
         <translation>已略去（无法读取或被改动）：{count}</translation>
-    </message>
-    <message>
-        <source>Length</source>
-        <translation>合加速度</translation>
     </message>
     <message>
         <source>Length of the time line</source>
@@ -1870,6 +1874,10 @@
         <translation>正在计算阈值…</translation>
     </message>
     <message>
+        <source>Looser than advised: {checks}.</source>
+        <translation>限值比建议宽松：{checks}。</translation>
+    </message>
+    <message>
         <source>Lost at rest</source>
         <translation>静止时丢失</translation>
     </message>
@@ -1902,12 +1910,16 @@
         <translation>MIT 许可证。所用组件：</translation>
     </message>
     <message>
+        <source>Magnitude</source>
+        <translation>合加速度</translation>
+    </message>
+    <message>
         <source>Maintenance</source>
         <translation>维护</translation>
     </message>
     <message>
         <source>Make safe</source>
-        <translation>转入安全</translation>
+        <translation>转入安全状态</translation>
     </message>
     <message>
         <source>Make sure which module this is.</source>
@@ -1923,7 +1935,7 @@
     </message>
     <message>
         <source>Margins below 1°, 0.1 g or one report do not count.</source>
-        <translation>小于 1°、0.1 g 或一次报告间隔的余量不算余量。</translation>
+        <translation>小于 1°、0.1 g 或一次上报间隔的余量视为零。</translation>
     </message>
     <message>
         <source>Mark</source>
@@ -1931,7 +1943,7 @@
     </message>
     <message>
         <source>Mark as reviewed</source>
-        <translation>标为已审阅</translation>
+        <translation>标为已复核</translation>
     </message>
     <message>
         <source>Marked</source>
@@ -2023,7 +2035,7 @@
     </message>
     <message>
         <source>Module not proven: only queries are sent.</source>
-        <translation>尚未确认是所指的模块：仅发送查询命令。</translation>
+        <translation>尚未确认模块身份：仅发送查询命令。</translation>
     </message>
     <message>
         <source>Module: {name}</source>
@@ -2095,7 +2107,7 @@
     </message>
     <message>
         <source>NOT reported, treat as ACTIVE: {names}</source>
-        <translation>未报告锁定，请按已激活对待：{names}</translation>
+        <translation>未上报锁定，请按已激活对待：{names}</translation>
     </message>
     <message>
         <source>Name</source>
@@ -2130,6 +2142,10 @@
         <translation>名称已替换。不会发送任何内容。</translation>
     </message>
     <message>
+        <source>Needs decision</source>
+        <translation>待确认</translation>
+    </message>
+    <message>
         <source>Never counts as falling: nothing is below 0 g.</source>
         <translation>永远不会判定为失重：加速度不可能低于 0 g。</translation>
     </message>
@@ -2146,12 +2162,12 @@
         <translation>新模块</translation>
     </message>
     <message>
-        <source>New ones begin.</source>
-        <translation>将重新开始记录。</translation>
-    </message>
-    <message>
         <source>New profile…</source>
         <translation>新建配置文件…</translation>
+    </message>
+    <message>
+        <source>New records are started.</source>
+        <translation>将重新开始记录。</translation>
     </message>
     <message>
         <source>New value</source>
@@ -2191,7 +2207,7 @@
     </message>
     <message>
         <source>No answer at any rate ({old} → {new} baud). Switch it off and on, then use “Find my module”.</source>
-        <translation>任何波特率均无应答（{old} → {new} 波特）。请断电重启模块，再使用“查找我的模块”。</translation>
+        <translation>任何波特率均无应答（{old} → {new} 波特）。请断电重启模块，再使用“查找模块”。</translation>
     </message>
     <message>
         <source>No answer: the records are unknown.</source>
@@ -2228,6 +2244,10 @@
     <message>
         <source>No flight logs yet</source>
         <translation>还没有飞行日志</translation>
+    </message>
+    <message>
+        <source>No interruption</source>
+        <translation>检查期间无中断</translation>
     </message>
     <message>
         <source>No longer on the module</source>
@@ -2312,6 +2332,10 @@
     <message>
         <source>No recent files</source>
         <translation>没有最近的文件</translation>
+    </message>
+    <message>
+        <source>No recording is named “{name}”.</source>
+        <translation>没有名为“{name}”的数据记录。</translation>
     </message>
     <message>
         <source>No recordings yet</source>
@@ -2404,10 +2428,6 @@
     <message>
         <source>Not as written: {names}.</source>
         <translation>与写入值不符：{names}。</translation>
-    </message>
-    <message>
-        <source>Not charging</source>
-        <translation>未充电</translation>
     </message>
     <message>
         <source>Not confirmed.</source>
@@ -2619,7 +2639,7 @@
     </message>
     <message>
         <source>Only one list has flights.</source>
-        <translation>只有一个列表有飞行。</translation>
+        <translation>只有一个列表有飞行日志。</translation>
     </message>
     <message>
         <source>Open</source>
@@ -2910,6 +2930,10 @@
         <translation>缺少 Qt 所需的系统库：{names}。</translation>
     </message>
     <message>
+        <source>Quantity</source>
+        <translation>项目</translation>
+    </message>
+    <message>
         <source>Quaternion</source>
         <translation>四元数</translation>
     </message>
@@ -2964,10 +2988,6 @@
     <message>
         <source>Read the record</source>
         <translation>读取记录</translation>
-    </message>
-    <message>
-        <source>Reading</source>
-        <translation>规则解读</translation>
     </message>
     <message>
         <source>Reading again…</source>
@@ -3103,7 +3123,7 @@
     </message>
     <message>
         <source>Reports</source>
-        <translation>状态报告</translation>
+        <translation>状态上报</translation>
     </message>
     <message>
         <source>Reports active late</source>
@@ -3295,7 +3315,7 @@
     </message>
     <message>
         <source>Select flights and press M</source>
-        <translation>选中飞行后按 M</translation>
+        <translation>选中飞行日志后按 M</translation>
     </message>
     <message>
         <source>Send no commands during the check.</source>
@@ -3419,7 +3439,7 @@
     </message>
     <message>
         <source>Shaded: fires, but must not. Hatched: must fire, but is missed.</source>
-        <translation>着色：不得触发却触发。斜线：必须触发却漏掉。</translation>
+        <translation>着色：不得触发却触发。斜纹：必须触发却漏掉。</translation>
     </message>
     <message>
         <source>Shake plug and cable gently</source>
@@ -3496,10 +3516,6 @@
     <message>
         <source>Slowest answer</source>
         <translation>最慢应答</translation>
-    </message>
-    <message>
-        <source>Softer than advised: {checks}.</source>
-        <translation>限值比建议宽松：{checks}。</translation>
     </message>
     <message>
         <source>Sounds: triggered, lost, restarted</source>
@@ -3659,7 +3675,7 @@
     </message>
     <message>
         <source>Take the rotors off.</source>
-        <translation>拆下旋翼。</translation>
+        <translation>拆下桨叶。</translation>
     </message>
     <message>
         <source>Takes its position as level; for small mounting errors only.</source>
@@ -3690,11 +3706,7 @@
         <translation>文字大小</translation>
     </message>
     <message>
-        <source>That did not work: {why}.</source>
-        <translation>操作失败：{why}。</translation>
-    </message>
-    <message>
-        <source>The adapter at {port} came and went {visits} times.</source>
+        <source>The adapter at {port} disconnected {visits} times.</source>
         <translation>{port} 的适配器反复断开，共 {visits} 次。</translation>
     </message>
     <message>
@@ -3743,11 +3755,11 @@
     </message>
     <message>
         <source>The clock jumps back; samples left out: {count}.</source>
-        <translation>时钟向后跳变；略去采样：{count} 个。</translation>
+        <translation>时钟回跳；略去采样：{count} 个。</translation>
     </message>
     <message>
         <source>The computer slept for {time}; everything is read again.</source>
-        <translation>计算机休眠了 {time}；所有数据正在重新读取。</translation>
+        <translation>电脑休眠了 {time}；所有数据正在重新读取。</translation>
     </message>
     <message>
         <source>The computer slept; the operation was cancelled.</source>
@@ -3791,7 +3803,7 @@
     </message>
     <message>
         <source>The module answers at {rate} baud.</source>
-        <translation>模块以 {rate} 波特应答。</translation>
+        <translation>模块应答的波特率为 {rate} 波特。</translation>
     </message>
     <message>
         <source>The module answers.</source>
@@ -3803,7 +3815,7 @@
     </message>
     <message>
         <source>The module cannot say whether it is enabled.</source>
-        <translation>模块无法报告其是否启用。</translation>
+        <translation>模块无法上报其是否启用。</translation>
     </message>
     <message>
         <source>The module does not answer.</source>
@@ -3815,7 +3827,7 @@
     </message>
     <message>
         <source>The module has triggered: LOCK, read the record, pack, check again.</source>
-        <translation>模块已触发：请锁定、读取记录、重新装伞并检查。</translation>
+        <translation>模块已触发：请锁定、读取记录、重新叠伞装仓并检查。</translation>
     </message>
     <message>
         <source>The module is ACTIVE: it fires also without this program.</source>
@@ -3851,7 +3863,7 @@
     </message>
     <message>
         <source>The module refused and reports no trigger.</source>
-        <translation>模块拒绝执行，且未报告触发。</translation>
+        <translation>模块拒绝执行，且未上报触发。</translation>
     </message>
     <message>
         <source>The module refused.</source>
@@ -3859,15 +3871,15 @@
     </message>
     <message>
         <source>The module reports ACTIVE.</source>
-        <translation>模块报告：已激活。</translation>
+        <translation>模块上报：已激活。</translation>
     </message>
     <message>
         <source>The module reports LOCKED.</source>
-        <translation>模块报告：已锁定。</translation>
+        <translation>模块上报：已锁定。</translation>
     </message>
     <message>
         <source>The module reports that it has fired.</source>
-        <translation>模块报告已触发开伞。</translation>
+        <translation>模块上报已触发开伞。</translation>
     </message>
     <message>
         <source>The module restarted.</source>
@@ -3887,7 +3899,7 @@
     </message>
     <message>
         <source>The module still reports LOCKED.</source>
-        <translation>模块仍报告：已锁定。</translation>
+        <translation>模块仍上报：已锁定。</translation>
     </message>
     <message>
         <source>The module was locked.</source>
@@ -3896,6 +3908,10 @@
     <message>
         <source>The module was switched off.</source>
         <translation>模块已关机。</translation>
+    </message>
+    <message>
+        <source>The parachute is spent.</source>
+        <translation>降落伞已用完。</translation>
     </message>
     <message>
         <source>The port has only a name, which may be another adapter's by now: connect again by hand.</source>
@@ -3915,7 +3931,7 @@
     </message>
     <message>
         <source>The readings of the rule differ:</source>
-        <translation>两种理解的结果不同：</translation>
+        <translation>两种解读的结果不同：</translation>
     </message>
     <message>
         <source>The readings scatter: measure again in steady light.</source>
@@ -3984,10 +4000,6 @@
     <message>
         <source>The vendor advises not to change it.</source>
         <translation>厂家建议不要更改。</translation>
-    </message>
-    <message>
-        <source>The verdict of this moment; nothing is watched afterwards.</source>
-        <translation>仅为此刻的结论；之后不再监视。</translation>
     </message>
     <message>
         <source>Theme</source>
@@ -4126,10 +4138,6 @@
         <translation>时间为估算值。</translation>
     </message>
     <message>
-        <source>To be settled</source>
-        <translation>待确认</translation>
-    </message>
-    <message>
         <source>Tolerance</source>
         <translation>允差</translation>
     </message>
@@ -4163,11 +4171,11 @@
     </message>
     <message>
         <source>Treat it as ready to fire until it reports LOCKED.</source>
-        <translation>在其报告“已锁定”之前，请视为随时可能开伞。</translation>
+        <translation>在其上报“已锁定”之前，请视为随时可能开伞。</translation>
     </message>
     <message>
         <source>Treat the module as ACTIVE: it does not report LOCKED.</source>
-        <translation>请将模块视为已激活：模块未报告锁定。</translation>
+        <translation>请将模块视为已激活：模块未上报锁定。</translation>
     </message>
     <message>
         <source>Trigger</source>
@@ -4270,10 +4278,6 @@
         <translation>未签署，缺少：{missing}。</translation>
     </message>
     <message>
-        <source>Undisturbed</source>
-        <translation>未受干扰</translation>
-    </message>
-    <message>
         <source>Undo</source>
         <translation>撤销</translation>
     </message>
@@ -4291,7 +4295,7 @@
     </message>
     <message>
         <source>Unjudged trigger records: {count}.</source>
-        <translation>未判定的触发记录：{count} 条。</translation>
+        <translation>未复核的触发记录：{count} 条。</translation>
     </message>
     <message>
         <source>Unknown: {what}.</source>
@@ -4378,8 +4382,8 @@
         <translation>作废</translation>
     </message>
     <message>
-        <source>Value</source>
-        <translation>项目</translation>
+        <source>Valid now only; not monitored afterwards.</source>
+        <translation>结论仅此刻有效；之后不再监视。</translation>
     </message>
     <message>
         <source>Vendor's advice</source>
@@ -4428,10 +4432,6 @@
     <message>
         <source>Was {before}, now {after}; not written here.</source>
         <translation>原为 {before}，现为 {after}；并非在此写入。</translation>
-    </message>
-    <message>
-        <source>What changes by itself is unreliable.</source>
-        <translation>自行变化的参数不可信赖。</translation>
     </message>
     <message>
         <source>What has the keyboard?</source>
@@ -4515,7 +4515,7 @@
     </message>
     <message>
         <source>Would not have fired ({time} judged).</source>
-        <translation>未触发（已判断 {time}）。</translation>
+        <translation>不会触发（已判断 {time}）。</translation>
     </message>
     <message>
         <source>Write</source>
@@ -4626,6 +4626,10 @@
         <translation>加速度，0.1 g</translation>
     </message>
     <message>
+        <source>accept despite another boot count</source>
+        <translation>开机次数不同也接受</translation>
+    </message>
+    <message>
         <source>acknowledged</source>
         <translation>已应答</translation>
     </message>
@@ -4683,7 +4687,7 @@
     </message>
     <message>
         <source>all records reviewed</source>
-        <translation>全部记录已查看</translation>
+        <translation>全部记录已复核</translation>
     </message>
     <message>
         <source>all settings of this profile</source>
@@ -4899,7 +4903,7 @@
     </message>
     <message>
         <source>computer slept</source>
-        <translation>计算机曾休眠</translation>
+        <translation>电脑曾休眠</translation>
     </message>
     <message>
         <source>confirmed</source>
@@ -4991,7 +4995,7 @@
     </message>
     <message>
         <source>enable both automatic triggers first</source>
-        <translation>先使能两个自动触发</translation>
+        <translation>先启用两个自动触发</translation>
     </message>
     <message>
         <source>enable, check, activate if READY, read again: GO</source>
@@ -5168,10 +5172,6 @@
     <message>
         <source>it is not whole</source>
         <translation>内容不完整</translation>
-    </message>
-    <message>
-        <source>it is the named module, whatever its boot count says</source>
-        <translation>确认是该模块，忽略开机次数</translation>
     </message>
     <message>
         <source>it is too long</source>
@@ -5398,10 +5398,6 @@
         <translation>没有找到它的密码</translation>
     </message>
     <message>
-        <source>no recording of this program</source>
-        <translation>不是本程序的数据记录</translation>
-    </message>
-    <message>
         <source>no reply</source>
         <translation>无应答</translation>
     </message>
@@ -5439,7 +5435,7 @@
     </message>
     <message>
         <source>no status reports</source>
-        <translation>没有状态报告</translation>
+        <translation>没有状态上报</translation>
     </message>
     <message>
         <source>no stream</source>
@@ -5474,7 +5470,11 @@
         <translation>不是 UTF-8 文本。</translation>
     </message>
     <message>
-        <source>not a fingerprint.</source>
+        <source>not a recording by this program</source>
+        <translation>不是本程序的数据记录</translation>
+    </message>
+    <message>
+        <source>not a settings code.</source>
         <translation>不是有效的参数校验码。</translation>
     </message>
     <message>
@@ -6019,7 +6019,7 @@
     </message>
     <message>
         <source>this computer does not trust its certificate</source>
-        <translation>本计算机不信任其证书</translation>
+        <translation>本电脑不信任其证书</translation>
     </message>
     <message>
         <source>threshold {value:.1f} V</source>
@@ -6251,7 +6251,7 @@
     </message>
     <message>
         <source>{count} report LOCKED</source>
-        <translation>{count} 个已报告锁定</translation>
+        <translation>{count} 个已上报锁定</translation>
     </message>
     <message>
         <source>{count} selected</source>
@@ -6280,6 +6280,10 @@
     <message>
         <source>{file} cannot be written: {why}.</source>
         <translation>无法写入 {file}：{why}。</translation>
+    </message>
+    <message>
+        <source>{file} exists and is not a pre-flight report: choose another name.</source>
+        <translation>{file} 已存在且不是飞行前检查报告：请换一个名称。</translation>
     </message>
     <message>
         <source>{file} exists: use --append or --force.</source>
@@ -6312,10 +6316,6 @@
     <message>
         <source>{file} is not a profile</source>
         <translation>{file} 不是配置文件</translation>
-    </message>
-    <message>
-        <source>{file} is there and is no pre-flight report: choose another name.</source>
-        <translation>{file} 已存在且不是飞行前检查报告：请换一个名称。</translation>
     </message>
     <message>
         <source>{file} needs a newer version of this program.</source>
@@ -6455,7 +6455,7 @@
     </message>
     <message>
         <source>{port} leads to a computer, not a module.</source>
-        <translation>{port} 连接的是计算机，不是模块。</translation>
+        <translation>{port} 连接的是电脑，不是模块。</translation>
     </message>
     <message>
         <source>{port} vanishes: brltty, for Braille displays, takes the adapter.</source>
@@ -6487,7 +6487,7 @@
     </message>
     <message>
         <source>{reading}: would not fire.</source>
-        <translation>{reading}：未触发。</translation>
+        <translation>{reading}：不会触发。</translation>
     </message>
     <message>
         <source>{reason}: {what}</source>
@@ -6744,6 +6744,10 @@
     <message>
         <source>{why}.</source>
         <translation>{why}。</translation>
+    </message>
+    <message>
+        <source>{word}: neither hex nor a file</source>
+        <translation>{word}：既不是十六进制，也不是文件</translation>
     </message>
     <message>
         <source>“Verified” means written, asked for again, and equal.</source>

@@ -6,7 +6,7 @@ from typing import Final, NamedTuple
 from app.engine.device import StatusSample
 from app.limits.out_of_limits import OutOfLimit, bay_outside, cell_outside
 from app.preflight.evidence import HEARTBEATS, STILL_S
-from app.preflight.findings import NO, YES, Case, Check, CheckResult, Finding, judged, unknown
+from app.preflight.findings import YES, Case, Check, CheckResult, Finding, judged, unknown
 from app.text.messages import UserMessage, joined, message
 from protocol.fields import Value
 from protocol.translatable import marked
@@ -193,7 +193,8 @@ def not_charging(case: Case) -> Finding:
     if not states:
         return unknown(case.fault("charging"), limit)
     is_charging = any(states)
-    return judged(is_charging, YES if is_charging else NO, limit, is_fine=not is_charging)
+    shown = message(marked("charging") if is_charging else marked("confirmed"))
+    return judged(is_charging, shown, limit, is_fine=not is_charging)
 
 
 def bay_closed(case: Case) -> Finding:
@@ -211,11 +212,11 @@ def bay_closed(case: Case) -> Finding:
 
 
 LINE_CHECKS: Final = (
-    Check("undisturbed", marked("Undisturbed"), undisturbed,
+    Check("undisturbed", marked("No interruption"), undisturbed,
           marked("Earlier values no longer count."),
           marked("Check cable and power.")),
     Check("read_twice", marked("Same when read twice"), read_twice,
-          marked("What changes by itself is unreliable."),
+          marked("A value changed without being written."),
           marked("Write the settings again; if they change, do not fly.")),
     Check("link_loss", marked("Link: loss"), link_loss,
           marked("A bad line loses or falsifies values."),
@@ -227,7 +228,7 @@ LINE_CHECKS: Final = (
           marked("Earlier values no longer count."),
           marked("Check cable and power.")),
     Check("triggered", marked("Not triggered"), not_triggered,
-          marked("It has no parachute left."),
+          marked("The parachute is spent."),
           marked("Find out why (Triggers), repack, lock and restart.")),
     Check("activation", marked("Activation"), activation,
           marked("An active module fires when it tips over or falls."),
@@ -247,7 +248,7 @@ LINE_CHECKS: Final = (
     Check("cell_voltage", marked("Cell voltage"), cell_voltage,
           marked("A weak cell may not deploy the parachute."),
           marked("Charge it, unplug it, wait a minute.")),
-    Check("charging", marked("Not charging"), not_charging,
+    Check("charging", marked("Charger disconnected"), not_charging,
           marked("The charger hides the cell's voltage."),
           marked("Unplug the external power.")),
     Check("light", marked("Bay closed"), bay_closed,

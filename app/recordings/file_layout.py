@@ -95,7 +95,7 @@ def read_opening(folder: Path) -> Opening:
     try:
         fields = json.loads(raw)
         if fields["format"] != FORMAT:
-            raise Unreadable(marked("no recording of this program"))
+            raise Unreadable(marked("not a recording by this program"))
         if fields["version"] != VERSION:
             raise Unreadable(marked("written by a newer version"))
         started_at = datetime.fromisoformat(fields["started_at"])

@@ -194,7 +194,7 @@ def caveats(record: Mapping[str, object]) -> list[UserMessage]:
             UserMessage(str(one.get("title"))) for one in checks if isinstance(one, Mapping) and one.get("id") in softer
         ]
         if titles:
-            found.append(message(marked("Softer than advised: {checks}."), checks=joined(titles)))
+            found.append(message(marked("Looser than advised: {checks}."), checks=joined(titles)))
     return found
 
 

@@ -41,7 +41,7 @@ def check_target(path: Path, is_ours: Callable[[Path], bool] | None = None) -> N
         raise ReportRefused(message(marked("There is no folder {folder}."), folder=path.parent))
     for target in (path, path.with_suffix(".json")):
         if target.exists() and not may_replace(target):
-            text = marked("{file} is there and is no pre-flight report: choose another name.")
+            text = marked("{file} exists and is not a pre-flight report: choose another name.")
             raise ReportRefused(message(text, file=target))
 
 

@@ -57,7 +57,7 @@ def _head(record: Record) -> str:
     skipped = sum(1 for one in list_in(record, "manual") if isinstance(one, Mapping) and one.get("is_done") is None)
     if verdict is not Verdict.NO_GO and void is None:
         looks = sum(_result(one) is CheckResult.WARN for one in checks)
-        under = tr("All {count} checks hold; warnings: {looks}.", count=len(checks), looks=looks)
+        under = tr("All {count} checks passed; warnings: {looks}.", count=len(checks), looks=looks)
     else:
         under = tr("{count} of {all} checks not OK.", count=failed, all=len(checks))
     if void is not None:

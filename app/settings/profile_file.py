@@ -203,7 +203,7 @@ class _Reader:
         name = self._text(tables, "name", MAX_NAME_LENGTH)
         fingerprint = self._text(tables, "approved_fingerprint", MAX_NAME_LENGTH) or None
         if fingerprint is not None and not is_fingerprint(fingerprint):
-            self._refuse(("approved_fingerprint",), marked("not a fingerprint."))
+            self._refuse(("approved_fingerprint",), marked("not a settings code."))
         self._flag(tables, ("expect_active",))
         return Profile(
             name=name,

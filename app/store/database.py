@@ -96,7 +96,7 @@ class SetAside:
             text = marked("A file of another program was kept as {path}.")
         kept = (message(text, path=self.path),) if self.path is not None else ()
         if self.restored_at is None:
-            return joined((*kept, message(marked("New ones begin."))), " ")
+            return joined((*kept, message(marked("New records are started."))), " ")
         when = f"{self.restored_at.astimezone():%Y-%m-%d %H:%M}"
         text = marked("Records restored from the copy of {when}; later ones are missing.")
         return joined((*kept, message(text, when=when)), " ")

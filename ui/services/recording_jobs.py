@@ -203,4 +203,4 @@ def _refusal(error: Exception, path: Path | None) -> str:
     if path is not None:
         return not_saved_text(path, error)
     why = error_text(error)
-    return tr("That did not work: {why}.", why=why)
+    return tr("Failed: {why}.", why=why)

@@ -80,7 +80,7 @@ def run_status(args: argparse.Namespace) -> int:
         (tr("Records"), f"{status.facts} ({status.own})"),
         (tr("Stations"), f"{len(stations)}"),
         (tr("Server"), status.place or "–"),
-        (tr("To be settled"), f"{status.conflicts}"),
+        (tr("Needs decision"), f"{status.conflicts}"),
         (tr("Missing in chains"), f"{sum(one.missing for one in chains)}"),
     ), indent=2))  # fmt: skip
     shared = tr("Not shared: {count}. Last: {time}.", count=status.not_shared, time=status.last_at or "–")

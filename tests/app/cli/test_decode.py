@@ -134,12 +134,12 @@ def test_bytes_as_people_write_them(words: list[str], capsys: pytest.CaptureFixt
 @pytest.mark.parametrize(
     ("words", "named"),
     [
-        (["41", "7"], "7: expected"),
-        (["417", "532"], "7: expected"),
-        (["4175zz"], "zz: expected"),
-        (["hello", "41"], "hello: expected"),
-        (["41", "-"], "-: expected"),
-        (["0x"], "0x: expected"),
+        (["41", "7"], "7: neither hex nor a file"),
+        (["417", "532"], "7: neither hex nor a file"),
+        (["4175zz"], "zz: neither hex nor a file"),
+        (["hello", "41"], "hello: neither hex nor a file"),
+        (["41", "-"], "-: neither hex nor a file"),
+        (["0x"], "0x: neither hex nor a file"),
     ],
 )
 def test_what_is_no_hex_is_refused_by_name_before_anything_is_printed(
@@ -199,7 +199,7 @@ def test_bad_standard_input_is_refused_after_what_came_before(
     assert run("--json", "-") == 2
     printed = capsys.readouterr()
     assert [one["hex"] for one in objects(printed.out)] == [STATUS]
-    assert "xyz: expected" in printed.err
+    assert "xyz: neither hex nor a file" in printed.err
 
 
 def test_binary_standard_input_is_refused_in_a_sentence(
@@ -207,7 +207,7 @@ def test_binary_standard_input_is_refused_in_a_sentence(
 ) -> None:
     monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(b"Au\xff\xfe"), encoding="utf-8"))
     assert run("-") == 2
-    assert "expected" in capsys.readouterr().err
+    assert "neither hex nor a file" in capsys.readouterr().err
 
 
 def test_lines_come_while_the_input_goes_on_and_a_closed_output_is_no_error() -> None:

@@ -68,8 +68,8 @@ def test_a_softer_limit_is_said_beside_the_verdict_on_the_record_and_on_the_repo
     about = RecordContext(at=local_now(), program_version="1", who="Li Wei", module="M", aircraft="B")
     record = make_record(checked.assessment, about, checked.log)
     assert record["softer_limits"] == ["tilt", "cell_voltage"]
-    assert [one.in_english() for one in caveats(record)] == ["Softer than advised: Tilt: level, Cell voltage."]
-    assert "Softer than advised: Tilt: level, Cell voltage." in body(record)
+    assert [one.in_english() for one in caveats(record)] == ["Looser than advised: Tilt: level, Cell voltage."]
+    assert "Looser than advised: Tilt: level, Cell voltage." in body(record)
 
 
 @pytest.mark.parametrize(("key", "raw", "name"), [

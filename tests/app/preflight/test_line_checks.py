@@ -147,7 +147,9 @@ def test_external_power_in_one_answer_is_enough(states: list[Value], result: Che
     found = finding("charging", series={"charging": states})
     assert found.result is result
     if result is not UNKNOWN:
-        assert (found.measured, found.shown.in_english()) == ((True, "yes") if result is FAIL else (False, "no"))
+        assert (found.measured, found.shown.in_english()) == (
+            (True, "charging") if result is FAIL else (False, "confirmed")
+        )
 
 
 @pytest.mark.parametrize(

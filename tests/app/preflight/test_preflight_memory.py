@@ -122,7 +122,7 @@ def test_the_command_line_says_so_and_that_nothing_is_watched(port: str, capsys:
     out = Printed(capsys).out
     assert "UNSIGNED, missing: Checked by, Module, Aircraft." in out
     assert "SIMULATED MODULE: no evidence." in out
-    assert "nothing is watched" in out
+    assert "not monitored afterwards" in out
 
 
 def test_a_sleep_during_the_check_is_called_a_sleep() -> None:

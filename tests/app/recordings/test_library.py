@@ -268,7 +268,7 @@ def test_export(kept_at: Path, tmp_path: Path, name: str, ending: str, capsys: p
 def test_a_name_must_match_one_recording(kept_at: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = str(tmp_path / "x.csv")
     assert program.main(["recordings", "export", "latest", path]) == 2
-    assert "0 recordings begin with “latest”" in Printed(capsys).err
+    assert "No recording is named “latest”" in Printed(capsys).err
     recorded(kept_at, 0.1)
     recorded(kept_at, 0.1)
     assert program.main(["recordings", "export", "2026", path]) == 2

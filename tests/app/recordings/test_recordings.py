@@ -248,7 +248,7 @@ def test_a_closed_recording_is_empty(tmp_path: Path) -> None:
     ("change", "why"),
     [
         ({"version": 2}, "newer version"),
-        ({"format": "else"}, "no recording of this program"),
+        ({"format": "else"}, "not a recording by this program"),
         ({"start_s": "soon"}, "damaged heading"),
         ({"start_s": float("nan")}, "damaged heading"),
         ({"started_at": "2026-11-21T12:00:00"}, "damaged heading"),

@@ -191,7 +191,7 @@ class BundlePreview(QWidget):
             self._where.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
 
     def _notify_failure(self, error: Exception) -> None:
-        self._result.notify(Meaning.ATTENTION, lambda: tr("That did not work: {why}.", why=error_text(error)))
+        self._result.notify(Meaning.ATTENTION, lambda: tr("Failed: {why}.", why=error_text(error)))
 
     # Making
 

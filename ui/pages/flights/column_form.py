@@ -31,7 +31,12 @@ from ui.widgets.sliders import WheelGuard, label_for
 
 NONE: Final[tuple[CsvRole, ...]] = ()
 _TIME_UNITS: Final = {CsvRole.TIME_S: "s", CsvRole.TIME_MS: "ms", CsvRole.TIME_US: "µs"}
-_TILT, _ROLL_PITCH, _LENGTH, _AXES_3 = marked("Tilt"), marked("Roll and pitch"), marked("Length"), marked("Three axes")
+_TILT, _ROLL_PITCH, _LENGTH, _AXES_3 = (
+    marked("Tilt"),
+    marked("Roll and pitch"),
+    marked("Magnitude"),
+    marked("Three axes"),
+)
 _ATTITUDE_WORDS: Final = dict(zip(
     ATTITUDES, ((_TILT, "°"), (marked("Quaternion"), ""), (_ROLL_PITCH, "°"), (_ROLL_PITCH, "rad")), strict=True,
 ))  # fmt: skip

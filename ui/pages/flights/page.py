@@ -180,9 +180,7 @@ class FlightsPage(Page):
     def _ended_notice(self, ended: LoadEnded) -> Notice | None:
         """None where everything was read."""
         if ended.why:
-            return Notice(
-                Meaning.ATTENTION, tr("That did not work: {why}.", why=ended.why), dismiss=self.result.dismiss
-            )
+            return Notice(Meaning.ATTENTION, tr("Failed: {why}.", why=ended.why), dismiss=self.result.dismiss)
         if ended.was_cancelled:
             read = [] if ended.total is None else [tr("{count} of {total} logs", count=ended.read, total=ended.total)]
             return Notice(Meaning.INFORMATION, join_sentences((tr("Cancelled."), *read)), dismiss=self.result.dismiss)

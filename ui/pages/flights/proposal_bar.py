@@ -139,7 +139,7 @@ class ProposalBar(QFrame):
         self._remembered.add_profile(path)
 
         def saved_text() -> str:
-            note = tr("Its approved fingerprint was removed.") if loses_approval else ""
+            note = tr("Its approved settings code was removed.") if loses_approval else ""
             return join_sentences([tr("Saved as {path}.", path=path), note])
 
         self._result.notify(Meaning.GOOD, saved_text)

@@ -39,7 +39,7 @@ class ThresholdPanel(QWidget):
         self.acceleration = Dial("flights_acceleration", minimum=_ACCELERATIONS_G[0], maximum=_ACCELERATIONS_G[1],
                                  step=0.1, unit=" g", guard=guard, decimals=1)  # fmt: skip
         self.time = Dial("flights_time", minimum=_TIMES_S[0], maximum=_TIMES_S[1], step=0.01, unit=" s", guard=guard)
-        self.reading = control(QComboBox(), texts, "flights_reading", says="Reading")
+        self.reading = control(QComboBox(), texts, "flights_reading", says="Interpretation")
         for reading in RuleReading:
             self.reading.addItem("", reading)
         guard.guard(self.reading)

@@ -75,7 +75,7 @@ _COLUMNS: Final = (
     TableColumn[StoredCheck](marked("Module"), lambda check: check.module or "—"),
     TableColumn[StoredCheck](marked("Aircraft"), lambda check: check.aircraft or "—"),
     TableColumn[StoredCheck](marked("Checked by"), lambda check: check.who or "—"),
-    TableColumn[StoredCheck](marked("Fingerprint"), lambda check: check.fingerprint or "—"),
+    TableColumn[StoredCheck](marked("Settings code"), lambda check: check.fingerprint or "—"),
 )
 
 

@@ -58,7 +58,7 @@ def _passed(work: PreflightController, assessment: Assessment) -> Announcement:
     if verdict is Verdict.READY and work.reported_active is not False:
         head = tr("Reading again…")  # it may be active by now
     warnings = sum(one.finding.result is CheckResult.WARN for one in assessment.checks)
-    what = tr("All {count} checks hold; warnings: {looks}.", count=len(CHECKS), looks=warnings)
+    what = tr("All {count} checks passed; warnings: {looks}.", count=len(CHECKS), looks=warnings)
     skipped = sum(item.is_done is None for item in assessment.manual)
     if skipped:
         what = join_sentences((what, tr("Skipped: {count}.", count=skipped)))

@@ -19,13 +19,13 @@ class FingerprintView(QWidget):
         super().__init__()
         self.setObjectName("fingerprint_view")
         self.code = named(QLabel(), "fingerprint", "strong")
-        note = control(QLabel(), texts, "fingerprint_note", "Fingerprint", role="small")
+        note = control(QLabel(), texts, "fingerprint_note", "Settings code", role="small")
         in_row(note, self.code, of=self, spacing=Space.S, margins=0)
 
     def show_device(self, device: DeviceView, now: float) -> None:
         found = fingerprint_of(device, now)
         is_known = found.code is not None and found.is_complete
         self.code.setText((found.code or "") if is_known else "—")
-        self.code.setAccessibleName(tr("{setting}: {what}", setting=tr("Fingerprint"), what=self.code.text()))
+        self.code.setAccessibleName(tr("{setting}: {what}", setting=tr("Settings code"), what=self.code.text()))
         missing = ", ".join(tr(command.title) for command in found.missing)
         self.setToolTip(tr("Not known: {names}", names=missing) if missing else tr("Same settings, same code"))

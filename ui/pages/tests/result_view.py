@@ -21,7 +21,7 @@ from ui.widgets.naming import named, set_role
 _ROW_PX: Final = 28
 
 COLUMNS: Final[tuple[TableColumn[MeasuredValue], ...]] = (
-    TableColumn(marked("Value"), lambda one: one.name.translated()),
+    TableColumn(marked("Quantity"), lambda one: one.name.translated()),
     TableColumn(marked("Measured"), lambda one: one.shown.translated()),
     TableColumn(marked("Tolerance"), lambda one: one.tolerance.translated()),
     TableColumn(

@@ -334,7 +334,7 @@ def test_thresholds_go_into_profiles(desk: Desk, tmp_path: Path) -> None:
     assert after.settings["light_threshold_v"] == 1.8
     assert (after.name, after.airframe, after.limits) == (before.name, before.airframe, before.limits)
     assert after.approved_fingerprint is None
-    assert "approved fingerprint was removed" in desk.notice()
+    assert "approved settings code was removed" in desk.notice()
 
 
 def test_nothing_on_the_page_can_reach_a_module() -> None:
