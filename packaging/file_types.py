@@ -28,8 +28,8 @@ FILE_TYPES: Final = (
     ),
     FileType(
         "Flight",
-        "Flight log or recording",
-        "飞行日志或数据记录",
+        "Session or flight log",
+        "数据记录或飞行日志",
         {
             ".ulg": "application/vnd.px4.ulog",
             ".bin": "application/octet-stream",

@@ -1,1 +1,1 @@
-"""Bytes as files: entries, reader, writer, explanation."""
+"""Bytes on the line: entries, text, explanation."""

@@ -1,4 +1,4 @@
-"""Reads captures: text files described in docs/capture.md.
+"""Reads captures as text: those of earlier versions, those in support bundles, and hex text.
 
     # DPS-S capture 1
     # program: DPS-S Configurator 0.1.0
@@ -17,10 +17,9 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from io import TextIOWrapper
-from typing import BinaryIO
+from typing import BinaryIO, Final
 
 from app.captures.entries import CaptureEntry, Way
-from app.captures.survey import BITS_PER_BYTE, ENTRY_LINE, MAGIC_LINE, MAX_LINE_LENGTH, CaptureProbe
 from app.captures.writer import BYTES_A_LINE, MAX_FILE_BYTES, Header
 from app.text.hex_text import HexText, NotHex
 from protocol.catalogue import DEFAULT_BAUD_RATE
@@ -28,6 +27,10 @@ from protocol.frame import Direction, Frame
 from protocol.stream import Piece, StreamParser
 from protocol.translatable import marked
 
+BITS_PER_BYTE: Final = 10
+MAX_LINE_LENGTH: Final = 64 * 1024
+MAGIC_LINE: Final = re.compile(r"#\s*DPS-S capture\s+(\d+)\s*")
+ENTRY_LINE: Final = re.compile(r"(\d{1,12}(?:\.\d{1,9})?)\s+([<>])\s*(.*)")
 MAX_FAULTS = 100
 STEP_CHARACTERS = 4096
 """Read at once from a file: about 2 ms of work."""
@@ -49,60 +52,29 @@ class CaptureRefused(ValueError):
     """The file is no capture: too long, or of a later version. The message is in English."""
 
 
-class OpenCapture:
-    """A capture file that is read step by step, in one thread."""
-
-    def __init__(self, file: BinaryIO) -> None:
-        """Raises OSError, or `CaptureRefused`."""
-        self._file = file
-        self._size = os.fstat(file.fileno()).st_size
-        if self._size > MAX_FILE_BYTES + MAX_LINE_LENGTH:
-            raise CaptureRefused(marked("the file is too long for a capture"))
-        self._survey = CaptureProbe()
-        self._lines: TextIOWrapper | None = None
-        self.reader = CaptureReader()
-
-    def steps(self) -> Iterator[list[CaptureEntry]]:
-        """All entries, in steps of some milliseconds of work; without entries during the survey.
-
-        Raises OSError, or `CaptureRefused`.
-        """
-        for _ in self._survey.steps(self._file):
-            yield []
-        self._file.seek(0)
-        self.reader.is_plain = self._survey.is_plain
-        lines = self._lines = TextIOWrapper(self._file, encoding="utf-8-sig", errors="replace")
-        while (some := self._some(lines)) is not None:
-            yield some
-        yield self.reader.end()
-
-    def _some(self, lines: TextIOWrapper) -> list[CaptureEntry] | None:
-        """Entries of the next lines; None at the end of the file."""
-        characters, entries = 0, list[CaptureEntry]()
-        while characters < STEP_CHARACTERS and (line := lines.readline(MAX_LINE_LENGTH + 1)):
+def read_text(file: BinaryIO, reader: "CaptureReader") -> Iterator[list[CaptureEntry]]:
+    """All entries, in steps of some milliseconds of work. Raises OSError, or `CaptureRefused`."""
+    if os.fstat(file.fileno()).st_size > MAX_FILE_BYTES + MAX_LINE_LENGTH:
+        raise CaptureRefused(marked("the file is too long for a capture"))
+    lines = TextIOWrapper(file, encoding="utf-8-sig", errors="replace")
+    characters, entries = 0, list[CaptureEntry]()
+    try:
+        while line := lines.readline(MAX_LINE_LENGTH + 1):
+            entries += reader.feed(line, goes_on=len(line) > MAX_LINE_LENGTH and not line.endswith("\n"))
             characters += len(line)
-            entries += self.reader.feed(line, goes_on=len(line) > MAX_LINE_LENGTH and not line.endswith("\n"))
-        return entries if characters else None
-
-    @property
-    def share_read(self) -> float:
-        """Share of the file that was read, 0 … 1."""
-        if self._lines is None:
-            return 0.0
-        return min(1.0, self._file.tell() / self._size) if self._size else 1.0
-
-    @property
-    def expected_s(self) -> float:
-        """Duration by the survey, in seconds."""
-        return self._survey.duration_s
+            if characters >= STEP_CHARACTERS:
+                yield entries
+                characters, entries = 0, []
+        yield entries + reader.end()
+    finally:
+        lines.detach()
 
 
 class CaptureReader:
     """Parses the lines of a capture one by one. Header and faults are those of the lines so far."""
 
-    def __init__(self, *, is_plain: bool = False) -> None:
-        self.is_plain = is_plain
-        """Whether it is hex text: no line looks like one of a capture."""
+    def __init__(self) -> None:
+        self._is_plain: bool | None = None
         self.header = Header()
         self.faults: list[LineFault] = []
         self._number = 0
@@ -115,6 +87,11 @@ class CaptureReader:
         self._has_entries = False
         self._part_begins_s = 0.0
 
+    @property
+    def is_plain(self) -> bool:
+        """Whether it is hex text: its first line that is not empty is none of a capture."""
+        return self._is_plain is True
+
     def feed(self, line: str, *, goes_on: bool = False) -> Sequence[CaptureEntry]:
         """Entries of the next line. With `goes_on` it is the beginning or a piece of a long line.
 
@@ -123,6 +100,8 @@ class CaptureReader:
         is_within, self._is_within = self._is_within, goes_on
         if not is_within:
             self._number += 1
+        if self._is_plain is None and (text := line.strip()):
+            self._is_plain = not (MAGIC_LINE.fullmatch(text) or ENTRY_LINE.fullmatch(text))
         if self.is_plain:
             return self._plain(line, is_within=is_within, goes_on=goes_on)
         if is_within:

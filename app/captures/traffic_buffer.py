@@ -16,7 +16,6 @@ from protocol.events import Event
 MAX_ENTRIES = 100_000
 """Half an hour of a usual stream, ten minutes of a full line. Older entries are in the session's recording."""
 MAX_BYTES = 8_000_000
-"""As text this is smaller than `MAX_FILE_BYTES`, so that it can be opened again."""
 PART_ENTRIES = 1000
 _PART_BYTES = 64 * 1024
 
@@ -93,6 +92,12 @@ class TrafficBuffer:
         if first is None:
             return ()
         return tuple(CaptureEntry(at_s - first.at_s, way, raw) for at_s, way, raw in chain((first,), last))
+
+    @property
+    def started_s(self) -> float:
+        """Wall time of the first entry, seconds since 1970."""
+        first = next(self._last(None), None)
+        return 0.0 if first is None else self.wall.at(first.at_s)
 
     def header(self, port: str, baud_rate: int, most: int | None = None) -> Header:
         """The header of a file with `entries(most)`."""

@@ -1,6 +1,6 @@
-"""Writes captures in the format of `app.captures.reader`."""
+"""Bytes on the line as entries, and entries as text: the form in which a support bundle shows them."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from app.captures.entries import CaptureEntry, Way
@@ -8,10 +8,8 @@ from protocol.events import Event, Received, Rejected, Sent
 
 MAGIC = "# DPS-S capture 1"
 MAX_FILE_BYTES = 64 * 1024 * 1024
-"""Limit of writing and reading a file: 15 minutes of a full line, hours of a usual one."""
+"""Limit of reading a file: 15 minutes of a full line, hours of a usual one."""
 BYTES_A_LINE = 4096
-ENTRIES_A_PART = 1000
-FULL = "# the file is full: what came afterwards is not in it"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -72,15 +70,3 @@ def lines_of(entry: CaptureEntry) -> Iterator[str]:
     for first in range(0, len(entry.raw), BYTES_A_LINE):
         raw = entry.raw[first : first + BYTES_A_LINE]
         yield f"{entry.at_s:.6f} {entry.way.value} {raw.hex(' ').upper()}"
-
-
-def capture_parts(entries: Sequence[CaptureEntry], header: Header) -> Iterator[bytes]:
-    """A whole file in `capture_part_count` pieces."""
-    yield "".join(f"{line}\n" for line in header.lines()).encode()
-    for first in range(0, len(entries), ENTRIES_A_PART):
-        some = entries[first : first + ENTRIES_A_PART]
-        yield "".join(f"{line}\n" for entry in some for line in lines_of(entry)).encode()
-
-
-def capture_part_count(entries: Sequence[CaptureEntry]) -> int:
-    return 1 + -(-len(entries) // ENTRIES_A_PART)

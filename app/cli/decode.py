@@ -1,7 +1,7 @@
 """`dps-s decode`: explains captured bytes. Every byte belongs to exactly one line of the output, in order.
 
     dps-s decode 41 75 32 07 0A 00 01 44          bytes as arguments
-    dps-s decode session.dpscap                   a capture of this program, or a file of hex text
+    dps-s decode session.mcap                     a session of this program, or a file of hex text
     dps-s decode --json - < capture.txt           either of them from standard input, as it arrives
 
 In a capture each direction is decoded by itself, so frames that crossed on the wire stay whole; `offset` counts the
@@ -19,8 +19,7 @@ from pathlib import Path
 from app.captures.entries import Way
 from app.captures.explain import Asked, meaning, sentence
 from app.captures.explained import Explained, Explainer
-from app.captures.reader import CaptureReader, CaptureRefused
-from app.captures.survey import ENTRY_LINE, MAGIC_LINE, MAX_LINE_LENGTH
+from app.captures.reader import ENTRY_LINE, MAGIC_LINE, MAX_LINE_LENGTH, CaptureReader, CaptureRefused
 from app.terminal import console
 from app.text.hex_text import HexText, NotHex
 from app.text.i18n import tr
@@ -73,6 +72,8 @@ def run(args: argparse.Namespace) -> int:
             _decode_text(iter(lambda: sys.stdin.readline(_READ_CHARACTERS), ""), asked, printer)
         elif len(words) == 1 and not _is_hex(words[0]) and _names_file(words[0]):
             path = Path(words[0])
+            if path.suffix.lower() == ".mcap":
+                return _decode_session(path, asked, printer)
             at_once = LINES_AT_ONCE if path.is_file() else 1
             with path.open(encoding="utf-8-sig") as file:
                 _decode_text(iter(lambda: file.readline(_READ_CHARACTERS), ""), asked, printer, at_once=at_once)
@@ -105,6 +106,26 @@ class _Printer:
             self.has_rejected |= isinstance(line.piece, Noise)
             texts.append(self._text_of(line))
         console.write_lines(texts)
+
+
+def _decode_session(path: Path, asked: Command | None, printer: "_Printer") -> int:
+    from app.recordings.library import entry_of
+    from app.recordings.recording import traffic_of
+    from app.recordings.session_format import Unreadable
+
+    explainer, waiting = Explainer(asked), list[Explained]()
+    entry = entry_of(path)
+    try:
+        for item in traffic_of(entry):
+            waiting += explainer.feed(item)
+            if len(waiting) >= LINES_AT_ONCE:
+                printer.print(map(_line_of, waiting))
+                waiting.clear()
+    except Unreadable as error:
+        why = str(error)
+        raise console.Refused(tr("{file} cannot be read: {why}.", file=path, why=tr(why))) from error
+    printer.print(map(_line_of, [*waiting, *explainer.end()]))
+    return console.PARTIAL if printer.has_rejected else console.SUCCESS
 
 
 def _decode_text(lines: Iterator[str], asked: Command | None, printer: _Printer, *, at_once: int = 1) -> None:

@@ -1,4 +1,4 @@
-"""`dps-s record FILE`: records a session into .csv, .mcap or .dpscap.
+"""`dps-s record FILE`: records a session into .mcap or .csv.
 
 The session is kept among the recordings, as the window does, and exported at its end: nothing is lost if the file
 cannot be written. Where nothing can be recorded it ends at once. Exit code 0; 3 if the link was lost, with what came
@@ -14,10 +14,11 @@ from app.text.i18n import tr
 
 if TYPE_CHECKING:
     from app.engine.worker import Batch
-    from app.recordings.library import RecordingLibrary
+    from app.recordings.library import RecordingEntry
     from app.recordings.recorder import Recorder
     from app.terminal.connection import Conversation
     from app.terminal.streaming import StreamSpan
+    from protocol.events import Event
 
 SETTLE_LIMIT_S = 10.0
 """How long writing the rest may take at the end."""
@@ -30,7 +31,7 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
     console.add_port_arguments(parser)
     console.add_seconds_argument(parser)
     way = parser.add_mutually_exclusive_group()
-    way.add_argument("--append", action="store_true", help=tr("add to the file (not .mcap)"))
+    way.add_argument("--append", action="store_true", help=tr("add to the file (only .csv)"))
     way.add_argument("--force", action="store_true", help=tr("replace the file"))
     parser.add_argument("file", type=export_path, metavar="FILE", help=", ".join(ENDINGS))
     parser.set_defaults(run=run)
@@ -46,15 +47,14 @@ def run(args: argparse.Namespace) -> int:
     from app.recordings.recorder import Recorder
     from app.terminal.streaming import StreamSpan, stream
 
-    library = RecordingLibrary()
     span = StreamSpan(args.seconds)
-    session = RecordedSession(Recorder(library), span)
+    session = RecordedSession(Recorder(RecordingLibrary()), span)
     try:
         trouble = stream(args.port, args.baud, span, on_begin=session.begin, on_batch=session.on_batch,
                          on_turn=session.on_turn, reads_all=True)  # fmt: skip
     finally:
         session.close()
-    is_whole = export(session, library, args.file, appends=args.append)
+    is_whole = export(session, args.file, appends=args.append)
     if trouble is not None:
         console.notify(trouble)
         return console.NO_LINK
@@ -67,8 +67,8 @@ class RecordedSession:
     def __init__(self, recorder: "Recorder", span: "StreamSpan") -> None:
         self._recorder, self._span = recorder, span
         self._samples = 0
-        self.folders: list[Path] = []
-        """One for each part of the recording."""
+        self.entries: dict[Path, RecordingEntry] = {}
+        """More than one after a sleep or a jump of the clock."""
 
     def begin(self, conversation: "Conversation") -> None:
         from app import version
@@ -84,10 +84,12 @@ class RecordedSession:
         if self._recorder.is_recording:
             wanted = tuple(sample for sample in batch.samples if self._span.holds(sample.at))
             self._samples += len(wanted)
-            self._recorder.on_batch(replace(batch, samples=wanted))
+            unwanted = {sample.at for sample in batch.samples[len(wanted) :]}
+            events = tuple(event for event in batch.events if not (_is_report(event) and event.at in unwanted))
+            self._recorder.on_batch(replace(batch, samples=wanted, events=events))
 
     def on_turn(self, _conversation: "Conversation") -> None:
-        self._note_folder()
+        self._note_entry()
         if self._recorder.trouble is not None:
             self._span.is_over = True  # nothing more is recorded: said now, not after the flight
         console.show_progress(tr("{file}: {why}", file=tr("Reports"), why=f"{self._samples} (Ctrl-C)"))
@@ -96,7 +98,7 @@ class RecordedSession:
         """Wait until everything is on disk; print what is missing. Idempotent."""
         console.clear_progress()
         self._recorder.settle(SETTLE_LIMIT_S)
-        self._note_folder()
+        self._note_entry()
         if self._recorder.trouble is not None:
             console.notify(self._recorder.trouble.translated())
         if self._recorder.dropped:
@@ -108,35 +110,41 @@ class RecordedSession:
     def is_whole(self) -> bool:
         return not self._recorder.dropped and self._recorder.trouble is None
 
-    def _note_folder(self) -> None:
+    def _note_entry(self) -> None:
         entry = self._recorder.entry
-        if entry is not None and entry.folder not in self.folders:
-            self.folders.append(entry.folder)
+        if entry is not None:
+            self.entries[entry.path] = entry
 
 
-def export(session: RecordedSession, library: "RecordingLibrary", path: Path, *, appends: bool) -> bool:
-    """Write the file, or one for each part; whether they are complete."""
+def _is_report(event: "Event") -> bool:
+    from protocol.events import Received
+    from protocol.messages import Status
+
+    return isinstance(event, Received) and isinstance(event.message, Status)
+
+
+def export(session: RecordedSession, path: Path, *, appends: bool) -> bool:
+    """Write the file, or one for each session; whether they are complete."""
+    from app.recordings.library import entry_of
     from app.recordings.recording import RecordingUnreadable
     from app.terminal.export_file import STANDARD_OUTPUT, export_and_report
 
-    is_whole = session.is_whole and bool(session.folders)
-    if not session.folders:
+    is_whole = session.is_whole and bool(session.entries)
+    if not session.entries:
         console.notify(tr("Nothing was recorded."))
-    for number, folder in enumerate(session.folders, start=1):
-        target = (
-            path if number == 1 or path == STANDARD_OUTPUT else path.with_name(f"{path.stem}-{number}{path.suffix}")
-        )
+    for number, running in enumerate(session.entries.values(), start=1):
+        entry = entry_of(running.path)
+        is_output = path == STANDARD_OUTPUT
+        target = path if number == 1 or is_output else path.with_name(f"{path.stem}-{number}{path.suffix}")
         try:
-            done = export_and_report(
-                folder, target, appends=(appends and number == 1) or (path == STANDARD_OUTPUT and number > 1)
-            )
+            done = export_and_report(entry, target, appends=appends if number == 1 else is_output)
         except RecordingUnreadable as error:
             console.notify(error.sentence)
             is_whole = False
             continue
         is_whole = is_whole and done is not None and not done.missing
         if done is None:
-            console.notify(tr("It is kept as recording {name}.", name=folder.name))
-        elif library.entry(folder).is_simulated:
+            console.notify(tr("It is kept as recording {name}.", name=entry.name))
+        elif entry.is_simulated:
             console.note(tr("Simulated module"))
     return is_whole

@@ -1,12 +1,14 @@
-"""`dps-s recordings list | export | restore | delete`: manages recorded sessions.
+"""`dps-s recordings list | export | restore | delete | convert`: manages recorded sessions.
 
-A recording is given by the name of its folder, the beginning of that name, or "latest". Exit code 0 done; 1 it cannot
-be read or is being recorded; 2 there is no such recording, or --yes is missing; 4 the file cannot be written, or
-damaged parts were left out.
+A recording is given by the name of its file, the beginning of that name, or "latest". `convert` turns what earlier
+versions wrote into session files: all recordings, or the given recording or capture beside itself. Exit code 0 done;
+1 it cannot be read or is being recorded; 2 there is no such recording, or --yes is missing; 4 the file cannot be
+written, or damaged parts were left out.
 """
 
 import argparse
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from app.recordings.entry_texts import remarks, size_text, when_text
@@ -32,6 +34,9 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
     export = _add(acts, "export", ", ".join(ENDINGS), run_export)
     export.add_argument("file", type=export_path, metavar="FILE", help=", ".join(ENDINGS))
     _add(acts, "restore", tr("restore one from the trash"), run_restore)
+    convert = acts.add_parser("convert", help=tr("of earlier versions, into session files"))
+    convert.add_argument("files", nargs="*", type=Path, metavar="FILE")
+    convert.set_defaults(run=run_convert)
     console.add_yes_argument(_add(acts, "delete", tr("delete one permanently"), run_delete))
 
 
@@ -65,7 +70,7 @@ def run_list(args: argparse.Namespace) -> int:
 
 def json_of(entry: "RecordingEntry") -> dict[str, object]:
     return {
-        "name": entry.folder.name,
+        "name": entry.name,
         "started_at": entry.started_at.isoformat(),
         "duration_s": round(entry.duration_s, 3),
         "port": entry.port,
@@ -73,10 +78,11 @@ def json_of(entry: "RecordingEntry") -> dict[str, object]:
         "module": entry.module or None,
         "samples": entry.sample_count,
         "size_bytes": entry.size_bytes,
-        "part": entry.part,
+        "parts": len(entry.parts),
         "kept": entry.is_pinned,
         "running": entry.is_running,
         "cut_off": entry.was_cut_off,
+        "triggered": entry.was_triggered,
         "simulated": entry.is_simulated,
         "readable": entry.trouble is None,
         "trashed": entry.is_trashed,
@@ -86,7 +92,7 @@ def json_of(entry: "RecordingEntry") -> dict[str, object]:
 def _row(entry: "RecordingEntry") -> tuple[str, ...]:
     pinned = tr("pinned") if entry.is_pinned else ""
     return (
-        entry.folder.name,
+        entry.name,
         when_text(entry),
         stopwatch(round(entry.duration_s)),
         f"{entry.sample_count}",
@@ -104,7 +110,7 @@ def run_export(args: argparse.Namespace) -> int:
 
     entry = _found(RecordingLibrary(), args.name)
     try:
-        done = export_and_report(entry.folder, args.file)
+        done = export_and_report(entry, args.file)
     except RecordingUnreadable as error:
         console.notify(error.sentence)
         return console.ANSWER_NO
@@ -122,7 +128,7 @@ def run_restore(args: argparse.Namespace) -> int:
         library.set_pinned(entry, is_pinned=True)
     except OSError as error:
         raise _failed(entry, error_text(error)) from error
-    console.write_lines([entry.folder.name])
+    console.write_lines([entry.name])
     return console.SUCCESS
 
 
@@ -132,19 +138,44 @@ def run_delete(args: argparse.Namespace) -> int:
     library = RecordingLibrary()
     entry = _found(library, args.name)
     if not args.yes:
-        return console.refuse_without("--yes", "recordings", "delete", entry.folder.name)
+        return console.refuse_without("--yes", "recordings", "delete", entry.name)
     try:
         library.delete(entry)
     except RecordingInUse as error:
         raise _failed(entry, tr("being recorded")) from error
     except OSError as error:
         raise _failed(entry, error_text(error)) from error
-    console.write_lines([entry.folder.name])
+    console.write_lines([entry.name])
     return console.SUCCESS
 
 
+def run_convert(args: argparse.Namespace) -> int:
+    from app.captures.reader import CaptureRefused
+    from app.recordings.library import recordings_folder
+    from app.recordings.old_recordings import convert, convert_in, old_recordings
+    from app.recordings.session_format import SUFFIX, Unreadable
+
+    library, files, is_whole = recordings_folder(), list[Path](args.files), True
+    for path in files or old_recordings(library):
+        target = path.with_suffix(SUFFIX)
+        try:
+            if path.parent == library:
+                target = convert_in(library, path)
+            elif target.exists():
+                raise FileExistsError(f"{target} exists")
+            else:
+                convert(path, target)
+            console.write_lines([str(target)])
+        except (Unreadable, CaptureRefused, OSError) as error:
+            is_whole = False
+            text = str(error)
+            why = error_text(error) if isinstance(error, OSError) else tr(text)
+            console.notify(tr("{file}: {why}", file=path, why=why))
+    return console.SUCCESS if is_whole else console.PARTIAL
+
+
 def _failed(entry: "RecordingEntry", why: str) -> console.Refused:
-    return console.Refused(tr("{file}: {why}", file=entry.folder.name, why=why), console.ANSWER_NO)
+    return console.Refused(tr("{file}: {why}", file=entry.name, why=why), console.ANSWER_NO)
 
 
 def _found(library: "RecordingLibrary", name: str) -> "RecordingEntry":
@@ -152,8 +183,8 @@ def _found(library: "RecordingLibrary", name: str) -> "RecordingEntry":
     entries = (*library.entries(), *library.trashed())
     if name == LATEST and entries:
         return entries[0]
-    found = [one for one in entries if name and one.folder.name.startswith(name)]
-    exact = [one for one in found if one.folder.name == name]
+    found = [one for one in entries if name and one.name.startswith(name)]
+    exact = [one for one in found if one.name == name]
     if len(exact or found) == 1:
         return (exact or found)[0]
     if not found:

@@ -31,7 +31,6 @@ class LogFormat(Enum):
     ULOG = "PX4 ULog"
     DATAFLASH = "ArduPilot DataFlash"
     CSV = "CSV"
-    MCAP = "MCAP"
     RECORDING = marked("recording")
 
 

@@ -8,20 +8,24 @@ from typing import Final
 from app.flight_logs.assembly import assembled
 from app.flight_logs.csv_columns import CsvColumns
 from app.flight_logs.flight_log import NO_PROGRESS, FlightLog, LogFormat, Progress, unreadable
-from app.recordings.file_layout import SESSION
 from app.text.sentences import error_text
 from protocol.translatable import marked
 
-SUFFIXES: Final = {".ulg": LogFormat.ULOG, ".bin": LogFormat.DATAFLASH, ".csv": LogFormat.CSV, ".mcap": LogFormat.MCAP}
+SUFFIXES: Final = {
+    ".ulg": LogFormat.ULOG,
+    ".bin": LogFormat.DATAFLASH,
+    ".csv": LogFormat.CSV,
+    ".mcap": LogFormat.RECORDING,
+}
 _BEGINNINGS: Final = {
     b"ULog\x01\x12\x35": LogFormat.ULOG,
     b"\xa3\x95": LogFormat.DATAFLASH,
-    b"\x89MCAP0\r\n": LogFormat.MCAP,
+    b"\x89MCAP0\r\n": LogFormat.RECORDING,
 }
 
 
 def read_flight_log(path: Path, columns: CsvColumns | None = None, on_progress: Progress = NO_PROGRESS) -> FlightLog:
-    """Reads a file or the folder of a recording. `columns`: of a CSV file, None recognises them by name.
+    """Reads a file. `columns`: of a CSV file, None recognises them by name.
 
     Slow for large files: not for the window's thread. Raises only `LogUnreadable`, and what `on_progress` raises.
     """
@@ -47,14 +51,10 @@ def _read(path: Path, columns: CsvColumns | None, on_progress: Progress) -> Flig
             from app.flight_logs.dataflash import read_dataflash
 
             return assembled(read_dataflash(path))
-        case LogFormat.MCAP:
-            from app.flight_logs.module_reports import read_mcap
-
-            return read_mcap(path)
         case LogFormat.RECORDING:
-            from app.flight_logs.module_reports import read_recording
+            from app.flight_logs.module_reports import read_session
 
-            return read_recording(path)
+            return read_session(path)
         case None:
             raise unreadable(marked("unknown kind of file"))
 
@@ -62,7 +62,7 @@ def _read(path: Path, columns: CsvColumns | None, on_progress: Progress) -> Flig
 def format_of(path: Path) -> LogFormat | None:
     """Format by the first bytes, else by suffix. Raises OSError."""
     if path.is_dir():
-        return LogFormat.RECORDING if (path / SESSION).is_file() else None
+        return None
     if path.exists() and not path.is_file():  # opening a pipe or a device may block
         return None
     with path.open("rb") as file:
@@ -74,13 +74,9 @@ def format_of(path: Path) -> LogFormat | None:
 def find_logs(paths: Iterable[Path]) -> Iterator[Path]:
     """Yields files as given, and the logs and recordings in and below folders, by name. Raises OSError."""
     for path in paths:
-        if not path.is_dir() or (path / SESSION).is_file():
+        if not path.is_dir():
             yield path
             continue
         for folder, names, files in os.walk(path):
             names.sort()
-            if SESSION in files:
-                names.clear()
-                yield Path(folder)
-                continue
             yield from (Path(folder) / name for name in sorted(files) if Path(name).suffix.lower() in SUFFIXES)

@@ -558,10 +558,6 @@
         <translation>已取消：其余未知。</translation>
     </message>
     <message>
-        <source>Capture (*.dpscap *.txt *.hex *.log)</source>
-        <translation>抓包文件 (*.dpscap *.txt *.hex *.log)</translation>
-    </message>
-    <message>
         <source>Cell</source>
         <translation>电芯</translation>
     </message>
@@ -886,8 +882,8 @@
         <translation>帧受损：{bytes} 字节中有 {rejected} 字节无效。</translation>
     </message>
     <message>
-        <source>Damaged or altered; rows left out: {rows}.</source>
-        <translation>已损坏或被修改；略去行数：{rows}。</translation>
+        <source>Damaged or altered; left out: {first} – {last}.</source>
+        <translation>已损坏或被修改，未读入：{first} – {last}。</translation>
     </message>
     <message>
         <source>Damaged; bytes left out: {count}.</source>
@@ -2646,10 +2642,6 @@
         <translation>打开</translation>
     </message>
     <message>
-        <source>Open capture…</source>
-        <translation>打开抓包…</translation>
-    </message>
-    <message>
         <source>Open files…</source>
         <translation>打开文件…</translation>
     </message>
@@ -2676,6 +2668,10 @@
     <message>
         <source>Open the window</source>
         <translation>打开窗口</translation>
+    </message>
+    <message>
+        <source>Open traffic…</source>
+        <translation>打开通信记录…</translation>
     </message>
     <message>
         <source>Opening {when}…</source>
@@ -3238,10 +3234,6 @@
         <translation>另存为…</translation>
     </message>
     <message>
-        <source>Save capture…</source>
-        <translation>保存抓包…</translation>
-    </message>
-    <message>
         <source>Save picture…</source>
         <translation>保存图片…</translation>
     </message>
@@ -3252,6 +3244,10 @@
     <message>
         <source>Save the settings as a profile</source>
         <translation>将参数保存为配置文件</translation>
+    </message>
+    <message>
+        <source>Save traffic…</source>
+        <translation>保存通信记录…</translation>
     </message>
     <message>
         <source>Save values…</source>
@@ -3376,6 +3372,14 @@
     <message>
         <source>Server</source>
         <translation>服务器</translation>
+    </message>
+    <message>
+        <source>Session (*.mcap)</source>
+        <translation>数据记录 (*.mcap)</translation>
+    </message>
+    <message>
+        <source>Session or hex text (*.mcap *.txt *.hex *.log *.dpscap)</source>
+        <translation>数据记录或十六进制文本 (*.mcap *.txt *.hex *.log *.dpscap)</translation>
     </message>
     <message>
         <source>Set changes another</source>
@@ -3740,10 +3744,6 @@
     <message>
         <source>The baud rate is never applied with a profile.</source>
         <translation>波特率不随配置文件应用。</translation>
-    </message>
-    <message>
-        <source>The capture is full; the rest is in the recording {name}.</source>
-        <translation>抓包文件已满；其余在数据记录 {name} 中。</translation>
     </message>
     <message>
         <source>The chain is broken at entry {entry}.</source>
@@ -4670,8 +4670,8 @@
         <translation>追加到归档文件</translation>
     </message>
     <message>
-        <source>add to the file (not .mcap)</source>
-        <translation>追加到文件（不支持 .mcap）</translation>
+        <source>add to the file (only .csv)</source>
+        <translation>追加到文件（仅 .csv）</translation>
     </message>
     <message>
         <source>advised: {advice}</source>
@@ -5606,6 +5606,10 @@
         <translation>共 20 次；更差的线路可能丢失参数</translation>
     </message>
     <message>
+        <source>of earlier versions, into session files</source>
+        <translation>将早期版本的记录转换为数据记录文件</translation>
+    </message>
+    <message>
         <source>offline</source>
         <translation>离线</translation>
     </message>
@@ -5642,8 +5646,8 @@
         <translation>超过 {value}°</translation>
     </message>
     <message>
-        <source>part {number}</source>
-        <translation>第 {number} 部分</translation>
+        <source>parts: {count}</source>
+        <translation>分段：{count}</translation>
     </message>
     <message>
         <source>pass</source>

@@ -1,1 +1,1 @@
-"""Sessions as files: recorder, library, export."""
+"""Sessions as files: recorder, reader, library, export."""

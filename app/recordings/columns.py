@@ -1,25 +1,16 @@
-"""Memory-mapped columns of a recording for the plots, with a summary that is computed on opening."""
+"""Columns of a recording for the plots, with a summary that is computed on opening."""
 
 import math
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from app.recordings.file_layout import MAX_UPTIME_S
+from app.recordings.session_format import MAX_UPTIME_S
 from app.samples.ring_buffers import SUMMARY_S, Envelope, Readable, Seconds, Values, buckets_of
 
 _ROWS_AT_ONCE = 1 << 19
 """Bounds the memory of `beginnings` to a few megabytes."""
-
-
-def column(path: Path, kind: str, rows: int) -> NDArray[Any]:
-    """Maps the first rows of a file. Raises OSError."""
-    if not rows:
-        return np.empty(0, kind)
-    return np.asarray(np.memmap(path, kind, "r", shape=(rows,)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +51,7 @@ def _joined(parts: list[NDArray[np.intp]]) -> NDArray[np.intp]:
 
 
 class RecordedSeries(Readable):
-    """A measured value over a whole recording. `times` and `values` may be mapped; `firsts`: see `Beginnings`."""
+    """A measured value over a whole recording. `firsts`: see `Beginnings`."""
 
     def __init__(self, times: Seconds, values: Values, firsts: NDArray[np.intp]) -> None:
         self._time_column, self._value_column = times, values

@@ -35,12 +35,14 @@ def remarks(entry: "RecordingEntry") -> str:
         words.append(tr("being recorded"))
     if entry.is_trashed:
         words.append(tr("in the trash"))
+    if entry.was_triggered:
+        words.append(tr("triggered"))
     if entry.was_cut_off:
         words.append(tr("cut off"))
     if entry.is_simulated:
         words.append(tr("simulated"))
-    if entry.part > 1:
-        words.append(tr("part {number}", number=entry.part))
+    if entry.further:
+        words.append(tr("parts: {count}", count=len(entry.parts)))
     return " · ".join(words)
 
 
@@ -49,7 +51,7 @@ def entry_text(entry: "RecordingEntry") -> str:
     if entry.trouble is not None:
         return entry.trouble.translated()
     words = (
-        when_text(entry), entry.module, tr("{port}, {rate} baud", port=entry.port, rate=entry.baud_rate),
+        when_text(entry), entry.module, entry.port,
         stopwatch(entry.duration_s), size_text(entry.size_bytes), remarks(entry),
         tr("pinned") if entry.is_pinned else "",
     )  # fmt: skip

@@ -1,10 +1,10 @@
 """Exports a recording for other programs."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from itertools import chain
 from pathlib import Path
 
-from app.captures.writer import FULL, MAX_FILE_BYTES, lines_of
+from app.recordings.library import RecordingEntry, part_path
 from app.recordings.recording import Recording
 from app.recordings.table import csv_parts, part_count
 from app.system.files import whole_file
@@ -12,6 +12,7 @@ from app.text.i18n import tr
 from app.text.sentences import not_written
 
 Progress = Callable[[float], None]
+_BLOCK_BYTES = 1 << 20
 
 
 class ExportCancelled(Exception):
@@ -63,47 +64,23 @@ def export_csv(
     return excerpt.row_count
 
 
-def export_mcap(
-    recording: Recording,
+def export_session(
+    entry: RecordingEntry,
     path: Path,
     *,
     on_progress: Progress = lambda _share: None,
     is_cancelled: Callable[[], bool] = bool,
-) -> int:
-    """Writes MCAP and returns the number of messages. Raises OSError, `ExportCancelled`.
+) -> None:
+    """Copies a session; the further parts of a long one beside the first. Raises OSError, `ExportCancelled`."""
+    whole, done = max(1, entry.size_bytes), 0
 
-    `on_progress` gets 0 … 1 in the calling thread.
-    """
-    from app.recordings.mcap_file import write_mcap
+    def blocks(part: Path) -> Iterator[bytes]:
+        nonlocal done
+        with part.open("rb") as file:
+            while block := file.read(_BLOCK_BYTES):
+                yield block
+                done += len(block)
+                on_progress(min(1.0, done / whole))
 
-    def report(share: float) -> None:
-        if is_cancelled():
-            raise ExportCancelled
-        on_progress(min(1.0, share))
-
-    with whole_file(path) as file:
-        return write_mcap(recording, file, report=report)
-
-
-def export_capture(
-    recording: Recording, path: Path, *, appends: bool = False, on_progress: Progress = lambda _share: None
-) -> tuple[int, bool]:
-    """Writes a capture; returns the number of entries, and whether it was too long for all of them. Raises OSError.
-
-    `appends`: adds another part to an existing capture.
-    """
-    expected = max(1, recording.line_bytes)
-    before = path.read_bytes() if appends and path.exists() else b""
-    count, written = 0, len(before)
-    with whole_file(path) as file:
-        file.write(before)
-        bytes_on_line = chain.from_iterable(map(lines_of, recording.traffic()))
-        for line in chain(recording.opening.capture_header.lines(), bytes_on_line):
-            written += len(line) + 1
-            if written > MAX_FILE_BYTES:
-                file.write(f"{FULL}\n".encode())
-                return count, True
-            file.write(f"{line}\n".encode())
-            count += not line.startswith("#")
-            on_progress(min(1.0, (written - len(before)) / expected))
-    return count, False
+    for number, part in enumerate(entry.parts, start=1):
+        write_parts(part_path(path, number), blocks(part), 1, is_cancelled=is_cancelled)

@@ -1,24 +1,19 @@
 """Library of recordings: list, pin, trash, prune."""
 
 import errno
+import re
+import secrets
 import shutil
 import threading
-from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from datetime import UTC, date, datetime, timedelta
+from datetime import UTC, date, datetime
 from pathlib import Path
+from typing import Final
 
-from app.recordings.commits import Extents, read_extents
-from app.recordings.file_layout import (
-    PINNED,
-    SESSION,
-    Opening,
-    Unreadable,
-    is_held,
-    read_opening,
-)
-from app.system.files import private_opener
+from app.recordings.session_format import SUFFIX, Opening, Unreadable
+from app.recordings.session_reader import read_heading
+from app.system.files import lock, private_opener
 from app.text.messages import UserMessage, message
 from app.text.sentences import error_text
 from protocol.translatable import marked
@@ -30,11 +25,10 @@ TRASH = ".trash"
 _TRASH_SHARE = 4
 """The trash may take 1/4 of `max_bytes`."""
 SIMULATED = "sim:"
-_DELETING = ".going-"
-"""Prefix of folders that are being deleted."""
+_PINNED: Final = ".kept"
+_PART: Final = re.compile(r"(.+?)(?:\.part(\d+))?" + re.escape(SUFFIX))
 _DISK_FULL = frozenset({errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC)})
-_UNFINISHED_DAYS = 1.0
-"""Age after which a folder without heading, left by a crash, is moved to the trash."""
+_HELD: Final = frozenset({errno.EAGAIN, errno.EWOULDBLOCK, errno.EACCES, errno.EDEADLK})
 
 
 def recordings_folder() -> Path:
@@ -50,9 +44,10 @@ class RecordingInUse(Exception):
 
 @dataclass(frozen=True, slots=True)
 class RecordingEntry:
-    """One recorded session."""
+    """One recorded session: one file, or several parts of a long one."""
 
-    folder: Path
+    path: Path
+    """The first part."""
     started_at: datetime
     """Aware, UTC."""
     port: str = ""
@@ -70,14 +65,24 @@ class RecordingEntry:
     """Not closed properly; valid up to there."""
     trouble: UserMessage | None = None
     """Why it cannot be read."""
-    part: int = 1
-    """Long sessions continue in a further recording."""
     sequence: int = 0
     """See `Opening.sequence`."""
+    was_triggered: bool = False
+    """A report said that the module has triggered."""
+    further: tuple[Path, ...] = ()
+    """The parts behind the first."""
+
+    @property
+    def parts(self) -> tuple[Path, ...]:
+        return (self.path, *self.further)
+
+    @property
+    def name(self) -> str:
+        return self.path.stem
 
     @property
     def is_trashed(self) -> bool:
-        return self.folder.parent.name == TRASH
+        return self.path.parent.name == TRASH
 
     @property
     def is_simulated(self) -> bool:
@@ -98,77 +103,60 @@ class RecordingLibrary:
     @property
     def size_bytes(self) -> int:
         """Total size, including pinned recordings and the trash."""
-        return sum(size_of(folder) for folder in (*_folders(self.folder), *_folders(self.trash)))
+        return sum(_size_of(part) for place in (self.folder, self.trash) for part in _files(place))
 
     def entries(self) -> tuple[RecordingEntry, ...]:
         """Newest first. Reads headings only. Never raises: an unreadable recording is an entry with `trouble`."""
-        return self._sorted(one for one in _folders(self.folder) if (one / SESSION).exists())
+        return _sorted(self.folder)
 
     def trashed(self) -> tuple[RecordingEntry, ...]:
         """Recordings in the trash, newest first."""
-        return self._sorted(_folders(self.trash))
+        return _sorted(self.trash)
 
     def next_sequence(self) -> int:
         """`Opening.sequence` of the next recording."""
-        return 1 + max((one.sequence for one in (*self.entries(), *self.trashed())), default=0)
+        from app.recordings.old_recordings import highest_sequence
 
-    def _sorted(self, folders: Iterable[Path]) -> tuple[RecordingEntry, ...]:
-        found = map(self.entry, folders)
-        return tuple(sorted(found, key=lambda one: (one.sequence, one.started_at, one.folder.name), reverse=True))
-
-    def entry(self, folder: Path) -> RecordingEntry:
-        """The present entry of a folder; never raises."""
-        try:
-            opening = read_opening(folder)
-            extents = read_extents(folder, opening)
-        except (OSError, Unreadable) as error:
-            return _unreadable_entry(folder, error)
-        is_running = not extents.is_last and is_held(folder)
-        return entry_of(folder, opening, extents, size_bytes=size_of(folder), is_running=is_running)
+        known = [entry.sequence for entry in (*self.entries(), *self.trashed())]
+        return 1 + max((*known, highest_sequence(self.folder)))
 
     def delete(self, entry: RecordingEntry) -> None:
         """Deletes permanently. Raises `RecordingInUse`, OSError."""
-        folder = self._own(entry)
-        if not folder.exists():
-            return
-        if is_held(folder):
-            raise RecordingInUse(entry.folder.name)
-        # Renamed first, so that an interrupted deletion does not look like a damaged recording.
-        going = self.folder / (_DELETING + folder.name)
-        folder.rename(going)
-        shutil.rmtree(going)
+        self._own(entry)
+        if any(is_held(part) for part in entry.parts):
+            raise RecordingInUse(entry.name)
+        for part in reversed(entry.parts):  # interrupted, it leaves a shorter recording
+            part.unlink(missing_ok=True)
+        _mark_of(entry.path).unlink(missing_ok=True)
 
     def set_pinned(self, entry: RecordingEntry, *, is_pinned: bool) -> RecordingEntry:
         """Pins or unpins; pinning restores from the trash. Returns the new entry. Raises OSError."""
-        folder = self._own(entry)
+        self._own(entry)
         if entry.is_trashed and is_pinned:
-            folder = self._move(folder, self.folder)
-        mark = folder / PINNED
+            entry = self._move(entry, self.folder)
+        mark = _mark_of(entry.path)
         if is_pinned:
             open(mark, "ab", opener=private_opener).close()
         else:
             mark.unlink(missing_ok=True)
-        return replace(entry, folder=folder, is_pinned=is_pinned)
+        return replace(entry, is_pinned=is_pinned)
 
-    def prune(self, now: datetime) -> tuple[RecordingEntry, ...]:
+    def prune(self) -> tuple[RecordingEntry, ...]:
         """Moves the oldest recordings beyond the limits into the trash, and returns them. Pinned and running ones stay
-        and do not count. Deletes the oldest of the trash beyond its size.
-
-        What cannot be moved is left for the next time. `now` is used only for the age of folders left by a crash.
-        """
+        and do not count. Deletes the oldest of the trash beyond its size. What cannot be moved is left for the next
+        time."""
         with self._pruning:
-            self._delete_leftovers(now)
             total, days = 0, set[date]()
             gone: list[RecordingEntry] = []
-            for one in self.entries():
-                if one.is_pinned or one.is_running:
+            for entry in self.entries():
+                if entry.is_pinned or entry.is_running:
                     continue
-                total += one.size_bytes
-                days.add(one.started_at.date())
+                total += entry.size_bytes
+                days.add(entry.started_at.date())
                 if len(days) > self.max_days or total > self.max_bytes:
                     with suppress(OSError):
-                        self._move(one.folder, self.trash)
-                        gone.append(one)
+                        self._move(entry, self.trash)
+                        gone.append(entry)
             self._empty_trash(self.max_bytes // _TRASH_SHARE)
             return tuple(gone)
 
@@ -177,83 +165,154 @@ class RecordingLibrary:
         with self._pruning:
             self._empty_trash(0)
 
-    def _move(self, folder: Path, target: Path) -> Path:
+    def _move(self, entry: RecordingEntry, target: Path) -> RecordingEntry:
         target.mkdir(mode=0o700, exist_ok=True)
-        return folder.rename(target / folder.name)
+        moved = [part.rename(target / part.name) for part in entry.parts]
+        return replace(entry, path=moved[0], further=tuple(moved[1:]))
 
     def _empty_trash(self, max_bytes: int) -> None:
         """Keeps the newest that fit."""
         total = 0
-        for one in self.trashed():
-            total += one.size_bytes
+        for entry in self.trashed():
+            total += entry.size_bytes
             if total > max_bytes:
-                shutil.rmtree(one.folder, ignore_errors=True)
-
-    def _own(self, entry: RecordingEntry) -> Path:
-        """The entry's folder. Raises ValueError outside of this library, where nothing may be deleted."""
-        if entry.folder.parent not in (self.folder, self.trash) or not entry.folder.name:
-            raise ValueError(f"{entry.folder} is not in this library")
-        return entry.folder
-
-    def _delete_leftovers(self, now: datetime) -> None:
-        """Removes interrupted deletions and folders without heading that a crash left."""
-        with suppress(OSError):
-            for one in self.folder.iterdir():
-                is_unfinished = False
-                with suppress(OSError):
-                    age = now - datetime.fromtimestamp(one.stat().st_mtime, UTC)
-                    has_heading = (one / SESSION).exists()
-                    is_unfinished = one.is_dir() and not has_heading and age > timedelta(days=_UNFINISHED_DAYS)
-                if one.name.startswith(_DELETING):
-                    shutil.rmtree(one, ignore_errors=True)
-                elif is_unfinished and one.name != TRASH and not is_held(one):
+                for part in entry.parts:
                     with suppress(OSError):
-                        self._move(one, self.trash)
+                        part.unlink()
+        if not max_bytes:  # what an earlier version left there
+            for folder in (place for place in _listed(self.trash) if place.is_dir()):
+                shutil.rmtree(folder, ignore_errors=True)
+
+    def _own(self, entry: RecordingEntry) -> None:
+        """Raises ValueError outside of this library, where nothing may be deleted."""
+        if entry.path.parent not in (self.folder, self.trash) or _PART.fullmatch(entry.path.name) is None:
+            raise ValueError(f"{entry.path} is not in this library")
 
 
-def _folders(place: Path) -> list[Path]:
+def new_path(library: Path, started_at: datetime) -> Path:
+    """A path that sorts by time."""
+    return library / f"{started_at.astimezone(UTC):%Y%m%dT%H%M%SZ}-{secrets.token_hex(3)}{SUFFIX}"
+
+
+def part_path(first: Path, number: int) -> Path:
+    """The path of a further part."""
+    return first if number == 1 else first.with_name(f"{first.stem}.part{number}{SUFFIX}")
+
+
+def entry_of(path: Path) -> RecordingEntry:
+    """The present entry of the session that begins in this file; never raises."""
+    numbered = ((_PART.fullmatch(file.name), file) for file in _files(path.parent))
+    further = sorted((int(part[2]), file) for part, file in numbered if part and part[2] and part[1] == path.stem)
+    parts = (path, *(file for _, file in further))
+    size_bytes = sum(map(_size_of, parts))
+    is_pinned, is_running = _mark_of(path).exists(), any(map(is_held, parts))
     try:
-        return [one for one in place.iterdir() if not one.name.startswith(".") and one.is_dir()]
-    except OSError:
-        return []
-
-
-def entry_of(folder: Path, opening: Opening, extents: Extents, *, size_bytes: int, is_running: bool) -> RecordingEntry:
+        files = [read_heading(part) for part in parts]
+    except (OSError, Unreadable) as error:
+        return RecordingEntry(
+            path=path,
+            further=parts[1:],
+            started_at=_modified_at(path),
+            size_bytes=size_bytes,
+            is_pinned=is_pinned,
+            is_running=is_running,
+            trouble=unreadable(path, error),
+        )
+    opening, ends = files[0].opening, files[-1]
     return RecordingEntry(
-        folder=folder,
+        path=path,
+        further=parts[1:],
         started_at=opening.started_at,
         port=opening.port,
         baud_rate=opening.baud_rate,
-        module=opening.module,
-        duration_s=max(0.0, extents.at_s - opening.start_s),
-        sample_count=extents.status_rows,
+        module=ends.opening.module,
+        duration_s=max(0.0, ends.end_ns / 1e9 - opening.started_at.timestamp()),
+        sample_count=sum(file.reports for file in files),
         size_bytes=size_bytes,
-        is_pinned=(folder / PINNED).exists(),
+        is_pinned=is_pinned,
         is_running=is_running,
-        was_cut_off=not (is_running or extents.is_last),
-        part=opening.part,
+        was_cut_off=not (is_running or all(file.is_ended for file in files)),
+        was_triggered=any(file.was_triggered for file in files),
         sequence=opening.sequence,
     )
 
 
-def unreadable(folder: Path, error: Exception) -> UserMessage:
+def running_entry(
+    path: Path, number: int, opening: Opening, *, end_s: float, reports: int, size: int
+) -> RecordingEntry:
+    """The entry of the session that is being written, without access to the disk."""
+    return RecordingEntry(
+        path=path,
+        further=tuple(part_path(path, part) for part in range(2, number + 1)),
+        started_at=opening.started_at,
+        port=opening.port,
+        baud_rate=opening.baud_rate,
+        module=opening.module,
+        duration_s=max(0.0, end_s - opening.start_s),
+        sample_count=reports,
+        size_bytes=size,
+        is_running=True,
+        sequence=opening.sequence,
+    )
+
+
+def is_held(path: Path) -> bool:
+    """Whether this or another program is writing the file."""
+    try:
+        with path.open("rb+") as file:
+            lock(file, is_shared=True)
+    except OSError as error:
+        # Other errors come from file systems without locks.
+        return error.errno in _HELD
+    return False
+
+
+def _sorted(place: Path) -> tuple[RecordingEntry, ...]:
+    files = {file.name: file for file in _files(place)}
+    # A further part without its first one is a recording by itself.
+    firsts = [file for name, file in files.items() if _first_name(name) not in files or _first_name(name) == name]
+    entries = map(entry_of, firsts)
+    return tuple(sorted(entries, key=lambda entry: (entry.sequence, entry.started_at, entry.path.name), reverse=True))
+
+
+def _first_name(name: str) -> str:
+    part = _PART.fullmatch(name)
+    return name if part is None else part[1] + SUFFIX
+
+
+def _listed(place: Path) -> list[Path]:
+    try:
+        return list(place.iterdir())
+    except OSError:
+        return []
+
+
+def _files(place: Path) -> list[Path]:
+    return [file for file in _listed(place) if file.suffix == SUFFIX and not file.name.startswith(".")]
+
+
+def _mark_of(path: Path) -> Path:
+    return path.with_suffix(_PINNED)
+
+
+def _size_of(path: Path) -> int:
+    try:
+        return path.stat().st_size
+    except OSError:
+        return 0
+
+
+def _modified_at(path: Path) -> datetime:
+    try:
+        return datetime.fromtimestamp(path.stat().st_mtime, UTC)
+    except OSError:
+        return datetime.fromtimestamp(0, UTC)
+
+
+def unreadable(path: Path, error: Exception) -> UserMessage:
     """Why a recording cannot be read."""
     why = message(str(error)) if isinstance(error, Unreadable) else error_text(error)
-    return message(marked("{file} cannot be read: {why}."), file=folder.name, why=why)
-
-
-def _unreadable_entry(folder: Path, error: OSError | Unreadable) -> RecordingEntry:
-    try:
-        at_s = folder.stat().st_mtime
-    except OSError:
-        at_s = 0.0
-    return RecordingEntry(
-        folder=folder,
-        started_at=datetime.fromtimestamp(at_s, UTC),
-        size_bytes=size_of(folder),
-        is_pinned=(folder / PINNED).exists(),
-        trouble=unreadable(folder, error),
-    )
+    return message(marked("{file} cannot be read: {why}."), file=path.name, why=why)
 
 
 def stopped_message(error: Exception, folder: Path) -> UserMessage:
@@ -261,12 +320,3 @@ def stopped_message(error: Exception, folder: Path) -> UserMessage:
     if isinstance(error, OSError) and error.errno in _DISK_FULL:
         return message(marked("Not recording: the disk is full. Free some space, then connect again."))
     return message(marked("Not recording to {folder}: {why}."), folder=folder, why=error_text(error))
-
-
-def size_of(folder: Path) -> int:
-    total = 0
-    with suppress(OSError):
-        for one in folder.iterdir():
-            with suppress(OSError):
-                total += one.stat().st_size
-    return total

@@ -46,6 +46,7 @@ class ModuleLimits:
     fires_deg: float | None = None
     rearms_deg: float | None = None
     free_fall_g: float | None = None
+    free_fall_s: float | None = None
     light_v: float | None = None
 
 
@@ -186,6 +187,7 @@ def _limits(find: Callable[[str], Value | None]) -> ModuleLimits:
         fires_deg=fires,
         rearms_deg=None if fires is None else fires - RESET_BELOW_THRESHOLD_DEG,
         free_fall_g=limit("freefall_acceleration_g", "freefall_trigger"),
+        free_fall_s=limit("freefall_time_s", "freefall_trigger"),
         light_v=None if light is None else float(light),
     )
 

@@ -16,11 +16,18 @@ from pathlib import Path
 
 from app.engine.device import Sleep
 from app.engine.worker import Batch
-from app.recordings.file_layout import Opening
-from app.recordings.library import RecordingEntry, RecordingLibrary, entry_of, stopped_message
+from app.recordings.library import (
+    RecordingEntry,
+    RecordingLibrary,
+    new_path,
+    part_path,
+    running_entry,
+    stopped_message,
+)
 from app.recordings.markers import Marker, MarkerTracker
 from app.recordings.recorder_queue import Begin, End, Heading, Lost, Name, Order, RecorderQueue, Settle
-from app.recordings.writer import SessionWriter, new_folder
+from app.recordings.session_format import Opening
+from app.recordings.writer import SessionWriter
 from app.text.messages import UserMessage
 
 __all__ = ["Heading", "Recorder"]
@@ -36,13 +43,13 @@ MAX_WAITING = 200_000
 """Status reports and events in the queue; more than a minute at full line rate."""
 MAX_PART_S = 24 * 3600.0
 CLOCK_JUMP_S = 2.0
-"""Change of the wall clock after which a new part begins, with the right time."""
+"""Change of the wall clock after which a new session begins, with the right time."""
 
 
 class Recorder:
     """Public methods may be called from any thread and return at once, except `stop` and `settle`.
 
-    The thread starts with the first `begin`; a folder is made with the first byte on the line.
+    The thread starts with the first `begin`; a file is made with the first byte on the line.
     """
 
     def __init__(
@@ -67,7 +74,8 @@ class Recorder:
         # Of the thread:
         self._thread: threading.Thread | None = None
         self._heading: Begin | None = None
-        self._part = 1
+        self._parts: list[SessionWriter] = []
+        """Of the session, oldest first; the last one is open."""
         self._tracker = MarkerTracker()
         self._pending: list[Marker] = []
         self._sleep: Sleep | None = None
@@ -185,7 +193,7 @@ class Recorder:
             case Batch():
                 self._record(order)
             case Begin():
-                self._heading, self._part, self._sleep = order, 1, None
+                self._heading, self._sleep = order, None
                 self._tracker, self._pending = MarkerTracker(), []
             case Name(module):
                 self._name(module)
@@ -204,7 +212,7 @@ class Recorder:
             return
         sleep = batch.device.last_sleep
         if sleep is not None and sleep != self._sleep and self._writer is not None:
-            self._end_part(sleep.ended_at)  # the clock may have stopped during the sleep
+            self._end_session(sleep.ended_at)  # the clock may have stopped during the sleep
         self._sleep = sleep
         markers = self._pending + self._tracker.on_batch(batch)
         self._pending = []
@@ -218,22 +226,26 @@ class Recorder:
             self._writer.put(batch, markers, self._tracker.limits)
 
     def _open(self, heading: Heading, start_s: float) -> None:
-        """Begins a part."""
+        """Begins a session."""
         wall_offset_s = self._wall_clock() - self._clock()
+        self.library.folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+        self.library.prune()
+        self._check_disk()
         opening = Opening(
             started_at=datetime.fromtimestamp(start_s + wall_offset_s, UTC),
             start_s=start_s,
             port=heading.port,
             baud_rate=heading.baud_rate,
             module=heading.module,
+            station=heading.station,
             program=heading.program,
-            part=self._part,
             sequence=self.library.next_sequence(),
         )
-        self.library.folder.mkdir(parents=True, exist_ok=True, mode=0o700)
-        self.library.prune(datetime.fromtimestamp(self._wall_clock(), UTC))
-        self._check_disk()
-        self._writer = SessionWriter(new_folder(self.library.folder, opening.started_at), opening)
+        self._begin_part(new_path(self.library.folder, opening.started_at), opening)
+
+    def _begin_part(self, path: Path, opening: Opening) -> None:
+        self._writer = SessionWriter(path, opening)
+        self._parts.append(self._writer)
         self._synced_at = self._disk_checked_at = self._clock()
         self._refresh_entry()
 
@@ -257,17 +269,30 @@ class Recorder:
             self._disk_checked_at = now
             self._check_disk()
         opening = writer.opening
-        is_clock_changed = abs(self._wall_clock() - now - opening.wall_offset_s) > CLOCK_JUMP_S
-        is_long = now - opening.start_s > MAX_PART_S or writer.size_bytes > self.library.max_bytes / 4
-        if is_clock_changed or is_long:
-            self._end_part(now)
+        if abs(self._wall_clock() - now - opening.wall_offset_s) > CLOCK_JUMP_S:
+            self._end_session(now)
+        elif now - opening.start_s > MAX_PART_S or writer.size_bytes > self.library.max_bytes / 4:
+            self._next_part(now)
 
-    def _end_part(self, at: float) -> None:
-        """The next part begins with the next byte, not before `at`."""
+    def _end_session(self, at: float) -> None:
+        """The next one begins with the next byte, not before `at`."""
         self._close()
-        self._part += 1
         if self._heading is not None:
             self._heading = replace(self._heading, at=at)
+
+    def _next_part(self, now: float) -> None:
+        """The session goes on in another file; both are one recording."""
+        writers = self._parts
+        self._close()
+        self.library.prune()
+        self._parts = writers
+        opening = writers[0].opening
+        number = len(writers) + 1
+        started_at = datetime.fromtimestamp(now + opening.wall_offset_s, UTC)
+        opening = replace(writers[-1].opening, started_at=started_at, start_s=now, part=number)
+        self._begin_part(part_path(writers[0].path, number), opening)
+        if self._writer is not None:
+            self._writer.begin_with(self._tracker.limits)
 
     def _check_disk(self) -> None:
         if self._find_free_bytes(self.library.folder) < RESERVE_BYTES:
@@ -292,10 +317,18 @@ class Recorder:
         if self._writer is not None:
             self._writer.close()
         self._writer = self._entry = None
+        self._parts = []
 
     def _refresh_entry(self) -> None:
         writer = self._writer
-        if writer is not None:
-            self._entry = entry_of(
-                writer.folder, writer.opening, writer.extents, size_bytes=writer.size_bytes, is_running=True
-            )
+        if writer is None:
+            return
+        first = self._parts[0]
+        self._entry = running_entry(
+            first.path,
+            len(self._parts),
+            replace(first.opening, module=writer.opening.module),
+            end_s=writer.end_s,
+            reports=sum(part.reports for part in self._parts),
+            size=sum(part.size_bytes for part in self._parts),
+        )

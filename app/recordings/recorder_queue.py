@@ -13,6 +13,7 @@ class Heading:
     port: str
     baud_rate: int
     module: str = ""
+    station: str = ""
     program: str = ""
 
 

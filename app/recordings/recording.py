@@ -1,39 +1,41 @@
-"""Opens a recording for reading."""
+"""Opens a recording for reading: all parts of a session as one."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from datetime import datetime
-from pathlib import Path
 from types import TracebackType
-from typing import IO, Any, NamedTuple, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from app.captures.entries import CaptureEntry, Way
-from app.recordings.columns import RecordedSeries, beginnings, column
-from app.recordings.commits import Damaged, Extents, read_extents, verified
+from app.captures.entries import CaptureEntry
+from app.recordings.columns import RecordedSeries, beginnings
 from app.recordings.excerpt import Excerpt
-from app.recordings.file_layout import (
-    ACTIVE,
-    COLUMNS,
-    JOURNAL,
-    LINE,
-    TRIGGERED,
-    Opening,
-    Unreadable,
-    is_held,
-    is_time,
-    journal_lines,
-    read_opening,
-)
-from app.recordings.library import RecordingEntry, entry_of, size_of, unreadable
+from app.recordings.library import RecordingEntry, unreadable
 from app.recordings.markers import KIND_OF_WORD, Marker, MarkerKind, ModuleLimits
+from app.recordings.reports import ACTIVE, TRIGGERED, ReportColumns, ReportFinder
+from app.recordings.session_format import (
+    EVENTS,
+    NANOSECONDS,
+    RX,
+    TX,
+    entries_of_line,
+    is_time,
+    json_fields,
+    line_part,
+)
+from app.recordings.session_reader import FileMessage, MissingSpan, SessionFile, read_blocks
 from app.samples.step_function import StepFunction
-from app.text.messages import UserMessage, joined, message
+from app.system.gil_yield import GilYield
+from app.text.messages import UserMessage, message
 from protocol.translatable import marked
 
 _MAX_LIMITS = 1_000_000
+_MAX_EXPECTED = 1 << 25
+"""Rows that are believed to come before they do."""
+_KINDS = (np.float64, np.float32, np.float32, np.uint8)
+"""Of times, tilt, acceleration and flags."""
 
 
 class LimitsAt(NamedTuple):
@@ -55,42 +57,52 @@ class RecordingUnreadable(Exception):
 
 
 class Recording:
-    """Made by `open_recording`. Immutable; a running session is read as far as it is committed.
+    """Made by `open_recording`. Immutable; a running session is read as far as it is written.
 
     Times are monotonic seconds of the recording computer; add `wall_offset_s` for seconds since 1970.
     """
 
-    def __init__(
-        self, entry: RecordingEntry, opening: Opening, extents: Extents, damaged: tuple[Damaged, ...] = ()
-    ) -> None:
-        """`damaged` pieces are left out. Raises OSError."""
+    def __init__(self, entry: RecordingEntry) -> None:
+        """Raises OSError, `Unreadable`."""
         self.entry = entry
-        self.opening = opening
-        self.wall_offset_s = opening.wall_offset_s
-        self._extents = extents
-        self.damaged = damaged
-        self.left_out_rows = 0
-        """Rows behind an invalid one."""
-        status = self._table("status", extents.status_rows)
-        self._status_time, self._tilt, self._acceleration, self._flags = status
-        self._cell_time, self._cell = self._table("cell", extents.cell_rows)
-        self._light_time, self._light = self._table("light", extents.light_rows)
-        self._make_series()
-        self.fires, self.rearms, self.falls, self.lights = (StepFunction(_MAX_LIMITS) for _ in range(4))
-        self.limits: tuple[LimitsAt, ...]
-        self.markers: tuple[Marker, ...]
+        self.damaged: list[tuple[float, float]] = []
+        """Times between which data is missing."""
         self.missing_count = 0
         """Status reports and events that were lost because the disk was too slow."""
-        self._read_journal()
-        tables = [times for times in (self._status_time, self._cell_time, self._light_time) if len(times)]
-        firsts, lasts = [float(times[0]) for times in tables], [float(times[-1]) for times in tables]
-        self.start_s = min((opening.start_s, *firsts, *(one.time_s for one in self.markers[:1])))
-        self.end_s = max((extents.at_s, *lasts, *(one.time_s for one in self.markers[-1:])))
+        self._columns = _Columns(min(entry.sample_count, _MAX_EXPECTED))
+        self._polled: dict[str, list[tuple[float, float]]] = {"cell_voltage_v": [], "light_v": []}
+        markers: list[Marker] = []
+        limits: list[LimitsAt] = []
+        files: dict[str, SessionFile] = {}
+        pace = GilYield()
+        for path in entry.parts:
+            finder = ReportFinder()
+            for file, messages in read_blocks(path):
+                files[path.name] = file
+                if not messages:  # a gap
+                    finder.forget()
+                self._read_reports(finder, file, messages)
+                self._read_events(file, messages, markers, limits)
+                pace.checkpoint()
+        self.opening = next(iter(files.values())).opening
+        self.wall_offset_s = self.opening.wall_offset_ns / NANOSECONDS
+        for file in files.values():
+            self.damaged += [self._seconds(file, gap) for gap in file.gaps]
+        markers += [Marker(first, MarkerKind.DAMAGED) for first, _ in self.damaged]
+        self.markers = tuple(sorted(markers, key=lambda marker: marker.time_s))
+        self.limits = tuple(sorted(limits, key=lambda limit: limit.time_s))
+        self._join()
+        tables = [series for series in (self.tilt, self.cell, self.light) if len(series)]
+        ends = [_mono(file, file.end_ns) for file in files.values()]
+        firsts = [series.exact_since_s for series in tables] + [marker.time_s for marker in self.markers[:1]]
+        self.start_s = min((self.opening.start_s, *firsts))
+        self.end_s = max((*ends, *(series.last.time_s for series in tables if series.last is not None)))
+        self._keep_limits()
 
     def excerpt(self, start_s: float, end_s: float) -> Excerpt:
-        """The data of a span, both ends included, as views of the mapped files."""
-        tilt, cell, light = (one.window(start_s, end_s) for one in (self.tilt, self.cell, self.light))
-        first = int(np.searchsorted(self._status_time, start_s, "left"))
+        """The data of a span, both ends included, as views of the columns."""
+        tilt, cell, light = (series.window(start_s, end_s) for series in (self.tilt, self.cell, self.light))
+        first = int(np.searchsorted(self._times, start_s, "left"))
         rows = slice(first, first + len(tilt.time_s))
         flags = self._flags[rows]
         return Excerpt(
@@ -105,66 +117,29 @@ class Recording:
             cell_voltage_v=cell.value,
             light_time_s=light.time_s,
             light_v=light.value,
-            markers=tuple(one for one in self.markers if start_s <= one.time_s <= end_s),
+            markers=tuple(marker for marker in self.markers if start_s <= marker.time_s <= end_s),
         )
 
     def traffic(self) -> Iterator[CaptureEntry]:
-        """Yields the bytes on the line in order; times count from `opening.start_s`. Raises OSError."""
-        with (self.entry.folder / LINE).open("rb") as file:
-            for length in self._sound(file, LINE):
-                left = length
-                while left > 0 and (line := file.readline(left)):
-                    left -= len(line)
-                    words = line.split(b" ", 2)
-                    if line.startswith(b"#") or len(words) < 3:
-                        continue
-                    try:
-                        at_s, way, raw = float(words[0]), Way(words[1].decode()), bytes.fromhex(words[2].decode())
-                    except ValueError:
-                        continue
-                    if is_time(at_s):
-                        yield CaptureEntry(at_s, way, raw)
-
-    def _sound(self, file: IO[bytes], name: str) -> Iterator[int]:
-        """Yields the lengths of the undamaged pieces of a file, positioned at the start of each."""
-        place = 0
-        for one in self.damaged:
-            yield one.first.length(name) - place
-            place = one.last.length(name)
-            file.seek(place)
-        yield self._extents.length(name) - place
-
-    @property
-    def line_bytes(self) -> int:
-        """Length of the text that `traffic` reads, for progress."""
-        return self._extents.line_bytes
+        """Yields the bytes on the line in order, read again; times count from `opening.start_s`. Raises OSError."""
+        yield from traffic_of(self.entry)
 
     @property
     def damage(self) -> UserMessage | None:
-        """What was left out as damaged or altered; None for an undamaged recording."""
-        if not (self.damaged or self.left_out_rows):
-            return None
-        rows = self.left_out_rows + sum(
-            getattr(one.last, name) - getattr(one.first, name)
-            for one in self.damaged
-            for name in ("status_rows", "cell_rows", "light_rows")
-        )
-        said = message(marked("Damaged or altered; rows left out: {rows}."), rows=f"{rows:,}")
+        """What is missing as damaged or altered; None for an undamaged recording."""
         if not self.damaged:
-            return said
+            return None
         first, last = (
             f"{datetime.fromtimestamp(at_s + self.wall_offset_s).astimezone():%H:%M:%S}"
-            for at_s in (self.damaged[0].first.at_s, self.damaged[-1].last.at_s)
+            for at_s in (self.damaged[0][0], self.damaged[-1][1])
         )
-        return joined((said, message(f"{first} – {last}")), " ")
+        return message(marked("Damaged or altered; left out: {first} – {last}."), first=first, last=last)
 
     def close(self) -> None:
-        """Releases the files. Series and excerpts taken before still hold them."""
-        nothing = np.empty(0)
-        self._status_time = self._cell_time = self._light_time = nothing
-        self._tilt = self._acceleration = self._cell = self._light = nothing.astype(np.float32)
-        self._flags = nothing.astype(np.uint8)
-        self._make_series()
+        """Releases the columns. Series and excerpts taken before still hold them."""
+        self._columns = _Columns(0)
+        self._polled = {key: [] for key in self._polled}
+        self._join()
 
     def __enter__(self) -> Self:
         return self
@@ -174,96 +149,122 @@ class Recording:
     ) -> None:
         self.close()
 
-    def _table(self, name: str, rows: int) -> list[NDArray[Any]]:
-        folder = self.entry.folder
-        columns = [column(folder / file, kind, rows) for file, kind in COLUMNS[name].items()]
-        if not self.damaged:
-            return columns
-        places = [slice(getattr(one.first, f"{name}_rows"), getattr(one.last, f"{name}_rows")) for one in self.damaged]
-        bad = np.concatenate([np.arange(one.start, one.stop) for one in places])
-        return [np.delete(one, bad) for one in columns]
+    def _read_reports(self, finder: ReportFinder, file: SessionFile, messages: Iterable[FileMessage]) -> None:
+        found = finder.feed(line_part((one.log_ns, one.data) for one in messages if one.topic == RX))
+        self._columns.append(found, file.opening.wall_offset_ns)
 
-    def _make_series(self) -> None:
-        """Leaves out the rows behind an invalid one."""
-        found = len(self._status_time) + len(self._cell_time) + len(self._light_time)
-        status = beginnings(self._status_time, self._tilt, self._acceleration)
-        cell = beginnings(self._cell_time, self._cell)
-        light = beginnings(self._light_time, self._light)
-        self._status_time, self._tilt = self._status_time[: status.rows], self._tilt[: status.rows]
-        self._acceleration, self._flags = self._acceleration[: status.rows], self._flags[: status.rows]
-        self._cell_time, self._cell = self._cell_time[: cell.rows], self._cell[: cell.rows]
-        self._light_time, self._light = self._light_time[: light.rows], self._light[: light.rows]
-        self.left_out_rows += found - status.rows - cell.rows - light.rows
-        self.tilt = RecordedSeries(self._status_time, self._tilt, status.firsts)
-        self.acceleration = RecordedSeries(self._status_time, self._acceleration, status.firsts)
-        self.cell = RecordedSeries(self._cell_time, self._cell, cell.firsts)
-        self.light = RecordedSeries(self._light_time, self._light, light.firsts)
-
-    def _read_journal(self) -> None:
-        with (self.entry.folder / JOURNAL).open("rb") as file:
-            raw = b"".join(file.read(length) for length in self._sound(file, JOURNAL))
-        markers = [Marker(one.first.at_s, MarkerKind.DAMAGED) for one in self.damaged]
-        limits: list[LimitsAt] = []
-        for line in journal_lines(raw):
-            at = _number(line.get("at"))
-            if at is None or not is_time(at):
-                continue
-            match line.get("what"):
-                case "happening":
-                    kind = KIND_OF_WORD.get(str(line.get("kind")))
-                    if kind is not None:
-                        markers.append(Marker(at, kind, str(line.get("port", ""))))
+    def _read_events(
+        self, file: SessionFile, messages: Iterable[FileMessage], markers: list[Marker], limits: list[LimitsAt]
+    ) -> None:
+        for _, log_ns, data in (one for one in messages if one.topic == EVENTS):
+            fields, at_s = json_fields(data), _mono(file, log_ns)
+            match fields.get("event"):
+                case "reading":
+                    for key, polled in self._polled.items():
+                        value = _number(fields.get(key))
+                        if value is not None:
+                            polled.append((at_s, value))
                 case "limits":
-                    values = (_number(line.get(key)) for key in ("fires_deg", "rearms_deg", "free_fall_g", "light_v"))
-                    limits.append(LimitsAt(at, ModuleLimits(*values)))
+                    values = (_number(fields.get(key)) for key in ModuleLimits.__dataclass_fields__)
+                    limits.append(LimitsAt(at_s, ModuleLimits(*values)))
                 case "missing":
-                    self.missing_count += int(_number(line.get("count")) or 0)
-                case _:
-                    pass  # of a later version
-        self.markers = tuple(sorted(markers, key=lambda one: one.time_s))
-        self.limits = tuple(sorted(limits, key=lambda one: one.time_s))
-        for time_s, stood in self.limits:
-            self.fires.put(time_s, stood.fires_deg)
-            self.rearms.put(time_s, stood.rearms_deg)
-            self.falls.put(time_s, stood.free_fall_g)
-            self.lights.put(time_s, stood.light_v)
-        if self.limits:
-            # Unknown after the end.
-            end_s = max(self._extents.at_s, self.limits[-1].time_s)
-            for steps in (self.fires, self.rearms, self.falls, self.lights):
-                steps.put(end_s, None)
+                    self.missing_count += int(_number(fields.get("count")) or 0)
+                case word:
+                    kind = KIND_OF_WORD.get(str(word))
+                    if kind is not None and is_time(at_s):
+                        markers.append(Marker(at_s, kind, str(fields.get("port", ""))))
+
+    def _join(self) -> None:
+        self._times, self._tilt, self._acceleration, self._flags = self._columns.whole()
+        status = beginnings(self._times, self._tilt, self._acceleration)
+        self.tilt = RecordedSeries(self._times, self._tilt, status.firsts)
+        self.acceleration = RecordedSeries(self._times, self._acceleration, status.firsts)
+        self.cell, self.light = (_series(self._polled[key]) for key in ("cell_voltage_v", "light_v"))
+
+    def _keep_limits(self) -> None:
+        self.fires, self.rearms, self.falls, self.fall_times, self.lights = (
+            StepFunction(_MAX_LIMITS) for _ in range(5)
+        )
+        functions = (self.fires, self.rearms, self.falls, self.fall_times, self.lights)
+        keys = ("fires_deg", "rearms_deg", "free_fall_g", "free_fall_s", "light_v")
+        # Unknown after the end.
+        ends = [LimitsAt(max(self.end_s, self.limits[-1].time_s), ModuleLimits())] if self.limits else []
+        for time_s, limits in (*self.limits, *ends):
+            for key, steps in zip(keys, functions, strict=True):
+                steps.put(time_s, getattr(limits, key))
+
+    def _seconds(self, file: SessionFile, gap: MissingSpan) -> tuple[float, float]:
+        return _mono(file, gap.first_ns), _mono(file, gap.last_ns)
 
 
-def open_recording(folder: Path) -> Recording:
-    """Opens a recording; verifies all checksums unless it is being written. Takes a second or two for a long session:
-    not for the window's thread. Raises `RecordingUnreadable`."""
+class _Columns:
+    """Grows to any length; what was announced is not copied."""
+
+    def __init__(self, expected: int) -> None:
+        self._count = 0
+        self._columns: tuple[NDArray[Any], ...] = tuple(np.empty(expected, kind) for kind in _KINDS)
+
+    def append(self, found: ReportColumns, offset_ns: int) -> None:
+        count = len(found.flags)
+        rows = slice(self._count, self._count + count)
+        if rows.stop > len(self._columns[0]):
+            more = rows.stop + rows.stop // 2
+            self._columns = tuple(np.concatenate((column, np.empty(more - len(column), column.dtype)))
+                                  for column in self._columns)  # fmt: skip
+        times = self._columns[0][rows]
+        np.divide(found.times_ns - offset_ns, NANOSECONDS, out=times)
+        for column, values in zip(self._columns[1:], (found.tilt_deg, found.acceleration_g, found.flags), strict=True):
+            column[rows] = values
+        self._count = rows.stop
+
+    def whole(self) -> tuple[NDArray[Any], ...]:
+        """Times, tilt, acceleration and flags; readers rely on ascending times."""
+        times, *others = (column[: self._count] for column in self._columns)
+        np.maximum.accumulate(times, out=times)
+        return (times, *others)
+
+
+def traffic_of(entry: RecordingEntry) -> Iterator[CaptureEntry]:
+    """The bytes on the line in order; times count from the beginning of the session. Raises OSError, `Unreadable`."""
+    start_ns: int | None = None
+    for path in entry.parts:
+        for file, messages in read_blocks(path, at_once=100):
+            if start_ns is None:
+                start_ns = file.opening.wall_offset_ns + round(file.opening.start_s * NANOSECONDS)
+            received, sent = (
+                line_part((one.log_ns, one.data) for one in messages if one.topic == topic) for topic in (RX, TX)
+            )
+            yield from entries_of_line(received, sent, start_ns)
+
+
+def open_recording(entry: RecordingEntry) -> Recording:
+    """Opens a recording and verifies all checksums. Takes a second or two for a long session: not for the window's
+    thread. Raises `RecordingUnreadable`."""
     try:
-        is_running = is_held(folder)
-        opening = read_opening(folder)
-        extents = read_extents(folder, opening)
-        extents, damaged = (extents, ()) if is_running else verified(folder, opening, extents)
-        is_running = is_running and not extents.is_last
-        entry = entry_of(folder, opening, extents, size_bytes=size_of(folder), is_running=is_running)
-        return Recording(entry, opening, extents, damaged)
+        return Recording(entry)
     except (OSError, ValueError) as error:  # ValueError: `Unreadable`, or a file that shrank meanwhile
-        raise RecordingUnreadable(unreadable(folder, error)) from error
+        raise RecordingUnreadable(unreadable(entry.path, error)) from error
 
 
-def tilt_outline(folder: Path, buckets: int) -> tuple[tuple[float, float], ...]:
-    """Lowest and highest tilt per interval, for a thumbnail, without verification. Empty where there is no tilt or the
-    recording cannot be read."""
+def tilt_outline(entry: RecordingEntry, buckets: int) -> tuple[tuple[float, float], ...]:
+    """Lowest and highest tilt per interval, for a thumbnail. Empty where there is none, or it cannot be read."""
     try:
-        opening = read_opening(folder)
-        extents = read_extents(folder, opening)
-        entry = entry_of(folder, opening, extents, size_bytes=0, is_running=False)
-        recording = Recording(entry, opening, extents)
-    except (Unreadable, OSError, ValueError):
+        recording = Recording(entry)
+    except (OSError, ValueError):
         return ()
-    try:
-        found = recording.tilt.decimated(recording.start_s, max(recording.end_s, recording.start_s + 1.0), buckets)
-        return tuple(zip(found.low.tolist(), found.high.tolist(), strict=True))
-    finally:
-        recording.close()
+    found = recording.tilt.decimated(recording.start_s, max(recording.end_s, recording.start_s + 1.0), buckets)
+    return tuple(zip(found.low.tolist(), found.high.tolist(), strict=True))
+
+
+def _mono(file: SessionFile, wall_ns: int) -> float:
+    return (wall_ns - file.opening.wall_offset_ns) / NANOSECONDS
+
+
+def _series(polled: list[tuple[float, float]]) -> RecordedSeries:
+    times, values = np.array(polled, np.float64).reshape(-1, 2).T
+    times = np.maximum.accumulate(times)
+    column = values.astype(np.float32)
+    return RecordedSeries(times, column, beginnings(times, column).firsts)
 
 
 def _number(value: object) -> float | None:

@@ -1,179 +1,281 @@
-"""Writes one recording, in the recorder's thread."""
+"""Writes one file of a session, in the recorder's thread."""
 
-import json
 import math
 import os
-import secrets
-import zlib
+from collections import deque
 from collections.abc import Iterable
 from dataclasses import asdict, replace
-from datetime import UTC, datetime
 from pathlib import Path
-from typing import IO
+from typing import IO, Final, NamedTuple
 
-import numpy as np
+from mcap.well_known import MessageEncoding, SchemaEncoding
+from mcap.writer import CompressionType, IndexType, Writer
 
-from app.captures.writer import entries_of, lines_of
+from app.captures.entries import CaptureEntry, Way
+from app.captures.explain import meaning
+from app.captures.writer import entries_of
 from app.engine.device import DeviceView, StatusSample
 from app.engine.worker import Batch, PortState
-from app.recordings.commits import Extents, encoded_commit, nothing
-from app.recordings.file_layout import (
-    ACTIVE,
-    COLUMNS,
-    COMMITS,
-    DATA_FILES,
-    JOURNAL,
-    LINE,
-    SESSION,
-    TRIGGERED,
-    Opening,
-    hold,
-)
 from app.recordings.markers import NO_LIMITS, Marker, ModuleLimits
-from app.system.files import private_opener, write_whole
+from app.recordings.reports import ACTIVE, TRIGGERED, ReportFinder
+from app.recordings.session_format import (
+    CHANNELS,
+    END,
+    EVENTS,
+    FORMAT,
+    LINE_ENCODING,
+    NANOSECONDS,
+    PROGRESS,
+    SCHEMAS,
+    STATUS,
+    TOPIC_OF_WAY,
+    Opening,
+    json_bytes,
+    line_messages,
+    line_part,
+    with_checksum,
+)
+from app.system.files import draft_of, lock, private_opener
+from protocol.events import Event, Sent
+from protocol.frame import Direction, Frame
 
-_STATUS, _CELL, _LIGHT = (tuple(COLUMNS[table]) for table in ("status", "cell", "light"))
+STATUS_EVERY_S: Final = 0.1
+"""Of the decoded reports for other viewers; a change of a flag is written in any case."""
+POLLED: Final = ("cell_voltage_v", "light_v")
 
 
-def new_folder(library: Path, started_at: datetime) -> Path:
-    """Makes a folder whose name sorts by time. Raises OSError."""
-    folder = library / f"{started_at.astimezone(UTC):%Y%m%dT%H%M%SZ}-{secrets.token_hex(3)}"
-    folder.mkdir(mode=0o700)
-    return folder
+class Note(NamedTuple):
+    """An event of a session that was recorded before."""
+
+    at_s: float
+    event: str
+    values: dict[str, object]
 
 
 class SessionWriter:
-    """Methods raise OSError where the disk fails; what was committed before stays readable."""
+    """Methods raise OSError where the disk fails; what was flushed before stays readable."""
 
-    def __init__(self, folder: Path, opening: Opening) -> None:
-        self.folder = folder
+    def __init__(self, path: Path, opening: Opening) -> None:
+        self.path = path
         self.opening = opening
-        self.extents = nothing(opening)
-        """The last commit."""
-        self.size_bytes = 0
+        self.reports = self.size_bytes = 0
+        self.was_triggered = False
+        self.end_s = opening.start_s
+        """Up to here everything is in the file."""
+        self._offset_ns = opening.wall_offset_ns
         self._limits = NO_LIMITS
         self._baud_rate = opening.baud_rate
-        self._samples: list[StatusSample] = []
-        self._slow: dict[str, list[tuple[float, float]]] = {"cell": [], "light": []}
-        self._batches: list[Batch] = []
-        self._journal: list[dict[str, object]] = []
+        self._line: list[Event] = []
+        self._entries: list[CaptureEntry] = []
+        self._events: list[tuple[float, dict[str, object]]] = []
+        self._statuses: list[StatusSample] = []
+        self._shown: StatusSample | None = None
         # Values polled before the beginning are in the previous part.
-        self._newest_s = dict.fromkeys(COLUMNS, math.nextafter(opening.start_s, -math.inf)) | {"status": -math.inf}
-        self._lock = hold(folder)
-        self._files: dict[str, IO[bytes]] = {}
+        self._polled_s = dict.fromkeys(POLLED, math.nextafter(opening.start_s, -math.inf))
+        self._line_ns = 0
+        self._chunks = 0
+        self._numbers = {topic: number for number, topic in CHANNELS.items()}
+        self._file: IO[bytes] | None = open(path, "xb", opener=private_opener)  # noqa: SIM115
         try:
-            for name in (*DATA_FILES, COMMITS):
-                self._files[name] = open(folder / name, "xb", buffering=0, opener=private_opener)  # noqa: SIM115
-            write_whole(folder / SESSION, opening.encoded(), is_private=True)
-            self._head = "".join(f"{line}\n" for line in opening.capture_header.lines()).encode("utf-8", "replace")
+            lock(self._file)
+            self._mcap = Writer(self._file, compression=CompressionType.ZSTD, index_types=IndexType.METADATA)
+            self._mcap.start(profile="", library="DPS-S Configurator")
+            self._mcap.add_metadata(FORMAT, opening.fields())
+            self._register()
+            self._flush()
         except BaseException:
             self.close()
             raise
 
+    def begin_with(self, limits: ModuleLimits) -> None:
+        """A further part says what is in force at its beginning."""
+        if limits != self._limits:
+            self._limits = limits
+            self.note(self.opening.start_s, "limits", **asdict(limits))
+
     def put(self, batch: Batch, markers: Iterable[Marker], limits: ModuleLimits) -> None:
         """Takes in what the next `flush` writes."""
-        self._samples += batch.samples
-        if batch.events:
-            self._batches.append(batch)
+        self.reports += len(batch.samples)
+        for sample in batch.samples:
+            self._show(sample)
+            self.was_triggered |= sample.triggered
+        self._line += batch.events
+        for event in batch.events:
+            if isinstance(event, Sent) and not event.request.is_repeatable:
+                self.note(event.at, "sent", **meaning(Frame(Direction.HOST_TO_MODULE, event.raw)))
         if batch.connection.state is PortState.OPEN:
             # While a port opens, the view is still that of the previous module.
-            self._put_slow(batch.device)
+            self._put_polled(batch.device)
             if batch.connection.baud_rate != self._baud_rate:
                 self._baud_rate = batch.connection.baud_rate
-                self.note(batch.at, "baud_rate", baud_rate=self._baud_rate)
-        for one in markers:
-            self.note(one.time_s, "happening", kind=one.kind.value, port=one.port)
+                self.note(batch.at, "baud rate", baud_rate=self._baud_rate)
+        for marker in markers:
+            self.note(marker.time_s, marker.kind.value, port=marker.port)
         if limits != self._limits:
             self._limits = limits
             self.note(batch.at, "limits", **asdict(limits))
 
-    def note(self, at: float, what: str, **values: object) -> None:
-        """Adds an object to the journal."""
-        self._journal.append({"at": at, "what": what, **values})
+    def put_recorded(self, entries: Iterable[CaptureEntry], notes: Iterable[Note], *, every_s: float = 0.5) -> float:
+        """Takes in and flushes what was recorded before, without a module; returns the time of the last of it."""
+        finder, left, end_s = ReportFinder(), deque(notes), self.opening.start_s
+        flushed_s = end_s
+        for entry in entries:
+            while left and left[0].at_s <= entry.at_s:
+                self._put_note(left.popleft())
+            if entry.at_s > flushed_s + every_s:
+                self._put_reports(finder)
+                self.flush(end_s)
+                flushed_s = entry.at_s
+            self._entries.append(entry)
+            end_s = max(end_s, entry.at_s)
+        for note in left:
+            self._put_note(note)
+            end_s = max(end_s, note.at_s)
+        self._put_reports(finder)
+        return end_s
+
+    def _put_note(self, note: Note) -> None:
+        self.note(note.at_s, note.event, **note.values)
+
+    def _put_reports(self, finder: ReportFinder) -> None:
+        """Counts and shows the reports in the entries that are to be written."""
+        received = [(at, entry.raw) for at, entry in self._ordered() if entry.way is Way.IN]
+        found = finder.feed(line_part(line_messages(received)))
+        self.reports += len(found.flags)
+        self.was_triggered |= bool((found.flags & TRIGGERED).any())
+        columns = (found.times_ns - self._offset_ns, found.tilt_deg, found.acceleration_g, found.flags)
+        for at_ns, tilt, acceleration, flags in zip(*(column.tolist() for column in columns), strict=True):
+            self._show(
+                StatusSample(
+                    at_ns / NANOSECONDS,
+                    int(tilt),
+                    round(acceleration, 1),
+                    bool(flags & TRIGGERED),
+                    bool(flags & ACTIVE),
+                )
+            )
+
+    def _show(self, sample: StatusSample) -> None:
+        shown = self._shown
+        if shown is None or sample.at - shown.at >= STATUS_EVERY_S or sample[3:] != shown[3:]:
+            self._statuses.append(sample)
+            self._shown = sample
+
+    def note(self, at: float, event: str, **values: object) -> None:
+        self._events.append((at, {"event": event, **values}))
 
     def name_module(self, module: str) -> None:
         self.opening = replace(self.opening, module=module)
-        write_whole(self.folder / SESSION, self.opening.encoded(), is_private=True)
+        self._flush()
+        self._mcap.add_metadata(FORMAT, self.opening.fields())
+        self._flush()
 
     def flush(self, now_s: float, *, is_last: bool = False) -> None:
-        """Writes and commits everything pending."""
-        data = self._encoded()
-        crc = 0
-        for name in DATA_FILES:
-            raw = data.get(name, b"")
-            self._write(name, raw)
-            crc = zlib.crc32(raw, crc)
-        size = sum(map(len, data.values()))
-        if not (size or is_last) and now_s < self.extents.at_s + 1.0:
+        """Writes everything pending as one chunk. Without anything, once a second that nothing came."""
+        # Joins what was received together, also by several batches.
+        self._entries += entries_of(self._line, 0.0)
+        self._line = []
+        is_idle = not (self._entries or self._events or self._statuses)
+        if is_idle and not is_last and now_s < self.end_s + 1.0:
             return
-        rows = {table: len(data.get(next(iter(columns)), b"")) // 8 for table, columns in COLUMNS.items()}
-        before = self.extents
-        extents = Extents(
-            max(now_s, before.at_s, *self._newest_s.values()),
-            before.status_rows + rows["status"],
-            before.cell_rows + rows["cell"],
-            before.light_rows + rows["light"],
-            before.line_bytes + len(data.get(LINE, b"")),
-            before.journal_bytes + len(data.get(JOURNAL, b"")),
-            is_last=is_last,
-        )
-        record = encoded_commit(extents, crc)
-        self._write(COMMITS, record)
-        self.extents = extents
-        self.size_bytes += size + len(record)
+        ordered = self._ordered()
+        for way, topic in TOPIC_OF_WAY.items():
+            entries = [(at, entry.raw) for at, entry in ordered if entry.way is way]
+            for message in line_messages(entries):
+                self._add(topic, *message)
+        if ordered:
+            self._line_ns = ordered[-1][0]
+            self.end_s = max(self.end_s, (self._line_ns - self._offset_ns) / NANOSECONDS)
+        self._entries = []
+        for at_s, event in self._events:
+            self.end_s = max(self.end_s, at_s)
+            self._add(EVENTS, self._wall_ns(at_s), json_bytes(event))
+        self.end_s = max(self.end_s, now_s)
+        progress = json_bytes({"reports": self.reports, "triggered": self.was_triggered})
+        self._add(PROGRESS, self._wall_ns(self.end_s), progress, self._chunks)
+        for sample in self._statuses:  # our reader stops in front of them
+            self._add(STATUS, self._wall_ns(sample.at), json_bytes(_fields(sample)))
+        self._events, self._statuses = [], []
+        self._chunks += 1
+        self._flush()
+        if is_last:
+            end = {"progress": progress.decode(), "end_ns": str(self._wall_ns(self.end_s))}
+            self._mcap.add_metadata(END, with_checksum(end))
+            self._mcap.finish()  # type: ignore[no-untyped-call]
+            self._sync()
 
     def sync(self) -> None:
         """Waits until the data is safe from a power failure."""
-        for name in (*DATA_FILES, COMMITS):
-            os.fsync(self._files[name].fileno())
+        if self._file is not None:
+            self._sync()
 
     def close(self) -> None:
-        """Closes the files; never raises. Idempotent."""
-        files, self._files = self._files, {}
-        for file in (*files.values(), self._lock):
-            if file is not None:
-                try:
-                    file.close()
-                except OSError:
-                    continue  # unbuffered: nothing can be lost
-        self._lock = None
+        """Closes the file; never raises. Idempotent."""
+        file, self._file = self._file, None
+        if file is not None:
+            try:
+                file.close()
+            except OSError:
+                return  # what did not fit is lost
 
-    def _put_slow(self, device: DeviceView) -> None:
-        for table, key in (("cell", "cell_voltage_v"), ("light", "light_v")):
+    def _flush(self) -> None:
+        self._mcap.flush()  # type: ignore[no-untyped-call]
+        if self._file is not None:
+            self.size_bytes = self._file.tell()
+
+    def _sync(self) -> None:
+        if self._file is not None:
+            self._file.flush()
+            os.fsync(self._file.fileno())
+
+    def _ordered(self) -> list[tuple[int, CaptureEntry]]:
+        """With times that increase by at least 1 ns, so that the order of both directions is kept."""
+        ordered, last = [], self._line_ns
+        for entry in self._entries:
+            last = max(last + 1, self._wall_ns(entry.at_s))
+            ordered.append((last, entry))
+        return ordered
+
+    def _wall_ns(self, at_s: float) -> int:
+        return round(at_s * NANOSECONDS) + self._offset_ns
+
+    def _add(self, topic: str, log_ns: int, data: bytes, sequence: int = 0) -> None:
+        self._mcap.add_message(self._numbers[topic], log_ns, data, log_ns, sequence)
+
+    def _register(self) -> None:
+        for topic in CHANNELS.values():
+            fields, schema, encoding = SCHEMAS.get(topic), 0, LINE_ENCODING
+            if fields is not None:
+                name = f"dps-s{topic.replace('/', '.')}"
+                whole = {"type": "object", "title": name, "properties": fields, "required": list(fields)}
+                schema = self._mcap.register_schema(name, SchemaEncoding.JSONSchema, json_bytes(whole))
+                encoding = MessageEncoding.JSON
+            self._mcap.register_channel(topic, encoding, schema)
+
+    def _put_polled(self, device: DeviceView) -> None:
+        for key in POLLED:
             known = device.values.get(key)
-            if known is not None and not known.is_stale and known.at > self._newest_s[table]:
-                self._newest_s[table] = known.at
-                self._slow[table].append((known.at, float(known.value)))
+            if known is not None and not known.is_stale and known.at > self._polled_s[key]:
+                self._polled_s[key] = known.at
+                self.note(known.at, "reading", **{key: float(known.value)})
 
-    def _encoded(self) -> dict[str, bytes]:
-        """Removes the pending data and returns it as bytes by file."""
-        data: dict[str, bytes] = {}
-        if self._samples:
-            columns = np.array(self._samples, np.float64).T
-            # Readers rely on ascending times.
-            times = np.maximum.accumulate(np.maximum(columns[0], self._newest_s["status"]))
-            self._newest_s["status"] = float(times[-1])
-            flags = columns[3] * TRIGGERED + columns[4] * ACTIVE
-            for name, column in zip(_STATUS, (times, columns[1], columns[2], flags), strict=True):
-                data[name] = column.astype(COLUMNS["status"][name]).tobytes()
-        for table, names in (("cell", _CELL), ("light", _LIGHT)):
-            if self._slow[table]:
-                pairs = np.array(self._slow[table], np.float64).T
-                for name, column in zip(names, pairs, strict=True):
-                    data[name] = column.astype(COLUMNS[table][name]).tobytes()
-        if self._batches:
-            events = (event for batch in self._batches for event in batch.events)
-            entries = entries_of(events, self.opening.start_s)
-            data[LINE] = "".join(f"{line}\n" for entry in entries for line in lines_of(entry)).encode()
-        if self._head:
-            data[LINE], self._head = self._head + data.get(LINE, b""), b""
-        if self._journal:
-            data[JOURNAL] = "".join(f"{json.dumps(one)}\n" for one in self._journal).encode()
-        self._samples, self._batches, self._journal = [], [], []
-        self._slow = {"cell": [], "light": []}
-        return data
 
-    def _write(self, name: str, raw: bytes) -> None:
-        view = memoryview(raw)
-        while view:
-            view = view[self._files[name].write(view) :]
+def _fields(sample: StatusSample) -> dict[str, object]:
+    return {
+        "tilt_deg": sample.tilt_deg,
+        "acceleration_g": sample.acceleration_g,
+        "triggered": sample.triggered,
+        "active": sample.active,
+    }
+
+
+def write_session(path: Path, opening: Opening, entries: Iterable[CaptureEntry], notes: Iterable[Note] = ()) -> None:
+    """Writes a whole session from bytes on the line and events, both in order of time (monotonic). Raises OSError."""
+    with draft_of(path) as draft:
+        draft.unlink()
+        writer = SessionWriter(draft, opening)
+        try:
+            end_s = writer.put_recorded(entries, notes)
+            writer.flush(end_s, is_last=True)
+        finally:
+            writer.close()

@@ -8,10 +8,11 @@ from app.text.i18n import tr
 from app.text.sentences import not_written
 
 if TYPE_CHECKING:
+    from app.recordings.library import RecordingEntry
     from app.recordings.recording import Recording
 
-CSV, MCAP, CAPTURE = ".csv", ".mcap", ".dpscap"
-ENDINGS = (CSV, MCAP, CAPTURE)
+CSV, MCAP = ".csv", ".mcap"
+ENDINGS = (MCAP, CSV)
 STANDARD_OUTPUT = Path("-")
 """Gets the CSV table."""
 
@@ -33,7 +34,6 @@ def export_path(text: str) -> Path:
 
 def unwritable_reason(path: Path, *, appends: bool, replaces: bool) -> str | None:
     """Checks the file before anything is recorded; a sentence if it cannot be used."""
-    from app.captures.writer import MAGIC
     from app.recordings.table import HEAD
 
     if path == STANDARD_OUTPUT:
@@ -41,7 +41,7 @@ def unwritable_reason(path: Path, *, appends: bool, replaces: bool) -> str | Non
     if not path.parent.is_dir():
         return tr("There is no folder {folder}.", folder=path.parent)
     if appends and path.suffix.lower() == MCAP:
-        return tr("expected {expected}", expected=f"{CSV}|{CAPTURE}")
+        return tr("expected {expected}", expected=CSV)
     if not path.exists() or replaces:
         return None
     if not appends:
@@ -51,15 +51,15 @@ def unwritable_reason(path: Path, *, appends: bool, replaces: bool) -> str | Non
             first = file.readline(1000).removeprefix(b"\xef\xbb\xbf").strip().decode("utf-8", "replace")
     except OSError as error:
         return not_written(path, error)
-    if first not in ("", HEAD if path.suffix.lower() == CSV else MAGIC):
+    if first not in ("", HEAD):
         return tr("{file} has other columns or is no recording.", file=path)
     return None
 
 
-def export_and_report(folder: Path, path: Path, *, appends: bool = False) -> Exported | None:
+def export_and_report(entry: "RecordingEntry", path: Path, *, appends: bool = False) -> Exported | None:
     """Export a recording, and print the outcome; None if the file cannot be written. Raises `RecordingUnreadable`."""
     try:
-        done = export_recording(folder, path, appends=appends)
+        done = export_recording(entry, path, appends=appends)
     except (OSError, ValueError) as error:
         notify(not_written(path, error))
         return None
@@ -70,26 +70,21 @@ def export_and_report(folder: Path, path: Path, *, appends: bool = False) -> Exp
     return done
 
 
-def export_recording(folder: Path, path: Path, *, appends: bool = False) -> Exported:
+def export_recording(entry: "RecordingEntry", path: Path, *, appends: bool = False) -> Exported:
     """Raises OSError, ValueError, `RecordingUnreadable`; the file is unchanged then."""
-    from app.recordings.export import export_capture, export_csv, export_mcap
+    from app.recordings.export import export_csv, export_session
     from app.recordings.recording import open_recording
 
     missing: list[str] = []
     try:
-        with open_recording(folder) as recording:
-            match path.suffix.lower():
-                case ".mcap":
-                    rows = export_mcap(recording, path, on_progress=_show)
-                case ".dpscap":
-                    rows, is_full = export_capture(recording, path, appends=appends, on_progress=_show)
-                    if is_full:
-                        missing.append(tr("The capture is full; the rest is in the recording {name}.",
-                                          name=folder.name))  # fmt: skip
-                case _ if path == STANDARD_OUTPUT:
-                    rows = _write_csv(recording, has_head=not appends)
-                case _:
-                    rows = export_csv(recording, path, appends=appends, on_progress=_show)
+        with open_recording(entry) as recording:
+            if path == STANDARD_OUTPUT:
+                rows = _write_csv(recording, has_head=not appends)
+            elif path.suffix.lower() == MCAP:
+                export_session(entry, path, on_progress=_show)
+                rows = len(recording.tilt)
+            else:
+                rows = export_csv(recording, path, appends=appends, on_progress=_show)
             if recording.damage is not None:
                 missing.append(recording.damage.translated())
     finally:

@@ -8,9 +8,9 @@ from typing import Final
 import numpy as np
 
 from app.recordings.recorder import FLUSH_EVERY_S
-from app.recordings.recording import Recording, open_recording
+from app.recordings.recording import Recording
 from tests.benchmarks.figures import Figure, quantile
-from tests.support.records.recordings_made import HEADING, LINE_HZ, recorder_in, stream, written_at_once
+from tests.support.records.recordings_made import HEADING, LINE_HZ, opened, recorder_in, stream, written_at_once
 
 ROWS: Final = 10_000_000
 OPENING_AIM_S: Final = 2.0
@@ -27,7 +27,7 @@ def figures(rows: int = ROWS, seconds: float = 60.0, windows: int = WINDOWS) -> 
         found = _cost_of_recording(Path(name) / "recorded", seconds)
         folder = written_at_once(Path(name) / "written", rows)
         began = time.perf_counter()
-        recording = open_recording(folder)
+        recording = opened(folder)
         opening_s = time.perf_counter() - began
         waits_ms = _pan(recording, windows)
         recording.close()

@@ -227,7 +227,6 @@ def test_the_metadata_names_what_is_installed(made: dict[str, ModuleType]) -> No
 def test_the_desktop_knows_the_types_of_files(made: dict[str, ModuleType]) -> None:
     """By the magic that the file for shared-mime-info names; held against files that the program writes."""
     from app.captures.writer import MAGIC
-    from app.flight_logs.module_reports import MCAP_MAGIC
     from app.flight_logs.ulog_file import MAGIC as ULOG_MAGIC
     from app.records.record import FORMAT
     from app.settings.profile_file import profile_text
@@ -235,10 +234,10 @@ def test_the_desktop_knows_the_types_of_files(made: dict[str, ModuleType]) -> No
 
     tree = ElementTree.parse(made["linux.debian"].LINUX / f"{made['linux.debian'].NAME}.xml").getroot()
     files = {
-        "capture": f"{MAGIC}\n".encode(),
         "profile": profile_text(Profile(name="H6", settings={})).encode(),
         "record": json.dumps({"format": FORMAT, "version": 2}, indent=1).encode(),
-        "mcap": MCAP_MAGIC,
+        "capture": f"{MAGIC}\n".encode(),
+        "mcap": b"\x89MCAP0\r\n",
         "ulog": ULOG_MAGIC,
     }
     for kind in tree:

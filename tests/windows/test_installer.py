@@ -91,7 +91,7 @@ def test_it_is_installed_used_and_taken_away(fresh: Path) -> None:
     assert "INTACT" in dps_s.run("verify", "C:\\check.pdf", limit_s=240).stdout
 
     _check_window(fresh, program)
-    recorded = dps_s.run("record", "C:\\line.dpscap", "--port", PORT, "--seconds", "2", limit_s=240)
+    recorded = dps_s.run("record", "C:\\line.mcap", "--port", PORT, "--seconds", "2", limit_s=240)
     assert recorded.returncode == 0, recorded.stderr
     _check_open_command(fresh, local)
     now = _registered_classes(fresh)
@@ -132,10 +132,10 @@ def _check_open_command(prefix: Path, local: Path) -> None:
     Wine itself does not use file types of the user's part of the registry.
     """
     command = _default(prefix, f"{_default(prefix, '.dpscap')}\\shell\\open\\command")
-    words = [word.replace("%1", "C:\\line.dpscap") for word in re.findall(r'"([^"]+)"', command)]
+    words = [word.replace("%1", "C:\\line.mcap") for word in re.findall(r'"([^"]+)"', command)]
 
     def is_opened() -> bool:
-        return any("line.dpscap" in path.read_text(encoding="utf-8") for path in local.rglob("window.ini"))
+        return any("line.mcap" in path.read_text(encoding="utf-8") for path in local.rglob("window.ini"))
 
     assert not is_opened()
     with WindowsProgram(tuple(words), prefix=prefix, screen=SCREEN).running():

@@ -1,5 +1,6 @@
 """Background jobs on recordings: list, open, export, pin, delete; one at a time."""
 
+import logging
 from collections.abc import Callable, Iterable
 from enum import Enum
 from pathlib import Path
@@ -21,6 +22,7 @@ if TYPE_CHECKING:  # they load numpy, which the window's first paint does not wa
     from app.recordings.library import RecordingEntry, RecordingLibrary
 
 Result = TypeVar("Result")
+_log = logging.getLogger(__name__)
 
 
 class ExportKind(Enum):
@@ -42,7 +44,7 @@ class RecordingJobs(JobNotice):
 
     opened = Signal(object)
     closing = Signal(object)
-    """These folders (`frozenset` of paths) are about to be deleted: close what is shown of them."""
+    """These files (`frozenset` of paths) are about to be deleted: close what is shown of them."""
 
     def __init__(self, sessions: SessionRecording) -> None:
         super().__init__()
@@ -53,6 +55,7 @@ class RecordingJobs(JobNotice):
         self.is_shown = False
         """A recording is shown on the Live page."""
         self._is_list_old = False
+        self._unconverted: set[Path] = set()
         self._doing: Callable[[], str] = lambda: ""
         self._listing: BackgroundTask[tuple[RecordingEntry, ...]] = BackgroundTask("dps-s recordings", self)
         self._job: BackgroundTask[Any] = BackgroundTask("dps-s recording", self)
@@ -80,8 +83,27 @@ class RecordingJobs(JobNotice):
         if not self._is_list_old:
             self._listing.run(lambda _running: self._listed(), self._show_list, self._fail_list)
 
+    def open_file(self, path: Path) -> None:
+        """Opens a session file from anywhere; see `open`."""
+        from app.recordings.library import entry_of
+
+        self.open(entry_of(path))
+
     def _listed(self) -> "tuple[RecordingEntry, ...]":
+        self._convert_old()
         return (*self.library.entries(), *self.library.trashed())
+
+    def _convert_old(self) -> None:
+        """Those of earlier versions, once."""
+        from app.recordings.old_recordings import convert_in, old_recordings
+
+        for folder in old_recordings(self.library.folder):
+            if folder not in self._unconverted:
+                try:
+                    convert_in(self.library.folder, folder)
+                except (OSError, ValueError) as error:
+                    self._unconverted.add(folder)
+                    _log.warning("%s is of an earlier version and cannot be converted: %s", folder, error)
 
     def open(self, entry: "RecordingEntry") -> None:
         """Emits `opened`, or sets `said` to the reason why not."""
@@ -89,7 +111,7 @@ class RecordingJobs(JobNotice):
         def work(_running: Running) -> object:
             from app.recordings.recording import open_recording
 
-            return open_recording(entry.folder)
+            return open_recording(entry)
 
         def show(recording: object) -> None:
             self._end_silently()
@@ -101,12 +123,17 @@ class RecordingJobs(JobNotice):
         """Export the recording into one file, written whole or not at all."""
 
         def work(running: Running) -> _Exported:
-            from app.recordings.export import export_csv, export_mcap
+            from app.recordings.export import export_csv, export_session
             from app.recordings.recording import open_recording
 
-            export = export_csv if kind is ExportKind.CSV else export_mcap
-            with open_recording(entry.folder) as recording:
-                count = export(recording, path, on_progress=running.set_progress, is_cancelled=running.is_cancelled)
+            with open_recording(entry) as recording:
+                count = len(recording.tilt)
+                if kind is ExportKind.MCAP:
+                    export_session(entry, path, on_progress=running.set_progress, is_cancelled=running.is_cancelled)
+                else:
+                    count = export_csv(
+                        recording, path, on_progress=running.set_progress, is_cancelled=running.is_cancelled
+                    )
                 return _Exported(count, recording.damage)
 
         def notify(done: _Exported) -> None:
@@ -131,7 +158,7 @@ class RecordingJobs(JobNotice):
     def delete(self, entries: Iterable["RecordingEntry"]) -> None:
         """Delete permanently."""
         chosen = tuple(entries)
-        self.closing.emit(frozenset(one.folder for one in chosen))
+        self.closing.emit(frozenset(one.path for one in chosen))
 
         def work(running: Running) -> int:
             for count, one in enumerate(chosen):

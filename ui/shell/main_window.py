@@ -219,7 +219,10 @@ class MainWindow(QMainWindow):
             self._connector.release()
 
     def _file_pages(self) -> list[FilePage]:
-        pages = ((key, self._pages[key]) for key in self._entries if key in self._pages)
+        """The shown one first: several open recordings."""
+        shown = self.navigation.chosen
+        pages = [(key, self._pages[key]) for key in self._entries if key in self._pages]
+        pages.sort(key=lambda page: page[0] != shown)
         return [FilePage(key, page.suffixes, page.open_file) for key, page in pages if page.suffixes]
 
     # Actions

@@ -1,7 +1,6 @@
 """Captures: written and read back, read by the page's own description, damaged and endless."""
 
 import random
-import re
 from pathlib import Path
 
 import pytest
@@ -9,7 +8,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.captures.entries import CaptureEntry, Way
-from app.captures.explain import sentence
 from app.captures.reader import CaptureRefused
 from app.captures.writer import BYTES_A_LINE, Header, entries_of
 from protocol.catalogue import STATUS
@@ -26,8 +24,6 @@ from tests.support.records.captures import (
     read_capture,
     written,
 )
-
-DOCUMENT = Path(__file__).parents[3] / "docs" / "capture.md"
 
 
 def test_what_is_written_is_read_back(tmp_path: Path) -> None:
@@ -100,20 +96,6 @@ def test_a_session_is_captured_whole() -> None:
 
 
 # Reading what others wrote
-
-
-def test_the_example_of_the_page_reads_as_the_page_says() -> None:
-    text = DOCUMENT.read_text(encoding="utf-8")
-    example = re.findall(r"```\n(.*?)```", text, re.DOTALL)[0]
-    capture = parse_capture(example)
-    assert capture.header.port == "/dev/ttyUSB0"
-    said = [sentence(one.piece, one.asked) for one in explained(capture.entries)]
-    assert said == [
-        "query: status",
-        "status: tilt 7°, 1.0 g, not triggered, active",
-        "query: cell voltage",
-        "reply: cell voltage 3.80 V",
-    ]
 
 
 def test_lines_that_cannot_be_read_are_left_out_and_named() -> None:

@@ -11,7 +11,7 @@ import pytest
 import app.__main__ as program
 from app.recordings.library import RecordingLibrary
 from tests.support.cli_line import Printed, bench_of, falls_after, run_here
-from tests.support.records.captures import read_capture
+from tests.support.records.captures import read_session
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english", "hasty", "user_files")
@@ -53,19 +53,13 @@ def test_a_file_is_never_replaced_unasked(port: str, tmp_path: Path, capsys: pyt
     assert rows(path)
 
 
-@pytest.mark.parametrize("name", ["a.csv", "a.dpscap"])
-def test_what_is_added_stands_behind_what_was_there(name: str, port: str, tmp_path: Path) -> None:
-    path = tmp_path / name
+def test_what_is_added_stands_behind_what_was_there(port: str, tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
     assert record(port, path, "--append") == 0
     before = path.read_bytes()
     assert record(port, path, "--append") == 0
     assert path.read_bytes().startswith(before)
-    if path.suffix == ".csv":
-        assert not any(row["time_utc"] == "time_utc" for row in rows(path))
-    else:
-        capture = read_capture(path)
-        assert capture.faults == ()
-        assert capture.duration_s > 0.6
+    assert not any(row["time_utc"] == "time_utc" for row in rows(path))
 
 
 @pytest.mark.parametrize(
@@ -95,9 +89,9 @@ def test_where_the_file_cannot_be_written_the_recording_is_kept(
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("app.recordings.export.whole_file", full)
-    assert record(port, tmp_path / "a.dpscap") == 4
+    assert record(port, tmp_path / "a.mcap") == 4
     (entry,) = RecordingLibrary().entries()
-    assert f"kept as recording {entry.folder.name}" in Printed(capsys).err
+    assert f"kept as recording {entry.name}" in Printed(capsys).err
     assert entry.sample_count > 20
 
 
@@ -113,25 +107,34 @@ def test_where_nothing_can_be_recorded_it_ends_at_once(
     assert not bench_of(port).state().is_streaming
 
 
-def test_a_capture_is_decoded_from_its_file_and_from_standard_input(
-    port: str, wire: list[bytes], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+def test_a_session_is_decoded_from_its_file(
+    port: str, wire: list[bytes], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    path = tmp_path / "a.dpscap"
+    path = tmp_path / "a.mcap"
     assert record(port, path) == 0
-    assert "# simulated: yes" in path.read_text(encoding="utf-8")
     Printed(capsys)
     text = run_here(capsys, ["decode", str(path), "--json"]).out
     lines = [json.loads(line) for line in text.splitlines()]
-    capture = read_capture(path)
+    entries = read_session(path)
     for direction, way in (("host_to_module", ">"), ("module_to_host", "<")):
         raw = b"".join(bytes.fromhex(line["hex"]) for line in lines if line["direction"] == direction)
-        assert raw == b"".join(entry.raw for entry in capture.entries if entry.way.value == way)
+        assert raw == b"".join(entry.raw for entry in entries if entry.way.value == way)
     host = [line["hex"] for line in lines if line["direction"] == "host_to_module"]
     assert host == [frame.hex(" ").upper() for frame in wire[-len(host) :]]
     assert [line["t_s"] for line in lines] == sorted(line["t_s"] for line in lines)
     assert any(line["command"] == "cell_voltage" and "cell_voltage_v" in line for line in lines)
-    monkeypatch.setattr("sys.stdin", io.StringIO(path.read_text(encoding="utf-8")))
-    assert run_here(capsys, ["decode", "-", "--json"]).out == text
+    (tmp_path / "b.mcap").write_bytes(b"\x89MCAP0\r\n")
+    assert "not a recording by this program" in run_here(capsys, ["decode", str(tmp_path / "b.mcap")], 2).err
+
+
+def test_a_capture_is_decoded_from_standard_input(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(
+        "sys.stdin", io.StringIO("# DPS-S capture 1\n0.1 > 42 61 32 01 00 33\n0.2 < 41 75 32 07 0A 00 01 44\n")
+    )
+    query, status = (json.loads(line) for line in run_here(capsys, ["decode", "-", "--json"]).out.splitlines())
+    assert (query["direction"], status["tilt_deg"], status["t_s"]) == ("host_to_module", 7, 0.2)
 
 
 def test_bad_lines_and_bytes_of_a_capture_are_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

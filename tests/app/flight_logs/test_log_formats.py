@@ -10,11 +10,11 @@ from app.flight_analysis.judged_flight import judge_flight
 from app.flight_logs.csv_columns import CsvColumns, CsvRole, parse_choice
 from app.flight_logs.flight_log import FlightLog, LogFormat, LogUnreadable, ModeChange
 from app.flight_logs.read_log import find_logs, read_flight_log
-from app.recordings.export import export_csv, export_mcap
-from app.recordings.recording import open_recording
+from app.recordings.export import export_csv
 from protocol.messages import Source
 from tests.support.flights import log_bytes as made
 from tests.support.flights.recorded_flight import recorded_reports
+from tests.support.records.recordings_made import opened
 
 STARTS_S = 73.0
 """Of the flight controller's clock."""
@@ -119,11 +119,10 @@ def test_a_csv_file_without_acceleration_is_judged_for_its_attitude_alone(tmp_pa
 
 def test_recordings_and_their_exports_are_judged_alike(tmp_path: Path) -> None:
     folder = recorded_reports(tmp_path, zip(FAST.tolist(), TILT.tolist(), FORCE.tolist(), strict=True))
-    with open_recording(folder) as recording:
+    with opened(folder) as recording:
         export_csv(recording, tmp_path / "out.csv")
-        export_mcap(recording, tmp_path / "out.mcap")
-    logs = [read_flight_log(one) for one in (folder, tmp_path / "out.csv", tmp_path / "out.mcap")]
-    assert [one.format for one in logs] == [LogFormat.RECORDING, LogFormat.CSV, LogFormat.MCAP]
+    logs = [read_flight_log(one) for one in (folder, tmp_path / "out.csv")]
+    assert [one.format for one in logs] == [LogFormat.RECORDING, LogFormat.CSV]
     for log in logs:
         assert len(log.time_s) == len(FAST)
         assert fires(log) == EXPECTED

@@ -9,56 +9,78 @@ import numpy as np
 import pytest
 
 from app.engine.device import Sleep
-from app.recordings import file_layout as layout
+from app.recordings import library as library_module
+from app.recordings import writer as writer_module
 from app.recordings.library import RecordingLibrary
 from app.recordings.recorder import DISK_CHECK_EVERY_S, MAX_PART_S, SYNC_EVERY_S, Recorder
-from app.recordings.recording import open_recording
 from app.recordings.writer import SessionWriter
-from tests.support.records.recordings_made import HEADING, NOON, WAIT_S, batch, received, recorder_in, report, stream
+from tests.support.records.recordings_made import (
+    HEADING,
+    NOON,
+    WAIT_S,
+    batch,
+    opened,
+    received,
+    recorder_in,
+    report,
+    stream,
+)
 
 
 def test_a_long_session_continues_in_further_parts(tmp_path: Path) -> None:
     with recorder_in(tmp_path) as bench:
-        bench.library.max_bytes = 400_000
+        bench.library.max_bytes = 80_000
         bench.recorder.begin(HEADING)
         batches = list(stream(1000.0, 60.0, rate_hz=100))
         for first in range(0, len(batches), 60):
             bench.feed(*batches[first : first + 60])
         bench.finish()
-        parts = [open_recording(entry.folder) for entry in reversed(bench.library.entries())]
-        assert [one.entry.part for one in parts] == list(range(1, len(parts) + 1))
-        assert len(parts) > 2
-        times = [at for one in parts for at in one.tilt.window(0, 1e9).time_s.tolist()]
-        assert times == [sample.at for one in batches for sample in one.samples]
-        raw = b"".join(piece.raw for one in parts for piece in one.traffic())
-        assert len(raw) == 8 * len(times)
-        polled = [at for one in parts for at in one.cell.window(0, 1e9).time_s.tolist()]
-        assert polled == np.arange(1000.0, 1060.0).tolist()
-        assert all(one.fires.between(0, 1e9)[0].value == 60.0 for one in parts)
-        assert sum(len(one.markers) for one in parts) == 1
-        assert not any(one.entry.was_cut_off for one in parts)
+        (entry,) = bench.library.entries()
+        assert len(entry.parts) > 2
+        assert [part.name for part in entry.parts[1:]] == [
+            f"{entry.name}.part{number}.mcap" for number in range(2, len(entry.parts) + 1)
+        ]
+        assert not entry.was_cut_off
+        with opened(entry.path) as recording:
+            times = recording.tilt.window(0, 1e9).time_s.tolist()
+            assert times == [sample.at for one in batches for sample in one.samples]
+            assert sum(len(piece.raw) for piece in recording.traffic()) == 8 * len(times)
+            assert recording.cell.window(0, 1e9).time_s.tolist() == np.arange(1000.0, 1060.0).tolist()
+            assert {limit.limits.fires_deg for limit in recording.limits} == {60.0}
+            assert len(recording.markers) == 1
+        # Each part can be read by itself, and says what is in force.
+        entry.path.rename(tmp_path / "first.mcap")
+        entry.parts[2].unlink()
+        (orphan, *_) = [one for one in bench.library.entries() if one.path == entry.parts[1]]
+        with opened(orphan.path) as recording:
+            assert recording.fires.between(0, 1e9)[0].value == 60.0
 
 
-def test_a_day_is_a_part(tmp_path: Path) -> None:
+def test_a_day_is_a_part_of_one_recording(tmp_path: Path) -> None:
     with recorder_in(tmp_path) as bench:
         bench.record(batch(1000.0, report(1000.0)))
         bench.feed(batch(1001.0 + MAX_PART_S, report(1001.0 + MAX_PART_S)))
         bench.feed(batch(1002.0 + MAX_PART_S, report(1002.0 + MAX_PART_S)))
-        assert [(one.part, one.sample_count) for one in bench.library.entries()] == [(2, 1), (1, 2)]
+        assert [(len(one.parts), one.sample_count) for one in bench.library.entries()] == [(2, 3)]
+        bench.library.max_bytes = 0
+        assert bench.library.prune() == (), "no part of what is being written"
+        bench.finish()
+        (gone,) = bench.library.prune()
+        assert (len(gone.parts), bench.library.entries()) == (2, ())
 
 
-def test_a_clock_that_is_set_begins_a_part_with_the_right_time(tmp_path: Path) -> None:
+def test_a_clock_that_is_set_begins_a_recording_with_the_right_time(tmp_path: Path) -> None:
     with recorder_in(tmp_path) as bench:
         bench.record(batch(1000.0, report(1000.0)))
         bench.clock.wall_offset_s += 3600.0
         bench.feed(batch(1000.0 + DISK_CHECK_EVERY_S, report(1000.0 + DISK_CHECK_EVERY_S)))
         bench.feed(batch(1020.0, report(1020.0)))
         newest, oldest = bench.library.entries()
-        assert (newest.part, oldest.part, oldest.started_at) == (2, 1, NOON)
+        assert (newest.sequence, oldest.sequence, oldest.started_at) == (2, 1, NOON)
         assert (newest.started_at - NOON).total_seconds() == 3600.0 + DISK_CHECK_EVERY_S
 
 
-def test_a_sleep_begins_a_new_part(tmp_path: Path) -> None:
+def test_a_sleep_begins_a_new_recording(tmp_path: Path) -> None:
     night_s = 8 * 3600.0
     with recorder_in(tmp_path) as bench:
         bench.record(batch(1000.0, report(1000.0)), batch(1000.01, report(1000.01)))
@@ -67,8 +89,8 @@ def test_a_sleep_begins_a_new_part(tmp_path: Path) -> None:
             woken = batch(at, report(at))
             bench.feed(replace(woken, device=replace(woken.device, last_sleep=Sleep(1000.02, night_s))))
         newest, oldest = bench.library.entries()
-        assert (oldest.part, oldest.sample_count, oldest.started_at) == (1, 2, NOON)
-        assert (newest.part, newest.sample_count) == (2, 3)
+        assert (oldest.sample_count, oldest.started_at) == (2, NOON)
+        assert newest.sample_count == 3
         assert (newest.started_at - NOON).total_seconds() == pytest.approx(night_s + 0.02)
 
 
@@ -83,20 +105,21 @@ def test_data_is_synced_regularly(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
         assert synced == [1000.0 + SYNC_EVERY_S]
 
 
-def test_an_empty_part_is_not_begun(tmp_path: Path) -> None:
+def test_an_empty_recording_is_not_begun(tmp_path: Path) -> None:
     with recorder_in(tmp_path) as bench:
         bench.record(batch(1000.0, report(1000.0)))
         bench.clock.wall_offset_s += 3600.0
         bench.feed(batch(1001.0))
         bench.finish()
-        assert [(one.part, one.was_cut_off) for one in bench.library.entries()] == [(1, False)]
+        assert [one.was_cut_off for one in bench.library.entries()] == [False]
 
 
 def test_a_file_system_without_locks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: object, **__: object) -> None:
         raise OSError(errno.ENOLCK, "No locks available")
 
-    monkeypatch.setattr(layout, "lock", refuse)
+    monkeypatch.setattr(library_module, "lock", refuse)
+    monkeypatch.setattr(writer_module, "lock", refuse)
     with recorder_in(tmp_path) as bench:
         bench.record(batch(1000.0, report(1000.0)))
         bench.finish()
@@ -156,7 +179,8 @@ def test_the_current_entry_needs_no_disk_access(tmp_path: Path) -> None:
         assert (entry.sample_count, entry.module, entry.started_at, entry.is_running) == (300, "Bench 9", NOON, True)
         assert entry.duration_s == pytest.approx(3.0, abs=0.05)
         (on_disk,) = bench.library.entries()
-        assert replace(on_disk, size_bytes=0) == replace(entry, size_bytes=0)
+        assert on_disk.duration_s == pytest.approx(entry.duration_s, abs=1e-6)
+        assert replace(on_disk, duration_s=0.0) == replace(entry, duration_s=0.0)
 
 
 def test_bytes_of_equal_times_stay_in_order(tmp_path: Path) -> None:
@@ -165,7 +189,7 @@ def test_bytes_of_equal_times_stay_in_order(tmp_path: Path) -> None:
         samples = [report(1000.0 + n // 7 / 100, n) for n in range(100)]
         bench.feed(*(batch(one.at, one) for one in samples))
         bench.finish()
-        with open_recording(bench.folder) as recording:
+        with opened(bench.path) as recording:
             traffic = list(recording.traffic())
         assert b"".join(one.raw for one in traffic) == b"".join(received(one).frame.raw for one in samples)
         assert len(traffic) == 15

@@ -18,4 +18,4 @@ def recorded_reports(folder: Path, rows: Iterable[tuple[float, float, float]]) -
         bench.feed(batch(samples[-1].at, *samples))
         bench.recorder.end()
         bench.settle()
-        return bench.folder
+        return bench.path

@@ -7,8 +7,10 @@ from tempfile import TemporaryDirectory
 
 from app.captures.entries import CaptureEntry, Way
 from app.captures.explained import Explained, Explainer
-from app.captures.reader import LineFault, OpenCapture
-from app.captures.writer import Header, capture_parts
+from app.captures.reader import CaptureReader, LineFault, read_text
+from app.captures.writer import Header, lines_of
+from app.recordings.library import entry_of
+from app.recordings.recording import traffic_of
 from protocol.catalogue import STATUS
 from protocol.messages import Status
 
@@ -39,10 +41,15 @@ class Capture:
 
 def read_capture(path: Path) -> Capture:
     """Raises OSError, or `CaptureRefused`."""
+    reader = CaptureReader()
     with path.open("rb") as file:
-        opened = OpenCapture(file)
-        entries = tuple(entry for some in opened.steps() for entry in some)
-    return Capture(opened.reader.header, entries, tuple(opened.reader.faults), opened.reader.is_plain)
+        entries = tuple(entry for some in read_text(file, reader) for entry in some)
+    return Capture(reader.header, entries, tuple(reader.faults), reader.is_plain)
+
+
+def read_session(path: Path) -> Sequence[CaptureEntry]:
+    """What went over the line in a session."""
+    return tuple(traffic_of(entry_of(path)))
 
 
 def parse_capture(text: str) -> Capture:
@@ -61,4 +68,5 @@ def explained(entries: Iterable[CaptureEntry]) -> Iterator[Explained]:
 
 
 def written(path: Path, entries: Sequence[CaptureEntry] = ENTRIES, header: Header = HEADER) -> None:
-    path.write_bytes(b"".join(capture_parts(entries, header)))
+    lines = (line for entry in entries for line in lines_of(entry))
+    path.write_text("".join(f"{line}\n" for line in (*header.lines(), *lines)), "utf-8", newline="\n")

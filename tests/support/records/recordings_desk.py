@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from shutil import copytree
+from shutil import copyfile
 from typing import Any
 
 from PySide6.QtWidgets import QApplication, QHBoxLayout, QWidget
@@ -56,7 +56,7 @@ def record(
         bench.clock.now_s += seconds
         bench.recorder.end()
         bench.settle()
-        return bench.folder
+        return bench.path
 
 
 @dataclass
@@ -108,7 +108,8 @@ def made(qtbot: QtBot, qapp: QApplication, folder: Path, template: Path, *kinds:
     services = Services(
         connector, texts, Appearance(qapp, Choice.LIGHT), LockControl(connector, storage.journal), storage
     )
-    copytree(template, storage.sessions.library.folder / template.name)
+    storage.sessions.library.folder.mkdir(parents=True)
+    copyfile(template, storage.sessions.library.folder / template.name)
     shown = QWidget()
     row = QHBoxLayout(shown)
     pages: dict[type[QWidget], Any] = {kind: kind(services) for kind in kinds}  # type: ignore[arg-type]

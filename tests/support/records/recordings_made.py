@@ -1,24 +1,23 @@
 """Makes recordings for tests and benchmarks: recorded from batches, or written directly with numpy."""
 
-import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
 
-from app.captures.entries import Way
+from app.captures.entries import CaptureEntry, Way
 from app.engine.device import DeviceView, How, Known, StatusSample
 from app.engine.worker import Batch, Connection, PortState
-from app.recordings.commits import Extents, encoded_commit
-from app.recordings.file_layout import ACTIVE, COLUMNS, COMMITS, DATA_FILES, SESSION, TRIGGERED, Opening
-from app.recordings.library import RecordingLibrary
+from app.recordings.library import RecordingLibrary, entry_of
 from app.recordings.recorder import Heading, Recorder
-from app.recordings.recording import open_recording
+from app.recordings.recording import Recording, open_recording
+from app.recordings.session_format import Opening
+from app.recordings.writer import write_session
 from protocol.catalogue import STATUS
 from protocol.events import Event, Received, Role, Sent
 from protocol.fields import Value
@@ -127,9 +126,9 @@ class Bench:
         assert self.recorder.settle(WAIT_S)
 
     @property
-    def folder(self) -> Path:
-        """Folder of the newest recording."""
-        return self.library.entries()[0].folder
+    def path(self) -> Path:
+        """Of the newest recording."""
+        return self.library.entries()[0].path
 
 
 @contextmanager
@@ -146,42 +145,49 @@ def recorder_in(folder: Path, *, free_bytes: int = 1 << 40, **options: int) -> I
 
 
 def recorded(folder: Path, seconds: float = 2.0, *, rate_hz: int = LINE_HZ) -> Path:
-    """Record a session and close it; return its folder."""
+    """Record a session and close it; return its path."""
     with recorder_in(folder) as bench:
         bench.recorder.begin(HEADING)
         bench.recorder.on_batch(batch(1000.0, events=(asked(1000.0),)))
         bench.feed(*stream(1000.0, seconds, rate_hz=rate_hz))
         bench.recorder.end()
         bench.settle()
-        return bench.folder
+        return bench.path
 
 
-def written_at_once(library: Path, rows: int, *, rate_hz: float = LINE_HZ, start_s: float = 1000.0) -> Path:
-    """Write a recording of `rows` status reports, a sine with noise; return its folder."""
-    folder = library / f"{NOON:%Y%m%dT%H%M%SZ}-{rows:06x}"
-    folder.mkdir(parents=True)
-    for name in DATA_FILES:
-        (folder / name).touch()
-    crc = 0
-    times, tilt, acceleration, flags = ((folder / name).open("ab") for name in COLUMNS["status"])
-    with times, tilt, acceleration, flags:
-        random = np.random.default_rng(7)
-        for first in range(0, rows, 1 << 20):
-            number = np.arange(first, min(rows, first + (1 << 20)))
+def written_at_once(
+    library: Path, rows: int, *, rate_hz: float = LINE_HZ, start_s: float = 1000.0, days: float = 0.0, sequence: int = 0
+) -> Path:
+    """Write a session of `rows` reports in reads of 8 ms, a sine with noise, `days` before noon; return its path."""
+    library.mkdir(parents=True, exist_ok=True)
+    path = library / f"{NOON:%Y%m%dT%H%M%SZ}-{rows:06x}.mcap"
+    random = np.random.default_rng(7)
+
+    def entries() -> Iterator[CaptureEntry]:
+        per_read = max(1, round(rate_hz * 0.008))
+        for first in range(0, rows, 1 << 16):
+            number = np.arange(first, min(rows, first + (1 << 16)))
             at = start_s + number / rate_hz
-            times.write(at.astype("<f8").tobytes())
-            angle = np.rint(45 + 40 * np.sin(at / 300) + random.normal(0, 2, len(number))).clip(0, 180)
-            tilt.write(angle.astype("<f4").tobytes())
-            tenths = np.rint(10 + random.normal(0, 1, len(number))).clip(0, 255)
-            acceleration.write((tenths / 10).astype("<f4").tobytes())
-            flags.write((((number >> 16) & 1) * TRIGGERED + ((number >> 18) & 1) * ACTIVE).astype("u1").tobytes())
-    for name in DATA_FILES:
-        crc = zlib.crc32((folder / name).read_bytes(), crc)
-    end_s = start_s + rows / rate_hz
-    (folder / COMMITS).write_bytes(encoded_commit(Extents(end_s, rows, 0, 0, 0, 0, is_last=True), crc))
-    opening = Opening(started_at=NOON, start_s=start_s, port=PORT, baud_rate=115200, module="Bench 7")
-    (folder / SESSION).write_bytes(opening.encoded())
-    return folder
+            frames = np.zeros((len(number), 8), np.uint8)
+            frames[:, :3] = 0x41, 0x75, 0x32
+            frames[:, 3] = np.rint(45 + 40 * np.sin(at / 300) + random.normal(0, 2, len(number))).clip(0, 180)
+            frames[:, 4] = np.rint(10 + random.normal(0, 1, len(number))).clip(0, 255)
+            frames[:, 5], frames[:, 6] = (number >> 16) & 1, (number >> 18) & 1
+            frames[:, 7] = frames[:, 2:7].sum(axis=1, dtype=np.uint8)
+            for place in range(0, len(number), per_read):
+                yield CaptureEntry(float(at[place]), Way.IN, frames[place : place + per_read].tobytes())
+
+    started_at = NOON - timedelta(days=days)
+    opening = Opening(
+        started_at=started_at, start_s=start_s, port=PORT, baud_rate=115200, module="Bench 7", sequence=sequence
+    )
+    write_session(path, opening, entries())
+    return path
+
+
+def opened(path: Path) -> Recording:
+    """Raises `RecordingUnreadable`."""
+    return open_recording(entry_of(path))
 
 
 def directions(raw: list[tuple[Way, bytes]]) -> dict[Way, bytes]:
@@ -192,14 +198,14 @@ def directions(raw: list[tuple[Way, bytes]]) -> dict[Way, bytes]:
 class Whole(NamedTuple):
     """The content of a recording, for comparison."""
 
-    folder: Path
+    path: Path
     times: list[float]
     tilts: list[float]
     raw: bytes
 
 
-def whole_of(folder: Path) -> Whole:
-    with open_recording(folder) as recording:
+def whole_of(path: Path) -> Whole:
+    with opened(path) as recording:
         window = recording.tilt.window(0.0, 1e9)
         raw = directions([(one.way, one.raw) for one in recording.traffic()])[Way.IN]
-        return Whole(folder, window.time_s.tolist(), window.value.tolist(), raw)
+        return Whole(path, window.time_s.tolist(), window.value.tolist(), raw)

@@ -8,10 +8,11 @@ from PySide6.QtWidgets import QApplication, QPushButton
 from pytestqt.qtbot import QtBot
 
 from app.captures.entries import CaptureEntry, Way
-from app.captures.traffic_buffer import TrafficBuffer
-from app.captures.writer import capture_parts
+from app.recordings.session_format import Opening
+from app.recordings.writer import write_session
 from protocol.catalogue import BY_NAME
 from protocol.messages import Status
+from tests.support.records.recordings_made import NOON
 from tests.support.window.fakes_ui import WAIT_MS
 from tests.support.window.steps import press
 from tests.ui.pages.diagnosis.test_diagnosis_page import diagnosis
@@ -36,7 +37,8 @@ def write_capture(path: Path, *, seconds: float = 30.0) -> Path:
             ordered.append(CaptureEntry(entry.at_s + 0.002, Way.IN, bytes.fromhex(answers[name])))
     ordered += [CaptureEntry(0.2 + 0.05 * n, Way.IN, ACTIVE) for n in range(round(seconds * 20))]
     ordered.append(CaptureEntry(ordered[-1].at_s + 0.01, Way.IN, b"\x00\xff"))
-    path.write_bytes(b"".join(capture_parts(tuple(ordered), TrafficBuffer().header("/dev/ttyUSB0", 115200))))
+    opening = Opening(started_at=NOON, start_s=0.0, port="/dev/ttyUSB0", baud_rate=115200)
+    write_session(path, opening, ordered)
     return path
 
 

@@ -1,19 +1,22 @@
-"""Saves traffic as a capture; opens captures by dialog or drop."""
+"""Saves traffic as a session; opens sessions and hex text by dialog or drop."""
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from datetime import datetime
+from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QPushButton, QWidget
 
+from app import version
+from app.captures.entries import CaptureEntry
 from app.captures.explained import Explainer
-from app.captures.reader import CaptureRefused, LineFault, OpenCapture
+from app.captures.reader import CaptureReader, CaptureRefused, LineFault, read_text
 from app.captures.rows import CaptureRows
 from app.captures.traffic_buffer import TrafficBuffer
-from app.captures.writer import capture_part_count, capture_parts
-from app.recordings.export import ExportCancelled, not_saved_text, write_parts
+from app.recordings.export import ExportCancelled, not_saved_text
+from app.recordings.session_format import Unreadable
 from app.system.gil_yield import GilYield
 from app.text.i18n import tr
 from app.text.sentences import error_text
@@ -27,12 +30,12 @@ from ui.widgets.controls import control
 from ui.widgets.layouts import in_row
 from ui.widgets.notice_bar import Notice
 
-SUFFIX = ".dpscap"
-OPENED_SUFFIXES = (SUFFIX, ".hex", ".txt", ".log")
+SUFFIX = ".mcap"
+OPENED_SUFFIXES = (".hex", ".txt", ".log", ".dpscap", SUFFIX)
 
 
 def ask_capture(parent: QWidget, folder: Path) -> Path | None:
-    return ask_open(parent, folder, tr("Open capture…"), tr("Capture (*.dpscap *.txt *.hex *.log)"))
+    return ask_open(parent, folder, tr("Open traffic…"), tr("Session or hex text (*.mcap *.txt *.hex *.log *.dpscap)"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,22 +49,26 @@ class Opened:
 
 
 def load_capture(path: Path, running: Running) -> Opened:
-    """Reads and explains a file. Raises OSError, `CaptureRefused` or `ExportCancelled`."""
-    rows, explainer, pace = CaptureRows(), Explainer(), GilYield()
+    """Reads and explains a file. Raises OSError, `CaptureRefused`, `Unreadable` or `ExportCancelled`."""
+    rows, explainer, pace, reader = CaptureRows(), Explainer(), GilYield(), CaptureReader()
     with path.open("rb") as file:
-        capture = OpenCapture(file)
-        for entries in capture.steps():
+        if path.suffix.lower() == SUFFIX:
+            from app.recordings.library import entry_of
+            from app.recordings.recording import traffic_of
+
+            steps: Iterable[Iterable[CaptureEntry]] = ((entry,) for entry in traffic_of(entry_of(path)))
+        else:
+            steps = read_text(file, reader)
+        for entries in steps:
             if running.is_cancelled():
                 raise ExportCancelled
             for entry in entries:
                 for row in explainer.feed(entry):
                     rows.append(row)
-            running.set_progress(capture.share_read)
             pace.checkpoint()
         for row in explainer.end():
             rows.append(row)
-        reader = capture.reader
-        return Opened(path, rows, tuple(reader.faults), is_timed=not reader.is_plain)
+    return Opened(path, rows, tuple(reader.faults), is_timed=not reader.is_plain)
 
 
 class CaptureFiles(QWidget):
@@ -81,9 +88,9 @@ class CaptureFiles(QWidget):
         self._opening = ""
         """Name of the file that is being read."""
         texts = services.texts
-        self.open = control(QPushButton(), texts, "capture_open", "Open capture…", key="Ctrl+O", picture=Icon.FOLDER,
+        self.open = control(QPushButton(), texts, "capture_open", "Open traffic…", key="Ctrl+O", picture=Icon.FOLDER,
                             slot=self.choose)  # fmt: skip
-        self.save = control(QPushButton(), texts, "capture_save", "Save capture…", key="Ctrl+S", picture=Icon.SAVE,
+        self.save = control(QPushButton(), texts, "capture_save", "Save traffic…", key="Ctrl+S", picture=Icon.SAVE,
                             slot=self.choose_and_save)  # fmt: skip
         in_row(self.open, self.save, of=self, spacing=Space.S, margins=0)
 
@@ -112,9 +119,9 @@ class CaptureFiles(QWidget):
             return
         connection = self._connector.connection
         entries = self._buffer.entries()
-        header = self._buffer.header(connection.port, connection.baud_rate)
+        started_s = self._buffer.started_s
         suggested = self._folder / default_name(connection.port, SUFFIX, datetime.now().astimezone())
-        path = self.ask_save(self, tr("Save capture…"), suggested, tr("Capture (*.dpscap *.txt *.hex *.log)"))
+        path = self.ask_save(self, tr("Save traffic…"), suggested, tr("Session (*.mcap)"))
         if path is None:
             return
         self._folder = path.parent
@@ -126,8 +133,22 @@ class CaptureFiles(QWidget):
             return tr("Saved to {path}. Rows: {rows}.", rows=rows, path=path)
 
         def write(running: Running) -> None:
-            parts, count = capture_parts(entries, header), capture_part_count(entries)
-            write_parts(path, parts, count, on_progress=running.set_progress, is_cancelled=running.is_cancelled)
+            from app.recordings.session_format import Opening
+            from app.recordings.writer import write_session
+
+            def counted() -> Iterator[CaptureEntry]:
+                for number, entry in enumerate(entries):
+                    if running.is_cancelled():
+                        raise ExportCancelled
+                    if number % 1000 == 0:
+                        running.set_progress(number / len(entries))
+                    yield entry
+
+            opening = Opening(
+                started_at=datetime.fromtimestamp(started_s, UTC), start_s=0.0, port=connection.port,
+                baud_rate=connection.baud_rate, program=f"DPS-S Configurator {version()}",
+            )  # fmt: skip
+            write_session(path, opening, counted())
 
         def end(error: Exception | None = None) -> None:
             self.refresh()
@@ -166,5 +187,5 @@ def _why_nothing(opened: Opened) -> str:
 
 
 def _refusal(path: Path, error: Exception) -> str:
-    why = tr(error.args[0]) if isinstance(error, CaptureRefused) else error_text(error)
+    why = tr(error.args[0]) if isinstance(error, CaptureRefused | Unreadable) else error_text(error)
     return tr("{file} cannot be read: {why}.", file=path.name, why=why)

@@ -126,11 +126,11 @@ class ProposalBar(QFrame):
         target = self.ask_save(self, tr("Add to a profile…"), path, _kinds())
         if target is not None:
             changed = replace(profile, settings=settings, approved_fingerprint=approved)
-            self._write(target, changed, source=path, loses_approval=loses_approval)
+            self._write(target, changed, loses_approval=loses_approval)
 
-    def _write(self, path: Path, profile: Profile, *, source: Path | None = None, loses_approval: bool = False) -> None:
+    def _write(self, path: Path, profile: Profile, *, loses_approval: bool = False) -> None:
         try:
-            save_profile(path, profile, source=source)
+            save_profile(path, profile)
         except (OSError, ProfileRefused) as error:
             fault = error
             self._result.notify(Meaning.DANGER,

@@ -93,7 +93,7 @@ class LivePage(StreamPage):
         self._connector.invalidated.connect(self._reset)
         self.banner.left.connect(self.back_to_live)
         self._recordings.opened.connect(self.show_recording)
-        self._recordings.closing.connect(self._leave_folders)
+        self._recordings.closing.connect(self._leave_deleted)
         self.fired.panel.instant_chosen.connect(self._show_instant)
         self.fired.panel.lines_changed.connect(self.draw)
         self.fired.panel.settings_wanted.connect(lambda: self.page_wanted.emit("settings"))
@@ -245,8 +245,8 @@ class LivePage(StreamPage):
             self.plot.choose_window(_CLOSE_UP_S)
         self.plot.show_instant(at_s)
 
-    def _leave_folders(self, folders: object) -> None:
-        if self.recording is not None and isinstance(folders, frozenset) and self.recording.entry.folder in folders:
+    def _leave_deleted(self, paths: object) -> None:
+        if self.recording is not None and isinstance(paths, frozenset) and self.recording.entry.path in paths:
             self.back_to_live()
 
     def _on_link_changed(self) -> None:

@@ -6,7 +6,7 @@ from math import inf
 from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QToolButton, QWidget
 
-from app.firing.what_if_drafts import ATTITUDE_THRESHOLD, FREEFALL_ACCELERATION, TRIED, SettingSource
+from app.firing.what_if_drafts import ATTITUDE_THRESHOLD, FREEFALL_ACCELERATION, FREEFALL_TIME, TRIED, SettingSource
 from app.recordings.recording import Recording
 from app.samples.step_function import StepFunction
 from ui.pages.live.data import LiveData
@@ -76,6 +76,7 @@ def _recorded(recording: Recording) -> Mapping[str, SettingSource]:
     last = {
         ATTITUDE_THRESHOLD.key: _last_value(recording.fires),
         FREEFALL_ACCELERATION.key: _last_value(recording.falls),
+        FREEFALL_TIME.key: _last_value(recording.fall_times),
     }
     return {key: SettingSource(value) for key, value in last.items() if value is not None}
 

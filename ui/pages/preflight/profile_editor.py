@@ -196,7 +196,7 @@ class ProfileEditor(QWidget):
     def _save_to(self, path: Path) -> None:
         profile = self.profile
         try:
-            save_profile(path, replace(profile, name=profile.name or path.stem), source=self._path)
+            save_profile(path, replace(profile, name=profile.name or path.stem))
         except (OSError, ProfileRefused) as error:
             fault = error  # the name of an except clause ends with it
             self.strip.show_notice(

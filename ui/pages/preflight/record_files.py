@@ -30,7 +30,7 @@ from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice
 
 _log = logging.getLogger(__name__)
-SUFFIXES: Final = (".json", ".pdf")
+SUFFIXES: Final = (".json", ".html", ".htm", ".pdf")
 AskRecord = Callable[[QWidget], Path | None]
 
 

@@ -1,6 +1,7 @@
 """Details of the selected recording: outline, facts and buttons."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import ClassVar, Final
 
 from PySide6.QtCore import QRectF, QSize
@@ -11,6 +12,7 @@ from app.recordings.entry_texts import entry_text, remarks, size_text, when_text
 from app.recordings.library import RecordingEntry
 from app.text.durations import stopwatch
 from app.text.i18n import tr
+from app.text.sentences import join_names
 from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.forms.fact_rows import FactRows
@@ -128,6 +130,9 @@ class RecordingsDetail(QFrame):
             shown["samples"] = f"{sum(entry.sample_count for entry in readable):,}"
         if one is not None:
             shown |= {"when": when_text(one), "port": one.port}
+            if one.was_triggered:
+                shown["samples"] = join_names((shown["samples"], tr("triggered")))
+                one = replace(one, was_triggered=False)  # a line of its own would move the buttons
         self.title.setText(_title(chosen))
         self.remarks.setText("" if one is None else remarks(one) if one.trouble is None else entry_text(one))
         self.remarks.setVisible(bool(self.remarks.text()))
@@ -140,6 +145,6 @@ def _title(chosen: Sequence[RecordingEntry]) -> str:
         case []:
             return ""
         case [one]:
-            return one.module or (when_text(one) if one.trouble is None else one.folder.name)
+            return one.module or (when_text(one) if one.trouble is None else one.name)
         case _:
             return tr("{count} selected", count=len(chosen))

@@ -88,4 +88,4 @@ COLUMNS: Final = (
 
 
 def recordings_model(parent: QWidget) -> RowsModel[RecordingEntry]:
-    return RowsModel(COLUMNS, lambda entry: entry.folder, entry_text, parent, aligns_heads=True)
+    return RowsModel(COLUMNS, lambda entry: entry.path, entry_text, parent, aligns_heads=True)

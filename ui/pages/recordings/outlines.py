@@ -34,16 +34,14 @@ class Outlines(QObject):
 
     def of(self, entry: "RecordingEntry") -> Outline:
         """The outline; empty until it is read."""
-        return self._known.get(entry.folder, (0, ()))[1]
+        return self._known.get(entry.path, (0, ()))[1]
 
     def read(self, entries: Iterable["RecordingEntry"]) -> None:
         """Reads some missing ones; called repeatedly while the page is visible."""
         if self._reading.is_running:
             return
         missing = [
-            (one.folder, one.sample_count)
-            for one in entries
-            if one.trouble is None and self._known.get(one.folder, (-1, ()))[0] != one.sample_count
+            one for one in entries if one.trouble is None and self._known.get(one.path, (-1, ()))[0] != one.sample_count
         ][:_AT_ONCE]
         if missing:
             self._reading.run(lambda running: _outlines(missing, running), self._on_found, lambda _error: None)
@@ -53,10 +51,14 @@ class Outlines(QObject):
         self.changed.emit()
 
 
-def _outlines(missing: list[tuple[Path, int]], running: Running) -> dict[Path, tuple[int, Outline]]:
+def _outlines(missing: "list[RecordingEntry]", running: Running) -> dict[Path, tuple[int, Outline]]:
     from app.recordings.recording import tilt_outline
 
-    return {folder: (count, tilt_outline(folder, BUCKETS)) for folder, count in missing if not running.is_cancelled()}
+    return {
+        entry.path: (entry.sample_count, tilt_outline(entry, BUCKETS))
+        for entry in missing
+        if not running.is_cancelled()
+    }
 
 
 def draw_outline(painter: QPainter, box: QRectF, outline: Outline, theme: Theme) -> None:

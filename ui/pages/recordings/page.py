@@ -41,6 +41,8 @@ _DRAW_EVERY_MS: Final = 100
 class RecordingsPage(Page):
     """See the module's docstring."""
 
+    suffixes = (".mcap",)
+
     def __init__(self, services: Services) -> None:
         super().__init__("recordings")
         self._services = services
@@ -79,9 +81,9 @@ class RecordingsPage(Page):
     def refresh(self) -> None:
         work, chosen = self.work, self.table.chosen()
         self.model.show_rows(work.entries)
-        folders = {one.folder for one in chosen}
-        if {one.folder for one in self.table.chosen()} != folders:
-            self.table.choose(lambda one: one.folder in folders)
+        paths = {one.path for one in chosen}
+        if {one.path for one in self.table.chosen()} != paths:
+            self.table.choose(lambda one: one.path in paths)
         has_entries = bool(work.entries)
         self.outlines.read(work.entries)
         self.detail.setVisible(has_entries)
@@ -183,6 +185,10 @@ class RecordingsPage(Page):
             self._to_delete = ()
         self._refresh_notice()
         self._refresh_buttons()
+
+    def open_file(self, path: Path) -> None:
+        """Opens a session file from anywhere."""
+        self.work.open_file(path)
 
     def _go_to_live(self, _recording: object) -> None:
         self.page_wanted.emit("live")

@@ -10,7 +10,8 @@ from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.recordings.export import ExportCancelled
-from tests.support.records.captures import explained, read_capture
+from app.recordings.library import entry_of
+from tests.support.records.captures import explained, read_session
 from tests.support.window.capture_window import opened, strip_button, write_capture
 from tests.support.window.fakes_ui import WAIT_MS, connect, simulated
 from tests.support.window.steps import press
@@ -107,12 +108,11 @@ def test_a_saved_capture_can_be_opened(qtbot: QtBot, qapp: QApplication, tmp_pat
         kept = page.traffic_buffer.entries()
         press(qtbot, page.files.save)
         qtbot.waitUntil(lambda: "Saved" in page.strip.accessibleName(), timeout=WAIT_MS)
-        capture = read_capture(path)
-        assert capture.header.port == "sim://saved"
-        assert capture.header.baud_rate == 115200
-        assert not capture.faults
-        assert [entry.raw for entry in capture.entries[: len(kept)]] == [entry.raw for entry in kept]
-        assert capture.entries[0].at_s == 0.0
+        entry, entries = entry_of(path), read_session(path)
+        assert (entry.port, entry.baud_rate, entry.was_cut_off) == ("sim://saved", 115200, False)
+        assert [one.raw for one in entries[: len(kept)]] == [one.raw for one in kept]
+        assert [one.at_s for one in entries[: len(kept)]] == pytest.approx([one.at_s for one in kept], abs=1e-6)
+        assert entries[0].at_s == pytest.approx(0.0, abs=1e-6)
 
 
 def test_a_capture_that_cannot_be_saved_is_reported(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -127,7 +127,7 @@ def test_a_capture_that_cannot_be_saved_is_reported(qtbot: QtBot, qapp: QApplica
 def test_a_capture_is_decoded_without_a_module(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with opened(qtbot, qapp, tmp_path) as (_assembly, page, path):
         model = page.traffic.model
-        rows = list(explained(read_capture(path).entries))
+        rows = list(explained(read_session(path)))
         assert model.rowCount() == len(rows)
         assert page.traffic.isVisible()
         assert cell(model, 0, Column.TIME) == "0.000 s"
@@ -155,13 +155,16 @@ def test_a_capture_is_decoded_without_a_module(qtbot: QtBot, qapp: QApplication,
 def test_a_file_that_is_no_capture_is_refused_with_the_reason(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, content: bytes, said: str
 ) -> None:
-    path = tmp_path / f"other{SUFFIX}"
+    path = tmp_path / "other.txt"
     path.write_bytes(content)
     with diagnosis(qtbot, qapp, tmp_path) as (_assembly, page):
         page.open_file(path)
         qtbot.waitUntil(lambda: said in page.strip.accessibleName(), timeout=WAIT_MS)
-        page.open_file(tmp_path / "missing.dpscap")
-        qtbot.waitUntil(lambda: "missing.dpscap cannot be read" in page.strip.accessibleName(), timeout=WAIT_MS)
+        page.open_file(tmp_path / "missing.mcap")
+        qtbot.waitUntil(lambda: "missing.mcap cannot be read" in page.strip.accessibleName(), timeout=WAIT_MS)
+        (tmp_path / "empty.mcap").write_bytes(b"\x89MCAP0\r\n")
+        page.open_file(tmp_path / "empty.mcap")
+        qtbot.waitUntil(lambda: "not a recording by this program" in page.strip.accessibleName(), timeout=WAIT_MS)
         assert page.opened is None
 
 

@@ -18,9 +18,8 @@ from app.engine.target import Target
 from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Batch, Connection, PortState
 from app.procedures.stream import StreamSwitch
-from app.recordings.recording import open_recording
 from app.text.i18n import CHINESE, ENGLISH, set_language
-from tests.support.records.recordings_made import CLOSED, OPEN, WAIT_S, batch, report
+from tests.support.records.recordings_made import CLOSED, OPEN, WAIT_S, batch, opened, report
 from tests.support.window.fakes_ui import WAIT_MS, connect, simulated, window
 from tests.support.window.steps import await_child, find, notice_text
 from ui.core.bridge import Bridge
@@ -239,9 +238,9 @@ def test_every_sample_of_a_session_is_recorded(qtbot: QtBot, qapp: QApplication,
         qtbot.waitUntil(lambda: assembly.connector.connection.state is PortState.CLOSED, timeout=WAIT_MS)
         (entry,) = sessions.library.entries()
         assert (entry.port, entry.is_running, entry.was_cut_off) == ("sim://kept", False, False)
-        with open_recording(entry.folder) as recording:
+        with opened(entry.path) as recording:
             found = recording.excerpt(recording.start_s, recording.end_s)
-            assert found.time_s.tolist() == [one.at for one in taken]
+            assert found.time_s.tolist() == pytest.approx([one.at for one in taken], abs=1e-6)
             assert found.tilt_deg.tolist() == [one.tilt_deg for one in taken]
             assert {b"\x42\x61", b"\x41\x75"} <= {one.raw[:2] for one in recording.traffic()}
 

@@ -22,12 +22,11 @@ from app.engine.device import StatusSample
 from app.engine.target import Target
 from app.firing.what_if import MAX_FIRINGS
 from app.firing.what_if_drafts import ATTITUDE_TRIGGER, FREEFALL_TRIGGER
-from app.recordings.recording import open_recording
 from app.settings.form import RowState
 from app.text.i18n import CHINESE, ENGLISH, set_language
 from protocol.catalogue import Hazard
 from protocol.frame import decode_request
-from tests.support.records.recordings_made import HEADING, batch, device, recorder_in, written_at_once
+from tests.support.records.recordings_made import HEADING, batch, device, opened, recorder_in, written_at_once
 from tests.support.window.cut_off import cut_off
 from tests.support.window.fakes_ui import WAIT_MS, connect, simulated, wait_online, window
 from tests.support.window.live_bench import Bench, live_bench
@@ -307,10 +306,10 @@ def test_a_recording_is_judged_with_its_own_thresholds(live: Bench, tmp_path: Pa
         samples = [StatusSample(1000.0 + n / 50, tilt, 1.0, False, True) for n, tilt in enumerate(tilts)]
         bench.feed(batch(samples[-1].at, *samples, view=had))
         bench.finish()
-        folder = bench.folder
+        folder = bench.path
     tell(live, 0, 0, 0)
     toggle(live)
-    live.page.show_recording(open_recording(folder))
+    live.page.show_recording(opened(folder))
     assert "Free-fall time: enter a value." in details(live)
     assert head(live) == "Would have fired 1×."
     assert rows(live) == ["would fire: attitude, 55°"]
@@ -326,7 +325,7 @@ def test_the_panel_releases_a_recording_before_it_is_closed(live: Bench, tmp_pat
     toggle(live)
     retype(live, FREEFALL_TIME, "0.50")
     for _ in range(3):
-        live.page.show_recording(open_recording(folder))
+        live.page.show_recording(opened(folder))
         live.page.refresh()
     live.page.back_to_live()  # a closed file that was still read would end the process
     assert head(live).startswith("Would not have fired")

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from pathlib import Path
-from shutil import copytree
+from shutil import copyfile
 
 import pytest
 from PySide6.QtCore import QPoint, QSize
@@ -63,7 +63,8 @@ def test_a_recording_that_is_opened_from_the_list_fits_on_a_small_screen(
         main.resize(size)
         await_child(qtbot, main, RecordingsPage)
         live = find(main, LivePage)
-        copytree(template, assembly.storage.sessions.library.folder / template.name)
+        assembly.storage.sessions.library.folder.mkdir(parents=True, exist_ok=True)
+        copyfile(template, assembly.storage.sessions.library.folder / template.name)
         main.connect_to(Target("sim://small", 115200))
         wait_online(qtbot, assembly)
         qtbot.waitUntil(lambda: live.data.has_samples and not live.is_empty, timeout=WAIT_MS)
@@ -119,7 +120,8 @@ def test_a_question_is_whole_in_sunlight_and_moves_no_control(
         assembly.appearance.choose(Choice.SUNLIGHT)
         main.resize(FULL_HD_AT_200)
         page = await_child(qtbot, main, RecordingsPage)
-        copytree(template, assembly.storage.sessions.library.folder / template.name)
+        assembly.storage.sessions.library.folder.mkdir(parents=True, exist_ok=True)
+        copyfile(template, assembly.storage.sessions.library.folder / template.name)
         main.go_to("recordings")
         page.work.refresh()
         qtbot.waitUntil(lambda: bool(page.table.chosen()), timeout=WAIT_MS)

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from datetime import UTC
 from functools import partial
 from pathlib import Path
-from shutil import copytree
+from shutil import copyfile
 from typing import Any
 
 import pytest
@@ -15,7 +15,8 @@ from pytestqt.qtbot import QtBot
 
 from app.recordings.entry_texts import size_text
 from app.recordings.export import ExportCancelled
-from app.recordings.recording import open_recording, tilt_outline
+from app.recordings.recording import tilt_outline
+from tests.support.records import recordings_made
 from tests.support.records.recordings_desk import SECONDS, Desk, made, record
 from tests.support.records.recordings_made import NOON
 from tests.support.window.fakes_ui import WAIT_MS, connect, simulated, speak_chinese, window
@@ -89,14 +90,14 @@ def test_sizes_are_rounded(size: int, text: str) -> None:
 
 def test_a_damaged_recording_is_listed_with_its_reason(one: Desk) -> None:
     broken = record(one.library.folder, seconds=2)
-    (broken / "session.json").write_text("{", encoding="utf-8")
+    broken.write_bytes(broken.read_bytes().replace(b"Left wing", b"Left wine"))
     one.list_again(2)
     one.until(lambda: "cannot be read" in one.texts(Column.REMARKS))
     one.page.table.selectRow(one.texts(Column.REMARKS).index("cannot be read"))
     assert not one.page.buttons.open.isEnabled()
     assert one.page.buttons.delete.isEnabled()
     detail = one.page.detail
-    assert detail.title.text() == broken.name
+    assert detail.title.text() == broken.stem
     assert detail.remarks.text().startswith(f"{broken.name} cannot be read")
     assert not detail.facts["duration"].isVisible()
     assert detail.remarks.width() >= detail.remarks.sizeHint().width()  # no part of the name is cut off
@@ -108,20 +109,20 @@ def test_each_recording_has_an_outline_of_its_tilt(one: Desk) -> None:
     page, entry = one.page, one.library.entries()[0]
     page.refresh()
     one.until(lambda: bool(page.outlines.of(entry)))
-    recording = open_recording(entry.folder)
+    recording = recordings_made.opened(entry.path)
     highest = recording.tilt.decimated(recording.start_s, recording.end_s).high.max()
     recording.close()
     assert max(high for _, high in page.outlines.of(entry)) == highest
     page.table.selectRow(0)
     assert page.detail.picture.accessibleName() == f"Tilt ≤ {highest:.0f}°"
     assert page.detail.facts["duration"].text() == one.texts(Column.DURATION)[0]
-    (entry.folder / "session.json").write_text("{", encoding="utf-8")
-    assert tilt_outline(entry.folder, 8) == ()
+    entry.path.write_bytes(b"")
+    assert tilt_outline(entry, 8) == ()
 
 
 def test_a_recording_that_vanished_is_reported(one: Desk) -> None:
-    folder = one.library.entries()[0].folder
-    folder.rename(folder.with_name("elsewhere"))
+    path = one.library.entries()[0].path
+    path.rename(path.with_name("elsewhere"))
     one.page.table.selectRow(0)
     one.click(one.page.buttons.open)
     one.until(lambda: "cannot be read" in one.said())
@@ -331,7 +332,8 @@ def test_from_the_empty_page_to_a_recording_and_back_while_a_module_goes_on(
         assert page.empty.isVisible()
         assert page.bounds.text() == "0 · 0 kB of 2.0 GB used; kept for 90 days."
         assert not page.buttons.open.isEnabled()
-        copytree(template, desk.library.folder / template.name)
+        desk.library.folder.mkdir(parents=True, exist_ok=True)
+        copyfile(template, desk.library.folder / template.name)
 
         connect(qtbot, assembly, "sim://beside")
         desk.list_again(2)

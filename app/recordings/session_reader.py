@@ -1,0 +1,317 @@
+"""Reads session files chunk by chunk; what is damaged is passed over up to the next whole chunk."""
+
+import mmap
+import struct
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from io import BytesIO
+from pathlib import Path
+from typing import Final, NamedTuple
+
+import zstandard
+from mcap.data_stream import ReadDataStream
+from mcap.exceptions import McapError
+from mcap.opcode import Opcode
+from mcap.records import Channel, Metadata
+from mcap.writer import MCAP0_MAGIC as MCAP_MAGIC
+
+from app.recordings.session_format import (
+    CHANNELS,
+    END,
+    FORMAT,
+    NANOSECONDS,
+    PROGRESS,
+    Opening,
+    Unreadable,
+    is_whole,
+    json_fields,
+    opening_of,
+)
+from protocol.translatable import marked
+
+MAX_CHUNK_BYTES: Final = 1 << 26
+MAX_UNPACKED_BYTES: Final = 1 << 31
+"""Of a file: twice a day at full line rate."""
+BLOCK_BYTES: Final = 1 << 24
+"""A block ends when it holds this much."""
+MAX_REPORTS_A_BYTE: Final = 1000
+"""More are not believed: equal reports are packed to a hundredth."""
+_HEAD: Final = struct.Struct("<BQ")
+_CHUNK_HEAD: Final = struct.Struct("<QQQII")
+_MESSAGE: Final = struct.Struct("<BQHIQQ")
+"""Head and fields of a message record, up to its data."""
+_SIZE: Final = struct.Struct("<Q")
+_FOOTER: Final = struct.Struct("<QQI")
+_PLACE: Final = struct.Struct("<QQ")
+_ZSTD: Final = b"\x04\x00\x00\x00zstd"
+_ZSTD_AT: Final = _HEAD.size + _CHUNK_HEAD.size - 4
+"""Where the name of the compression stands in a chunk: by it the next chunk is found."""
+_MAX_HEADING: Final = 1 << 16
+_SECTION: Final = frozenset(range(Opcode.HEADER, Opcode.DATA_END + 1))
+
+
+class FileMessage(NamedTuple):
+    topic: str
+    log_ns: int
+    data: bytes
+
+
+class MissingSpan(NamedTuple):
+    """What is damaged or missing between two chunks."""
+
+    first_ns: int
+    last_ns: int
+
+
+@dataclass(slots=True)
+class SessionFile:
+    """One file, read once from its beginning. Times are nanoseconds since 1970."""
+
+    path: Path
+    opening: Opening
+    """Of the first whole heading; `module` is that of the last one."""
+    last_progress: bytes = b"{}"
+    end_ns: int = 0
+    is_ended: bool = False
+    """Closed properly."""
+    gaps: list[MissingSpan] = field(default_factory=list)
+    size_bytes: int = 0
+
+    @property
+    def reports(self) -> int:
+        """Status reports up to `end_ns`, as counted when they were written."""
+        reports = json_fields(self.last_progress).get("reports")
+        return reports if isinstance(reports, int) and 0 <= reports <= self.size_bytes * MAX_REPORTS_A_BYTE else 0
+
+    @property
+    def was_triggered(self) -> bool:
+        """A report said so."""
+        return json_fields(self.last_progress).get("triggered") is True
+
+
+def read_blocks(path: Path, at_once: int = 1000) -> Iterator[tuple[SessionFile, list[FileMessage]]]:
+    """Yields the messages of up to `at_once` chunks. A gap begins a new block. Raises OSError, `Unreadable`."""
+    with path.open("rb") as file:
+        if not (size := file.seek(0, 2)):
+            raise Unreadable(marked("unknown kind of file"))
+        with mmap.mmap(file.fileno(), size, access=mmap.ACCESS_READ) as data:
+            yield from _Walk(path, data).blocks(at_once)
+
+
+def read_heading(path: Path) -> SessionFile:
+    """The heading and, without reading the file whole, where it ends. Raises OSError, `Unreadable`."""
+    with path.open("rb") as file:
+        if not (size := file.seek(0, 2)):
+            raise Unreadable(marked("unknown kind of file"))
+        with mmap.mmap(file.fileno(), size, access=mmap.ACCESS_READ) as data:
+            return _Walk(path, data).heading()
+
+
+class _Walk:
+    def __init__(self, path: Path, data: mmap.mmap) -> None:
+        """Raises `Unreadable`."""
+        if data[: len(MCAP_MAGIC)] != MCAP_MAGIC:
+            raise Unreadable(marked("unknown kind of file"))
+        self._path, self._data = path, data
+        self._size = len(data)
+        self._zstd = zstandard.ZstdDecompressor()
+        self._topics = dict(CHANNELS)
+        self._file: SessionFile | None = None
+        self._is_damaged = False
+        self._chunks = self._unpacked_bytes = 0
+        self._progress: FileMessage | None = None
+
+    # Records
+
+    def _records(self, place: int) -> Iterator[tuple[int, int, int]]:
+        """Kind, begin and end of each record; nothing where it does not make sense, the caller looks further."""
+        while place + _HEAD.size <= self._size:
+            kind, length = _HEAD.unpack_from(self._data, place)
+            end = place + _HEAD.size + length
+            if kind not in _SECTION or end > self._size:
+                return
+            yield kind, place + _HEAD.size, end
+            if kind == Opcode.DATA_END:
+                return
+            place = end
+
+    def _next_chunk(self, place: int) -> int | None:
+        """Where the next whole chunk begins."""
+        while (found := self._data.find(_ZSTD, place)) >= 0:
+            start = found - _ZSTD_AT
+            if start >= place and self._data[start] == Opcode.CHUNK:
+                _, length = _HEAD.unpack_from(self._data, start)
+                if self._unpacked(start + _HEAD.size, start + _HEAD.size + length) is not None:
+                    return start
+            place = found + 1
+        return None
+
+    def _unpacked(self, begin: int, end: int) -> bytes | None:
+        """The records of a chunk; None where it is damaged."""
+        body = begin + _CHUNK_HEAD.size
+        if end > self._size or end < body + len(_ZSTD) - 4:
+            return None
+        _, _, size, crc, name_length = _CHUNK_HEAD.unpack_from(self._data, begin)
+        name = self._data[body : body + min(name_length, 8)]
+        body += name_length + _SIZE.size
+        if size > MAX_CHUNK_BYTES or body > end or self._unpacked_bytes + size > MAX_UNPACKED_BYTES:
+            return None
+        self._unpacked_bytes += size
+        packed = self._data[body:end]
+        if name == b"zstd":
+            try:
+                if zstandard.frame_content_size(packed) != size:
+                    return None
+                packed = self._zstd.decompress(packed)
+            except zstandard.ZstdError:
+                return None
+        elif name:
+            return None
+        return packed if len(packed) == size and zlib.crc32(packed) == crc else None
+
+    # The whole file
+
+    def blocks(self, at_once: int) -> Iterator[tuple[SessionFile, list[FileMessage]]]:
+        messages: list[FileMessage] = []
+        count = began = 0
+        for chunk in self._chunk_messages():
+            file = self._file
+            if file is None:
+                continue  # before the heading, there is none
+            if self._is_damaged:
+                if messages:
+                    yield file, messages
+                messages, count, self._is_damaged = [], 0, False
+                file.gaps.append(MissingSpan(file.end_ns, max(file.end_ns, min(one.log_ns for one in chunk))))
+                yield file, []
+            messages += chunk
+            self._note_progress(file)
+            count += 1
+            if count >= at_once or self._unpacked_bytes - began >= BLOCK_BYTES:
+                began = self._unpacked_bytes
+                yield file, messages
+                messages, count = [], 0
+        if self._file is None:
+            raise Unreadable(marked("not a recording by this program"))
+        if self._is_damaged:
+            self._file.gaps.append(MissingSpan(self._file.end_ns, self._file.end_ns))
+        yield self._file, messages
+
+    def _note_progress(self, file: SessionFile) -> None:
+        if self._progress is not None:
+            file.end_ns, file.last_progress = max(file.end_ns, self._progress.log_ns), self._progress.data
+
+    def _chunk_messages(self) -> Iterator[list[FileMessage]]:
+        """The messages of each whole chunk."""
+        place: int | None = len(MCAP_MAGIC)
+        while place is not None:
+            for kind, begin, end in self._records(place):
+                place = end
+                if kind == Opcode.METADATA:
+                    self._read_metadata(begin, end)
+                elif kind == Opcode.DATA_END:
+                    return
+                elif kind == Opcode.CHUNK:
+                    unpacked = self._unpacked(begin, end)
+                    if unpacked is None:
+                        self._is_damaged = True
+                        place = begin  # its length may be what is damaged
+                        break
+                    messages = self._messages(unpacked)
+                    if messages:
+                        yield messages
+            following = self._next_chunk(place)
+            self._is_damaged |= following is not None
+            place = following
+
+    def _messages(self, chunk: bytes) -> list[FileMessage]:
+        """Those in front of what is only for other viewers."""
+        messages, place, size = [], 0, len(chunk)
+        while place + _MESSAGE.size <= size:
+            kind, length, channel, sequence, log_ns, _ = _MESSAGE.unpack_from(chunk, place)
+            begin, place = place, place + _HEAD.size + length
+            if kind == Opcode.MESSAGE:
+                topic = self._topics.get(channel)
+                if topic is not None:
+                    messages.append(FileMessage(topic, log_ns, chunk[begin + _MESSAGE.size : place]))
+                if topic == PROGRESS:
+                    self._is_damaged |= sequence != self._chunks
+                    self._chunks = sequence + 1
+                    self._progress = messages[-1]
+                    break
+            elif kind == Opcode.CHANNEL:
+                self._read_channel(chunk[begin + _HEAD.size : place])
+        return messages
+
+    def _read_channel(self, record: bytes) -> None:
+        try:
+            channel = Channel.read(ReadDataStream(BytesIO(record)))
+        except (McapError, ValueError, struct.error):
+            return
+        self._topics[channel.id] = channel.topic
+
+    def _read_metadata(self, begin: int, end: int) -> None:
+        if end - begin > _MAX_HEADING:
+            return
+        try:
+            record = Metadata.read(ReadDataStream(BytesIO(self._data[begin:end])))
+        except (McapError, ValueError, struct.error):
+            return
+        if record.name == FORMAT:
+            if self._file is None:
+                opening = opening_of(record.metadata)
+                self._file = SessionFile(self._path, opening, end_ns=_ns_of(opening), size_bytes=self._size)
+            elif is_whole(record.metadata):
+                self._file.opening = opening_of(record.metadata)
+            else:
+                self._is_damaged = True
+        elif record.name == END and self._file is not None and is_whole(record.metadata):
+            try:
+                self._file.end_ns = int(record.metadata["end_ns"])
+            except (KeyError, ValueError):
+                return
+            self._file.last_progress = record.metadata.get("progress", "{}").encode()
+            self._file.is_ended = True
+
+    # Heading and end only
+
+    def heading(self) -> SessionFile:
+        """Of a file that was closed by its index, else passing over the chunks and unpacking only the last one."""
+        for place in self._indexed():
+            self._read_metadata(*place)
+        if self._file is not None and self._file.is_ended:
+            return self._file
+        last: tuple[int, int] | None = None
+        for kind, begin, end in self._records(len(MCAP_MAGIC)):
+            if kind == Opcode.METADATA:
+                self._read_metadata(begin, end)
+            elif kind == Opcode.CHUNK:
+                last = begin, end
+        file = self._file
+        if file is None:
+            raise Unreadable(marked("not a recording by this program"))
+        if not file.is_ended and last is not None:
+            unpacked = self._unpacked(*last)
+            if unpacked is not None:
+                self._messages(unpacked)
+                self._note_progress(file)
+        return file
+
+    def _indexed(self) -> Iterator[tuple[int, int]]:
+        """Begin and end of the metadata records by the summary at the end of the file; none without one."""
+        footer = self._size - len(MCAP_MAGIC) - _FOOTER.size - _HEAD.size
+        if footer < 0 or self._data[footer] != Opcode.FOOTER or self._data[-len(MCAP_MAGIC) :] != MCAP_MAGIC:
+            return
+        place, _, _ = _FOOTER.unpack_from(self._data, footer + _HEAD.size)
+        while 0 < place < footer:
+            kind, length = _HEAD.unpack_from(self._data, place)
+            if kind == Opcode.METADATA_INDEX:
+                begin, size = _PLACE.unpack_from(self._data, place + _HEAD.size)
+                if begin + size < place and self._data[begin] == Opcode.METADATA:
+                    yield begin + _HEAD.size, begin + size
+            place += _HEAD.size + length
+
+
+def _ns_of(opening: Opening) -> int:
+    return round(opening.started_at.timestamp() * NANOSECONDS)

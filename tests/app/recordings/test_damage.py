@@ -1,0 +1,166 @@
+"""A session that is cut off, killed or altered is read as far as it is whole; what is missing is shown."""
+
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from app.recordings.library import entry_of
+from app.recordings.markers import MarkerKind
+from app.recordings.recording import Recording, RecordingUnreadable
+from tests.support.records.recordings_made import HEADING, Whole, opened, recorder_in, stream, whole_of
+
+ROOT = Path(__file__).parents[3]
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Whole:
+    """Six seconds, with a chunk every half second, as in the field."""
+    with recorder_in(tmp_path_factory.mktemp("whole")) as bench:
+        bench.recorder.begin(HEADING)
+        for number in range(12):
+            bench.feed(*stream(1000.0 + number / 2, 0.5, rate_hz=100))
+        bench.finish()
+        return whole_of(bench.path)
+
+
+@contextmanager
+def changed(whole: Whole, folder: Path, raw: bytes) -> Iterator[Recording | None]:
+    """The recording with other bytes; None if it is refused."""
+    path = folder / "changed.mcap"
+    path.write_bytes(raw)
+    try:
+        recording = opened(path)
+    except RecordingUnreadable:
+        yield None
+        return
+    known = dict(zip(whole.times, whole.tilts, strict=True))
+    window = recording.tilt.window(0.0, 1e9)
+    assert all(known[at] == tilt for at, tilt in zip(window.time_s.tolist(), window.value.tolist(), strict=True))
+    sent = b"".join(entry.raw for entry in recording.traffic())
+    assert len(sent) == 8 * len(window.time_s)
+    with recording:
+        yield recording
+
+
+Folders = settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+
+
+def test_an_undamaged_session_is_whole(whole: Whole, tmp_path: Path) -> None:
+    with changed(whole, tmp_path, whole.path.read_bytes()) as recording:
+        assert recording is not None
+        assert (recording.damage, recording.entry.was_cut_off) == (None, False)
+        assert len(recording.tilt) == len(whole.times) == 600
+
+
+@Folders
+@given(share=st.floats(0, 1))
+def test_cut_off_anywhere(whole: Whole, tmp_path: Path, share: float) -> None:
+    raw = whole.path.read_bytes()
+    end = int(share * (len(raw) - 1))
+    with changed(whole, tmp_path, raw[:end]) as recording:
+        if recording is not None:
+            count = len(recording.tilt)
+            assert recording.tilt.window(0.0, 1e9).time_s.tolist() == whole.times[:count]
+            assert recording.entry.was_cut_off == (end < raw.find(b"dps-s end") + 40)
+            assert recording.entry.sample_count == count
+            assert recording.damage is None
+            assert count >= 600 * (end / len(raw)) - 120
+        else:
+            assert end < 1000
+
+
+@Folders
+@given(place=st.floats(0, 1), raw=st.binary(min_size=1, max_size=8))
+def test_no_changed_byte_passes_unsaid(whole: Whole, tmp_path: Path, place: float, raw: bytes) -> None:
+    data = bytearray(whole.path.read_bytes())
+    start = int(place * (len(data) - len(raw)))
+    data[start : start + len(raw)] = raw
+    if data == whole.path.read_bytes():
+        return
+    with changed(whole, tmp_path, bytes(data)) as recording:
+        if recording is None:
+            assert start < 1000, "only what is in the heading makes a session unreadable"
+        elif len(recording.tilt) < len(whole.times):
+            assert recording.damage is not None or recording.entry.was_cut_off
+            assert len(recording.tilt) >= len(whole.times) - 150
+            assert any(mark.kind is MarkerKind.DAMAGED for mark in recording.markers) or recording.entry.was_cut_off
+
+
+def test_what_is_missing_is_a_gap_and_what_follows_is_read(whole: Whole, tmp_path: Path) -> None:
+    data = bytearray(whole.path.read_bytes())
+    data[len(data) // 2] ^= 0x10
+    with changed(whole, tmp_path, bytes(data)) as recording:
+        assert recording is not None
+        assert (len(recording.tilt), recording.entry.was_cut_off) == (550, False)
+        ((first, last),) = recording.damaged
+        assert 0.4 < last - first < 0.6
+        times = recording.tilt.window(0.0, 1e9).time_s
+        assert not len(times[(times > first + 0.01) & (times < last)])
+        assert recording.damage is not None
+        assert recording.damage.in_english().startswith("Damaged or altered")
+
+
+def test_a_chunk_that_was_cut_out_is_missed(whole: Whole, tmp_path: Path) -> None:
+    data = whole.path.read_bytes()
+    places = []
+    place = 8
+    while place < len(data) and data[place] != 0x0F:
+        end = place + 9 + int.from_bytes(data[place + 1 : place + 9], "little")
+        if data[place] == 6:
+            places.append((place, end))
+        place = end
+    start, end = places[5]
+    with changed(whole, tmp_path, data[:start] + data[end:]) as recording:
+        assert recording is not None
+        assert len(recording.tilt) == 550
+        assert recording.damage is not None
+
+
+@pytest.mark.parametrize("tail", [b"\x00" * 5000, b"\xff" * 5000, bytes(range(256)) * 20])
+def test_zeros_or_garbage_behind_the_last_chunk(whole: Whole, tmp_path: Path, tail: bytes) -> None:
+    data = whole.path.read_bytes()
+    with changed(whole, tmp_path, data[: len(data) * 2 // 3] + tail) as recording:
+        assert recording is not None
+        assert recording.entry.was_cut_off
+        assert len(recording.tilt) > 300
+
+
+KILLED = """
+import sys, time
+from pathlib import Path
+sys.path.insert(0, {root!r})
+from tests.support.records.recordings_made import HEADING, WAIT_S, stream
+from app.recordings.recorder import Recorder
+from app.recordings.library import RecordingLibrary
+
+recorder = Recorder(RecordingLibrary(Path({folder!r})))
+recorder.begin(HEADING)
+for one in stream(time.monotonic(), 2.0, rate_hz=100):
+    recorder.on_batch(one)
+assert recorder.settle(WAIT_S)
+print("there", flush=True)
+sys.stdin.readline()
+"""
+
+
+def test_killed_while_it_records(tmp_path: Path) -> None:
+    code = KILLED.format(root=str(ROOT), folder=str(tmp_path))
+    with subprocess.Popen(
+        [sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "there\n"
+        (path,) = tmp_path.glob("*.mcap")
+        running = entry_of(path)
+        assert (running.is_running, running.was_cut_off, running.sample_count) == (True, False, 200)
+        process.kill()
+        process.wait()
+    entry = entry_of(path)
+    assert (entry.is_running, entry.was_cut_off, entry.sample_count) == (False, True, 200)
+    assert len(whole_of(path).times) == 200
