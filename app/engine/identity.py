@@ -1,13 +1,8 @@
-"""Checks whether the module on a port is the expected one. A module has no serial number.
+"""Is it the same module? A module has no serial number, so readings can refute it, and nothing that is read proves it.
 
-The adapter must be the same (by USB, or the same device file), and the readings must match the last ones of the
-module: the boot count never falls, and the settings are the same. Until both match, or a person decides, it may be
-another module, and only questions are sent.
-
-    PROVEN     it is that module, or none in particular is expected
-    OPEN       its boot count and settings are still being read
-    UNCERTAIN  they match but the adapter may be another one, or they cannot be read: a person has to decide
-    ANOTHER    they do not match: a person has to decide
+`same_module` is the only rule. A boot count never falls, the settings are those last read, and the trigger records
+follow each other: what differs refutes. Proof is a conversation that never broke, or a person who has read the label
+and said so for this connection. Until a person decides about a named module, only questions and LOCK are sent.
 """
 
 from collections.abc import Mapping
@@ -16,7 +11,7 @@ from enum import Enum
 
 from app.engine.device import BOOTS, Device, Known, StaleReason
 from app.engine.setting_changes import BOOT_COUNT, READABLE_SETTINGS, ChangedSetting, changed_settings
-from protocol.events import Event, Received, Role
+from protocol.events import Event, FellSilent, Received, Restarted, Role, WentOffline
 from protocol.fields import Value
 from protocol.link_states import Presence
 from protocol.messages import Reading
@@ -28,10 +23,15 @@ WENT_BACK = 128
 
 
 class Trust(Enum):
+    """`same_module` returns the first three."""
+
+    REFUTED = "refuted"
+    UNPROVEN = "unproven"
     PROVEN = "proven"
     OPEN = "open"
-    UNCERTAIN = "uncertain"
-    ANOTHER = "another"
+    """What may refute it is still being read."""
+    UNNAMED = "unnamed"
+    """Nobody said which module it is, so there is nothing to prove, and nothing is kept under a name."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,30 +46,47 @@ class IdentityEvidence:
         return self.boot_count is not None and all(command.key in self.settings for command in READABLE_SETTINGS)
 
 
+def same_module(
+    before: IdentityEvidence, now: IdentityEvidence, *, do_records_follow: bool = True, is_said: bool = False
+) -> Trust:
+    """REFUTED, UNPROVEN or PROVEN.
+
+    `do_records_follow`: the trigger records continue those of before. `is_said`: a person read the label and said so
+    for this connection, which has not broken since.
+    """
+    is_refuted = went_back(before.boot_count, now.boot_count) or changed_settings(before.settings, now.settings)
+    if is_refuted or not do_records_follow:
+        return Trust.REFUTED
+    return Trust.PROVEN if is_said else Trust.UNPROVEN
+
+
 @dataclass(frozen=True, slots=True)
 class Expected:
-    """What is known about the expected module before its port is opened."""
+    """What is known about the expected module before its port is opened. `is_named`: under a name."""
 
     evidence: IdentityEvidence
     is_adapter_same: bool = True
+    is_named: bool = True
 
 
 @dataclass(frozen=True, slots=True)
 class Identity:
     """`before`: what was last read from the expected module, None without one; `now`: from the one that answers."""
 
-    trust: Trust = Trust.PROVEN
+    trust: Trust = Trust.UNNAMED
     before: IdentityEvidence | None = None
     now: IdentityEvidence = field(default_factory=IdentityEvidence)
     is_adapter_same: bool = True
+    is_named: bool = False
 
     @property
     def is_proven(self) -> bool:
-        return self.trust is Trust.PROVEN
+        """No question is open, so everything may be sent: a person said so, or it has no name to be proven."""
+        return self.trust in (Trust.PROVEN, Trust.UNNAMED)
 
     @property
     def is_for_a_person(self) -> bool:
-        return self.trust in (Trust.UNCERTAIN, Trust.ANOTHER)
+        return self.trust in (Trust.UNPROVEN, Trust.REFUTED)
 
     def is_as_seen(self, seen: "Identity") -> bool:
         """Whether a person's decision about `seen` still holds: only matching readings were added."""
@@ -91,7 +108,7 @@ NO_EXPECTATION = Identity()
 
 
 def went_back(before: int | None, now: int | None) -> bool:
-    """Whether the boot count fell, which proves another module; 0 follows 255."""
+    """Whether the boot count fell; 0 follows 255."""
     return before is not None and now is not None and (now - before) % BOOTS >= WENT_BACK
 
 
@@ -111,26 +128,15 @@ def evidence_of(values: Mapping[str, Known], *, is_fresh: bool) -> IdentityEvide
     )
 
 
-def is_another(before: IdentityEvidence, now: IdentityEvidence) -> bool:
-    return went_back(before.boot_count, now.boot_count) or bool(changed_settings(before.settings, now.settings))
-
-
-def is_same(before: IdentityEvidence, now: IdentityEvidence) -> bool:
-    """Whether the boot count and all settings of `before` were read again, and match."""
-    has_count = now.boot_count is not None and before.boot_count is not None
-    has_settings = bool(before.settings) and before.settings.keys() <= now.settings.keys()
-    return has_count and has_settings and not is_another(before, now)
-
-
 class IdentityCheck:
-    """The identity check of one open port, in the session's thread."""
+    """The identity of the module on one open port, in the session's thread."""
 
     def __init__(self, expected: Expected | None = None) -> None:
-        self._expected = expected
+        self._expected: Expected | None = None
         self._answered_at: float | None = None
         self._identity = Identity()
         if expected is not None:
-            self._identity = Identity(Trust.OPEN, expected.evidence, is_adapter_same=expected.is_adapter_same)
+            self._expect(expected, None)
 
     @property
     def identity(self) -> Identity:
@@ -140,10 +146,18 @@ class IdentityCheck:
     def is_proven(self) -> bool:
         return self._identity.is_proven
 
-    def confirm(self, seen: Identity | None = None) -> None:
-        """Accept the module because a person confirmed it, unless it differs from what the person had `seen`."""
+    def confirm(self, seen: Identity | None = None, *, is_named: bool = True) -> None:
+        """A person said which module it is, or with `is_named` false that it has no name; nothing is done if it
+        differs from what the person had `seen`."""
         if seen is None or self._identity.is_as_seen(seen):
-            self._expected, self._identity = None, Identity()
+            self._expected = None
+            self._identity = Identity(Trust.PROVEN, is_named=True) if is_named else NO_EXPECTATION
+
+    def _expect(self, expected: Expected, answered_at: float | None) -> None:
+        self._expected, self._answered_at = expected, answered_at
+        self._identity = Identity(
+            Trust.OPEN, expected.evidence, is_adapter_same=expected.is_adapter_same, is_named=expected.is_named
+        )
 
     def on_device(self, device: Device, now: float) -> None:
         """Judge the values known now."""
@@ -154,27 +168,37 @@ class IdentityCheck:
         if view.presence is Presence.ONLINE and self._answered_at is None:
             self._answered_at = now
         before, found = expected.evidence, evidence_of(view.values, is_fresh=True)
+        trust = same_module(before, found)
         is_late = self._answered_at is not None and now - self._answered_at > READ_WITHIN_S
-        if is_another(before, found):
-            trust = Trust.ANOTHER
-        elif is_same(before, found) and expected.is_adapter_same:
-            self.confirm()
-            return
-        elif is_same(before, found) or is_late:
-            trust = Trust.UNCERTAIN
-        else:
+        if trust is Trust.UNPROVEN and not (found.is_complete or is_late):
             trust = Trust.OPEN
-        if (trust, found) != (self._identity.trust, self._identity.now):
-            self._identity = Identity(trust, before, found, is_adapter_same=expected.is_adapter_same)
+        is_like_before = before.is_complete and found.is_complete and expected.is_adapter_same
+        if trust is Trust.UNPROVEN and not expected.is_named and is_like_before:
+            self.confirm(is_named=False)
+        elif (trust, found) != (self._identity.trust, self._identity.now):
+            self._identity = replace(self._identity, trust=trust, now=found)
 
     def on_event(self, event: Event, device: Device, now: float) -> None:
-        """Call before the device takes the event in: a boot count that fell on the open port is another module's."""
-        # The frame, not `Answered`, which does not exist for the answer to a fence.
-        if self._expected is not None or not isinstance(event, Received) or event.role is not Role.ANSWER:
+        """Call before the device takes the event in: what may be another module from now on."""
+        if self._expected is not None:
             return
-        message = event.message
-        if isinstance(message, Reading) and message.command is BOOT_COUNT:
-            known = evidence_of(device.view(now).values, is_fresh=False)
-            if went_back(known.boot_count, int(message.value)):
-                self._expected, self._answered_at = Expected(known), now
-                self._identity = Identity(Trust.OPEN, known)
+        is_named = self._identity.is_named
+        known = evidence_of(device.view(now).values, is_fresh=False) if _may_tell(event) else IdentityEvidence()
+        match event:
+            case FellSilent() | Restarted() | WentOffline():
+                is_in_doubt = is_named
+            case Received(role=Role.ANSWER, message=Reading(command=command) as reading) if command is BOOT_COUNT:
+                # The frame, not `Answered`, which does not exist for the answer to a fence.
+                boots = int(reading.value)
+                is_other_start = is_named and known.boot_count not in (None, boots)
+                is_in_doubt = is_other_start or went_back(known.boot_count, boots)
+            case _:
+                return
+        if is_in_doubt:
+            self._expect(Expected(known, is_named=is_named), now)
+
+
+def _may_tell(event: Event) -> bool:
+    if isinstance(event, Received):
+        return event.role is Role.ANSWER and isinstance(event.message, Reading) and event.message.command is BOOT_COUNT
+    return isinstance(event, FellSilent | Restarted | WentOffline)

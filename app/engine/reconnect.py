@@ -156,8 +156,10 @@ class Reconnection:
         """The lost module; None if nothing was read of it to compare with."""
         is_same = self.is_adapter_same
         if not lost.is_proven and lost.before is not None:
-            return Expected(lost.before, is_adapter_same=is_same and lost.is_adapter_same)
-        return None if is_same and lost.now == IdentityEvidence() else Expected(lost.now, is_adapter_same=is_same)
+            return Expected(lost.before, is_same and lost.is_adapter_same, is_named=lost.is_named)
+        if is_same and lost.now == IdentityEvidence() and not lost.is_named:
+            return None
+        return Expected(lost.now, is_same, is_named=lost.is_named)
 
     def request(self, address: Address) -> None:
         """The user connects. To be called before the port is opened, while a symbolic link exists."""

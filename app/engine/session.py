@@ -266,6 +266,7 @@ class Session:
         self._renew_link(now - self._timing.heartbeat_every_s)
         for event in [*gone, WentOffline(now)]:
             self._events.append(event)
+            self.identity.on_event(event, self.device, now)
             self.device.apply(event)
         self.device.note_sleep(slept_s, now)
         if asking is not None and ask is not None and (asking.is_urgent or asking is self._background):

@@ -114,6 +114,7 @@ class _Close:
 @dataclass(frozen=True, slots=True)
 class _ConfirmIdentity:
     seen: Identity | None
+    is_named: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -195,9 +196,9 @@ class Worker:
         self._order(_Open(port, baud_rate, background, is_another, expected, self._openings))
         return self._openings
 
-    def confirm_identity(self, seen: Identity | None = None) -> None:
-        """Accept the module because a person confirmed it; see `IdentityCheck.confirm`."""
-        self._order(_ConfirmIdentity(seen))
+    def confirm_identity(self, seen: Identity | None = None, *, is_named: bool = True) -> None:
+        """Accept the module because a person said which it is; see `IdentityCheck.confirm`."""
+        self._order(_ConfirmIdentity(seen, is_named))
 
     def close(self) -> None:
         """Close the port, after the background procedure has undone its changes."""
@@ -288,9 +289,9 @@ class Worker:
                 self._enter(order)
             case _Close():
                 self._close_in_order()
-            case _ConfirmIdentity(seen):
+            case _ConfirmIdentity(seen, is_named):
                 if self._session is not None:
-                    self._session.identity.confirm(seen)
+                    self._session.identity.confirm(seen, is_named=is_named)
             case _Start(job, is_urgent):
                 self._jobs.append(job)
                 if self._session is None:

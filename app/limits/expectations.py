@@ -86,7 +86,9 @@ class Past:
     """Raw trigger records known at the last GO, or reviewed by a person."""
     has_check: bool = False
     """There was a GO before."""
-    is_same_module: bool = True
+    settings: Mapping[str, Value] = field(default_factory=dict)
+    """As last read, by key."""
+    do_records_follow: bool = True
     """False if its trigger records do not continue those of the last visit."""
     last_answer: LastAnswer | None = None
     """None if it was always silent when it was asked for its records."""

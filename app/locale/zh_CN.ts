@@ -5638,6 +5638,10 @@
         <translation>选项</translation>
     </message>
     <message>
+        <source>other settings than last read, another module?</source>
+        <translation>参数与上次读到的不同，是否为另一模块？</translation>
+    </message>
+    <message>
         <source>other trigger records, another module?</source>
         <translation>触发记录不同，是另一个模块吗？</translation>
     </message>
@@ -6372,6 +6376,10 @@
     <message>
         <source>{module}: {new} new; records: {count}.</source>
         <translation>{module}：新增 {new} 条；共有记录：{count} 条。</translation>
+    </message>
+    <message>
+        <source>{module}? Read its label.</source>
+        <translation>是 {module} 吗？请看其标签。</translation>
     </message>
     <message>
         <source>{ms} ms</source>

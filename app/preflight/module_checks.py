@@ -7,7 +7,7 @@ from enum import Enum
 from functools import partial
 from typing import Final
 
-from app.engine.identity import went_back
+from app.engine.identity import IdentityEvidence, Trust, same_module, went_back
 from app.guided.results import TITLES, VERDICT_WORDS, GuidedKind, GuidedVerdict
 from app.limits.expectations import LastTested
 from app.limits.limits import SETTING_BOUNDS
@@ -144,12 +144,16 @@ def boot_count(case: Case) -> Finding:
         return Finding(CheckResult.WARN, count, _with_reason(count, message(marked("no earlier visit"))), limit, do)
     if case.is_same_module:
         return judged(count, _by_a_person(message(str(count))), limit, is_fine=True)
+    before, now = IdentityEvidence(past.boot_count, past.settings), IdentityEvidence(int(count), case.evidence.values)
+    if same_module(before, now, do_records_follow=past.do_records_follow, is_said=True) is Trust.PROVEN:
+        return judged(count, str(count), limit, is_fine=True)
     if went_back(past.boot_count, int(count)):
-        return judged(count, _with_reason(count, message(marked("another module?"))), limit, is_fine=False)
-    if not past.is_same_module:
-        shown = _with_reason(count, message(marked("other trigger records, another module?")))
-        return judged(count, shown, limit, is_fine=False)
-    return judged(count, str(count), limit, is_fine=True)
+        why = message(marked("another module?"))
+    elif not past.do_records_follow:
+        why = message(marked("other trigger records, another module?"))
+    else:
+        why = message(marked("other settings than last read, another module?"))
+    return judged(count, _with_reason(count, why), limit, is_fine=False)
 
 
 def _with_reason(count: Value, why: UserMessage) -> UserMessage:

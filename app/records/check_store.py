@@ -216,7 +216,7 @@ class CheckStore:
             boot_count=rows[0][0] if rows else None,
             reviewed=reviewed,
             has_check=go is not None,
-            is_same_module=merged is None or merged.is_continuation,
+            do_records_follow=merged is None or merged.is_continuation,
             last_answer=self.last_answer(module_id),
             is_said_new=self.is_said_new(module_id),
             fingerprint=go.fingerprint if go is not None else None,

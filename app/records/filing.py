@@ -131,10 +131,9 @@ def _station(store: Store | None) -> tuple[Station | None, StationTrouble | None
 
 def _past(store: Store, module_id: int, name: str | None, evidence: Evidence) -> Past:
     history, checks = evidence.history, CheckStore(store.database)
-    if history is None:
-        return checks.past(module_id, name)
-    slots = [one.raw for one in history.records]
-    return checks.past(module_id, name, slots, is_confirmed=history.is_confirmed)
+    slots = None if history is None else [one.raw for one in history.records]
+    past = checks.past(module_id, name, slots, is_confirmed=history is not None and history.is_confirmed)
+    return replace(past, settings=store.evidence(module_id).settings)
 
 
 def _tests(store: Store, module_id: int, evidence: Evidence, at: datetime) -> Mapping[GuidedKind, LastTested]:

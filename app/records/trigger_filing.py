@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from app.engine.identity import went_back
+from app.engine.identity import IdentityEvidence, Trust, same_module, went_back
 from app.limits.expectations import Past
 from app.procedures.history import History
 from app.records.check_store import CheckStore, Visit
@@ -48,8 +48,10 @@ def file_triggers(
         known = store.module_named(name)
         if known is not None and not is_same_module:
             past = checks.past(known.id, name, slots, is_confirmed=history.is_confirmed)
-            is_lower = went_back(past.boot_count, reading.boot_count)
-            if is_lower or not past.is_same_module:
+            before, now = IdentityEvidence(past.boot_count), IdentityEvidence(reading.boot_count)
+            trust = same_module(before, now, do_records_follow=past.do_records_follow, is_said=True)
+            if trust is not Trust.PROVEN:
+                is_lower = went_back(past.boot_count, reading.boot_count)
                 return PossiblyOther(past.boot_count if is_lower else None)
         module = store.register_module(name, adapter)
         return checks.store_visit(

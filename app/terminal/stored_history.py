@@ -26,10 +26,7 @@ def read_evidence() -> Procedure["IdentityEvidence"]:
 
 
 def may_be_another(conversation: "Conversation", store: "Store | None", module: str) -> bool:
-    """Whether the boot count shows that it is not the module of this name, which is reported. Sends queries only."""
-    from app.engine.identity import went_back
-    from app.engine.setting_changes import BOOT_COUNT
-    from app.procedures.write import read_back
+    """Whether its readings refute that it is the module of this name, which is reported. Sends queries only."""
     from app.store.database import StoreTrouble
     from app.text.messages import clean
 
@@ -40,10 +37,10 @@ def may_be_another(conversation: "Conversation", store: "Store | None", module: 
     except StoreTrouble as error:
         notify(error.sentence)
         return True
-    if known is None or not went_back(known.boot_count, conversation.run(read_back(BOOT_COUNT)).raw):
-        return False
-    _notify_other_module(name, tr("Boot count"))
-    return True
+    against = [] if known is None else _against(known, conversation.run(read_evidence()))
+    if against:
+        _notify_other_module(name, join_names(against))
+    return bool(against)
 
 
 def store_visit(
@@ -69,7 +66,9 @@ def store_visit(
         with closing(store):
             checks, known = CheckStore(store.database), store.module_named(name)
             if known is not None and not is_same_module:
-                against = _differences(store, known.id, name, slots, found, history)
+                past = checks.past(known.id, name, slots, is_confirmed=history.is_confirmed)
+                follow = past.do_records_follow
+                against = _against(store.evidence(known.id), found, do_records_follow=follow)
                 if against:
                     _notify_other_module(name, join_names(against))
                     return False
@@ -92,16 +91,13 @@ def _notify_other_module(module: str, differences: str) -> None:
            module=module, differences=differences))  # fmt: skip
 
 
-def _differences(
-    store: "Store", module_id: int, name: str, slots: list[bytes], found: "IdentityEvidence", history: History
-) -> list[str]:
-    """Reasons to believe that it is not the module of that name."""
-    from app.engine.identity import Identity, Trust
-    from app.records.check_store import CheckStore
+def _against(known: "IdentityEvidence", found: "IdentityEvidence", *, do_records_follow: bool = True) -> list[str]:
+    """What refutes the person's word that it is the module of that name."""
+    from app.engine.identity import Identity, Trust, same_module
     from app.settings.identity_words import differences
 
-    words = differences(Identity(Trust.OPEN, store.evidence(module_id), found))
-    past = CheckStore(store.database).past(module_id, name, slots, is_confirmed=history.is_confirmed)
-    if not past.is_same_module:
-        words.append(tr("the records do not follow those of its last visit"))
-    return words
+    trust = same_module(known, found, do_records_follow=do_records_follow, is_said=True)
+    if trust is Trust.PROVEN:
+        return []
+    words = differences(Identity(trust, known, found))
+    return words if do_records_follow else [*words, tr("the records do not follow those of its last visit")]

@@ -19,6 +19,8 @@ def identity_notice(identity: Identity, naming: ModuleName) -> Notice | None:
         what = tr("This may be another module: {differences}.", differences=join_names(found))
     elif not identity.is_adapter_same:
         what = tr("This may be another module: the port leads to another device.")
+    elif name:
+        what = tr("{module}? Read its label.", module=name)
     else:
         what = tr("This may be another module: too little is known.")
     same = tr("It is {module}", module=name) if name else tr("Same module")

@@ -224,17 +224,17 @@ class PortConnection(QObject):
         """`memory_of` returns where it is stored that the serial output was switched on."""
         self._memory_of = memory_of
 
-    def confirm_identity(self, seen: Identity | None = None) -> None:
-        """A person confirms that this is the expected module; `seen` is the identity that was shown to them."""
-        self._worker.confirm_identity(seen)
+    def confirm_identity(self, seen: Identity | None = None, *, is_named: bool = True) -> None:
+        """A person says which module this is, or that it has no name; `seen` is the identity that was shown to them."""
+        self._worker.confirm_identity(seen, is_named=is_named)
 
-    def treat_as_new(self, seen: Identity | None = None) -> None:
+    def treat_as_new(self, seen: Identity | None = None, *, is_named: bool = False) -> None:
         """A person says that this is another module: what was known of the first one is dropped."""
         self._new_modules += 1
         target = self._target
         self._adapter_key = f"{target.key if target is not None else ''}#{self._new_modules}"
         self._forget()
-        self._worker.confirm_identity(seen)
+        self._worker.confirm_identity(seen, is_named=is_named)
         self.changed.emit()
 
     def run(

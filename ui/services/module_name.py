@@ -29,8 +29,8 @@ BeforeNew = Callable[[Callable[[], object]], object]
 class PortModule(QObject):
     """Name of the module on one port.
 
-    `changed`: the name changed or was cleared. At another adapter the module last seen there is expected. A module
-    that may be another than the expected one has no name until that is proven or a person decides.
+    `changed`: the name changed or was cleared. The name never follows the adapter by itself: at each connection, and
+    after each break of the conversation, the module has no name until a person says that it is the expected one.
     """
 
     changed = Signal()
@@ -87,6 +87,8 @@ class PortModule(QObject):
                 self.before_new(partial(self._begin_new, name, None))
         else:
             self._use(name)
+            if connector is not None and connector.is_open:
+                connector.confirm_identity(is_named=bool(name))
 
     def confirm_identity(self) -> None:
         """A person confirms that it is the expected module."""
@@ -101,7 +103,7 @@ class PortModule(QObject):
     def _begin_new(self, name: str, seen: Identity | None) -> None:
         self.expected_name = name  # it is the name as soon as the engine knows, too
         if self._connector is not None:
-            self._connector.treat_as_new(seen)
+            self._connector.treat_as_new(seen, is_named=bool(name))
 
     @property
     def adapter(self) -> str:

@@ -1,5 +1,6 @@
 """What may be another module than the one that is meant is asked questions and nothing else."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
@@ -13,8 +14,7 @@ from app.engine.identity import (
     IdentityEvidence,
     Trust,
     evidence_of,
-    is_another,
-    is_same,
+    same_module,
     went_back,
 )
 from app.engine.procedure import Ask, Procedure
@@ -56,29 +56,28 @@ def with_setting(key: str, value: float) -> IdentityEvidence:
 
 
 @pytest.mark.parametrize(
-    ("before", "same", "another"),
+    ("before", "is_refuted"),
     [
-        (FOUND, True, False),
-        (replace(FOUND, boot_count=36), True, False),
-        (replace(FOUND, boot_count=250), True, False),
-        (replace(FOUND, boot_count=38), False, True),
-        (with_setting("attitude_threshold_deg", 85), False, True),
-        (replace(FOUND, boot_count=None), False, False),
-        (replace(FOUND, settings={}), False, False),
-        (IdentityEvidence(), False, False),
+        (FOUND, False),
+        (replace(FOUND, boot_count=36), False),
+        (replace(FOUND, boot_count=250), False),
+        (replace(FOUND, boot_count=(37 - 127) % 256), False),
+        (replace(FOUND, boot_count=38), True),
+        (with_setting("attitude_threshold_deg", 85), True),
+        (replace(FOUND, boot_count=None), False),
+        (replace(FOUND, settings={}), False),
+        (IdentityEvidence(), False),
     ],
-    ids=["the same", "restarted", "over the wrap", "gone back", "set otherwise", "no count", "no settings", "nothing"],
-)
-def test_boot_count_and_settings_tell(before: IdentityEvidence, same: bool, another: bool) -> None:
-    assert is_same(before, FOUND) is same
-    assert is_another(before, FOUND) is another
-
-
-def test_half_of_the_settings_prove_nothing() -> None:
-    half = replace(FOUND, settings={"attitude_threshold_deg": 60})
-    assert not is_same(FOUND, half)
-    assert not half.is_complete
+    ids=["the same", "restarted", "over the wrap", "127 ahead", "gone back", "set otherwise", "no count", "no settings",
+         "nothing"],
+)  # fmt: skip
+def test_readings_can_refute_and_never_prove(before: IdentityEvidence, is_refuted: bool) -> None:
+    refuted = Trust.REFUTED if is_refuted else None
+    assert same_module(before, FOUND) is (refuted or Trust.UNPROVEN)
+    assert same_module(before, FOUND, is_said=True) is (refuted or Trust.PROVEN)
+    assert same_module(before, FOUND, is_said=True, do_records_follow=False) is Trust.REFUTED
     assert FOUND.is_complete
+    assert not replace(FOUND, settings={"attitude_threshold_deg": 60}).is_complete
 
 
 @pytest.mark.parametrize(
@@ -103,23 +102,29 @@ def ask(request: object) -> Procedure[object]:
     return (yield Ask(request, is_deliberate=True))  # type: ignore[arg-type]
 
 
-def test_the_same_module_streams_again_by_itself() -> None:
-    rig = Rig(OPTIONS, expected=Expected(FOUND))
+@pytest.mark.parametrize("is_named", [False, True])
+def test_a_name_needs_a_person_and_what_has_none_streams_again_by_itself(is_named: bool) -> None:
+    rig = Rig(OPTIONS, expected=Expected(FOUND, is_named=is_named))
     watched(rig)
     assert trust(rig) is Trust.OPEN
-    rig.step_until(lambda: trust(rig) is Trust.PROVEN, limit_s=2)
+    rig.step_until(lambda: trust(rig) is not Trust.OPEN, limit_s=2)
     assert changes(rig) == []
+    if is_named:
+        rig.step_for(30)
+        assert (trust(rig), changes(rig)) == (Trust.UNPROVEN, [])
+        rig.session.identity.confirm(rig.session.identity.identity)
+    assert trust(rig) is (Trust.PROVEN if is_named else Trust.UNNAMED)
     rig.step_until(lambda: changes(rig) == [SERIAL_OUTPUT.set(True)], limit_s=10)
 
 
 @pytest.mark.parametrize(
     ("expected", "result"),
     [
-        (Expected(replace(FOUND, boot_count=90)), Trust.ANOTHER),
-        (Expected(with_setting("freefall_time_s", 2.0)), Trust.ANOTHER),
-        (Expected(FOUND, is_adapter_same=False), Trust.UNCERTAIN),
-        (Expected(IdentityEvidence()), Trust.UNCERTAIN),
-        (Expected(IdentityEvidence(37)), Trust.UNCERTAIN),
+        (Expected(replace(FOUND, boot_count=90)), Trust.REFUTED),
+        (Expected(with_setting("freefall_time_s", 2.0)), Trust.REFUTED),
+        (Expected(FOUND, is_adapter_same=False), Trust.UNPROVEN),
+        (Expected(IdentityEvidence()), Trust.UNPROVEN),
+        (Expected(IdentityEvidence(37)), Trust.UNPROVEN),
     ],
     ids=["boot count", "setting", "another device", "nothing known", "settings not known"],
 )
@@ -137,7 +142,7 @@ def test_nothing_but_questions_goes_to_what_may_be_another_module(expected: Expe
     assert not {one.command.code for one in rig.line.requests} & {0x10, 0x11, 0x12, 0x13, 0x24, 0x25}
 
 
-@pytest.mark.parametrize(("after_s", "result"), [(3.0, Trust.OPEN), (3.01, Trust.UNCERTAIN)])
+@pytest.mark.parametrize(("after_s", "result"), [(3.0, Trust.OPEN), (3.01, Trust.UNPROVEN)])
 def test_a_person_is_asked_if_it_is_not_read_within_three_seconds(after_s: float, result: Trust) -> None:
     check, device = IdentityCheck(Expected(FOUND)), Device(115200)
     device.apply(WentOnline(100.0))
@@ -201,7 +206,7 @@ def test_what_a_person_says_counts_only_for_what_they_saw() -> None:
     assert seen.is_for_a_person
     assert seen.is_boot_count_lower
     rig.session.identity.confirm(replace(seen, now=IdentityEvidence(12)))
-    assert trust(rig) is Trust.ANOTHER
+    assert trust(rig) is Trust.REFUTED
     rig.session.identity.confirm(seen)
     assert trust(rig) is Trust.PROVEN
     rig.step_until(lambda: changes(rig) == [SERIAL_OUTPUT.set(True)], limit_s=10)
@@ -219,9 +224,9 @@ def test_what_a_person_says_counts_only_for_what_they_saw() -> None:
 )
 def test_what_a_person_says_stands_when_more_was_read_that_agrees(now: IdentityEvidence, is_kept: bool) -> None:
     """A click on what the window showed a moment ago is not lost, and does not cover what nobody has seen."""
-    seen = Identity(Trust.ANOTHER, FOUND, IdentityEvidence(12))
+    seen = Identity(Trust.REFUTED, FOUND, IdentityEvidence(12))
     assert replace(seen, now=now).is_as_seen(seen) is is_kept
-    assert not Identity(Trust.UNCERTAIN, FOUND, now).is_as_seen(seen)
+    assert not Identity(Trust.UNPROVEN, FOUND, now).is_as_seen(seen)
     assert not replace(seen, before=IdentityEvidence(90), now=now).is_as_seen(seen)
     rig = Rig(OPTIONS, expected=Expected(replace(FOUND, boot_count=90)))
     watched(rig)
@@ -240,7 +245,7 @@ def test_another_module_behind_the_open_port_is_noticed() -> None:
     assert evidence_of(rig.session.device.view(rig.clock.now_s).values, is_fresh=True) == FOUND
     rig.bench.module.memory.boot_count = 11
     rig.bench.restart()
-    rig.step_until(lambda: trust(rig) is Trust.ANOTHER, limit_s=30)
+    rig.step_until(lambda: trust(rig) is Trust.REFUTED, limit_s=30)
     sent = len(changes(rig))
     rig.step_for(60)
     assert len(changes(rig)) == sent
@@ -259,7 +264,7 @@ def test_another_module_is_noticed_by_a_boot_count_that_only_lets_late_answers_p
     events = rig.session.take_events()
     assert 12 in [e.message.value for e in events if isinstance(e, Received) and isinstance(e.message, Reading)]
     assert boots not in [e.request for e in events if isinstance(e, Answered)], "it was a fence only"
-    assert trust(rig) is Trust.ANOTHER
+    assert trust(rig) is Trust.REFUTED
     assert NOT_PROVEN in done.sentence
     assert changes(rig) == []
 
@@ -287,14 +292,38 @@ def test_only_a_boot_count_that_answers_what_was_just_asked_is_evidence(role: Ro
     assert seen.boot_count == (38 if role is Role.ANSWER else 37)
 
 
-def test_a_restart_of_the_same_module_needs_nobody() -> None:
+def _fall_silent(rig: Rig) -> None:
+    rig.bench.change(mute=True)
+    rig.step_for(3)
+    rig.bench.end_faults()
+
+
+def _restart_uncounted(rig: Rig) -> None:
+    rig.bench.module.memory.boot_count -= 1
+    rig.bench.restart()
+
+
+@pytest.mark.parametrize("is_named", [False, True])
+@pytest.mark.parametrize("broken", [lambda rig: rig.bench.restart(), _restart_uncounted, _fall_silent])
+def test_a_person_is_asked_again_for_a_name_once_the_conversation_broke(
+    is_named: bool, broken: Callable[[Rig], None]
+) -> None:
     rig = Rig(OPTIONS)
     watched(rig)
     rig.step_for(5)
-    rig.bench.restart()
+    if is_named:
+        rig.session.identity.confirm()
+    rig.step_for(60)
+    assert trust(rig) is (Trust.PROVEN if is_named else Trust.UNNAMED)
+    broken(rig)
     rig.step_for(20)
-    assert trust(rig) is Trust.PROVEN
-    assert changes(rig).count(SERIAL_OUTPUT.set(True)) == 2
+    assert trust(rig) is (Trust.UNPROVEN if is_named else Trust.UNNAMED)
+    if is_named:
+        before = len(changes(rig))
+        assert isinstance(rig.run(ask(ACTIVATION.set(True))), Unanswered)
+        assert len(changes(rig)) == before
+        rig.session.identity.confirm(rig.session.identity.identity)
+        assert trust(rig) is Trust.PROVEN
 
 
 @pytest.mark.parametrize(
@@ -320,7 +349,7 @@ def test_a_name_is_the_same_adapter_only_while_it_leads_to_the_same_file(
 
 
 def test_what_differs_is_named() -> None:
-    identity = Identity(Trust.ANOTHER, FOUND, replace(with_setting("attitude_threshold_deg", 85), boot_count=12))
+    identity = Identity(Trust.REFUTED, FOUND, replace(with_setting("attitude_threshold_deg", 85), boot_count=12))
     assert identity.is_boot_count_lower
     assert [(one.command.key, one.before, one.after) for one in identity.changed] == [
         ("attitude_threshold_deg", 60, 85)

@@ -110,15 +110,18 @@ def test_another_module_that_comes_back_on_the_same_port_is_asked_about(
         one.wait(lambda: one.changes == [SERIAL_OUTPUT.set(True)])
 
 
-def test_another_module_is_asked_about_at_connecting_and_the_same_is_known_by_itself(
+def test_another_module_is_asked_about_at_connecting_and_the_same_takes_one_press(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:
     with desk(qtbot, qapp, tmp_path, "by hand") as one:
         one.assembly.connector.disconnect_port()
         one.wait(lambda: not one.assembly.connector.is_open)
+        one.sent.clear()
         one.connect()
-        one.wait(lambda: one.naming.name == NAME)
-        assert one.asked == ""
+        one.wait(lambda: one.asked.startswith("M-07? Read its label."))
+        assert (one.naming.name, one.changes) == ("", [])
+        one.answer("identity_same")
+        one.wait(lambda: one.naming.name == NAME and one.asked == "")
         one.assembly.connector.disconnect_port()
         one.wait(lambda: not one.assembly.connector.is_open)
         one.exchange(12)
@@ -147,6 +150,9 @@ def test_it_is_known_again_in_the_next_session(qtbot: QtBot, qapp: QApplication,
         with window(qapp, tmp_path) as assembly:
             second = Desk(qtbot, assembly, bench, "next")
             second.connect()
+            second.wait(lambda: second.asked.startswith("M-07? Read its label."))
+            assert second.naming.name == ""
+            second.answer("identity_same")
             second.wait(lambda: second.naming.name == NAME)
             assembly.storage.close()
         bench.module.memory.attitude_threshold = 85

@@ -50,7 +50,7 @@ TABLE = {
     "LOCK was not reported": (replace(member(), lock=LockState(failed=FAILED)), Need.NOT_LOCKED),
     "LOCK goes on while the port is lost": (replace(member(Phase.LOST), lock=LockState(sent=3)), Need.NOT_LOCKED),
     "lost while active": (member(Phase.LOST, Activation.WAS_ACTIVE), Need.WAS_ACTIVE),
-    "perhaps another one": (replace(member(), identity=Identity(Trust.ANOTHER)), Need.IDENTITY),
+    "perhaps another one": (replace(member(), identity=Identity(Trust.REFUTED)), Need.IDENTITY),
     "lost": (member(Phase.LOST, Activation.WAS_LOCKED), Need.LINK),
     "no answer": (member(Phase.SILENT, Activation.UNKNOWN), Need.LINK),
     "being opened": (member(Phase.OPENING, Activation.UNKNOWN), Need.WAIT),

@@ -109,7 +109,7 @@ def test_a_boot_count_only_grows(
     assert (found.result, found.shown.in_english()) == (result, shown)
     assert found.limit.in_english() == ("≥ last visit" if before is None else f"≥ {before}")
     other_records = finding(
-        "boot_count", past=Past(module="M-07", boot_count=before, is_same_module=False), values=values, **more
+        "boot_count", past=Past(module="M-07", boot_count=before, do_records_follow=False), values=values, **more
     )
     assert other_records.result is (FAIL if result is PASS and not more else result)
     assert finding("boot_count", values=values).result is (UNKNOWN if count is None else WARN)

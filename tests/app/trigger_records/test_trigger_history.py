@@ -195,7 +195,7 @@ def test_modules_with_and_without_a_name_are_kept_apart(database: Database) -> N
     assert store.past(None, None) == Past()
     past = store.past(one, "M-07", [raw(9, 9)])
     assert past.boot_count == 1
-    assert not past.is_same_module
+    assert not past.do_records_follow
 
 
 # CSV

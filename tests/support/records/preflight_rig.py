@@ -204,7 +204,7 @@ FAULTS: Mapping[str, Fault] = {
         expectations={"settings": {"attitude_threshold_deg": 65, "light_threshold_v": 1.8}},
     ),
     "another module": Fault(_names("boot_count"), past={"boot_count": 100}),
-    "other records": Fault(_names("boot_count"), past={"is_same_module": False}),
+    "other records": Fault(_names("boot_count"), past={"do_records_follow": False}),
     "not approved": Fault(_names("fingerprint"), expectations={"approved_fingerprint": "AAAA-AAAA"}),
     "canopy torn": Fault(_names("manual"), expectations={"manual": (ManualItem("Canopy", is_done=False),)}),
 }

@@ -20,7 +20,7 @@ from app.store.store import Store
 from protocol.catalogue import SERIAL_OUTPUT, Hazard, Request
 from protocol.events import Sent
 from tests.support.window.fakes_ui import connect, simulated, window
-from tests.support.window.steps import Driver, Found, await_child, find
+from tests.support.window.steps import Driver, Found, await_child, find, press
 from ui.main import PAGES, Assembly
 from ui.pages.preflight.controller import Standing
 from ui.pages.preflight.page import PreflightPage
@@ -144,6 +144,14 @@ def name_module(bench: OnBench, name: str, page: str = "preflight") -> None:
     edit.clear()
     bench.qtbot.keyClicks(edit, name)
     bench.qtbot.keyClick(edit, Qt.Key.Key_Return)
+
+
+def confirm_name(bench: OnBench) -> None:
+    """Press "It is …" once the window asks which module it is."""
+    bar = bench.assembly.window.notice_bar
+    bench.until(lambda: bar.button("identity_same") is not None)
+    press(bench.qtbot, bar.button("identity_same"))
+    bench.until(lambda: bool(bench.assembly.window._services.naming.name))
 
 
 def find_in(bench: OnBench) -> FindStation:

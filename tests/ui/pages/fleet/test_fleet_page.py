@@ -188,7 +188,7 @@ def test_who_needs_a_person_is_first_and_nothing_moves_under_the_keyboard(desk: 
 def test_a_group_act_sends_questions_and_settings_only_where_it_may(desk: Desk) -> None:
     """The check asks; the profile writes settings. Nothing else that a person does here reaches several modules."""
     desk.plug_in(3)
-    desk.modules[1][1].hand_over(identity=Identity(Trust.ANOTHER))
+    desk.modules[1][1].hand_over(identity=Identity(Trust.REFUTED))
     desk.settle()
     desk.click(desk.page.check)
     assert [len(worker.jobs) for _, worker in desk.modules] == [2, 2, 2]  # the handshake, and the check

@@ -18,7 +18,7 @@ from app.records.verification import RecordState, verify_file
 from app.store.store import Store, data_folder
 from protocol.catalogue import BY_NAME
 from tests.support.window.fakes_ui import WAIT_MS, window
-from tests.support.window.preflight_window import VERDICTS, find_in, kept, name_module, on_bench, said
+from tests.support.window.preflight_window import VERDICTS, confirm_name, find_in, kept, name_module, on_bench, said
 from tests.support.window.steps import await_child
 from ui.main import PAGES
 from ui.pages.preflight.controller import Standing
@@ -190,8 +190,9 @@ def test_a_module_is_named_once(qtbot: QtBot, qapp: QApplication, tmp_path: Path
         name_module(bench, "M-07")
         bench.check()
     with on_bench(qtbot, qapp, tmp_path, "once") as bench:
+        confirm_name(bench)
         edit = bench.find(QLineEdit, "preflight_module_edit")
-        qtbot.waitUntil(lambda: edit.text() == "M-07", timeout=8000)  # once it is proven to be the same module
+        qtbot.waitUntil(lambda: edit.text() == "M-07", timeout=8000)
         assert bench.triggers.module.currentText() == "M-07"
 
 
@@ -212,6 +213,7 @@ def test_a_slow_disk_and_a_short_session_do_not_make_a_module_unknown(
         bench.preflight._services.naming.remember_adapter()  # as when a check was filed
         disk.set()
     with on_bench(qtbot, qapp, tmp_path, "short") as bench:
+        confirm_name(bench)
         edit = bench.find(QLineEdit, "preflight_module_edit")
         qtbot.waitUntil(lambda: edit.text() == "M-07", timeout=8000)
 

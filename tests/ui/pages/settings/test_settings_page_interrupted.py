@@ -180,14 +180,14 @@ def test_edits_wait_until_it_is_known_whether_it_is_the_same_module(
         memory.freefall_time, memory.attitude_threshold = 120, 85  # it holds the edited value already
         one.bench.restart()
         one.bench.plug()
-        one.until(lambda: connector.identity.trust is Trust.ANOTHER and bar.button(answer) is not None)
+        one.until(lambda: connector.identity.trust is Trust.REFUTED and bar.button(answer) is not None)
         qtbot.wait(300)
         assert (state(one, TIME), state(one, TILT), work.count_unsent()) == (RowState.EDITED, RowState.READ, 1)
         choose(one, answer, bar)
         if answer == "identity_new":
             assert "Settings not written: 1" in notice_text(bar)
             choose(one, "stay", bar)
-            assert (connector.identity.trust, box.text()) == (Trust.ANOTHER, "1.2")
+            assert (connector.identity.trust, box.text()) == (Trust.REFUTED, "1.2")
             choose(one, answer, bar)
             choose(one, "drop_edits", bar)
             one.until(lambda: connector.identity.is_proven)
