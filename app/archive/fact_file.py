@@ -128,6 +128,10 @@ class FactFile:
             raise ArchiveTrouble(message(text, file=self.path))
         start = file.tell()
         while line := file.readline(_MAX_LINE_LENGTH):
+            length = len(line)
+            rest = line
+            while not rest.endswith(b"\n") and (rest := file.readline(_MAX_LINE_LENGTH)):
+                length += len(rest)  # one line that is too long, not several
             row = _row(line)
             try:
                 fact = checked(row)
@@ -137,7 +141,7 @@ class FactFile:
                     self.refused.append(error.refusal)
             else:
                 self._places[fact.id] = _Place(start, len(line), row_digest(fact.row))
-            start += len(line)
+            start += length
 
 
 def _line_at(file: IO[bytes], place: _Place) -> bytes:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from app.guided.kept_test import StoredTest
 from app.guided.results import GuidedKind
 from app.settings.fingerprint import fingerprint
-from app.settings.profiles import ActivatedBy, Profile
+from app.settings.profiles import LIMITS, ActivatedBy, Profile
 from protocol.fields import Value
 
 Fingerprint = Callable[[Mapping[str, Value]], str]
@@ -26,20 +26,20 @@ class ManualItem:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CheckLimits:
-    """Limits of the check, unless the profile has others. All are our choice; the vendor gives voltage steps only."""
+    """Limits of the check, unless the profile has others."""
 
-    heartbeats_lost_max: int = 0
+    heartbeats_lost_max: int = int(LIMITS["heartbeats_lost_max"].usual)
     """Of 20. A cable of a metre loses none."""
-    round_trip_max_ms: float = 100.0
+    round_trip_max_ms: float = LIMITS["round_trip_max_ms"].usual
     """The slowest of 20: 27 ms at 4800 baud, 16 ms for a slow adapter, and a reserve."""
-    tilt_max_deg: float = 5.0
-    tilt_spread_max_deg: float = 2.0
+    tilt_max_deg: float = LIMITS["tilt_max_deg"].usual
+    tilt_spread_max_deg: float = LIMITS["tilt_spread_max_deg"].usual
     """Between the lowest and the highest value of two seconds."""
-    acceleration_min_g: float = 0.9
-    acceleration_max_g: float = 1.1
-    acceleration_spread_max_g: float = 0.2
+    acceleration_min_g: float = LIMITS["acceleration_min_g"].usual
+    acceleration_max_g: float = LIMITS["acceleration_max_g"].usual
+    acceleration_spread_max_g: float = LIMITS["acceleration_spread_max_g"].usual
     """One step (0.1 g) each way."""
-    cell_voltage_min_v: float = 3.8
+    cell_voltage_min_v: float = LIMITS["cell_voltage_min_v"].usual
     """The lowest of the three examples in the vendor's table (BE)."""
 
 

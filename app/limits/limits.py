@@ -1,4 +1,4 @@
-"""Bounds for limits in a profile: it may be stricter, and softer down to a hard floor.
+"""Bounds for settings in a profile, and what in it is softer than advised.
 
 A limit softer than ours, or a setting outside the vendor's advice, is allowed within the bounds and shown beside the
 verdict.
@@ -8,30 +8,10 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import NamedTuple
 
-from app.limits.expectations import CheckLimits, Expectations
+from app.limits.expectations import Expectations
 from app.safety.consequences import SHORT_FALL_S
+from app.settings.profiles import LIMITS
 from app.text.messages import UserMessage, message
-
-
-class SoftLimit(NamedTuple):
-    """`check`: id of its check. `is_maximum`: a higher value is softer."""
-
-    check: str
-    is_maximum: bool
-    shown: str
-    """For `str.format`, with the unit."""
-
-
-SOFT_LIMITS: Mapping[str, SoftLimit] = MappingProxyType({
-    "heartbeats_lost_max": SoftLimit("link_loss", is_maximum=True, shown="{:g}"),
-    "round_trip_max_ms": SoftLimit("round_trip", is_maximum=True, shown="{:g} ms"),
-    "tilt_max_deg": SoftLimit("tilt", is_maximum=True, shown="{:g}°"),
-    "tilt_spread_max_deg": SoftLimit("tilt_spread", is_maximum=True, shown="{:g}°"),
-    "acceleration_min_g": SoftLimit("acceleration", is_maximum=False, shown="{:g} g"),
-    "acceleration_max_g": SoftLimit("acceleration", is_maximum=True, shown="{:g} g"),
-    "acceleration_spread_max_g": SoftLimit("acceleration_spread", is_maximum=True, shown="{:g} g"),
-    "cell_voltage_min_v": SoftLimit("cell_voltage", is_maximum=False, shown="{:.2f} V"),
-})  # fmt: skip
 
 
 class SettingBound(NamedTuple):
@@ -55,11 +35,10 @@ SETTING_BOUNDS: Mapping[str, SettingBound] = MappingProxyType({
 def softened(expectations: Expectations) -> Mapping[str, UserMessage]:
     """The advice, by id of the check, where the profile is softer."""
     found: dict[str, UserMessage] = {}
-    ours = CheckLimits()
-    for name, soft in SOFT_LIMITS.items():
-        value, default = getattr(expectations.limits, name), getattr(ours, name)
-        if value > default if soft.is_maximum else value < default:
-            found[soft.check] = message(f"{'≤' if soft.is_maximum else '≥'} {soft.shown.format(default)}")
+    for name, limit in LIMITS.items():
+        value = getattr(expectations.limits, name)
+        if value > limit.usual if limit.is_maximum else value < limit.usual:
+            found[limit.check] = message(f"{'≤' if limit.is_maximum else '≥'} {limit.shown.format(limit.usual)}")
     for key, value in expectations.settings.items():
         bound = SETTING_BOUNDS.get(key)
         if bound is not None and not bound.advised_low <= value <= bound.advised_high:

@@ -56,25 +56,43 @@ class ActivatedBy(Enum):
     AIRCRAFT = "aircraft"
 
 
-class Bound(NamedTuple):
-    """The allowed range of a limit of the pre-flight check, ends included; outside it the check would prove nothing.
-    `why` is English, translatable."""
+class CheckLimit(NamedTuple):
+    """A limit of one check of the pre-flight check. A profile may be stricter, and softer down to a hard floor."""
 
+    check: str
+    usual: float
+    """Without a profile."""
     low: float
     high: float
+    """What a profile may say, ends included; outside it the check would prove nothing."""
     why: str
+    """Why not more; English, translatable."""
+    is_maximum: bool
+    """A higher value is softer."""
+    shown: str
+    """For `str.format`, with the unit."""
 
 
-LIMITS: Mapping[str, Bound] = MappingProxyType({
-    "heartbeats_lost_max": Bound(0, 2, marked("of 20; a worse line may lose a setting")),
-    "round_trip_max_ms": Bound(1, 500, marked("after 1000 ms the module counts as offline")),
-    "tilt_max_deg": Bound(0, 15, marked("beyond it one side fires late")),
-    "tilt_spread_max_deg": Bound(0, 5, marked("a resting sensor wanders less")),
-    "acceleration_min_g": Bound(0.8, 1.0, marked("at rest it is 1 g")),
-    "acceleration_max_g": Bound(1.0, 1.2, marked("at rest it is 1 g")),
-    "acceleration_spread_max_g": Bound(0, 0.4, marked("more noise can end a fall")),
-    "cell_voltage_min_v": Bound(3.5, 4.2, marked("a lithium cell has 3.5 V to 4.2 V")),
+LIMITS: Mapping[str, CheckLimit] = MappingProxyType({
+    "heartbeats_lost_max": CheckLimit(
+        "link_loss", 0, 0, 2, marked("of 20; a worse line may lose a setting"), is_maximum=True, shown="{:g}"),
+    "round_trip_max_ms": CheckLimit(
+        "round_trip", 100.0, 1, 500, marked("after 1000 ms the module counts as offline"), is_maximum=True,
+        shown="{:g} ms"),
+    "tilt_max_deg": CheckLimit(
+        "tilt", 5.0, 0, 15, marked("beyond it one side fires late"), is_maximum=True, shown="{:g}°"),
+    "tilt_spread_max_deg": CheckLimit(
+        "tilt_spread", 2.0, 0, 5, marked("a resting sensor wanders less"), is_maximum=True, shown="{:g}°"),
+    "acceleration_min_g": CheckLimit(
+        "acceleration", 0.9, 0.8, 1.0, marked("at rest it is 1 g"), is_maximum=False, shown="{:g} g"),
+    "acceleration_max_g": CheckLimit(
+        "acceleration", 1.1, 1.0, 1.2, marked("at rest it is 1 g"), is_maximum=True, shown="{:g} g"),
+    "acceleration_spread_max_g": CheckLimit(
+        "acceleration_spread", 0.2, 0, 0.4, marked("more noise can end a fall"), is_maximum=True, shown="{:g} g"),
+    "cell_voltage_min_v": CheckLimit(
+        "cell_voltage", 3.8, 3.5, 4.2, marked("a lithium cell has 3.5 V to 4.2 V"), is_maximum=False, shown="{:.2f} V"),
 })  # fmt: skip
+"""All are our choice; the vendor gives voltage steps only."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,7 +17,7 @@ from app.archive.chains import chains_in
 from app.archive.content import FactKind
 from app.archive.exchange import Exchanged, exchange
 from app.archive.fact_set import ArchiveTrouble
-from app.archive.facts import DOMAIN, Fact, FactRow, fact_id, make_fact
+from app.archive.facts import DOMAIN, FACT_COLUMNS, Fact, FactRow, fact_id, make_fact
 from app.archive.fleet_state import fleet_state
 from app.archive.module_history import module_history
 from app.archive.module_names import ConflictKind, NamedModule, Settlement, pair_of
@@ -220,6 +220,21 @@ def test_a_page_of_long_facts_is_fetched_in_parts(
     monkeypatch.setattr(PostgresFacts, "read", measured)
     assert _sync(stations[1], url).received == 20
     assert largest < 9_000_000
+
+
+def test_a_file_is_read_like_a_server(stations: list[ArchiveStation], tmp_path: Path) -> None:
+    """Also a line of 20 MB is one line."""
+    one, other = stations
+    one.meet("M-07")
+    stick = tmp_path / "stick"
+    _archive(one).export(stick)
+    rows = [dict(zip(FACT_COLUMNS, signed_row(*row), strict=True)) for row in UNREADABLE.values()]
+    lines = [*map(json.dumps, rows), "x" * 20_000_000]
+    head, honest = stick.read_text(encoding="utf-8").splitlines()
+    stick.write_text("\n".join((head, *lines, honest)), encoding="utf-8")
+    done = _archive(other).import_file(stick)
+    assert (done.refused_count, len(done.refused), done.received) == (len(lines), len(lines), 1)
+    assert other.ids() == one.ids()
 
 
 # Who decides which module is which

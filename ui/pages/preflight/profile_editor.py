@@ -20,8 +20,6 @@ from PySide6.QtWidgets import (
 
 from app.guided.catalogue import GUIDED_TESTS
 from app.guided.results import TITLES
-from app.limits.expectations import CheckLimits
-from app.limits.limits import SOFT_LIMITS
 from app.preflight.checks import CHECKS
 from app.settings.profile_file import ProfileRefused, parse_profile, profile_text, refusal_text, save_profile
 from app.settings.profiles import LIMITS, MAX_ITEMS, MAX_NAME_LENGTH, MAX_TEST_DAYS, ActivatedBy, ManualLine, Profile
@@ -71,11 +69,10 @@ class ProfileEditor(QWidget):
             self.activated_by.addItem("", who)
         guard.guard(self.activated_by)
         self.activated_by.activated.connect(self.refresh)
-        ours = CheckLimits()
         self.limits = {
-            name: OptionalNumber(f"profile_limit_{name}", getattr(ours, name), bound.low, bound.high,
-                                 unit=SOFT_LIMITS[name].shown.partition("}")[2], guard=guard)
-            for name, bound in LIMITS.items()
+            name: OptionalNumber(f"profile_limit_{name}", limit.usual, limit.low, limit.high,
+                                 unit=limit.shown.partition("}")[2], guard=guard)
+            for name, limit in LIMITS.items()
         }  # fmt: skip
         days = _USUAL_TEST_DAYS, 1, MAX_TEST_DAYS
         self.tests = {
@@ -146,10 +143,9 @@ class ProfileEditor(QWidget):
         """Update the texts, and whether the profile can be saved."""
         self.title.setText(tr("Profile"))
         for name, number in self.limits.items():
-            soft, bound = SOFT_LIMITS[name], LIMITS[name]
-            check = tr(_CHECK_TITLES[soft.check])
-            title = f"{check} {'≤' if soft.is_maximum else '≥'}"
-            number.show_title(title, tr(bound.why))
+            limit = LIMITS[name]
+            title = f"{tr(_CHECK_TITLES[limit.check])} {'≤' if limit.is_maximum else '≥'}"
+            number.show_title(title, tr(limit.why))
         for test in GUIDED_TESTS:
             number = self.tests[test.kind]
             number.show_title(tr(TITLES[test.kind]), tr("Not older than"))
