@@ -74,7 +74,9 @@ class Parser(argparse.ArgumentParser):
         return _HEADING.sub(r"\1：", text) if language() == CHINESE else text
 
     def _print_message(self, message: str, file: "SupportsWrite[str] | None" = None) -> None:
-        super()._print_message(visible(message, keep=NEWLINE) if message else message, file)
+        # Older releases of Python 3.11 let a message that cannot be written change the exit code.
+        with suppress(AttributeError, OSError):
+            super()._print_message(visible(message, keep=NEWLINE) if message else message, file)
         _flush_messages()
 
 

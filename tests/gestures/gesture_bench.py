@@ -45,6 +45,7 @@ LEFT, NO_BUTTON = Qt.MouseButton.LeftButton, Qt.MouseButton.NoButton
 ENTRIES = tuple(entry for entry in PAGES if entry.key in ("settings", "preflight", "tests", "commands"))
 """The pages that can change the module."""
 TICK_S = 0.1
+HANDS_BEGIN_S = 5000.0
 READS_FOR_S = 0.04
 """Larger steps of the session, for thousands of sequences; input is read at once anyway."""
 
@@ -126,7 +127,7 @@ class GestureBench:
         """Requests that were not queries, except for the stream."""
         self.on_leaving: Callable[[Request], None] = lambda _request: None
         """Called with every frame as it is sent, queries included."""
-        self.hand_s = 5000.0
+        self.hand_s = HANDS_BEGIN_S
         """The clock of the gestures."""
         self.pointer = QPoint(1, 1)
         self._is_down = False
@@ -339,6 +340,7 @@ def gesture_bench(
         workers.append(InlineWorker(callback, clock))
         return workers[-1]
 
+    gestures().clock = lambda: HANDS_BEGIN_S  # before the first button is shown, which notes when
     storage, journal = Storage(folder / "store"), FakeJournal()
     write = line.write
     with (

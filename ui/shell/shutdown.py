@@ -9,6 +9,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Final
 
 from ui.core.connector import Connector
@@ -83,6 +84,7 @@ def end_process(code: int) -> None:
         if not thread.daemon:
             thread.join()
     if any(thread.is_alive() for thread in ours):
-        sys.stdout.flush()
-        sys.stderr.flush()
+        for stream in (sys.stdout, sys.stderr):
+            with suppress(AttributeError, OSError, ValueError):  # none, a full disk, a closed one
+                stream.flush()
         os._exit(code)

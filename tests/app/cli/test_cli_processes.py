@@ -236,7 +236,11 @@ def test_a_full_disk_is_said() -> None:
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="only Linux has a device that is always full")
-@pytest.mark.parametrize(("words", "code"), [(["nosuch"], 2), (["lock"], 2), (["read", "--port", "/dev/nosuch"], 3)])
+@pytest.mark.parametrize(
+    ("words", "code"),
+    [(["nosuch"], 2), (["set", "--nosuch"], 2), (["read", "--port"], 2), (["lock"], 2),
+     (["read", "--port", "/dev/nosuch"], 3)],
+)  # fmt: skip
 def test_messages_that_cannot_be_written_leave_the_exit_code(words: list[str], code: int) -> None:
     """As where a log on a full disk, or a terminal that was closed, takes them."""
     with open("/dev/full", "w") as full:  # noqa: PTH123  a device, not a path to work with

@@ -82,7 +82,7 @@ attention = window.attention
 need_fonts(assembly.language_switch, window.choices, tell=attention.queue_notice, dismiss=attention.dismiss_queued)
 print(language(), window.windowTitle(), window.notice_bar.notice.text)
 window.choices.use_language("zh_CN")
-print(language(), sep="")
+print(language(), sep="", flush=True)
 os._exit(0)
 """
 

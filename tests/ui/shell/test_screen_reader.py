@@ -1,7 +1,9 @@
 """Ticking values send no accessibility events, but screen readers can query them."""
 
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
+from unittest.mock import patch
 
 from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QApplication
@@ -11,9 +13,11 @@ from app.engine.device import DeviceView, How, Known, StatusSample
 from app.engine.target import Target
 from app.engine.worker import Batch, Connection, PortState
 from protocol.link_states import Presence
+from tests.support.line.sim_line import FakeClock
 from tests.support.window.fake_ports import VALUES
 from tests.support.window.fakes_ui import WAIT_MS, window
 from tests.support.window.screen_reader import NameChanges, name_of
+from ui.core.connector import Connector
 from ui.main import PAGES, Assembly
 
 USB = "/dev/ttyUSB0"
@@ -26,32 +30,34 @@ MAX_CHANGES = 3
 class Session:
     """A module that answers ten times a second, each time a little different, on a clock that the test moves."""
 
-    def __init__(self, assembly: Assembly) -> None:
-        self.now_s = 1000.0
+    def __init__(self, assembly: Assembly, clock: FakeClock) -> None:
+        self._clock = clock
         self._connector = assembly.connector
         self._connection = assembly.connector.current
-        self._connector.clock = self._connection.clock = lambda: self.now_s
         self._connection._worker.open = lambda *_: 1  # type: ignore[method-assign]
+        self._connection._bridge.batch.disconnect()  # what the worker says would come by the computer's clock
         self._connector.connect_to(Target(USB, 115200))
 
     def hear(self) -> None:
-        self.now_s += 0.1
-        noise = round(self.now_s * 10) % 7
+        self._clock.now_s += 0.1
+        now_s = self._clock.now_s
+        noise = round(now_s * 10) % 7
         values = VALUES | {"tilt_deg": noise, "acceleration_g": 1 + noise / 10, "light_v": noise / 10}
         values["cell_voltage_v"] = 4 + noise / 100
-        known = {key: Known(value, How.READ, self.now_s) for key, value in values.items()}
+        known = {key: Known(value, How.READ, now_s) for key, value in values.items()}
         known["attitude_threshold_deg"] = Known(60, How.READ, 1000.0)  # its age grows
         view = DeviceView(MappingProxyType(known), Presence.ONLINE, 1000.0, True, 10.0)
-        sample = StatusSample(self.now_s, noise, 1 + noise / 10, False, False)
+        sample = StatusSample(now_s, noise, 1 + noise / 10, False, False)
         opened = Connection(PortState.OPEN, USB, 115200, opening=1)
-        self._connection._on_batch(Batch(self.now_s, opened, view, None, (sample,)))
+        self._connection._on_batch(Batch(now_s, opened, view, None, (sample,)))
 
 
 def test_nothing_that_ticks_is_told(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with window(qapp, tmp_path, entries=PAGES) as assembly:
+    clock = FakeClock()
+    with patch("ui.main.Connector", partial(Connector, clock=clock)), window(qapp, tmp_path, entries=PAGES) as assembly:
         main = assembly.window
         qtbot.waitUntil(lambda: main.stack.count() == len(PAGES), timeout=4 * WAIT_MS)
-        session, changes = Session(assembly), NameChanges(main)
+        session, changes = Session(assembly, clock), NameChanges(main)
         for entry in PAGES:
             main.go_to(entry.key)
             for tick in range(EACH_PAGE_S * 10):
