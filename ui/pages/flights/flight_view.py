@@ -1,7 +1,9 @@
 """Plots of one flight: tilt, acceleration and altitude with thresholds, firings and loss of control."""
 
+import math
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -15,12 +17,16 @@ from app.flight_logs.csv_columns import CsvColumns
 from app.flight_logs.flight_log import FlightLog, Floats, LogUnreadable
 from app.flight_logs.read_log import read_flight_log
 from app.recordings.columns import RecordedSeries, beginnings
+from app.recordings.export import not_saved_text, write_parts
 from app.samples.step_function import StepFunction
+from app.text.csv_cells import BYTE_ORDER_MARK, csv_text
 from app.text.i18n import tr
 from app.text.messages import clean
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
 from ui.core.texts import Texts
+from ui.files.file_dialogs import AskPath, ask_path
+from ui.files.save_bar import png_parts
 from ui.pages.flights.texts import outcome_lines, short_name
 from ui.pages.flights.verdicts import appearance_of, verdict_of
 from ui.plots.lanes import Lane, Limit, Mark, Scale, Span
@@ -55,12 +61,17 @@ class FlightView(QWidget):
         self._trouble: LogUnreadable | None = None
         """Why the file could not be read again."""
         self._reading: BackgroundTask[FlightLog] = BackgroundTask("dps-s flight", self)
+        self._saving: BackgroundTask[None] = BackgroundTask("dps-s flight save", self, finished_at_close=True)
+        self.ask_path: AskPath = ask_path
         self.back = control(QPushButton(), texts, "flight_back", "All flights", key="Esc", picture=Icon.CHEVRON_LEFT,
                             slot=self.close_flight)  # fmt: skip
         self.name = named(ElidedLabel(), "flight_name", "title")
         self.picture = IconLabel("flight_icon", _ICON_PX)
         self.verdict = text_label("flight_verdict", "strong", is_selectable=True)
         self.problems = text_label("flight_problems", "small", is_selectable=True)
+        self.saved = text_label("flight_saved", "small")
+        """The outcome of saving."""
+        self.saved.hide()
         self.waiting = text_label("flight_waiting", "muted")
         self.waiting.setAlignment(Qt.AlignmentFlag.AlignCenter)
         head = in_row((self.name, 1), self.back, spacing=Space.M)
@@ -68,7 +79,7 @@ class FlightView(QWidget):
         said = in_row((self.picture, Qt.AlignmentFlag.AlignTop), (self.verdict, 1), spacing=Space.S)
         card = named(QFrame(), "flight_card", "card")
         self._room = in_column((self.waiting, 1), of=card, margins=Space.S)
-        in_column(head, said, self.problems, (card, 1), of=self, spacing=Space.XS, margins=0)
+        in_column(head, said, self.problems, self.saved, (card, 1), of=self, spacing=Space.XS, margins=0)
 
     def show_flight(self, outcome: FlightOutcome, limits: TriggerLimits, columns: CsvColumns | None) -> None:
         """The file is read again in the background."""
@@ -114,6 +125,8 @@ class FlightView(QWidget):
         end_s = max(log.duration_s, float(log.time_s[-1]))
         plot = TimePlot(lanes_of(log, self._limits), self._texts, wall_offset_s=_MIDNIGHT_S, bounds=Span(0.0, end_s))
         plot.add_marks(marks_of(self._outcome, log.resets_s))
+        plot.save_picture_wanted.connect(self._save_picture)
+        plot.save_values_wanted.connect(partial(self._save_values, log))
         self._room.addWidget(plot, 1)
         self.plot = plot
         moment_s = _moment(self._outcome)
@@ -128,12 +141,57 @@ class FlightView(QWidget):
         self._trouble = error
         self.retranslate()
 
+    def _save_picture(self) -> None:
+        if self.plot is None:
+            return
+        drawing, image = self.plot.svg(), self.plot.picture().toImage()
+        path = self._choose(tr("Save picture…"), ".png", f"{tr('Picture (*.png)')};;{tr('Drawing (*.svg)')}")
+        if path is not None:
+            self._save(path, iter((drawing,)) if path.suffix.lower() == ".svg" else png_parts(image))
+
+    def _save_values(self, log: FlightLog) -> None:
+        if self.plot is None:
+            return
+        span = self.plot.span
+        path = self._choose(tr("Save values…"), ".csv", tr("Table (*.csv)"))
+        if path is not None:
+            self._save(path, values_csv(log, span))
+
+    def _choose(self, title: str, suffix: str, kinds: str) -> Path | None:
+        if self._outcome is None or self._saving.is_running:
+            return None
+        log = Path(self._outcome.flight.name)
+        return self.ask_path(self, title, log.with_name(f"{log.stem}-plot{suffix}"), kinds)
+
+    def _save(self, path: Path, parts: Iterable[bytes]) -> None:
+        def finish(text: str) -> None:
+            self.saved.setText(text)
+            self.saved.show()
+
+        self._saving.run(
+            lambda _running: write_parts(path, parts, 1),
+            lambda _none: finish(tr("Saved to {path}.", path=path)),
+            lambda error: finish(not_saved_text(path, error)),
+        )
+
     def _remove_plot(self) -> None:
+        self.saved.hide()
         if self.plot is not None:
             self._room.removeWidget(self.plot)
             self.plot.hide()
             self.plot.deleteLater()
             self.plot = None
+
+
+def values_csv(log: FlightLog, span: Span) -> Iterator[bytes]:
+    """All samples of a span as a table; empty cells are unknown."""
+    first, last = np.searchsorted(log.time_s, span, "left")
+    columns = [("time_s", log.time_s), ("tilt_deg", log.tilt_deg), ("acceleration_g", log.specific_force_g)]
+    if log.altitude_m is not None:
+        columns.append(("altitude_m", log.altitude_m))
+    rows = zip(*(values[first : last + 1].tolist() for _, values in columns), strict=True)
+    cells = ([round(value, 6) if math.isfinite(value) else None for value in row] for row in rows)
+    yield BYTE_ORDER_MARK + csv_text([name for name, _ in columns], cells).encode()
 
 
 def lanes_of(log: FlightLog, limits: TriggerLimits) -> Sequence[Lane]:

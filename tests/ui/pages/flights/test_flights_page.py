@@ -1,6 +1,7 @@
 """The Flight logs page: reading, lists, map, proposal, use of thresholds."""
 
 import ast
+import csv
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -10,7 +11,7 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
 from PySide6.QtGui import QDropEvent
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.firing.judge import TriggerLimits
@@ -276,6 +277,26 @@ def test_a_flight_shows_its_moment(desk: Desk, tmp_path: Path) -> None:
     assert "m lower" in page.flight.verdict.text()
     assert plot.cursor_s == pytest.approx(outcome.direct.at_s, abs=0.05)
     assert plot.span.start_s < outcome.direct.at_s < plot.span.end_s
+    suggested: list[Path] = []
+    for name, signal in (("v.csv", plot.save_values_wanted), ("p.svg", plot.save_picture_wanted)):
+        saved = tmp_path / name
+
+        def choose(_parent: QWidget, _title: str, place: Path, _kinds: str, saved: Path = saved) -> Path:
+            suggested.append(place)
+            return saved
+
+        page.flight.ask_path = choose
+        signal.emit()
+        desk.qtbot.waitUntil(page.flight.saved.isVisible)
+        desk.qtbot.waitUntil(lambda: not page.flight._saving.is_running)
+        page.flight.saved.hide()
+    assert path not in suggested  # the log itself
+    rows = list(csv.DictReader((tmp_path / "v.csv").read_text("utf-8-sig").splitlines()))
+    times = [float(row["time_s"]) for row in rows]
+    assert plot.span.start_s <= times[0] < plot.span.start_s + 0.1
+    assert plot.span.end_s - 0.1 < times[-1] <= plot.span.end_s + 0.1
+    assert max(float(row["tilt_deg"]) for row in rows if row["tilt_deg"]) > 60
+    assert (tmp_path / "p.svg").read_text().startswith("<?xml")
     assert page.on_escape()
     assert page.flight.plot is None
     assert page.map.isVisible()
