@@ -22,7 +22,7 @@ by turns in one run, and the ratios say more than the times. "Line" is 115200 ba
 quick anything is.
 
 What others would do, each in `tests/benchmarks/`: a byte loop with a buffer and a parser declared with `construct`
-(`others.py`), the same questions asked with bare pyserial (`reading.py`), two pyqtgraph curves, tuned and as in its
+(`others.py`), the same questions asked with bare pyserial (`reading.py`), four plots of pyqtgraph, tuned and as in its
 tutorial (`others.py`).
 """
 

@@ -1,5 +1,5 @@
-"""One draw of two curves, compared with pyqtgraph tuned as its documentation suggests (peaks, clipping to the view, no
-antialiasing, no search for NaN, fixed range) and as in its tutorial (growing lists).
+"""A redraw of the four plots of the Live page, compared in one run with pyqtgraph tuned as its documentation suggests
+and as in its tutorial; `PAINTER` is what the hand-written painter took that drew them before.
 """
 
 from typing import Final

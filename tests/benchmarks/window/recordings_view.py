@@ -119,7 +119,7 @@ def _draws(live: Any) -> list[float]:
     def timed(act: Any, *words: float) -> None:
         began = time.perf_counter()
         act(*words)
-        canvas.repaint()
+        canvas.viewport().repaint()
         found.append(time.perf_counter() - began)
 
     for _ in range(_STEPS):  # from everything down to a few reports and back

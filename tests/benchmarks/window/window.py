@@ -87,7 +87,7 @@ class LoopWatch:
 
     def follow(self, page: Any) -> None:
         """Time a refresh of the page's plots and the following paint as one draw."""
-        draw, paint = page.plot.draw, page.plot._canvas.paintEvent
+        draw, paint = page.plot.draw, page.plot._view.paintEvent
 
         def timed_draw(now_s: float) -> None:
             began = time.perf_counter()
@@ -102,7 +102,7 @@ class LoopWatch:
             self._drawn_s = 0.0
 
         page.plot.draw = timed_draw
-        page.plot._canvas.paintEvent = timed_paint
+        page.plot._view.paintEvent = timed_paint
 
 
 def turn_until(is_done: Any, limit_s: float) -> bool:

@@ -296,7 +296,7 @@ def test_a_flight_shows_its_moment(desk: Desk, tmp_path: Path) -> None:
     assert plot.span.start_s <= times[0] < plot.span.start_s + 0.1
     assert plot.span.end_s - 0.1 < times[-1] <= plot.span.end_s + 0.1
     assert max(float(row["tilt_deg"]) for row in rows if row["tilt_deg"]) > 60
-    assert (tmp_path / "p.svg").read_text().startswith("<?xml")
+    assert (tmp_path / "p.svg").read_text("utf-8").startswith("<?xml")
     assert page.on_escape()
     assert page.flight.plot is None
     assert page.map.isVisible()
