@@ -39,6 +39,9 @@ class Interruption(AbstractContextManager["Interruption"]):
 
     def __enter__(self) -> Self:
         if threading.current_thread() is threading.main_thread():
+            outer = getattr(signal.getsignal(signal.SIGINT), "__self__", None)
+            if isinstance(outer, Interruption):
+                self._number = outer._number  # a signal that came before this one was entered
             for name in _SIGNALS:
                 number = getattr(signal, name, None)
                 if number is not None and signal.getsignal(number) is not signal.SIG_IGN:

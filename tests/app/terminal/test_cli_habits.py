@@ -11,6 +11,7 @@ import app.__main__ as program
 from app.cli.commands import ENTRIES, SubCommand
 from app.cli.settings import set as setting
 from app.procedures.write_all import WriteReport
+from app.terminal import command_journal
 from tests.support.cli_line import run_here
 
 pytest_plugins = ["tests.support.cli_fixtures"]
@@ -101,6 +102,26 @@ def test_a_signal_after_the_last_frame_does_not_keep_the_result(
         assert "1.4: verified" in run_here(capsys, ["set", "freefall_time_s=1.4", "--port", port]).out
     finally:
         signal.signal(signal.SIGTERM, default)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="no such signal")
+@pytest.mark.parametrize("words", [["set", "freefall_time_s=1.4"], ["activate", "--yes"], ["lock", "--yes"]])
+def test_a_signal_before_the_port_is_opened_keeps_everything_from_being_sent(
+    words: list[str],
+    port: str,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    wire: list[bytes],
+) -> None:
+    opened = command_journal._opened
+
+    def interrupted_open() -> object:
+        os.kill(os.getpid(), signal.SIGTERM)
+        return opened()
+
+    monkeypatch.setattr(command_journal, "_opened", interrupted_open)
+    run_here(capsys, [*words, "--port", port], 128 + signal.SIGTERM)
+    assert wire == []
 
 
 @pytest.mark.skipif(not hasattr(time, "tzset"), reason="TZ is not taken here")
