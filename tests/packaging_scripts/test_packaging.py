@@ -166,7 +166,9 @@ def test_the_types_of_files_are_those_that_the_window_opens(made: dict[str, Modu
 
     pages = (getattr(import_module(f"ui.pages.{one.key}.page"), f"{one.key.capitalize()}Page") for one in PAGES)
     opened = {suffix for page in pages for suffix in page.suffixes}
-    assert {ending for one in made["file_types"].FILE_TYPES for ending in one.mime_types} == opened
+    of_older_versions = {".html", ".htm"}  # opened where they are chosen, and no longer written
+    registered = {ending for one in made["file_types"].FILE_TYPES for ending in one.mime_types}
+    assert registered == opened - of_older_versions
 
 
 def test_every_type_of_file_that_setup_registers_is_removed(made: dict[str, ModuleType], tmp_path: Path) -> None:
