@@ -32,7 +32,9 @@ class PageMaker(QObject):
         self._services, self._place = services, place
         self._unmade, self._unplaced = list(self._entries), list[str]()
         self._is_over = False
+        self._was_requested = False
         services.connector.invalidated.connect(self._end_notices)
+        services.connector.changed.connect(self._watch_port)
 
     @property
     def is_done(self) -> bool:
@@ -52,8 +54,13 @@ class PageMaker(QObject):
         """Stops."""
         self._is_over = True
 
+    def _watch_port(self) -> None:
+        was_requested, self._was_requested = self._was_requested, self._services.connector.is_requested
+        if was_requested and not self._was_requested:
+            self._end_notices()
+
     def _end_notices(self) -> None:
-        """Another module is connected."""
+        """Another module is connected, or none."""
         for page in self.pages.values():
             page.end_notices()
 

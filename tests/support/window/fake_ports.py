@@ -40,6 +40,7 @@ class FakeWorker:
         self.connection = Connection()
         self.values: dict[str, Known] = {}
         self.presence = Presence.UNKNOWN
+        self.identity = NO_EXPECTATION
         self.publish_every_s = 0.0
         self.restarts = 0
         self.is_stopped = False
@@ -60,7 +61,7 @@ class FakeWorker:
         self.jobs.append((job, is_urgent))
         return job
 
-    def confirm_identity(self, _seen: Identity | None = None) -> None: ...
+    def confirm_identity(self, _seen: Identity | None = None, *, is_named: bool = False) -> None: ...
 
     def stop(self, _deadline_s: float = 2.0) -> bool:
         self.is_stopped = True
@@ -98,12 +99,20 @@ class FakeWorker:
         self,
         *,
         finished: tuple[Job[Any], ...] = (),
-        identity: Identity = NO_EXPECTATION,
+        identity: Identity | None = None,
         events: tuple[Event, ...] = (),
         link: LinkView | None = None,
     ) -> None:
         view = DeviceView(MappingProxyType(dict(self.values)), self.presence, self._clock(), restarts=self.restarts)
-        batch = Batch(self._clock(), self.connection, view, link, events=events, finished=finished, identity=identity)
+        batch = Batch(
+            self._clock(),
+            self.connection,
+            view,
+            link,
+            events=events,
+            finished=finished,
+            identity=identity or self.identity,
+        )
         self.callback(batch)
 
     def wanted(self, *, is_urgent: bool) -> list[Job[Any]]:

@@ -1,0 +1,398 @@
+"""No page, notice or label shows anything of a former module: every page of the program, every job, every change.
+
+The window is the program's own, on ports without threads; modules A and B differ in every value. What A shows is
+looked for first, so that the test could fail.
+"""
+
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from itertools import product
+from pathlib import Path
+from typing import Any, Final
+
+import pytest
+from PySide6.QtWidgets import QApplication, QLineEdit, QPlainTextEdit, QTabBar, QWidget
+from pytestqt.qtbot import QtBot
+
+from app.engine.identity import NO_EXPECTATION, Identity, Trust
+from app.engine.procedure import LinkView, Pause, Procedure
+from app.engine.snapshots import Snapshot
+from app.engine.target import Target
+from app.engine.worker import Batch
+from app.procedures.history import History
+from app.records.filing import Filed
+from app.records.trigger_filing import PossiblyOther, TriggersReading
+from app.safety.acts import Act
+from app.settings.form import RowState
+from app.settings.profiles import Profile
+from app.store.store import Store
+from protocol.catalogue import BY_NAME
+from protocol.events import Counters, Sent
+from protocol.fields import Value
+from tests.support.records.preflight_rig import check
+from tests.support.window.fake_ports import VALUES, FakePorts, FakeWorker
+from tests.support.window.fakes_ui import close_window
+from tests.support.window.spoken import texts_of
+from ui.core.connector import Connector
+from ui.core.preferences import Preferences
+from ui.help.whats_this import explain
+from ui.main import PAGES, Assembly, WindowOptions, assemble
+from ui.services.job_notice import JobNotice
+from ui.style.theme import Meaning
+
+WAIT_MS: Final = 8000
+NAME_A: Final = "ALPHA"
+PORT_A, PORT_B = Target("/dev/ttyONE", 115200), Target("/dev/ttyTWO", 115200)
+A: Final[dict[str, Value]] = {
+    "tilt_deg": 47, "acceleration_g": 1.7, "cell_voltage_v": 3.79, "light_v": 4.7, "boot_count": 147,
+    "light_threshold_v": 7.9, "attitude_threshold_deg": 79, "freefall_acceleration_g": 0.9, "freefall_time_s": 1.79,
+}  # fmt: skip
+B: Final[dict[str, Value]] = {
+    "tilt_deg": 2, "acceleration_g": 1.0, "cell_voltage_v": 4.02, "light_v": 0.2, "boot_count": 22,
+    "light_threshold_v": 2.2, "attitude_threshold_deg": 62, "freefall_acceleration_g": 0.2, "freefall_time_s": 1.22,
+}  # fmt: skip
+OF_A: Final = re.compile(
+    rf"{NAME_A}|(?<![\d.,])(?:47\s?°|1\.7\s?g|3\.79|4\.7\s?V|147|7\.9|79|0\.9\s?g|1\.79|9,518|Said of it)(?![\d])"
+)
+OF_B: Final = ("2.2", "62", "1.22", "4.02")
+
+
+@dataclass
+class Rig:
+    """The window on fake ports; `worker` is that of the port that A is on."""
+
+    assembly: Assembly
+    ports: FakePorts
+
+    @property
+    def connector(self) -> Connector:
+        return self.assembly.connector
+
+    @property
+    def pages(self) -> dict[str, Any]:
+        return self.assembly.window._pages
+
+    @property
+    def worker(self) -> FakeWorker:
+        return self.ports.workers[self.connector.connections.index(self.connector.current)]
+
+    def settle(self) -> None:
+        for _ in range(3):
+            QApplication.processEvents()
+
+    def answer(self, values: dict[str, Value]) -> None:
+        """The module on the current port answers all that it was asked."""
+        self.ports.now_s += 1.0
+        self.worker.values.clear()
+        self.worker.say(**VALUES | values)
+        self.settle()
+
+    def show_a(self) -> None:
+        """A, with its name, ten thousand requests and a message in every place for messages."""
+        self.assembly.window._services.naming.before_new(lambda begin: begin())  # a person discards the edits
+        self.connector.connect_to(PORT_A)
+        self.connector._switch()  # what was chosen before is not waited for
+        self.answer(A)
+        self.assembly.window._services.naming.choose(NAME_A)
+        self.worker.hand_over(link=LinkView(Counters(sent=9518), 0.0, 0.0, 0))
+        self.worker.hand_over(events=tuple(_frames(self.ports.now_s)))
+        self.connector.kept.as_found = Snapshot(settings={"light_threshold_v": 7.9})
+        for notice in self.assembly.window.findChildren(JobNotice):
+            notice.notify(Meaning.DANGER, lambda: "Said of it")
+        self.assembly.storage.recordings.notify(Meaning.GOOD, lambda: "Said of it")
+        self.assembly.window.show_message("Said of it")
+        self.pages["live"].save.note.show_message(lambda: "Said of it")
+        self.settle()
+
+    def texts(self, key: str) -> Iterator[tuple[str, str]]:
+        """Everything in sight on a page and around it, hidden views of tabs too."""
+        window, page = self.assembly.window, self.pages[key]
+        window.panel.hide()
+        window.go_to(key)
+        self.settle()
+        bars = page.findChildren(QTabBar)
+        for number in range(max(1, *(bar.count() for bar in bars)) if bars else 1):
+            for bar in bars:
+                bar.setCurrentIndex(number)
+            self.settle()
+            yield from ((f"{key}: {where}", text) for where, text in self._visible())
+
+    def _visible(self) -> Iterator[tuple[str, str]]:
+        window, cards = self.assembly.window, self.pages["fleet"]._widgets
+        others = [card for port, card in cards.items() if port is not self.connector.current]
+        if len(self.connector.connections) > 1:
+            others.append(self.pages["fleet"].panel)  # a column for each module
+        for widget in (window, *window.findChildren(QWidget)):
+            if not widget.isVisible() or any(card is widget or card.isAncestorOf(widget) for card in others):
+                continue  # another module's card shows that one's, under its name
+            where = widget.objectName() or type(widget).__name__
+            explain(widget)  # as a person who asks what this is
+            for role, text in (*texts_of(widget), *_typed(widget)):
+                yield f"{where} {role}", text
+
+
+def _frames(at: float) -> Iterator[Sent]:
+    request = BY_NAME["light_threshold"].set(7.9)
+    yield Sent(request.encode(), request, 1, at)
+
+
+def _typed(widget: QWidget) -> Iterator[tuple[str, str]]:
+    match widget:
+        case QLineEdit():
+            yield "typed", widget.text()
+        case QPlainTextEdit():
+            yield "typed", widget.toPlainText()
+        case _:
+            pass
+
+
+@pytest.fixture
+def rig(qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Rig]:
+    ports = FakePorts()
+    ports.connector.stop(1.0)
+    ports.workers.clear()
+
+    def make(watcher: Any, **_: Any) -> Connector:
+        return Connector(watcher, make_worker=ports.make, clock=lambda: ports.now_s)
+
+    monkeypatch.setattr("ui.main.Connector", make)
+    assembly = assemble(
+        qapp, WindowOptions(language="en"), preferences=Preferences(tmp_path / "window.ini"), ports=ports.watcher
+    )
+    assembly.window.make_pages()
+    assembly.window.show()
+    qtbot.waitUntil(
+        lambda: len(assembly.window._pages) == len(PAGES) and assembly.window._maker.is_done, timeout=60_000
+    )
+    made = Rig(assembly, ports)
+    try:
+        yield made
+    finally:
+        close_window(assembly)
+
+
+# At every moment of every job
+
+Begin = Callable[[Rig], object]
+
+
+def _edited(rig: Rig) -> None:
+    work = rig.pages["settings"].work
+    work.edit(lambda: work.form.choose("light_threshold_v", 7.9))
+
+
+def _writing(rig: Rig) -> None:
+    work = rig.pages["settings"].work
+    work.edit(lambda: work.form.choose("light_threshold_v", 9.7))
+    work.job.run(_forever(), lambda _job: work.job.notify(Meaning.GOOD, lambda: "Said of it"))
+
+
+def _forever() -> Procedure[None]:
+    while True:
+        yield Pause(1.0)
+
+
+def _checked(rig: Rig) -> None:
+    assessment = check().assessment
+    rig.pages["preflight"].work._use(Filed(assessment, {}))
+
+
+def _guided(rig: Rig) -> None:
+    work = rig.pages["tests"].work
+    work.state_safe(True)
+    work.start()
+
+
+def _profile(rig: Rig) -> None:
+    fleet = rig.pages["fleet"]
+    fleet.profile.open(Profile(name="For all", settings={"light_threshold_v": 2.1}))
+    fleet.profile.apply(fleet.members.connections)
+
+
+MOMENTS: Final[dict[str, Begin]] = {
+    "idle": lambda _rig: None,
+    "edited": _edited,
+    "writing": _writing,
+    "reading": lambda rig: rig.pages["settings"].work.read_all(),
+    "calibrating": lambda rig: rig.pages["settings"].calibration._measure("closed"),
+    "checking": lambda rig: rig.pages["preflight"].check(),
+    "checked": _checked,
+    "records": lambda rig: rig.pages["triggers"].work.read(),
+    "guided test": _guided,
+    "activating": lambda rig: rig.pages["commands"].acts[Act.ACTIVATE]._perform(),
+    "check of all": lambda rig: rig.pages["fleet"]._check(),
+    "profile for all": _profile,
+}
+
+
+# From A to B, to nothing, from nothing, and B behind A's port
+
+
+def _to_another_port(rig: Rig) -> None:
+    rig.connector.connect_to(PORT_B)
+
+
+def _by_a_persons_word(rig: Rig) -> None:
+    """B was plugged in behind A's port, and a person says so."""
+    rig.worker.values.clear()
+    rig.worker.identity = Identity(Trust.REFUTED)
+    rig.worker.say(**VALUES | B)
+    rig.settle()
+    rig.assembly.window._services.naming.treat_as_new()
+    rig.worker.identity = NO_EXPECTATION
+
+
+def _behind_its_port(rig: Rig) -> None:
+    rig.connector.connect_to(PORT_A)
+    _by_a_persons_word(rig)
+
+
+def _on_the_board(rig: Rig) -> None:
+    connector = rig.connector
+    second = next((one for one in connector.connections if one is not connector.current), None)
+    second = second or connector.add(rig.ports.make)
+    second.connect_to(PORT_B)
+    worker = rig.ports.workers[connector.connections.index(second)]
+    worker.values.clear()
+    worker.say(**VALUES | B)
+    rig.settle()
+    connector.choose(second)
+    connector._switch()  # where a job outlives the second that it is given
+
+
+CHANGES: Final[dict[str, Begin]] = {
+    "another port": _to_another_port,
+    "behind its port": _behind_its_port,
+    "a person's word": _by_a_persons_word,
+    "the board": _on_the_board,
+}
+
+
+def _after_nothing(rig: Rig) -> None:
+    rig.connector.disconnect_port()
+    rig.worker.hand_over()
+    rig.settle()
+    rig.connector.connect_to(PORT_B)
+
+
+CHANGES["after a disconnection"] = _after_nothing
+
+
+def _look(rig: Rig) -> list[str]:
+    """All that is in sight on any page."""
+    return sorted({f"{where}: {text}" for entry in PAGES for where, text in rig.texts(entry.key)})
+
+
+def _look_at_once(rig: Rig, seen: list[list[str]], _batch: Batch) -> None:
+    """At the first value."""
+    if rig.connector.device.values and not seen:
+        seen.append([f"{where}: {text}" for where, text in rig._visible() if OF_A.search(text)])
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_nothing_of_the_former_module_is_in_sight(rig: Rig, change: str) -> None:
+    for number, (moment, begin) in enumerate(MOMENTS.items()):
+        rig.show_a()
+        if not number:
+            before = {one.split(":")[0] for one in _look(rig) if OF_A.search(one)}
+            assert before >= {"live", "settings", "commands", "fleet", "diagnosis"}
+            rig.show_a()
+        begin(rig)
+        rig.settle()
+        workers = [worker for worker in rig.ports.workers if worker.wanted(is_urgent=False)]
+        seen: list[list[str]] = []
+        rig.assembly.window.go_to(("settings", "live", "preflight", "commands")[number % 4])
+        CHANGES[change](rig)
+        connection = rig.connector.batch.connect(partial(_look_at_once, rig, seen))
+        rig.answer(B)
+        rig.connector.batch.disconnect(connection)
+        assert seen == [[]], (change, moment, "as the first value was drawn")
+        for worker in workers:
+            worker.end_jobs()
+        rig.settle()
+        rig.answer(B)
+        now = _look(rig)
+        is_elsewhere = rig.connector.target == PORT_B
+        left = [one for one in now if OF_A.search(one) or (is_elsewhere and PORT_A.device[5:] in one)]
+        assert not left, "\n".join((change, moment, *left))
+        assert not rig.pages["settings"].as_found.isEnabled(), (change, moment)
+        assert rig.assembly.window._services.pending_edits.changed() == (), (change, moment)
+        shown = " ".join(one for one in now if one.startswith(("settings:", "live:")))
+        assert [value for value in OF_B if value not in shown] == [], (change, moment)
+
+
+def test_nothing_that_was_said_stands_over_a_port_that_is_not_open(rig: Rig) -> None:
+    rig.show_a()
+    assert any("Said of it" in one for one in _look(rig))
+    rig.show_a()
+    rig.connector.disconnect_port()
+    rig.ports.now_s += 7.0  # a passing message has passed
+    rig.worker.hand_over()
+    rig.settle()
+    assert [one for one in _look(rig) if "Said of it" in one or "The module answers" in one] == []
+
+
+def test_good_news_end_with_their_page_and_trouble_does_not(rig: Rig) -> None:
+    rig.connector.connect_to(PORT_A)
+    rig.answer(A)
+    for page in rig.pages.values():
+        notices = page.notices()
+        for notice, meaning in product(notices, (Meaning.GOOD, Meaning.ATTENTION)):
+            rig.assembly.window.go_to(page.key)
+            notice.notify(meaning, lambda: "Said of it")
+            rig.assembly.window.go_to("live" if page.key != "live" else "settings")
+            is_left = notice.result_notice() is not None
+            assert is_left is (meaning is Meaning.ATTENTION), (page.key, notice.objectName(), meaning)
+            notice.dismiss()
+
+
+def test_records_of_one_module_are_never_filed_under_the_name_of_the_next(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    filed: list[str] = []
+
+    def file(_store: Any, _reading: TriggersReading, name: str, **_: Any) -> PossiblyOther:
+        filed.append(name)
+        return PossiblyOther(None)
+
+    monkeypatch.setattr("ui.pages.triggers.controller.file_triggers", file)
+    rig.show_a()
+    work = rig.pages["triggers"].work
+    work.reading = TriggersReading(History(is_answered=True, is_confirmed=True), 147)
+    work._store_reading()
+    second = rig.connector.add(rig.ports.make)
+    second.connect_to(PORT_B)
+    rig.ports.workers[-1].say(**VALUES | B)
+    rig.settle()
+    rig.assembly.window._services.naming.of(second).choose("BETA")
+    rig.connector.choose(second)
+    rig.connector._switch()
+    rig.settle()
+    assert rig.assembly.window._services.naming.name == "BETA"
+    store = rig.assembly.storage.store
+    assert isinstance(store, Store)
+    store.queue.submit(int).result(WAIT_MS / 1000)
+    assert filed == [NAME_A]
+
+
+def test_an_interrupted_write_leaves_what_it_began_in_doubt(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(changes: Any, context: Any) -> Procedure[None]:
+        context.on_begun(changes[0].command)
+        yield Pause(1.0)
+
+    monkeypatch.setattr("ui.pages.settings.controller.write_all", interrupted)
+    rig.connector.connect_to(PORT_A)
+    rig.answer(A)
+    work = rig.pages["settings"].work
+    work.edit(lambda: work.form.fill({"light_threshold_v": 1.8, "freefall_time_s": 1.6}))
+    work.write()
+    job, _ = rig.worker.jobs[-1]
+    job.run.start(rig.ports.now_s)
+    rig.worker.end_jobs()
+    rig.settle()
+    rows = {row.command.key: row for row in work.form.rows(rig.connector.device, rig.connector.clock())}
+    assert rows["light_threshold_v"].state is RowState.FAILED
+    assert "interrupted" in rows["light_threshold_v"].reason
+    assert rows["freefall_time_s"].state is RowState.EDITED
