@@ -176,7 +176,7 @@ class Recording:
 
     def _join(self) -> None:
         self._times, self._tilt, self._acceleration, self._flags = self._columns.whole()
-        status = beginnings(self._times, self._tilt, self._acceleration)
+        status = beginnings(self._times)  # values that were a byte are finite
         self.tilt = RecordedSeries(self._times, self._tilt, status.firsts)
         self.acceleration = RecordedSeries(self._times, self._acceleration, status.firsts)
         self.cell, self.light = (_series(self._polled[key]) for key in ("cell_voltage_v", "light_v"))
