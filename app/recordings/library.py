@@ -259,11 +259,15 @@ def running_entry(
 def is_held(path: Path) -> bool:
     """Whether this or another program is writing the file."""
     try:
-        with path.open("rb+") as file:
+        file = path.open("rb")
+    except OSError:
+        return False
+    with file:
+        try:
             lock(file, is_shared=True)
-    except OSError as error:
-        # Other errors come from file systems without locks.
-        return error.errno in _HELD
+        except OSError as error:
+            # Other errors come from file systems without locks.
+            return error.errno in _HELD
     return False
 
 

@@ -284,7 +284,6 @@ class Recorder:
         """The session goes on in another file; both are one recording."""
         writers = self._parts
         self._close()
-        self.library.prune()
         self._parts = writers
         opening = writers[0].opening
         number = len(writers) + 1
@@ -293,6 +292,7 @@ class Recorder:
         self._begin_part(part_path(writers[0].path, number), opening)
         if self._writer is not None:
             self._writer.begin_with(self._tracker.limits)
+        self.library.prune()  # not before: what is being written is left alone
 
     def _check_disk(self) -> None:
         if self._find_free_bytes(self.library.folder) < RESERVE_BYTES:

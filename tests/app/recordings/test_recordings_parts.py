@@ -56,6 +56,18 @@ def test_a_long_session_continues_in_further_parts(tmp_path: Path) -> None:
             assert recording.fires.between(0, 1e9)[0].value == 60.0
 
 
+def test_a_session_longer_than_all_that_is_kept_stays_whole_while_it_is_written(tmp_path: Path) -> None:
+    with recorder_in(tmp_path) as bench:
+        bench.library.max_bytes = 20_000
+        bench.recorder.begin(HEADING)
+        batches = list(stream(1000.0, 30.0, rate_hz=100))
+        for first in range(0, len(batches), 30):
+            bench.feed(*batches[first : first + 30])
+        (entry,) = bench.library.entries()
+        assert (entry.is_running, entry.sample_count, bench.library.trashed()) == (True, 3000, ())
+        assert entry.size_bytes > bench.library.max_bytes
+
+
 def test_a_day_is_a_part_of_one_recording(tmp_path: Path) -> None:
     with recorder_in(tmp_path) as bench:
         bench.record(batch(1000.0, report(1000.0)))
