@@ -53,8 +53,12 @@ def test_how_requests_are_cut_makes_no_difference(noise: bytes, cuts: list[int])
 @given(st.binary(max_size=20), st.integers(1, 5))
 def test_only_frames_come_out(noise: bytes, times: int) -> None:
     module = running()
-    out = receive(module, (noise + b"".join(FRAMES[:12])) * times, 0.0) + tick(module, 1.0)
-    assert all(isinstance(piece, Frame) for piece in StreamParser().feed(out))
+    asked = [BY_NAME[name].query() for name in ("heartbeat", "boot_count", "light", "attitude_threshold", "status")]
+    data = b"".join(request.encode() for request in asked)
+    out = receive(module, (noise.replace(b"B", b"") + data) * times, 0.0) + tick(module, 1.0)
+    frames = StreamParser().feed(out)
+    assert [frame.code for frame in frames if isinstance(frame, Frame)] == [one.command.code for one in asked] * times
+    assert len(frames) == len(asked) * times, "nothing else came"
 
 
 class ModuleMachine(RuleBasedStateMachine):
