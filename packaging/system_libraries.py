@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from environment import QT_PROVEN, VENV_PYTHON, SetupError, has_venv_module, install_with_apt, say, venv_package
-from tools import FOR_TESTS, Tool, has_server, missing_tools
+from tools import FOR_TESTS, Tool, has_server, missing_for_keys, missing_tools
 
 from app.system.qt_libraries import (
     FOR_X,
@@ -90,6 +90,9 @@ def _needed(manager: str | None, *, is_screen_wanted: bool, is_packaging: bool, 
     if is_testing and not has_server():
         further += _tool_names((FOR_TESTS,), manager)
         wishes.append("The tests of the archive server need PostgreSQL")
+    if is_testing and missing_for_keys():
+        further += _tool_names(missing_for_keys(), manager)
+        wishes.append("The tests with real keys need an X server")
     return Needed(packages, further, reasons, wishes)
 
 

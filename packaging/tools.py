@@ -27,12 +27,21 @@ FOR_LINUX: Final = (
 
 FOR_TESTS: Final = Tool("initdb", "postgresql", "postgresql-server", "postgresql", "postgresql-server")
 """PostgreSQL, whose server the tests of the archive start."""
+FOR_REAL_KEYS: Final = (
+    Tool("Xvfb", "xvfb", "xorg-x11-server-Xvfb", "xorg-server-xvfb", "xorg-x11-server-Xvfb"),
+    Tool("xdotool", "xdotool", "xdotool", "xdotool", "xdotool"),
+)
+"""An X server without a screen, for the tests that press keys and click as a person does."""
 _OF_DEBIAN: Final = Path("/usr/lib/postgresql")
 """Folder of its programs on Debian, by version."""
 
 
 def has_server() -> bool:
     return shutil.which(FOR_TESTS.program) is not None or any(_OF_DEBIAN.glob(f"*/bin/{FOR_TESTS.program}"))
+
+
+def missing_for_keys() -> tuple[Tool, ...]:
+    return tuple(tool for tool in FOR_REAL_KEYS if shutil.which(tool.program) is None)
 
 
 def missing_tools() -> tuple[Tool, ...]:

@@ -21,7 +21,7 @@ from hypothesis import settings
 
 from app.simulator.quirks import EmptySlots, Quirks
 from app.text import i18n
-from tests.support.archive_server import what_was_not_run
+from tests.support import archive_server, x_server
 from tests.support.setup_files import SetupFiles, loaded_setup_files
 
 if TYPE_CHECKING:
@@ -164,9 +164,9 @@ def qapp_args() -> list[str]:
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     """Nothing is left out in silence."""
-    said = what_was_not_run()
-    if said is not None:
-        terminalreporter.write_line(said, yellow=True, bold=True)
+    for said in (archive_server.what_was_not_run(), x_server.what_was_not_run()):
+        if said is not None:
+            terminalreporter.write_line(said, yellow=True, bold=True)
 
 
 @pytest.fixture(scope="module")

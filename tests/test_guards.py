@@ -15,7 +15,7 @@ from PySide6.QtWidgets import QWidget
 from pytestqt.qtbot import QtBot
 
 from tests import conftest
-from tests.support import archive_server
+from tests.support import archive_server, x_server
 from tests.support.window.steps import is_input_down, release_input
 
 ROOT = Path(__file__).parent.parent
@@ -124,6 +124,7 @@ def test_files_of_the_user_are_out_of_reach(user_files: Path) -> None:
 def test_a_run_without_a_database_server_names_the_tests_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
     written: list[str] = []
     reporter = cast("pytest.TerminalReporter", SimpleNamespace(write_line=lambda text, **_: written.append(text)))
+    monkeypatch.setattr(x_server, "has_x_server", lambda: True)
     monkeypatch.setattr(archive_server, "server_programs", lambda: Path("/usr/bin"))
     conftest.pytest_terminal_summary(reporter)
     assert (written, archive_server.left_out("tests/app/archive")) == ([], [])
@@ -133,6 +134,15 @@ def test_a_run_without_a_database_server_names_the_tests_left_out(monkeypatch: p
     assert len(left_out) == 3
     assert all(name in written[0] for name in left_out)
     assert "apt-get install postgresql" in written[0]
+
+
+def test_a_run_without_an_x_server_names_the_tests_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(x_server, "has_x_server", lambda: True)
+    assert (x_server.what_was_not_run(), x_server.left_out("tests/ui/lock")) == (None, [])
+    monkeypatch.setattr(x_server, "has_x_server", lambda: False)
+    (name,) = x_server.left_out("tests/ui/lock")
+    assert (ROOT / "tests/ui/lock" / name).exists()
+    assert name in (x_server.what_was_not_run() or "")
 
 
 def test_no_test_leaves_input_to_the_next(qtbot: QtBot) -> None:

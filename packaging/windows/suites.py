@@ -45,7 +45,7 @@ _NAMED: Final = (
         "offscreen",
         1800,
     ),
-    Suite("Window, shell and connecting", ("tests/ui/shell", "tests/ui/connect"), "offscreen", 1800),
+    Suite("Window, shell and connecting", ("tests/ui/shell", "tests/ui/lock", "tests/ui/connect"), "offscreen", 1800),
     Suite("Window, live page", ("tests/ui/pages/live",), "offscreen", 1800),
     Suite(
         "Window, check, commands and settings",

@@ -372,11 +372,11 @@ def gesture_bench(
             ):
                 made.turn()
             # A dialog of the platform's would wait for a person.
-            made.settings.files.ask_open = lambda _parent, _folder: None
-            made.settings.files.ask_save = lambda _parent, _title, _suggested, _filter: None
-            made.preflight.files.ask_record = lambda _parent: None
+            made.settings.files.ask_open = lambda *_asked: None
+            made.settings.files.ask_save = lambda *_asked: None
+            made.preflight.files.ask_record = lambda *_asked: None
             made.preflight.form.choose.setMenu(None)  # type: ignore[arg-type]  # so would this menu
-            made.preflight.files.ask_path = lambda _parent, _title, _suggested, _filter: None
+            made.preflight.files.ask_path = lambda *_asked: None
             assembly.connector.connect_to(Target("sim://gestures", 115200))
             window.activateWindow()
             made.wait(0.5)

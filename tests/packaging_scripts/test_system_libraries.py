@@ -40,6 +40,9 @@ class Machine:
             system, "missing_tools", lambda: tuple(t for t in setup.tools.FOR_LINUX if not self.has(t.program))
         )
         patch.setattr(system, "has_server", lambda: self.has("initdb"))
+        patch.setattr(
+            system, "missing_for_keys", lambda: tuple(t for t in setup.tools.FOR_REAL_KEYS if not self.has(t.program))
+        )
         patch.setattr(qt_libraries, "_loads", self.has)
         patch.setattr(qt_libraries, "_is_after_time_t_64", lambda: False)
         patch.setattr(sys, "stdin", self)
@@ -127,6 +130,13 @@ def test_the_tests_get_a_database_server_and_run_without_one(
     assert "archive server need PostgreSQL. Type: sudo apt-get install postgresql" in capsys.readouterr().out
     machine.user, machine.lacking = 0, {"initdb", "libEGL.so.1"}
     assert machine.make_ready(testing=True) == ["libegl1", "postgresql"], "all at once"
+
+
+def test_the_tests_get_an_x_server(machine: Machine) -> None:
+    machine.setup.system_libraries.QT_PROVEN.touch()
+    machine.lacking = {"Xvfb", "xdotool"}
+    assert machine.make_ready() == []
+    assert machine.make_ready(testing=True) == ["xvfb", "xdotool"]
 
 
 @pytest.mark.parametrize(("answer", "is_done"), [("", True), ("y", True), ("Yes", True), ("n", False), ("what", False)])

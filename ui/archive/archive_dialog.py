@@ -1,5 +1,6 @@
 """Archive dialog: server, exchange, questions about modules, the state and history of every module."""
 
+from collections.abc import Callable
 from contextlib import closing
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -9,7 +10,6 @@ from typing import Final
 from PySide6.QtCore import QSize, Qt
 from PySide6.QtWidgets import (
     QDialog,
-    QFileDialog,
     QFrame,
     QLabel,
     QLineEdit,
@@ -33,7 +33,7 @@ from protocol.translatable import marked
 from ui.archive.archive_exchange import ArchiveExchange, last_time
 from ui.archive.archive_tables import history_table, modules_table, short_station
 from ui.core.background_task import BackgroundTask
-from ui.files.file_dialogs import ask_open
+from ui.files.file_dialogs import ThenPath, ask_open, ask_path
 from ui.forms.table_kit import select_row
 from ui.services.context import Services
 from ui.style.icons import Icon
@@ -73,7 +73,8 @@ class ArchiveDialog(QDialog):
         texts = services.texts
         texts.bind(self.setWindowTitle, "Archive of all stations")
         texts.bind(self.setAccessibleName, "Archive of all stations")
-        self.ask_save, self.ask_open = _ask_save, _ask_open
+        self.ask_save: Callable[[QWidget, ThenPath], object] = _ask_save
+        self.ask_open: Callable[[QWidget, ThenPath], object] = _ask_open
         self._loading: BackgroundTask[Loaded] = BackgroundTask("dps-s archive list", self)
         self._loading_history: BackgroundTask[tuple[HistoryEvent, ...]] = BackgroundTask("dps-s archive life", self)
         self._conflicts: tuple[Conflict, ...] = ()
@@ -157,14 +158,14 @@ class ArchiveDialog(QDialog):
         self.server.setText(self._exchange.server or "")  # without its password
 
     def _export(self) -> None:
-        path = self.ask_save(self)
-        if path is not None:
-            self._exchange.run(lambda archive, on_page: archive.export(path, on_page=on_page))
+        self.ask_save(
+            self, lambda path: self._exchange.run(lambda archive, on_page: archive.export(path, on_page=on_page))
+        )
 
     def _import(self) -> None:
-        path = self.ask_open(self)
-        if path is not None:
-            self._exchange.run(lambda archive, on_page: archive.import_file(path, on_page=on_page))
+        self.ask_open(
+            self, lambda path: self._exchange.run(lambda archive, on_page: archive.import_file(path, on_page=on_page))
+        )
 
     def _settle(self, name_of: int | None) -> None:
         """`name_of`: the module whose name is used for both; None: they are different."""
@@ -290,14 +291,12 @@ def _state_text(not_shared: int, last_at: str | None, server: str | None, done: 
     return join_sentences(parts) or tr("No server is set.")
 
 
-def _ask_save(parent: QWidget) -> Path | None:
-    """An existing file is extended, so no confirmation is needed."""
-    options = QFileDialog.Option.DontConfirmOverwrite
-    name, _filter = QFileDialog.getSaveFileName(
-        parent, tr("Export…"), f"dps-s{SUFFIX}", tr("Archive (*.dpsarchive)"), options=options
+def _ask_save(parent: QWidget, then: ThenPath) -> None:
+    """An existing file is extended."""
+    ask_path(
+        parent, tr("Export…"), Path.home() / f"dps-s{SUFFIX}", tr("Archive (*.dpsarchive)"), then, is_extended=True
     )
-    return Path(name) if name else None
 
 
-def _ask_open(parent: QWidget) -> Path | None:
-    return ask_open(parent, Path.home(), tr("Import…"), tr("Archive (*.dpsarchive)"))
+def _ask_open(parent: QWidget, then: ThenPath) -> None:
+    ask_open(parent, Path.home(), tr("Import…"), tr("Archive (*.dpsarchive)"), then)

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QMenu, QWidget
 from app.text.i18n import tr
 from app.text.visible_text import visible
 from ui.core.preferences import Preferences
-from ui.files.file_dialogs import ask_open
+from ui.files.file_dialogs import ThenPath, ask_open
 from ui.widgets.naming import named
 
 
@@ -46,7 +46,7 @@ class FileOpener(QObject):
         super().__init__(window)
         self._window, self._pages, self._go_to = window, pages, go_to
         self._preferences, self.say = preferences, say
-        self.choose: Callable[[QWidget, Path, str, str], Path | None] = ask_open
+        self.choose: Callable[[QWidget, Path, str, str, ThenPath], object] = ask_open
         window.setAcceptDrops(True)
         window.installEventFilter(self)
 
@@ -70,9 +70,7 @@ class FileOpener(QObject):
         endings = " ".join(f"*{suffix}" for page in self._pages() for suffix in page.suffixes)
         recent = self._preferences.recent_files
         folder = Path(recent[0]).parent if recent else Path.home()
-        path = self.choose(self._window, folder, tr("Open…"), f"{tr('Files of this program')} ({endings})")
-        if path is not None:
-            self.open(path)
+        self.choose(self._window, folder, tr("Open…"), f"{tr('Files of this program')} ({endings})", self.open)
 
     def fill(self, menu: QMenu) -> None:
         """Fills `menu` with the recent files."""

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -17,7 +18,7 @@ from app.recordings.table import csv_parts, part_count
 from app.text.i18n import tr
 from ui.core.background_task import BackgroundTask, Running
 from ui.core.texts import Texts
-from ui.files.file_dialogs import AskPath, ask_path, default_name
+from ui.files.file_dialogs import AskPath, ThenPath, ask_path, default_name
 from ui.style.icons import MEANING_ICONS, Icon
 from ui.style.theme import Meaning, Size, Space, current, font
 from ui.widgets.controls import control
@@ -160,29 +161,26 @@ class SaveBar(QWidget):
         if self.is_saving:
             return
         excerpt, origin = self._take_excerpt(), self._find_origin()
-        path = self._choose(tr("Save values…"), ".csv", tr("Table (*.csv)"))
-        if path is None:
-            return
-        rows = f"{excerpt.row_count:,}"
 
-        def saved() -> str:
-            if excerpt.is_whole:
-                return tr("Saved to {path}. Rows: {rows}.", rows=rows, path=path)
-            return tr("Saved to {path}. Rows: {rows}; older ones are gone.", rows=rows, path=path)
+        def save(path: Path) -> None:
+            parts, count = csv_parts(excerpt, wall_offset_s=origin.wall_offset_s), part_count(excerpt)
+            self._save(path, parts, count, partial(_saved_text, path, excerpt))
 
-        self._save(path, csv_parts(excerpt, wall_offset_s=origin.wall_offset_s), part_count(excerpt), saved)
+        self._choose(tr("Save values…"), ".csv", tr("Table (*.csv)"), origin, save)
 
     def save_png(self) -> None:
         """Saves a picture of what is in sight."""
         if self.is_saving:
             return
-        image = self._take_picture(footer_text(self._find_origin(), datetime.now().astimezone()))
-        drawing = self._take_drawing()
-        path = self._choose(tr("Save picture…"), ".png", f"{tr('Picture (*.png)')};;{tr('Drawing (*.svg)')}")
-        if path is None:
-            return
-        parts = iter((drawing,)) if path.suffix.lower() == ".svg" else png_parts(image)
-        self._save(path, parts, 1, lambda: tr("Saved to {path}.", path=path))
+        origin = self._find_origin()
+        image, drawing = self._take_picture(footer_text(origin, datetime.now().astimezone())), self._take_drawing()
+
+        def save(path: Path) -> None:
+            parts = iter((drawing,)) if path.suffix.lower() == ".svg" else png_parts(image)
+            self._save(path, parts, 1, lambda: tr("Saved to {path}.", path=path))
+
+        kinds = f"{tr('Picture (*.png)')};;{tr('Drawing (*.svg)')}"
+        self._choose(tr("Save picture…"), ".png", kinds, origin, save)
 
     def end_note(self) -> None:
         """Of what was saved last."""
@@ -197,6 +195,7 @@ class SaveBar(QWidget):
 
     def _save(self, path: Path, parts: Iterable[bytes], count: int, saved: Callable[[], str]) -> None:
         """`parts` is iterated in the background."""
+        self._folder = path.parent
 
         def write(running: Running) -> None:
             write_parts(path, parts, count, on_progress=running.set_progress, is_cancelled=running.is_cancelled)
@@ -218,15 +217,18 @@ class SaveBar(QWidget):
         self.png.setEnabled(not is_busy)
         self.stop.setVisible(is_busy)
 
-    def _choose(self, title: str, suffix: str, name_filter: str) -> Path | None:
+    def _choose(self, title: str, suffix: str, name_filter: str, origin: Origin, save: ThenPath) -> None:
         folder = self._folder or _documents()
-        origin = self._find_origin()
         when = (origin.recorded_at or datetime.now(UTC)).astimezone()
         name = default_name(origin.port, suffix, when)
-        path = self.ask_path(self, title, folder / name, name_filter)
-        if path is not None:
-            self._folder = path.parent
-        return path
+        self.ask_path(self, title, folder / name, name_filter, save)
+
+
+def _saved_text(path: Path, excerpt: Excerpt) -> str:
+    rows = f"{excerpt.row_count:,}"
+    if excerpt.is_whole:
+        return tr("Saved to {path}. Rows: {rows}.", rows=rows, path=path)
+    return tr("Saved to {path}. Rows: {rows}; older ones are gone.", rows=rows, path=path)
 
 
 def _documents() -> Path:

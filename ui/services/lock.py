@@ -3,10 +3,11 @@
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from weakref import WeakSet
 
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QAbstractButton
+from PySide6.QtWidgets import QAbstractButton, QWidget
 
 from app.engine.device import How
 from app.engine.procedure import LockRepeat
@@ -251,6 +252,8 @@ class LockControl(QObject):
         super().__init__(parent)
         self._connector, self._journal_of = connector, journal_of
         self._locks: dict[PortConnection, PortLock] = {}
+        self.buttons: WeakSet[QWidget] = WeakSet()
+        """Those that press it: a click on one counts also while a menu is open."""
         self._shown = self.of(connector.current)
         self._relay(self._shown)
         connector.added.connect(self.of)
@@ -296,6 +299,7 @@ class LockControl(QObject):
             control.triggered.connect(self.press)
         else:
             control.clicked.connect(self.press)
+            self.buttons.add(control)
         self.changed.connect(show)
         show()
 

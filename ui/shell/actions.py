@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 
-from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QMainWindow, QMenu, QWidget
 
@@ -10,6 +9,7 @@ from app.text.i18n import tr
 from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.services.context import PageEntry
+from ui.shell.lock_above import LOCK_KEYS
 from ui.style.icons import Icon, icon
 from ui.widgets.controls import Shortcut, name_of
 from ui.widgets.naming import named
@@ -38,7 +38,7 @@ class Actions:
         self.preferences = self._action(file, "act_preferences", marked("Preferences…"), "Ctrl+,")
         self.quit = self._action(file, "act_quit", marked("Quit"), "Ctrl+Q")
         self.lock = self._action(module, "act_lock", marked("LOCK"), "Ctrl+L")
-        self.lock.setShortcutContext(Qt.ShortcutContext.ApplicationShortcut)
+        self.lock.setShortcuts([QKeySequence(key) for key in LOCK_KEYS])  # which `LockAbove` handles in every window
         self.lock.setIcon(icon(Icon.LOCK))
         self.find_rate = self._action(module, "act_find_rate", marked("Find the rate"), None)
         self.simulator = self._action(module, "act_simulator", marked("Simulated module panel"), "F4")

@@ -24,8 +24,8 @@ from ui.services.context import PageEntry, Services
 from ui.services.page import Page, StreamPage
 from ui.shell.actions import Actions
 from ui.shell.attention import Attention
-from ui.shell.page_area import PageArea
-from ui.shell.page_maker import PageMaker
+from ui.shell.lock_above import LockAbove
+from ui.shell.page_area import PageArea, PageMaker
 from ui.shell.recording_sign import RecordingSign
 from ui.shell.resume import ResumeWatcher
 from ui.shell.shutdown import close_down
@@ -166,6 +166,7 @@ class MainWindow(QMainWindow):
         menus.disconnect.triggered.connect(self.disconnect_port)
         menus.quit.triggered.connect(self.close)
         self._services.lock.bind(menus.lock)
+        self.closing.connect(LockAbove(self._services.lock, self.top_bar.lock, self).stop)
         self._services.lock.changed.connect(self._refresh_notice)
         self._services.lock.notified.connect(self.show_message)
         menus.find_rate.triggered.connect(connector.find_rate)

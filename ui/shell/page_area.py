@@ -1,10 +1,18 @@
-"""The area that shows one page, and scrolls where the window is smaller than the page's minimum size."""
+"""The pages: making them one by one while the window stays responsive, and the area that shows one."""
 
-from PySide6.QtCore import QSize, Qt
+from collections.abc import Callable, Iterable
+from typing import Final
+
+from PySide6.QtCore import QObject, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QFrame, QScrollArea, QStackedWidget, QWidget
 
+from ui.services.context import PageEntry, Services
+from ui.services.page import Page
 from ui.widgets.naming import named
+
+BREATH_MS: Final = 1
+"""Between two turns; with 0 Qt would process no other events."""
 
 
 class _Holder(QWidget):
@@ -29,7 +37,7 @@ class _Holder(QWidget):
 
 
 class PageArea(QScrollArea):
-    """`stack` holds the pages."""
+    """`stack` holds the pages; scrolls where the window is smaller than the page's minimum size."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -47,3 +55,73 @@ class PageArea(QScrollArea):
     def holders(self) -> tuple[QWidget, ...]:
         """The widgets around the pages, from the outside in."""
         return (self, self.viewport(), self.holder, self.stack)
+
+
+class PageMaker(QObject):
+    """Makes or places one page in each turn of the event loop."""
+
+    done = Signal()
+    """All pages were made and placed, except those that failed."""
+
+    def __init__(
+        self,
+        services: Services,
+        entries: Iterable[PageEntry],
+        place: Callable[[str, Page], None],
+        parent: QObject | None = None,
+    ) -> None:
+        super().__init__(parent)
+        self.pages: dict[str, Page] = {}
+        """The pages made so far, by key."""
+        self._entries = {entry.key: entry for entry in entries}
+        self._services, self._place = services, place
+        self._unmade, self._unplaced = list(self._entries), list[str]()
+        self._is_over = False
+        self._was_requested = False
+        services.connector.invalidated.connect(self._end_notices)
+        services.connector.changed.connect(self._watch_port)
+
+    @property
+    def is_done(self) -> bool:
+        return not self._unmade and not self._unplaced
+
+    def begin(self) -> None:
+        """Starts with the next turn of the event loop."""
+        QTimer.singleShot(BREATH_MS, self, self._make_next)
+
+    def request(self, key: str) -> None:
+        """Makes this page next."""
+        if key in self._unmade:
+            self._unmade.remove(key)
+            self._unmade.insert(0, key)
+
+    def end(self) -> None:
+        """Stops."""
+        self._is_over = True
+
+    def _watch_port(self) -> None:
+        was_requested, self._was_requested = self._was_requested, self._services.connector.is_requested
+        if was_requested and not self._was_requested:
+            self._end_notices()
+
+    def _end_notices(self) -> None:
+        """Another module is connected, or none."""
+        for page in self.pages.values():
+            page.end_notices()
+
+    def _make_next(self) -> None:
+        if self._is_over:
+            return
+        if self.is_done:
+            self.done.emit()
+            return
+        self.begin()  # first, since making a page may raise
+        if self._unplaced:
+            key = self._unplaced.pop()
+            self._place(key, self.pages[key])
+        else:
+            key = self._unmade.pop(0)
+            entry = self._entries[key]
+            page = self.pages[key] = entry.make(self._services)
+            self._services.texts.bind(page.setAccessibleName, entry.title)
+            self._unplaced.append(key)

@@ -14,7 +14,7 @@ from protocol.catalogue import BY_NAME
 from protocol.messages import Status
 from tests.support.records.recordings_made import NOON
 from tests.support.window.fakes_ui import WAIT_MS
-from tests.support.window.steps import press
+from tests.support.window.steps import choosing, press
 from tests.ui.pages.diagnosis.test_diagnosis_page import diagnosis
 from ui.main import Assembly
 from ui.pages.diagnosis.capture_files import SUFFIX
@@ -46,7 +46,7 @@ def write_capture(path: Path, *, seconds: float = 30.0) -> Path:
 def opened(qtbot: QtBot, qapp: QApplication, folder: Path) -> Iterator[tuple[Assembly, DiagnosisPage, Path]]:
     path = write_capture(folder / f"flight{SUFFIX}")
     with diagnosis(qtbot, qapp, folder) as (assembly, page):
-        page.files.ask_open = lambda _parent, _folder: path
+        page.files.ask_open = choosing(path)
         press(qtbot, page.files.open)
         qtbot.waitUntil(lambda: page.opened is not None, timeout=WAIT_MS)
         yield assembly, page, path

@@ -2,6 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from pathlib import Path
 from typing import TypeVar
 
 from PySide6.QtCore import QObject, QPoint, QPointF, Qt
@@ -20,6 +21,11 @@ Found = TypeVar("Found", bound=QObject)
 Shown = TypeVar("Shown", bound=QWidget)
 _POINTER_AT_START = QPoint(10, 10)
 """Of Qt's offscreen platform."""
+
+
+def choosing(path: Path) -> Callable[..., object]:
+    """In place of a file dialog: a person who chooses `path` at once."""
+    return lambda *asked: asked[-1](path)
 
 
 def settle(widget: QWidget | None) -> None:

@@ -16,6 +16,7 @@ from app.store.store import data_folder
 from tests.support.processes import ENVIRONMENT, ROOT
 from tests.support.records.archive_stations import ArchiveStation, archive_station
 from tests.support.window.fakes_ui import window
+from tests.support.window.steps import choosing
 from ui.archive.archive_dialog import ArchiveDialog
 from ui.main import Assembly
 
@@ -69,7 +70,7 @@ def test_without_a_server_nothing_is_shown_and_a_file_carries_everything(
         assert not dialog.sync.isEnabled()
         assert [row.module.name for row in dialog.modules.model.rows] == ["M-07"]
         assert "Pre-flight check 1: GO" in " ".join(row.text.translated() for row in dialog.life.model.rows)
-        dialog.ask_open = lambda parent: stick
+        dialog.ask_open = choosing(stick)
         dialog.import_.click()
         _wait(qtbot, dialog)
         assert "Received: 2." in dialog.state.text()
@@ -83,7 +84,7 @@ def test_without_a_server_nothing_is_shown_and_a_file_carries_everything(
         assert not dialog.question.isVisible()
         (module,) = dialog.modules.model.rows
         assert (module.checks, len(module.module.members)) == (2, 2)
-        dialog.ask_save = lambda parent: stick
+        dialog.ask_save = choosing(stick)
         dialog.export.click()
         _wait(qtbot, dialog)
         assert "Sent: 4." in dialog.state.text()

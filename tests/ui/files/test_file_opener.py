@@ -14,6 +14,7 @@ from tests.support.window.capture_window import write_capture
 from tests.support.window.fakes_ui import WAIT_MS
 from tests.ui.pages.diagnosis.test_diagnosis_page import diagnosis
 from ui.core.preferences import Preferences
+from ui.files.file_dialogs import ThenPath
 from ui.files.file_opener import FileOpener, FilePage, add_recent
 from ui.main import WindowOptions
 from ui.pages.diagnosis.capture_files import SUFFIX
@@ -25,9 +26,9 @@ def test_open_and_recent_files(qtbot: QtBot, qapp: QApplication, tmp_path: Path)
         window = assembly.window
         asked: list[str] = []
 
-        def choose(_parent: QWidget, _folder: Path, _title: str, kinds: str) -> Path:
+        def choose(_parent: QWidget, _folder: Path, _title: str, kinds: str, then: ThenPath) -> None:
             asked.append(kinds)
-            return path
+            then(path)
 
         window.files.choose = choose
         window.menus.open.trigger()

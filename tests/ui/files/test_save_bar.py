@@ -16,8 +16,9 @@ from pytestqt.qtbot import QtBot
 
 from app.text.i18n import CHINESE, set_language
 from tests.support.window.live_bench import Bench, live_bench
+from tests.support.window.steps import choosing
 from ui.core.texts import Texts
-from ui.files.file_dialogs import default_name
+from ui.files.file_dialogs import ThenPath, default_name
 from ui.files.save_bar import SaveBar
 from ui.style.theme import Meaning, Space
 
@@ -32,9 +33,10 @@ def save(live: Bench, name: str, path: Path | None) -> list[Path]:
     """Click a button with a person who chooses `path`; what was suggested."""
     suggested: list[Path] = []
 
-    def choose(_parent: QWidget, _title: str, one: Path, _filter: str) -> Path | None:
+    def choose(_parent: QWidget, _title: str, one: Path, _filter: str, then: ThenPath) -> None:
         suggested.append(one)
-        return path
+        if path is not None:
+            then(path)
 
     live.page.save.ask_path = choose
     live.click(name)
@@ -65,10 +67,10 @@ def test_saved_values_are_those_at_the_time_of_the_click(live: Bench, tmp_path: 
     live.say()
     path = tmp_path / "values.csv"
 
-    def choose_late(*_: object) -> Path:
+    def choose_late(_parent: QWidget, _title: str, _one: Path, _filter: str, then: ThenPath) -> None:
         live.now_s += 2
         live.say(tilt_deg=99)  # acquisition goes on behind the dialog
-        return path
+        then(path)
 
     live.page.save.ask_path = choose_late
     live.qtbot.keyClick(live.page, Qt.Key.Key_S, Qt.KeyboardModifier.ControlModifier)
@@ -119,7 +121,7 @@ def test_the_picture_has_a_caption(live: Bench, tmp_path: Path) -> None:
 def test_the_picture_has_its_key(live: Bench, tmp_path: Path) -> None:
     live.say()
     path = tmp_path / "key.png"
-    live.page.save.ask_path = lambda *_: path
+    live.page.save.ask_path = choosing(path)
     both = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier
     live.qtbot.keyClick(live.page, Qt.Key.Key_S, both)
     live.qtbot.waitUntil(lambda: not live.page.save.is_saving)
@@ -135,7 +137,7 @@ def test_a_long_saving_can_be_cancelled(live: Bench, tmp_path: Path, monkeypatch
     live.say()
     monkeypatch.setattr("ui.files.save_bar.csv_parts", lambda *_, **__: repeat(b"row"))
     path = tmp_path / "values.csv"
-    live.page.save.ask_path = lambda *_: path
+    live.page.save.ask_path = choosing(path)
     live.click("live_save_csv")
     assert live.page.save.is_saving
     assert not live.page.save.png.isEnabled()

@@ -3,6 +3,7 @@
 import copy
 from dataclasses import replace
 from datetime import datetime
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
@@ -148,9 +149,10 @@ class BundlePreview(QWidget):
         if bundle is None or self._saving.is_running:
             return
         name = default_name("support", ".zip", datetime.now().astimezone())
-        path = self.ask_path(self, tr("Save support bundle…"), self._folder / name, tr("Zip file (*.zip)"))
-        if path is None:
-            return
+        save = partial(self._save_to, bundle)
+        self.ask_path(self, tr("Save support bundle…"), self._folder / name, tr("Zip file (*.zip)"), save)
+
+    def _save_to(self, bundle: SupportBundle, path: Path) -> None:
         self._folder = path.parent
         self._result.set_notice(lambda: progress_notice(tr("Saving…"), None))
 

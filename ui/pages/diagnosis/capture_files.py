@@ -1,6 +1,6 @@
 """Saves traffic as a session; opens sessions and hex text by dialog or drop."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import partial
@@ -15,13 +15,14 @@ from app.captures.explained import Explainer
 from app.captures.reader import CaptureReader, CaptureRefused, LineFault, read_text
 from app.captures.rows import CaptureRows
 from app.captures.traffic_buffer import TrafficBuffer
+from app.engine.worker import Connection
 from app.recordings.export import ExportCancelled, not_saved_text
 from app.recordings.session_format import Unreadable
 from app.system.gil_yield import GilYield
 from app.text.i18n import tr
 from app.text.sentences import error_text
 from ui.core.background_task import BackgroundTask, Running
-from ui.files.file_dialogs import AskOpen, AskPath, ask_open, ask_path, default_name
+from ui.files.file_dialogs import AskOpen, AskPath, ThenPath, ask_open, ask_path, default_name
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice, progress_notice
 from ui.style.icons import Icon
@@ -34,8 +35,9 @@ SUFFIX = ".mcap"
 OPENED_SUFFIXES = (".hex", ".txt", ".log", ".dpscap", SUFFIX)
 
 
-def ask_capture(parent: QWidget, folder: Path) -> Path | None:
-    return ask_open(parent, folder, tr("Open traffic…"), tr("Session or hex text (*.mcap *.txt *.hex *.log *.dpscap)"))
+def ask_capture(parent: QWidget, folder: Path, then: ThenPath) -> None:
+    kinds = tr("Session or hex text (*.mcap *.txt *.hex *.log *.dpscap)")
+    ask_open(parent, folder, tr("Open traffic…"), kinds, then)
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,9 +100,7 @@ class CaptureFiles(QWidget):
         self.save.setEnabled(len(self._buffer) > 0 and not self._saving.is_running)
 
     def choose(self) -> None:
-        path = self.ask_open(self, self._folder)
-        if path is not None:
-            self.open_file(path)
+        self.ask_open(self, self._folder, self.open_file)
 
     def open_file(self, path: Path) -> None:
         """Reads a file in the background; emits `opened`, or says why not."""
@@ -121,11 +121,14 @@ class CaptureFiles(QWidget):
         entries = self._buffer.entries()
         started_s = self._buffer.started_s
         suggested = self._folder / default_name(connection.port, SUFFIX, datetime.now().astimezone())
-        path = self.ask_save(self, tr("Save traffic…"), suggested, tr("Session (*.mcap)"))
-        if path is None:
-            return
+        save = partial(self._save, entries, connection, started_s, self._buffer.has_dropped)
+        self.ask_save(self, tr("Save traffic…"), suggested, tr("Session (*.mcap)"), save)
+
+    def _save(
+        self, entries: Sequence[CaptureEntry], connection: Connection, started_s: float, has_dropped: bool, path: Path
+    ) -> None:
         self._folder = path.parent
-        rows, has_dropped = f"{len(entries):,}", self._buffer.has_dropped
+        rows = f"{len(entries):,}"
 
         def saved_text() -> str:
             if has_dropped:

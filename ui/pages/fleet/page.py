@@ -306,9 +306,7 @@ class FleetPage(Page):
         self._connector.ports.refresh()
 
     def _choose_profile(self) -> None:
-        path = self.ask_profile(self, self._services.preferences.profile_folder)
-        if path is not None:
-            self.open_profile_file(path)
+        self.ask_profile(self, self._services.preferences.profile_folder, self.open_profile_file)
 
     def open_profile_file(self, path: Path) -> None:
         try:
@@ -341,9 +339,8 @@ class FleetPage(Page):
         self._timer.refresh_seen()
 
     def _choose_report(self) -> None:
-        path = self.ask_report(self, tr("Export report…"), Path.home() / "fleet.pdf", tr("Report (*.pdf)"))
-        if path is not None:
-            self.export_report(path)
+        suggested = Path.home() / "fleet.pdf"
+        self.ask_report(self, tr("Export report…"), suggested, tr("Report (*.pdf)"), self.export_report)
 
     def export_report(self, path: Path) -> None:
         members = tuple(self.checks.results.values())

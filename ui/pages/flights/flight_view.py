@@ -25,7 +25,7 @@ from app.text.messages import clean
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
 from ui.core.texts import Texts
-from ui.files.file_dialogs import AskPath, ask_path
+from ui.files.file_dialogs import AskPath, ThenPath, ask_path
 from ui.files.save_bar import png_parts
 from ui.pages.flights.texts import outcome_lines, short_name
 from ui.pages.flights.verdicts import appearance_of, verdict_of
@@ -145,23 +145,24 @@ class FlightView(QWidget):
         if self.plot is None:
             return
         drawing, image = self.plot.svg(), self.plot.picture().toImage()
-        path = self._choose(tr("Save picture…"), ".png", f"{tr('Picture (*.png)')};;{tr('Drawing (*.svg)')}")
-        if path is not None:
+
+        def save(path: Path) -> None:
             self._save(path, iter((drawing,)) if path.suffix.lower() == ".svg" else png_parts(image))
+
+        self._choose(tr("Save picture…"), ".png", f"{tr('Picture (*.png)')};;{tr('Drawing (*.svg)')}", save)
 
     def _save_values(self, log: FlightLog) -> None:
         if self.plot is None:
             return
         span = self.plot.span
-        path = self._choose(tr("Save values…"), ".csv", tr("Table (*.csv)"))
-        if path is not None:
-            self._save(path, values_csv(log, span))
+        save = partial(self._save, parts=values_csv(log, span))
+        self._choose(tr("Save values…"), ".csv", tr("Table (*.csv)"), save)
 
-    def _choose(self, title: str, suffix: str, kinds: str) -> Path | None:
+    def _choose(self, title: str, suffix: str, kinds: str, save: ThenPath) -> None:
         if self._outcome is None or self._saving.is_running:
-            return None
+            return
         log = Path(self._outcome.flight.name)
-        return self.ask_path(self, title, log.with_name(f"{log.stem}-plot{suffix}"), kinds)
+        self.ask_path(self, title, log.with_name(f"{log.stem}-plot{suffix}"), kinds, save)
 
     def _save(self, path: Path, parts: Iterable[bytes]) -> None:
         def finish(text: str) -> None:

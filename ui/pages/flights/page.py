@@ -85,10 +85,10 @@ class FlightsPage(Page):
         self.refresh()
 
     def choose_files(self) -> None:
-        self.open_paths(self.ask_files(self, self._folder))
+        self.ask_files(self, self._folder, self.open_paths)
 
     def choose_folder(self) -> None:
-        self.open_paths(self.ask_folder(self, self._folder))
+        self.ask_folder(self, self._folder, self.open_paths)
 
     def open_file(self, path: Path) -> None:
         self.open_paths([path])

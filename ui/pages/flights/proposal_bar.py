@@ -1,6 +1,8 @@
 """Shows the proposal; puts thresholds into Settings as edits or into a profile. Nothing is sent."""
 
+from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -11,6 +13,7 @@ from app.settings.profile_file import ProfileRefused, read_profile, refusal_text
 from app.settings.profiles import Profile
 from app.text.i18n import tr
 from app.text.sentences import join_sentences
+from protocol.fields import Value
 from ui.files.file_dialogs import AskOpen, AskPath, ask_path, ask_profile
 from ui.pages.flights.controller import FlightsWork
 from ui.pages.flights.texts import proposal_text
@@ -102,17 +105,18 @@ class ProposalBar(QFrame):
 
     def save_profile(self) -> None:
         """Saves a new profile with the three thresholds."""
-        path = self.ask_save(
-            self, tr("Save as profile…"), self._remembered.profile_folder / f"profile{SUFFIX}", _kinds()
-        )
-        if path is not None:
-            self._write(path, Profile(name=path.stem or tr("Profile"), settings=self._work.settings()))
+        settings, suggested = self._work.settings(), self._remembered.profile_folder / f"profile{SUFFIX}"
+
+        def write(path: Path) -> None:
+            self._write(path, Profile(name=path.stem or tr("Profile"), settings=settings))
+
+        self.ask_save(self, tr("Save as profile…"), suggested, _kinds(), write)
 
     def add_to_profile(self) -> None:
         """Changes the three thresholds of a profile, and asks where to save it."""
-        path = self.ask_open(self, self._remembered.profile_folder)
-        if path is None:
-            return
+        self.ask_open(self, self._remembered.profile_folder, partial(self._add_to, self._work.settings()))
+
+    def _add_to(self, thresholds: Mapping[str, Value], path: Path) -> None:
         try:
             profile = read_profile(path)
         except ProfileRefused as refusal:
@@ -120,13 +124,12 @@ class ProposalBar(QFrame):
             self._result.notify(Meaning.ATTENTION,
                    lambda: tr("{file}: {why}", file=path.name, why=faults.sentences[0]))  # fmt: skip
             return
-        settings = {**profile.settings, **self._work.settings()}
+        settings = {**profile.settings, **thresholds}
         loses_approval = profile.approved_fingerprint is not None and settings != dict(profile.settings)
         approved = None if loses_approval else profile.approved_fingerprint
-        target = self.ask_save(self, tr("Add to a profile…"), path, _kinds())
-        if target is not None:
-            changed = replace(profile, settings=settings, approved_fingerprint=approved)
-            self._write(target, changed, loses_approval=loses_approval)
+        changed = replace(profile, settings=settings, approved_fingerprint=approved)
+        write = partial(self._write, profile=changed, loses_approval=loses_approval)
+        self.ask_save(self, tr("Add to a profile…"), path, _kinds(), write)
 
     def _write(self, path: Path, profile: Profile, *, loses_approval: bool = False) -> None:
         try:

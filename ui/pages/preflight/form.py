@@ -120,9 +120,7 @@ class PreflightForm(QWidget):
         self.choose.setAccessibleName(tr("Profile: {name}", name=name))
 
     def choose_file(self) -> None:
-        path = self.ask_open(self, self._services.preferences.profile_folder)
-        if path is not None:
-            self.use_profile(path)
+        self.ask_open(self, self._services.preferences.profile_folder, self.use_profile)
 
     def _commit(self) -> None:
         entered = self._entered()

@@ -179,9 +179,7 @@ class ProfileEditor(QWidget):
 
     def choose_and_save(self) -> None:
         suggested = self._path or self._preferences.profile_folder / f"profile{SUFFIX}"
-        path = self.ask_save(self, tr("Save as profile…"), suggested, tr("Profile (*.toml)"))
-        if path is not None:
-            self._save_to(path)
+        self.ask_save(self, tr("Save as profile…"), suggested, tr("Profile (*.toml)"), self._save_to)
 
     def _save(self) -> None:
         if self._path is None:

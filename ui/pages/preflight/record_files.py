@@ -21,9 +21,8 @@ from app.text.i18n import tr
 from app.text.messages import clean
 from app.text.sentences import error_text, join_sentences
 from ui.core.background_task import BackgroundTask
-from ui.files.file_dialogs import AskPath, ask_open, ask_path
+from ui.files.file_dialogs import AskPath, AskText, ThenPath, ask_open, ask_path, ask_text
 from ui.files.report_printer import print_report
-from ui.pages.preflight.stations_row import AskName, ask_name
 from ui.services.job_notice import JobNotice
 from ui.services.storage import Storage
 from ui.style.theme import Meaning
@@ -31,12 +30,12 @@ from ui.widgets.notice_bar import Choice, Notice
 
 _log = logging.getLogger(__name__)
 SUFFIXES: Final = (".json", ".html", ".htm", ".pdf")
-AskRecord = Callable[[QWidget], Path | None]
+AskRecord = Callable[[QWidget, ThenPath], object]
 
 
-def ask_record(parent: QWidget) -> Path | None:
-    """A dialog; None where it was cancelled."""
-    return ask_open(parent, Path.home(), tr("Verify a file…"), tr("Record or report (*.json *.html *.htm *.pdf)"))
+def ask_record(parent: QWidget, then: ThenPath) -> None:
+    kinds = tr("Record or report (*.json *.html *.htm *.pdf)")
+    ask_open(parent, Path.home(), tr("Verify a file…"), kinds, then)
 
 
 class RecordFiles(QObject):
@@ -48,7 +47,7 @@ class RecordFiles(QObject):
         super().__init__(parent)
         self.ask_path: AskPath = ask_path
         self.ask_record: AskRecord = ask_record
-        self.ask_name: AskName = ask_name
+        self.ask_name: AskText = ask_text
         self.printer: Printer = print_report
         self._storage, self._result, self._window = storage, result, parent
         self._folder = Path.home()
@@ -59,9 +58,10 @@ class RecordFiles(QObject):
     def print_record(self, record: Record) -> None:
         """Ask for a file name, then write the report as PDF and JSON."""
         suggested = self._folder / f"{suggested_name(record)}.pdf"
-        path = self.ask_path(self._window, tr("Export report…"), suggested, tr("Report (*.pdf)"))
-        if path is None:
-            return
+        write = partial(self._write_report, record)
+        self.ask_path(self._window, tr("Export report…"), suggested, tr("Report (*.pdf)"), write)
+
+    def _write_report(self, record: Record, path: Path) -> None:
         try:
             check_target(path)
             written = write_report(path, record, self.printer)
@@ -82,9 +82,7 @@ class RecordFiles(QObject):
     # Verifying
 
     def choose_and_verify(self) -> None:
-        path = self.ask_record(self._window)
-        if path is not None:
-            self.verify(path)
+        self.ask_record(self._window, self.verify)
 
     def verify(self, path: Path) -> None:
         """Verify a file in a background thread: it may be large, and on a slow disk."""
@@ -129,9 +127,15 @@ class RecordFiles(QObject):
         self._result.set_notice(notice)
 
     def _ask_to_trust(self, path: Path, public: bytes | None) -> None:
-        name = None if public is None else self.ask_name(self._window, fingerprint_of(public))
-        if public is None or name is None:
+        if public is None:
             return
+        label = tr(
+            "Signed by {fingerprint}. Trust it only if that computer shows the same. Name:",
+            fingerprint=fingerprint_of(public),
+        )
+        self.ask_name(self._window, tr("Trust this station…"), label, partial(self._trust, path, public))
+
+    def _trust(self, path: Path, public: bytes, name: str) -> None:
         try:
             Stations(self._storage.folder).trust(public, name)
         except OSError as error:

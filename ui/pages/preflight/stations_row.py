@@ -4,7 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QComboBox, QInputDialog, QLabel, QPushButton, QWidget
+from PySide6.QtWidgets import QComboBox, QLabel, QPushButton, QWidget
 
 from app.stations.known import KnownStation, Stations
 from app.stations.station import StationTrouble
@@ -16,18 +16,6 @@ from ui.widgets.controls import control
 from ui.widgets.layouts import in_row
 from ui.widgets.naming import named
 from ui.widgets.sliders import WheelGuard
-
-AskName = Callable[[QWidget, str], str | None]
-
-
-def ask_name(parent: QWidget, fingerprint: str) -> str | None:
-    """A dialog; None where the station is not to be trusted."""
-    text = tr(
-        "Signed by {fingerprint}. Trust it only if that computer shows the same. Name:",
-        fingerprint=fingerprint,
-    )
-    name, is_trusted = QInputDialog.getText(parent, tr("Trust this station…"), text)
-    return name if is_trusted else None
 
 
 class StationsRow(QWidget):

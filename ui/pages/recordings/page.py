@@ -152,10 +152,12 @@ class RecordingsPage(Page):
         name = default_name(entry.module or entry.port, kind.value, entry.started_at.astimezone())
         kinds = tr("Table (*.csv)") if kind is ExportKind.CSV else tr("MCAP (*.mcap)")
         title = tr("Recording of {time}", time=when_text(entry))
-        path = self.ask_path(self, title, self._folder / name, kinds)
-        if path is not None:
+
+        def export(path: Path) -> None:
             self._folder = path.parent
             self.work.export(entry, path, kind)
+
+        self.ask_path(self, title, self._folder / name, kinds, export)
 
     def _toggle_pin(self) -> None:
         chosen = self.table.chosen()

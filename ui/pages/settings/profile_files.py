@@ -1,6 +1,7 @@
 """Opens profiles by dialog, recent list or drop; saves the current settings as one."""
 
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
@@ -47,9 +48,16 @@ class ProfileFiles(QObject):
         self.recent.setEnabled(bool(self._remembered.recent_profiles))
 
     def choose(self) -> None:
-        path = self.ask_open(self._page, self._remembered.profile_folder)
-        if path is not None:
-            self.open_file(path)
+        """The profile is for the module that is shown when it is asked for."""
+        asked = self._connector.current, self._connector.adapter_key
+
+        def open_file(path: Path) -> None:
+            if asked == (self._connector.current, self._connector.adapter_key):
+                self.open_file(path)
+            else:
+                self._result.notify(Meaning.ATTENTION, lambda: tr("Another module is shown now: nothing was opened."))
+
+        self.ask_open(self._page, self._remembered.profile_folder, open_file)
 
     def open_file(self, path: Path) -> None:
         """Emits `opened` or `refused`."""
@@ -71,9 +79,10 @@ class ProfileFiles(QObject):
             self._result.notify(Meaning.ATTENTION, lambda: tr("No settings known: read them first."))
             return
         suggested = self._remembered.profile_folder / f"profile{SUFFIX}"
-        path = self.ask_save(self._page, tr("Save as profile…"), suggested, tr("Profile (*.toml)"))
-        if path is None:
-            return
+        save = partial(self._save, profile)
+        self.ask_save(self._page, tr("Save as profile…"), suggested, tr("Profile (*.toml)"), save)
+
+    def _save(self, profile: Profile, path: Path) -> None:
         try:
             save_profile(path, Profile(name=path.stem or tr("Profile"), settings=profile.settings))
         except (OSError, ProfileRefused) as error:

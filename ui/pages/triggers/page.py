@@ -1,5 +1,6 @@
 """Triggers page: all trigger records of a module, newest first, with the details of the selected one."""
 
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -136,20 +137,23 @@ class TriggersPage(Page):
         rows = self.work.rows if is_archive else self.filter.shown()
         name = self._naming.name
         title = tr("Export all…") if is_archive else tr("Export shown…")
-        path = self.ask_path(self, title, self._folder / csv_name(name), tr("Table (*.csv)"))
-        if path is None:
-            return
         new = frozenset(row.seen.id for row in rows if row.is_new)
         has_past = self.work.reading is not None and not self.work.is_first_visit
+        once = frozenset(row.seen.id for row in rows if row.is_seen_once)
+        records = [row.seen for row in rows]
+        write = partial(write_archive, module=name, records=records, new=new if has_past else None, seen_once=once)
+        save = partial(self._save_to, write, len(rows))
+        self.ask_path(self, title, self._folder / csv_name(name), tr("Table (*.csv)"), save)
+
+    def _save_to(self, write: Callable[[Path], object], count: int, path: Path) -> None:
         try:
-            once = frozenset(row.seen.id for row in rows if row.is_seen_once)
-            write_archive(path, name, [row.seen for row in rows], new=new if has_past else None, seen_once=once)
+            write(path)
         except OSError as error:
             fault = error  # the name of an except clause ends with it
             self.work.job.notify(Meaning.DANGER, lambda: not_saved_text(path, fault))
             return
         self._folder = path.parent
-        self.work.job.notify(Meaning.GOOD, lambda: tr("Saved to {path}. Rows: {rows}.", rows=len(rows), path=path))
+        self.work.job.notify(Meaning.GOOD, lambda: tr("Saved to {path}. Rows: {rows}.", rows=count, path=path))
 
     def _use_filter(self) -> None:
         self.filter.use(self.search.text(), partial(is_chosen, self.show_box.currentData()))

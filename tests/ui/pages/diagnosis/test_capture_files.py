@@ -14,7 +14,7 @@ from app.recordings.library import entry_of
 from tests.support.records.captures import explained, read_session
 from tests.support.window.capture_window import opened, strip_button, write_capture
 from tests.support.window.fakes_ui import WAIT_MS, connect, simulated
-from tests.support.window.steps import press
+from tests.support.window.steps import choosing, press
 from tests.ui.pages.diagnosis.test_diagnosis_page import diagnosis
 from tests.ui.pages.diagnosis.test_traffic import cell, sent, streamed
 from ui.core.background_task import Running
@@ -103,7 +103,7 @@ def test_a_saved_capture_can_be_opened(qtbot: QtBot, qapp: QApplication, tmp_pat
     path = tmp_path / f"saved{SUFFIX}"
     with simulated("saved", stream_at_boot=True), diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
         connect(qtbot, assembly, "sim://saved")
-        page.files.ask_save = lambda _parent, _title, _suggested, _filter: path
+        page.files.ask_save = choosing(path)
         qtbot.waitUntil(page.files.save.isEnabled, timeout=WAIT_MS)
         kept = page.traffic_buffer.entries()
         press(qtbot, page.files.save)
@@ -119,7 +119,7 @@ def test_a_capture_that_cannot_be_saved_is_reported(qtbot: QtBot, qapp: QApplica
     with diagnosis(qtbot, qapp, tmp_path) as (_assembly, page):
         page.traffic_buffer.feed([sent("light")])
         page.files.refresh()
-        page.files.ask_save = lambda _parent, _title, _suggested, _filter: tmp_path / "none" / "x.dpscap"
+        page.files.ask_save = choosing(tmp_path / "none" / "x.dpscap")
         press(qtbot, page.files.save)
         qtbot.waitUntil(lambda: "cannot be written" in page.strip.accessibleName(), timeout=WAIT_MS)
 

@@ -38,7 +38,7 @@ from protocol.messages import Heartbeat, Status, decode
 from tests.support.quickest import quickest
 from tests.support.window.fakes_ui import ADAPTER, WAIT_MS, Ports, connect, simulated, wait_online, window
 from tests.support.window.settings_bench import desk
-from tests.support.window.steps import find, press, show_page
+from tests.support.window.steps import choosing, find, press, show_page
 from tests.ui.pages.commands.test_commands_page import arm, wait_disarmed
 from ui.main import Assembly, _errors_shown
 from ui.pages.diagnosis.page import DiagnosisPage
@@ -285,7 +285,7 @@ def test_the_saved_bundle_equals_the_preview(qtbot: QtBot, qapp: QApplication, t
         lines = [str(model.index(row, 0).data()) for row in range(model.rowCount())]
         assert any("the cable is loose" in line and "/home/<user>/notes" in line for line in lines)
         path = tmp_path / "support.zip"
-        page.bundle.ask_path = lambda _parent, _title, _suggested, _filter: path
+        page.bundle.ask_path = choosing(path)
         press(qtbot, page.bundle.save)
         qtbot.waitUntil(path.exists, timeout=WAIT_MS)
         qtbot.waitUntil(lambda: "Saved as" in page.strip.accessibleName(), timeout=WAIT_MS)
@@ -300,7 +300,7 @@ def test_a_bundle_that_cannot_be_saved_is_reported(qtbot: QtBot, qapp: QApplicat
         page.go_to("bundle")
         qtbot.waitUntil(page.bundle.save.isEnabled, timeout=WAIT_MS)
         qtbot.waitUntil(lambda: page.bundle.bundle is not None, timeout=WAIT_MS)
-        page.bundle.ask_path = lambda _parent, _title, _suggested, _filter: tmp_path / "gone" / "support.zip"
+        page.bundle.ask_path = choosing(tmp_path / "gone" / "support.zip")
         press(qtbot, page.bundle.save)
         qtbot.waitUntil(lambda: "cannot be written" in page.strip.accessibleName(), timeout=WAIT_MS)
 

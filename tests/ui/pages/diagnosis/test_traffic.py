@@ -23,7 +23,7 @@ from ui.pages.diagnosis import traffic_texts
 from ui.pages.diagnosis.traffic import TrafficPage
 from ui.pages.diagnosis.traffic_model import MAX_ROW_BYTES, MAX_ROWS, Column, Filter, TrafficModel
 from ui.pages.diagnosis.traffic_texts import at_of
-from ui.shell.page_maker import PageMaker
+from ui.shell.page_area import PageMaker
 from ui.style.theme import Choice, Space
 
 LINE_RATE = 1440

@@ -31,6 +31,7 @@ from tests.ui.pages.fleet.conftest import Desk
 from ui.acts.ritual_widget import RitualWidget
 from ui.core.port_connection import PortConnection
 from ui.core.texts import Texts
+from ui.files.file_dialogs import ThenPath
 from ui.shell.attention import Attention
 from ui.style.theme import Choice, Meaning
 from ui.widgets.notice_bar import Notice, NoticeBar
@@ -369,9 +370,9 @@ def test_the_report_of_all_is_exported_by_its_button(desk: Desk, tmp_path: Path)
     desk.wait(desk.page.report.isEnabled)
     asked: list[str] = []
 
-    def choose(_parent: QWidget, title: str, _suggested: Path, _kinds: str) -> Path:
+    def choose(_parent: QWidget, title: str, _suggested: Path, _kinds: str, then: ThenPath) -> None:
         asked.append(title)
-        return tmp_path / "fleet.pdf"
+        then(tmp_path / "fleet.pdf")
 
     desk.page.ask_report = choose
     desk.page.report.trigger()

@@ -5,6 +5,7 @@ import csv
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -26,7 +27,8 @@ from tests.support.flights.made_flights import made_flight
 from tests.support.flights.many_flights import crash, ordinary_flight, write_csv, write_logs
 from tests.support.window.fakes_ui import WAIT_MS, window
 from tests.support.window.moved import moved, places
-from tests.support.window.steps import await_child
+from tests.support.window.steps import await_child, choosing
+from ui.files.file_dialogs import ThenPath
 from ui.main import PAGES, Assembly
 from ui.pages.flights import loading
 from ui.pages.flights.model import FlightColumn
@@ -281,11 +283,11 @@ def test_a_flight_shows_its_moment(desk: Desk, tmp_path: Path) -> None:
     for name, signal in (("v.csv", plot.save_values_wanted), ("p.svg", plot.save_picture_wanted)):
         saved = tmp_path / name
 
-        def choose(_parent: QWidget, _title: str, place: Path, _kinds: str, saved: Path = saved) -> Path:
+        def choose(saved: Path, _parent: QWidget, _title: str, place: Path, _kinds: str, then: ThenPath) -> None:
             suggested.append(place)
-            return saved
+            then(saved)
 
-        page.flight.ask_path = choose
+        page.flight.ask_path = partial(choose, saved)
         signal.emit()
         desk.qtbot.waitUntil(page.flight.saved.isVisible)
         desk.qtbot.waitUntil(lambda: not page.flight._saving.is_running)
@@ -334,7 +336,7 @@ def test_thresholds_go_to_settings_as_edits(desk: Desk) -> None:
 def test_thresholds_go_into_profiles(desk: Desk, tmp_path: Path) -> None:
     bar = desk.page.proposal
     path = tmp_path / "new.toml"
-    bar.ask_save = lambda *_: path
+    bar.ask_save = choosing(path)
     desk.page.work.choose(TriggerLimits(62, 0.4, 1.25))
     bar.save_profile()
     assert read_profile(path).settings == {
@@ -348,7 +350,7 @@ def test_thresholds_go_into_profiles(desk: Desk, tmp_path: Path) -> None:
         encoding="utf-8",
     )
     before = read_profile(path)
-    bar.ask_open = lambda *_: path
+    bar.ask_open = choosing(path)
     bar.add_to_profile()
     after = read_profile(path)
     assert after.settings == {**before.settings, **desk.page.work.settings()}

@@ -13,7 +13,7 @@ from tests.support.window.steps import await_child
 from ui.services.context import PageEntry, Services
 from ui.services.page import Page
 from ui.shell.main_window import MainWindow
-from ui.shell.page_maker import PageMaker
+from ui.shell.page_area import PageMaker
 from ui.style.icons import Icon
 
 

@@ -11,7 +11,7 @@ from pytestqt.qtbot import QtBot
 from app.records.verification import RecordState, verify
 from app.simulator.quirks import Rule
 from tests.support.window.preflight_window import OnBench, find_in, kept, name_module, on_bench
-from tests.support.window.steps import settle
+from tests.support.window.steps import choosing, settle
 from ui.pages.preflight.controller import Standing
 from ui.style.theme import Space
 from ui.widgets.step_button import StepButton
@@ -97,7 +97,7 @@ def test_where_the_aircraft_activates_ready_is_the_end(
     profile.write_text('[expectations]\nactivated_by = "aircraft"\n', encoding="utf-8")
     with on_bench(qtbot, qapp, tmp_path, "aircraft") as bench:
         page = bench.preflight
-        page.form.ask_open = lambda *_: profile
+        page.form.ask_open = choosing(profile)
         page.form.choose_file()
         assert bench.check() is Standing.READY
         assert page.banner.announcement.head == "The aircraft activates it"

@@ -1,5 +1,6 @@
 """The Pre-flight page: records that are dropped, past checks, and how it looks."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -14,6 +15,7 @@ from app.text.i18n import CHINESE, ENGLISH, tr
 from tests.app.records.test_record import checked_record
 from tests.support.records.stations_made import station
 from tests.support.window.preflight_window import find_in, name_module, on_bench, said
+from tests.support.window.steps import choosing
 from ui.pages.preflight.controller import Standing
 from ui.pages.preflight.verdict import Announcement, VerdictBanner
 from ui.style.theme import Meaning
@@ -24,7 +26,7 @@ def test_a_dropped_record_is_intact_or_altered(qtbot: QtBot, qapp: QApplication,
         page = bench.preflight
         assert bench.check() is Standing.READY
         target = tmp_path / "report.pdf"
-        page.files.ask_path = lambda *_: target
+        page.files.ask_path = choosing(target)
         bench.click(page.buttons.print)
         bench.assembly.window.go_to("triggers")
         bench.drop(target)
@@ -49,9 +51,9 @@ def test_a_station_is_trusted_and_forgotten(qtbot: QtBot, qapp: QApplication, tm
     record.write_text(as_text(checked_record()), "utf-8")
     asked: list[str] = []
 
-    def answer(_parent: QWidget, fingerprint: str) -> str:
-        asked.append(fingerprint)
-        return "Hangar 2"
+    def answer(_parent: QWidget, _title: str, label: str, then: Callable[[str], object]) -> None:
+        asked.append(label)
+        then("Hangar 2")
 
     with on_bench(qtbot, qapp, tmp_path, "trust", is_connected=False) as bench:
         page = bench.preflight
@@ -64,11 +66,12 @@ def test_a_station_is_trusted_and_forgotten(qtbot: QtBot, qapp: QApplication, tm
         assert trust is not None
         bench.click(trust)
         qtbot.waitUntil(lambda: "signed by Hangar 2" in said(bench), timeout=8000)
-        assert asked == [fingerprint_of(station().public)]
+        fingerprint = fingerprint_of(station().public)
+        assert fingerprint in asked[0]
         bench.click(page.buttons.history)
         row = page.history.stations
         assert row.own.text().startswith("This station: ")
-        assert row.known.currentText() == f"Hangar 2 · {asked[0]}"
+        assert row.known.currentText() == f"Hangar 2 · {fingerprint}"
         bench.click(row.forget)
         assert not row.forget.isEnabled()
         bench.drop(record)
@@ -89,7 +92,7 @@ def test_past_checks_and_what_they_measured(qtbot: QtBot, qapp: QApplication, tm
         assert [point.value for point in history.trends["cell_voltage_v"].points] == [3.6, 4.0]
         assert "3.60 V to 4.00 V" in history.trends["cell_voltage_v"].accessibleName()
         target = tmp_path / "again.pdf"
-        page.files.ask_path = lambda *_: target
+        page.files.ask_path = choosing(target)
         history.table.selectRow(1)
         bench.click(history.print)
         assert verify_file(target, find_station=find_in(bench)).state is RecordState.INTACT

@@ -19,7 +19,8 @@ from app.store.store import Store, data_folder
 from protocol.catalogue import BY_NAME
 from tests.support.window.fakes_ui import WAIT_MS, window
 from tests.support.window.preflight_window import VERDICTS, confirm_name, find_in, kept, name_module, on_bench, said
-from tests.support.window.steps import await_child
+from tests.support.window.steps import await_child, choosing
+from ui.files.file_dialogs import ThenPath
 from ui.main import PAGES
 from ui.pages.preflight.controller import Standing
 from ui.pages.preflight.page import PreflightPage
@@ -69,7 +70,7 @@ def test_run_fail_repair_run_again_print(qtbot: QtBot, qapp: QApplication, tmp_p
         assert any("holds for" in line for line in shown.lines)
         assert kept(bench, "M-07") == ["READY", "NO-GO"]
         target = tmp_path / "report.pdf"
-        page.files.ask_path = lambda *_: target
+        page.files.ask_path = choosing(target)
         bench.click(page.buttons.print)
         assert "report.pdf" in said(bench)
         for suffix in (".pdf", ".json"):
@@ -88,7 +89,7 @@ def test_manual_items_are_ticked_by_a_person(qtbot: QtBot, qapp: QApplication, t
     profile.write_text(PROFILE, encoding="utf-8")
     with on_bench(qtbot, qapp, tmp_path, "manual") as bench:
         page = bench.preflight
-        page.form.ask_open = lambda *_: profile
+        page.form.ask_open = choosing(profile)
         page.form.choose_file()
         needed, other = page.list.manual
         assert bench.check() is Standing.NO_GO
@@ -130,7 +131,7 @@ def test_ticks_stay_when_a_module_gets_its_name_and_go_with_another(
     profile.write_text(PROFILE, encoding="utf-8")
     with on_bench(qtbot, qapp, tmp_path, "ticks", is_connected=False) as bench:
         page = bench.preflight
-        page.form.ask_open = lambda *_: profile
+        page.form.ask_open = choosing(profile)
         page.form.choose_file()
         bench.click(page.list.manual[0].done)
         name_module(bench, "M-07")
@@ -143,7 +144,7 @@ def test_a_file_that_is_no_profile_is_refused_with_its_reason(qtbot: QtBot, qapp
     bad = tmp_path / "bad.toml"
     bad.write_text("format = 1\nattitude_threshold_deg = 'x'\nsurprise = 1\n", encoding="utf-8")
     with on_bench(qtbot, qapp, tmp_path, "refused", is_connected=False) as bench:
-        bench.preflight.form.ask_open = lambda *_: bad
+        bench.preflight.form.ask_open = choosing(bad)
         bench.preflight.form.choose_file()
         assert said(bench).startswith("bad.toml is no profile: Line")
         assert bench.preflight.form.profile is None
@@ -227,9 +228,9 @@ def test_hostile_names_do_no_harm(qtbot: QtBot, qapp: QApplication, tmp_path: Pa
         assert bench.check() is Standing.READY
         suggested: list[Path] = []
 
-        def ask(_parent: QWidget, _title: str, path: Path, _filter: str) -> Path:
+        def ask(_parent: QWidget, _title: str, path: Path, _filter: str, then: ThenPath) -> None:
             suggested.append(path)
-            return tmp_path / "r.pdf"
+            then(tmp_path / "r.pdf")
 
         page.files.ask_path = ask
         bench.click(page.buttons.print)

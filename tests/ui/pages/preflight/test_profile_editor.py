@@ -11,6 +11,7 @@ from app.settings.profile_file import read_profile
 from app.settings.profiles import ActivatedBy, ManualLine, Profile
 from app.text.i18n import CHINESE
 from tests.support.window.preflight_window import name_module, on_bench
+from tests.support.window.steps import choosing
 from ui.pages.preflight.controller import Standing
 
 PROFILE = """
@@ -83,10 +84,10 @@ def test_edits_are_discarded_only_when_that_is_said(qtbot: QtBot, qapp: QApplica
         assert keep is not None
         bench.click(keep)
         assert editor.profile == Profile(name="H6")
-        editor.ask_save = lambda *_: tmp_path / "none" / "x.toml"
+        editor.ask_save = choosing(tmp_path / "none" / "x.toml")
         bench.click(editor.save)
         assert editor.strip.notice is not None  # the folder is not there
-        editor.ask_save = lambda *_: tmp_path / "x.toml"
+        editor.ask_save = choosing(tmp_path / "x.toml")
         bench.click(editor.save)
         assert read_profile(tmp_path / "x.toml").name == "H6"
         assert page.form.path == tmp_path / "x.toml"

@@ -20,9 +20,10 @@ from tests.support.records import recordings_made
 from tests.support.records.recordings_desk import SECONDS, Desk, made, record
 from tests.support.records.recordings_made import NOON
 from tests.support.window.fakes_ui import WAIT_MS, connect, simulated, speak_chinese, window
-from tests.support.window.steps import find
+from tests.support.window.steps import choosing, find
 from ui.core.language_switch import LanguageSwitch
 from ui.core.texts import Texts
+from ui.files.file_dialogs import ThenPath
 from ui.main import PAGES
 from ui.pages.live.page import LivePage
 from ui.pages.recordings.model import Column
@@ -196,9 +197,9 @@ def test_the_visible_span_is_saved(opened: Desk, tmp_path: Path) -> None:
     saving, path = opened.live.save, tmp_path / "seen.csv"
     suggested: list[Path] = []
 
-    def choose(_parent: QWidget, _title: str, wanted: Path, _filter: str) -> Path:
+    def choose(_parent: QWidget, _title: str, wanted: Path, _filter: str, then: ThenPath) -> None:
         suggested.append(wanted)
-        return path
+        then(path)
 
     saving.ask_path = choose
     opened.click(saving.csv)
@@ -227,7 +228,7 @@ def test_it_is_exported_as_csv_and_mcap(one: Desk, tmp_path: Path) -> None:
     one.page.table.selectRow(0)
     buttons = one.page.buttons
     for button, path in ((buttons.csv, tmp_path / "all.csv"), (buttons.mcap, tmp_path / "all.mcap")):
-        one.page.ask_path = partial(_choose, path)
+        one.page.ask_path = choosing(path)
         one.click(button)
         one.until(partial(_is_saved, one, path))
     rows = (tmp_path / "all.csv").read_text("utf-8-sig").splitlines()
@@ -237,7 +238,7 @@ def test_it_is_exported_as_csv_and_mcap(one: Desk, tmp_path: Path) -> None:
 
 def test_an_export_that_cannot_be_written_is_reported(one: Desk, tmp_path: Path) -> None:
     one.page.table.selectRow(0)
-    one.page.ask_path = lambda *_: tmp_path / "missing" / "all.csv"
+    one.page.ask_path = choosing(tmp_path / "missing" / "all.csv")
     one.click(one.page.buttons.csv)
     one.until(lambda: "cannot be written" in one.said())
     assert one.page.buttons.csv.isEnabled()
@@ -260,7 +261,7 @@ def test_a_long_export_shows_progress_and_can_be_cancelled(
 
     monkeypatch.setattr("app.recordings.export.export_csv", endless)
     one.page.table.selectRow(0)
-    one.page.ask_path = lambda *_: tmp_path / "all.csv"
+    one.page.ask_path = choosing(tmp_path / "all.csv")
     one.click(one.page.buttons.csv)
     one.until(lambda: one.said() == "Exporting all.csv: 40 %")
     assert not one.page.buttons.delete.isEnabled()
@@ -381,10 +382,6 @@ def test_the_language_changes_while_it_is_open(
             assert both.page.model.headerData(Column.MODULE, Qt.Orientation.Horizontal) == "Modul"
         finally:
             language_switch.use("en")
-
-
-def _choose(path: Path, *_: object) -> Path:
-    return path
 
 
 def _is_saved(desk: Desk, path: Path) -> bool:

@@ -15,7 +15,7 @@ from app.simulator import bench as benches
 from tests.support.window import walk
 from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
 from tests.support.window.settings_bench import ENTRIES, Desk, desk
-from tests.support.window.steps import find, notice_text, press
+from tests.support.window.steps import choosing, find, notice_text, press
 from ui.services.storage import Storage
 from ui.widgets.notice_bar import NoticeBar
 
@@ -29,7 +29,7 @@ def profile_file(folder: Path, text: str = PROFILE, name: str = "H6.toml") -> Pa
 
 
 def open_by_dialog(one: Desk, path: Path) -> None:
-    one.settings.files.ask_open = lambda _parent, _folder: path
+    one.settings.files.ask_open = choosing(path)
     one.choose_rare("profile_open")
 
 
@@ -147,7 +147,7 @@ def test_current_settings_are_saved_and_unknown_ones_are_named(
 ) -> None:
     with desk(qtbot, qapp, tmp_path) as one:
         path = tmp_path / "as it is.toml"
-        one.settings.files.ask_save = lambda *_: path
+        one.settings.files.ask_save = choosing(path)
         one.choose_rare("profile_save")
         saved = tomllib.loads(path.read_text(encoding="utf-8"))
         assert saved["name"] == "as it is"
@@ -161,7 +161,7 @@ def test_current_settings_are_saved_and_unknown_ones_are_named(
         said = one.settings.strip.notice
         assert said is not None
         assert "Attitude trigger, Free-fall trigger" in said.text
-        one.settings.files.ask_save = lambda *_: tmp_path / "no such folder" / "x.toml"
+        one.settings.files.ask_save = choosing(tmp_path / "no such folder" / "x.toml")
         one.choose_rare("profile_save")
         said = one.settings.strip.notice
         assert said is not None

@@ -14,6 +14,7 @@ from app.text.i18n import tr
 from app.trigger_records.history import Judgement
 from tests.support.window.fakes_ui import WAIT_MS
 from tests.support.window.preflight_window import CHECK_MS, OnBench, name_module, on_bench
+from tests.support.window.steps import choosing
 from ui.pages.preflight.controller import Standing
 from ui.pages.triggers.model import Column
 from ui.pages.triggers.table import TriggersTable
@@ -343,7 +344,7 @@ def test_csv_of_the_page_and_of_the_archive(qtbot: QtBot, qapp: QApplication, tm
         search.setText("4.70")
         for button, name, count in ((page.save_page, "page.csv", 1), (page.save_archive, "all.csv", 6)):
             target = tmp_path / name
-            page.ask_path = lambda *_, path=target: path
+            page.ask_path = choosing(target)
             bench.click(button)
             data = target.read_bytes()
             assert data.startswith(b"\xef\xbb\xbf")
@@ -355,7 +356,7 @@ def test_csv_of_the_page_and_of_the_archive(qtbot: QtBot, qapp: QApplication, tm
         bench.assembly.language_switch.use("zh_CN")
         assert said(bench).startswith("已保存")
         bench.assembly.language_switch.use("en")
-        page.ask_path = lambda *_: tmp_path / "no folder" / "x.csv"
+        page.ask_path = choosing(tmp_path / "no folder" / "x.csv")
         bench.click(page.save_page)
         assert "cannot be written" in said(bench)
         bench.assembly.language_switch.use("zh_CN")

@@ -1,0 +1,1 @@
+"""Tests of LOCK above everything that is open."""

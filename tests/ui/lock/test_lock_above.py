@@ -1,0 +1,354 @@
+"""LOCK above everything: by its button and its keys, over every dialog, menu, list and question of the program."""
+
+import ast
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Final
+
+import pytest
+from PySide6.QtCore import QPoint, QRect, Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QApplication,
+    QComboBox,
+    QDialog,
+    QFileDialog,
+    QMenu,
+    QMessageBox,
+    QWhatsThis,
+    QWidget,
+)
+from pytestqt.qtbot import QtBot
+
+from app.simulator.bench import SimulatedBench
+from tests.support.window.fakes_ui import WAIT_MS, connect, simulated, window
+from tests.support.window.settings_bench import ENTRIES
+from tests.support.window.steps import find, let_lay_out
+from ui.files import file_dialogs
+from ui.main import PAGES, Assembly, WindowOptions
+from ui.services.context import PageEntry
+from ui.shell.lock_above import LOCK_KEYS, LockStrip
+from ui.style.theme import Choice, zoom
+
+UI: Final = Path(__file__).parents[3] / "ui"
+_DIALOGS: Final = frozenset({
+    "QDialog", "QFileDialog", "QMessageBox", "QInputDialog", "QProgressDialog", "QColorDialog", "QFontDialog",
+    "QErrorMessage", "QWizard", "QPrintDialog", "QPrintPreviewDialog", "QMenu",
+})  # fmt: skip
+_WAITS: Final = frozenset({
+    "exec", "exec_", "getOpenFileName", "getOpenFileNames", "getSaveFileName", "getExistingDirectory", "getText",
+    "getItem", "getInt", "getDouble", "getMultiLineText", "question", "information", "warning", "critical", "about",
+    "aboutQt", "getColor", "getFont",
+})  # fmt: skip
+"""Methods of dialogs, menus and event loops that return only when a person has answered."""
+_CLASSES: Final = _DIALOGS | {"QEventLoop", "QDrag"}
+
+
+@dataclass(frozen=True)
+class Bench:
+    qtbot: QtBot
+    assembly: Assembly
+    module: SimulatedBench
+
+    def activate(self) -> None:
+        self.module.module.activate(is_active=True)
+        connector = self.assembly.connector
+        self.qtbot.waitUntil(
+            lambda: connector.device.fresh("active", connector.clock()) is True and self.assembly.lock.is_possible,
+            timeout=WAIT_MS,
+        )
+
+    def await_locked(self) -> None:
+        self.qtbot.waitUntil(lambda: not self.module.state().is_active, timeout=WAIT_MS)
+
+
+@pytest.fixture
+def bench(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Bench]:
+    with on_bench(qtbot, qapp, tmp_path) as made:
+        yield made
+
+
+@contextmanager
+def on_bench(
+    qtbot: QtBot,
+    qapp: QApplication,
+    folder: Path,
+    language: str = "en",
+    entries: tuple[PageEntry, ...] = ENTRIES,
+) -> Iterator[Bench]:
+    with (
+        simulated(f"above_{folder.name}") as module,
+        window(qapp, folder, entries=entries, options=WindowOptions(language=language)) as assembly,
+    ):
+        qtbot.waitUntil(lambda: assembly.window._maker.is_done, timeout=4 * WAIT_MS)
+        connect(qtbot, assembly, f"sim://above_{folder.name}")
+        yield Bench(qtbot, assembly, module)
+        for widget in QApplication.topLevelWidgets():
+            if isinstance(widget, QDialog | QMenu):
+                widget.close()
+
+
+# Dialogs
+
+
+def _file(ask: Callable[..., object], *asked: object) -> Callable[[Bench], QWidget]:
+    def show(bench: Bench) -> QWidget:
+        ask(bench.assembly.window, *asked, lambda *_: None)
+        return bench.assembly.window.findChildren(QFileDialog)[-1]
+
+    return show
+
+
+def _modeless(act: str, kind: type[QDialog] = QDialog) -> Callable[[Bench], QWidget]:
+    def show(bench: Bench) -> QWidget:
+        getattr(bench.assembly.window.menus, act).trigger()
+        return next(one for one in bench.assembly.window.findChildren(kind) if one.isVisible())
+
+    return show
+
+
+def _ask_text(bench: Bench) -> QWidget:
+    file_dialogs.ask_text(bench.assembly.window, "Trust this station…", "Name:", lambda _text: None)
+    return find(bench.assembly.window, QDialog, "text_dialog")
+
+
+def _replacing(bench: Bench) -> QWidget:
+    """A question above a file dialog, as Qt's own asks whether a file is to be replaced."""
+    dialog = _file(file_dialogs.ask_path, "Save…", Path(__file__), "All (*)")(bench)
+    box = QMessageBox(dialog)
+    box.setStandardButtons(QMessageBox.StandardButton.Yes | QMessageBox.StandardButton.No)
+    box.setText("Replace?")
+    box.open()
+    return box
+
+
+DIALOGS: dict[str, Callable[[Bench], QWidget]] = {
+    "ui/files/file_dialogs.py: QFileDialog: open": _file(file_dialogs.ask_open, Path.home(), "Open…", "All (*)"),
+    "ui/files/file_dialogs.py: QFileDialog: save": _file(file_dialogs.ask_path, "Save…", Path("a.csv"), "All (*)"),
+    "ui/files/file_dialogs.py: QFileDialog: many": _file(file_dialogs.ask_flight_logs, Path.home()),
+    "ui/files/file_dialogs.py: QFileDialog: folder": _file(file_dialogs.ask_folder, Path.home()),
+    "ui/files/file_dialogs.py: QFileDialog: replace": _replacing,
+    "ui/files/file_dialogs.py: QInputDialog": _ask_text,
+    "ui/widgets/document_window.py: QDialog: guide": _modeless("guide"),
+    "ui/widgets/document_window.py: QDialog: keys": _modeless("keys"),
+    "ui/preferences/dialog.py: QDialog": _modeless("preferences"),
+    "ui/archive/archive_dialog.py: QDialog": _modeless("archive"),
+    "ui/help/about.py: QMessageBox": _modeless("about", QMessageBox),
+}
+"""Everything that the program shows above its window, by file and class; `test_nothing_is_missing` compares it with the
+source."""
+MENUS: Final = frozenset({
+    "ui/services/page_header.py: QMenu", "ui/shell/actions.py: QMenu", "ui/pages/preflight/form.py: QMenu",
+    "ui/pages/settings/profile_files.py: QMenu", "ui/pages/flights/table.py: QMenu",
+    "ui/plots/time_plot.py: QMenu",
+    "ui/pages/fleet/page.py: QMenu", "ui/pages/fleet/card_widget.py: QMenu",
+})  # fmt: skip
+"""All of them are children of the window, where `test_over_every_menu` finds them."""
+
+
+def _name_of(node: ast.expr) -> str:
+    return node.id if isinstance(node, ast.Name) else node.attr if isinstance(node, ast.Attribute) else ""
+
+
+def _shown_above(tree: ast.AST) -> Iterator[str]:
+    """Classes of dialogs and menus that a file makes or derives from."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call) and _name_of(node.func) in _DIALOGS:
+            yield _name_of(node.func)
+        elif isinstance(node, ast.ClassDef):
+            yield from (name for base in node.bases if (name := _name_of(base)) in _DIALOGS)
+
+
+def _waiting(tree: ast.AST) -> Iterator[str]:
+    """Calls that wait for a person in an event loop of their own."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute):
+            is_loop = node.func.attr in ("exec", "exec_") and _name_of(node.func.value) != "app"
+            if is_loop or (node.func.attr in _WAITS and _name_of(node.func.value) in _CLASSES):
+                yield f"{_name_of(node.func.value)}.{node.func.attr}"
+
+
+def test_nothing_is_missing() -> None:
+    found, waiting = set(), []
+    for path in sorted(UI.rglob("*.py")):
+        name, tree = path.relative_to(UI.parent).as_posix(), ast.parse(path.read_text(encoding="utf-8"))
+        found |= {f"{name}: {kind}" for kind in _shown_above(tree)}
+        waiting += [f"{name}: {call}" for call in _waiting(tree)]
+    assert waiting == []
+    assert found == {": ".join(row.split(": ")[:2]) for row in (*DIALOGS, *MENUS)}
+
+
+@pytest.mark.parametrize("source", ["QMessageBox.question(a)", "menu.exec(p)", "QEventLoop().exec()", "d.exec_()"])
+def test_what_waits_for_a_person_is_found(source: str) -> None:
+    assert list(_waiting(ast.parse(source)))
+
+
+def test_over_every_dialog(bench: Bench) -> None:
+    for row, show in DIALOGS.items():
+        dialog = show(bench)
+        bench.qtbot.waitUntil(dialog.isVisible, timeout=WAIT_MS)
+        let_lay_out()
+        strip = find(dialog, LockStrip, "lock_strip")
+        bench.activate()
+        assert strip.button.accessibleName() == "LOCK"
+        bench.qtbot.mouseClick(strip.button, Qt.MouseButton.LeftButton)
+        bench.await_locked()
+        bench.qtbot.waitUntil(partial(_reports, strip), timeout=WAIT_MS)
+        for key in LOCK_KEYS:
+            bench.activate()
+            bench.qtbot.keySequence(QApplication.focusWidget() or dialog, key)
+            bench.await_locked()
+        assert dialog.isVisible(), row
+        dialog.close()
+
+
+def _reports(strip: LockStrip) -> bool:
+    return strip.said.text() == "The module reports LOCKED."
+
+
+@pytest.mark.parametrize(("language", "theme", "percent"), [("zh_CN", Choice.SUNLIGHT, 200), ("en", Choice.LIGHT, 100)])
+def test_it_covers_nothing_of_a_dialog(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, language: str, theme: Choice, percent: int
+) -> None:
+    with on_bench(qtbot, qapp, tmp_path, language) as bench:
+        zoom(percent)
+        bench.assembly.appearance.choose(theme)
+        try:
+            for row, show in DIALOGS.items():
+                dialog = show(bench)
+                qtbot.waitUntil(dialog.isVisible, timeout=WAIT_MS)
+                let_lay_out()
+                strip = find(dialog, LockStrip, "lock_strip")
+                own = QRect(strip.mapTo(dialog, QPoint()), strip.size())
+                assert strip.button.isVisible(), row
+                assert strip.button.size().width() >= strip.button.sizeHint().width(), row
+                for button in dialog.findChildren(QAbstractButton):
+                    if button.isVisible() and not strip.isAncestorOf(button):
+                        place = QRect(button.mapTo(dialog, QPoint()), button.size())
+                        assert not place.intersects(own), (row, button.objectName())
+                dialog.close()
+        finally:
+            zoom(100)
+            bench.assembly.appearance.choose(Choice.LIGHT)
+
+
+def test_without_a_module_no_dialog_shows_it(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with window(qapp, tmp_path, entries=()) as assembly:
+        assembly.window.menus.preferences.trigger()
+        strip = find(assembly.window, LockStrip, "lock_strip")
+        assert not strip.isVisible()
+        with simulated(f"later_{tmp_path.name}"):
+            connect(qtbot, assembly, f"sim://later_{tmp_path.name}")
+            qtbot.waitUntil(lambda: strip.button.isVisible() and strip.button.isEnabled(), timeout=WAIT_MS)
+            assembly.window.disconnect_port()
+            qtbot.waitUntil(lambda: not strip.button.isEnabled(), timeout=WAIT_MS)
+            assert strip.isVisible()  # what is below it does not jump
+
+
+# Menus, lists, questions
+
+
+def _press_over_popup(bench: Bench, popup: QWidget) -> None:
+    """A real press, as the platform hands it over, on the window's LOCK."""
+    button, main = bench.assembly.window.top_bar.lock, bench.assembly.window
+    assert not popup.frameGeometry().intersects(QRect(button.mapToGlobal(QPoint()), button.size()))
+    handle = main.windowHandle()
+    QTest.mouseClick(handle, Qt.MouseButton.LeftButton, pos=button.mapTo(main, button.rect().center()))
+
+
+def test_over_every_menu(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with on_bench(qtbot, qapp, tmp_path, entries=PAGES) as bench:
+        _lock_over_menus(bench)
+
+
+def _lock_over_menus(bench: Bench) -> None:
+    main = bench.assembly.window
+    menus = [menu for menu in main.findChildren(QMenu) if menu.actions()]
+    assert {"main_menu", "menu_file", "settings_more_menu"} <= {menu.objectName() for menu in menus}
+    for number, menu in enumerate(menus):
+        bench.activate()
+        menu.popup(main.mapToGlobal(QPoint(200, 200)))
+        bench.qtbot.waitUntil(menu.isVisible, timeout=WAIT_MS)
+        if number % 2:
+            bench.qtbot.keySequence(menu, LOCK_KEYS[number // 2 % 2])
+        else:
+            _press_over_popup(bench, menu)
+        bench.await_locked()
+        menu.close()
+
+
+def test_over_a_list_of_choices_and_what_is_this(bench: Bench) -> None:
+    main = bench.assembly.window
+    main.menus.preferences.trigger()
+    box = find(main, QComboBox, "preferences_theme")
+    for act in (_press_over_popup, lambda _bench, popup: bench.qtbot.keySequence(popup, "F12")):
+        bench.activate()
+        box.showPopup()
+        popup = QApplication.activePopupWidget()
+        assert popup is not None
+        act(bench, popup)
+        bench.await_locked()
+        box.hidePopup()
+    bench.activate()
+    main.menus.what.trigger()
+    assert QWhatsThis.inWhatsThisMode()
+    button = main.top_bar.lock
+    QTest.mouseClick(main.windowHandle(), Qt.MouseButton.LeftButton, pos=button.mapTo(main, button.rect().center()))
+    bench.await_locked()
+    QWhatsThis.leaveWhatsThisMode()
+
+
+def test_a_menu_that_would_cover_it_is_moved(bench: Bench) -> None:
+    main, button = bench.assembly.window, bench.assembly.window.top_bar.lock
+    menu = main.menus.main
+    menu.popup(button.mapToGlobal(QPoint(-20, -5)))
+    bench.qtbot.waitUntil(menu.isVisible, timeout=WAIT_MS)
+    assert not menu.frameGeometry().intersects(QRect(button.mapToGlobal(QPoint()), button.size()))
+    menu.close()
+
+
+def test_while_it_asks_before_it_closes(bench: Bench) -> None:
+    main = bench.assembly.window
+    bench.activate()
+    main.close()
+    assert main.isVisible()
+    assert main.notice_bar.button("leave_active") is not None
+    bench.qtbot.keySequence(main, LOCK_KEYS[0])
+    bench.await_locked()
+    assert main.isVisible()
+
+
+def test_a_dialog_of_the_platform_is_never_used(bench: Bench) -> None:
+    assert QApplication.testAttribute(Qt.ApplicationAttribute.AA_DontUseNativeDialogs)
+
+
+def test_enter_in_a_dialog_is_not_lock(bench: Bench) -> None:
+    dialog = _ask_text(bench)
+    bench.activate()
+    bench.qtbot.keyClick(QApplication.focusWidget() or dialog, Qt.Key.Key_Return)
+    bench.qtbot.wait(300)
+    assert bench.module.state().is_active
+
+
+# What changes while a dialog is open
+
+
+def test_a_profile_is_not_opened_for_another_module(bench: Bench, tmp_path: Path) -> None:
+    page = bench.assembly.window._pages["settings"]
+    files = page.files  # type: ignore[attr-defined]
+    answers: list[Callable[[Path], object]] = []
+    opened: list[object] = []
+    files.ask_open = lambda _parent, _folder, then: answers.append(then)
+    files.opened.connect(partial(opened.append))
+    files.refused.connect(lambda path, _refusal: opened.append(path))
+    for is_another in (False, True):
+        files.choose()
+        if is_another:
+            bench.assembly.connector.current.treat_as_new()
+        answers.pop()(tmp_path / "none.toml")
+        assert bool(opened) is not is_another
+        opened.clear()
