@@ -1838,6 +1838,10 @@
         <translation>锁定 {module}</translation>
     </message>
     <message>
+        <source>Lock, enable and check again</source>
+        <translation>锁定、启用并重新检查</translation>
+    </message>
+    <message>
         <source>Locked for {time}: judged as active.</source>
         <translation>锁定 {time}：按激活判断。</translation>
     </message>

@@ -41,7 +41,10 @@ class PreflightButtons(QWidget):
     def show_work(self, work: PreflightController) -> None:
         is_checking = work.standing is Standing.CHECKING
         self.run.setEnabled(work.can_check)
-        self.enable.setEnabled(work.can_enable)
+        needs_lock = work.needs_lock
+        self.enable.setEnabled(work.can_enable or needs_lock)
+        words = marked("Lock, enable and check again") if needs_lock else marked("Enable triggers and check")
+        rename(self.enable, self._texts, words)
         self.print.setEnabled(work.record is not None)
         is_enabling = work.can_enable and not work.are_triggers_known
         has_passed = work.standing in (Standing.GO, Standing.READY)

@@ -146,6 +146,11 @@ class PreflightController(QObject):
         return self.can_check and is_online and not self.may_fire
 
     @property
+    def needs_lock(self) -> bool:
+        """It is active, and its triggers are not known: it has to be locked to enable them."""
+        return self.can_check and self.may_fire and not self.are_triggers_known
+
+    @property
     def are_triggers_known(self) -> bool:
         """Whether the module has acknowledged the state of both automatic triggers in this conversation."""
         device, now = self._connector.device, self._connector.clock()

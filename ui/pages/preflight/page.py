@@ -124,6 +124,19 @@ class PreflightPage(Page):
             self.result.dismiss()
             self.work.check(statement)
 
+    def enable_and_check(self) -> None:
+        """Enable the triggers and check; an active module is locked first, by LOCK's own path."""
+        connection, statement = self._connector.current, Statement(is_enabling=True)
+
+        def check_locked() -> None:
+            if self._connector.current is connection and not self.work.may_fire:
+                self.check(statement)
+
+        if self.work.needs_lock:
+            self._services.lock.press(then=check_locked)
+        else:
+            self.check(statement)
+
     def print(self) -> None:
         """Export the check that is shown, while it holds."""
         self.form.commit_edits()
@@ -232,7 +245,7 @@ class PreflightPage(Page):
     def _wire(self) -> None:
         work, buttons = self.work, self.buttons
         buttons.run.clicked.connect(lambda _is_checked: self.check())
-        buttons.enable.chosen.connect(lambda: self.check(Statement(is_enabling=True)))
+        buttons.enable.chosen.connect(self.enable_and_check)
         buttons.cancel.clicked.connect(work.cancel)
         buttons.print.clicked.connect(self.print)
         buttons.history.clicked.connect(self.show_history)

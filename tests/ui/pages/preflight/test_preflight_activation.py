@@ -9,7 +9,9 @@ from PySide6.QtWidgets import QAbstractButton, QApplication, QLabel, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.records.verification import RecordState, verify
+from app.safety.acts import REQUESTS, Act
 from app.simulator.quirks import Rule
+from protocol.catalogue import LOCK
 from tests.support.window.preflight_window import OnBench, find_in, kept, name_module, on_bench
 from tests.support.window.steps import choosing, settle
 from ui.pages.preflight.controller import Standing
@@ -110,11 +112,47 @@ def test_on_an_active_module_nothing_is_written(qtbot: QtBot, qapp: QApplication
     with on_bench(qtbot, qapp, tmp_path, "active", active=True) as bench:
         page = bench.preflight
         page.tick()
-        assert not page.buttons.enable.isEnabled()
+        assert page.buttons.enable.text() == "Lock, enable and check again"
         assert "lock it first" in page.banner.accessibleName()
         assert bench.check(is_enabling=False) is Standing.NO_GO
         assert bench.acts == []
         assert "Lock it" in page.list.rows["attitude_trigger"].reason.text()
+
+
+def test_an_active_module_met_in_a_new_connection_takes_one_step_to_ready_and_its_own_gesture_to_go(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None
+) -> None:
+    with on_bench(qtbot, qapp, tmp_path, "met", active=True) as bench:
+        page = bench.preflight
+        bench.until(lambda: page.buttons.enable.text() == "Lock, enable and check again")
+        settle(page.buttons.enable)
+        bench.click(page.buttons.enable)
+        bench.wait_standing(Standing.READY, Standing.NO_GO, Standing.VOID)
+        assert page.work.standing is Standing.READY
+        assert not bench.bench.state().is_active
+        assert set(bench.acts[:-2]) == {LOCK}
+        assert [one.command.name for one in bench.acts[-2:]] == ["attitude_trigger", "freefall_trigger"]
+        assert page.buttons.enable.text() == "Enable triggers and check"
+        activate(bench)
+        bench.wait_standing(Standing.GO)
+        assert bench.acts[-1] == REQUESTS[Act.ACTIVATE]
+
+
+def test_where_lock_is_not_reported_nothing_is_enabled(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with on_bench(qtbot, qapp, tmp_path, "stays", active=True) as bench:
+        page = bench.preflight
+        bench.until(lambda: page.buttons.enable.text() == "Lock, enable and check again")
+        write = bench.bench.wire.write
+        monkeypatch.setattr(
+            bench.bench.wire, "write", lambda data, now_s: None if data[2] == LOCK.command.code else write(data, now_s)
+        )
+        settle(page.buttons.enable)
+        bench.click(page.buttons.enable)
+        qtbot.wait(1500)
+        assert page.work.standing is Standing.NOT_CHECKED
+        assert set(bench.acts) == {LOCK}
 
 
 # What ends it while it stands
