@@ -50,6 +50,8 @@ class PortLock(QObject):
         self._adapter_key = connector.adapter_key
         self._ended_at = 0.0
         self._shown_count = 0
+        self._was_proven = True
+        """When LOCK was pressed it was known which module it is, or it had no name."""
         self._was_lost = False
         """The port was lost since LOCK was pressed."""
         self._reported: Locked | None = None
@@ -93,6 +95,7 @@ class PortLock(QObject):
             self._then.append(then)
         self.failed = self.confirmed = self._reported = None
         self._adapter_key, self._shown_count, self._was_lost = self._connector.adapter_key, 0, False
+        self._was_proven = self._connector.identity.is_proven
         self._send(LockRepeat())
         self.notified.emit(waiting_sentence(1))
         self.changed.emit()
@@ -157,12 +160,17 @@ class PortLock(QObject):
         if locked.is_port_lost and self._can_continue():
             self.notified.emit("")  # the notice says it from now on
             self.changed.emit()
-        elif locked.is_locked and self._was_lost:
+        elif locked.is_locked and (self._was_lost or self._is_in_doubt):
             self._reported = locked
             self._identify()
             self.changed.emit()
         else:
             self._finish(locked)
+
+    @property
+    def _is_in_doubt(self) -> bool:
+        """What answers now may be another module than the one that LOCK was pressed for."""
+        return (self._was_lost or self._was_proven) and not self._connector.identity.is_proven
 
     def _identify(self) -> None:
         """Take what was reported for the module that was meant, or not, once that is known."""
@@ -208,8 +216,7 @@ class PortLock(QObject):
         known = batch.device.known("active", batch.at)
         if known is None or known.is_stale or known.how is How.ACKNOWLEDGED or known.at <= self._ended_at:
             return
-        is_meant = not self._was_lost or self._connector.identity.is_proven
-        if self.failed is not None and known.value is False and is_meant:
+        if self.failed is not None and known.value is False and not self._is_in_doubt:
             self._finish(Locked(outcome=Outcome.CONFIRMED, sent=self.failed.sent))
         elif known.value is True:
             self._end_confirmed()

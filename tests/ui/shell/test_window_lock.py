@@ -199,6 +199,28 @@ def test_the_report_of_what_may_be_another_module_confirms_nothing(
         assert (lock.confirmed is not None, lock.failed) == (answer == "identity_same", None)
 
 
+def test_a_twin_behind_the_open_port_confirms_nothing_for_a_named_module(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    """The adapter stays plugged in; another module with the same boot count and settings, locked, answers."""
+    with active_module(qtbot, qapp, tmp_path, "twin") as (assembly, bench):
+        lock, connector, bar = assembly.lock, assembly.connector, assembly.window.notice_bar
+        wait_for_identity(qtbot, assembly)
+        assembly.window._services.naming.choose("M-1")
+        qtbot.waitUntil(lambda: connector.identity.is_named, timeout=WAIT_MS)
+        bench.change(mute=True)
+        press(qtbot, assembly.window.top_bar.lock)
+        qtbot.waitUntil(lambda: connector.device.breaks > 0, timeout=WAIT_MS)
+        bench.module.activate(is_active=False)
+        bench.change(mute=False)
+        qtbot.waitUntil(lambda: connector.identity.is_for_a_person and not lock.is_repeating, timeout=2 * WAIT_MS)
+        qtbot.wait(300)  # it has reported LOCKED several times
+        assert (lock.confirmed, lock.failed is None) == (None, False)
+        qtbot.waitUntil(lambda: bar.button("identity_same") is not None, timeout=WAIT_MS)
+        press(qtbot, bar.button("identity_same"))
+        qtbot.waitUntil(lambda: lock.confirmed is not None, timeout=WAIT_MS)
+
+
 def test_what_is_activated_on_purpose_is_not_locked_again(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with active_module(qtbot, qapp, tmp_path, "purpose") as (assembly, bench):
         times = lossy(bench, 100)
