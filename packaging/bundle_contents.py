@@ -8,6 +8,9 @@ from typing import Final, NamedTuple
 TOP_PACKAGES: Final = ("app", "protocol", "ui")
 LATE_MODULES: Final = (
     "_cffi_backend",  # imported by cryptography's compiled part
+    # imported by pyqtgraph under names that it puts together
+    "PySide6.QtOpenGL",
+    "PySide6.QtOpenGLWidgets",
     "PySide6.QtSvg",
     "mcap.reader",
     "mcap.writer",
@@ -37,8 +40,6 @@ LEFT_OUT_MODULES: Final = (
     "numpy.f2py",
     "numpy.testing.tests",
     # parts of pyqtgraph that its plots do without
-    "PySide6.QtOpenGL",
-    "PySide6.QtOpenGLWidgets",
     "pyqtgraph.console",
     "pyqtgraph.examples",
     "pyqtgraph.flowchart",

@@ -5,6 +5,8 @@ import hashlib
 import json
 import re
 import struct
+import subprocess
+import sys
 from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
@@ -349,3 +351,11 @@ def test_issue_templates_have_the_head_that_the_forge_reads(path: Path) -> None:
     assert "**" in body
     if path.stem == "fault":
         assert "SECURITY.md" in body
+
+
+def test_the_plots_do_without_what_is_left_out(made: dict[str, ModuleType]) -> None:
+    """pyqtgraph imports much that it needs for other things, some of it under names that it puts together."""
+    left_out = made["bundle_contents"].LEFT_OUT_MODULES
+    code = f"import sys; sys.modules.update(dict.fromkeys({left_out!r})); import ui.plots.time_plot"
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
