@@ -27,6 +27,8 @@ _MAX_BUCKETS: Final = 1000
 # Two logical pixels at 200 %; more would take longer than a person notices.
 _MAX_COPIES: Final = 4
 _DOT_PX: Final = 4
+_EDGE_PX: Final = 2
+"""Of the view around the box, so that lines on its edge are whole."""
 _MARGIN_PX: Final = 60
 """Labels of ticks may be as far beyond the ends of an axis."""
 _DRAFT_DASHES: Final = [9, 3, 2, 3]
@@ -91,13 +93,13 @@ class _LimitLine:
         self.curve = pg.PlotCurveItem(connect="pairs", skipFiniteCheck=True)
         self.curve.setCacheMode(_CACHED)
         self.segments: list[_Segment] = []
-        self._drawn: object = ()
+        self.drawn: object = ()
 
     def ink(self, theme: Theme) -> str:
         return theme.muted if self.is_stale else theme.tint(self.limit.meaning).ink
 
-    def apply_theme(self, theme: Theme) -> None:
-        line = pen(self.ink(theme), theme.line_px, is_dashed=True)
+    def apply_theme(self, theme: Theme, ratio: float) -> None:
+        line = pen(self.ink(theme), theme.line_px * ratio, is_dashed=True)
         if self.is_stale or self.limit.is_draft:
             line.setDashPattern(_STALE_DASHES if self.is_stale else _DRAFT_DASHES)
         line.setCosmetic(True)
@@ -122,8 +124,8 @@ class _LimitLine:
             end_s = later[0].time_s if later else span.end_s
             self.segments.append(_Segment(max(change.time_s, span.start_s), end_s, change.value, word, not later))
         lines = tuple((part.start_s - span.end_s, part.end_s - span.end_s, part.value) for part in self.segments)
-        if lines != self._drawn:
-            self._drawn = lines
+        if lines != self.drawn:
+            self.drawn = lines
             x = np.array([(start, end) for start, end, _ in lines], np.float64).ravel()
             self.curve.setData(x, np.repeat(np.array([value for *_, value in lines], np.float64), 2))
 
@@ -147,7 +149,7 @@ class LaneView:
         self.values, self.times = pg.AxisItem("left"), pg.AxisItem("bottom")
         for axis in (self.times, self.values):
             axis.enableAutoSIPrefix(False)
-            axis.setStyle(tickLength=0, hideOverlappingLabels=_MARGIN_PX, autoExpandTextSpace=False)
+            axis.setStyle(tickLength=0, tickAlpha=0, hideOverlappingLabels=_MARGIN_PX, autoExpandTextSpace=False)
             axis.linkToView(self.view)
             axis.setCacheMode(_CACHED)
         # As one curve: the grids of the axes would be pictures as large as the lane.
@@ -169,21 +171,22 @@ class LaneView:
             scene.addItem(item)
         self.show_cursor(None)
 
-    def apply_theme(self, theme: Theme) -> None:
+    def apply_theme(self, theme: Theme, ratio: float) -> None:
+        """`ratio`: device pixels per logical pixel, since cosmetic pens are in the former."""
         # Black hairlines would hide the curve.
         grid = theme.divider if theme.border_px == 1 else "#9A9A9A"
         for axis in (self.values, self.times):
             axis.setTickFont(font(Size.SMALL))
             axis.setTextPen(QColor(theme.muted))
-        self.grid.setPen(QColor(grid))
+        self.grid.setPen(QColor(grid), width=ratio)
         self.values.setPen(None)
         self.times.setPen(QColor(theme.border))
         self.ink = theme.curves[self.number % len(theme.curves)]
         self.curve.setPen(QColor(self.ink))
         self.curve.line_px = theme.line_px + 1
         for line in self.limits:
-            line.apply_theme(theme)
-        self.cursor.setPen(QColor(theme.text))
+            line.apply_theme(theme, ratio)
+        self.cursor.setPen(QColor(theme.text), width=ratio)
         self.dot.setPen(QPen(QColor(theme.surface), 1.5))
         self.dot.setBrush(QColor(self.ink))
         self._range = None
@@ -191,13 +194,14 @@ class LaneView:
     def place(self, box: QRectF, axis_px: float | None) -> None:
         """Puts the lane at `box`, with the labels of the time line `axis_px` high below it."""
         self.box = box
+        whole = box.adjusted(0, -_EDGE_PX, _EDGE_PX, _EDGE_PX)
         self.values.setWidth(box.left())
-        self.values.setGeometry(QRectF(0, box.top(), box.left(), box.height()))
-        self.view.setGeometry(box)
+        self.values.setGeometry(QRectF(0, whole.top(), box.left(), whole.height()))
+        self.view.setGeometry(whole)
         self.times.setStyle(showValues=axis_px is not None)
         height = axis_px or 2.0
         self.times.setHeight(height)
-        self.times.setGeometry(QRectF(box.left(), box.bottom() - 1, box.width(), height))
+        self.times.setGeometry(QRectF(box.left(), box.bottom() - 1, whole.width(), height))
         self._range = None
 
     def set_visible(self, is_visible: bool) -> None:
@@ -244,9 +248,11 @@ class LaneView:
         if shown == self._range:
             return
         self._range = shown
-        self.view.setRange(
-            xRange=(-self._span.length_s, 0.0), yRange=self.scale[:2], padding=0.0, disableAutoRange=False
-        )
+        second_px = self.box.width() / self._span.length_s
+        low, high, _step = self.scale
+        edge = _EDGE_PX * (high - low) / max(1.0, self.box.height())
+        across, up = (-self._span.length_s, _EDGE_PX / second_px), (low - edge, high + edge)
+        self.view.setRange(xRange=across, yRange=up, padding=0.0, disableAutoRange=False)
         self._value_ticks = self._ticks_of_values()
         self.values.setTicks([self._value_ticks])
         self._draw_grid()
@@ -298,6 +304,12 @@ class LaneView:
         return self.box.bottom() - min(1.0, max(0.0, part)) * self.box.height()
 
     # Words
+
+    @property
+    def words_key(self) -> object:
+        """What the words depend on, beside the cursor; places are relative to the end of the span."""
+        gaps = [(gap.start_s - self._span.end_s, gap.end_s - self._span.end_s) for gap in self.gaps]
+        return self.scale, gaps, [(line.drawn, line.segments and line.segments[-1].word) for line in self.limits]
 
     def name_limits(self, tags: Tags, theme: Theme) -> None:
         """Names the current limits beside the lane, apart from each other."""

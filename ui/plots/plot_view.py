@@ -12,7 +12,6 @@ from PySide6.QtGui import (
     QAccessible,
     QColor,
     QContextMenuEvent,
-    QFocusEvent,
     QFontMetricsF,
     QKeyEvent,
     QMouseEvent,
@@ -88,6 +87,8 @@ class PlotView(_GraphicsView):
         self.frame: Frame | None = None
         """What was drawn last."""
         self._ticks: object = None
+        self._words: object = None
+        """What the words depended on when they were written."""
         self._title_px = 0.0
         self._dragged_from: QPointF | None = None
         self._dragged_lane: LaneView | None = None
@@ -104,14 +105,14 @@ class PlotView(_GraphicsView):
         self._focus.setPen(QPen(QColor(theme.information.ink), 2))
         self.cover.setBrush(QColor(theme.surface))
         for lane in self.all_lanes:
-            lane.apply_theme(theme)
+            lane.apply_theme(theme, self.devicePixelRatioF())
         self.is_styled = True
         self.arrange()
 
     def arrange(self) -> None:
         """Places the lanes, after a change of size, language or font."""
         self.tags.apply_theme()
-        self._ticks = None
+        self._ticks = self._words = None
         whole = QRectF(self.viewport().rect())
         metrics = QFontMetricsF(font(Size.SMALL))
         line = metrics.height()
@@ -155,7 +156,10 @@ class PlotView(_GraphicsView):
             for lane in self.lanes:
                 lane.set_ticks(frame.ticks, labels)
         self._focus.setVisible(self.hasFocus())
-        self._write(frame)
+        words = (frame.marks, frame.cursor_s, frame.readings, [lane.words_key for lane in self.lanes])
+        if words != self._words or frame.marks:
+            self._words = words
+            self._write(frame)
 
     def draw_on(self, device: QPaintDevice) -> None:
         """Draws all as lines and texts, without the pictures that items are kept as."""
@@ -286,6 +290,14 @@ class PlotView(_GraphicsView):
             return None
         return next((lane for lane in self.lanes if lane.box.top() <= position.y() <= lane.box.bottom()), None)
 
+    def event(self, event: QEvent) -> bool:
+        if event.type() == QEvent.Type.DevicePixelRatioChange and self.is_styled:
+            self.apply_theme()
+        is_handled = bool(super().event(event))
+        if event.type() in (QEvent.Type.FocusIn, QEvent.Type.FocusOut):
+            self.changed.emit()
+        return is_handled
+
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
         if self.is_styled:
@@ -384,11 +396,3 @@ class PlotView(_GraphicsView):
 
     def keyReleaseEvent(self, event: QKeyEvent) -> None:
         event.ignore()
-
-    def focusInEvent(self, event: QFocusEvent) -> None:
-        super().focusInEvent(event)
-        self.changed.emit()
-
-    def focusOutEvent(self, event: QFocusEvent) -> None:
-        super().focusOutEvent(event)
-        self.changed.emit()

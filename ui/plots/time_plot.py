@@ -95,8 +95,7 @@ class TimePlot(QWidget):
     def _connect(self, texts: Texts) -> None:
         view, head = self._view, self._head
         texts.bind(view.setAccessibleName, "Plots")
-        texts.bind(view.setToolTip, "Arrow keys move, + and − zoom, Shift with arrow keys reads off")
-        view.setToolTipDuration(4000)
+        texts.bind(view.setWhatsThis, "Arrow keys move, + and − zoom, Shift with arrow keys reads off")
         view.panned.connect(self._pan)
         view.dragged.connect(self._drag)
         view.zoomed.connect(self._zoom)

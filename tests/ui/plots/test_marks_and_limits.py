@@ -149,15 +149,15 @@ def test_an_axis_grows_and_does_not_shrink_while_it_follows(bench: Bench) -> Non
     bench.plot.draw(NOW_S + 2)
     bench.tilt.append([NOW_S + 70, NOW_S + 90], [10, 10])
     bench.plot.draw(NOW_S + 90)  # the peak is out of sight
-    assert bench.lane.view.viewRange()[1] == [0, 180]
+    assert bench.lane.scale[:2] == (0, 180)
     bench.plot.choose_window(10)
-    assert bench.lane.view.viewRange()[1] == [0, 90]
+    assert bench.lane.scale[:2] == (0, 90)
 
 
 def test_a_limit_beyond_the_scale_widens_it(bench: Bench) -> None:
     bench.fire.put(NOW_S - 30, 120)
     bench.plot.draw(NOW_S)
-    assert bench.lane.view.viewRange()[1] == [0, 180]
+    assert bench.lane.scale[:2] == (0, 180)
 
 
 def test_in_a_low_window_the_plots_without_room_are_named(qapp: QApplication, qtbot: QtBot) -> None:

@@ -81,14 +81,14 @@ def test_the_axis_of_the_values_is_dragged_and_fits_after_a_double_click(bench: 
     qtbot.mousePress(viewport, LEFT, pos=place)
     qtbot.mouseMove(viewport, place - QPoint(0, 40))
     qtbot.mouseRelease(viewport, LEFT, pos=place - QPoint(0, 40))
-    low, high = bench.lane.view.viewRange()[1]
+    low, high = bench.lane.scale[:2]
     assert 0 < low < 45 < high < 90
     assert bench.plot.is_live
-    assert bench.view.lanes[1].view.viewRange()[1] == [0, 2]
+    assert bench.view.lanes[1].scale[:2] == (0, 2)
     bench.plot.draw(NOW_S + 5)
-    assert bench.lane.view.viewRange()[1] == [low, high]
+    assert bench.lane.scale[:2] == (low, high)
     qtbot.mouseDClick(viewport, LEFT, pos=place)
-    assert bench.lane.view.viewRange()[1] == [0, 90]
+    assert bench.lane.scale[:2] == (0, 90)
 
 
 def test_everything_by_keyboard(bench: Bench, qtbot: QtBot) -> None:
@@ -109,9 +109,9 @@ def test_everything_by_keyboard(bench: Bench, qtbot: QtBot) -> None:
     assert "Tilt 12°" in bench.plot.reading
     assert view.accessibleDescription() == bench.plot.reading
     qtbot.keyClick(view, Qt.Key.Key_Up, shift)
-    assert bench.lane.view.viewRange()[1] == [9, 81]
+    assert bench.lane.scale[:2] == (9, 81)
     qtbot.keyClick(view, Qt.Key.Key_Home)
-    assert bench.lane.view.viewRange()[1] == [0, 90]
+    assert bench.lane.scale[:2] == (0, 90)
     qtbot.keyClick(view, Qt.Key.Key_Tab)
     assert not view.hasFocus()
 

@@ -41,7 +41,7 @@ def test_a_live_plot_follows(bench: Bench) -> None:
     assert bench.state == "live"
     bench.plot.draw(NOW_S + 5)
     assert bench.plot.span == Span(NOW_S - 55, NOW_S + 5)
-    assert bench.lane.view.viewRange()[0] == [-60, 0]
+    assert bench.lane.view.viewRange()[0] == pytest.approx([-60, 0], abs=0.3)
 
 
 def test_pause_holds_the_picture_while_recording_goes_on(bench: Bench, qtbot: QtBot) -> None:
@@ -51,12 +51,12 @@ def test_pause_holds_the_picture_while_recording_goes_on(bench: Bench, qtbot: Qt
     bench.plot.draw(NOW_S + 12)
     assert bench.state == "paused, 12 s behind"
     assert bench.plot.span.end_s == NOW_S
-    assert bench.lane.view.viewRange()[1] == [0, 90]
+    assert bench.lane.scale[:2] == (0, 90)
     assert (pause.text(), pause.accessibleName()) == ("Live", "Live")
     qtbot.mouseClick(pause, LEFT)
     assert (bench.state, pause.text()) == ("live", "Pause")
     assert bench.plot.span.end_s == NOW_S + 12
-    assert bench.lane.view.viewRange()[1] == [0, 180]
+    assert bench.lane.scale[:2] == (0, 180)
 
 
 @pytest.mark.parametrize(("window_s", "word"), [(10, "10 s"), (60, "60 s"), (600, "10 min")])
