@@ -29,6 +29,7 @@ from protocol.translatable import marked
 from ui.archive.archive_actions import ArchiveActions
 from ui.connect.baud_recovery import BaudRecovery
 from ui.connect.connect_panel import SIMULATED_PORT
+from ui.connect.left_active import LeftActiveWatch
 from ui.core.background_task import BackgroundTask
 from ui.core.connector import Connector
 from ui.core.garbage_collector import garbage_freed_here
@@ -123,6 +124,7 @@ class Assembly:
     language_switch: LanguageSwitch
     storage: Storage
     lock: LockControl
+    left_active: LeftActiveWatch
     armed: Armed = field(default_factory=Armed)
     load: Callable[[], object] | None = None
     """Imports what the pages need; slow."""
@@ -167,11 +169,14 @@ def assemble(
     for owned in (connector, services.naming):  # else their signal connections would keep them alive
         owned.setParent(window)
     window.closing.connect(tones.close)
+    left_active = LeftActiveWatch(connector, storage, services.naming, window)
+    window.attention.find_left = left_active.notice
+    left_active.changed.connect(window.attention.refresh)
     help_actions = HelpActions(window, services, entries)
     load = _load_pages if entries is PAGES else None
     return Assembly(
         window, help_actions, ArchiveActions(window, services), connector, ports, appearance, language_switch, storage,
-        lock, services.armed, load,
+        lock, left_active, services.armed, load,
     )  # fmt: skip
 
 
@@ -218,6 +223,7 @@ def _show_store_notices(assembly: Assembly) -> None:
         attention.queue_notice(
             lambda: Notice(Meaning.ATTENTION, storage.notice or "", dismiss=attention.dismiss_queued)
         )
+    assembly.left_active.load()
     recovery = BaudRecovery(
         assembly.connector,
         assembly.ports,

@@ -1546,6 +1546,10 @@
         <translation>已保存为数据记录 {name}。</translation>
     </message>
     <message>
+        <source>It is locked</source>
+        <translation>已锁定</translation>
+    </message>
+    <message>
         <source>It is this module</source>
         <translation>是该模块</translation>
     </message>
@@ -3816,6 +3820,10 @@
     <message>
         <source>The module answers.</source>
         <translation>模块应答正常。</translation>
+    </message>
+    <message>
+        <source>The module at {port}</source>
+        <translation>{port} 上的模块</translation>
     </message>
     <message>
         <source>The module became ACTIVE.</source>
@@ -6380,6 +6388,14 @@
     <message>
         <source>{median:.1f} V ({low:.1f} to {high:.1f} V)</source>
         <translation>{median:.1f} V（{low:.1f} 至 {high:.1f} V）</translation>
+    </message>
+    <message>
+        <source>{module} was left ACTIVE on {time}.</source>
+        <translation>{module} 在 {time} 仍为激活状态。</translation>
+    </message>
+    <message>
+        <source>{module}: LOCK not confirmed on {time}.</source>
+        <translation>{module}：{time} 的锁定未确认。</translation>
     </message>
     <message>
         <source>{module}: {new} new; records: {count}.</source>

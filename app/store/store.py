@@ -179,10 +179,17 @@ class Store:
 
     def audit(self, *, limit: int = 200) -> tuple[AuditEntry, ...]:
         """The newest first."""
+        return self._entries("ORDER BY id DESC LIMIT ?", (limit,))
+
+    def acts_of_activation(self) -> tuple[AuditEntry, ...]:
+        """What decides whether a module was left ACTIVE, the oldest first."""
+        acts = (Act.ACTIVATE.value, Act.LOCK.value, Act.SHUTDOWN.value)
+        return self._entries("WHERE act IN (?, ?, ?) ORDER BY id", acts)
+
+    def _entries(self, which: str, values: tuple[object, ...]) -> tuple[AuditEntry, ...]:
         rows = self.database.read(
-            "SELECT id, port, origin, at, act, frame, detail, settled_at, outcome, result FROM audit "
-            "ORDER BY id DESC LIMIT ?",
-            (limit,),
+            f"SELECT id, port, origin, at, act, frame, detail, settled_at, outcome, result FROM audit {which}",  # noqa: S608
+            values,
         )
         return tuple(
             AuditEntry(id_, port, origin, at, Act(act), bytes.fromhex(frame), _object(detail), settled_at,

@@ -1,7 +1,9 @@
 """Journal of one connection in the store."""
 
 import logging
+import secrets
 from collections.abc import Callable, Mapping
+from typing import Final
 
 from app.safety.acts import Act
 from app.safety.journal import Entry, Journal, JournalFailed, NoJournal, Outcome
@@ -9,6 +11,8 @@ from app.store.database import StoreTrouble
 from app.store.store import Store
 
 _log = logging.getLogger(__name__)
+RUN: Final = secrets.token_hex(4)
+"""Names this run of the program: a module without a name is not known beyond it."""
 
 
 class StoreJournal:
@@ -27,8 +31,8 @@ class StoreJournal:
         return True
 
     def begin(self, act: Act, frame: bytes, detail: Mapping[str, object]) -> Entry:
-        where = {"adapter": self._adapter, "module": self._module}
-        store, kept = self._store, {**detail, **{name: text for name, text in where.items() if text}}
+        where = {"adapter": self._adapter, "module": self._module, "run": RUN}
+        store, kept = self._store, {**{name: text for name, text in where.items() if text}, **detail}
         return self._write(lambda: store.begin(act, frame, kept, port=self._port, origin=self._origin))
 
     def settle(self, entry: Entry, outcome: Outcome, result: Mapping[str, object]) -> None:

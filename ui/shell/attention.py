@@ -46,6 +46,8 @@ class Attention(QObject):
         """The list of ports is visible, so no notice needs to lead there."""
         self.find_identity: Callable[[], Notice | None] = lambda: None
         """Returns the question which module is connected, where that has to be decided."""
+        self.find_left: Callable[[], Notice | None] = lambda: None
+        """Returns what is said of a module that was left ACTIVE before."""
         self._connector, self._bar, self._lock, self._acts = connector, bar, lock, acts
         self._unsent = pending_edits or PendingEdits()
         self.go_to: Callable[[str], None] = lambda _page: None
@@ -179,13 +181,19 @@ class Attention(QObject):
             return replace(asked, meaning=locking.meaning, text=join_sentences([locking.text, asked.text]))
         connector = self._connector
         state = connector.state
+        left = self.find_left()
         if state.phase is Phase.CLOSED and self.is_choosing and not self._queued:
-            return None
+            return left
         is_unlocked = self._lock.failed is not None  # which says itself how to treat the module
         said = link_notice(state, connector.clock(), self._acts, is_unlocked=is_unlocked)
         locking = self._lock.notice(said.choices if said is not None else ())
         if locking is not None:
             return locking if said is None else replace(locking, text=join_sentences([locking.text, said.text]))
+        if left is not None and said is not None:
+            choices = (*left.choices, *said.choices)
+            return replace(left, text=join_sentences([left.text, said.text]), choices=choices)
+        if left is not None:
+            return self._trigger_notice() or left
         if self._queued and (said is None or state.phase is Phase.CLOSED):
             return self._queued[0]()
         return said or self._trigger_notice() or self._module_notice()
