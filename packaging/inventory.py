@@ -28,7 +28,7 @@ _LICENCES: Final = {
     "pyside6-essentials": "LGPL-3.0-only",
     "shiboken6": "LGPL-3.0-only",
     "shtab": "MPL-2.0",
-    "tomli-w": "MIT",
+    "tomlkit": "MIT",
 }
 """SPDX expressions of distributions that state none, or a choice."""
 _WHERE_UNSTATED: Final = {"numpy": "BSD-3-Clause AND 0BSD AND MIT AND Zlib AND CC0-1.0"}

@@ -1,5 +1,6 @@
 """Reads and writes profile files. Reports all errors at once, each with its line."""
 
+import logging
 import re
 import tomllib
 import unicodedata
@@ -7,8 +8,6 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
-
-import tomli_w
 
 from app.guided.results import GuidedKind
 from app.settings.fingerprint import is_fingerprint
@@ -33,6 +32,7 @@ from app.text.sentences import error_text
 from protocol.fields import Value
 from protocol.translatable import marked
 
+_log = logging.getLogger(__name__)
 LARGEST_BYTES = 128 * 1024
 MAX_ERRORS = 20
 MAX_DOTS = 200
@@ -102,33 +102,41 @@ def read_profile(path: Path) -> Profile:
     return profile if profile.name.strip() else replace(profile, name=shortened(path.stem, MAX_NAME_LENGTH - 1))
 
 
-def save_profile(path: Path, profile: Profile) -> None:
-    """Raises OSError, or `ProfileRefused` for a profile that could not be read again."""
-    data = profile_text(profile).encode()
-    parse_profile(data)
-    write_whole(path, data)
+def save_profile(path: Path, profile: Profile, *, source: Path | None = None) -> None:
+    """`source`: the file that was edited; its comments and its order are kept.
+
+    Raises OSError, or `ProfileRefused` for a profile that could not be read again.
+    """
+    before = _text_of(source) if source is not None else ""
+    text = profile_text(profile, before.replace("\r\n", "\n"))
+    parse_profile(text.encode())
+    write_whole(path, (text.replace("\n", "\r\n") if "\r\n" in before else text).encode())
 
 
-def profile_text(profile: Profile) -> str:
-    tables: dict[str, Any] = {"format": FORMAT, "name": profile.name}
-    if profile.airframe:
-        tables["airframe"] = profile.airframe
-    if profile.notes:
-        tables["notes"] = profile.notes
-    if profile.approved_fingerprint is not None:
-        tables["approved_fingerprint"] = profile.approved_fingerprint
-    if profile.is_light_inverted:
-        tables["light_inverted"] = True
-    tables["settings"] = {key: profile.settings[key] for key in SETTINGS_BY_KEY if key in profile.settings}
-    if profile.activated_by is not ActivatedBy.PERSON:
-        tables["expectations"] = {"activated_by": profile.activated_by.value}
-    if profile.limits:
-        tables["limits"] = {name: profile.limits[name] for name in LIMITS if name in profile.limits}
-    if profile.tests_within_days:
-        tables["tests"] = {kind.value: days for kind, days in profile.tests_within_days.items()}
-    rows = ({"text": line.text, "required": line.is_required} for line in profile.manual)
-    # By itself tomli-w would write short ones as one array of inline tables.
-    return tomli_w.dumps(tables) + "".join(f"\n[[manual]]\n{tomli_w.dumps(row)}" for row in rows)
+def profile_text(profile: Profile, source: str = "") -> str:
+    """`source`: the text of a valid profile, whose comments and order are kept."""
+    from tomlkit.exceptions import TOMLKitError  # loading it takes longer than a reply of the module
+
+    from app.settings.profile_toml import toml_of
+
+    try:
+        text = toml_of(profile, source) if source else ""
+        if text and parse_profile(text.encode()) == profile:
+            return text
+    except (TOMLKitError, ValueError, RecursionError) as error:
+        _log.warning("The comments of the profile are not kept: %s", error)
+    return toml_of(profile)
+
+
+def _text_of(path: Path) -> str:
+    """Empty where it is no longer a valid profile."""
+    try:
+        with path.open("rb") as file:
+            data = file.read(LARGEST_BYTES + 1)
+        parse_profile(data)
+    except (OSError, ProfileRefused):
+        return ""
+    return data.decode("utf-8-sig")
 
 
 def parse_profile(data: bytes) -> Profile:

@@ -2,6 +2,7 @@
 
 import os
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,7 @@ from app.limits.expectations import CheckLimits
 from app.settings import profile_file
 from app.settings.fingerprint import fingerprint
 from app.settings.profile_file import ProfileRefused, parse_profile, profile_text, read_profile, save_profile
+from app.settings.profile_toml import toml_of
 from app.settings.profiles import LIMITS, SETTINGS_BY_KEY, ActivatedBy, ManualLine, Profile
 from protocol.fields import Quantity
 
@@ -232,6 +234,65 @@ PROFILES = st.builds(
 @given(PROFILES)
 def test_what_is_written_is_read_back(profile: Profile) -> None:
     assert parse_profile(profile_text(profile).encode()) == profile
+
+
+@given(PROFILES, PROFILES)
+def test_one_profile_edited_into_another_is_that_one(before: Profile, after: Profile) -> None:
+    assert parse_profile(toml_of(after, toml_of(before)).encode()) == after
+
+
+COMMENTED = """\
+# measured on 2026-01-02
+name = "H6"  # the big one
+freefall_time_s = 1.60  # outside of its table
+
+[limits]  # ours
+tilt_max_deg = 3  # the tail is heavy
+cell_voltage_min_v = 3.90
+
+# settings last
+[settings]
+light_threshold_v = 2
+
+# before the flight
+[[manual]]
+text = "Bridle free"  # both ends
+
+[[manual]]
+text = "Hatch free"
+"""
+
+
+@pytest.mark.parametrize("newline", ["\n", "\r\n"])
+def test_comments_and_order_of_a_persons_file_survive(tmp_path: Path, newline: str) -> None:
+    path, other = tmp_path / "h6.toml", tmp_path / "other.toml"
+    path.write_bytes(COMMENTED.replace("\n", newline).encode())
+    profile = read_profile(path)
+    save_profile(path, profile, source=path)
+    assert path.read_bytes() == COMMENTED.replace("\n", newline).encode()
+    changed = replace(
+        profile, airframe="hexa", settings={**profile.settings, "freefall_time_s": 1.2, "attitude_trigger": True},
+        limits={"tilt_max_deg": 4, "cell_voltage_min_v": 3.9},
+        manual=(profile.manual[0], ManualLine("Lines", is_required=True)),
+    )  # fmt: skip
+    save_profile(other, changed, source=path)
+    assert read_profile(other) == changed
+    text = other.read_bytes().decode().replace(newline, "\n")
+    wanted = COMMENTED.replace("1.60", "1.2").replace("= 3  #", "= 4  #")
+    assert [line for line in wanted.splitlines() if line not in text.splitlines()] == ['text = "Hatch free"']
+    assert text.index("# ours") < text.index("# settings last") < text.index("# before the flight")
+    assert text.index("attitude_trigger") < text.index("# before the flight")
+
+
+def test_a_source_that_is_no_profile_any_more_costs_only_its_comments(tmp_path: Path) -> None:
+    path = tmp_path / "h6.toml"
+    profile = Profile(name="H6", settings={"freefall_time_s": 1.2})
+    for content in (b"[", b"colour = 1", b"x" * 200_000, None):
+        path.unlink(missing_ok=True)
+        if content is not None:
+            path.write_bytes(content)
+        save_profile(path, profile, source=path)
+        assert read_profile(path) == profile
 
 
 @given(st.binary(max_size=300))

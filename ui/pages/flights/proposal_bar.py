@@ -128,12 +128,12 @@ class ProposalBar(QFrame):
         loses_approval = profile.approved_fingerprint is not None and settings != dict(profile.settings)
         approved = None if loses_approval else profile.approved_fingerprint
         changed = replace(profile, settings=settings, approved_fingerprint=approved)
-        write = partial(self._write, profile=changed, loses_approval=loses_approval)
+        write = partial(self._write, profile=changed, source=path, loses_approval=loses_approval)
         self.ask_save(self, tr("Add to a profile…"), path, _kinds(), write)
 
-    def _write(self, path: Path, profile: Profile, *, loses_approval: bool = False) -> None:
+    def _write(self, path: Path, profile: Profile, *, source: Path | None = None, loses_approval: bool = False) -> None:
         try:
-            save_profile(path, profile)
+            save_profile(path, profile, source=source)
         except (OSError, ProfileRefused) as error:
             fault = error
             self._result.notify(Meaning.DANGER,

@@ -190,7 +190,7 @@ class ProfileEditor(QWidget):
     def _save_to(self, path: Path) -> None:
         profile = self.profile
         try:
-            save_profile(path, replace(profile, name=profile.name or path.stem))
+            save_profile(path, replace(profile, name=profile.name or path.stem), source=self._path)
         except (OSError, ProfileRefused) as error:
             fault = error  # the name of an except clause ends with it
             self.strip.show_notice(

@@ -29,7 +29,7 @@ from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice
 
 _log = logging.getLogger(__name__)
-SUFFIXES: Final = (".json", ".html", ".htm", ".pdf")
+SUFFIXES: Final = (".json", ".pdf")
 AskRecord = Callable[[QWidget, ThenPath], object]
 
 

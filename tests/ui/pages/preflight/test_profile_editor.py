@@ -16,7 +16,7 @@ from ui.pages.preflight.controller import Standing
 
 PROFILE = """
 format = 1
-name = "Survey hexacopter"
+name = "Survey hexacopter"  # the big one
 notes = "measured in the yard"
 light_inverted = true
 [settings]
@@ -57,6 +57,7 @@ def test_a_profile_is_edited_saved_and_used(qtbot: QtBot, qapp: QApplication, tm
         assert editor.save.isEnabled()
         bench.click(editor.manual[0].remove)
         bench.click(editor.save)
+        assert 'name = "Survey hexacopter"  # the big one' in path.read_text(encoding="utf-8")
         wanted = replace(
             before,
             limits={"round_trip_max_ms": 100, "cell_voltage_min_v": 3.5},
