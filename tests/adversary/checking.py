@@ -16,6 +16,7 @@ from tests.adversary.judge import LOOKS_IN_A_ROW, Breach, Finding
 from tests.adversary.program import PORT
 from tests.adversary.truth import settings_keys
 from tests.adversary.window import Session, WindowDesk
+from ui.core.module_memory import ModuleMemory
 from ui.pages.preflight.controller import PreflightController, Standing, Statement
 from ui.services.context import Services
 
@@ -37,6 +38,7 @@ class _Connector(QObject):
     """The part of the window's connector that the controller uses."""
 
     changed = Signal()
+    invalidated = Signal()
     batch = Signal(object)
     adapter_key = ""
     last = target = None
@@ -47,6 +49,7 @@ class _Connector(QObject):
         self._was_open = desk.is_open
         self.clock = desk.clock
         self.connection = Connection(PortState.OPEN, PORT, 115200)
+        self.kept = ModuleMemory()
 
     @property
     def device(self) -> Any:
@@ -90,7 +93,7 @@ class Checking:
         self._session = session
         self._connector, self._naming = _Connector(session.desk), _Naming()
         storage = SimpleNamespace(journal=lambda _target, _module="": NoJournal(), store=None)
-        services = SimpleNamespace(connector=self._connector, naming=self._naming, storage=storage, checks={})
+        services = SimpleNamespace(connector=self._connector, naming=self._naming, storage=storage)
         self.work = PreflightController(cast("Services", services))
         self.said: list[Standing] = []
 

@@ -102,7 +102,7 @@ def always_ready(patch: pytest.MonkeyPatch) -> None:
 
 def nothing_ends_it(patch: pytest.MonkeyPatch) -> None:
     patch.setattr("ui.pages.preflight.controller.void_reason", lambda *_args, **_more: None)
-    patch.setattr("ui.pages.preflight.controller.changes_between", lambda *_args: ())
+    patch.setattr("ui.pages.preflight.controller.void_of_reading", lambda *_args: None)
 
 
 def one_pass(patch: pytest.MonkeyPatch) -> None:

@@ -102,7 +102,7 @@ def test_a_missing_file_opens_no_window(
     assert program.main(["nowhere.toml"]) == 2
     assert "nowhere.toml cannot be read: No such file or directory." in capsys.readouterr().err
     assert program.main(["bogus"]) == 2
-    assert "invalid choice" in capsys.readouterr().err
+    assert "There is no command bogus." in capsys.readouterr().err
 
 
 def test_commands_take_precedence_over_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

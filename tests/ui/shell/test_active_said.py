@@ -19,6 +19,7 @@ REASSURES = re.compile(
     r"|也不开伞",
     re.IGNORECASE,
 )
+CONDITIONAL = re.compile(r"\bwould not (?:have fired|fire)\b", re.IGNORECASE)
 TRANSLATION = Path(__file__).parents[3] / "app" / "locale" / "zh_CN.ts"
 
 
@@ -33,7 +34,8 @@ def test_no_text_of_the_program_says_that_a_module_does_not_fire() -> None:
     found = []
     for message in ElementTree.parse(TRANSLATION).getroot().iter("message"):
         source, chinese = message.findtext("source") or "", message.findtext("translation") or ""
-        found += [text for text in (source, chinese) if REASSURES.search(text)]
+        if not CONDITIONAL.search(source):  # of what was measured, not of the module
+            found += [text for text in (source, chinese) if REASSURES.search(text)]
     assert not found
 
 

@@ -124,7 +124,9 @@ class CheckRow(QFrame):
     def _show_act(self, act: _Act | None) -> None:
         """Without a button the reason takes its column too."""
         self._act, is_shown = act, act is not None
-        self.act.setText(tr(act.words) if act is not None else "")
+        words = tr(act.words) if act is not None else ""
+        self.act.setText(words)
+        self.act.setAccessibleName(f"{words}: {tr(self.check.title)}")
         self.act.setVisible(is_shown)
         if self._is_wide is is_shown:
             self._is_wide = not is_shown
