@@ -36,7 +36,7 @@ def run(args: argparse.Namespace) -> int:
     act = Act(args.act)
     if not args.yes:
         console.write_lines([tr(EFFECTS[act])])
-        return console.refuse_without("--yes", args.act, *(() if args.port is None else ("--port", args.port)))
+        return console.refuse_without("--yes")
     from app.procedures.act import perform
     from app.procedures.lock import lock
     from app.safety.permit import Origin, Permit

@@ -71,7 +71,7 @@ def run(args: argparse.Namespace) -> int:
     if args.activate and not is_one:
         raise console.Refused(tr("--activate takes one port only."))
     if args.activate and not args.yes:
-        return _say_what_activating_does(ports)
+        return _say_what_activating_does()
     try:
         expectations = _expectations(args.profile, args.done)
         if args.report is not None:
@@ -91,12 +91,11 @@ def run(args: argparse.Namespace) -> int:
     return console.ANSWER_NO if found.is_refused and code == console.SUCCESS else code
 
 
-def _say_what_activating_does(ports: list[str | None]) -> int:
+def _say_what_activating_does() -> int:
     from app.safety.acts import EFFECTS, Act
 
     console.write_lines([tr(EFFECTS[Act.ACTIVATE])])
-    port = () if ports[0] is None else ("--port", ports[0])
-    return console.refuse_without("--yes", "preflight", *port, "--activate")
+    return console.refuse_without("--yes")
 
 
 class _PortEvidence:

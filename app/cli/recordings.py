@@ -138,7 +138,7 @@ def run_delete(args: argparse.Namespace) -> int:
     library = RecordingLibrary()
     entry = _found(library, args.name)
     if not args.yes:
-        return console.refuse_without("--yes", "recordings", "delete", entry.name)
+        return console.refuse_without("--yes")
     try:
         library.delete(entry)
     except RecordingInUse as error:

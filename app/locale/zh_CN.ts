@@ -2574,8 +2574,8 @@
         <translation>未应用任何内容。请更正以下问题后重新打开：</translation>
     </message>
     <message>
-        <source>Nothing was done. To do it: {command}</source>
-        <translation>未执行任何操作。执行请输入：{command}</translation>
+        <source>Nothing was done. Add {option} to do it.</source>
+        <translation>未执行任何操作。如需执行，请加 {option}。</translation>
     </message>
     <message>
         <source>Nothing was done: this may be another module than {module} ({differences}). Else add --same-module.</source>

@@ -9,7 +9,6 @@ import errno
 import math
 import os
 import re
-import shlex
 import shutil
 import sys
 import threading
@@ -154,11 +153,9 @@ def add_seconds_argument(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seconds", type=seconds, metavar="S", help=tr("end after S seconds"))
 
 
-def refuse_without(option: str, *words: str) -> int:
-    """Print the command that would do it; returns the exit code."""
-    # A URL or a file's name may contain characters that are special in a shell.
-    command = " ".join(("dps-s", *(shlex.quote(word) for word in words), option))
-    notify(tr("Nothing was done. To do it: {command}", command=command))
+def refuse_without(option: str) -> int:
+    """Print which option is missing; returns the exit code."""
+    notify(tr("Nothing was done. Add {option} to do it.", option=option))
     return USAGE_ERROR
 
 

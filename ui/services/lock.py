@@ -10,6 +10,7 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QAbstractButton, QWidget
 
 from app.engine.device import How
+from app.engine.identity import Trust
 from app.engine.procedure import LockRepeat
 from app.engine.target import Target
 from app.engine.worker import Batch, Job
@@ -170,7 +171,13 @@ class PortLock(QObject):
     @property
     def _is_in_doubt(self) -> bool:
         """What answers now may be another module than the one that LOCK was pressed for."""
-        return (self._was_lost or self._was_proven) and not self._connector.identity.is_proven
+        return (self._was_lost or self._was_proven) and not self._is_the_one_meant
+
+    @property
+    def _is_the_one_meant(self) -> bool:
+        """After a lost port only a person can say so, and of a module without a name nobody can."""
+        identity = self._connector.identity
+        return identity.is_proven if not self._was_lost else identity.trust is Trust.PROVEN
 
     def _identify(self) -> None:
         """Take what was reported for the module that was meant, or not, once that is known."""
@@ -179,9 +186,9 @@ class PortLock(QObject):
             return
         if not self._connector.is_open:
             self._reported = None
-        elif identity.is_proven:
+        elif self._is_the_one_meant:
             self._finish(reported)
-        elif identity.is_for_a_person:
+        elif identity.trust is not Trust.OPEN:
             self._finish(Locked(outcome=Outcome.UNKNOWN, sent=reported.sent))
 
     def _finish(self, locked: Locked) -> None:

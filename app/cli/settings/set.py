@@ -53,9 +53,7 @@ def run(args: argparse.Namespace) -> int:
     if args.dry_run:
         return _show(wishes, args)
     if any(wish.risks for wish in wishes) and not args.accept_risk:
-        source = args.wishes if args.profile is None else ("--profile", args.profile)
-        port = () if args.port is None else ("--port", args.port)
-        return console.refuse_without("--accept-risk", "set", *source, *port)
+        return console.refuse_without("--accept-risk")
     with Interruption():  # after the last frame a signal no longer keeps the result from being printed
         report, trouble = _write(wishes, args)
         console.write_lines([console.as_json(json_of(report))] if args.json else page_of(report))

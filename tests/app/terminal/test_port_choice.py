@@ -72,7 +72,7 @@ def test_an_act_without_yes_looks_for_no_port(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     found(monkeypatch)
-    assert run_here(capsys, ["lock"], 2).err == "Nothing was done. To do it: dps-s lock --yes\n"
+    assert run_here(capsys, ["lock"], 2).err == "Nothing was done. Add --yes to do it.\n"
 
 
 @pytest.mark.parametrize("words", [["-v", "find"], ["find", "-v"], ["find", "--verbose", "--json"]])

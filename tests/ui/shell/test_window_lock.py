@@ -162,6 +162,12 @@ def test_it_is_sent_again_when_the_port_comes_back_in_time(qtbot: QtBot, qapp: Q
         bench.change(mute=False)
         bench.plug()
         qtbot.waitUntil(lambda: not bench.state().is_active, timeout=WAIT_MS)
+        # It has no name, so nobody can say that it is the same: what reports LOCKED may be a twin.
+        qtbot.waitUntil(lambda: assembly.lock.failed is not None, timeout=WAIT_MS)
+        qtbot.wait(300)  # it has reported LOCKED several times
+        assert assembly.lock.confirmed is None
+        assert "treat the module as ACTIVE" in notice_text(assembly.window.notice_bar)
+        press(qtbot, assembly.window.top_bar.lock)
         qtbot.waitUntil(lambda: assembly.lock.confirmed is not None, timeout=WAIT_MS)
 
 
