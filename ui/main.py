@@ -22,7 +22,6 @@ from app import version
 from app.engine.target import Target
 from app.procedures.act import Armed
 from app.system.logs import Log, start_log
-from app.system.tones import Tone, TonePlayer
 from app.system.uncaught import catch_uncaught_errors
 from app.text.i18n import LANGUAGES, system_language, tr
 from protocol.translatable import marked
@@ -153,13 +152,7 @@ def assemble(
     storage = storage or Storage()
     connector = Connector(ports, make_worker=storage.sessions.recorded_workers())
     lock = LockControl(connector, storage.journal, connector)
-    tones = TonePlayer()
-
-    def play(tone: Tone) -> None:
-        if preferences.has_sounds and not tones.play(tone):
-            app.beep()
-
-    announce_states(connector, lock, play)
+    announce_states(connector, lock)
     services = Services(connector, texts, appearance, lock, storage, preferences, log=log)
     connector.remember_stream(storage.stream_memory)
     storage.sessions.bind(connector.current)
@@ -168,7 +161,6 @@ def assemble(
     window = MainWindow(services, ports, language_switch, preferences, entries=entries)
     for owned in (connector, services.naming):  # else their signal connections would keep them alive
         owned.setParent(window)
-    window.closing.connect(tones.close)
     left_active = LeftActiveWatch(connector, storage, services.naming, window)
     window.attention.find_left = left_active.notice
     left_active.changed.connect(window.attention.refresh)

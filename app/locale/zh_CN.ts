@@ -3534,10 +3534,6 @@
         <translation>最慢应答</translation>
     </message>
     <message>
-        <source>Sounds: triggered, lost, restarted</source>
-        <translation>提示音：触发、通信中断、重启</translation>
-    </message>
-    <message>
         <source>Source</source>
         <translation>来源</translation>
     </message>

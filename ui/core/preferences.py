@@ -76,7 +76,6 @@ class Preferences:
     theme = _Entry("theme", _text_or_none)
     zoom_percent = _Entry("zoom_percent", _zoom_percent)
     """The size of text and controls."""
-    has_sounds = _flag("sounds", "yes", "no")
     is_sidebar_wide = _flag("window/sidebar", "wide", "narrow")
     seen_ports = _Entry("port/seen", _lines, "\n".join)
     """Identities of the ports that were there at the last look."""

@@ -41,6 +41,4 @@ class Choices(QObject):
         self.remembered.zoom_percent = percent
         self.changed.emit()
 
-    def use_sounds(self, is_wanted: bool) -> None:
-        self.remembered.has_sounds = is_wanted
         self.changed.emit()

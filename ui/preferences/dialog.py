@@ -55,7 +55,6 @@ class PreferencesDialog(QDialog):
             texts.bind(partial(self.theme.setItemText, row), title)
         for percent in ZOOMS:
             self.zoom.addItem(f"{percent} %", percent)
-        self.sounds = control(QCheckBox(), texts, "preferences_sounds", "Sounds: triggered, lost, restarted")
         self.sidebar = control(QCheckBox(), texts, "preferences_sidebar", "Wide sidebar")
         form = QFormLayout()
         form.setHorizontalSpacing(Space.L)
@@ -72,9 +71,9 @@ class PreferencesDialog(QDialog):
         self.buttons.rejected.connect(self.reject)
         close: QAbstractButton = self.buttons.button(QDialogButtonBox.StandardButton.Close)
         control(close, texts, "preferences_close", "Close", key="Esc")
-        in_column(
-            form, self.sounds, self.sidebar, self.buttons, of=self, spacing=Space.L, margins=Space.XL
-        ).setSizeConstraint(QLayout.SizeConstraint.SetFixedSize)
+        in_column(form, self.sidebar, self.buttons, of=self, spacing=Space.L, margins=Space.XL).setSizeConstraint(
+            QLayout.SizeConstraint.SetFixedSize
+        )
         self.refresh()
         self.language.activated.connect(self._use_language)
         self._choices = choices
@@ -82,7 +81,6 @@ class PreferencesDialog(QDialog):
         self.zoom.activated.connect(lambda row: choices.use_zoom(self.zoom.itemData(row)))
         self.sidebar.toggled.connect(wide.setChecked)
         wide.toggled.connect(self.sidebar.setChecked)
-        self.sounds.toggled.connect(choices.use_sounds)
         choices.changed.connect(self.refresh)
 
     def refresh(self) -> None:
@@ -90,7 +88,6 @@ class PreferencesDialog(QDialog):
         self.language.setCurrentIndex(self.language.findData(language()))
         self.theme.setCurrentIndex(max(0, self.theme.findData(preferences.theme)))
         self.zoom.setCurrentIndex(max(0, self.zoom.findData(preferences.zoom_percent)))
-        self.sounds.setChecked(preferences.has_sounds)
         self.sidebar.setChecked(preferences.is_sidebar_wide)
 
     def bring_up(self) -> None:

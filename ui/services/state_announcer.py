@@ -1,14 +1,11 @@
-"""Tells screen readers, and by a tone, what becomes of a module: triggered, active, locked, link lost, LOCK failed."""
+"""Tells screen readers what becomes of a module: triggered, active, locked, link lost, LOCK failed."""
 
-from collections.abc import Callable
 from typing import Final
 
 from PySide6.QtCore import QObject
 
 from app.diagnosis.link_state import Phase, link_text
-from app.engine.worker import Batch
 from app.safety.last_known import LAST_HEARD_ACTIVE, Activation, keep_away
-from app.system.tones import Tone
 from app.text.i18n import tr
 from app.text.sentences import join_sentences
 from ui.core.announcer import announcer
@@ -20,13 +17,11 @@ _STANDS: Final = frozenset({Phase.ONLINE, Phase.LATE})
 _LOST: Final = frozenset({Phase.OFFLINE, Phase.LOST, Phase.FAILED})
 
 
-def announce_states(
-    connector: Connector, lock: LockControl, play: Callable[[Tone], object] = lambda _tone: None
-) -> None:
-    """Of the modules on all ports, those that are added later too. `play` is called with the tone of what happened."""
+def announce_states(connector: Connector, lock: LockControl) -> None:
+    """Of the modules on all ports, those that are added later too."""
 
     def add(connection: PortConnection) -> None:
-        StateAnnouncer(connection, lock.of(connection), connector, play)
+        StateAnnouncer(connection, lock.of(connection), connector)
 
     for connection in connector.connections:
         add(connection)
@@ -36,16 +31,12 @@ def announce_states(
 class StateAnnouncer(QObject):
     """Each state once, when it becomes so. A doubt alone (an age, a question without an answer) is not told."""
 
-    def __init__(
-        self, connection: PortConnection, lock: PortLock, connector: Connector, play: Callable[[Tone], object]
-    ) -> None:
+    def __init__(self, connection: PortConnection, lock: PortLock, connector: Connector) -> None:
         super().__init__(connection)
-        self._play, self._restarts = play, connection.device.restarts
         self._connection, self._lock, self._connector = connection, lock, connector
         self._is_linked = self._is_triggered = self._has_failed = False
         self._activation = Activation.UNKNOWN
         connection.changed.connect(self._poll)
-        connection.batch.connect(self._announce_restarts)
         lock.changed.connect(self._poll)
 
     def _poll(self) -> None:
@@ -67,7 +58,6 @@ class StateAnnouncer(QObject):
             if connection.is_active:
                 parts += [tr(LAST_HEARD_ACTIVE), keep_away()]
             self._announce(join_sentences(parts), is_urgent=True)
-            self._play(Tone.LOST)
 
     def _announce_trigger(self) -> None:
         is_triggered = self._connection.device.fresh("triggered", self._connection.clock())
@@ -76,13 +66,6 @@ class StateAnnouncer(QObject):
         was, self._is_triggered = self._is_triggered, is_triggered is True
         if self._is_triggered and not was:
             self._announce(tr("TRIGGERED"), is_urgent=True)
-            self._play(Tone.TRIGGERED)
-
-    def _announce_restarts(self, _batch: Batch) -> None:
-        """By a tone alone: what it means stands in the notice of the window."""
-        was, self._restarts = self._restarts, self._connection.device.restarts
-        if self._restarts > was and self._is_linked:
-            self._play(Tone.RESTARTED)
 
     def _announce_activation(self) -> None:
         state = self._connection.activation.state

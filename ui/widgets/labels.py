@@ -30,17 +30,12 @@ class ElidedLabel(QLabel):
     """One line of plain text, elided at `mode` where it has no room. `text()` is always the whole text."""
 
     def __init__(self, mode: Qt.TextElideMode = Qt.TextElideMode.ElideRight) -> None:
-        self._mode, self._tip = mode, ""
+        self._mode = mode
         super().__init__()
         self.setTextFormat(Qt.TextFormat.PlainText)
 
     def setText(self, text: str) -> None:
         super().setText(text)
-        self._update_tip()
-
-    def set_tip(self, tip: str) -> None:
-        """Sets the tooltip; without one it is the whole text where that is elided."""
-        self._tip = tip
         self._update_tip()
 
     def minimumSizeHint(self) -> QSize:
@@ -60,7 +55,7 @@ class ElidedLabel(QLabel):
         return QFontMetrics(self.font()).elidedText(self.text(), self._mode, self.contentsRect().width())
 
     def _update_tip(self) -> None:
-        self.setToolTip(self._tip or ("" if self._elided() == self.text() else self.text()))
+        self.setToolTip("" if self._elided() == self.text() else self.text())
 
 
 class FittedLabel(QLabel):

@@ -25,7 +25,6 @@ def choose(box: QComboBox, data: object) -> None:
 
 
 def test_preferences_apply_at_once_and_are_saved(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    assert not Preferences(tmp_path / "window.ini").has_sounds  # off unless somebody wants them
     with window(qapp, tmp_path, options=WindowOptions(language="en")) as assembly:
         main = assembly.window
         main.activateWindow()
@@ -41,7 +40,6 @@ def test_preferences_apply_at_once_and_are_saved(qtbot: QtBot, qapp: QApplicatio
         assert scale_in_use() == 1.25  # not twice as large
         choose(dialog.language, "zh_CN")
         assert dialog.windowTitle() == "偏好设置"
-        dialog.sounds.click()
         dialog.sidebar.click()
         assert main.navigation.is_wide
         main.menus.names.trigger()
@@ -49,16 +47,14 @@ def test_preferences_apply_at_once_and_are_saved(qtbot: QtBot, qapp: QApplicatio
         main.choices.use_theme("light")  # not in the dialog
         main.choices.use_zoom(150)
         main.choices.use_language("en")
-        main.choices.use_sounds(False)
         shown = [box.currentData() for box in (dialog.theme, dialog.zoom, dialog.language)]
-        assert (shown, dialog.sounds.isChecked()) == (["light", 150, "en"], False)
+        assert shown == ["light", 150, "en"]
         main.choices.use_language("zh_CN")
-        main.choices.use_sounds(True)
         choose(dialog.zoom, 100)
         choose(dialog.theme, "dark")
     after = Preferences(tmp_path / "window.ini")
     assert (after.language, after.theme, after.zoom_percent) == ("zh_CN", "dark", 100)
-    assert (after.has_sounds, after.is_sidebar_wide) == (True, False)
+    assert not after.is_sidebar_wide
     with window(qapp, tmp_path, options=WindowOptions()) as assembly:
         assert (language(), assembly.appearance.choice) == ("zh_CN", Choice.DARK)
         assembly.appearance.choose(Choice.LIGHT)
