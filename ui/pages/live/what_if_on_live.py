@@ -35,12 +35,12 @@ class WhatIfOnLive(QObject):
     def bind_module(self, data: LiveData, *, wall_offset_s: float) -> None:
         """Judges the values of the module."""
         self._recording = None
-        self.panel.bind(data, wall_offset_s=wall_offset_s, is_recorded=False)
+        self.panel.bind(data, wall_offset_s=wall_offset_s)
 
     def bind_recording(self, recording: Recording) -> None:
         """Judges the values of `recording`."""
         self._recording = recording
-        self.panel.bind(recording, wall_offset_s=recording.wall_offset_s, is_recorded=True)
+        self.panel.bind(recording, wall_offset_s=recording.wall_offset_s)
 
     def refresh(self) -> None:
         """Called a few times a second while the page is visible."""

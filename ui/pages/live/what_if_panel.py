@@ -1,7 +1,7 @@
 """ "Would it have fired?": tries thresholds on measured data. A calculation; nothing is sent."""
 
 import logging
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import partial
 from math import inf
 from time import perf_counter
@@ -99,7 +99,6 @@ class WhatIfPanel(QFrame):
         """None until everything is judged."""
         self._judging: BackgroundTask[WhatIfFinding] = BackgroundTask("dps-s judge", self)
         self._measured: Measured | None = None
-        self._is_recorded = False
         self._asked: _Asked | None = None
         self._asked_at_s = self._took_s = 0.0
         self._is_unreadable = False
@@ -111,20 +110,18 @@ class WhatIfPanel(QFrame):
 
     # Data
 
-    def bind(self, measured: Measured, *, wall_offset_s: float, is_recorded: bool) -> None:
+    def bind(self, measured: Measured, *, wall_offset_s: float) -> None:
         """Judges `measured` from now on."""
         self.release()
-        self._measured, self._is_recorded = measured, is_recorded
-        self._wall_offset_s = wall_offset_s
+        self._measured, self._wall_offset_s = measured, wall_offset_s
 
     @property
     def is_judging(self) -> bool:
         return self._judging.is_running
 
     def release(self) -> None:
-        """Stops judging; waits until a recording is no longer read (below 1 s for two hours at full rate)."""
+        """Stops judging."""
         self._judging.cancel()
-        self._judging.wait(10.0)
         self._measured = self._asked = self.finding = None
         self._is_unreadable = False
 
@@ -162,11 +159,10 @@ class WhatIfPanel(QFrame):
         if not is_question_same:
             self.finding = None
         self._asked, self._asked_at_s, self._is_unreadable = asked, now_s, False
-        read: Callable[[], Excerpt] = partial(self._measured.excerpt, -inf, inf)
-        copied = None if self._is_recorded else read()  # live data change in this thread
+        excerpt = self._measured.excerpt(-inf, inf)  # in this thread, where live data change
 
         def judge(_running: Running) -> WhatIfFinding:
-            return judge_excerpt(copied or read(), asked.limits, counts_locked=asked.counts_locked)
+            return judge_excerpt(excerpt, asked.limits, counts_locked=asked.counts_locked)
 
         self._judging.run(judge, self._on_judged, self._on_unreadable)
 

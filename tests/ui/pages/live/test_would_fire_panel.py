@@ -319,7 +319,7 @@ def test_a_recording_is_judged_with_its_own_thresholds(live: Bench, tmp_path: Pa
     assert live.find(QLineEdit, ATTITUDE).placeholderText() == "60"
 
 
-def test_the_panel_releases_a_recording_before_it_is_closed(live: Bench, tmp_path: Path) -> None:
+def test_a_recording_is_closed_while_it_is_judged(live: Bench, tmp_path: Path) -> None:
     folder = written_at_once(tmp_path, 1_000_000)
     tell(live, 0, 0, 0)
     toggle(live)
@@ -327,7 +327,7 @@ def test_the_panel_releases_a_recording_before_it_is_closed(live: Bench, tmp_pat
     for _ in range(3):
         live.page.show_recording(opened(folder))
         live.page.refresh()
-    live.page.back_to_live()  # a closed file that was still read would end the process
+    live.page.back_to_live()
     assert head(live).startswith("Would not have fired")
 
 
