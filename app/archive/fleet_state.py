@@ -11,7 +11,7 @@ from app.archive.content import FactKind
 from app.archive.facts import Fact
 from app.archive.local_facts import LocalFacts
 from app.archive.module_names import KnownModule, ModuleNames, module_of_fact
-from app.guided.results import TITLES, GuidedVerdict
+from app.guided.results import RETIRED_KINDS, TITLES, GuidedVerdict
 from app.preflight.verdict import VERDICT_WORDS, Verdict, verdict_named
 from app.records.record import Record
 from app.records.verification import RecordState, verify
@@ -192,7 +192,10 @@ def _due(state: ModuleToday, names: ModuleNames, now: datetime, check_days: int,
         text = marked("Unjudged trigger records: {count}.")
         due.append(Due(DueKind.TRIGGER_RECORDS, message(text, count=state.unjudged)))
     titles = {kind.value: title for kind, title in TITLES.items()}
+    retired = {kind.value for kind in RETIRED_KINDS}
     for test in state.tests:
+        if test.kind in retired:
+            continue
         title = message(titles.get(test.kind, test.kind))
         if test.verdict != GuidedVerdict.PASSED.value:
             due.append(Due(DueKind.TEST, message(marked("Guided test not passed: {test}."), test=title)))

@@ -1,10 +1,10 @@
 """Catalogue of guided tests: texts, what must be made safe, steps, act and procedures.
 
     prepare   refuses unless the module is locked and has not fired; reads the values that the test needs
-    act       confirmed by the person first: the same steps, conditions and log as on the Commands page
     measure   the steps with the person
 
-Whatever can be tested on a locked module is tested on a locked one.
+Whatever can be tested on a locked module is tested on a locked one. Where it must be active, a person confirms its
+activation between the two: the same steps, conditions and log as on the Commands page.
 """
 
 from collections.abc import Callable
@@ -12,15 +12,13 @@ from dataclasses import dataclass
 
 from app.engine.procedure import Procedure
 from app.guided.bay import CLOSE, OPEN, measure_bay, prepare_bay
-from app.guided.charger import PLUG_IN, UNPLUG, measure_charger
 from app.guided.free_fall import DROP, HOLD, WAIT, measure_free_fall, prepare_free_fall
 from app.guided.link import REST, SHAKE, measure_link
 from app.guided.results import BreakOff, BrokenOff, GuidedKind, GuidedResult
 from app.guided.status_watch import GuidedSetup, PersonSteps, prepare_locked
 from app.guided.tilt import TILT_SLOWLY, TiltDirection, measure_tilt, prepare_tilt
-from app.guided.zero import LAY_LEVEL, MEASURE, measure_zero, prepare_zero
-from app.safety.acts import EFFECTS, Act
 from app.safety.acts import TITLES as ACT_TITLES
+from app.safety.acts import Act
 from app.text.i18n import tr
 from app.text.messages import UserMessage, message
 from app.text.sentences import join_sentences
@@ -37,14 +35,10 @@ class GuidedTest:
     steps: tuple[UserMessage, ...]
     prepare: Callable[[], Procedure[GuidedSetup]]
     measure: Callable[[GuidedSetup, PersonSteps], Procedure[GuidedResult]]
-    act: Act | None = None
+    is_active: bool = False
+    """It needs an active module, which must be locked afterwards in any case."""
     statement: str = ""
     confirms: tuple[str, ...] = ()
-
-    @property
-    def is_active(self) -> bool:
-        """It needs an active module, which must be locked afterwards in any case."""
-        return self.act is Act.ACTIVATE
 
     @property
     def precautions(self) -> str:
@@ -60,7 +54,7 @@ GUIDED_TESTS: tuple[GuidedTest, ...] = (
         (message(ACT_TITLES[Act.ACTIVATE]),
          *(message(TILT_SLOWLY, direction=message(direction.value)) for direction in TiltDirection),
          message(ACT_TITLES[Act.LOCK])),
-        prepare_tilt, measure_tilt, Act.ACTIVATE, marked("Ejector and rotors are off"),
+        prepare_tilt, measure_tilt, is_active=True, statement=marked("Ejector and rotors are off"),
     ),
     GuidedTest(
         GuidedKind.FREE_FALL,
@@ -74,19 +68,6 @@ GUIDED_TESTS: tuple[GuidedTest, ...] = (
         (message(CLOSE), message(OPEN)),
         prepare_bay, measure_bay,
         confirms=(marked("Bay closed"), marked("Bay open")),
-    ),
-    GuidedTest(
-        GuidedKind.CHARGER,
-        marked("Take the rotors off."),
-        (message(UNPLUG), message(PLUG_IN), message(UNPLUG)),
-        prepare_locked, measure_charger,
-        confirms=(marked("Unplugged"), marked("Plugged in"), marked("Unplugged")),
-    ),
-    GuidedTest(
-        GuidedKind.ZERO,
-        EFFECTS[Act.ZERO],
-        (message(LAY_LEVEL), message(ACT_TITLES[Act.ZERO]), message(MEASURE)),
-        prepare_zero, measure_zero, Act.ZERO,
     ),
     GuidedTest(
         GuidedKind.LINK,

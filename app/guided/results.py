@@ -14,9 +14,15 @@ class GuidedKind(Enum):
     TILT = "tilt"
     FREE_FALL = "free_fall"
     BAY = "bay"
+    LINK = "link"
     CHARGER = "charger"
     ZERO = "zero"
-    LINK = "link"
+
+
+RETIRED_KINDS: frozenset[GuidedKind] = frozenset({GuidedKind.CHARGER, GuidedKind.ZERO})
+"""Tests of older versions: their results stay readable, and count for nothing."""
+RETIRED_QUANTITIES = (marked("Unplugged"), marked("Plugged in"), marked("Tilt before"), marked("Tilt after"))
+"""Names in their stored results."""
 
 
 TITLES: Mapping[GuidedKind, str] = {

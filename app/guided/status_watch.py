@@ -40,8 +40,6 @@ class GuidedSetup:
     freefall_acceleration_g: float = 0.0
     freefall_time_s: float = 0.0
     light_threshold_v: float = 0.0
-    tilt_deg: float = 0.0
-    """Before zeroing."""
 
 
 @dataclass(slots=True)
@@ -66,10 +64,6 @@ class PersonSteps:
         asked = self._asked
         if asked is not None and not asked.done():
             asked.set_result(None)
-
-    def done(self) -> None:
-        """The step is done and needs no confirmation."""
-        self._asked = None
 
 
 def wait_for_person(steps: PersonSteps) -> Procedure[None]:

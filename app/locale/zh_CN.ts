@@ -1566,10 +1566,6 @@
         <translation>只增不减；模块没有序列号。</translation>
     </message>
     <message>
-        <source>It was level before: this does not show that zeroing works.</source>
-        <translation>置零前已水平：无法证明置零有效。</translation>
-    </message>
-    <message>
         <source>It will FIRE four times: take off the ejector (pyro or spring) and the rotors.</source>
         <translation>模块将触发四次：请先拆下弹射装置（火工品或弹簧）和桨叶。</translation>
     </message>
@@ -1988,10 +1984,6 @@
     <message>
         <source>Measuring the light</source>
         <translation>正在测量光线</translation>
-    </message>
-    <message>
-        <source>Measuring the tilt</source>
-        <translation>正在测量倾角</translation>
     </message>
     <message>
         <source>Menu</source>
@@ -2800,10 +2792,6 @@
     <message>
         <source>Plug the adapter in. If no port appears, install its driver.</source>
         <translation>请插入适配器。如未出现串口，请安装驱动。</translation>
-    </message>
-    <message>
-        <source>Plug the external power in.</source>
-        <translation>接通外接供电。</translation>
     </message>
     <message>
         <source>Plug the same adapter in again: it is connected automatically.</source>
@@ -6040,6 +6028,10 @@
     <message>
         <source>this computer does not trust its certificate</source>
         <translation>本电脑不信任其证书</translation>
+    </message>
+    <message>
+        <source>this guided test no longer exists: remove the line.</source>
+        <translation>该引导测试已取消：请删除此行。</translation>
     </message>
     <message>
         <source>threshold {value:.1f} V</source>

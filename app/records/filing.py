@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 
 from app.guided.guided_store import GuidedStore
-from app.guided.results import GuidedKind
+from app.guided.results import RETIRED_KINDS, GuidedKind
 from app.limits.expectations import Expectations, LastTested, Past, settings_code
 from app.preflight.evidence import Evidence, FrameLog
 from app.preflight.findings import Case, CheckResult
@@ -139,7 +139,7 @@ def _past(store: Store, module_id: int, name: str | None, evidence: Evidence) ->
 def _tests(store: Store, module_id: int, evidence: Evidence, at: datetime) -> Mapping[GuidedKind, LastTested]:
     """The last guided tests; those of a simulated module never count for a real one."""
     last = GuidedStore(store.database).last(module_id, counts_simulated=is_simulated(evidence.port))
-    return {kind: LastTested(kept, age_days(kept.at, at)) for kind, kept in last.items()}
+    return {kind: LastTested(kept, age_days(kept.at, at)) for kind, kept in last.items() if kind not in RETIRED_KINDS}
 
 
 def _store(store: Store, assessment: Assessment, make: MakeRecord, circumstances: RecordContext) -> Record:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from app.guided.results import GuidedKind
+from app.guided.results import RETIRED_KINDS, GuidedKind
 from app.settings.fingerprint import is_fingerprint
 from app.settings.profile_lines import key_lines
 from app.settings.profiles import (
@@ -267,6 +267,8 @@ class _Reader:
             is_number = isinstance(value, int) and not isinstance(value, bool)
             if kind is None:
                 self._refuse_unknown("tests", name)
+            elif kind in RETIRED_KINDS:
+                self._refuse(("tests", name), marked("this guided test no longer exists: remove the line."))
             elif not is_number or not 1 <= value <= MAX_TEST_DAYS:
                 self._expect(("tests", name), f"1 … {MAX_TEST_DAYS}")
             else:

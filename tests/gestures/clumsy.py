@@ -238,15 +238,15 @@ class Clumsy:
         self.wait(CHECK_S)
 
     def _guided_test(self) -> None:
-        """Run a guided test up to the activation or zeroing, which takes a whole gesture, too."""
+        """Run a guided test up to the activation, which takes a whole gesture, too."""
         if self._is_down or self._key is not None or not self.bench.assembly.connector.is_open:
             return
         if not self.bench.bench.module.is_on or self.bench.bench.module.is_triggered:
             return
         self.bench.window.go_to("tests")
-        page, kind = self.bench.guided, self.dice.choice((GuidedKind.TILT, GuidedKind.TILT, GuidedKind.ZERO))
+        page = self.bench.guided
         self.bench.bench.module.activate(is_active=False)
-        page.work.choose(kind)
+        page.work.choose(GuidedKind.TILT)
         page.work.state_safe(True)
         self.wait(1.0)
         page.work.start()

@@ -184,7 +184,7 @@ class GestureBench:
 
     def confirms(self) -> list[Confirm]:
         """Return every question that leads to an act."""
-        rows = [*self.commands.acts.values(), *self.guided.acts.values(), self.preflight.activation]
+        rows = [*self.commands.acts.values(), self.guided.activate, self.preflight.activation]
         return [*(row.confirm for row in rows), self.settings.baud.confirm]
 
     # Time

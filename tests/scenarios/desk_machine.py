@@ -158,9 +158,9 @@ class DeskMachine(RuleBasedStateMachine):
         desk.guide(prepare(test))
         desk.wait(1.0)
         setup = desk.guided
-        if test.act is not None and is_confirmed:
-            desk.ask(test.act)
-            desk.go(test.act)
+        if test.is_active and is_confirmed:
+            desk.ask(Act.ACTIVATE)
+            desk.go(Act.ACTIVATE)
             desk.wait(1.0)
         if isinstance(setup, GuidedSetup):
             desk.guide(measure(test, setup, steps))

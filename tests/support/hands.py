@@ -39,8 +39,6 @@ class Hands:
             self.bench.drop(self.height_m)
         elif text.startswith(("Close the bay", "Open the bay")):
             self.bench.set_bay(is_open=text.startswith("Open"))
-        elif "external power" in text:
-            self.bench.set_charger(is_plugged_in=text.startswith("Plug"))
 
     def move(self, now: float) -> None:
         """Tilt the module towards its target; confirm the step that waits."""

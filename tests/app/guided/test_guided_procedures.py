@@ -5,12 +5,14 @@ import pytest
 from app.engine.run import Run
 from app.engine.transport import PortError
 from app.guided.catalogue import GUIDED_BY_KIND, GUIDED_TESTS, measure
-from app.guided.results import BrokenOff, GuidedKind, GuidedResult, GuidedVerdict
+from app.guided.results import RETIRED_KINDS, BrokenOff, GuidedKind, GuidedResult, GuidedVerdict
 from app.guided.status_watch import GuidedSetup, PersonSteps
 from app.simulator.bench import SimulatedBench
 from protocol.catalogue import Hazard
-from tests.support.hands import Hands, drive, guided
+from tests.support.hands import Hands, guided
 from tests.support.line.sim_line import Rig, settled_rig, watched
+
+KINDS = [test.kind for test in GUIDED_TESTS]
 
 
 def streaming(**options: object) -> Rig:
@@ -35,7 +37,7 @@ def rows(done: GuidedResult | BrokenOff) -> dict[str, tuple[str, str]]:
     return {one.name.in_english(): (one.shown.in_english(), one.verdict.value) for one in result(done).measured}
 
 
-@pytest.mark.parametrize("kind", list(GuidedKind))
+@pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("is_streaming", [True, False])
 def test_a_module_in_order_passes(kind: GuidedKind, is_streaming: bool) -> None:
     rig = streaming() if is_streaming else settled_rig()
@@ -157,21 +159,6 @@ def test_light_that_reads_lower_is_said() -> None:
     assert done.advice.in_english() == "More light reads lower."
 
 
-def test_a_charger_that_does_not_charge_fails(monkeypatch: pytest.MonkeyPatch) -> None:
-    rig = settled_rig()
-    monkeypatch.setattr(rig.bench.module, "plug_charger", lambda _now_s: None)
-    steps = PersonSteps()
-    hands = Hands(rig.bench, steps)
-
-    def confirm() -> None:
-        if hands.said[-1:] == ["Plug the external power in."]:
-            steps.confirm()
-
-    done = drive(rig, measure(GUIDED_BY_KIND[GuidedKind.CHARGER], GuidedSetup(), steps), hands, confirm)
-    assert isinstance(done, GuidedResult)
-    assert rows(done)["Plugged in"] == ("not charging", "failed")
-
-
 def test_a_plug_that_loses_answers_fails() -> None:
     rig = settled_rig()
     start = rig.clock.now_s
@@ -218,21 +205,21 @@ def test_a_restart_while_the_plug_is_shaken_is_seen_at_once_and_fails(at_s: floa
     assert rows(run.result)["Restarts"] == ("1", "failed")
 
 
-@pytest.mark.parametrize("kind", list(GuidedKind))
+@pytest.mark.parametrize("kind", KINDS)
 def test_an_active_module_is_not_tested(kind: GuidedKind) -> None:
     rig = settled_rig(active=True)
     assert reason(guided(rig, kind)) == "The module is ACTIVE: lock it first."
     assert all(one.hazard is Hazard.NONE for one in rig.line.requests)
 
 
-@pytest.mark.parametrize("kind", [kind for kind in GuidedKind if kind is not GuidedKind.TILT])
+@pytest.mark.parametrize("kind", KINDS[1:])
 def test_a_module_that_becomes_active_meanwhile_breaks_it_off(kind: GuidedKind) -> None:
     rig = settled_rig()
     done = guided(rig, kind, act=lambda: rig.bench.module.activate(is_active=True))
     assert "ACTIVE" in reason(done)
 
 
-@pytest.mark.parametrize("kind", [GuidedKind.TILT, GuidedKind.FREE_FALL, GuidedKind.BAY, GuidedKind.ZERO])
+@pytest.mark.parametrize("kind", KINDS[:3])
 def test_a_restart_breaks_it_off(kind: GuidedKind) -> None:
     rig = streaming()
     assert reason(guided(rig, kind, act=lambda: _restart(rig))) == "The module restarted."
@@ -242,12 +229,6 @@ def _restart(rig: Rig) -> None:
     """Until it has been noticed."""
     rig.bench.restart()
     rig.step_for(1.0)
-
-
-def test_a_restart_by_the_charger_breaks_it_off(monkeypatch: pytest.MonkeyPatch) -> None:
-    rig = settled_rig()
-    monkeypatch.setattr(rig.bench.module, "plug_charger", lambda _now_s: rig.bench.restart())
-    assert reason(guided(rig, GuidedKind.CHARGER)) == "The module restarted."
 
 
 def test_a_module_that_is_locked_meanwhile_breaks_the_tilt_off() -> None:
@@ -261,15 +242,15 @@ def test_a_module_that_is_locked_meanwhile_breaks_the_tilt_off() -> None:
     assert reason(guided(rig, GuidedKind.TILT, each=lock)) == "The module was locked."
 
 
-@pytest.mark.parametrize("kind", [GuidedKind.TILT, GuidedKind.FREE_FALL, GuidedKind.BAY, GuidedKind.CHARGER])
+@pytest.mark.parametrize("kind", KINDS[:3])
 def test_nobody_there_ends_it(kind: GuidedKind, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Hands, "hear", lambda _hands, _report: None)
     monkeypatch.setattr("app.guided.status_watch.PERSON_LIMIT_S", 5.0)
-    rig = settled_rig(charger=kind is GuidedKind.CHARGER)
+    rig = settled_rig()
     assert reason(guided(rig, kind)) == "No step within 5 s."
 
 
-@pytest.mark.parametrize("kind", [GuidedKind.TILT, GuidedKind.FREE_FALL, GuidedKind.CHARGER, GuidedKind.ZERO])
+@pytest.mark.parametrize("kind", KINDS[:2])
 def test_a_module_that_falls_silent_breaks_it_off(kind: GuidedKind) -> None:
     rig = settled_rig()
 
@@ -279,15 +260,12 @@ def test_a_module_that_falls_silent_breaks_it_off(kind: GuidedKind) -> None:
 
     height_m = 0.0 if kind is GuidedKind.FREE_FALL else 0.5
     start = rig.clock.now_s
-    if kind is GuidedKind.ZERO:
-        done = guided(rig, kind, act=lambda: rig.bench.change(drop=1.0, direction="both"))
-    else:
-        done = guided(rig, kind, each=silence, height_m=height_m)
+    done = guided(rig, kind, each=silence, height_m=height_m)
     assert "does not answer" in reason(done) or "not be read" in reason(done)
 
 
 def test_only_the_tilt_needs_an_active_module_and_says_what_must_be_removed() -> None:
-    assert [test.kind for test in GUIDED_TESTS] == list(GuidedKind)
+    assert set(KINDS) == set(GuidedKind) - RETIRED_KINDS
     assert [test.kind for test in GUIDED_TESTS if test.is_active] == [GuidedKind.TILT]
     for test in GUIDED_TESTS:
         assert test.safety in test.precautions

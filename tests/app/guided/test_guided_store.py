@@ -11,7 +11,7 @@ import pytest
 
 from app.guided.guided_store import GuidedStore
 from app.guided.kept_test import StoredTest
-from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue
+from app.guided.results import RETIRED_KINDS, TITLES, GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue
 from app.limits.expectations import Expectations, LastTested, Past, expectations_of, settings_code
 from app.preflight.evidence import FrameLog
 from app.preflight.findings import Case, CheckResult
@@ -75,6 +75,22 @@ def test_a_simulated_run_never_counts_for_a_real_module(store: Store) -> None:
     assert last(store, sim=True) == {GuidedKind.TILT: PASSED}
 
 
+@pytest.mark.parametrize("kind", sorted(RETIRED_KINDS, key=str))
+def test_a_result_of_a_retired_test_stays_readable_and_counts_for_nothing(store: Store, kind: GuidedKind) -> None:
+    """It can never be repeated: a failed one would warn for ever."""
+    add(store, kind, FAILED)
+    assert last(store) == {kind: FAILED}
+    filed = file_check(
+        check().assessment.case.evidence, Expectations(), Person(who="Li", module="M-07"), FrameLog(), store=store,
+        program_version="1", at=NOW,
+    )  # fmt: skip
+    assert filed.record["tests"] == []
+    assert filed.assessment.result("guided_tests") is CheckResult.PASS
+    module_id = store.register_module("M-07").id
+    stored = GuidedStore(store.database).last(module_id, counts_simulated=False)[kind]
+    assert TITLES[kind] in body({"tests": [stored.plain()], "checks": []})
+
+
 @pytest.mark.parametrize("statement", ["DELETE FROM guided_tests", "UPDATE guided_tests SET verdict = 'passed'"])
 def test_results_are_only_ever_added(store: Store, statement: str) -> None:
     add(store, GuidedKind.TILT, FAILED)
@@ -113,7 +129,8 @@ def test_a_profile_demands_tests_not_older_than_so_many_days() -> None:
 
 
 @pytest.mark.parametrize(
-    "bad", ["spin = 3", "tilt = 0", "tilt = -1", "tilt = 1.5", "tilt = true", 'tilt = "x"', "tilt = 3651"]
+    "bad",
+    ["spin = 3", "charger = 90", "tilt = 0", "tilt = -1", "tilt = 1.5", "tilt = true", 'tilt = "x"', "tilt = 3651"],
 )
 def test_a_demand_that_makes_no_sense_is_refused_with_its_line(bad: str) -> None:
     with pytest.raises(ProfileRefused) as refused:

@@ -68,12 +68,6 @@ CASES = (
     Case(GuidedKind.BAY, True, FAILED, ALIKE, {"bay_open": True}),
     Case(GuidedKind.BAY, True, FAILED, ALIKE, {"light_inverted": True}),
     Case(GuidedKind.BAY, True, FAILED, ALIKE, {"noise": 1.0}),
-    Case(GuidedKind.CHARGER, False, None, NO_STEP),
-    Case(GuidedKind.CHARGER, False, None, NO_STEP, {"charger": True}),
-    Case(GuidedKind.CHARGER, True, FAILED, None),
-    Case(GuidedKind.CHARGER, True, FAILED, None, {"charger": True}),
-    Case(GuidedKind.ZERO, False, GuidedVerdict.PASSED, "It was level before: this does not show that zeroing works."),
-    Case(GuidedKind.ZERO, False, FAILED, None, {"tilt": 5.0}),
     Case(GuidedKind.LINK, False, None, NO_STEP),
 )
 

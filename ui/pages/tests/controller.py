@@ -107,7 +107,7 @@ class GuidedController(QObject):
             case Stage.DONE:
                 return len(self.test.steps) if isinstance(self.outcome, GuidedResult) else 0
             case Stage.CONFIRMING:
-                return 0 if self.test.is_active else 1
+                return 0
             case Stage.MEASURING:
                 return 0 if self.report is None else self.report.done
             case _:
@@ -162,7 +162,7 @@ class GuidedController(QObject):
     def act_begun(self) -> None:
         """The act was confirmed: the module may be active from now on."""
         if self.stage is Stage.CONFIRMING:
-            self.owes_lock = self.test.is_active
+            self.owes_lock = True
 
     def act_ended(self, performed: Performed | None) -> None:
         if self.stage is not Stage.CONFIRMING:
@@ -182,7 +182,7 @@ class GuidedController(QObject):
         found = self._result_of(job)
         if isinstance(found, GuidedSetup):
             self.setup = found
-            if self.test.act is not None:
+            if self.test.is_active:
                 self.stage = Stage.CONFIRMING
                 self.changed.emit()
             else:

@@ -76,7 +76,7 @@ class TestsPage(Page):
         self.picture, self.steps, self.instruction = GuidedPicture(), StepList(), Instruction()
         self.safety = text_label("tests_safety")
         self.made_safe = named(QCheckBox(), "tests_made_safe")
-        self.acts = {act: ActRow(services, act, place="tests") for act in (Act.ACTIVATE, Act.ZERO)}
+        self.activate = ActRow(services, Act.ACTIVATE, place="tests")
         self.live = LiveValue()
         self.result = ResultView(texts)
         self.said = named(NoticeBar(texts), "tests_said")
@@ -104,8 +104,8 @@ class TestsPage(Page):
         work = self.work
         if work.is_running:
             self.live.show_reading(live_reading(work, self._connector))
-        if work.stage is Stage.CONFIRMING and work.test.act is not None:
-            self.acts[work.test.act].refresh()
+        if work.stage is Stage.CONFIRMING:
+            self.activate.refresh()
         self.said.show_notice(self._notice())
         self.primary.setEnabled(self._can_continue)
 
@@ -142,11 +142,7 @@ class TestsPage(Page):
         self.title.setVisible(not is_instructed)  # the list shows which test it is
         self._show_safety()
         places = {Stage.READY: self._ready, Stage.PREPARING: self.live, Stage.MEASURING: self.live}
-        act = None if test.act is None else self.acts[test.act]
-        is_asked = work.stage is Stage.CONFIRMING and act is not None
-        for row in self.acts.values():
-            row.setVisible(row is act)
-        place = self._act_corner if is_asked else places.get(work.stage, self._ready)
+        place = self._act_corner if work.stage is Stage.CONFIRMING else places.get(work.stage, self._ready)
         if place is self._act_corner and self._region.currentWidget() is not place:
             QTimer.singleShot(0, self, lambda: self._scroll.ensureWidgetVisible(self._act_corner))
         self._region.setCurrentWidget(place)
@@ -262,9 +258,8 @@ class TestsPage(Page):
         self.list.currentRowChanged.connect(self._choose)
         self.made_safe.toggled.connect(work.state_safe)
         self.who.editingFinished.connect(self._commit_names)
-        for row in self.acts.values():
-            row.begun.connect(work.act_begun)
-            row.ended.connect(work.act_ended)
+        self.activate.begun.connect(work.act_begun)
+        self.activate.ended.connect(work.act_ended)
         self._guard.broken.connect(self._on_broken)
         work.changed.connect(self._on_work)
         Shortcut("tests_run_key", self, self.primary)
@@ -302,9 +297,8 @@ class TestsPage(Page):
         in_row((self._safety_mark, Qt.AlignmentFlag.AlignTop), (words, 1), of=self._ready, spacing=Space.S,
                margins=Space.M)  # fmt: skip
         self._act_corner = named(QFrame(), "tests_act", "danger-corner")
-        in_column(*self.acts.values(), of=self._act_corner, margins=2)
-        for row in self.acts.values():
-            set_role(row, "")  # one at a time: no line below it
+        in_column(self.activate, of=self._act_corner, margins=2)
+        set_role(self.activate, "")  # no line below it
         self._region = QStackedLayout()
         for one in (self._ready, self.live, self._act_corner):
             self._region.addWidget(one)

@@ -182,46 +182,6 @@ def _bay(pencil: Pencil, step: int) -> None:
         pencil.arrow((140, 56), (140, 94))
 
 
-def _charger(pencil: Pencil, step: int) -> None:
-    theme, is_plugged_in = pencil.theme, step == 1
-    pencil.ground()
-    pencil.module((188, 127))
-    tip = 145.0 if is_plugged_in else 104.0
-    y = 133.0
-    pencil.ink(theme.text)
-    pencil.painter.setBrush(QColor(theme.surface))
-    if not is_plugged_in:
-        pencil.line((tip, y - 5), (tip + 10, y - 5))
-        pencil.line((tip, y + 5), (tip + 10, y + 5))
-    pencil.painter.drawRoundedRect(QRectF(tip - 30, y - 11, 30, 22), 5, 5)
-    cable = QPainterPath(QPointF(tip - 30, y))
-    cable.cubicTo(QPointF(tip - 56, y), QPointF(48, 140), QPointF(14, 138))
-    pencil.ink(theme.text)
-    pencil.painter.drawPath(cable)
-    if is_plugged_in:
-        pencil.arrow((66, 104), (106, 104))
-        pencil.icon(Icon.BOLT, 172, 56, 34, Meaning.ATTENTION)
-    else:
-        pencil.arrow((112, 104), (72, 104))
-
-
-def _zero(pencil: Pencil, step: int) -> None:
-    theme = pencil.theme
-    pencil.ground()
-    pencil.module((140, 127))
-    pencil.ink(theme.text)
-    pencil.painter.setBrush(QColor(theme.surface))
-    level = QRectF(84, 62, 112, 24)
-    pencil.painter.drawRoundedRect(level, 12, 12)
-    pencil.ink(theme.information.ink)
-    pencil.line((128, 62), (128, 86))
-    pencil.line((152, 62), (152, 86))
-    pencil.painter.setBrush(QColor(theme.information.ink))
-    pencil.painter.drawEllipse(QRectF(131, 66, 18, 15))
-    if step >= 1:
-        pencil.text(QRectF(90, 26, 100, 30), "0°", is_bold=True)
-
-
 def _link(pencil: Pencil, step: int) -> None:
     theme = pencil.theme
     pencil.ground()
@@ -246,8 +206,6 @@ _PICTURES: Final[Mapping[GuidedKind, Callable[[Pencil, int], None]]] = {
     GuidedKind.TILT: _tilt,
     GuidedKind.FREE_FALL: _free_fall,
     GuidedKind.BAY: _bay,
-    GuidedKind.CHARGER: _charger,
-    GuidedKind.ZERO: _zero,
     GuidedKind.LINK: _link,
 }
 

@@ -64,13 +64,7 @@ def live_reading(work: GuidedController, connector: Connector) -> LiveReading:
             return _acceleration(connector, _value(connector, "freefall_acceleration_g"))
         case GuidedKind.BAY:
             return _light(connector, _value(connector, "light_threshold_v"))
-        case GuidedKind.CHARGER:
-            return _charge(connector)
-        case GuidedKind.ZERO:
-            value = _value(connector, "tilt_deg")
-            shown = _UNKNOWN if value is None else f"{value:.0f}°"
-            return LiveReading(tr("Tilt"), shown, value, 20.0, (LiveMark(1.0, "1°", Meaning.GOOD),))
-        case GuidedKind.LINK:
+        case _:
             return _losses(work)
 
 
@@ -111,14 +105,6 @@ def _light(connector: Connector, threshold: float | None) -> LiveReading:
         marks = (LiveMark(threshold, tr("threshold {value:.1f} V", value=threshold), Meaning.INFORMATION),)
     highest = max(3.0, 1.5 * (threshold or 0.0), value or 0.0)
     return LiveReading(tr("Light"), shown, value, highest, marks)
-
-
-def _charge(connector: Connector) -> LiveReading:
-    voltage, charging = _value(connector, "cell_voltage_v"), connector.device.fresh("charging", connector.clock())
-    shown = _UNKNOWN if voltage is None else f"{voltage:.2f} V"
-    if charging is None:
-        return LiveReading(join_names((tr("Charging"), tr("unknown"))), shown, voltage)
-    return LiveReading(tr("charging") if charging else tr("not charging"), shown, voltage)
 
 
 def _losses(work: GuidedController) -> LiveReading:

@@ -8,6 +8,7 @@ from PySide6.QtGui import QCloseEvent
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
+from app.guided.catalogue import GUIDED_TESTS
 from app.guided.results import BrokenOff, GuidedKind, GuidedResult, GuidedVerdict
 from app.guided.status_watch import PersonSteps, StatusWatch
 from app.safety.acts import REQUESTS, Act
@@ -17,6 +18,7 @@ from ui.acts.act_row import ActRow
 from ui.pages.tests.controller import Stage
 from ui.widgets.step_button import bring_into_sight
 
+KINDS = [test.kind for test in GUIDED_TESTS]
 LOCK, ACTIVATE = REQUESTS[Act.LOCK], REQUESTS[Act.ACTIVATE]
 
 
@@ -29,9 +31,9 @@ def bench(bench: GestureBench, monkeypatch: pytest.MonkeyPatch) -> GestureBench:
     return bench
 
 
-def confirm(bench: GestureBench, act: Act) -> None:
+def confirm(bench: GestureBench) -> None:
     """As a careful person does it: ask, then confirm, each by a press of its own."""
-    row: ActRow = bench.guided.acts[act]
+    row: ActRow = bench.guided.activate
     bench.until(row.confirm.ask.isEnabled)
     for button in (row.confirm.ask, row.confirm.go):
         bring_into_sight(row)
@@ -44,8 +46,8 @@ def run(bench: GestureBench, kind: GuidedKind, *, height_m: float = 0.5) -> Guid
     """From Start to the result, with hands that do what the page says."""
     page = bench.guided
     start(bench, kind)
-    if page.work.test.act is not None:
-        confirm(bench, page.work.test.act)
+    if page.work.test.is_active:
+        confirm(bench)
     hands = Hands(bench.bench, PersonSteps(), height_m=height_m)
     ends_at = bench.clock.now_s + 300.0
     while page.work.stage is not Stage.DONE:
@@ -79,7 +81,7 @@ def start(bench: GestureBench, kind: GuidedKind) -> None:
 def activated(bench: GestureBench) -> None:
     """In the middle of the tilt, on an active module."""
     start(bench, GuidedKind.TILT)
-    confirm(bench, Act.ACTIVATE)
+    confirm(bench)
     bench.until(lambda: bench.guided.work.stage is Stage.MEASURING)
     assert bench.bench.state().is_active
 
@@ -99,9 +101,9 @@ def kept(bench: GestureBench, kind: GuidedKind) -> None:
 
 
 def test_each_test_can_be_done_on_the_simulated_module(bench: GestureBench) -> None:
-    acts = {GuidedKind.TILT: [ACTIVATE, LOCK], GuidedKind.ZERO: [REQUESTS[Act.ZERO]]}
+    acts = {GuidedKind.TILT: [ACTIVATE, LOCK]}
     page = bench.guided
-    for number, kind in enumerate(GuidedKind, start=1):
+    for number, kind in enumerate(KINDS, start=1):
         bench.sent.clear()
         bench.bench.set_tilt(0)
         outcome = run(bench, kind)
@@ -121,7 +123,7 @@ def test_each_test_can_be_done_on_the_simulated_module(bench: GestureBench) -> N
 def test_what_can_fire_is_said_and_confirmed_each_time(bench: GestureBench) -> None:
     page = bench.guided
     bench.window.go_to("tests")
-    for kind in GuidedKind:
+    for kind in KINDS:
         page.go_to(kind.value)
         assert page.safety.text()
         assert page.made_safe.isVisible() is (kind is GuidedKind.TILT)
@@ -137,7 +139,7 @@ def test_what_can_fire_is_said_and_confirmed_each_time(bench: GestureBench) -> N
 
 
 def test_start_sends_nothing_but_questions(bench: GestureBench) -> None:
-    for kind in GuidedKind:
+    for kind in KINDS:
         start(bench, kind)
         assert bench.sent == []
         bench.guided.work.cancel()
@@ -247,7 +249,7 @@ def test_an_error_anywhere_in_the_window_locks(bench: GestureBench, qtbot: QtBot
 
 def test_cancelled_between_the_confirmation_and_the_frame_it_is_never_activated(bench: GestureBench) -> None:
     start(bench, GuidedKind.TILT)
-    confirm(bench, Act.ACTIVATE)
+    confirm(bench)
     bench.guided.work.cancel()
     bench.wait(3.0)
     assert ACTIVATE not in bench.sent
@@ -309,7 +311,7 @@ def test_an_activation_that_is_not_confirmed_locks(bench: GestureBench) -> None:
             bench.bench.change(drop=1.0, direction="to-host")
 
     bench.line.write = deaf_after  # type: ignore[method-assign]
-    confirm(bench, Act.ACTIVATE)
+    confirm(bench)
     bench.wait(12.0)
     assert isinstance(bench.guided.work.outcome, BrokenOff)
     assert bench.sent.count(LOCK) > 1
@@ -318,7 +320,7 @@ def test_an_activation_that_is_not_confirmed_locks(bench: GestureBench) -> None:
 
 
 def test_a_module_that_becomes_active_in_somebodys_hands_is_locked(bench: GestureBench) -> None:
-    for kind in (GuidedKind.FREE_FALL, GuidedKind.BAY, GuidedKind.CHARGER, GuidedKind.ZERO):
+    for kind in KINDS[1:3]:
         start(bench, kind)
         bench.bench.module.activate(is_active=True)
         bench.until(lambda: not bench.guided.work.is_running)
@@ -330,7 +332,7 @@ def test_a_module_that_becomes_active_in_somebodys_hands_is_locked(bench: Gestur
 def test_an_order_that_was_refused_leaves_the_test_where_it_is(bench: GestureBench) -> None:
     """Tilted beyond the threshold it may not be activated; levelled it may."""
     start(bench, GuidedKind.TILT)
-    row = bench.guided.acts[Act.ACTIVATE]
+    row = bench.guided.activate
     bench.bench.set_tilt(80)
     bench.until(lambda: not row.confirm.ask.isEnabled())
     assert "80°" in row.conditions.text()
@@ -384,7 +386,7 @@ def test_nothing_is_cut_off_at_the_smallest_size_in_either_language(bench: Gestu
     bench.window.go_to("tests")
     for language in ("en", "zh_CN"):
         bench.assembly.language_switch.use(language)
-        for kind in GuidedKind:
+        for kind in KINDS:
             page.go_to(kind.value)
             bench.wait(0.2)
             for label in (page.title, page.safety, page.instruction):

@@ -4,7 +4,6 @@ import pytest
 from PySide6.QtWidgets import QScrollArea
 
 from app.guided.results import GuidedKind
-from app.safety.acts import Act
 from tests.gestures.gesture_bench import GestureBench
 from tests.support.window.steps import find
 from ui.pages.tests.controller import Stage
@@ -33,7 +32,7 @@ def test_every_stage_of_a_guided_test_fits(bench: GestureBench) -> None:
     bench.turn()
     assert (page.work.stage, bar.maximum()) == (Stage.CONFIRMING, 0)
     assert is_in_sight(page.instruction)
-    assert is_in_sight(page.acts[Act.ACTIVATE].confirm)
+    assert is_in_sight(page.activate.confirm)
     assert not page.title.isVisible()
     page.work.cancel()
     bench.until(lambda: page.work.stage is Stage.DONE)
