@@ -82,7 +82,7 @@ def test_the_time_of_a_release_is_given_or_the_commits(
         ("numpy-2.4.6.dist-info/RECORD", False),
         ("dps_s_configurator.egg-info/PKG-INFO", False),
         ("app/locale/zh_CN.ts", True),
-        ("ui/style/arrows/dark-up.svg", True),
+        ("ui/style/svg/dark-up.svg", True),
     ],
 )
 def test_what_is_wanted(made: dict[str, ModuleType], place: str, is_wanted: bool) -> None:
@@ -104,7 +104,7 @@ def test_all_modules_and_files_of_the_program_are_named(made: dict[str, ModuleTy
     names = made["bundle_contents"].module_names(ROOT)
     assert {"app", "app.__main__", "app.cli.preflight", "ui.pages.live.page", "protocol.frame"} <= set(names)
     files = {(Path(path).name, folder) for path, folder in made["bundle_contents"].data_files(ROOT)}
-    assert {("zh_CN.ts", "app/locale"), ("dark-up.svg", "ui/style/arrows")} <= files
+    assert {("zh_CN.ts", "app/locale"), ("lock.svg", "ui/style/svg"), ("style.qss", "ui/style")} <= files
     assert not {name for name, _ in files if name.endswith((".py", ".pyc"))}
 
 

@@ -283,7 +283,7 @@ class TopBar(QFrame):
         volts = float(voltage.value)
         if charging is not None and charging.value is True:
             # The voltage is then the charger's, so a level would be a guess.
-            word, picture = tr("{volts:.2f} V, charging", volts=volts), Icon.BOLT.value
+            word, picture = tr("{volts:.2f} V, charging", volts=volts), Icon.BOLT
         elif charging is None:
             word, picture = tr("{volts:.2f} V, charge unknown", volts=volts), battery(None)
         else:

@@ -1,9 +1,10 @@
 """Colours, sizes and fonts of the window.
 
-Three themes: light, dark, and sunlight, which is black on white with thick lines for a laptop outdoors.
-Surfaces and text are neutral; colour is kept for what has a meaning, and the meanings are five.  Every text
-colour has a contrast of 4.5:1 on every surface (7:1 in sunlight) and every line 3:1; ``tests/ui/style/test_theme.py``
-computes it.  All lengths are logical pixels, so that 200 % is only a matter of the screen.
+Three themes: light, dark, and sunlight, which is black on white with thick lines for a laptop outdoors. Surfaces and
+text are neutral; colour is kept for what has a meaning, and the meanings are five. Every text colour has a contrast of
+4.5:1 on every surface and on what is selected (7:1 in sunlight) and every line 3:1; danger differs from attention for
+eyes without red or green too; `tests/ui/style/test_theme.py` computes both. All lengths are logical pixels, so that
+200 % is only a matter of the screen.
 """
 
 from collections.abc import Mapping
@@ -142,7 +143,7 @@ LIGHT: Final = Theme(
         {
             Meaning.GOOD: Tint("#1B7449", "#1B7449", "#FFFFFF", "#E6F4EC"),
             Meaning.ATTENTION: Tint("#855200", "#F3B434", "#1F1600", "#FDF3DC"),
-            Meaning.DANGER: Tint("#BE2A2A", "#C42B2B", "#FFFFFF", "#FCEBEA"),
+            Meaning.DANGER: Tint("#B3163E", "#B3163E", "#FFFFFF", "#FCEBEA"),
             Meaning.INFORMATION: Tint("#1B5FB5", "#1B5FB5", "#FFFFFF", "#E8F0FB"),
             Meaning.UNKNOWN: Tint("#565E69", "#565E69", "#FFFFFF", "#EBEDF0"),
         }
@@ -170,7 +171,7 @@ DARK: Final = Theme(
         {
             Meaning.GOOD: Tint("#4FC48C", "#4FC48C", "#04150D", "#15301F"),
             Meaning.ATTENTION: Tint("#F0B441", "#F0B441", "#1F1600", "#33290F"),
-            Meaning.DANGER: Tint("#FF7B75", "#CF3439", "#FFFFFF", "#3A1D1E"),
+            Meaning.DANGER: Tint("#FF8A85", "#CF3439", "#FFFFFF", "#3A1D1E"),
             Meaning.INFORMATION: Tint("#74B3FA", "#74B3FA", "#04121F", "#15283E"),
             Meaning.UNKNOWN: Tint("#A3ABB6", "#A3ABB6", "#121519", "#242A31"),
         }
@@ -198,7 +199,7 @@ SUNLIGHT: Final = Theme(
         {
             Meaning.GOOD: Tint("#00502C", "#00502C", "#FFFFFF", "#E2F5EA"),
             Meaning.ATTENTION: Tint("#5C3A00", "#FFCB00", "#000000", "#FFF1C9"),
-            Meaning.DANGER: Tint("#960000", "#960000", "#FFFFFF", "#FFE9E7"),
+            Meaning.DANGER: Tint("#8C0030", "#8C0030", "#FFFFFF", "#FFE9E7"),
             Meaning.INFORMATION: Tint("#003C8A", "#003C8A", "#FFFFFF", "#E4EEFC"),
             Meaning.UNKNOWN: Tint("#000000", "#000000", "#FFFFFF", "#FFFFFF"),
         }

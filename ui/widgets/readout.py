@@ -203,7 +203,7 @@ class StateChip(PaintedWidget):
         super().__init__()
         self._caption, self._size = caption, size
         self._is_measured, self._is_stacked = is_measured, is_stacked
-        self._icon: Icon | str = Icon.UNKNOWN
+        self._icon: Icon = Icon.UNKNOWN
         self.word = tr("unknown")
         self.meaning: Meaning | None = Meaning.UNKNOWN
         self._age = ""
@@ -235,7 +235,7 @@ class StateChip(PaintedWidget):
     def show_state(
         self,
         word: str,
-        icon: Icon | str,
+        icon: Icon,
         meaning: Meaning | None = None,
         *,
         stale_age: str = "",

@@ -9,7 +9,7 @@ from PySide6.QtCore import QRect
 
 from tests.support.window.contrast import DISABLED, contrast, surfaces_of, wanted
 from tests.support.window.painted_text import colours_in
-from ui.style.style_sheet import style_sheet
+from ui.style.appearance import style_sheet
 from ui.style.theme import THEMES, Theme
 
 

@@ -3,6 +3,7 @@
 import re
 from itertools import pairwise
 
+import numpy as np
 import pytest
 import shiboken6
 from PySide6.QtCore import QSize, Qt
@@ -16,9 +17,8 @@ from ui.main import PAGES
 from ui.services.page_header import HEIGHT_PX, PageHeader
 from ui.shell.sidebar import Sidebar
 from ui.style import appearance, theme
-from ui.style.appearance import Appearance
+from ui.style.appearance import Appearance, style_sheet
 from ui.style.icons import MEANING_ICONS, Icon, app_icon, battery, icon, pixmap
-from ui.style.style_sheet import style_sheet
 from ui.style.theme import DARK, LIGHT, SUNLIGHT, THEMES, Choice, Meaning, Size, Theme
 from ui.widgets.controls import control
 
@@ -41,13 +41,32 @@ def test_contrast_is_that_of_wcag() -> None:
     assert contrast("#FFFFFF", "#777777") == contrast("#777777", "#FFFFFF")
 
 
+# What an eye without red (protan) or without green (deutan) makes of linear RGB: Machado, Oliveira and Fernandes 2009.
+_RED_BLIND = ((0.152286, 1.052583, -0.204868), (0.114503, 0.786281, 0.099216), (-0.003882, -0.048116, 1.051998))
+_GREEN_BLIND = ((0.367322, 0.860646, -0.227968), (0.280085, 0.672501, 0.047413), (-0.011820, 0.042940, 0.968881))
+_XYZ = ((0.433953, 0.376219, 0.189828), (0.212673, 0.715152, 0.072175), (0.017758, 0.109477, 0.872765))
+"""Of linear sRGB, relative to its white."""
+
+
+def lab(colour: str, eye: tuple[tuple[float, ...], ...]) -> np.ndarray:
+    """CIELAB of a colour as this eye sees it."""
+    rgb = np.array([getattr(QColor(colour), part)() for part in ("redF", "greenF", "blueF")])
+    linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+    xyz = np.array(_XYZ) @ np.clip(np.array(eye) @ linear, 0, 1)
+    x, y, z = np.where(xyz > 216 / 24389, np.cbrt(xyz), (24389 / 27 * xyz + 16) / 116)
+    return np.array([116 * y - 16, 500 * (x - y), 200 * (y - z)])
+
+
 @each_theme
-def test_every_text_is_readable_on_every_surface(one: Theme) -> None:
+def test_every_text_is_readable_on_every_surface_and_danger_is_told_from_attention(one: Theme) -> None:
     texts = [one.text, one.muted, *(tint.ink for tint in one.meanings.values())]
     for text in texts:
-        for surface in surfaces_of(one):
+        for surface in (*surfaces_of(one), one.selection):
             assert contrast(text, surface) >= text_contrast(one), (text, surface)
-    pairs = [(one.text, one.selection), (one.on_primary, one.primary), (one.window, one.text)]
+    for danger, attention in ((one.danger.ink, one.attention.ink), (one.danger.fill, one.attention.fill)):
+        for eye in (_RED_BLIND, _GREEN_BLIND):
+            assert np.linalg.norm(lab(danger, eye) - lab(attention, eye)) >= 12, (danger, attention)
+    pairs = [(one.on_primary, one.primary), (one.window, one.text)]
     for tint in one.meanings.values():
         pairs += [(tint.on_fill, tint.fill), (tint.ink, tint.wash)]
     pairs += [(one.curves[lane], one.surface) for lane in range(3)]  # the lanes' titles
@@ -239,8 +258,9 @@ def test_icons_are_sharp_and_follow_the_theme(qapp: QApplication) -> None:
 
 
 def test_the_battery_has_as_many_bars_as_it_is_full() -> None:
-    assert [battery(level).count('y="9"') for level in (0, 0.25, 0.5, 0.75, 1, 1.4, -1)] == [0, 1, 2, 3, 4, 4, 0]
-    assert "dasharray" in battery(None)
+    bars = [int(battery(level).value[-1]) for level in (0, 0.25, 0.5, 0.75, 1, 1.4, -1)]
+    assert bars == [0, 1, 2, 3, 4, 4, 0]
+    assert battery(None) is Icon.BATTERY_UNKNOWN
 
 
 def test_the_program_has_an_icon_in_every_size(qapp: QApplication) -> None:
