@@ -1,15 +1,18 @@
-"""Explains a capture entry by entry: every frame and every run of invalid bytes."""
+"""Explains captured bytes: every frame and every run of invalid bytes."""
 
 from typing import Final, NamedTuple
 
 from app.captures.entries import CaptureEntry, Way
 from app.captures.explain import Asked
-from protocol.catalogue import Command
+from protocol.catalogue import DEFAULT_BAUD_RATE, Command
 from protocol.frame import Direction, Frame, Noise, decode_request
 from protocol.stream import Piece, StreamParser
 
 QUIET_S: Final = 0.25
 """Silence after which a frame has ended."""
+MAX_RUN_LENGTH: Final = 4096
+"""Of invalid bytes in hex text; a longer run continues in the next row, so that memory stays bounded."""
+_BYTE_S: Final = 10 / DEFAULT_BAUD_RATE
 
 
 class Explained(NamedTuple):
@@ -35,6 +38,8 @@ class _Side:
 
 class Explainer:
     """Entries in, pieces out: every byte is in exactly one of them. Each direction has its own parser."""
+
+    is_timed = True
 
     def __init__(self, asked: Command | None = None) -> None:
         """`asked`: the command that the module's frames answer until the first request."""
@@ -64,6 +69,54 @@ class Explainer:
     def end(self) -> list[Explained]:
         """The pieces that are left at the end of the capture."""
         return [*self._out.flush(self._asked), *self._in.flush(self._asked)]
+
+
+class HexExplainer:
+    """Bytes of both directions without times, of which the headers of frames tell the direction; noise counts as the
+    module's. The rows do not depend on how the bytes were split; their times are those at the usual baud rate."""
+
+    def __init__(self, asked: Command | None = None) -> None:
+        query = asked.query() if asked is not None and asked.can_be_asked else None
+        self._parser = StreamParser(asked=query, follows_host=True)
+        self._asked: Asked = asked
+        self._run: Noise | None = None
+
+    def feed(self, data: bytes) -> list[Explained]:
+        return self._rows(self._parser.feed(data))
+
+    def end(self) -> list[Explained]:
+        """What is left at the end."""
+        return [*self._rows(self._parser.flush()), *self._end_of_run()]
+
+    def _rows(self, pieces: list[Piece]) -> list[Explained]:
+        rows: list[Explained] = []
+        for piece in pieces:
+            if isinstance(piece, Noise):
+                rows += self._longer_run(piece)
+                continue
+            is_request = piece.direction is Direction.HOST_TO_MODULE
+            way = Way.OUT if is_request else Way.IN
+            rows += [*self._end_of_run(), _row(piece.offset * _BYTE_S, way, piece, self._asked)]
+            if is_request:
+                self._asked = decode_request(piece.raw)
+        return rows
+
+    def _longer_run(self, noise: Noise) -> list[Explained]:
+        rows: list[Explained] = []
+        if self._run is not None and self._run.fault is not noise.fault:
+            rows += self._end_of_run()
+        if self._run is not None:
+            noise = Noise(self._run.raw + noise.raw, noise.fault, self._run.offset)
+        while len(noise.raw) > MAX_RUN_LENGTH:
+            self._run = Noise(noise.raw[:MAX_RUN_LENGTH], noise.fault, noise.offset)
+            rows += self._end_of_run()
+            noise = Noise(noise.raw[MAX_RUN_LENGTH:], noise.fault, noise.offset + MAX_RUN_LENGTH)
+        self._run = noise
+        return rows
+
+    def _end_of_run(self) -> list[Explained]:
+        run, self._run = self._run, None
+        return [] if run is None else [_row(run.offset * _BYTE_S, Way.IN, run, None)]
 
 
 def _row(at_s: float, way: Way, piece: Piece, asked: Asked) -> Explained:

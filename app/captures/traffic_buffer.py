@@ -7,9 +7,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from itertools import accumulate, chain, islice
 
-from app import version
-from app.captures.entries import CaptureEntry, Way
-from app.captures.writer import Header, entries_of
+from app.captures.entries import CaptureEntry, Way, entries_of
 from app.system.wall_clock import WallClock
 from protocol.events import Event
 
@@ -93,19 +91,10 @@ class TrafficBuffer:
             return ()
         return tuple(CaptureEntry(at_s - first.at_s, way, raw) for at_s, way, raw in chain((first,), last))
 
-    @property
-    def started_s(self) -> float:
-        """Wall time of the first entry, seconds since 1970."""
-        first = next(self._last(None), None)
-        return 0.0 if first is None else self.wall.at(first.at_s)
-
-    def header(self, port: str, baud_rate: int, most: int | None = None) -> Header:
-        """The header of a file with `entries(most)`."""
+    def started_at(self, most: int | None = None) -> datetime:
+        """When the first of `entries(most)` was on the line, UTC."""
         first = next(self._last(most), None)
-        started = "" if first is None else _iso(self.wall.at(first.at_s))
-        return Header(
-            program=f"DPS-S Configurator {version()}", port=port, baud_rate=baud_rate or None, started=started
-        )
+        return datetime.fromtimestamp(0.0 if first is None else self.wall.at(first.at_s), UTC)
 
     def _last(self, most: int | None) -> Iterator[CaptureEntry]:
         skipped = 0 if most is None else max(0, self._count - most)
@@ -114,7 +103,3 @@ class TrafficBuffer:
             if skipped < len(some):
                 yield from islice(some, skipped, None)
             skipped = max(0, skipped - len(some))
-
-
-def _iso(wall_s: float) -> str:
-    return datetime.fromtimestamp(wall_s, UTC).isoformat(timespec="seconds").replace("+00:00", "Z")

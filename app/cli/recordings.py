@@ -150,7 +150,6 @@ def run_delete(args: argparse.Namespace) -> int:
 
 
 def run_convert(args: argparse.Namespace) -> int:
-    from app.captures.reader import CaptureRefused
     from app.recordings.library import recordings_folder
     from app.recordings.old_recordings import convert, convert_in, old_recordings
     from app.recordings.session_format import SUFFIX, Unreadable
@@ -158,6 +157,8 @@ def run_convert(args: argparse.Namespace) -> int:
     library, files, is_whole = recordings_folder(), list[Path](args.files), True
     for path in files or old_recordings(library):
         target = path.with_suffix(SUFFIX)
+        if target == path:
+            target = path.with_name(f"{path.stem}-converted{SUFFIX}")
         try:
             if path.parent == library:
                 target = convert_in(library, path)
@@ -166,7 +167,7 @@ def run_convert(args: argparse.Namespace) -> int:
             else:
                 convert(path, target)
             console.write_lines([str(target)])
-        except (Unreadable, CaptureRefused, OSError) as error:
+        except (Unreadable, OSError) as error:
             is_whole = False
             text = str(error)
             why = error_text(error) if isinstance(error, OSError) else tr(text)

@@ -12,10 +12,10 @@ import zipfile
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
+from datetime import datetime
 from pathlib import Path
 
-from app.captures.entries import CaptureEntry
-from app.captures.writer import Header, lines_of
+from app.captures.entries import CaptureEntry, line_of
 from app.diagnosis.link_statistics import LinkStatistics
 from app.diagnosis.troubles import explain
 from app.engine.device import DeviceView
@@ -90,7 +90,7 @@ class Contents:
     preferences: Mapping[str, object] = field(default_factory=dict)
     """Language, theme …"""
     capture: Iterable[CaptureEntry] = ()
-    capture_header: Header = field(default_factory=Header)
+    capture_started_at: datetime | None = None
 
 
 class SupportBundle:
@@ -196,7 +196,6 @@ def _module(contents: Contents) -> dict[str, object]:
 
 
 def _capture_lines(contents: Contents) -> Iterable[str]:
-    entries = tuple(contents.capture)
-    if not entries:
-        return ()
-    return (*contents.capture_header.lines(), *(line for entry in entries for line in lines_of(entry)))
+    if contents.capture_started_at is not None:
+        yield f"# started: {contents.capture_started_at.isoformat(timespec='seconds')}"
+    yield from map(line_of, contents.capture)

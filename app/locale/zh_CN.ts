@@ -5038,6 +5038,10 @@
         <translation>应为 {expected}</translation>
     </message>
     <message>
+        <source>exported by an earlier version; “dps-s recordings convert FILE” converts it</source>
+        <translation>由早期版本导出；请用“dps-s recordings convert FILE”转换</translation>
+    </message>
+    <message>
         <source>failed</source>
         <translation>失败</translation>
     </message>
@@ -5954,16 +5958,8 @@
         <translation>模块锁定，由飞行器激活</translation>
     </message>
     <message>
-        <source>the capture is of a later version of the program</source>
-        <translation>抓包文件来自本程序的更新版本</translation>
-    </message>
-    <message>
         <source>the content is not what was recorded</source>
         <translation>内容与当时记录的不符</translation>
-    </message>
-    <message>
-        <source>the file is too long for a capture</source>
-        <translation>文件太长，不是抓包文件</translation>
     </message>
     <message>
         <source>the following arguments are required: %s</source>
@@ -5972,10 +5968,6 @@
     <message>
         <source>the frame broke off</source>
         <translation>帧不完整</translation>
-    </message>
-    <message>
-        <source>the line is too long</source>
-        <translation>该行太长</translation>
     </message>
     <message>
         <source>the module answers</source>

@@ -1,29 +1,27 @@
-"""Converts what versions before session files wrote: folders of columns, and captures as text (`.dpscap`).
+"""Converts what versions before session files wrote: folders of columns, captures as text (`.dpscap`), MCAP exports.
 
 Nothing else knows these formats; this module can be deleted once nobody has such files any more.
 """
 
+import base64
 import json
 import struct
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from datetime import UTC, datetime
-from io import BytesIO
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
 from app.captures.entries import CaptureEntry, Way
-from app.captures.reader import CaptureReader, read_text
+from app.captures.text import TimedLines
 from app.recordings.library import TRASH, is_held
 from app.recordings.markers import MarkerKind
-from app.recordings.session_format import SUFFIX, Opening, Unreadable, is_time
-from app.recordings.writer import Note, SessionWriter, write_session
-from app.system.files import draft_of
+from app.recordings.session_format import NANOSECONDS, OLD_EXPORT, SUFFIX, TOPIC_OF_WAY, Opening, Unreadable, is_time
+from app.recordings.writer import Note, write_session
 from protocol.translatable import marked
 
-CAPTURE: Final = ".dpscap"
 _SESSION: Final = "session.json"
 _COLUMNS: Final = {
     "status.time_s.f8": (8, 0), "status.tilt_deg.f4": (4, 0), "status.acceleration_g.f4": (4, 0),
@@ -32,12 +30,10 @@ _COLUMNS: Final = {
 }  # fmt: skip
 """Bytes of a row, and which count of a commit is theirs."""
 _COMMIT: Final = struct.Struct("<d5Q4L")
+_LIMITS: Final = {"attitude_threshold_deg": "fires_deg", "reset_angle_deg": "rearms_deg",
+                  "freefall_acceleration_g": "free_fall_g", "light_threshold_v": "light_v"}  # fmt: skip
 _EXACT_S: Final = 1e-6
 """The line's times have six decimals; those of the reports are exact."""
-
-
-def is_old(path: Path) -> bool:
-    return path.suffix.lower() == CAPTURE or (path / _SESSION).is_file()
 
 
 def old_recordings(library: Path) -> list[Path]:
@@ -73,27 +69,68 @@ def convert_in(library: Path, folder: Path) -> Path:
 
 
 def convert(path: Path, target: Path) -> None:
-    """Writes a recording or a capture as a session file. Raises OSError, `Unreadable`, `CaptureRefused`."""
-    if path.suffix.lower() == CAPTURE:
-        _convert_capture(path, target)
-    else:
+    """Writes a recording, a capture or an export as a session file. Raises OSError, `Unreadable`."""
+    if path.is_dir():
         _convert_folder(path, target)
+    elif path.suffix.lower() == SUFFIX:
+        _convert_export(path, target)
+    else:
+        _convert_capture(path, target)
 
 
 def _convert_capture(path: Path, target: Path) -> None:
-    reader = CaptureReader()
-    with path.open("rb") as file:
-        entries = [entry for some in read_text(file, reader) for entry in some]
-    header = reader.header
-    try:
-        started_at = datetime.fromisoformat(header.started)
-    except ValueError:
-        started_at = datetime.fromtimestamp(path.stat().st_mtime, UTC)
+    lines = path.read_text("utf-8-sig", "replace").splitlines()
+    fields = dict(line[1:].strip().partition(": ")[::2] for line in reversed(lines) if line.startswith("#"))
+    rate = fields.get("baud_rate", "")
     opening = Opening(
-        started_at=started_at if started_at.tzinfo else started_at.replace(tzinfo=UTC),
-        start_s=0.0, port=header.port, baud_rate=header.baud_rate or 0, program=header.program,
+        started_at=_time_of(fields.get("started", ""), path), start_s=0.0, port=fields.get("port", ""),
+        baud_rate=int(rate) if rate.isdecimal() else 0, program=fields.get("program", ""),
     )  # fmt: skip
-    write_session(target, opening, entries)
+    write_session(target, opening, entries_in(lines))
+
+
+def entries_in(lines: Iterable[str]) -> Iterator[CaptureEntry]:
+    """Of a capture as text; what cannot be read is left out."""
+    return filter(None, map(TimedLines().feed, lines))
+
+
+def _time_of(text: str, path: Path) -> datetime:
+    try:
+        found = datetime.fromisoformat(text)
+    except ValueError:
+        found = datetime.fromtimestamp(path.stat().st_mtime, UTC)
+    return found if found.tzinfo else found.replace(tzinfo=UTC)
+
+
+def _convert_export(path: Path, target: Path) -> None:
+    from mcap.exceptions import McapError
+    from mcap.reader import make_reader
+
+    try:
+        with path.open("rb") as file:
+            reader = make_reader(file)
+            about = next((one.metadata for one in reader.iter_metadata() if one.name == OLD_EXPORT), None)
+            if about is None:
+                raise Unreadable(marked("not a recording by this program"))
+            opening = Opening(
+                started_at=_time_of(about["started_at"], path), start_s=0.0, port=about["port"],
+                baud_rate=int(about["baud_rate"]), module=about["module"], program=about["program"],
+            )  # fmt: skip
+            entries, notes = list[CaptureEntry](), list[Note]()
+            ways = {topic: way for way, topic in TOPIC_OF_WAY.items()}
+            for _schema, channel, message in reader.iter_messages():
+                at_s, fields = (message.log_time - opening.wall_offset_ns) / NANOSECONDS, json.loads(message.data)
+                if channel.topic in ways:
+                    entries.append(CaptureEntry(at_s, ways[channel.topic], base64.b64decode(fields["data"])))
+                elif channel.topic == "/limits":
+                    notes.append(Note(at_s, "limits", {_LIMITS[key]: value for key, value in fields.items()}))
+                elif channel.topic == "/events":
+                    notes.append(Note(at_s, fields.pop("event"), fields))
+                elif channel.topic != "/status":  # which is in the bytes
+                    notes.append(Note(at_s, "reading", fields))
+    except (McapError, ValueError, KeyError, TypeError, AttributeError, RecursionError, struct.error) as error:
+        raise error if isinstance(error, Unreadable) else Unreadable(marked("cannot be read")) from error
+    write_session(target, opening, entries, notes, is_ended=about.get("was_cut_off") != "true")
 
 
 def _opening_of(folder: Path) -> Opening:
@@ -121,17 +158,8 @@ def _convert_folder(folder: Path, target: Path) -> None:
         notes += [Note(at_s, "reading", {key: round(float(value), 4)}) for at_s, value in zip(*columns, strict=True)]
     notes += _journal(data["journal.jsonl"])
     notes.sort(key=lambda note: note.at_s)
-    with draft_of(target, is_private=True) as draft:
-        draft.unlink()
-        writer = SessionWriter(draft, opening)
-        try:
-            last_s = writer.put_recorded(_line(data["line.dpscap"], opening.start_s, times), notes)
-            writer.flush(max(last_s, end_s))
-            if is_ended:
-                writer.flush(max(last_s, end_s), is_last=True)
-            writer.sync()
-        finally:
-            writer.close()
+    entries = _line(data["line.dpscap"], opening.start_s, times)
+    write_session(target, opening, entries, notes, end_s=end_s, is_ended=is_ended, is_private=True)
 
 
 def _committed(folder: Path, opening: Opening) -> tuple[dict[str, bytes], list[float], bool, float]:
@@ -160,18 +188,11 @@ def _committed(folder: Path, opening: Opening) -> tuple[dict[str, bytes], list[f
 
 
 def _line(text: bytes, start_s: float, times: "np.ndarray[tuple[int], np.dtype[np.float64]]") -> Iterator[CaptureEntry]:
-    for some in read_text_of(text):
-        for since_s, way, raw in some:
-            at_s = start_s + since_s
-            place = int(np.searchsorted(times, at_s - _EXACT_S)) if way is Way.IN else len(times)
-            is_report = place < len(times) and abs(times[place] - at_s) <= _EXACT_S
-            yield CaptureEntry(float(times[place]) if is_report else at_s, way, raw)
-
-
-def read_text_of(text: bytes) -> Iterator[list[CaptureEntry]]:
-    reader = CaptureReader()
-    for line in BytesIO(text):
-        yield list(reader.feed(line.decode("utf-8", "replace")))
+    for since_s, way, raw in entries_in(text.decode("utf-8", "replace").splitlines()):
+        at_s = start_s + since_s
+        place = int(np.searchsorted(times, at_s - _EXACT_S)) if way is Way.IN else len(times)
+        is_report = place < len(times) and abs(times[place] - at_s) <= _EXACT_S
+        yield CaptureEntry(float(times[place]) if is_report else at_s, way, raw)
 
 
 def _journal(raw: bytes) -> Iterator[Note]:

@@ -21,6 +21,7 @@ from app.recordings.session_format import (
     END,
     FORMAT,
     NANOSECONDS,
+    OLD_EXPORT,
     PROGRESS,
     Opening,
     Unreadable,
@@ -258,6 +259,8 @@ class _Walk:
             record = Metadata.read(ReadDataStream(BytesIO(self._data[begin:end])))
         except (McapError, ValueError, struct.error):
             return
+        if record.name == OLD_EXPORT:
+            raise Unreadable(marked("exported by an earlier version; “dps-s recordings convert FILE” converts it"))
         if record.name == FORMAT:
             if self._file is None:
                 opening = opening_of(record.metadata)

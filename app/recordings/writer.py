@@ -11,9 +11,8 @@ from typing import IO, Final, NamedTuple
 from mcap.well_known import MessageEncoding, SchemaEncoding
 from mcap.writer import CompressionType, IndexType, Writer
 
-from app.captures.entries import CaptureEntry, Way
+from app.captures.entries import CaptureEntry, Way, entries_of
 from app.captures.explain import meaning
-from app.captures.writer import entries_of
 from app.engine.device import DeviceView, StatusSample
 from app.engine.worker import Batch, PortState
 from app.recordings.markers import NO_LIMITS, Marker, ModuleLimits
@@ -269,13 +268,28 @@ def _fields(sample: StatusSample) -> dict[str, object]:
     }
 
 
-def write_session(path: Path, opening: Opening, entries: Iterable[CaptureEntry], notes: Iterable[Note] = ()) -> None:
-    """Writes a whole session from bytes on the line and events, both in order of time (monotonic). Raises OSError."""
-    with draft_of(path) as draft:
+def write_session(
+    path: Path,
+    opening: Opening,
+    entries: Iterable[CaptureEntry],
+    notes: Iterable[Note] = (),
+    *,
+    end_s: float = -math.inf,
+    is_ended: bool = True,
+    is_private: bool = False,
+) -> None:
+    """Writes a session from bytes on the line and events, both in order of time (monotonic). Raises OSError.
+
+    `end_s`: up to when it was recorded, if later than the last of them; `is_ended`: it was closed properly.
+    """
+    with draft_of(path, is_private=is_private) as draft:
         draft.unlink()
         writer = SessionWriter(draft, opening)
         try:
-            end_s = writer.put_recorded(entries, notes)
-            writer.flush(end_s, is_last=True)
+            end_s = max(end_s, writer.put_recorded(entries, notes))
+            writer.flush(end_s)
+            if is_ended:
+                writer.flush(end_s, is_last=True)
+            writer.sync()
         finally:
             writer.close()

@@ -1,8 +1,8 @@
 """Output of -v on standard error: requests and their outcomes; with -vv every frame."""
 
+from app.captures.entries import entries_of
 from app.captures.explain import sentence
 from app.captures.explained import Explainer
-from app.captures.writer import entries_of
 from app.engine.worker import Batch, PortState
 from app.terminal.console import notify
 from app.text.i18n import tr

@@ -230,7 +230,6 @@ def test_the_metadata_names_what_is_installed(made: dict[str, ModuleType]) -> No
 
 def test_the_desktop_knows_the_types_of_files(made: dict[str, ModuleType]) -> None:
     """By the magic that the file for shared-mime-info names; held against files that the program writes."""
-    from app.captures.writer import MAGIC
     from app.flight_logs.ulog_file import MAGIC as ULOG_MAGIC
     from app.records.record import FORMAT
     from app.settings.profile_file import profile_text
@@ -240,7 +239,7 @@ def test_the_desktop_knows_the_types_of_files(made: dict[str, ModuleType]) -> No
     files = {
         "profile": profile_text(Profile(name="H6", settings={})).encode(),
         "record": json.dumps({"format": FORMAT, "version": 2}, indent=1).encode(),
-        "capture": f"{MAGIC}\n".encode(),
+        "capture": b"# DPS-S capture 1\n",
         "mcap": b"\x89MCAP0\r\n",
         "ulog": ULOG_MAGIC,
     }

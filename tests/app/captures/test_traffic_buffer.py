@@ -2,9 +2,8 @@
 
 import sys
 
-from app.captures.entries import CaptureEntry, Way
+from app.captures.entries import MAX_ENTRY_BYTES, CaptureEntry, Way
 from app.captures.traffic_buffer import MAX_BYTES, MAX_ENTRIES, PART_ENTRIES, TrafficBuffer
-from app.captures.writer import BYTES_A_LINE
 from protocol.catalogue import STATUS
 from protocol.events import Event, Received, Rejected, Role, Sent
 from protocol.frame import Direction, Fault, Frame, Noise, Reason
@@ -24,7 +23,7 @@ def asked(at: int) -> Event:
 
 
 def noise(at: int) -> Event:
-    return Rejected(Noise(bytes(BYTES_A_LINE), Fault(Reason.NO_HEADER, ""), 0), float(at))
+    return Rejected(Noise(bytes(MAX_ENTRY_BYTES), Fault(Reason.NO_HEADER, ""), 0), float(at))
 
 
 def test_old_entries_are_dropped_and_times_begin_at_zero() -> None:
@@ -54,7 +53,7 @@ def test_every_entry_is_kept_as_it_was() -> None:
 
 def test_with_the_longest_entries_its_memory_is_bounded() -> None:
     buffer = TrafficBuffer()
-    buffer.feed(noise(at) for at in range(2 * MAX_BYTES // BYTES_A_LINE))
+    buffer.feed(noise(at) for at in range(2 * MAX_BYTES // MAX_ENTRY_BYTES))
     assert buffer.has_dropped
     entries = buffer.entries()
     assert MAX_BYTES / 2 <= sum(len(entry.raw) for entry in entries) <= MAX_BYTES

@@ -151,7 +151,6 @@ def test_bad_lines_and_bytes_of_a_capture_are_named(tmp_path: Path, capsys: pyte
     ("name", "text", "code", "said"),
     [
         ("bytes.txt", "\n41 75 32 07 0A\n00 01 44\n", 0, "status: tilt 7°"),
-        ("a.dpscap", "# DPS-S capture 2\n0.1 < 41\n", 2, "later version"),
     ],
 )
 def test_a_file_is_decoded_or_refused(

@@ -4,24 +4,15 @@ import argparse
 import io
 import json
 import os
-import random
 import subprocess
 import sys
 import threading
-from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from app.cli import decode
-from app.cli.decode import MAX_RUN_LENGTH, CaptureDecoder, DecodedLine, as_json
 from app.terminal import console
-from app.text.hex_text import HexText, NotHex
-from protocol.catalogue import BY_NAME
-from protocol.frame import Noise
-from tests.scenarios.fuzz import hostile_bytes
 from tests.support.line.vectors import BY_ID, VALID, Vector
 
 ROOT = Path(__file__).parents[3]
@@ -45,11 +36,6 @@ def run(*words: str) -> int:
 
 def objects(text: str) -> list[dict[str, object]]:
     return [json.loads(line) for line in text.splitlines()]
-
-
-def lines_of(*chunks: bytes, asked: str | None = None) -> list[DecodedLine]:
-    capture = CaptureDecoder(BY_NAME[asked] if asked else None)
-    return [line for chunk in chunks for line in capture.feed(chunk)] + list(capture.finish())
 
 
 @pytest.mark.parametrize("vector", VALID, ids=lambda vector: vector.id)
@@ -226,57 +212,3 @@ def test_lines_come_while_the_input_goes_on_and_a_closed_output_is_no_error() ->
         process.stdin.close()
         assert process.stderr.read() == ""
         assert process.wait(timeout=10) == 0
-
-
-@given(st.integers(0, 2**64), st.lists(st.integers(0, 150), max_size=12), st.sampled_from([None, *BY_NAME]))
-def test_cuts_do_not_show_in_the_lines(seed: int, places: list[int], asked: str | None) -> None:
-    data = hostile_bytes(random.Random(seed))
-    edges = [0, *sorted(min(place, len(data)) for place in places), len(data)]
-    chunks = [data[start:end] for start, end in pairwise(edges)]
-    whole, pieces = lines_of(data, asked=asked), lines_of(*chunks, asked=asked)
-    assert [as_json(line) for line in pieces] == [as_json(line) for line in whole]
-    assert b"".join(line.piece.raw for line in pieces) == data
-
-
-@pytest.mark.parametrize("step", [1, 700, 4096, 10_000])
-def test_a_run_without_end_is_bounded(step: int) -> None:
-    garbage = bytes(10_000)
-    lines = lines_of(*(garbage[at : at + step] for at in range(0, len(garbage), step)))
-    assert [(line.piece.offset, len(line.piece.raw)) for line in lines] == [
-        (0, MAX_RUN_LENGTH),
-        (MAX_RUN_LENGTH, MAX_RUN_LENGTH),
-        (2 * MAX_RUN_LENGTH, 10_000 - 2 * MAX_RUN_LENGTH),
-    ]
-    assert all(isinstance(line.piece, Noise) for line in lines)
-
-
-@given(
-    st.binary(max_size=40),
-    st.lists(st.integers(0, 200), max_size=8),
-    st.sampled_from(["", " ", ",", " 0x", ", 0X", "\r\n"]),
-)
-def test_hex_text_in_any_cuts(data: bytes, places: list[int], between: str) -> None:
-    text = "".join(between + f"{byte:02x}" for byte in data)
-    edges = [0, *sorted(min(place, len(text)) for place in places), len(text)]
-    reader = HexText()
-    read = b"".join(reader.feed(text[start:end]) for start, end in pairwise(edges))
-    reader.finish()
-    assert read == data
-
-
-@given(st.text(alphabet="0123456789abcdefxXgG ,\n-é", max_size=30))
-def test_any_other_text_is_refused_alike_in_any_cuts(text: str) -> None:
-    words: list[str] = []
-
-    def read(*parts: str) -> bytes | None:
-        reader = HexText()
-        try:
-            data = b"".join(reader.feed(part) for part in parts)
-            reader.finish()
-        except NotHex as refused:
-            words.append(refused.word)
-            return None
-        return data
-
-    assert read(text) == read(*text)
-    assert all(words)

@@ -7,13 +7,13 @@ from pathlib import Path
 import pytest
 
 from app.captures.entries import CaptureEntry, Way
-from app.captures.writer import Header
+from app.captures.text import TimedLines
 from app.diagnosis.link_statistics import LinkStatistics
 from app.diagnosis.support_bundle import COMPUTER, USER, Contents, Names, SupportBundle, scrub
 from app.engine.device import DeviceView, How, Known
 from app.engine.transport import PortError, PortHolder, PortTrouble
 from app.engine.worker import Connection, PortState
-from tests.support.records.captures import parse_capture
+from tests.support.records.recordings_made import NOON
 
 NAMES = Names("wolfgang", "field-laptop.example.org", "/home/wolfgang")
 ENTRIES = (CaptureEntry(0.0, Way.OUT, b"\x01"), CaptureEntry(1.0, Way.IN, b"\x02"))
@@ -31,7 +31,7 @@ CONTENTS = Contents(
     figures=LinkStatistics(),
     preferences={"language": "zh_CN", "last": "C:\\Users\\wolfgang\\x.toml"},
     capture=ENTRIES,
-    capture_header=Header(program="1.2", port="/dev/ttyUSB0"),
+    capture_started_at=NOON,
 )
 
 
@@ -106,7 +106,9 @@ def test_a_bundle_contains_what_support_needs() -> None:
     module = json.loads(parts["module.json"])
     assert module["values"]["tilt_deg"] == {"value": 7, "how": "streamed", "age_s": 2.0, "doubt": "aged"}
     assert json.loads(parts["preferences.json"])["language"] == "zh_CN"
-    assert parse_capture(parts["capture.txt"]).entries == ENTRIES
+    started, *lines = parts["capture.txt"].splitlines()
+    assert started == f"# started: {NOON.isoformat()}"
+    assert tuple(map(TimedLines().feed, lines)) == ENTRIES
 
 
 def test_a_bundle_of_a_version_alone_can_be_made() -> None:

@@ -10,10 +10,11 @@ import app.__main__ as program
 from app.captures.entries import Way
 from app.recordings.library import RecordingLibrary, recordings_folder
 from app.recordings.markers import MarkerKind
-from app.recordings.old_recordings import convert, convert_in, old_recordings
+from app.recordings.old_recordings import convert, convert_in, entries_in, old_recordings
+from app.recordings.recording import RecordingUnreadable
 from protocol.frame import Frame
 from tests.support.cli_line import Printed
-from tests.support.records.captures import explained, read_capture
+from tests.support.records.captures import explained
 from tests.support.records.recordings_made import batch, opened, recorder_in, report
 
 pytest_plugins = ["tests.support.cli_fixtures"]
@@ -36,7 +37,7 @@ def test_every_sample_and_every_byte_is_converted(library: Path, name: str) -> N
     folder = library / name
     columns = {file: np.fromfile(folder / file, f"<{file[-2:]}") for file in COLUMNS}
     flags = np.fromfile(folder / "status.flags.u1", "u1")
-    traffic = read_capture(folder / "line.dpscap").entries
+    traffic = list(entries_in((folder / "line.dpscap").read_text("utf-8").splitlines()))
     size = {file.name: file.stat().st_size for file in folder.iterdir()}
     with opened(convert_in(library, folder)) as recording:
         excerpt = recording.excerpt(recording.start_s, recording.end_s)
@@ -62,16 +63,38 @@ def test_every_sample_and_every_byte_is_converted(library: Path, name: str) -> N
 
 
 def test_a_capture_is_converted(library: Path) -> None:
-    expected = read_capture(library / "session.dpscap")
+    lines = (library / "session.dpscap").read_text("utf-8").splitlines()
+    expected = list(entries_in(lines))
     convert(library / "session.dpscap", library / "session.mcap")
     with opened(library / "session.mcap") as recording:
-        assert recording.opening.port == expected.header.port
-        assert recording.opening.started_at.isoformat() == expected.header.started
+        assert f"# port: {recording.opening.port}" in lines
+        assert f"# started: {recording.opening.started_at.isoformat()}" in lines
         traffic = list(recording.traffic())
-        assert [(entry.way, entry.raw) for entry in traffic] == [(entry.way, entry.raw) for entry in expected.entries]
-        assert [entry.at_s for entry in traffic] == pytest.approx([entry.at_s for entry in expected.entries], abs=2e-6)
-        pieces = (row.piece for row in explained(expected.entries) if row.way is Way.IN)
+        assert [(entry.way, entry.raw) for entry in traffic] == [(entry.way, entry.raw) for entry in expected]
+        assert [entry.at_s for entry in traffic] == pytest.approx([entry.at_s for entry in expected], abs=2e-6)
+        pieces = (row.piece for row in explained(expected) if row.way is Way.IN)
         assert len(recording.tilt) == sum(isinstance(piece, Frame) and len(piece.raw) == 8 for piece in pieces)
+
+
+def test_an_mcap_export_is_converted_with_all_that_it_holds(library: Path) -> None:
+    path, target = library / "export.mcap", library / "export-converted.mcap"
+    with pytest.raises(RecordingUnreadable, match="recordings convert FILE"), opened(path):
+        pass
+    assert program.main(["recordings", "convert", str(path)]) == 0
+    with opened(convert_in(library, library / "whole")) as folder, opened(target) as export:
+        assert (export.opening.port, export.opening.module) == (folder.opening.port, folder.opening.module)
+        assert export.opening.started_at == folder.opening.started_at
+        since_s = folder.opening.start_s
+        assert export.tilt.last is not None
+        for name in ("time_s", "tilt_deg", "acceleration_g", "is_active", "is_triggered", "cell_voltage_v", "light_v"):
+            first, second = (getattr(one.excerpt(one.start_s, one.end_s), name) for one in (export, folder))
+            assert first == pytest.approx(second - since_s if name == "time_s" else second, abs=2e-6), name
+        assert [mark.kind for mark in export.markers] == [mark.kind for mark in folder.markers]
+        assert [one.raw for one in export.traffic()] == [one.raw for one in folder.traffic()]
+        assert [limits.fires_deg for _, limits in export.limits] == [limits.fires_deg for _, limits in folder.limits]
+        assert not export.entry.was_cut_off
+    (library / "broken.mcap").write_bytes(path.read_bytes()[:3000])
+    assert program.main(["recordings", "convert", str(library / "broken.mcap")]) == 4
 
 
 def test_damage_is_left_out_and_shown(library: Path) -> None:

@@ -140,7 +140,7 @@ class BundlePreview(QWidget):
             figures=copy.copy(self._connector.kept.statistics),
             preferences={"language": i18n.language(), "theme": self._appearance.choice.value},
             capture=self._traffic.entries(CAPTURE_ENTRIES),
-            capture_header=self._traffic.header(connection.port, connection.baud_rate, CAPTURE_ENTRIES),
+            capture_started_at=self._traffic.started_at(CAPTURE_ENTRIES) if len(self._traffic) else None,
         )
 
     def choose_and_save(self) -> None:

@@ -1,8 +1,9 @@
 """Saves traffic as a session; opens sessions and hex text by dialog or drop."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
-from datetime import UTC, datetime
+from datetime import datetime
 from functools import partial
 from pathlib import Path
 
@@ -12,8 +13,8 @@ from PySide6.QtWidgets import QPushButton, QWidget
 from app import version
 from app.captures.entries import CaptureEntry
 from app.captures.explained import Explainer
-from app.captures.reader import CaptureReader, CaptureRefused, LineFault, read_text
 from app.captures.rows import CaptureRows
+from app.captures.text import NOT_HEX, LineFault, NotHex, TextReader, lines_in
 from app.captures.traffic_buffer import TrafficBuffer
 from app.engine.worker import Connection
 from app.recordings.export import ExportCancelled, not_saved_text
@@ -51,26 +52,29 @@ class Opened:
 
 
 def load_capture(path: Path, running: Running) -> Opened:
-    """Reads and explains a file. Raises OSError, `CaptureRefused`, `Unreadable` or `ExportCancelled`."""
-    rows, explainer, pace, reader = CaptureRows(), Explainer(), GilYield(), CaptureReader()
-    with path.open("rb") as file:
-        if path.suffix.lower() == SUFFIX:
+    """Reads and explains a file. Raises OSError, `NotHex`, `Unreadable` or `ExportCancelled`."""
+    rows, pace, text = CaptureRows(), GilYield(), TextReader()
+    is_session = path.suffix.lower() == SUFFIX
+    with ExitStack() as stack:
+        if is_session:
             from app.recordings.library import entry_of
             from app.recordings.recording import traffic_of
 
-            steps: Iterable[Iterable[CaptureEntry]] = ((entry,) for entry in traffic_of(entry_of(path)))
+            explainer: Explainer | TextReader = (session := Explainer())
+            steps = map(session.feed, traffic_of(entry_of(path)))
         else:
-            steps = read_text(file, reader)
-        for entries in steps:
+            explainer = text
+            file = stack.enter_context(path.open(encoding="utf-8", errors="replace"))
+            steps = map(text.feed, lines_in(file))
+        for explained in steps:
             if running.is_cancelled():
                 raise ExportCancelled
-            for entry in entries:
-                for row in explainer.feed(entry):
-                    rows.append(row)
+            for row in explained:
+                rows.append(row)
             pace.checkpoint()
         for row in explainer.end():
             rows.append(row)
-    return Opened(path, rows, tuple(reader.faults), is_timed=not reader.is_plain)
+    return Opened(path, rows, tuple(text.faults), is_timed=is_session or text.is_timed)
 
 
 class CaptureFiles(QWidget):
@@ -119,13 +123,18 @@ class CaptureFiles(QWidget):
             return
         connection = self._connector.connection
         entries = self._buffer.entries()
-        started_s = self._buffer.started_s
+        started_at = self._buffer.started_at()
         suggested = self._folder / default_name(connection.port, SUFFIX, datetime.now().astimezone())
-        save = partial(self._save, entries, connection, started_s, self._buffer.has_dropped)
+        save = partial(self._save, entries, connection, started_at, self._buffer.has_dropped)
         self.ask_save(self, tr("Save traffic…"), suggested, tr("Session (*.mcap)"), save)
 
     def _save(
-        self, entries: Sequence[CaptureEntry], connection: Connection, started_s: float, has_dropped: bool, path: Path
+        self,
+        entries: Sequence[CaptureEntry],
+        connection: Connection,
+        started_at: datetime,
+        has_dropped: bool,
+        path: Path,
     ) -> None:
         self._folder = path.parent
         rows = f"{len(entries):,}"
@@ -148,7 +157,7 @@ class CaptureFiles(QWidget):
                     yield entry
 
             opening = Opening(
-                started_at=datetime.fromtimestamp(started_s, UTC), start_s=0.0, port=connection.port,
+                started_at=started_at, start_s=0.0, port=connection.port,
                 baud_rate=connection.baud_rate, program=f"DPS-S Configurator {version()}",
             )  # fmt: skip
             write_session(path, opening, counted())
@@ -190,5 +199,6 @@ def _why_nothing(opened: Opened) -> str:
 
 
 def _refusal(path: Path, error: Exception) -> str:
-    why = tr(error.args[0]) if isinstance(error, CaptureRefused | Unreadable) else error_text(error)
+    text = NOT_HEX if isinstance(error, NotHex) else error.args[0] if isinstance(error, Unreadable) else ""
+    why = tr(text) if text else error_text(error)
     return tr("{file} cannot be read: {why}.", file=path.name, why=why)

@@ -10,7 +10,7 @@ from typing import Final
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QStackedWidget, QTabBar, QToolButton
 
-from app.captures.reader import MAX_FAULTS
+from app.captures.text import MAX_FAULTS
 from app.captures.traffic_buffer import TrafficBuffer
 from app.engine.worker import Batch
 from app.text.i18n import tr

@@ -147,7 +147,6 @@ def test_a_capture_is_decoded_without_a_module(qtbot: QtBot, qapp: QApplication,
     ("content", "said"),
     [
         (b"", "is empty"),
-        (b"# DPS-S capture 9\n", "later version"),
         (b"hello\nworld\n", "cannot be read: no pairs of hex digits"),
         (bytes(range(256)) * 20, "cannot be read: no pairs of hex digits"),
     ],
@@ -168,14 +167,22 @@ def test_a_file_that_is_no_capture_is_refused_with_the_reason(
         assert page.opened is None
 
 
-def test_hex_text_is_opened_and_its_faults_are_reported(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("42 61 32 01 00 33\n41 75 32 07 0A 00 01 44\n", "Times are estimated"),
+        ("0.1 > 42 61 32 01 00 33\n0.2 < 41 75 32 07 0A 00 01 44\nzz\n", "Line 3"),
+    ],
+)
+def test_text_is_opened_and_its_faults_are_reported(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, text: str, said: str
+) -> None:
     path = tmp_path / "pasted.hex"
-    path.write_text("42 61 32 01 00 33\n41 75 32 07 0A 00 01 44\nzz\n", encoding="utf-8")
+    path.write_text(text, encoding="utf-8")
     with diagnosis(qtbot, qapp, tmp_path) as (_assembly, page):
         page.open_file(path)
         qtbot.waitUntil(lambda: page.opened is not None, timeout=WAIT_MS)
-        assert "Times are estimated" in page.strip.accessibleName()
-        assert "Line 3" in page.strip.accessibleName()
+        assert said in page.strip.accessibleName()
         assert page.traffic.model.rowCount() == 2
 
 

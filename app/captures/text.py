@@ -1,0 +1,158 @@
+"""Reads bytes as text: hex as people paste it, and lines with times, as support bundles show the traffic.
+
+    # started: 2026-11-21T01:49:05Z
+    0.000000 > 42 61 32 01 00 33
+    0.002913 < 41 75 32 07 0A 00 01 44
+
+Seconds, direction (`>` host to module, `<` module to host), bytes. A line that cannot be read is skipped and reported.
+Any other text is hex: two digits make a byte; spaces, commas, line ends and a "0x" may stand between two bytes, nothing
+else may. Lines that begin with # are remarks.
+"""
+
+import re
+from collections.abc import Iterator
+from functools import partial
+from typing import Final, NamedTuple, TextIO
+
+from app.captures.entries import CaptureEntry, Way
+from app.captures.explained import Explained, Explainer, HexExplainer
+from protocol.catalogue import Command
+from protocol.translatable import marked
+
+MAX_LINE_LENGTH: Final = 64 * 1024
+MAX_FAULTS: Final = 100
+NOT_HEX: Final = marked("no pairs of hex digits")
+_ENTRY = re.compile(r"(\d{1,12}(?:\.\d{1,9})?)\s+([<>])\s*(.*)")
+_PART = "# DPS-S capture"
+"""Begins a capture of earlier versions; behind another one it is a part that follows."""
+_BYTES = re.compile(r"(?:[\s,\ufeff]|(?:0[xX])?[0-9a-fA-F]{2})*")
+_FILLING = re.compile(r"0[xX]|[\s,\ufeff]")
+_BEGUN_BYTE = re.compile(r"(?:0[xX])?[0-9a-fA-F]?")
+_WORD = re.compile(r"[^\s,]{1,24}")
+
+
+class NotHex(ValueError):
+    """Text that is not a pair of hex digits; `word` is its beginning."""
+
+    def __init__(self, word: str) -> None:
+        super().__init__(f"{word!r} is not a pair of hex digits")
+        self.word = word
+
+
+class HexText:
+    """Incremental reader; keeps at most three characters between two calls."""
+
+    def __init__(self) -> None:
+        self._begun = ""
+
+    def feed(self, text: str) -> bytes:
+        """The bytes that `text` completes. Raises `NotHex`, after which the reader cannot be used."""
+        text = self._begun + text
+        match = _BYTES.match(text)
+        end = match.end() if match is not None else 0
+        if _BEGUN_BYTE.fullmatch(text, end) is None:
+            raise NotHex(_first_word(text[end:]))
+        self._begun = text[end:]
+        return bytes.fromhex(_FILLING.sub("", text[:end]))
+
+    def finish(self) -> None:
+        """Raises `NotHex` when the text ended within a byte."""
+        if self._begun:
+            raise NotHex(self._begun)
+
+
+def hex_bytes(text: str) -> bytes:
+    """The bytes of a whole text. Raises `NotHex`."""
+    reader = HexText()
+    raw = reader.feed(text)
+    reader.finish()
+    return raw
+
+
+def _first_word(text: str) -> str:
+    word = _WORD.match(text)
+    return word.group() if word is not None else text[:1]
+
+
+class LineFault(NamedTuple):
+    """A line that was skipped. `line` counts from 1; `text` is English, marked."""
+
+    line: int
+    text: str
+
+
+class TimedLines:
+    """Reads lines with times, one by one."""
+
+    def __init__(self) -> None:
+        self.faults: list[LineFault] = []
+        """The first `MAX_FAULTS`."""
+        self._number = 0
+        self._part_begins_s = self._last_s = 0.0
+
+    def feed(self, line: str) -> CaptureEntry | None:
+        """None for a remark, an empty line, and one that cannot be read."""
+        self._number += 1
+        plain = line.strip("\ufeff \t\r\n")
+        if plain.startswith(_PART):
+            self._part_begins_s = self._last_s
+        if not plain or plain.startswith("#"):
+            return None
+        found = _ENTRY.fullmatch(plain) if len(line) <= MAX_LINE_LENGTH else None
+        if found is None:
+            self._refuse(marked("no time, direction and bytes"))
+            return None
+        try:
+            raw = hex_bytes(found[3])
+        except NotHex:
+            self._refuse(NOT_HEX)
+            return None
+        at_s = self._part_begins_s + float(found[1])
+        if at_s < self._last_s:
+            self._refuse(marked("the time runs backwards"))
+            at_s = self._last_s
+        self._last_s = at_s
+        return CaptureEntry(at_s, Way(found[2]), raw) if raw else None
+
+    def _refuse(self, text: str) -> None:
+        if len(self.faults) < MAX_FAULTS:
+            self.faults.append(LineFault(self._number, text))
+
+
+class TextReader:
+    """Explains text line by line; its first line that is no remark tells whether it has times."""
+
+    def __init__(self, asked: Command | None = None) -> None:
+        """`asked`: the command that the module's frames answer until the first request."""
+        self.is_timed = False
+        self._has_begun = False
+        self._lines, self._explainer = TimedLines(), Explainer(asked)
+        self._hex, self._hex_explainer = HexText(), HexExplainer(asked)
+
+    @property
+    def faults(self) -> list[LineFault]:
+        """Of lines with times."""
+        return self._lines.faults
+
+    def feed(self, line: str) -> list[Explained]:
+        """What the line completes. Raises `NotHex`."""
+        plain = line.strip("\ufeff \t\r\n")
+        is_remark = not plain or plain.startswith("#")
+        if not self._has_begun and not is_remark:
+            self._has_begun, self.is_timed = True, _ENTRY.fullmatch(plain) is not None
+        if self.is_timed or not self._has_begun:
+            entry = self._lines.feed(line)
+            return [] if entry is None else self._explainer.feed(entry)
+        return [] if is_remark else self._hex_explainer.feed(self._hex.feed(line))
+
+    def end(self) -> list[Explained]:
+        """What is left at the end. Raises `NotHex`."""
+        if self.is_timed:
+            return self._explainer.end()
+        self._hex.finish()
+        return self._hex_explainer.end()
+
+
+def lines_in(file: TextIO) -> Iterator[str]:
+    """Of a text; a line that is too long in pieces."""
+    return iter(partial(file.readline, MAX_LINE_LENGTH + 1), "")
