@@ -28,6 +28,7 @@ from app.recordings.markers import Marker, MarkerTracker
 from app.recordings.recorder_queue import Begin, End, Heading, Lost, Name, Order, RecorderQueue, Settle
 from app.recordings.session_format import Opening
 from app.recordings.writer import SessionWriter
+from app.stations.station import StationTrouble, find_station, fingerprint_of
 from app.text.messages import UserMessage
 
 __all__ = ["Heading", "Recorder"]
@@ -237,7 +238,7 @@ class Recorder:
             port=heading.port,
             baud_rate=heading.baud_rate,
             module=heading.module,
-            station=heading.station,
+            station=_own_station(self.library.folder.parent),
             program=heading.program,
             sequence=self.library.next_sequence(),
         )
@@ -332,3 +333,12 @@ class Recorder:
             reports=sum(part.reports for part in self._parts),
             size=sum(part.size_bytes for part in self._parts),
         )
+
+
+def _own_station(folder: Path) -> str:
+    """Fingerprint of the station of this data folder; empty where it has none."""
+    try:
+        station = find_station(folder)
+    except StationTrouble:
+        return ""
+    return "" if station is None else fingerprint_of(station.public)

@@ -13,7 +13,6 @@ class Heading:
     port: str
     baud_rate: int
     module: str = ""
-    station: str = ""
     program: str = ""
 
 

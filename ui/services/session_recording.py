@@ -122,6 +122,7 @@ class SessionRecording:
         """Follow this connection: its adapter, and when a person closes its port."""
         self._connector = connector
         connector.changed.connect(self._on_connection_changed)
+        connector.invalidated.connect(self._on_another_module)
 
     def of_another_port(self) -> "SessionRecording":
         """Records another port into the same library; stopped with this one."""
@@ -195,10 +196,21 @@ class SessionRecording:
             if self._session.is_over:
                 self._end()
 
+    def _on_another_module(self) -> None:
+        """A person says that another module answers on the open port: it has a recording of its own."""
+        connector = self._connector
+        with self._lock:
+            recorder = self._recorder
+            if connector is not None and connector.is_open and recorder is not None and recorder.is_recording:
+                self._module = ""
+                self._begin(connector.connection)
+
     def name_module(self, name: str) -> None:
-        """The name belongs to the adapter chosen now, which may differ from the one still being closed."""
+        """The name belongs to the adapter chosen now, which may differ from the one still being closed. A recording
+        keeps its name while it is in doubt which module answers."""
         connector = self._connector
         with self._lock:
             self._module = name
-            if self._recorder is not None and connector is not None and self._session.is_of(connector.target):
+            is_ours = connector is not None and self._session.is_of(connector.target)
+            if name and is_ours and self._recorder is not None:
                 self._recorder.name_module(name)

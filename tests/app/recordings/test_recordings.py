@@ -23,6 +23,7 @@ from app.recordings.recording import RecordingUnreadable
 from app.recordings.session_format import CHANNELS, Opening, Unreadable, opening_of, with_checksum
 from app.samples.ring_buffers import Series
 from app.simulator import bench as simulated
+from app.stations.station import fingerprint_of, own_station
 from protocol.events import Received, Rejected, Sent
 from protocol.link_states import Presence
 from tests.benchmarks import recording as bench_recording
@@ -356,3 +357,12 @@ def test_the_example_for_other_programs_works(tmp_path: Path) -> None:
         ]  # fmt: skip
     for topic in CHANNELS.values():
         assert f"`{topic}`" in text
+
+
+def test_a_session_says_which_station_recorded_it(tmp_path: Path) -> None:
+    station = own_station(tmp_path)
+    with recorder_in(tmp_path / "recordings") as bench:
+        bench.record(batch(1000.0, report(1000.0)))
+        (entry,) = bench.library.entries()
+    with opened(entry.path) as recording:
+        assert recording.opening.station == fingerprint_of(station.public)

@@ -74,6 +74,8 @@ class Link(QObject):
     """What the recording asks of the connector."""
 
     changed = Signal()
+    invalidated = Signal()
+    connection = OPEN
     target: Target | None = ADAPTER
     stream = StreamSwitch(is_wanted=False)
     is_requested = True
@@ -128,6 +130,25 @@ def test_a_loss_does_not_end_it_and_another_adapter_begins_another(bench: Bench)
     bench.link.target = Target("/dev/ttyACM0", 115200)
     bench.say(some(5.0, connection=OTHER))
     assert [count for _, _, count in bench.listed()] == [12, 3]
+
+
+def test_a_recording_keeps_its_name_in_doubt_and_another_module_has_its_own(bench: Bench) -> None:
+    bench.say(some(1.0))
+    bench.sessions.name_module("")  # silent: which module answers now?
+    bench.say(some(2.0))
+    assert bench.listed() == [("/dev/ttyUSB0", "Left wing", 6)]
+    bench.link.is_open = False
+    bench.link.invalidated.emit()  # a port is being opened
+    bench.link.is_open = True
+    bench.link.invalidated.emit()
+    bench.say(some(3.0))
+    assert bench.listed() == [("/dev/ttyUSB0", "Left wing", 6), ("/dev/ttyUSB0", "", 3)]
+    bench.sessions.name_module("Right wing")
+    bench.link.target = Target("/dev/ttyACM0", 115200)  # switched while it is recorded
+    bench.sessions.name_module("")
+    bench.sessions.name_module("Tail")
+    bench.say(some(4.0, connection=OTHER))
+    assert [module for _, module, _ in bench.listed()] == ["Left wing", "Right wing", "Tail"]
 
 
 def test_disconnecting_a_lost_port_ends_the_session(bench: Bench) -> None:
