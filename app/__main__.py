@@ -21,6 +21,7 @@ from app.terminal import console
 from app.terminal.argparse_words import translate_argparse
 from app.terminal.port_choice import choose_port, refuse_unknown_address
 from app.text.i18n import set_language, system_language, tr
+from app.text.user_error import UserError
 
 DEBUG = "DPS_S_DEBUG"
 """Environment variable: with 1, errors show their traceback and the log goes to standard error."""
@@ -70,9 +71,9 @@ def _run_or_refuse(words: list[str]) -> int:
         return _run(words)
     except SystemExit as end:  # from argparse: help, or wrong usage
         return end.code if isinstance(end.code, int) else console.USAGE_ERROR
-    except console.Refused as error:
+    except UserError as error:
         console.notify(error.sentence)
-        return error.exit_code
+        return error.exit_code if isinstance(error, console.Refused) else console.USAGE_ERROR
 
 
 def _run(words: list[str]) -> int:

@@ -7,16 +7,16 @@ from pathlib import Path
 from app.archive.collection import collect
 from app.archive.exchange import Exchanged, OnProgress, exchange
 from app.archive.fact_file import FactFile
-from app.archive.fact_set import ArchiveTrouble
 from app.archive.facts import payload_of
-from app.archive.local_facts import LocalFacts, open_facts, store_troubles
+from app.archive.local_facts import LocalFacts, open_facts
 from app.archive.module_names import ModuleNames, NamedModule, Settlement, names_of, pair_of, settled_in
 from app.archive.server_url import server_url
 from app.stations.known import Stations
-from app.stations.station import Station, StationTrouble, encoded, own_station
+from app.stations.station import Station, encoded, own_station
 from app.store.database import Clock, utc_now
 from app.store.store import Store
-from app.text.messages import clean, message
+from app.text.messages import clean
+from app.text.user_error import UserError
 from protocol.translatable import marked
 
 
@@ -35,7 +35,7 @@ class ArchiveStatus:
 
 
 class Archive:
-    """Made by `open_archive`. Every method may block and raises `ArchiveTrouble`; thread-safe."""
+    """Made by `open_archive`. Every method may block and raises `UserError`; thread-safe."""
 
     def __init__(self, store: Store, facts: LocalFacts, station: Station) -> None:
         self.store = store
@@ -52,8 +52,7 @@ class Archive:
         self.facts.close()
 
     def collect(self) -> int:
-        with store_troubles():
-            return collect(self.store, self.facts, self.station)
+        return collect(self.store, self.facts, self.station)
 
     def sync(self, url: str, *, on_page: OnProgress = lambda _done: None) -> Exchanged:
         """Exchange with a server."""
@@ -113,28 +112,23 @@ class Archive:
         names = self.names()
         unknown = next((module for module in (one, other) if names.module_of(module) is None), None)
         if unknown is not None or one == other:
-            raise ArchiveTrouble(message(marked("No such pair of modules in the archive.")))
+            raise UserError(marked("No such pair of modules in the archive."))
         pair = pair_of(one, other)
         if not who.strip():
-            raise ArchiveTrouble(message(marked("Enter the name of the person who decides.")))
+            raise UserError(marked("Enter the name of the person who decides."))
         settled = settled_in(self.facts, self._known()).get(pair)
         settlement = Settlement(
             pair=pair, is_same=is_same, name=clean(name.strip() or one.name) if is_same else "", who=clean(who.strip()),
             revision=1 if settled is None else settled.next_revision,
         )  # fmt: skip
-        with store_troubles():
-            self.store.database.write(
-                "INSERT INTO module_settlements (at, content) VALUES (?, ?)",
-                (self.store.database.now(), payload_of(settlement.content())),
-            )
+        self.store.database.write(
+            "INSERT INTO module_settlements (at, content) VALUES (?, ?)",
+            (self.store.database.now(), payload_of(settlement.content())),
+        )
         self.collect()
 
 
 def open_archive(store: Store, *, clock: Clock = utc_now) -> Archive:
-    """Open the archive beside the store; creates the station key if it is missing. Raises `ArchiveTrouble`."""
+    """Open the archive beside the store; creates the station key if it is missing. Raises `UserError`."""
     folder = store.database.path.parent
-    try:
-        station = own_station(folder)
-    except StationTrouble as trouble:
-        raise ArchiveTrouble(trouble.message) from trouble
-    return Archive(store, open_facts(folder, clock=clock), station)
+    return Archive(store, open_facts(folder, clock=clock), own_station(folder))

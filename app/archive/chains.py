@@ -56,7 +56,7 @@ def record_of(fact: Fact) -> Record | None:
 
 
 def chains_in(facts: LocalFacts) -> list[ChainState]:
-    """For every station one chain of its audit log, and one of checks per module. Raises `ArchiveTrouble`."""
+    """For every station one chain of its audit log, and one of checks per module. Raises `UserError`."""
     return [*_audit_chains(facts), *_check_chains(facts)]
 
 

@@ -39,7 +39,7 @@ class _Source:
 
 
 def collect(store: Store, facts: LocalFacts, station: Station) -> int:
-    """Return the number of new facts. Raises `StoreTrouble` and `ArchiveTrouble`; facts added before that remain."""
+    """Return the number of new facts. Raises `UserError`; facts added before that remain."""
     return sum(_collect(source, store, facts, station) for source in _SOURCES)
 
 

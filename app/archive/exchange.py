@@ -53,7 +53,7 @@ def exchange(
     on_page: OnProgress = lambda _done: None,
     page: int = PAGE,
 ) -> Exchanged:
-    """`here` is this computer. Raises `ArchiveTrouble`; facts exchanged before that remain."""
+    """`here` is this computer. Raises `UserError`; facts exchanged before that remain."""
     done = Exchanged()
     mine, theirs = here.digests(), there.digests()
     differing = [one for one in sorted(mine.keys() | theirs.keys()) if mine.get(one) != theirs.get(one)]

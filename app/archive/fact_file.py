@@ -14,16 +14,7 @@ from pathlib import Path
 from typing import IO, Final, NamedTuple
 
 from app.archive.content import MAX_LENGTH
-from app.archive.fact_set import (
-    BUCKET,
-    CANNOT_READ,
-    CANNOT_WRITE,
-    ArchiveTrouble,
-    Digests,
-    StoredRow,
-    digests_of_rows,
-    file_troubles,
-)
+from app.archive.fact_set import BUCKET, CANNOT_READ, CANNOT_WRITE, Digests, StoredRow, digests_of_rows, file_troubles
 from app.archive.facts import (
     FACT_COLUMNS,
     MAX_REFUSALS,
@@ -35,7 +26,7 @@ from app.archive.facts import (
     row_digest,
 )
 from app.system.files import whole_file
-from app.text.messages import message
+from app.text.user_error import UserError
 from protocol.translatable import marked
 
 FORMAT: Final = "dps-s archive"
@@ -54,7 +45,7 @@ class FactFile:
     """A `FactSet` over a file."""
 
     def __init__(self, path: Path, *, is_new: bool = False) -> None:
-        """`is_new`: the file may be missing. Raises `ArchiveTrouble`."""
+        """`is_new`: the file may be missing. Raises `UserError`."""
         self.path = path
         self.refused: list[RefusedFact] = []
         """Lines that are not valid facts; of many only the first."""
@@ -86,7 +77,7 @@ class FactFile:
     @contextmanager
     def writing(self) -> Iterator[None]:
         """Writes the old content and the facts added inside the block in one step; on an error the file is unchanged.
-        Raises `ArchiveTrouble`."""
+        Raises `UserError`."""
         try:
             with file_troubles(CANNOT_WRITE, self.path), whole_file(self.path) as file:
                 self._copy_to(file)
@@ -122,10 +113,10 @@ class FactFile:
     def _scan(self, file: IO[bytes]) -> None:
         head = _parsed(file.readline(_MAX_LINE_LENGTH))
         if head.get("format") != FORMAT:
-            raise ArchiveTrouble(message(marked("{path} is not an archive file."), path=self.path))
+            raise UserError(marked("{path} is not an archive file."), path=self.path)
         if head.get("version") != VERSION:
             text = marked("{file} needs a newer version of this program.")
-            raise ArchiveTrouble(message(text, file=self.path))
+            raise UserError(text, file=self.path)
         start = file.tell()
         while line := file.readline(_MAX_LINE_LENGTH):
             length = len(line)

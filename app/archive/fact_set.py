@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Final, NamedTuple, Protocol
 
 from app.archive.facts import Fact, FactRow
-from app.text.messages import UserMessage, message
 from app.text.sentences import error_text
+from app.text.user_error import UserError
 from protocol.translatable import marked
 
 BUCKET: Final = 2
@@ -26,7 +26,7 @@ class StoredRow(NamedTuple):
 
 
 class FactSet(Protocol):
-    """Append-only. Raises `ArchiveTrouble` if it cannot be read or written."""
+    """Append-only. Raises `UserError` if it cannot be read or written."""
 
     def digests(self) -> Digests:
         """Differs for each bucket whose content differs."""
@@ -45,21 +45,13 @@ class FactSet(Protocol):
         ...
 
 
-class ArchiveTrouble(Exception):
-    """A server or file cannot be used. `message` contains no password."""
-
-    def __init__(self, message: UserMessage) -> None:
-        super().__init__(message.in_english())
-        self.message = message
-
-
 @contextmanager
 def file_troubles(text: str, file: Path) -> Iterator[None]:
-    """Converts errors of the file system to `ArchiveTrouble`; `text` has the placeholders `file` and `why`."""
+    """Converts errors of the file system to `UserError`; `text` has the placeholders `file` and `why`."""
     try:
         yield
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
-        raise ArchiveTrouble(message(text, file=file, why=error_text(error))) from error
+        raise UserError(text, file=file, why=error_text(error)) from error
 
 
 CANNOT_READ: Final = marked("{file} cannot be read: {why}.")

@@ -102,7 +102,7 @@ class ModuleToday:
 def fleet_state(
     facts: LocalFacts, names: ModuleNames, now: datetime, *, check_days: int = CHECK_DAYS, test_days: int = TEST_DAYS
 ) -> list[ModuleToday]:
-    """By name. Raises `ArchiveTrouble`."""
+    """By name. Raises `UserError`."""
     found = [ModuleToday(module) for module in names.modules]
     about = _by_module(facts, names)
     for state in found:

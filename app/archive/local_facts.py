@@ -5,17 +5,18 @@ those of other stations from the server or their files.
 """
 
 import logging
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Final, NamedTuple
 
 from app.archive.content import FactKind
-from app.archive.fact_set import BUCKET, ArchiveTrouble, Digests, StoredRow, digests_of_rows
+from app.archive.fact_set import BUCKET, Digests, StoredRow, digests_of_rows
 from app.archive.facts import FACT_COLUMNS, Fact, FactRow, fact_of, row_digest
 from app.store.audit_chain import AuditRow
-from app.store.database import Clock, Database, StoreTrouble, open_database, utc_now
+from app.store.database import Clock, Database, open_database, utc_now
 from app.text.messages import UserMessage, clean
+from app.text.user_error import UserError
 
 _log = logging.getLogger(__name__)
 
@@ -74,7 +75,7 @@ class LastExchange(NamedTuple):
 
 
 class LocalFacts:
-    """A `FactSet` with local queries. Thread-safe. Raises `ArchiveTrouble`."""
+    """A `FactSet` with local queries. Thread-safe. Raises `UserError`."""
 
     def __init__(self, database: Database, notice: UserMessage | None = None) -> None:
         self.database = database
@@ -104,7 +105,7 @@ class LocalFacts:
     def add(self, facts: Sequence[Fact]) -> int:
         if not facts:
             return 0
-        with store_troubles(), self.database.transaction():
+        with self.database.transaction():
             before = self.last_number()
             self.database.write_all(
                 f"INSERT INTO facts ({_COLUMNS}, digest, module, link) "  # noqa: S608
@@ -188,18 +189,15 @@ class LocalFacts:
         return found
 
     def _read(self, query: str, values: Sequence[object] = ()) -> list[tuple]:  # type: ignore[type-arg]
-        with store_troubles():
-            return self.database.read(query, values)
+        return self.database.read(query, values)
 
     def _write(self, statement: str, values: Sequence[object]) -> None:
-        with store_troubles():
-            self.database.write(statement, values)
+        self.database.write(statement, values)
 
 
 def open_facts(folder: Path, *, clock: Clock = utc_now) -> LocalFacts:
-    """Open or create the file; a damaged one is set aside. Raises `ArchiveTrouble`."""
-    with store_troubles():
-        opened = open_database(folder, clock=clock, migrations=FACT_TABLES, name=FACTS_FILE)
+    """Open or create the file; a damaged one is set aside. Raises `UserError`."""
+    opened = open_database(folder, clock=clock, migrations=FACT_TABLES, name=FACTS_FILE)
     return LocalFacts(opened.database, opened.set_aside.message if opened.set_aside is not None else None)
 
 
@@ -207,7 +205,7 @@ def find_facts(folder: Path) -> LocalFacts | None:
     """None if there is no archive or it cannot be read; never creates one."""
     try:
         return open_facts(folder) if (folder / FACTS_FILE).exists() else None
-    except ArchiveTrouble as error:
+    except UserError as error:
         _log.warning("The archive cannot be read: %s", error)
         return None
 
@@ -218,12 +216,3 @@ def _lookup_key(fact: Fact) -> tuple[str | None, str | None]:
     record = content.get("record")
     link = record.get("hash") if isinstance(record, dict) else content.get("hash")
     return fact.module, link if isinstance(link, str) else None
-
-
-@contextmanager
-def store_troubles() -> Iterator[None]:
-    """Converts `StoreTrouble` to `ArchiveTrouble`."""
-    try:
-        yield
-    except StoreTrouble as error:
-        raise ArchiveTrouble(error.message) from error

@@ -19,6 +19,7 @@ from app.settings.profiles import SETTINGS_BY_KEY
 from app.settings.values import field_of, fitting
 from app.store.audit_chain import AuditRow
 from app.text.messages import UserMessage, clean, joined, message
+from app.text.user_error import UserError
 from app.trigger_records.history import JUDGEMENT_WORDS, Judgement, sentence
 from app.trigger_records.history import record_of as trigger_record_of
 from protocol.fields import Flag
@@ -62,7 +63,7 @@ class ModuleHistory:
 
 
 def module_history(facts: LocalFacts, module: KnownModule) -> ModuleHistory:
-    """Raises `ArchiveTrouble`."""
+    """Raises `UserError`."""
     members = set(module.members)
     found = [
         fact
@@ -88,7 +89,7 @@ def fact_text(fact: Fact) -> UserMessage:
     """A fact as text; for an unknown kind only its kind."""
     try:
         return _fact_text(FactKind(fact.kind), fact)
-    except (ValueError, LookupError, TypeError, AttributeError):
+    except (UserError, ValueError, LookupError, TypeError, AttributeError):
         return UserMessage(fact.kind)
 
 

@@ -179,7 +179,7 @@ def _settled(settlements: Sequence[Settlement], known: Collection[str]) -> Settl
 
 
 def names_of(facts: LocalFacts, known: Collection[str]) -> ModuleNames:
-    """`known`: public keys of the stations whose decisions count. Raises `ArchiveTrouble`."""
+    """`known`: public keys of the stations whose decisions count. Raises `UserError`."""
     members = {found for fact in facts.of_kind(FactKind.MODULE) if (found := module_of_fact(fact)) is not None}
     settled = settled_in(facts, known)
     decided = {pair: one.decided for pair, one in settled.items() if one.decided is not None}

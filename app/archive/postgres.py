@@ -16,10 +16,11 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final
 
 from app.archive.content import MAX_LENGTH
-from app.archive.fact_set import BUCKET, ArchiveTrouble, Digests, StoredRow
+from app.archive.fact_set import BUCKET, Digests, StoredRow
 from app.archive.facts import FACT_COLUMNS, ID_LENGTH, Fact, FactRow
 from app.archive.server_url import ServerUrl, server_url
 from app.text.messages import UserMessage, message
+from app.text.user_error import UserError
 from protocol.translatable import marked
 
 if TYPE_CHECKING:
@@ -122,7 +123,7 @@ class PostgresFacts:
 
 
 def open_server(text: str) -> PostgresFacts:
-    """Raises `ArchiveTrouble`."""
+    """Raises `UserError`."""
     url = server_url(text)
     connection = _connect(url)
     try:
@@ -140,7 +141,7 @@ def _connect(url: ServerUrl) -> "psycopg.Connection[Any]":
         import psycopg
     except ImportError as error:
         text = marked("The archive server needs psycopg, which is not installed: {command}")
-        raise ArchiveTrouble(message(text, command=INSTALL)) from error
+        raise UserError(text, command=INSTALL) from error
     given: dict[str, Any] = {**_ALIVE, "connect_timeout": CONNECT_LIMIT_S, **dict(url.secrets)}
     for name, _value in url.options:
         given.pop(name, None)  # the address says otherwise
@@ -220,12 +221,10 @@ def _troubles(url: ServerUrl) -> Iterator[None]:
         raise _trouble(url, error) from None
 
 
-def _trouble(url: ServerUrl, error: Exception) -> ArchiveTrouble:
+def _trouble(url: ServerUrl, error: Exception) -> UserError:
     reasons = dict.fromkeys(filter(None, _BETWEEN.split(url.scrubbed(str(error)))))
     why = UserMessage("; ".join(reasons) or type(error).__name__)
     for sign, text in _PLAIN.items():
         if any(sign in one for one in reasons):
             why = message(text)
-    return ArchiveTrouble(
-        message(marked("The archive server {server} cannot be used: {why}"), server=url.shown, why=why)
-    )
+    return UserError(message(marked("The archive server {server} cannot be used: {why}"), server=url.shown, why=why))

@@ -7,8 +7,8 @@ import re
 from typing import Final, NamedTuple
 from urllib.parse import quote, unquote, urlencode
 
-from app.archive.fact_set import ArchiveTrouble
-from app.text.messages import clean, message
+from app.text.messages import clean
+from app.text.user_error import UserError
 from protocol.translatable import marked
 
 SCHEMES: Final = ("postgresql", "postgres")
@@ -38,12 +38,12 @@ class ServerUrl(NamedTuple):
 
 
 def server_url(text: str) -> ServerUrl:
-    """Raises `ArchiveTrouble`, whose message contains nothing of `text`, because it may contain a password."""
+    """Raises `UserError`, whose message contains nothing of `text`, because it may contain a password."""
     found = _URL.fullmatch(text.strip()) if len(text) <= MAX_URL_LENGTH else None
     if found is None or found["scheme"].lower() not in SCHEMES:
         example = "postgresql://USER@HOST/DATABASE"
         text = marked("Write {example}; in a password %2F %40 %3F %23 for / @ ? #.")
-        raise ArchiveTrouble(message(text, example=example))
+        raise UserError(text, example=example)
     user, _, password = (found["user"] or "").partition(":")
     parts = (part.partition("=") for part in (found["query"] or "").split("&") if part)
     given = [(unquote(name), unquote(value)) for name, _, value in parts]  # libpq does not decode + as a space

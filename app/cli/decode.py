@@ -21,6 +21,7 @@ from app.captures.text import NotHex, TextReader, hex_bytes, lines_in
 from app.terminal import console
 from app.text.i18n import tr
 from app.text.sentences import error_text
+from app.text.user_error import UserError
 from app.trigger_records.fields import JsonValue
 from protocol.catalogue import BY_NAME, Command
 from protocol.frame import Direction, Frame, Noise
@@ -89,14 +90,12 @@ class _Printer:
 def _decode_session(path: Path, asked: Command | None, printer: _Printer) -> None:
     from app.recordings.library import entry_of
     from app.recordings.recording import traffic_of
-    from app.recordings.session_format import Unreadable
 
     explainer = Explainer(asked)
     try:
         _print_rows(map(explainer.feed, traffic_of(entry_of(path))), explainer, printer, at_once=ROWS_AT_ONCE)
-    except Unreadable as error:
-        why = str(error)
-        raise console.Refused(tr("{file} cannot be read: {why}.", file=path, why=tr(why))) from error
+    except UserError as error:
+        raise console.Refused(tr("{file} cannot be read: {why}.", file=path, why=error.sentence)) from error
 
 
 def _decode_text(lines: Iterator[str], asked: Command | None, printer: _Printer, *, at_once: int = 1) -> None:

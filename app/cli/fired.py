@@ -48,16 +48,12 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
 def run(args: argparse.Namespace) -> int:
     from app.flight_analysis.many_logs import LogOrder
     from app.flight_logs.csv_columns import NO_TIME, parse_choice
-    from app.flight_logs.flight_log import LogUnreadable
 
     known = [word for word in args.thresholds if word.partition("=")[0] in THRESHOLDS]
     others = [word for word in args.thresholds if word not in known]  # --thresholds NAME=VALUE LOG
     limits = parse_limits(known)
     paths = _found([*args.logs, *others])
-    try:
-        columns = parse_choice(args.column) if args.column else None
-    except LogUnreadable as error:
-        raise console.Refused(error.why.translated()) from error
+    columns = parse_choice(args.column) if args.column else None
     logs = _judged(paths, LogOrder(columns, limits))
     read = [(one, one.flight) for one in logs if one.flight is not None]
     if args.json:

@@ -4,6 +4,7 @@ import argparse
 
 from app.terminal import console
 from app.text.i18n import tr
+from app.text.user_error import UserError
 
 
 def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -15,11 +16,11 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
 
 
 def run(args: argparse.Namespace) -> int:
-    from app.engine.ports import PortsUnknown, list_ports, scan, to_json
+    from app.engine.ports import list_ports, scan, to_json
 
     try:
         ports = scan() if args.list_here else list_ports()
-    except PortsUnknown as error:
+    except UserError as error:
         console.notify(error.sentence)
         return console.NO_LINK
     if args.json:

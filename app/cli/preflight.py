@@ -72,12 +72,9 @@ def run(args: argparse.Namespace) -> int:
         raise console.Refused(tr("--activate takes one port only."))
     if args.activate and not args.yes:
         return _say_what_activating_does()
-    try:
-        expectations = _expectations(args.profile, args.done)
-        if args.report is not None:
-            (check_target if is_one else check_set_target)(args.report)
-    except ValueError as error:
-        raise console.Refused(str(error)) from error
+    expectations = _expectations(args.profile, args.done)
+    if args.report is not None:
+        (check_target if is_one else check_set_target)(args.report)
     store = open_store_or_notify(tr("Not kept."))
     try:
         if not is_one:
@@ -261,21 +258,18 @@ def _conclude(args: argparse.Namespace, filed: "Filed", trouble: str | None) -> 
 
 
 def _expectations(profile: Path | None, done: Sequence[int]) -> "Expectations":
-    """Raises `ValueError` with a message for people."""
+    """Raises `UserError`."""
     from app.limits.expectations import Expectations, expectations_of
-    from app.settings.profile_file import ProfileRefused, read_profile
+    from app.settings.profile_file import read_profile
 
     if profile is None:
         if done:
-            raise ValueError(tr("No manual item {number} in the profile.", number=done[0]))
+            raise console.Refused(tr("No manual item {number} in the profile.", number=done[0]))
         return Expectations()
-    try:
-        found = read_profile(profile)
-    except ProfileRefused as error:
-        raise ValueError("\n".join(error.sentences)) from error
+    found = read_profile(profile)
     wrong = [number for number in done if not 1 <= number <= len(found.manual)]
     if wrong:
-        raise ValueError(tr("No manual item {number} in the profile.", number=wrong[0]))
+        raise console.Refused(tr("No manual item {number} in the profile.", number=wrong[0]))
     return expectations_of(found, dict.fromkeys(done, True))
 
 

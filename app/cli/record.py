@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from app.terminal import console
 from app.text.i18n import tr
+from app.text.user_error import UserError
 
 if TYPE_CHECKING:
     from app.engine.worker import Batch
@@ -126,7 +127,6 @@ def _is_report(event: "Event") -> bool:
 def export(session: RecordedSession, path: Path, *, appends: bool) -> bool:
     """Write the file, or one for each session; whether they are complete."""
     from app.recordings.library import entry_of
-    from app.recordings.recording import RecordingUnreadable
     from app.terminal.export_file import STANDARD_OUTPUT, export_and_report
 
     is_whole = session.is_whole and bool(session.entries)
@@ -138,7 +138,7 @@ def export(session: RecordedSession, path: Path, *, appends: bool) -> bool:
         target = path if number == 1 or is_output else path.with_name(f"{path.stem}-{number}{path.suffix}")
         try:
             done = export_and_report(entry, target, appends=appends if number == 1 else is_output)
-        except RecordingUnreadable as error:
+        except UserError as error:
             console.notify(error.sentence)
             is_whole = False
             continue

@@ -16,6 +16,7 @@ from app.terminal import console
 from app.text.durations import stopwatch
 from app.text.i18n import tr
 from app.text.sentences import error_text, join_names
+from app.text.user_error import UserError
 
 if TYPE_CHECKING:
     from app.recordings.library import RecordingEntry, RecordingLibrary
@@ -105,13 +106,12 @@ def _row(entry: "RecordingEntry") -> tuple[str, ...]:
 
 def run_export(args: argparse.Namespace) -> int:
     from app.recordings.library import RecordingLibrary
-    from app.recordings.recording import RecordingUnreadable
     from app.terminal.export_file import export_and_report
 
     entry = _found(RecordingLibrary(), args.name)
     try:
         done = export_and_report(entry, args.file)
-    except RecordingUnreadable as error:
+    except UserError as error:
         console.notify(error.sentence)
         return console.ANSWER_NO
     return console.PARTIAL if done is None or done.missing else console.SUCCESS
@@ -152,7 +152,7 @@ def run_delete(args: argparse.Namespace) -> int:
 def run_convert(args: argparse.Namespace) -> int:
     from app.recordings.library import recordings_folder
     from app.recordings.old_recordings import convert, convert_in, old_recordings
-    from app.recordings.session_format import SUFFIX, Unreadable
+    from app.recordings.session_format import SUFFIX
 
     library, files, is_whole = recordings_folder(), list[Path](args.files), True
     for path in files or old_recordings(library):
@@ -167,11 +167,9 @@ def run_convert(args: argparse.Namespace) -> int:
             else:
                 convert(path, target)
             console.write_lines([str(target)])
-        except (Unreadable, OSError) as error:
+        except (UserError, OSError) as error:
             is_whole = False
-            text = str(error)
-            why = error_text(error) if isinstance(error, OSError) else tr(text)
-            console.notify(tr("{file}: {why}", file=path, why=why))
+            console.notify(tr("{file}: {why}", file=path, why=error_text(error)))
     return console.SUCCESS if is_whole else console.PARTIAL
 
 

@@ -10,13 +10,14 @@ from typing import Any
 
 from app.simulator.bench import SimulatedBench
 from app.simulator.control_lines import ControlLines, help_text
-from app.simulator.options import OPTIONS, Option, OptionRefused, default_text, parse_value, setup_from
+from app.simulator.options import OPTIONS, Option, default_text, parse_value, setup_from
 from app.simulator.quirks import Group
 from app.simulator.servers.endpoint import Endpoint, Loop, print_error
 from app.simulator.servers.tcp_server import TcpEndpoint
 from app.terminal import console
 from app.text.i18n import tr
 from app.text.sentences import error_text
+from app.text.user_error import UserError
 
 _EXAMPLES = """\
   dps-s simulate --link /tmp/dps-s --rate 1440
@@ -52,8 +53,8 @@ def _add_option(group: "argparse._ArgumentGroup", option: Option) -> None:
     def parse(text: str) -> Any:
         try:
             return parse_value(option, text)
-        except OptionRefused as error:
-            raise argparse.ArgumentTypeError(str(error)) from error
+        except UserError as error:
+            raise argparse.ArgumentTypeError(error.sentence) from error
 
     metavar = option.metavar or ("yes|no" if option.is_flag else "{" + ",".join(option.choices) + "}")
     default = default_text(option)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from app.terminal import console
 from app.text.i18n import tr
 from app.text.sentences import error_text
+from app.text.user_error import UserError
 
 if TYPE_CHECKING:
     from app.records.verification import Verification
@@ -105,11 +106,9 @@ def _change(found: "KnownStation | None") -> int:
 
 
 def _list(stations: "Stations") -> int:
-    from app.stations.station import StationTrouble
-
     try:
         stations.make_own()
-    except StationTrouble as trouble:
+    except UserError as trouble:
         console.notify(trouble.sentence)
     console.write_lines([_line(one) for one in stations.known()])
     return console.SUCCESS
@@ -122,15 +121,11 @@ def _line(station: "KnownStation") -> str:
 
 def _log(store: "Store | None") -> int:
     from app.store.audit_chain import check_audit_chain
-    from app.store.database import StoreTrouble
 
     if store is None:
         raise console.Refused(tr("No audit log."))
-    try:
-        faults = check_audit_chain(store.database.read)
-        count = store.database.read("SELECT count(*) FROM audit")[0][0]
-    except StoreTrouble as error:
-        raise console.Refused(error.sentence) from error
+    faults = check_audit_chain(store.database.read)
+    count = store.database.read("SELECT count(*) FROM audit")[0][0]
     if not faults:
         console.write_lines([tr("The audit log is intact; entries: {count}.", count=count)])
         return console.SUCCESS

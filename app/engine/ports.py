@@ -12,7 +12,7 @@ import time
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from app.text.i18n import tr
+from app.text.user_error import UserError
 from app.text.visible_text import visible
 from protocol.translatable import marked
 
@@ -46,19 +46,11 @@ class PortInfo:
         return f"{product}@{self.location}" if self.location else ""
 
 
-class PortsUnknown(Exception):
-    """The system did not list its ports: it failed, or took too long."""
-
-    @property
-    def sentence(self) -> str:
-        return tr(NOT_LISTED)
-
-
 NOT_LISTED = marked("The system did not list its serial ports. Switch Bluetooth off and try again.")
 
 
 def scan() -> list[PortInfo]:
-    """List the ports in this thread, which may take ten seconds; raise `PortsUnknown` for any failure."""
+    """List the ports in this thread, which may take ten seconds; raise `UserError` for any failure."""
     try:
         # Its import fails where a library of the system is missing.
         from serial.tools import list_ports as pyserial_ports
@@ -76,7 +68,7 @@ def scan() -> list[PortInfo]:
             for port in pyserial_ports.comports()
         ]
     except Exception as error:
-        raise PortsUnknown from error
+        raise UserError(NOT_LISTED) from error
     return sorted(found, key=lambda port: (port.vid is None, port.device))
 
 
@@ -86,7 +78,7 @@ def _text(value: str | None) -> str:
 
 
 def list_ports(deadline_s: float = 3.0) -> list[PortInfo]:
-    """List the ports, USB first; raise `PortsUnknown` after `deadline_s`. Blocks: not for the window's thread."""
+    """List the ports, USB first; raise `UserError` after `deadline_s`. Blocks: not for the window's thread."""
     return _scan_in_thread(deadline_s) if sys.platform.startswith("linux") else _scan_in_process(deadline_s)
 
 
@@ -96,24 +88,24 @@ _scanning = threading.Lock()
 
 def _scan_in_thread(deadline_s: float) -> list[PortInfo]:
     found: list[PortInfo] = []
-    errors: list[PortsUnknown] = []
+    errors: list[UserError] = []
 
     def look() -> None:
         try:
             found.extend(scan())
-        except PortsUnknown as error:
+        except UserError as error:
             errors.append(error)
         finally:
             _scanning.release()
 
     ends_at = time.monotonic() + deadline_s
     if not _scanning.acquire(timeout=deadline_s):
-        raise PortsUnknown
+        raise UserError(NOT_LISTED)
     thread = threading.Thread(target=look, name="dps-s ports", daemon=True)
     thread.start()
     thread.join(max(0.0, ends_at - time.monotonic()))
     if thread.is_alive() or errors:
-        raise PortsUnknown from (errors[0] if errors else None)
+        raise UserError(NOT_LISTED) from (errors[0] if errors else None)
     return found
 
 
@@ -129,7 +121,7 @@ def _scan_in_process(deadline_s: float) -> list[PortInfo]:
             creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),  # on Windows: opens no console
         )
     except (subprocess.SubprocessError, OSError) as error:
-        raise PortsUnknown from error
+        raise UserError(NOT_LISTED) from error
     return from_json(listing.stdout.decode(errors="replace"))
 
 
@@ -146,8 +138,8 @@ def to_json(ports: list[PortInfo]) -> str:
 
 
 def from_json(text: str) -> list[PortInfo]:
-    """The inverse of `to_json`; raises `PortsUnknown` for anything else."""
+    """The inverse of `to_json`; raises `UserError` for anything else."""
     try:
         return [PortInfo(**port) for port in json.loads(text)["ports"]]
     except (ValueError, KeyError, TypeError) as error:
-        raise PortsUnknown from error
+        raise UserError(NOT_LISTED) from error

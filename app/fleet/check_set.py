@@ -110,7 +110,7 @@ def report_body(members: Sequence[SetMember]) -> str:
 
 
 def check_set_target(path: Path) -> None:
-    """Raise `ReportRefused` if the reports cannot be written there."""
+    """Raise `UserError` if the reports cannot be written there."""
     check_target(path, lambda target: _is_ours(target.with_suffix(".json")))
 
 

@@ -15,10 +15,11 @@ from app.firing.judge import TriggerLimits
 from app.flight_analysis.judged_flight import JudgedFlight, judge_flight
 from app.flight_analysis.summary import FlightSummary, summarise
 from app.flight_logs.csv_columns import CsvColumns
-from app.flight_logs.flight_log import NO_PROGRESS, LogUnreadable, Progress, unreadable
+from app.flight_logs.flight_log import NO_PROGRESS, Progress, unreadable
 from app.flight_logs.module_view import RuleReading
 from app.flight_logs.read_log import read_flight_log
 from app.text.messages import UserMessage
+from app.text.user_error import UserError
 from protocol.translatable import marked
 
 FEW_LOGS: Final = 4
@@ -63,8 +64,8 @@ def summarise_log(path: Path, order: LogOrder = PLAIN, on_progress: Progress = N
         limits = order.limits
         judged = () if limits is None else tuple(judge_flight(log, limits, one) for one in RuleReading)
         return SummarisedLog(path, summary, judged=judged)
-    except LogUnreadable as error:
-        return SummarisedLog(path, None, error.why)
+    except UserError as error:
+        return SummarisedLog(path, None, error.message)
 
 
 def summarise_logs(
@@ -103,7 +104,7 @@ def summarise_logs(
         suspects = deque((yield from _in_processes(waiting, order, is_cancelled, processes, ahead=2 * processes)))
         while suspects and not is_cancelled():  # one of them crashed its process: read one at a time to find it
             for path in (yield from _in_processes(suspects, order, is_cancelled, 1, ahead=1)):
-                yield SummarisedLog(path, None, unreadable(marked("cannot be read")).why)
+                yield SummarisedLog(path, None, unreadable(marked("cannot be read")).message)
 
 
 def _in_processes(

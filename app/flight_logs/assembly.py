@@ -28,7 +28,7 @@ _DECIMALS: Final = 3
 
 
 def assembled(raw: RawLog) -> FlightLog:
-    """Raises `LogUnreadable` where there is neither attitude nor acceleration."""
+    """Raises `UserError` where there is neither attitude nor acceleration."""
     problems = list(raw.problems)
     tilt = next((one for one in (_cleaned(each, problems) for each in raw.tilts_deg) if len(one.time_s)), None)
     forces = [one for one in (_cleaned(each, problems) for each in raw.forces_g) if len(one.time_s)]
@@ -189,7 +189,7 @@ class Reports(NamedTuple):
 
 
 def flight_of_reports(name: str, kind: LogFormat, reports: Reports, problems: list[UserMessage]) -> FlightLog:
-    """Makes each report a row. Raises `LogUnreadable` where there is none."""
+    """Makes each report a row. Raises `UserError` where there is none."""
     time_s, tilt_deg, acceleration_g, resets_s = reports
     is_good = np.isfinite(time_s) & (np.abs(time_s) <= LATEST_S) & np.isfinite(tilt_deg) & np.isfinite(acceleration_g)
     newest = np.maximum.accumulate(np.where(is_good, time_s, -np.inf)) if len(time_s) else time_s

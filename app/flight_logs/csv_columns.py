@@ -5,8 +5,9 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Final
 
-from app.flight_logs.flight_log import LogUnreadable, unreadable
-from app.text.messages import clean, message
+from app.flight_logs.flight_log import unreadable
+from app.text.messages import clean
+from app.text.user_error import UserError
 from protocol.translatable import marked
 
 
@@ -68,7 +69,7 @@ _USUAL: Final[Mapping[CsvRole, tuple[str, ...]]] = {
 
 @dataclass(frozen=True, slots=True)
 class CsvColumns:
-    """Column names by role. Raises `LogUnreadable` where they are not enough."""
+    """Column names by role. Raises `UserError` where they are not enough."""
 
     names: Mapping[CsvRole, str]
 
@@ -90,7 +91,7 @@ class CsvColumns:
 
 
 def parse_choice(words: Sequence[str]) -> CsvColumns:
-    """Parses words such as `roll_deg=ATT.Roll`. Raises `LogUnreadable`."""
+    """Parses words such as `roll_deg=ATT.Roll`. Raises `UserError`."""
     names: dict[CsvRole, str] = {}
     by_word = {role.value: role for role in CsvRole}
     for word in words:
@@ -98,13 +99,13 @@ def parse_choice(words: Sequence[str]) -> CsvColumns:
         role = by_word.get(key)
         if role is None or not equals or not name:
             text, roles = marked("“{word}”: ROLE=COLUMN is needed, of {roles}."), ", ".join(by_word)
-            raise LogUnreadable(message(text, word=clean(word, longest=60), roles=roles))
+            raise UserError(text, word=clean(word, longest=60), roles=roles)
         names[role] = name
     return CsvColumns(names)
 
 
 def recognised(head: Sequence[str]) -> CsvColumns:
-    """Recognises columns by their names. Raises `LogUnreadable`."""
+    """Recognises columns by their names. Raises `UserError`."""
     places = {name.strip().lower(): name for name in reversed(head)}
     names: dict[CsvRole, str] = {}
     for role in CsvRole:

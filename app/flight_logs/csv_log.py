@@ -12,7 +12,7 @@ import numpy as np
 
 from app.flight_logs.assembly import Reports, assembled, flight_of_reports
 from app.flight_logs.csv_columns import TIMES, CsvColumns, CsvRole, recognised
-from app.flight_logs.flight_log import NO_PROGRESS, FlightLog, Floats, LogFormat, LogUnreadable, Progress, unreadable
+from app.flight_logs.flight_log import NO_PROGRESS, FlightLog, Floats, LogFormat, Progress, unreadable
 from app.flight_logs.raw_log import (
     STANDARD_GRAVITY_M_S2,
     Channel,
@@ -23,7 +23,8 @@ from app.flight_logs.raw_log import (
     tilt_of_roll_and_pitch,
 )
 from app.recordings.table import HEAD
-from app.text.messages import clean, message
+from app.text.messages import clean
+from app.text.user_error import UserError
 from protocol.translatable import marked
 
 MAX_COLUMNS: Final = 2000
@@ -34,14 +35,14 @@ ROWS_AT_ONCE: Final = 5000
 
 
 def read_head(path: Path) -> list[str]:
-    """Names of the columns. Raises `LogUnreadable`, OSError."""
+    """Names of the columns. Raises `UserError`, OSError."""
     with path.open("r", encoding="utf-8-sig", errors="replace", newline="") as file:
         line = file.readline(MAX_LINE_LENGTH)
     return _head_of(line)
 
 
 def read_csv(path: Path, columns: CsvColumns | None = None, on_progress: Progress = NO_PROGRESS) -> FlightLog:
-    """`columns`: None recognises them by name. Raises `LogUnreadable`, OSError, and what `on_progress` raises.
+    """`columns`: None recognises them by name. Raises `UserError`, OSError, and what `on_progress` raises.
 
     An export of this program is read report by report; any other file is resampled at the module's report rate.
     """
@@ -98,7 +99,7 @@ def _places(head: list[str], columns: CsvColumns) -> dict[CsvRole, int]:
     for role in wanted:
         name = columns.names[role]
         if name not in head:
-            raise LogUnreadable(message(marked("No column “{name}”."), name=clean(name, longest=60)))
+            raise UserError(marked("No column “{name}”."), name=clean(name, longest=60))
         places[role] = head.index(name)
     return places
 

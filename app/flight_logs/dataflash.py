@@ -27,7 +27,7 @@ _MAX_SENSORS: Final = 6
 
 
 def read_dataflash(path: Path) -> RawLog:
-    """Raises `LogUnreadable`, OSError."""
+    """Raises `UserError`, OSError."""
     file = DataflashFile(read_bytes(path), TABLES)
     raw = RawLog(name=str(path), format=LogFormat.DATAFLASH)
     for name in ("ATT", "AHR2"):
@@ -49,7 +49,7 @@ def read_dataflash(path: Path) -> RawLog:
 
 
 def _times(file: DataflashFile, table: DataflashTable) -> Floats:
-    """Raises `LogUnreadable` for logs from before 2014, whose records have no times."""
+    """Raises `UserError` for logs from before 2014, whose records have no times."""
     for label, scale in _CLOCKS:
         if table.has(label):
             return file.column(table, label) * scale

@@ -58,7 +58,7 @@ class DataflashTable:
 
 
 class DataflashFile:
-    """`tables` has the tables of `wanted`, by name. Raises `LogUnreadable`."""
+    """`tables` has the tables of `wanted`, by name. Raises `UserError`."""
 
     def __init__(self, data: bytes, wanted: frozenset[str]) -> None:
         if not data.startswith(MAGIC):

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from app.firing.judge import MAX_GAP_S
 from app.text.messages import UserMessage, message
+from app.text.user_error import UserError
 from protocol.translatable import marked
 
 Floats = NDArray[np.float64]
@@ -34,20 +35,9 @@ class LogFormat(Enum):
     RECORDING = marked("recording")
 
 
-class LogUnreadable(Exception):
-    """The file has nothing that can be judged; `why` is a sentence."""
-
-    def __init__(self, why: UserMessage) -> None:
-        super().__init__(why)  # as the only argument, so that it can be pickled
-        self.why = why
-
-    def __str__(self) -> str:
-        return self.why.in_english()
-
-
-def unreadable(why: str) -> LogUnreadable:
+def unreadable(why: str) -> UserError:
     """`why` without a full stop, English, marked."""
-    return LogUnreadable(message(marked("{why}."), why=message(why)))
+    return UserError(marked("{why}."), why=message(why))
 
 
 class ModeChange(NamedTuple):

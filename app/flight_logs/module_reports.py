@@ -8,14 +8,14 @@ from app.flight_logs.assembly import Reports, flight_of_reports
 from app.flight_logs.flight_log import FlightLog, LogFormat, unreadable
 from app.recordings.library import entry_of
 from app.recordings.markers import STATE_LOST
-from app.recordings.session_format import Unreadable
 from app.text.messages import message
+from app.text.user_error import UserError
 from protocol.translatable import marked
 
 
 def read_session(path: Path) -> FlightLog:
-    """Raises `LogUnreadable`."""
-    from app.recordings.recording import RecordingUnreadable, open_recording
+    """Raises `UserError`."""
+    from app.recordings.recording import open_recording
 
     entry = entry_of(path)
     try:
@@ -28,9 +28,9 @@ def read_session(path: Path) -> FlightLog:
                 tuple(marker.time_s for marker in excerpt.markers if marker.kind in STATE_LOST),
             )
             is_damaged = recording.damage is not None
-    except RecordingUnreadable as error:
+    except UserError as error:
         cause = error.__cause__
-        raise unreadable(str(cause) if isinstance(cause, Unreadable) else marked("cannot be read")) from error
+        raise unreadable(str(cause) if isinstance(cause, UserError) else marked("cannot be read")) from error
     problems = [message(marked("A damaged part is left out."))] if is_damaged else []
     if entry.was_cut_off:
         problems.append(message(marked("cut off")))

@@ -27,7 +27,7 @@ _BEGINNINGS: Final = {
 def read_flight_log(path: Path, columns: CsvColumns | None = None, on_progress: Progress = NO_PROGRESS) -> FlightLog:
     """Reads a file. `columns`: of a CSV file, None recognises them by name.
 
-    Slow for large files: not for the window's thread. Raises only `LogUnreadable`, and what `on_progress` raises.
+    Slow for large files: not for the window's thread. Raises only `UserError`, and what `on_progress` raises.
     """
     try:
         return _read(path, columns, on_progress)

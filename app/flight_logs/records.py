@@ -18,7 +18,7 @@ MAX_DAMAGES: Final = 1_000_000
 
 
 def read_bytes(path: Path) -> bytes:
-    """The whole file. Raises `LogUnreadable` for one of more than 1 GiB, OSError."""
+    """The whole file. Raises `UserError` for one of more than 1 GiB, OSError."""
     with path.open("rb") as file:
         size = os.fstat(file.fileno()).st_size
         if size > MAX_BYTES:

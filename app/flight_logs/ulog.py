@@ -29,7 +29,7 @@ _MAX_SENSORS: Final = 6
 
 
 def read_ulog(path: Path) -> RawLog:
-    """Raises `LogUnreadable`, OSError."""
+    """Raises `UserError`, OSError."""
     file = UlogFile(read_bytes(path), TOPICS)
     raw = RawLog(name=str(path), format=LogFormat.ULOG)
     for topic in sorted(file.topics, key=lambda one: one.instance):

@@ -72,7 +72,7 @@ class _Layout(NamedTuple):
 
 
 class UlogFile:
-    """`topics` has the topics of `wanted` in the file. Raises `LogUnreadable`."""
+    """`topics` has the topics of `wanted` in the file. Raises `UserError`."""
 
     def __init__(self, data: bytes, wanted: frozenset[str]) -> None:
         if not data.startswith(MAGIC) or len(data) < _HEADER_BYTES:

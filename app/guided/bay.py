@@ -1,7 +1,7 @@
 """Parachute bay closed and open: the light of both, and its margin to the threshold."""
 
 from app.engine.procedure import EngineView, Inspect, Procedure, Report
-from app.guided.results import BreakOff, GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue, passed_if
+from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue, passed_if
 from app.guided.status_watch import (
     NOT_READ,
     GuidedSetup,
@@ -13,6 +13,7 @@ from app.guided.status_watch import (
 )
 from app.procedures.light_calibration import Band, CalibrationFault, LightDirection, measure_light, propose
 from app.text.messages import message
+from app.text.user_error import UserError
 from protocol.translatable import marked
 
 MIN_MARGIN_V = 0.1
@@ -43,7 +44,7 @@ def _measure(setup: GuidedSetup, steps: PersonSteps) -> Procedure[Band]:
     require_start(view, setup.restarts)
     band = yield from measure_light()
     if not band.is_enough:
-        raise BreakOff(NOT_READ, what=message(marked("Light")))
+        raise UserError(NOT_READ, what=message(marked("Light")))
     return band
 
 

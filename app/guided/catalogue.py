@@ -14,7 +14,7 @@ from app.engine.procedure import Procedure
 from app.guided.bay import CLOSE, OPEN, measure_bay, prepare_bay
 from app.guided.free_fall import DROP, HOLD, WAIT, measure_free_fall, prepare_free_fall
 from app.guided.link import REST, SHAKE, measure_link
-from app.guided.results import BreakOff, BrokenOff, GuidedKind, GuidedResult
+from app.guided.results import BrokenOff, GuidedKind, GuidedResult
 from app.guided.status_watch import GuidedSetup, PersonSteps, prepare_locked
 from app.guided.tilt import TILT_SLOWLY, TiltDirection, measure_tilt, prepare_tilt
 from app.safety.acts import TITLES as ACT_TITLES
@@ -22,6 +22,7 @@ from app.safety.acts import Act
 from app.text.i18n import tr
 from app.text.messages import UserMessage, message
 from app.text.sentences import join_sentences
+from app.text.user_error import UserError
 from protocol.translatable import marked
 
 
@@ -81,16 +82,16 @@ GUIDED_BY_KIND = {test.kind: test for test in GUIDED_TESTS}
 
 
 def prepare(test: GuidedTest) -> Procedure[GuidedSetup | BrokenOff]:
-    """`test.prepare`, returning a `BreakOff` as a result."""
+    """`test.prepare`, returning a `UserError` as a result."""
     try:
         return (yield from test.prepare())
-    except BreakOff as why:
-        return BrokenOff(why.reason)
+    except UserError as why:
+        return BrokenOff(why.message)
 
 
 def measure(test: GuidedTest, setup: GuidedSetup, steps: PersonSteps) -> Procedure[GuidedResult | BrokenOff]:
-    """`test.measure`, returning a `BreakOff` as a result."""
+    """`test.measure`, returning a `UserError` as a result."""
     try:
         return (yield from test.measure(setup, steps))
-    except BreakOff as why:
-        return BrokenOff(why.reason)
+    except UserError as why:
+        return BrokenOff(why.message)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 from app.engine.device import StatusSample
 from app.engine.procedure import EngineView, Inspect, Procedure, Report
-from app.guided.results import BreakOff, GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue, passed_if
+from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue, passed_if
 from app.guided.status_watch import (
     GuidedSetup,
     PersonSteps,
@@ -19,6 +19,7 @@ from app.guided.status_watch import (
     require_locked,
 )
 from app.text.messages import message
+from app.text.user_error import UserError
 from protocol.translatable import marked
 
 SHORTEST_S, LONGEST_FALL_S = 0.20, 0.60
@@ -61,7 +62,7 @@ def prepare_free_fall() -> Procedure[GuidedSetup]:
     restarts = yield from require_locked()
     threshold = yield from read_setting("freefall_acceleration")
     if not 0 < threshold <= STILL_FROM_G:
-        raise BreakOff(marked("Not testable at {threshold:.1f} g: rest and fall cannot be told apart."),
+        raise UserError(marked("Not testable at {threshold:.1f} g: rest and fall cannot be told apart."),
                        threshold=threshold)  # fmt: skip
     seconds = yield from read_setting("freefall_time")
     return GuidedSetup(restarts=restarts, freefall_acceleration_g=threshold, freefall_time_s=seconds)

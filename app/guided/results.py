@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 
-from app.text.messages import UserMessage, message
+from app.text.messages import UserMessage
 from protocol.translatable import marked
 
 
@@ -93,14 +93,6 @@ class BrokenOff:
     """A test that was not completed: it does not count and is not kept."""
 
     reason: UserMessage
-
-
-class BreakOff(Exception):
-    """Raised within a guided test to abort it."""
-
-    def __init__(self, text: str, **values: object) -> None:
-        super().__init__(text)
-        self.reason = message(text, **values)
 
 
 def passed_if(is_fine: bool) -> GuidedVerdict:

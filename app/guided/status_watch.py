@@ -6,10 +6,10 @@ from math import inf
 
 from app.engine.device import MAX_LAG_S, StatusSample
 from app.engine.procedure import Ask, Await, EngineView, Inspect, Listen, Pause, Procedure
-from app.guided.results import BreakOff
 from app.procedures.ask_status import ask_status
 from app.procedures.write import read_back
 from app.text.messages import message
+from app.text.user_error import UserError
 from protocol.catalogue import BY_NAME, HEARTBEAT, STATUS
 from protocol.events import Answered, Received, Role
 from protocol.fields import Value
@@ -74,13 +74,13 @@ def wait_for_person(steps: PersonSteps) -> Procedure[None]:
 
 
 def require_in_time(began: float, now: float) -> None:
-    """Raise `BreakOff` if the person took too long for a step that began then."""
+    """Raise `UserError` if the person took too long for a step that began then."""
     if now - began > PERSON_LIMIT_S:
         raise _out_of_time()
 
 
-def _out_of_time() -> BreakOff:
-    return BreakOff(marked("No step within {seconds:.0f} s."), seconds=PERSON_LIMIT_S)
+def _out_of_time() -> UserError:
+    return UserError(marked("No step within {seconds:.0f} s."), seconds=PERSON_LIMIT_S)
 
 
 @dataclass(slots=True)
@@ -127,7 +127,7 @@ class StatusWatch:
         if self._heard_at is None or reports:
             self._heard_at = now
         if now - self._heard_at > SILENT_S:
-            raise BreakOff(marked("The module does not answer."))
+            raise UserError(marked("The module does not answer."))
         for one in reports:
             is_other = one.active is not self.is_active
             is_against = is_other or (one.triggered and not self.may_trigger)
@@ -135,34 +135,34 @@ class StatusWatch:
             if self._against < AGREEING:
                 continue
             if not is_other:
-                raise BreakOff(marked("The module reports that it has fired."))
+                raise UserError(marked("The module reports that it has fired."))
             if self.is_active:
-                raise BreakOff(marked("The module was locked."))
-            raise BreakOff(marked("The module became ACTIVE."))
+                raise UserError(marked("The module was locked."))
+            raise UserError(marked("The module became ACTIVE."))
 
 
 def require_start(view: EngineView, restarts: int) -> None:
-    """Raise `BreakOff` if the module restarted, is silent or answers late."""
+    """Raise `UserError` if the module restarted, is silent or answers late."""
     if view.device.restarts != restarts:
-        raise BreakOff(marked("The module restarted."))
+        raise UserError(marked("The module restarted."))
     if view.device.presence is Presence.OFFLINE:
-        raise BreakOff(marked("The module does not answer."))
+        raise UserError(marked("The module does not answer."))
     if view.device.is_late:
-        raise BreakOff(marked("Data arrives {seconds:.1f} s late."), seconds=MAX_LAG_S)
+        raise UserError(marked("Data arrives {seconds:.1f} s late."), seconds=MAX_LAG_S)
 
 
 def require_locked() -> Procedure[int]:
-    """Raise `BreakOff` unless the module now reports that it is locked and has not fired; returns its restarts."""
+    """Raise `UserError` unless the module now reports that it is locked and has not fired; returns its restarts."""
     if not (yield from ask_status()):
-        raise BreakOff(marked("No current status."))
+        raise UserError(marked("No current status."))
     view: EngineView = yield Inspect()
     active, triggered = (view.device.proven(key, view.now) for key in ("active", "triggered"))
     if active is None or triggered is None:
-        raise BreakOff(marked("No current status."))
+        raise UserError(marked("No current status."))
     if active.value:
-        raise BreakOff(marked("The module is ACTIVE: lock it first."))
+        raise UserError(marked("The module is ACTIVE: lock it first."))
     if triggered.value:
-        raise BreakOff(marked("The module reports that it has fired."))
+        raise UserError(marked("The module reports that it has fired."))
     require_start(view, view.device.restarts)
     return view.device.restarts
 
@@ -173,10 +173,10 @@ def prepare_locked() -> Procedure[GuidedSetup]:
 
 
 def read_setting(name: str) -> Procedure[float]:
-    """Read a threshold, twice the same. Raises `BreakOff`."""
+    """Read a threshold, twice the same. Raises `UserError`."""
     command = BY_NAME[name]
     back = yield from read_back(command)
     if back.raw is None or command.reply is None:
-        raise BreakOff(NOT_READ, what=message(command.title))
+        raise UserError(NOT_READ, what=message(command.title))
     value: Value = command.reply.decode(back.raw)
     return float(value)

@@ -11,7 +11,7 @@ from enum import Enum
 
 from app.engine.device import StatusSample
 from app.engine.procedure import EngineView, Inspect, Procedure, Report
-from app.guided.results import BreakOff, GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue, passed_if
+from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue, passed_if
 from app.guided.status_watch import (
     AGREEING,
     GuidedSetup,
@@ -22,6 +22,7 @@ from app.guided.status_watch import (
     require_locked,
 )
 from app.text.messages import UserMessage, message
+from app.text.user_error import UserError
 from protocol.catalogue import RESET_BELOW_THRESHOLD_DEG
 from protocol.translatable import marked
 
@@ -84,7 +85,7 @@ def prepare_tilt() -> Procedure[GuidedSetup]:
     restarts = yield from require_locked()
     threshold = yield from read_setting("attitude_threshold")
     if threshold <= LEVEL_WITHIN_DEG + RESET_BELOW_THRESHOLD_DEG or threshold + TOLERANCE_DEG > HIGHEST_DEG:
-        raise BreakOff(marked("Not testable by hand at {threshold:.0f}°."), threshold=threshold)
+        raise UserError(marked("Not testable by hand at {threshold:.0f}°."), threshold=threshold)
     return GuidedSetup(restarts=restarts, attitude_threshold_deg=threshold)
 
 
@@ -177,7 +178,7 @@ class _TiltWatch:
             self._waiting += yield from self._watch.next_reports()
             view: EngineView = yield Inspect()
             if view.now > self.ends_at:
-                raise BreakOff(marked("Ended after {seconds:.0f} s."), seconds=MAX_S)
+                raise UserError(marked("Ended after {seconds:.0f} s."), seconds=MAX_S)
             require_in_time(self._step_began, view.now)
         return self._waiting.pop(0)
 

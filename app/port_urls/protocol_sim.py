@@ -14,12 +14,13 @@ from serial.serialutil import PortNotOpenError, SerialBase, SerialException
 
 from app.simulator import bench as benches
 from app.simulator.bench import DEFAULT_NAME, SimulatedBench
-from app.simulator.options import OptionRefused, parse_options
+from app.simulator.options import parse_options
 from app.simulator.wire import MAX_BYTES
+from app.text.user_error import UserError
 
 
 def open_bench(url: str) -> SimulatedBench:
-    """The module that a `sim://` URL names; raises `OptionRefused`."""
+    """The module that a `sim://` URL names; raises `UserError`."""
     parts = urlsplit(url)
     name = (parts.netloc + parts.path).strip("/") or DEFAULT_NAME
     options = parse_options(parse_qsl(parts.query, keep_blank_values=True))
@@ -44,7 +45,7 @@ class Serial(SerialBase):
             raise SerialException("Port must be configured before it can be used.")
         try:
             bench = open_bench(self.portstr)
-        except OptionRefused as error:
+        except UserError as error:
             raise SerialException(errno.EINVAL, f"could not open port {self.portstr}: {error}") from error
         if not bench.is_plugged_in:
             raise SerialException(errno.ENOENT, f"could not open port {self.portstr}: No such device")

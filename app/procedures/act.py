@@ -29,11 +29,12 @@ from app.engine.transport import PortError
 from app.procedures.ask_status import ask_status
 from app.safety.acts import REQUESTS, Act
 from app.safety.interlocks import Interlock, Refusal, interlock_inputs, refusals
-from app.safety.journal import Entry, Journal, JournalFailed, Outcome, durable
+from app.safety.journal import Entry, Journal, Outcome, durable
 from app.safety.permit import Permit
 from app.text.i18n import tr
 from app.text.messages import joined, message
 from app.text.sentences import join_sentences
+from app.text.user_error import UserError
 from protocol.catalogue import BY_NAME, STATUS
 from protocol.events import Answered, Unanswered
 from protocol.events import Outcome as Reply
@@ -182,7 +183,7 @@ def last_moment(
     try:
         for intent in intents:
             is_slow |= yield from durable(intent)
-    except JournalFailed as error:
+    except UserError as error:
         return (Refusal(Interlock.INTENT_DURABLE, joined((message(LOG_FAILED), error.message), " ")),)
     if is_slow:
         yield from _refresh(act)

@@ -11,11 +11,12 @@ from datetime import UTC, date, datetime
 from pathlib import Path
 from typing import Final
 
-from app.recordings.session_format import SUFFIX, Opening, Unreadable
+from app.recordings.session_format import SUFFIX, Opening
 from app.recordings.session_reader import read_heading
 from app.system.files import lock, private_opener
 from app.text.messages import UserMessage, message
 from app.text.sentences import error_text
+from app.text.user_error import UserError
 from protocol.translatable import marked
 
 MAX_BYTES = 2 * 1024**3
@@ -208,7 +209,7 @@ def entry_of(path: Path) -> RecordingEntry:
     is_pinned, is_running = _mark_of(path).exists(), any(map(is_held, parts))
     try:
         files = [read_heading(part) for part in parts]
-    except (OSError, Unreadable) as error:
+    except (OSError, UserError) as error:
         return RecordingEntry(
             path=path,
             further=parts[1:],
@@ -315,7 +316,7 @@ def _modified_at(path: Path) -> datetime:
 
 def unreadable(path: Path, error: Exception) -> UserMessage:
     """Why a recording cannot be read."""
-    why = message(str(error)) if isinstance(error, Unreadable) else error_text(error)
+    why = error.message if isinstance(error, UserError) else error_text(error)
     return message(marked("{file} cannot be read: {why}."), file=path.name, why=why)
 
 

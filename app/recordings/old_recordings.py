@@ -18,8 +18,9 @@ from app.captures.entries import CaptureEntry, Way
 from app.captures.text import TimedLines
 from app.recordings.library import TRASH, is_held
 from app.recordings.markers import MarkerKind
-from app.recordings.session_format import NANOSECONDS, OLD_EXPORT, SUFFIX, TOPIC_OF_WAY, Opening, Unreadable, is_time
+from app.recordings.session_format import NANOSECONDS, OLD_EXPORT, SUFFIX, TOPIC_OF_WAY, Opening, is_time
 from app.recordings.writer import Note, write_session
+from app.text.user_error import UserError
 from protocol.translatable import marked
 
 _SESSION: Final = "session.json"
@@ -50,13 +51,13 @@ def highest_sequence(library: Path) -> int:
     for folder in old_recordings(library):
         try:
             found = max(found, _opening_of(folder).sequence)
-        except (OSError, Unreadable):
+        except (OSError, UserError):
             continue
     return found
 
 
 def convert_in(library: Path, folder: Path) -> Path:
-    """Converts a folder of a library beside itself, then moves it to the trash. Raises OSError, `Unreadable`."""
+    """Converts a folder of a library beside itself, then moves it to the trash. Raises OSError, `UserError`."""
     target = folder.with_name(folder.name + SUFFIX)
     if not target.exists():
         convert(folder, target)
@@ -69,7 +70,7 @@ def convert_in(library: Path, folder: Path) -> Path:
 
 
 def convert(path: Path, target: Path) -> None:
-    """Writes a recording, a capture or an export as a session file. Raises OSError, `Unreadable`."""
+    """Writes a recording, a capture or an export as a session file. Raises OSError, `UserError`."""
     if path.is_dir():
         _convert_folder(path, target)
     elif path.suffix.lower() == SUFFIX:
@@ -111,7 +112,7 @@ def _convert_export(path: Path, target: Path) -> None:
             reader = make_reader(file)
             about = next((one.metadata for one in reader.iter_metadata() if one.name == OLD_EXPORT), None)
             if about is None:
-                raise Unreadable(marked("not a recording by this program"))
+                raise UserError(marked("not a recording by this program"))
             opening = Opening(
                 started_at=_time_of(about["started_at"], path), start_s=0.0, port=about["port"],
                 baud_rate=int(about["baud_rate"]), module=about["module"], program=about["program"],
@@ -129,7 +130,7 @@ def _convert_export(path: Path, target: Path) -> None:
                 elif channel.topic != "/status":  # which is in the bytes
                     notes.append(Note(at_s, "reading", fields))
     except (McapError, ValueError, KeyError, TypeError, AttributeError, RecursionError, struct.error) as error:
-        raise error if isinstance(error, Unreadable) else Unreadable(marked("cannot be read")) from error
+        raise UserError(marked("cannot be read")) from error
     write_session(target, opening, entries, notes, is_ended=about.get("was_cut_off") != "true")
 
 
@@ -137,14 +138,14 @@ def _opening_of(folder: Path) -> Opening:
     try:
         fields = json.loads((folder / _SESSION).read_bytes())
         if fields["version"] != 1:
-            raise Unreadable(marked("written by a newer version"))
+            raise UserError(marked("written by a newer version"))
         return Opening(
             started_at=datetime.fromisoformat(fields["started_at"]), start_s=float(fields["start_s"]),
             port=str(fields["port"]), baud_rate=int(fields["baud_rate"]), module=str(fields.get("module", "")),
             program=str(fields.get("program", "")), sequence=int(fields.get("sequence", 0)),
         )  # fmt: skip
     except (ValueError, KeyError, TypeError, RecursionError, OverflowError) as error:
-        raise Unreadable(marked("damaged heading")) from error
+        raise UserError(marked("damaged heading")) from error
 
 
 def _convert_folder(folder: Path, target: Path) -> None:

@@ -28,8 +28,9 @@ from app.recordings.markers import Marker, MarkerTracker
 from app.recordings.recorder_queue import Begin, End, Heading, Lost, Name, Order, RecorderQueue, Settle
 from app.recordings.session_format import Opening
 from app.recordings.writer import SessionWriter
-from app.stations.station import StationTrouble, find_station, fingerprint_of
+from app.stations.station import find_station, fingerprint_of
 from app.text.messages import UserMessage
+from app.text.user_error import UserError
 
 __all__ = ["Heading", "Recorder"]
 _log = logging.getLogger(__name__)
@@ -339,6 +340,6 @@ def _own_station(folder: Path) -> str:
     """Fingerprint of the station of this data folder; empty where it has none."""
     try:
         station = find_station(folder)
-    except StationTrouble:
+    except UserError:
         return ""
     return "" if station is None else fingerprint_of(station.public)

@@ -29,6 +29,7 @@ from app.recordings.session_reader import FileMessage, MissingSpan, SessionFile,
 from app.samples.step_function import StepFunction
 from app.system.gil_yield import GilYield
 from app.text.messages import UserMessage, message
+from app.text.user_error import UserError
 from protocol.translatable import marked
 
 _MAX_LIMITS = 1_000_000
@@ -45,17 +46,6 @@ class LimitsAt(NamedTuple):
     limits: ModuleLimits
 
 
-class RecordingUnreadable(Exception):
-    def __init__(self, why: UserMessage) -> None:
-        super().__init__(why.in_english())
-        self._why = why
-
-    @property
-    def sentence(self) -> str:
-        """Why, in the language in use now."""
-        return self._why.translated()
-
-
 class Recording:
     """Made by `open_recording`. Immutable; a running session is read as far as it is written.
 
@@ -63,7 +53,7 @@ class Recording:
     """
 
     def __init__(self, entry: RecordingEntry) -> None:
-        """Raises OSError, `Unreadable`."""
+        """Raises OSError, `UserError`."""
         self.entry = entry
         self.damaged: list[tuple[float, float]] = []
         """Times between which data is missing."""
@@ -225,7 +215,7 @@ class _Columns:
 
 
 def traffic_of(entry: RecordingEntry) -> Iterator[CaptureEntry]:
-    """The bytes on the line in order; times count from the beginning of the session. Raises OSError, `Unreadable`."""
+    """The bytes on the line in order; times count from the beginning of the session. Raises OSError, `UserError`."""
     start_ns: int | None = None
     for path in entry.parts:
         for file, messages in read_blocks(path, at_once=100):
@@ -239,18 +229,18 @@ def traffic_of(entry: RecordingEntry) -> Iterator[CaptureEntry]:
 
 def open_recording(entry: RecordingEntry) -> Recording:
     """Opens a recording and verifies all checksums. Takes a second or two for a long session: not for the window's
-    thread. Raises `RecordingUnreadable`."""
+    thread. Raises `UserError`."""
     try:
         return Recording(entry)
-    except (OSError, ValueError) as error:  # ValueError: `Unreadable`, or a file that shrank meanwhile
-        raise RecordingUnreadable(unreadable(entry.path, error)) from error
+    except (OSError, UserError, ValueError) as error:  # ValueError: a file that shrank meanwhile
+        raise UserError(unreadable(entry.path, error)) from error
 
 
 def tilt_outline(entry: RecordingEntry, buckets: int) -> tuple[tuple[float, float], ...]:
     """Lowest and highest tilt per interval, for a thumbnail. Empty where there is none, or it cannot be read."""
     try:
         recording = Recording(entry)
-    except (OSError, ValueError):
+    except (OSError, UserError, ValueError):
         return ()
     found = recording.tilt.decimated(recording.start_s, max(recording.end_s, recording.start_s + 1.0), buckets)
     return tuple(zip(found.low.tolist(), found.high.tolist(), strict=True))

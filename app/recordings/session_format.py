@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.captures.entries import CaptureEntry, Way
+from app.text.user_error import UserError
 from protocol.translatable import marked
 
 SUFFIX: Final = ".mcap"
@@ -50,10 +51,6 @@ _FIRST_YEAR: Final = 1970
 _LAST_YEAR: Final = 2200
 _COUNT = np.dtype("<u4")
 _MAX_OFFSET_NS: Final = 0xFFFFFFFF
-
-
-class Unreadable(ValueError):
-    """The file is no readable session; the message is English, marked."""
 
 
 def is_time(value: float) -> bool:
@@ -107,12 +104,12 @@ def is_whole(fields: Mapping[str, str]) -> bool:
 
 
 def opening_of(fields: Mapping[str, str]) -> Opening:
-    """The heading in a metadata record. Raises `Unreadable`."""
+    """The heading in a metadata record. Raises `UserError`."""
     if not is_whole(fields):
-        raise Unreadable(marked("damaged heading"))
+        raise UserError(marked("damaged heading"))
     try:
         if fields["version"] != str(VERSION):
-            raise Unreadable(marked("written by a newer version"))
+            raise UserError(marked("written by a newer version"))
         started_at, start_s = datetime.fromisoformat(fields["started_at"]), float(fields["start_s"])
         if started_at.tzinfo is None or not _FIRST_YEAR <= started_at.year <= _LAST_YEAR or not is_time(start_s):
             raise ValueError(started_at)
@@ -127,10 +124,8 @@ def opening_of(fields: Mapping[str, str]) -> Opening:
             part=int(fields["part"]),
             sequence=int(fields["sequence"]),
         )
-    except Unreadable:
-        raise
     except (ValueError, KeyError, OverflowError) as error:
-        raise Unreadable(marked("damaged heading")) from error
+        raise UserError(marked("damaged heading")) from error
 
 
 # Messages

@@ -24,11 +24,11 @@ from app.recordings.session_format import (
     OLD_EXPORT,
     PROGRESS,
     Opening,
-    Unreadable,
     is_whole,
     json_fields,
     opening_of,
 )
+from app.text.user_error import UserError
 from protocol.translatable import marked
 
 MAX_CHUNK_BYTES: Final = 1 << 26
@@ -92,28 +92,28 @@ class SessionFile:
 
 
 def read_blocks(path: Path, at_once: int = 1000) -> Iterator[tuple[SessionFile, list[FileMessage]]]:
-    """Yields the messages of up to `at_once` chunks. A gap begins a new block. Raises OSError, `Unreadable`."""
+    """Yields the messages of up to `at_once` chunks. A gap begins a new block. Raises OSError, `UserError`."""
     with path.open("rb") as file:
         if not (size := file.seek(0, 2)):
-            raise Unreadable(marked("unknown kind of file"))
+            raise UserError(marked("unknown kind of file"))
         with mmap.mmap(file.fileno(), size, access=mmap.ACCESS_READ) as data:
             yield from _Walk(path, data).blocks(at_once)
 
 
 def read_heading(path: Path) -> SessionFile:
-    """The heading and, without reading the file whole, where it ends. Raises OSError, `Unreadable`."""
+    """The heading and, without reading the file whole, where it ends. Raises OSError, `UserError`."""
     with path.open("rb") as file:
         if not (size := file.seek(0, 2)):
-            raise Unreadable(marked("unknown kind of file"))
+            raise UserError(marked("unknown kind of file"))
         with mmap.mmap(file.fileno(), size, access=mmap.ACCESS_READ) as data:
             return _Walk(path, data).heading()
 
 
 class _Walk:
     def __init__(self, path: Path, data: mmap.mmap) -> None:
-        """Raises `Unreadable`."""
+        """Raises `UserError`."""
         if data[: len(MCAP_MAGIC)] != MCAP_MAGIC:
-            raise Unreadable(marked("unknown kind of file"))
+            raise UserError(marked("unknown kind of file"))
         self._path, self._data = path, data
         self._size = len(data)
         self._zstd = zstandard.ZstdDecompressor()
@@ -194,7 +194,7 @@ class _Walk:
                 yield file, messages
                 messages, count = [], 0
         if self._file is None:
-            raise Unreadable(marked("not a recording by this program"))
+            raise UserError(marked("not a recording by this program"))
         if self._is_damaged:
             self._file.gaps.append(MissingSpan(self._file.end_ns, self._file.end_ns))
         yield self._file, messages
@@ -260,7 +260,7 @@ class _Walk:
         except (McapError, ValueError, struct.error):
             return
         if record.name == OLD_EXPORT:
-            raise Unreadable(marked("exported by an earlier version; “dps-s recordings convert FILE” converts it"))
+            raise UserError(marked("exported by an earlier version; “dps-s recordings convert FILE” converts it"))
         if record.name == FORMAT:
             if self._file is None:
                 opening = opening_of(record.metadata)
@@ -293,7 +293,7 @@ class _Walk:
                 last = begin, end
         file = self._file
         if file is None:
-            raise Unreadable(marked("not a recording by this program"))
+            raise UserError(marked("not a recording by this program"))
         if not file.is_ended and last is not None:
             unpacked = self._unpacked(*last)
             if unpacked is not None:

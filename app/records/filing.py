@@ -18,11 +18,12 @@ from app.preflight.module_checks import RecordsWord, records_word
 from app.preflight.verdict import Assessment, assess
 from app.records.check_store import CheckStore, MakeRecord
 from app.records.record import NOT_STORED, Record, RecordContext, is_simulated, make_record
-from app.stations.station import Station, StationTrouble, own_station
+from app.stations.station import Station, own_station
 from app.store.database import StoreFault, StoreTrouble
 from app.store.store import Store, data_folder
 from app.system.wall_clock import age_days
 from app.text.messages import clean
+from app.text.user_error import UserError
 
 _log = logging.getLogger(__name__)
 
@@ -48,7 +49,7 @@ class Filed:
     assessment: Assessment
     record: Record
     trouble: StoreTrouble | None = None
-    station_trouble: StationTrouble | None = None
+    station_trouble: UserError | None = None
 
 
 def local_now() -> datetime:
@@ -120,11 +121,11 @@ def _damage_as_trouble(store: Store) -> Iterator[None]:
         raise StoreTrouble(StoreFault.DAMAGED, store.database.path, str(error)) from error
 
 
-def _station(store: Store | None) -> tuple[Station | None, StationTrouble | None]:
+def _station(store: Store | None) -> tuple[Station | None, UserError | None]:
     """This station; where its key cannot be used, why the record is not signed."""
     try:
         return own_station(data_folder() if store is None else store.database.path.parent), None
-    except StationTrouble as trouble:
+    except UserError as trouble:
         _log.warning("The record is not signed: %s", trouble)
         return None, trouble
 

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from itertools import islice
 
 from app.records.record import FORMAT, Record
-from app.text.messages import UserMessage, message
+from app.text.user_error import UserError
 from protocol.translatable import marked
 
 LARGEST_FILE = 64_000_000
@@ -21,27 +21,21 @@ _MAX_STREAMS = 200
 """Bounds the work on a hostile file; our PDFs have a dozen."""
 
 
-class NoRecord(Exception):
-    def __init__(self, why: UserMessage) -> None:
-        super().__init__(why.in_english())
-        self.why = why
-
-
 def is_report(data: bytes) -> bool:
     """Whether this is a PDF or an HTML page, not a bare record."""
     return data.startswith(b"%PDF-") or data.lstrip()[:1] == b"<"
 
 
 def record_in(data: bytes) -> Record:
-    """Raises `NoRecord`, also where a report carries several records: a person could be shown one and told another."""
+    """Raises `UserError`, also where a report carries several records: a person could be shown one and told another."""
     if len(data) > LARGEST_FILE:
-        raise NoRecord(message(marked("too large")))
+        raise UserError(marked("too large"))
     if not is_report(data):
         return _from_json(data)
     carried = _in_pdf(data) if data.startswith(b"%PDF-") else (found[1] for found in _IN_HTML.finditer(data))
     records = [_from_json(text) for text in carried]
     if len(records) != 1:
-        raise NoRecord(message(marked("several records") if records else marked("unknown kind of file")))
+        raise UserError(marked("several records") if records else marked("unknown kind of file"))
     return records[0]
 
 
@@ -49,9 +43,9 @@ def _from_json(data: bytes) -> Record:
     try:
         value = json.loads(data, parse_constant=_refuse, object_pairs_hook=_only_once)
     except (ValueError, RecursionError) as error:
-        raise NoRecord(message(marked("no JSON, or damaged"))) from error
+        raise UserError(marked("no JSON, or damaged")) from error
     if not isinstance(value, dict) or value.get("format") != FORMAT:
-        raise NoRecord(message(marked("unknown kind of file")))
+        raise UserError(marked("unknown kind of file"))
     return value
 
 

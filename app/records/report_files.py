@@ -6,10 +6,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 from app.records.record import Record, as_text, recorded_verdict
-from app.records.record_files import NoRecord, record_in
+from app.records.record_files import record_in
 from app.records.report_html import body
 from app.system.files import write_whole
-from app.text.messages import UserMessage, message
+from app.text.user_error import UserError
 from protocol.translatable import marked
 
 Printer = Callable[[str, bytes], bytes]
@@ -21,34 +21,23 @@ _RESERVED = re.compile(r"(?i)(con|prn|aux|nul|com\d|lpt\d)")
 MAX_NAME_LENGTH = 60
 
 
-class ReportRefused(ValueError):
-    """As text it is a sentence in the language in use."""
-
-    def __init__(self, why: UserMessage) -> None:
-        super().__init__(why)
-        self._why = why
-
-    def __str__(self) -> str:
-        return self._why.translated()
-
-
 def check_target(path: Path, is_ours: Callable[[Path], bool] | None = None) -> None:
-    """Raises `ReportRefused` where the report cannot be written there. `is_ours`: whether a file may be replaced."""
+    """Raises `UserError` where the report cannot be written there. `is_ours`: whether a file may be replaced."""
     may_replace = is_ours or _is_ours
     if path.suffix.lower() != ".pdf":
-        raise ReportRefused(message(marked("{file}: the name of the report must end in .pdf."), file=path.name))
+        raise UserError(marked("{file}: the name of the report must end in .pdf."), file=path.name)
     if not path.parent.is_dir():
-        raise ReportRefused(message(marked("There is no folder {folder}."), folder=path.parent))
+        raise UserError(marked("There is no folder {folder}."), folder=path.parent)
     for target in (path, path.with_suffix(".json")):
         if target.exists() and not may_replace(target):
             text = marked("{file} exists and is not a pre-flight report: choose another name.")
-            raise ReportRefused(message(text, file=target))
+            raise UserError(text, file=target)
 
 
 def _is_ours(path: Path) -> bool:
     try:
         record_in(path.read_bytes())
-    except (NoRecord, OSError):
+    except (UserError, OSError):
         return False
     return True
 

@@ -12,10 +12,11 @@ from typing import Final, Protocol
 
 from app.records.consistency import contradictions, verdict_from
 from app.records.record import NOT_STORED, READABLE_VERSIONS, Record, canonical, hash_of, signed_bytes
-from app.records.record_files import LARGEST_FILE, NoRecord, is_report, record_in
+from app.records.record_files import LARGEST_FILE, is_report, record_in
 from app.stations.known import KnownStation
 from app.stations.station import KEY_BYTES, SIGNATURE_BYTES, decoded, fingerprint_of, is_signature
 from app.text.messages import UserMessage, clean, joined, message
+from app.text.user_error import UserError
 from protocol.translatable import marked
 
 FindStation = Callable[[bytes], KnownStation | None]
@@ -160,8 +161,8 @@ def verify_bytes(
         if record.get("version") not in READABLE_VERSIONS:
             return _unreadable(marked("written by a newer version"))
         return _verified(record, kept, find_station, is_in_report=is_report(data))
-    except NoRecord as error:
-        return Verification(state=RecordState.UNREADABLE, why=error.why)
+    except UserError as error:
+        return Verification(state=RecordState.UNREADABLE, why=error.message)
     except (ValueError, RecursionError):
         return _unreadable(marked("unknown kind of file"))
 

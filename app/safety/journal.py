@@ -12,7 +12,8 @@ from typing import Protocol
 
 from app.engine.procedure import Await, EngineView, Inspect, Procedure
 from app.safety.acts import Act
-from app.text.messages import UserMessage, message
+from app.text.messages import UserMessage
+from app.text.user_error import UserError
 from protocol.translatable import marked
 
 DURABLE_LIMIT_S = 5.0
@@ -33,16 +34,8 @@ class Outcome(Enum):
     NOT_SENT = "not sent"
 
 
-class JournalFailed(Exception):
-    """The intent could not be logged. `message`: for people."""
-
-    def __init__(self, message: UserMessage) -> None:
-        super().__init__(message.in_english())
-        self.message = message
-
-
 Entry = Future[int]
-"""Future of the entry's number, done once it is durable; raises `JournalFailed` if it could not be written."""
+"""Future of the entry's number, done once it is durable; raises `UserError` if it could not be written."""
 
 
 class Journal(Protocol):
@@ -94,16 +87,16 @@ class NoJournal:
 
     def _refused(self) -> Entry:
         entry = Entry()
-        entry.set_exception(JournalFailed(self._why))
+        entry.set_exception(UserError(self._why))
         return entry
 
 
 def durable(entry: Entry, limit_s: float = DURABLE_LIMIT_S) -> Procedure[bool]:
-    """Wait until the intent is on disk; returns whether it took long. Raises `JournalFailed`."""
+    """Wait until the intent is on disk; returns whether it took long. Raises `UserError`."""
     began: EngineView = yield Inspect()
     is_written = yield Await(entry, limit_s)
     if not is_written or entry.cancelled():
-        raise JournalFailed(message(marked("The disk is too slow.")))
+        raise UserError(marked("The disk is too slow."))
     entry.result()
     ended: EngineView = yield Inspect()
     return ended.now - began.now > SLOW_DISK_S

@@ -4,8 +4,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from app.settings.setting_texts import plain_text
-from app.settings.values import NotAValue, field_of, parse_value
+from app.settings.values import field_of, parse_value
 from app.text.messages import UserMessage
+from app.text.user_error import UserError
 from protocol.catalogue import Command
 from protocol.fields import Quantity, Value
 
@@ -29,8 +30,8 @@ def draft_of(command: Command, text: str) -> Draft:
         plain = plain.removesuffix(field.unit).rstrip()
     try:
         return Draft(text, parse_value(field, plain if "." in plain else plain.replace(",", ".")))
-    except NotAValue as error:
-        return Draft(text, None, error.why)
+    except UserError as error:
+        return Draft(text, None, error.message)
 
 
 def draft_for(command: Command, value: Value) -> Draft:

@@ -24,11 +24,11 @@ from app.settings.profiles import (
     ManualLine,
     Profile,
 )
-from app.settings.values import NotAValue, fitting, number_text, shortened
+from app.settings.values import fitting, number_text, shortened
 from app.system.files import write_whole
-from app.text.i18n import tr
-from app.text.messages import UserMessage, message
+from app.text.messages import UserMessage, joined, message
 from app.text.sentences import error_text
+from app.text.user_error import UserError
 from protocol.fields import Value
 from protocol.translatable import marked
 
@@ -66,22 +66,23 @@ class ProfileFault:
     message: UserMessage
 
     @property
-    def sentence(self) -> str:
-        """In the language in use now."""
-        what = self.message.translated()
-        return what if self.line is None else tr("Line {line}: {what}", line=self.line, what=what)
+    def placed(self) -> UserMessage:
+        """The message with its line."""
+        if self.line is None:
+            return self.message
+        return message(marked("Line {line}: {what}"), line=self.line, what=self.message)
 
 
-class ProfileRefused(ValueError):
+class ProfileRefused(UserError):
     """The file is not a valid profile; `faults` are in the order of their lines."""
 
     def __init__(self, faults: tuple[ProfileFault, ...]) -> None:
-        super().__init__("; ".join(fault.message.in_english() for fault in faults))
+        super().__init__(joined([fault.placed for fault in faults], "\n"))
         self.faults = faults
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        return tuple(fault.sentence for fault in self.faults)
+        return tuple(fault.placed.translated() for fault in self.faults)
 
 
 def refusal_text(error: OSError | ProfileRefused) -> str:
@@ -123,7 +124,7 @@ def profile_text(profile: Profile, source: str = "") -> str:
         text = toml_of(profile, source) if source else ""
         if text and parse_profile(text.encode()) == profile:
             return text
-    except (TOMLKitError, ValueError, RecursionError) as error:
+    except (TOMLKitError, ProfileRefused, ValueError, RecursionError) as error:
         _log.warning("The comments of the profile are not kept: %s", error)
     return toml_of(profile)
 
@@ -233,8 +234,8 @@ class _Reader:
                 continue
             try:
                 yield key, fitting(command.write, value)
-            except NotAValue as error:
-                self._refuse((*under, key), marked("{name}: {why}."), name=key, why=error.why)
+            except UserError as error:
+                self._refuse((*under, key), marked("{name}: {why}."), name=key, why=error.message)
 
     def _limits(self, table: dict[str, Any]) -> dict[str, float]:
         limits: dict[str, float] = {}

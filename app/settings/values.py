@@ -4,6 +4,7 @@ import math
 from decimal import Decimal, InvalidOperation
 
 from app.text.messages import UserMessage, message
+from app.text.user_error import UserError
 from protocol.catalogue import Command
 from protocol.fields import Choice, Field, Quantity, Value, ValueRefused
 from protocol.translatable import marked
@@ -14,14 +15,6 @@ LARGEST_WHOLE = 10**15
 """Larger integers are shown by their order of magnitude; Python refuses to format more than 4,300 digits."""
 
 
-class NotAValue(ValueError):
-    """A text or value that the setting's byte cannot represent."""
-
-    def __init__(self, why: UserMessage) -> None:
-        super().__init__(why.in_english())
-        self.why = why
-
-
 def field_of(command: Command) -> Field:
     """The field that is written. Raises `LookupError` for a command that cannot be set."""
     if command.write is None:
@@ -30,33 +23,33 @@ def field_of(command: Command) -> Field:
 
 
 def fitting(wanted: Field, value: object) -> Value:
-    """`value` exactly as it will be sent, in the field's unit. Never rounds: raises `NotAValue`."""
+    """`value` exactly as it will be sent, in the field's unit. Never rounds: raises `UserError`."""
     if not isinstance(value, bool | int | float):
-        raise NotAValue(_kind_needed(wanted))
+        raise UserError(_kind_needed(wanted))
     if isinstance(value, int) and abs(value) >= LARGEST_WHOLE:
         outside = ValueRefused("outside", (255 if value > 0 else 0,))
-        raise NotAValue(_why_refused(wanted, number_text(value), outside))
+        raise UserError(_why_refused(wanted, number_text(value), outside))
     try:
         return wanted.decode(wanted.encode(value))
     except ValueRefused as error:
-        raise NotAValue(_why_refused(wanted, value, error)) from error
+        raise UserError(_why_refused(wanted, value, error)) from error
 
 
 def parse_value(wanted: Field, text: str) -> Value:
-    """Parses a text typed by a person. Raises `NotAValue`."""
+    """Parses a text typed by a person. Raises `UserError`."""
     if not isinstance(wanted, Quantity | Choice):
         if text.lower() not in _WORDS:
-            raise NotAValue(_kind_needed(wanted))
+            raise UserError(_kind_needed(wanted))
         return fitting(wanted, _WORDS[text.lower()])
     try:
         number = Decimal(text if len(text) <= MAX_NUMBER_LENGTH else "")
         if not number.is_finite():
             raise InvalidOperation
     except InvalidOperation:
-        raise NotAValue(_kind_needed(wanted)) from None
+        raise UserError(_kind_needed(wanted)) from None
     value = int(number) if number == number.to_integral_value() and abs(number) < 10**9 else float(number)
     if Decimal(str(value)) != number:  # more digits than a float carries: between two steps in any case
-        raise NotAValue(_why_refused(wanted, text, None))
+        raise UserError(_why_refused(wanted, text, None))
     return fitting(wanted, value)
 
 

@@ -9,18 +9,14 @@ from dataclasses import dataclass
 from typing import TextIO
 
 from app.simulator.bench import SimulatedBench
-from app.simulator.options import BY_NAME, OptionRefused, OptionTarget, as_text, find_option, parse_value
+from app.simulator.options import BY_NAME, OptionTarget, as_text, find_option, parse_value
 from app.simulator.quirks import Group
 from app.text.i18n import tr
-from app.text.messages import message
+from app.text.user_error import UserError
 from protocol.translatable import marked
 
 READ_CHUNK = 4096
 MAX_LINE_LENGTH = 1000
-
-
-class LineRefused(ValueError):
-    """An invalid control line; the message says what is possible."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +29,7 @@ class Verb:
 
 
 def execute(bench: SimulatedBench, line: str) -> str:
-    """Carry out a line; returns the answer. Raises `LineRefused`."""
+    """Carry out a line; returns the answer. Raises `UserError`."""
     words = line.split()
     if not words:
         return ""
@@ -44,13 +40,11 @@ def execute(bench: SimulatedBench, line: str) -> str:
         return _state(bench)
     verb = VERBS.get(name)
     if verb is None:
-        raise LineRefused(help_text())
+        raise UserError(help_text())
     try:
         verb.obey(bench, words)
-    except OptionRefused as error:
-        raise LineRefused(str(error)) from error
     except (IndexError, KeyError, ValueError):
-        raise LineRefused(verb.usage) from None
+        raise UserError(verb.usage) from None
     return _state(bench)
 
 
@@ -87,7 +81,7 @@ def _active(bench: SimulatedBench, words: list[str]) -> None:
 
 def _pwm(bench: SimulatedBench, _words: list[str]) -> None:
     if not bench.pulse_pwm():
-        raise OptionRefused(message(marked("not triggered")))
+        raise UserError(marked("not triggered"))
 
 
 def _change(bench: SimulatedBench, words: list[str]) -> None:
@@ -163,7 +157,7 @@ class ControlLines:
     def _execute(self, line: str) -> None:
         try:
             answer = execute(self._bench, line)
-        except LineRefused as error:
-            answer = str(error)
+        except UserError as error:
+            answer = error.sentence
         if answer:
             self._answer(answer)

@@ -13,20 +13,9 @@ from typing import Any
 from app.simulator.defect_texts import changes, codes, listed, marked_codes, marked_records, rules
 from app.simulator.quirks import Group, Quirks, option
 from app.simulator.wire import Faults
-from app.text.messages import UserMessage, message
+from app.text.user_error import UserError
 from protocol.catalogue import BAUD_RATES
 from protocol.translatable import marked
-
-
-class OptionRefused(ValueError):
-    """An unknown option or an invalid value; `why` names it and what is expected. As text in the language in use."""
-
-    def __init__(self, why: UserMessage) -> None:
-        super().__init__(why)
-        self.why = why
-
-    def __str__(self) -> str:
-        return self.why.translated()
 
 
 class OptionTarget(Enum):
@@ -160,20 +149,20 @@ BY_NAME: dict[str, Option] = {option.name: option for option in OPTIONS}
 
 
 def find_option(name: str) -> Option:
-    """By its name, with `-` or `_`; raises `OptionRefused`."""
+    """By its name, with `-` or `_`; raises `UserError`."""
     option = BY_NAME.get(name.replace("-", "_"))
     if option is None:
-        raise OptionRefused(message(marked("No option {name}."), name=name))
+        raise UserError(marked("No option {name}."), name=name)
     return option
 
 
 def parse_value(option: Option, text: str) -> Any:
-    """Parse the value of an option; raises `OptionRefused`."""
+    """Parse the value of an option; raises `UserError`."""
     try:
         return option.parse(text)
     except ValueError as error:
         refused = marked("{option}={text}: expected {expected}")
-        raise OptionRefused(message(refused, option=option.name, text=text, expected=error)) from error
+        raise UserError(refused, option=option.name, text=text, expected=error) from error
 
 
 def as_text(value: object) -> str:
@@ -193,7 +182,7 @@ def default_text(option: Option) -> str:
 
 
 def parse_options(texts: Mapping[str, str] | Iterable[tuple[str, str]]) -> dict[str, Any]:
-    """Values by option name; raises `OptionRefused` for the first invalid one."""
+    """Values by option name; raises `UserError` for the first invalid one."""
     pairs = texts.items() if isinstance(texts, Mapping) else texts
     found = [(find_option(name), text) for name, text in pairs]
     return {option.name: parse_value(option, text) for option, text in found}

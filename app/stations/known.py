@@ -8,18 +8,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
-from app.stations.station import (
-    KEY_BYTES,
-    Station,
-    StationTrouble,
-    decoded,
-    encoded,
-    find_station,
-    fingerprint_of,
-    own_station,
-)
+from app.stations.station import KEY_BYTES, Station, decoded, encoded, find_station, fingerprint_of, own_station
 from app.system.files import write_whole
 from app.text.messages import clean
+from app.text.user_error import UserError
 
 KNOWN_FILE: Final = "stations.txt"
 MAX_NAME_LENGTH: Final = 60
@@ -48,18 +40,18 @@ class Stations:
         self._folder = folder
 
     def own(self) -> Station | None:
-        """None if there is no key yet. Raises `StationTrouble`."""
+        """None if there is no key yet. Raises `UserError`."""
         return find_station(self._folder)
 
     def make_own(self) -> Station:
-        """This computer's station; creates its key if it is missing. Raises `StationTrouble`."""
+        """This computer's station; creates its key if it is missing. Raises `UserError`."""
         return own_station(self._folder)
 
     def known(self) -> tuple[KnownStation, ...]:
         """This computer's first if it has a key. Unreadable lines are skipped."""
         try:
             own = self.own()
-        except StationTrouble:
+        except UserError:
             own = None
         first = () if own is None else (KnownStation(own.public, "", is_own=True),)
         return (*first, *(one for one in self._others() if own is None or one.public != own.public))

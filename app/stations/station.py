@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Final
 from app.system.files import draft_of, write_whole
 from app.text.messages import UserMessage, message
 from app.text.sentences import error_text
+from app.text.user_error import UserError
 from protocol.translatable import marked
 
 if TYPE_CHECKING:  # imported on first use, to keep the start fast
@@ -29,19 +30,6 @@ SIGNATURE_BYTES: Final = 64
 _MAX_KEY_FILE_LENGTH: Final = 4096
 _GROUPS: Final = 5
 _GROUP: Final = 4
-
-
-class StationTrouble(Exception):
-    """Signing is not possible. `message` says why."""
-
-    def __init__(self, why: str | UserMessage) -> None:
-        super().__init__(why)
-        self.message = message(marked("The key of this station cannot be used: {why}."), why=why)
-
-    @property
-    def sentence(self) -> str:
-        """In the language in use now."""
-        return self.message.translated()
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +71,7 @@ def _public_key(public: bytes) -> "Ed25519PublicKey":
 
 def own_station(folder: Path) -> Station:
     """The station of this data folder; creates its key if it is missing. An unreadable key file is never replaced.
-    Raises `StationTrouble`.
+    Raises `UserError`.
     """
     with _troubles():
         path = folder / KEY_FILE
@@ -94,7 +82,7 @@ def own_station(folder: Path) -> Station:
 
 
 def find_station(folder: Path) -> Station | None:
-    """None if there is no key yet. Raises `StationTrouble`."""
+    """None if there is no key yet. Raises `UserError`."""
     with _troubles():
         path = folder / KEY_FILE
         return _station(path) if path.exists() else None
@@ -104,10 +92,12 @@ def find_station(folder: Path) -> Station | None:
 def _troubles() -> Iterator[None]:
     try:
         yield
-    except OSError as error:
-        raise StationTrouble(error_text(error)) from error
-    except (ImportError, ValueError, TypeError) as error:
-        raise StationTrouble(str(error)) from error
+    except (OSError, ImportError, ValueError, TypeError) as error:
+        raise _unusable(error_text(error)) from error
+
+
+def _unusable(why: str | UserMessage) -> UserError:
+    return UserError(marked("The key of this station cannot be used: {why}."), why=why)
 
 
 def _station(path: Path) -> Station:
@@ -116,7 +106,7 @@ def _station(path: Path) -> Station:
     with path.open("rb") as file:
         seed = decoded(file.read(_MAX_KEY_FILE_LENGTH).decode("utf-8", "replace").strip(), KEY_BYTES)
     if seed is None:
-        raise StationTrouble(message(marked("{file} is damaged"), file=path))
+        raise _unusable(message(marked("{file} is damaged"), file=path))
     from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 
     private = Ed25519PrivateKey.from_private_bytes(seed)

@@ -30,6 +30,7 @@ from app.store.copies import Copier, copied_at, restore
 from app.store.schema import APPLICATION_ID, MIGRATIONS
 from app.system.files import draft_of
 from app.text.messages import UserMessage, joined, message
+from app.text.user_error import UserError
 from protocol.translatable import marked
 
 FILE_NAME = "dps-s.sqlite"
@@ -58,22 +59,15 @@ class StoreFault(Enum):
     FAILED = marked("{file} cannot be used.")
 
 
-class StoreTrouble(Exception):
-    """The store cannot be opened, read or written. What was stored before is kept."""
+class StoreTrouble(UserError):
+    """The store cannot be opened, read or written. What was stored before is kept. `detail` is for the log."""
 
     def __init__(self, fault: StoreFault, path: Path, detail: str = "") -> None:
-        super().__init__(f"{path}: {fault.name}: {detail}")
-        self.fault = fault
-        self.path = path
+        super().__init__(fault.value, file=path)
+        self.fault, self.path, self.detail = fault, path, detail
 
-    @property
-    def message(self) -> UserMessage:
-        return message(self.fault.value, file=self.path)
-
-    @property
-    def sentence(self) -> str:
-        """In the language in use now."""
-        return self.message.translated()
+    def __str__(self) -> str:
+        return f"{self.path}: {self.fault.name}: {self.detail}"
 
 
 class Foreign(Exception):

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Final
 
 from app.safety.acts import Act
-from app.safety.journal import Entry, Journal, JournalFailed, NoJournal, Outcome
+from app.safety.journal import Entry, Journal, NoJournal, Outcome
 from app.store.database import StoreTrouble
 from app.store.store import Store
 
@@ -51,7 +51,7 @@ class StoreJournal:
                 return write()
             except StoreTrouble as error:
                 _log.warning("The audit log cannot be written: %s", error)
-                raise JournalFailed(error.message) from error
+                raise
 
         return self._store.queue.submit(work)
 

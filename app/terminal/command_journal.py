@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from app.terminal.console import notify
 from app.text.i18n import tr
 from app.text.sentences import join_sentences
+from app.text.user_error import UserError
 
 if TYPE_CHECKING:
     from concurrent.futures import Future
@@ -70,12 +71,12 @@ def _opened(consequence: str = "") -> "Store | StoreTrouble":
 
 def adapter_of(port: str) -> str:
     """The USB identity of the adapter; "" if it has none or the ports cannot be listed."""
-    from app.engine.ports import PortsUnknown, list_ports
+    from app.engine.ports import list_ports
     from app.engine.reconnect import address_of
 
     try:
         return address_of(port, list_ports()).identity
-    except PortsUnknown:
+    except UserError:
         return ""
 
 

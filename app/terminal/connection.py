@@ -17,7 +17,7 @@ from app.engine.worker import Batch, Connection, Job, PortState, Worker
 from app.procedures.find import find_rate
 from app.procedures.handshake import NoAnswer, handshake
 from app.safety.last_known import LAST_HEARD_ACTIVE, keep_away, was_heard_active
-from app.terminal.console import USUAL_RATE, clear_progress, notify, show_progress, verbosity
+from app.terminal.console import NO_LINK, USUAL_RATE, Refused, clear_progress, notify, show_progress, verbosity
 from app.terminal.interruption import Interruption
 from app.text.i18n import tr
 from app.text.sentences import join_sentences
@@ -37,12 +37,11 @@ _WAIT_S = 0.1
 Result = TypeVar("Result")
 
 
-class NoLink(Exception):
-    """There is no link, for a reason that is no `PortError`. `sentence` is in the language in use."""
+class NoLink(Refused):
+    """There is no link, for a reason that is no `PortError`."""
 
     def __init__(self, sentence: str) -> None:
-        super().__init__(sentence)
-        self.sentence = sentence
+        super().__init__(sentence, NO_LINK)
 
 
 class Conversation:

@@ -21,7 +21,9 @@ from typing import TYPE_CHECKING, TextIO
 
 from app.terminal.colours import has_colours, shown_line
 from app.text.i18n import CHINESE, language, tr
+from app.text.messages import UserMessage
 from app.text.sentences import error_text, in_brackets
+from app.text.user_error import UserError
 from app.text.visible_text import NEWLINE, visible, visible_json
 
 if TYPE_CHECKING:
@@ -102,12 +104,12 @@ class _Once(argparse.Action):
         setattr(namespace, self.dest, values)
 
 
-class Refused(Exception):
-    """The command ends with this message, which is in the language in use, and this exit code."""
+class Refused(UserError):
+    """The command ends with this message and this exit code; with any other `UserError` it is a usage error."""
 
-    def __init__(self, sentence: str, exit_code: int = USAGE_ERROR) -> None:
-        super().__init__(sentence)
-        self.sentence, self.exit_code = sentence, exit_code
+    def __init__(self, text: str | UserMessage, exit_code: int = USAGE_ERROR) -> None:
+        super().__init__(text)
+        self.exit_code = exit_code
 
 
 class OutputLost(Exception):

@@ -57,7 +57,7 @@ def unwritable_reason(path: Path, *, appends: bool, replaces: bool) -> str | Non
 
 
 def export_and_report(entry: "RecordingEntry", path: Path, *, appends: bool = False) -> Exported | None:
-    """Export a recording, and print the outcome; None if the file cannot be written. Raises `RecordingUnreadable`."""
+    """Export a recording, and print the outcome; None if the file cannot be written. Raises `UserError`."""
     try:
         done = export_recording(entry, path, appends=appends)
     except (OSError, ValueError) as error:
@@ -71,7 +71,7 @@ def export_and_report(entry: "RecordingEntry", path: Path, *, appends: bool = Fa
 
 
 def export_recording(entry: "RecordingEntry", path: Path, *, appends: bool = False) -> Exported:
-    """Raises OSError, ValueError, `RecordingUnreadable`; the file is unchanged then."""
+    """Raises OSError, ValueError, `UserError`; the file is unchanged then."""
     from app.recordings.export import export_csv, export_session
     from app.recordings.recording import open_recording
 

@@ -5,6 +5,7 @@ import os
 from app.terminal.console import NO_LINK, Refused, note
 from app.text.i18n import tr
 from app.text.sentences import join_names
+from app.text.user_error import UserError
 
 PORT = "DPS_S_PORT"
 """Environment variable: the port if --port is missing."""
@@ -12,7 +13,7 @@ PORT = "DPS_S_PORT"
 
 def choose_port() -> str:
     """Choose and print the port. Raises `Refused`."""
-    from app.engine.ports import PortsUnknown, list_ports
+    from app.engine.ports import list_ports
 
     named = os.environ.get(PORT, "").strip()
     if named:
@@ -20,8 +21,8 @@ def choose_port() -> str:
         return named
     try:
         adapters = [port for port in list_ports() if port.vid is not None]
-    except PortsUnknown as error:
-        raise Refused(error.sentence, NO_LINK) from error
+    except UserError as error:
+        raise Refused(error.message, NO_LINK) from error
     if not adapters:
         raise Refused(tr("There is no USB adapter. Plug it in, or give --port."), NO_LINK)
     if len(adapters) > 1:

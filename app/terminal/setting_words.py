@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from app.terminal.console import Refused, did_you_mean
 from app.text.i18n import tr
+from app.text.user_error import UserError
 
 if TYPE_CHECKING:
     from app.procedures.write_all import SettingChange
@@ -13,13 +14,10 @@ if TYPE_CHECKING:
 
 
 def settings_of_profile(path: Path) -> "Mapping[str, Value]":
-    """The settings of a profile by key. Raises `Refused` where it holds none or is none."""
-    from app.settings.profile_file import ProfileRefused, read_profile
+    """The settings of a profile by key. Raises `UserError` where it holds none or is none."""
+    from app.settings.profile_file import read_profile
 
-    try:
-        settings = read_profile(path).settings
-    except ProfileRefused as error:
-        raise Refused("\n".join(error.sentences)) from error
+    settings = read_profile(path).settings
     if not settings:
         raise Refused(tr("{path} holds no settings.", path=path))
     return settings
@@ -28,7 +26,7 @@ def settings_of_profile(path: Path) -> "Mapping[str, Value]":
 def parse_settings(words: Sequence[str]) -> "list[SettingChange]":
     """Parse and check all words. Raises `Refused` with all errors."""
     from app.procedures.write_all import SettingChange
-    from app.settings.values import NotAValue, parse_value
+    from app.settings.values import parse_value
     from protocol.catalogue import SETTINGS
 
     offered = {command.key: command for command in SETTINGS}
@@ -47,8 +45,8 @@ def parse_settings(words: Sequence[str]) -> "list[SettingChange]":
         else:
             try:
                 wishes[name] = SettingChange(command, parse_value(command.write, text))
-            except NotAValue as error:
-                faults.append(tr("{name}: {why}.", name=name, why=error.why.translated()))
+            except UserError as error:
+                faults.append(tr("{name}: {why}.", name=name, why=error.sentence))
     if faults:
         raise Refused("\n".join(faults))
     return list(wishes.values())

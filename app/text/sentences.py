@@ -41,5 +41,5 @@ def not_written(file: object, error: Exception) -> str:
 
 
 def error_text(error: Exception) -> str:
-    """The system's message without error number and path, else the text of the error."""
-    return getattr(error, "strerror", None) or str(error)
+    """The system's message without error number and path, the sentence of a `UserError`, else the text of the error."""
+    return getattr(error, "strerror", None) or getattr(error, "sentence", None) or str(error)

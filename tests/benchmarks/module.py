@@ -15,10 +15,11 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from app.simulator.bench import SimulatedBench
-from app.simulator.control_lines import LineRefused, execute
+from app.simulator.control_lines import execute
 from app.simulator.options import parse_options, setup_from
 from app.simulator.servers.endpoint import Loop
 from app.simulator.servers.pty_server import PtyEndpoint
+from app.text.user_error import UserError
 from protocol.catalogue import LOCK
 from tests.support.processes import ENVIRONMENT, ROOT
 
@@ -97,7 +98,7 @@ def _answer(bench: SimulatedBench, locks: _LockTimes, line: str) -> str:
             return str(bench.module.stream_frames_sent)
     try:
         return execute(bench, line).replace("\n", " ")
-    except LineRefused as error:
+    except UserError as error:
         return f"refused: {error}"
 
 

@@ -15,8 +15,9 @@ import pytest
 import serial
 
 from app.engine import ports, transport
-from app.engine.ports import PortInfo, PortsUnknown, list_ports
+from app.engine.ports import PortInfo, list_ports
 from app.engine.transport import PortError, PortTrouble, SerialLine, open_line
+from app.text.user_error import UserError
 from protocol.catalogue import STATUS
 from tests.support.processes import ENVIRONMENT, ROOT
 from tests.support.terminals import STATUS_FRAME, Terminal, in_time
@@ -193,7 +194,7 @@ def test_a_slow_list_of_ports_is_abandoned_in_time(monkeypatch: pytest.MonkeyPat
 
     monkeypatch.setattr(ports, "scan", scan)
     try:
-        with in_time(0.3), pytest.raises(PortsUnknown):
+        with in_time(0.3), pytest.raises(UserError):
             ports._scan_in_thread(0.3)
     finally:
         is_over.set()

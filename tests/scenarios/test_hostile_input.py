@@ -20,6 +20,7 @@ from app.settings.profile_file import ProfileRefused, parse_profile, read_profil
 from app.settings.profiles import Profile
 from app.system.files import write_whole
 from app.terminal import console
+from app.text.user_error import UserError
 from app.text.visible_text import visible, visible_json
 from protocol.frame import Noise
 from protocol.stream import StreamParser
@@ -125,7 +126,7 @@ def test_a_failing_list_of_ports_is_reported_in_one_sentence(failing: str, tmp_p
 def test_a_missing_system_library_disables_only_the_list(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "serial.tools", None)
     monkeypatch.delitem(sys.modules, "serial.tools.list_ports", raising=False)
-    with pytest.raises(port_list.PortsUnknown):
+    with pytest.raises(UserError):
         port_list.scan()
 
 

@@ -14,13 +14,14 @@ from app.procedures.act import perform
 from app.procedures.lock import Locked, lock
 from app.safety.acts import Act
 from app.safety.interlocks import Interlock
-from app.safety.journal import JournalFailed, Outcome
+from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
 from app.store.database import FILE_NAME
 from app.store.store import Store, open_store
 from app.store.store_journal import StoreJournal
 from app.store.write_queue import WriteQueue
 from app.text.messages import UserMessage
+from app.text.user_error import UserError
 from protocol.catalogue import Hazard
 from tests.support.line.sim_line import Rig, settled_rig
 
@@ -162,10 +163,10 @@ def test_a_failing_write_does_not_stop_later_ones() -> None:
     queue = WriteQueue()
 
     def fail() -> None:
-        raise JournalFailed(UserMessage("no"))
+        raise UserError(UserMessage("no"))
 
     failing: Future[None] = queue.submit(fail)
     assert queue.submit(lambda: 5).result(LIMIT_S) == 5
-    with pytest.raises(JournalFailed):
+    with pytest.raises(UserError):
         failing.result(LIMIT_S)
     assert queue.close(LIMIT_S) == 0

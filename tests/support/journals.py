@@ -3,8 +3,9 @@
 from collections.abc import Mapping
 
 from app.safety.acts import Act
-from app.safety.journal import Entry, JournalFailed, Outcome
+from app.safety.journal import Entry, Outcome
 from app.text.messages import UserMessage
+from app.text.user_error import UserError
 
 
 class FakeJournal:
@@ -63,5 +64,5 @@ class FakeJournal:
 
 def _failed() -> Entry:
     entry = Entry()
-    entry.set_exception(JournalFailed(UserMessage("The disk is full.")))
+    entry.set_exception(UserError(UserMessage("The disk is full.")))
     return entry

@@ -21,7 +21,6 @@ from PySide6.QtWidgets import (
 
 from app.archive.archive import Archive, open_archive
 from app.archive.exchange import Exchanged
-from app.archive.fact_set import ArchiveTrouble
 from app.archive.fleet_state import ModuleToday, fleet_state
 from app.archive.module_history import HistoryEvent, module_history
 from app.archive.module_names import Conflict
@@ -29,6 +28,7 @@ from app.store.store import Store
 from app.text.i18n import tr
 from app.text.messages import clean
 from app.text.sentences import join_sentences
+from app.text.user_error import UserError
 from protocol.translatable import marked
 from ui.archive.archive_exchange import ArchiveExchange, last_time
 from ui.archive.archive_tables import history_table, modules_table, short_station
@@ -152,8 +152,8 @@ class ArchiveDialog(QDialog):
     def _use_server(self) -> None:
         try:
             self._exchange.use_server(self.server.text())
-        except ArchiveTrouble as error:
-            self._show_message(error.message.translated(), Meaning.ATTENTION)
+        except UserError as error:
+            self._show_message(error.sentence, Meaning.ATTENTION)
             return
         self.server.setText(self._exchange.server or "")  # without its password
 
@@ -218,7 +218,7 @@ class ArchiveDialog(QDialog):
         def load() -> Loaded:
             store = storage.open_store()
             if not isinstance(store, Store):
-                raise ArchiveTrouble(store.message)
+                raise store
             with closing(open_archive(store)) as archive:
                 names = archive.names()
                 states = fleet_state(archive.facts, names, datetime.now(UTC))
@@ -268,9 +268,9 @@ class ArchiveDialog(QDialog):
         self._loading_history.run(lambda _running: load(), self.life.model.show_rows, self._fail)
 
     def _fail(self, error: Exception) -> None:
-        if not isinstance(error, ArchiveTrouble):
+        if not isinstance(error, UserError):
             raise error
-        self._show_message(error.message.translated(), Meaning.ATTENTION)
+        self._show_message(error.sentence, Meaning.ATTENTION)
 
     def _retranslate(self) -> None:
         self._show_question()

@@ -14,6 +14,7 @@ from app.store.store import Store
 from app.system.gil_yield import GilYield
 from app.text.i18n import tr
 from app.text.messages import UserMessage
+from app.text.user_error import UserError
 from ui.core.background_task import BackgroundTask, Running
 from ui.services.storage import Storage
 
@@ -78,7 +79,7 @@ class ArchiveExchange(QObject):
             self._exchange_if_due()
 
     def use_server(self, text: str) -> None:
-        """Store the address and exchange at once; "" removes it. Raises `ArchiveTrouble`."""
+        """Store the address and exchange at once; "" removes it. Raises `UserError`."""
         from app.archive.server_setting import store_server
 
         self.server = store_server(self.folder, text)
@@ -122,9 +123,7 @@ class ArchiveExchange(QObject):
         self.changed.emit()
 
     def _fail(self, error: Exception) -> None:
-        from app.archive.fact_set import ArchiveTrouble
-
-        if isinstance(error, ArchiveTrouble):
+        if isinstance(error, UserError):
             self.trouble = error.message
         elif not isinstance(error, _Ended):
             _log.error("The archive could not be used", exc_info=error)
@@ -151,11 +150,10 @@ def _is_due(archive: "Archive", server: str) -> bool:
 def _work(storage: Storage, server: str | None, act: Act, running: Running) -> Seen:
     """Runs in a background thread; stops between two pages if the window closes."""
     from app.archive.archive import open_archive
-    from app.archive.fact_set import ArchiveTrouble
 
     store, rest = storage.open_store(), GilYield()
     if not isinstance(store, Store):
-        raise ArchiveTrouble(store.message)
+        raise store
 
     def on_page(_done: "Exchanged") -> None:
         rest.checkpoint()
@@ -166,6 +164,6 @@ def _work(storage: Storage, server: str | None, act: Act, running: Running) -> S
         done, trouble = None, None
         try:
             done = act(archive, on_page)
-        except ArchiveTrouble as error:
+        except UserError as error:
             trouble = error.message
         return Seen(archive.status(server), done, trouble)

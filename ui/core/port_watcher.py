@@ -5,7 +5,8 @@ from collections.abc import Callable, Iterable
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from app.engine.ports import PortInfo, PortsUnknown, list_ports
+from app.engine.ports import PortInfo, list_ports
+from app.text.user_error import UserError
 from ui.core.background_task import BackgroundTask
 
 _log = logging.getLogger(__name__)
@@ -93,7 +94,7 @@ class PortWatcher(QObject):
 
     def _fail(self, error: Exception) -> None:
         """The last list stays. A driver may fail in any way; the window works without the list."""
-        if isinstance(error, PortsUnknown):
+        if isinstance(error, UserError):
             _log.warning("The ports could not be listed within %s s", LOOK_LIMIT_S)
         else:
             _log.error("The ports could not be listed", exc_info=error)

@@ -12,6 +12,7 @@ from app.recordings.entry_texts import when_text
 from app.text.i18n import tr
 from app.text.messages import UserMessage
 from app.text.sentences import error_text, join_sentences
+from app.text.user_error import UserError
 from ui.core.background_task import BackgroundTask, Running
 from ui.services.job_notice import JobNotice, progress_notice
 from ui.services.session_recording import SessionRecording
@@ -101,7 +102,7 @@ class RecordingJobs(JobNotice):
             if folder not in self._unconverted:
                 try:
                     convert_in(self.library.folder, folder)
-                except (OSError, ValueError) as error:
+                except (OSError, UserError, ValueError) as error:
                     self._unconverted.add(folder)
                     _log.warning("%s is of an earlier version and cannot be converted: %s", folder, error)
 
@@ -221,9 +222,8 @@ class RecordingJobs(JobNotice):
 def _refusal(error: Exception, path: Path | None) -> str:
     from app.recordings.export import not_saved_text
     from app.recordings.library import RecordingInUse
-    from app.recordings.recording import RecordingUnreadable
 
-    if isinstance(error, RecordingUnreadable):
+    if isinstance(error, UserError):
         return error.sentence
     if isinstance(error, RecordingInUse):
         return tr("It is being written: not deleted.")

@@ -7,6 +7,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QDockWidget, QWidget
 
+from app.text.user_error import UserError
 from ui.core.connector import Connector
 from ui.core.texts import Texts
 
@@ -46,7 +47,6 @@ class SimulatorDock(QDockWidget):
         if panel is None:
             return
         from app.port_urls.protocol_sim import open_bench
-        from app.simulator.options import OptionRefused
 
         target = self._connector.target if self._connector.is_requested else None
         device = target.device if target is not None and target.is_simulated else None
@@ -55,6 +55,6 @@ class SimulatorDock(QDockWidget):
         self._device = device
         try:
             panel.use_bench(None if device is None else open_bench(device))
-        except OptionRefused as error:  # opening the port reports the same reason
+        except UserError as error:  # opening the port reports the same reason
             _log.info("No simulated module at %s: %s", device, error)
             panel.use_bench(None)

@@ -5,8 +5,8 @@ from typing import Final
 
 from app.engine.target import Target
 from app.port_urls.protocol_sim import open_bench
-from app.simulator.options import OptionRefused
 from app.text.i18n import tr
+from app.text.user_error import UserError
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice
 
@@ -21,7 +21,7 @@ def rest_offer(
         return None
     try:
         bench = open_bench(target.device)
-    except OptionRefused:
+    except UserError:
         return None
     state = bench.state()
     if not state.is_lifelike and not state.tilt_deg:

@@ -19,8 +19,9 @@ from PySide6.QtWidgets import (
 )
 
 from app.simulator.bench import SimulatedBench
-from app.simulator.options import OPTIONS, Option, OptionRefused, as_text, default_text, parse_value
+from app.simulator.options import OPTIONS, Option, as_text, default_text, parse_value
 from app.simulator.quirks import Group
+from app.text.user_error import UserError
 from ui.core.texts import Texts
 from ui.style.theme import Space
 from ui.widgets.controls import control
@@ -113,8 +114,8 @@ class OptionRows(QWidget):
             box.setModified(False)
             try:
                 value = parse_value(option, box.text())
-            except OptionRefused as error:
-                self._texts.bind(refusal.setText, error.why.text, **dict(error.why.values))
+            except UserError as error:
+                self._texts.bind(refusal.setText, error.message.text, **dict(error.message.values))
                 refusal.show()
             else:
                 refusal.hide()

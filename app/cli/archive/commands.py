@@ -14,6 +14,7 @@ from app.cli.archive.opened import member_json, opened_archive, shown_member, sh
 from app.cli.archive.report import add_report_parser
 from app.terminal import console
 from app.text.i18n import tr
+from app.text.user_error import UserError
 
 if TYPE_CHECKING:
     from app.archive.archive import Archive
@@ -92,24 +93,20 @@ def run_status(args: argparse.Namespace) -> int:
 
 
 def run_sync(args: argparse.Namespace) -> int:
-    from app.archive.fact_set import ArchiveTrouble
     from app.archive.server_setting import store_server, stored_server
     from app.archive.server_url import server_url
     from app.store.store import data_folder
 
     folder = data_folder()
-    try:
-        if args.forget:
-            store_server(folder, "")
-            return console.SUCCESS
-        url = args.url or stored_server(folder)
-        if url is None:
-            raise console.Refused(tr("No server is set: give {example}.", example=EXAMPLE))
-        shown = server_url(url).shown
-        if args.remember:
-            store_server(folder, url)
-    except ArchiveTrouble as error:
-        raise console.Refused(error.message.translated()) from error
+    if args.forget:
+        store_server(folder, "")
+        return console.SUCCESS
+    url = args.url or stored_server(folder)
+    if url is None:
+        raise console.Refused(tr("No server is set: give {example}.", example=EXAMPLE))
+    shown = server_url(url).shown
+    if args.remember:
+        store_server(folder, url)
     return _exchange(args, "server", shown, lambda archive: archive.sync(url, on_page=_progress), console.NO_LINK)
 
 
@@ -129,14 +126,12 @@ def run_import(args: argparse.Namespace) -> int:
 def _exchange(
     args: argparse.Namespace, key: str, place: str, act: "Callable[[Archive], Exchanged]", failed: int
 ) -> int:  # fmt: skip
-    from app.archive.fact_set import ArchiveTrouble
-
     with opened_archive() as archive:
         try:
             done = act(archive)
-        except ArchiveTrouble as error:
+        except UserError as error:
             console.clear_progress()
-            raise console.Refused(error.message.translated(), failed) from error
+            raise console.Refused(error.message, failed) from error
     console.clear_progress()
     if args.json:
         console.write_json({
@@ -176,8 +171,6 @@ def run_conflicts(args: argparse.Namespace) -> int:
 
 
 def run_settle(args: argparse.Namespace) -> int:
-    from app.archive.fact_set import ArchiveTrouble
-
     with opened_archive() as archive:
         archive.collect()
         members = {shown_member(one): one for module in archive.names().modules for one in module.members}
@@ -186,8 +179,8 @@ def run_settle(args: argparse.Namespace) -> int:
             raise console.Refused(tr("No such pair of modules in the archive."))
         try:
             archive.settle(one, other, is_same=args.same, name=args.name, who=args.who)
-        except ArchiveTrouble as error:
-            raise console.Refused(error.message.translated(), console.ANSWER_NO) from error
+        except UserError as error:
+            raise console.Refused(error.message, console.ANSWER_NO) from error
     return console.SUCCESS
 
 

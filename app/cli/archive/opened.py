@@ -13,26 +13,15 @@ if TYPE_CHECKING:
 
 @contextmanager
 def opened_archive() -> "Iterator[Archive]":
-    """Raises `Refused` if the records of this computer cannot be read."""
+    """Raises `UserError` if the records of this computer cannot be read."""
     from app.archive.archive import open_archive
-    from app.archive.fact_set import ArchiveTrouble
-    from app.store.database import StoreTrouble
     from app.store.store import open_store
 
-    try:
-        store = open_store()
-    except StoreTrouble as error:
-        raise console.Refused(error.sentence) from error
-    with closing(store):
-        try:
-            archive = open_archive(store)
-        except ArchiveTrouble as error:
-            raise console.Refused(error.message.translated()) from error
-        with closing(archive):
-            for notice in (store.notice, archive.facts.notice):
-                if notice is not None:
-                    console.notify(notice.translated())
-            yield archive
+    with closing(open_store()) as store, closing(open_archive(store)) as archive:
+        for notice in (store.notice, archive.facts.notice):
+            if notice is not None:
+                console.notify(notice.translated())
+        yield archive
 
 
 def shown_station(public: str) -> str:

@@ -12,7 +12,6 @@ from app.archive.chains import ArchivedRecords, chains_in
 from app.archive.content import FactKind
 from app.archive.exchange import Exchanged, exchange
 from app.archive.fact_file import FactFile
-from app.archive.fact_set import ArchiveTrouble
 from app.archive.facts import FactRefused, checked, fact_id, make_fact
 from app.archive.local_facts import FACTS_FILE
 from app.archive.module_history import module_history
@@ -22,6 +21,7 @@ from app.records.check_store import CheckStore
 from app.records.verification import Chain, verify
 from app.stations.station import encoded
 from app.store.database import FILE_NAME
+from app.text.user_error import UserError
 from app.trigger_records.history import Judgement
 from tests.support.records.archive_stations import NOON, ArchiveStation, archive_station
 from tests.support.records.stations_made import station
@@ -168,7 +168,7 @@ def test_an_export_that_breaks_off_leaves_the_file_as_it_was(stations: list[Arch
     def pull_out(_done: Exchanged) -> None:
         raise OSError(5, "Input/output error")
 
-    with pytest.raises(ArchiveTrouble, match="cannot be written"), file.writing():
+    with pytest.raises(UserError, match="cannot be written"), file.writing():
         exchange(one.facts, file, receives=False, on_page=pull_out)
     assert stick.read_bytes() == before
     assert list(tmp_path.glob("*.part")) == []
@@ -244,7 +244,7 @@ def test_a_fact_of_a_newer_version_is_kept_and_passed_on(stations: list[ArchiveS
 def test_another_file_is_refused_in_a_sentence(tmp_path: Path, text: str, said: str) -> None:
     path = tmp_path / "other"
     path.write_text(text, encoding="utf-8")
-    with pytest.raises(ArchiveTrouble, match=said):
+    with pytest.raises(UserError, match=said):
         FactFile(path)
     assert path.read_text(encoding="utf-8") == text
 

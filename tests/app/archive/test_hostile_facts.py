@@ -16,7 +16,6 @@ from app.archive.archive import Archive
 from app.archive.chains import chains_in
 from app.archive.content import FactKind
 from app.archive.exchange import Exchanged, exchange
-from app.archive.fact_set import ArchiveTrouble
 from app.archive.facts import DOMAIN, FACT_COLUMNS, Fact, FactRow, fact_id, make_fact
 from app.archive.fleet_state import fleet_state
 from app.archive.module_history import module_history
@@ -24,6 +23,7 @@ from app.archive.module_names import ConflictKind, NamedModule, Settlement, pair
 from app.archive.postgres import TABLE, PostgresFacts, open_server
 from app.stations.known import Stations
 from app.stations.station import encoded
+from app.text.user_error import UserError
 from tests.support.archive_server import ArchiveServer, archive_server
 from tests.support.records.archive_stations import NOON, ArchiveStation, archive_station
 from tests.support.records.stations_made import station
@@ -305,5 +305,5 @@ def test_no_revision_is_too_high_to_be_overridden(
 
 
 def test_whoever_decides_says_who(stations: list[ArchiveStation], alike: list[NamedModule]) -> None:
-    with pytest.raises(ArchiveTrouble, match="name of the person"):
+    with pytest.raises(UserError, match="name of the person"):
         _archive(stations[0]).settle(*alike, is_same=False, who="  ")

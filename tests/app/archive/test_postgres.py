@@ -12,9 +12,9 @@ import pytest
 
 import app.__main__ as program
 from app.archive.exchange import Exchanged, exchange
-from app.archive.fact_set import ArchiveTrouble
 from app.archive.postgres import TABLE, open_server, system_roots
 from app.archive.server_url import server_url
+from app.text.user_error import UserError
 from tests.app.cli.reference.test_schemas import faults
 from tests.support.archive_server import (
     PASSWORD,
@@ -98,7 +98,7 @@ def test_a_role_that_may_only_add_and_read_is_enough(stations: list[ArchiveStati
             with pytest.raises(psycopg.errors.InsufficientPrivilege):
                 connection.execute(statement.format(TABLE).encode())
     server.run("CREATE DATABASE empty_one")
-    with pytest.raises(ArchiveTrouble, match="permission denied"):
+    with pytest.raises(UserError, match="permission denied"):
         _sync(one, server.url("empty_one", "dps_s_station"))
 
 
@@ -109,10 +109,10 @@ def test_the_password_comes_from_the_systems_places_and_shows_nowhere(
     caplog.set_level(logging.DEBUG)
     one = stations[0]
     plain = server.tcp_url(WITH_PASSWORD)
-    with pytest.raises(ArchiveTrouble, match="no password was found") as caught:
+    with pytest.raises(UserError, match="no password was found") as caught:
         _sync(one, plain)
     assert plain in str(caught.value)
-    with pytest.raises(ArchiveTrouble, match="authentication failed") as caught:
+    with pytest.raises(UserError, match="authentication failed") as caught:
         _sync(one, server.tcp_url(WITH_PASSWORD, "wrong-one"))
     assert "wrong-one" not in str(caught.value)
     with closing(open_server(server.tcp_url(WITH_PASSWORD, PASSWORD))) as there:
@@ -169,12 +169,12 @@ def test_a_server_is_trusted_by_the_root_that_the_address_names(
 ) -> None:
     right = f"?sslmode=verify-full&sslrootcert={server.folder / ROOT_CERTIFICATE}"
     assert _is_encrypted(guarded + right)
-    with pytest.raises(ArchiveTrouble, match=r"does not match host name .localhost.$"):
+    with pytest.raises(UserError, match=r"does not match host name .localhost.$"):
         open_server(guarded.replace("127.0.0.1", "localhost") + right)
     write_certificate(tmp_path / "other.crt", tmp_path / "other.key")
-    with pytest.raises(ArchiveTrouble, match=r"cannot be used: this computer does not trust its certificate$"):
+    with pytest.raises(UserError, match=r"cannot be used: this computer does not trust its certificate$"):
         open_server(f"{guarded}?sslmode=verify-full&sslrootcert={tmp_path / 'other.crt'}")
-    with pytest.raises(ArchiveTrouble, match=r"root certificate file .* does not exist$"):
+    with pytest.raises(UserError, match=r"root certificate file .* does not exist$"):
         open_server(f"{guarded}?sslmode=verify-ca&sslrootcert={tmp_path / 'none'}")
 
 
@@ -185,11 +185,11 @@ def test_the_systems_roots_are_found(
     monkeypatch.setattr("app.archive.postgres.ROOT_FILES", (tmp_path / "none", server.folder / ROOT_CERTIFICATE))
     for options in ("sslrootcert=system", "sslmode=verify-full&sslrootcert=system"):
         assert _is_encrypted(f"{guarded}?{options}")
-    with pytest.raises(ArchiveTrouble, match='weak sslmode "require"'):
+    with pytest.raises(UserError, match='weak sslmode "require"'):
         open_server(f"{guarded}?sslmode=require&sslrootcert=system")
     write_certificate(tmp_path / "other.crt", tmp_path / "other.key")
     monkeypatch.setattr("app.archive.postgres.ROOT_FILES", (tmp_path / "other.crt",))
-    with pytest.raises(ArchiveTrouble, match="does not trust"):
+    with pytest.raises(UserError, match="does not trust"):
         open_server(f"{guarded}?sslrootcert=system")
 
 
@@ -212,7 +212,7 @@ def test_tls_is_as_the_address_says(server: ArchiveServer, guarded: str) -> None
     without = server.tcp_url(WITHOUT_TLS, PASSWORD)
     assert not _is_encrypted(without)
     for options in ("sslmode=require", f"sslmode=verify-full&sslrootcert={server.folder / ROOT_CERTIFICATE}"):
-        with pytest.raises(ArchiveTrouble, match="rejects connection"):
+        with pytest.raises(UserError, match="rejects connection"):
             open_server(f"{without}?{options}")
 
 

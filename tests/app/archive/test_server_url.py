@@ -10,9 +10,9 @@ import psycopg
 import pytest
 
 from app.archive import postgres
-from app.archive.fact_set import ArchiveTrouble
 from app.archive.facts import Fact
 from app.archive.server_url import server_url
+from app.text.user_error import UserError
 from tests.support.processes import ENVIRONMENT, ROOT
 
 
@@ -44,7 +44,7 @@ def test_the_password_is_taken_out(typed: str, shown: str, password: str) -> Non
      "postgresql://li:se?cret@db/x", "postgresql://li:se#cret@db/x", "postgresql://" + "secret" * 1000],
 )  # fmt: skip
 def test_what_may_hide_a_password_is_refused_without_showing_it(typed: str) -> None:
-    with pytest.raises(ArchiveTrouble) as caught:
+    with pytest.raises(UserError) as caught:
         server_url(typed)
     assert "secret" not in str(caught.value)
     assert "cret@" not in str(caught.value)

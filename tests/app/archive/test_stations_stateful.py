@@ -18,10 +18,10 @@ import pytest
 from app.archive.archive import Archive
 from app.archive.collection import collect
 from app.archive.exchange import Exchanged
-from app.archive.fact_set import ArchiveTrouble
 from app.archive.local_facts import open_facts
 from app.guided.results import GuidedVerdict
 from app.stations.known import Stations
+from app.text.user_error import UserError
 from app.trigger_records.history import Judgement
 from tests.support.archive_server import ArchiveServer, archive_server
 from tests.support.processes import ENVIRONMENT, ROOT
@@ -132,7 +132,7 @@ class Desk:
                     "AND datname = 'archive'"
                 )
 
-        with suppress(ArchiveTrouble):
+        with suppress(UserError):
             self.archive(self.dice.choice(self.stations)).sync(self.server.url(), on_page=cut)
 
     def sync_killed(self) -> None:

@@ -14,7 +14,9 @@ import serial
 import app.__main__ as program
 from app.engine import ports as port_list
 from app.engine import transport
+from app.engine.ports import NOT_LISTED
 from app.terminal import connection
+from app.text.user_error import UserError
 from tests.support.cli_line import Printed, is_one_sentence, run_here
 
 pytest_plugins = ["tests.support.cli_fixtures"]
@@ -188,7 +190,7 @@ def test_no_ports_and_no_list(capsys: pytest.CaptureFixture[str], monkeypatch: p
     assert "There is no serial port." in capsys.readouterr().err
 
     def fail() -> list[port_list.PortInfo]:
-        raise port_list.PortsUnknown
+        raise UserError(NOT_LISTED)
 
     monkeypatch.setattr(port_list, "list_ports", fail)
     assert program.main(["ports", "--json"]) == 3

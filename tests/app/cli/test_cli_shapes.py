@@ -18,7 +18,7 @@ from app.preflight.reading_object import SETTING_KEYS
 from app.procedures.history import History
 from app.procedures.write import SetReply, Written
 from app.procedures.write_all import SettingChange, WriteReport
-from app.settings.values import NotAValue, parse_value
+from app.settings.values import parse_value
 from app.terminal import console
 from app.terminal import read_report as found
 from app.terminal import record_table as records
@@ -26,6 +26,7 @@ from app.terminal.setting_words import parse_settings
 from app.text import i18n
 from app.text.durations import stopwatch
 from app.text.messages import message
+from app.text.user_error import UserError
 from app.trigger_records.fields import fields_of
 from protocol.catalogue import BAUD_RATES, BY_NAME, SERIAL_OUTPUT, SETTINGS
 from protocol.events import Unanswered
@@ -312,7 +313,7 @@ def test_numbers_go_through_the_catalogue(name: str, text: str, value: float) ->
 def test_what_a_byte_cannot_carry_is_refused(name: str, text: str) -> None:
     field = BY_NAME[name].write
     assert field is not None
-    with pytest.raises(NotAValue):
+    with pytest.raises(UserError):
         parse_value(field, text)
 
 

@@ -10,10 +10,11 @@ from typing import NamedTuple
 
 import pytest
 
-from app.engine.ports import PortInfo, PortsUnknown, list_ports, scan, to_json
+from app.engine.ports import PortInfo, list_ports, scan, to_json
 from app.engine.reconnect import EAGER_S, Absence, Address, Reconnection, address_of
 from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Connection, PortState
+from app.text.user_error import UserError
 
 MINE = PortInfo("/dev/ttyUSB0", "CP2102", "Silicon Labs", "0001", 0x10C4, 0xEA60, "1-1:1.0")
 OTHER = replace(MINE, device="/dev/ttyUSB1", serial_number="0002", location="1-2:1.0")
@@ -270,7 +271,7 @@ def test_whatever_fails_while_the_ports_are_listed_has_one_name(monkeypatch: pyt
         raise AttributeError("function 'CM_MapCrToWin32Err' not found")
 
     monkeypatch.setattr("serial.tools.list_ports.comports", comports)
-    with pytest.raises(PortsUnknown):
+    with pytest.raises(UserError):
         scan()
 
 
@@ -328,5 +329,5 @@ def test_the_thread_that_lists_the_ports_holds_nobody_up_at_the_end(monkeypatch:
     assert list_ports() == [PortInfo("/dev/ttyS0")]
     assert [(one.name, one.daemon) for one in threads] == [("dps-s ports", True)]
     monkeypatch.setattr("serial.tools.list_ports.comports", lambda: 1 / 0)
-    with pytest.raises(PortsUnknown):
+    with pytest.raises(UserError):
         list_ports()

@@ -15,10 +15,10 @@ from app.preflight.verdict import Verdict
 from app.procedures.read import read_everything
 from app.procedures.write_all import WriteContext, write_all
 from app.records.filing import Filed, Person, file_check
-from app.records.report_files import ReportRefused
 from app.settings.profiles import Match, Profile
 from app.text.i18n import CHINESE, ENGLISH, set_language
 from app.text.messages import message
+from app.text.user_error import UserError
 from protocol.catalogue import BAUD_RATE, BY_NAME
 from tests.support.journals import FakeJournal
 from tests.support.line.sim_line import Rig
@@ -70,7 +70,7 @@ def test_one_report_for_the_set_and_one_for_each(tmp_path: Path) -> None:
     check_set_target(target)  # our own is replaced
     other = tmp_path / "other.pdf"
     other.write_text("a thesis", encoding="utf-8")
-    with pytest.raises(ReportRefused):
+    with pytest.raises(UserError):
         check_set_target(other)
 
 

@@ -15,9 +15,10 @@ from hypothesis import strategies as st
 
 from app.flight_analysis.many_logs import summarise_log
 from app.flight_analysis.summary import FlightSummary
-from app.flight_logs.flight_log import FlightLog, LogUnreadable
+from app.flight_logs.flight_log import FlightLog
 from app.flight_logs.read_log import read_flight_log
 from app.recordings.export import export_csv
+from app.text.user_error import UserError
 from tests.support.flights import log_bytes as made
 from tests.support.flights.recorded_flight import recorded_reports
 from tests.support.records.recordings_made import opened
@@ -155,7 +156,7 @@ def test_an_mcap_file_of_another_program(tmp_path: Path) -> None:
     channel = struct.pack("<HHI4s", 1, 0, 4, b"/imu") + bytes(8)
     path = tmp_path / "other.mcap"
     path.write_bytes(b"\x89MCAP0\r\n" + mcap_record(4, channel))
-    with pytest.raises(LogUnreadable, match="not a recording by this program"):
+    with pytest.raises(UserError, match="not a recording by this program"):
         read_flight_log(path)
 
 
@@ -197,7 +198,7 @@ def test_a_line_without_end(tmp_path: Path) -> None:
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no named pipes in folders")
 def test_a_pipe_is_not_waited_for(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "log.bin")
-    with pytest.raises(LogUnreadable):
+    with pytest.raises(UserError):
         read_flight_log(tmp_path / "log.bin")
 
 
@@ -205,14 +206,14 @@ def test_a_file_that_is_too_large_is_not_read(tmp_path: Path) -> None:
     path = tmp_path / "large.ulg"
     path.write_bytes(b"ULog\x01\x12\x35\x01")
     os.truncate(path, (1 << 30) + 1)  # sparse: takes no space
-    with pytest.raises(LogUnreadable, match="too large"):
+    with pytest.raises(UserError, match="too large"):
         read_flight_log(path)
 
 
 def test_a_newer_ulog_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "new.ulg"
     path.write_bytes(b"ULog\x01\x12\x35\x01" + bytes(8) + made.ulog_record("B", bytes(8) + b"\x02" + bytes(31)))
-    with pytest.raises(LogUnreadable, match="newer version"):
+    with pytest.raises(UserError, match="newer version"):
         read_flight_log(path)
 
 
@@ -233,9 +234,9 @@ def test_a_ulog_whose_data_go_on_at_its_end(tmp_path: Path) -> None:
 
 def test_a_folder_that_is_no_recording_and_a_recording_that_is_damaged(tmp_path: Path) -> None:
     (tmp_path / "empty").mkdir()
-    with pytest.raises(LogUnreadable):
+    with pytest.raises(UserError):
         read_flight_log(tmp_path / "empty")
     path = recorded_reports(tmp_path / "rec", [(float(at_s), 5.0, 1.0) for at_s in TIMES])
     path.write_bytes(path.read_bytes().replace(b"Bench 7", b"Bench 8"))
-    with pytest.raises(LogUnreadable, match="damaged heading"):
+    with pytest.raises(UserError, match="damaged heading"):
         read_flight_log(path)

@@ -8,9 +8,10 @@ import pytest
 from app.firing.judge import TriggerLimits
 from app.flight_analysis.judged_flight import judge_flight
 from app.flight_logs.csv_columns import CsvColumns, CsvRole, parse_choice
-from app.flight_logs.flight_log import FlightLog, LogFormat, LogUnreadable, ModeChange
+from app.flight_logs.flight_log import FlightLog, LogFormat, ModeChange
 from app.flight_logs.read_log import find_logs, read_flight_log
 from app.recordings.export import export_csv
+from app.text.user_error import UserError
 from protocol.messages import Source
 from tests.support.flights import log_bytes as made
 from tests.support.flights.recorded_flight import recorded_reports
@@ -89,7 +90,7 @@ def test_a_csv_file_with_chosen_columns(tmp_path: Path) -> None:
     axis = FORCE * 9.80665
     path = write_csv(tmp_path / "a.csv", "when;ATT.Roll;p;ax;ay;az".replace(";", ","),
                      FAST * 1000, np.radians(TILT), 0 * FAST, 0 * FAST, 0.6 * axis, 0.8 * axis)  # fmt: skip
-    with pytest.raises(LogUnreadable):
+    with pytest.raises(UserError):
         read_flight_log(path)
     chosen = parse_choice(["time_ms=when", "roll_rad=ATT.Roll", "pitch_rad=p", "x_m_s2=ax", "y_m_s2=ay", "z_m_s2=az"])
     assert fires(read_flight_log(path, chosen)) == EXPECTED
@@ -100,13 +101,13 @@ def test_a_csv_file_with_chosen_columns(tmp_path: Path) -> None:
     [["time_s"], ["speed=a"], ["time_s=t", "time_ms=u", "tilt_deg=x"], ["time_s=t"], ["tilt_deg=x"], ["time_s="]],
 )
 def test_an_insufficient_choice_of_columns_is_refused(words: list[str]) -> None:
-    with pytest.raises(LogUnreadable):
+    with pytest.raises(UserError):
         parse_choice(words)
 
 
 def test_a_column_that_is_not_there_is_named(tmp_path: Path) -> None:
     path = write_csv(tmp_path / "a.csv", "t_s,tilt_deg", FAST, TILT)
-    with pytest.raises(LogUnreadable, match="No column “roll”"):
+    with pytest.raises(UserError, match="No column “roll”"):
         read_flight_log(path, CsvColumns({CsvRole.TIME_S: "t_s", CsvRole.TILT_DEG: "roll"}))
 
 

@@ -8,10 +8,11 @@ import pytest
 from app.firing.judge import TriggerLimits
 from app.flight_analysis.judged_flight import judge_flight
 from app.flight_logs.assembly import ascending, assembled
-from app.flight_logs.flight_log import FlightLog, LogFormat, LogUnreadable
+from app.flight_logs.flight_log import FlightLog, LogFormat
 from app.flight_logs.module_view import RuleReading
 from app.flight_logs.raw_log import Channel, FlagChannel, RawLog, tilt_of_quaternion
 from app.flight_logs.read_log import read_flight_log
+from app.text.user_error import UserError
 from tests.support.flights import log_bytes as made
 
 TIMES = np.arange(0, 200, 0.02)
@@ -168,7 +169,7 @@ def test_quaternions_of_no_length_are_no_attitude() -> None:
 
 
 def test_a_log_without_attitude_and_acceleration_cannot_be_judged() -> None:
-    with pytest.raises(LogUnreadable, match="no attitude and no acceleration"):
+    with pytest.raises(UserError, match="no attitude and no acceleration"):
         assembled(RawLog(name="x", format=LogFormat.CSV))
 
 

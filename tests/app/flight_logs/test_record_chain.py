@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 from app.flight_logs import dataflash_file, ulog_file
 from app.flight_logs.dataflash import TABLES
 from app.flight_logs.dataflash_file import DataflashFile
-from app.flight_logs.flight_log import LogUnreadable
 from app.flight_logs.record_chain import positions
 from app.flight_logs.ulog import TOPICS
 from app.flight_logs.ulog_file import UlogFile
+from app.text.user_error import UserError
 from tests.support.flights import log_bytes as made
 
 TIMES = np.arange(120) / 20
@@ -34,7 +34,7 @@ def chain_after(steps: int) -> Iterator[None]:
 def found_in_ulog(data: bytes) -> Found:
     try:
         file = UlogFile(data, TOPICS)
-    except LogUnreadable as error:
+    except UserError as error:
         return (str(error),)
     return ([(one.name, list(one.places)) for one in file.topics], file.skipped_bytes, file.dropout_s)
 
@@ -42,7 +42,7 @@ def found_in_ulog(data: bytes) -> Found:
 def found_in_dataflash(data: bytes) -> Found:
     try:
         file = DataflashFile(data, TABLES)
-    except LogUnreadable as error:
+    except UserError as error:
         return (str(error),)
     return ({name: list(one.places) for name, one in file.tables.items()}, file.skipped_bytes)
 

@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 
 from app.recordings.library import entry_of
 from app.recordings.markers import MarkerKind
-from app.recordings.recording import Recording, RecordingUnreadable
+from app.recordings.recording import Recording
+from app.text.user_error import UserError
 from tests.support.records.recordings_made import HEADING, Whole, opened, recorder_in, stream, whole_of
 
 ROOT = Path(__file__).parents[3]
@@ -36,7 +37,7 @@ def changed(whole: Whole, folder: Path, raw: bytes) -> Iterator[Recording | None
     path.write_bytes(raw)
     try:
         recording = opened(path)
-    except RecordingUnreadable:
+    except UserError:
         yield None
         return
     known = dict(zip(whole.times, whole.tilts, strict=True))

@@ -11,7 +11,7 @@ from app.captures.entries import Way
 from app.recordings.library import RecordingLibrary, recordings_folder
 from app.recordings.markers import MarkerKind
 from app.recordings.old_recordings import convert, convert_in, entries_in, old_recordings
-from app.recordings.recording import RecordingUnreadable
+from app.text.user_error import UserError
 from protocol.frame import Frame
 from tests.support.cli_line import Printed
 from tests.support.records.captures import explained
@@ -78,7 +78,7 @@ def test_a_capture_is_converted(library: Path) -> None:
 
 def test_an_mcap_export_is_converted_with_all_that_it_holds(library: Path) -> None:
     path, target = library / "export.mcap", library / "export-converted.mcap"
-    with pytest.raises(RecordingUnreadable, match="recordings convert FILE"), opened(path):
+    with pytest.raises(UserError, match="recordings convert FILE"), opened(path):
         pass
     assert program.main(["recordings", "convert", str(path)]) == 0
     with opened(convert_in(library, library / "whole")) as folder, opened(target) as export:

@@ -19,11 +19,11 @@ from app.engine.worker import Batch, PortState, Worker
 from app.recordings.columns import RecordedSeries, beginnings
 from app.recordings.markers import MarkerKind
 from app.recordings.recorder import Heading
-from app.recordings.recording import RecordingUnreadable
-from app.recordings.session_format import CHANNELS, Opening, Unreadable, opening_of, with_checksum
+from app.recordings.session_format import CHANNELS, Opening, opening_of, with_checksum
 from app.samples.ring_buffers import Series
 from app.simulator import bench as simulated
 from app.stations.station import fingerprint_of, own_station
+from app.text.user_error import UserError
 from protocol.events import Received, Rejected, Sent
 from protocol.link_states import Presence
 from tests.benchmarks import recording as bench_recording
@@ -270,9 +270,9 @@ def test_a_closed_recording_is_empty(tmp_path: Path) -> None:
 def test_other_headings_are_refused_with_a_reason(change: dict[str, str], why: str) -> None:
     opening = Opening(started_at=NOON, start_s=1000.0, port=PORT, baud_rate=115200)
     assert opening_of(opening.fields()) == opening
-    with pytest.raises(Unreadable, match=why):
+    with pytest.raises(UserError, match=why):
         opening_of(with_checksum(opening.fields() | change))
-    with pytest.raises(Unreadable, match="damaged heading"):
+    with pytest.raises(UserError, match="damaged heading"):
         opening_of(opening.fields() | change)
 
 
@@ -280,9 +280,9 @@ def test_other_headings_are_refused_with_a_reason(change: dict[str, str], why: s
 def test_a_file_of_anything_is_refused(tmp_path: Path, raw: bytes) -> None:
     path = tmp_path / "x.mcap"
     path.write_bytes(raw)
-    with pytest.raises(RecordingUnreadable, match="cannot be read"):
+    with pytest.raises(UserError, match="cannot be read"):
         opened(path)
-    with pytest.raises(RecordingUnreadable, match="No such file"):
+    with pytest.raises(UserError, match="No such file"):
         opened(tmp_path / "y.mcap")
 
 

@@ -15,13 +15,14 @@ import pytest
 from app import version
 from app.limits.expectations import Expectations, ManualItem
 from app.records.record import Record, RecordContext, as_text, canonical, is_simulated, make_record, seal
-from app.records.report_files import ReportRefused, check_target, suggested_name, write_report
+from app.records.report_files import check_target, suggested_name, write_report
 from app.records.report_html import body
 from app.records.verification import CONTENT, Chain, RecordState, Verification
 from app.records.verification import verify as verify_record
 from app.records.verification import verify_bytes as verify_file_bytes
 from app.text.i18n import set_language
 from app.text.messages import UserMessage, clean, message, message_from_json
+from app.text.user_error import UserError
 from tests.support.records.preflight_rig import FAULTS, Fault, check
 from tests.support.records.stations_made import find_station, station
 
@@ -274,10 +275,10 @@ def test_a_report_that_does_not_fit_is_refused(qapp: object) -> None:
 def test_the_target_is_checked_before_anything_is_sent(tmp_path: Path) -> None:
     check_target(tmp_path / "r.pdf")
     for wrong in (tmp_path / "r.txt", tmp_path / "none" / "r.pdf"):
-        with pytest.raises(ReportRefused):
+        with pytest.raises(UserError):
             check_target(wrong)
     (tmp_path / "r.json").write_text('{"mine": 1}', encoding="utf-8")
-    with pytest.raises(ReportRefused, match="another name"):
+    with pytest.raises(UserError, match="another name"):
         check_target(tmp_path / "r.pdf")
     (tmp_path / "r.json").write_text(as_text(_record()), encoding="utf-8")
     check_target(tmp_path / "r.pdf")

@@ -20,8 +20,9 @@ from app.records.record import Record, as_text, canonical, make_record, seal
 from app.records.report_html import body
 from app.records.verification import CONTENT, SIGNATURE, Chain, RecordState, Verification, verify, verify_bytes
 from app.stations.known import KNOWN_FILE, KnownStation, Stations
-from app.stations.station import KEY_FILE, StationTrouble, encoded, fingerprint_of, own_station
+from app.stations.station import KEY_FILE, encoded, fingerprint_of, own_station
 from app.store.store import open_store
+from app.text.user_error import UserError
 from tests.app.records.test_filing import file_one
 from tests.app.records.test_record import checked_record, known_circumstances
 from tests.support.records.preflight_rig import FAULTS, check
@@ -234,7 +235,7 @@ def test_the_key_is_kept_and_only_this_user_can_read_it(tmp_path: Path) -> None:
 @pytest.mark.parametrize("content", [b"", b"no key", b"-----BEGIN PRIVATE KEY-----\nAAAA\n-----END PRIVATE KEY-----\n"])
 def test_a_damaged_key_is_never_replaced_and_records_stay_unsigned(tmp_path: Path, content: bytes) -> None:
     (tmp_path / KEY_FILE).write_bytes(content)
-    with pytest.raises(StationTrouble, match=r"\w"):
+    with pytest.raises(UserError, match=r"\w"):
         own_station(tmp_path)
     with closing(open_store(tmp_path)) as store:
         filed = file_one(store, "M-07")

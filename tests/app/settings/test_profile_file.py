@@ -48,7 +48,7 @@ required = true
 def faults(text: str | bytes) -> list[tuple[int | None, str]]:
     with pytest.raises(ProfileRefused) as refused:
         parse_profile(text.encode() if isinstance(text, str) else text)
-    return [(fault.line, fault.sentence) for fault in refused.value.faults]
+    return [(fault.line, fault.placed.translated()) for fault in refused.value.faults]
 
 
 def test_a_whole_profile() -> None:

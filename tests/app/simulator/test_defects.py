@@ -6,9 +6,10 @@ from app.simulator.bench import SimulatedBench
 from app.simulator.defects import CHANGEABLE_CODES, read_raw
 from app.simulator.memory import Memory, invent_records
 from app.simulator.module import SimulatedModule
-from app.simulator.options import OptionRefused, as_text, parse_options, setup_from
+from app.simulator.options import as_text, parse_options, setup_from
 from app.simulator.physics import Physics
 from app.simulator.quirks import Occasion, Rule
+from app.text.user_error import UserError
 from protocol.catalogue import BY_CODE, STATUS, TRIGGER_RECORDS, Request
 from protocol.frame import Frame, encode_reply
 from protocol.messages import decode_record
@@ -65,7 +66,7 @@ def test_a_rule_reads_back_as_it_was_typed(text: str) -> None:
     ],
 )
 def test_what_means_nothing_is_refused_with_what_is_expected(name: str, text: str, said: str) -> None:
-    with pytest.raises(OptionRefused, match=name) as refused:
+    with pytest.raises(UserError, match=name) as refused:
         parse_options({name: text})
     assert said in str(refused.value)
 

@@ -6,10 +6,9 @@ from collections.abc import Iterator
 import pytest
 
 from app.simulator.bench import SimulatedBench
-from app.simulator.control_lines import VERBS, ControlLines, LineRefused, execute, help_text
+from app.simulator.control_lines import VERBS, ControlLines, execute, help_text
 from app.simulator.options import (
     OPTIONS,
-    OptionRefused,
     OptionTarget,
     default_text,
     find_option,
@@ -19,6 +18,7 @@ from app.simulator.options import (
 )
 from app.simulator.quirks import Delivery, Quirks
 from app.simulator.wire import Faults
+from app.text.user_error import UserError
 from tests.support.line.sim_line import FakeClock
 
 
@@ -67,13 +67,13 @@ def test_options_as_typed() -> None:
     ],
 )
 def test_a_wrong_value_is_refused_with_what_is_possible(name: str, text: str, said: str) -> None:
-    with pytest.raises(OptionRefused, match=name) as refused:
+    with pytest.raises(UserError, match=name) as refused:
         parse_options({name: text})
     assert said in str(refused.value)
 
 
 def test_an_unknown_option_is_refused_by_name() -> None:
-    with pytest.raises(OptionRefused, match="speed"):
+    with pytest.raises(UserError, match="speed"):
         find_option("speed")
 
 
@@ -138,7 +138,7 @@ def test_control_lines_switch_power_faults_and_quirks(bench: SimulatedBench, clo
 
 
 def test_pwm_fires_only_an_active_module(bench: SimulatedBench) -> None:
-    with pytest.raises(LineRefused, match="not triggered"):
+    with pytest.raises(UserError, match="not triggered"):
         execute(bench, "pwm")
     execute(bench, "active on")
     execute(bench, "pwm")
@@ -151,7 +151,7 @@ def test_pwm_fires_only_an_active_module(bench: SimulatedBench) -> None:
 )
 def test_a_line_that_means_nothing_is_refused_and_changes_nothing(bench: SimulatedBench, line: str) -> None:
     before = bench.state()
-    with pytest.raises(LineRefused):
+    with pytest.raises(UserError):
         execute(bench, line)
     assert bench.state() == before
 

@@ -11,11 +11,12 @@ import pytest
 
 from app.engine.snapshots import Snapshot, restorable
 from app.safety.acts import Act
-from app.safety.journal import JournalFailed, NoJournal, Outcome
+from app.safety.journal import NoJournal, Outcome
 from app.store.database import FILE_NAME, StoreFault, StoreTrouble, open_database
 from app.store.schema import MIGRATIONS
 from app.store.store import Store, data_folder, open_store
 from app.store.store_journal import StoreJournal, journal_for
+from app.text.user_error import UserError
 from tests.support.records.kept_settings import kept_settings
 
 LIMIT_S = 10.0
@@ -183,9 +184,9 @@ def test_a_folder_that_cannot_be_made_is_said(tmp_path: Path) -> None:
     journal = journal_for(trouble.value, port="p", origin="window")
     assert isinstance(journal, NoJournal)
     assert not journal.is_ready
-    with pytest.raises(JournalFailed, match="may not write"):
+    with pytest.raises(UserError, match="may not write"):
         journal.begin(Act.ZERO, FRAME, {}).result(LIMIT_S)
-    with pytest.raises(JournalFailed):
+    with pytest.raises(UserError):
         journal.begin_baud(115200, 9600).result(LIMIT_S)
 
 
@@ -203,7 +204,7 @@ def test_a_store_that_takes_nothing_any_more_says_so(folder: Path, pragma: str, 
         with pytest.raises(StoreTrouble) as trouble:
             store.begin(Act.ZERO, FRAME, {"much": "x" * 100_000}, port="p", origin="window")
         assert trouble.value.fault is fault
-        with pytest.raises(JournalFailed):
+        with pytest.raises(UserError):
             journal.begin(Act.ZERO, FRAME, {"much": "x" * 100_000}).result(LIMIT_S)
         journal.settle(entry, Outcome.CONFIRMED, {"much": "x" * 100_000})
         journal.settle_baud(rate, "x" * 100_000)

@@ -6,8 +6,9 @@ import pytest
 
 import app.__main__ as program
 from app.engine import ports as port_list
-from app.engine.ports import PortInfo, PortsUnknown
+from app.engine.ports import NOT_LISTED, PortInfo
 from app.terminal.port_choice import PORT
+from app.text.user_error import UserError
 from tests.support.cli_line import Printed, run_here
 
 pytest_plugins = ["tests.support.cli_fixtures"]
@@ -61,7 +62,7 @@ def test_where_the_system_lists_none_nothing_is_taken(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     def refuse() -> list[PortInfo]:
-        raise PortsUnknown
+        raise UserError(NOT_LISTED)
 
     found(monkeypatch)
     monkeypatch.setattr(port_list, "list_ports", refuse)

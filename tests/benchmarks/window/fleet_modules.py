@@ -16,10 +16,11 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from app.simulator.bench import SimulatedBench
-from app.simulator.control_lines import LineRefused, execute
+from app.simulator.control_lines import execute
 from app.simulator.options import parse_options, setup_from
 from app.simulator.servers.endpoint import Loop
 from app.simulator.servers.pty_server import PtyEndpoint
+from app.text.user_error import UserError
 from tests.support.processes import ENVIRONMENT, ROOT
 
 FIRST_TILT = 5
@@ -90,7 +91,7 @@ class _Module:
     def obey(self, line: str) -> str:
         try:
             return execute(self.bench, line).replace("\n", " ")
-        except LineRefused as error:
+        except UserError as error:
             return f"refused: {error}"
         finally:
             self.loop.wake()

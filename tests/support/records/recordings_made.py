@@ -186,7 +186,7 @@ def written_at_once(
 
 
 def opened(path: Path) -> Recording:
-    """Raises `RecordingUnreadable`."""
+    """Raises `UserError`."""
     return open_recording(entry_of(path))
 
 

@@ -16,12 +16,13 @@ from pytestqt.qtbot import QtBot
 
 from app.captures.entries import Way
 from app.diagnosis.link_state import Phase
-from app.engine.ports import PortInfo, PortsUnknown
+from app.engine.ports import NOT_LISTED, PortInfo
 from app.engine.reconnect import Absence
 from app.engine.target import Target
 from app.engine.worker import Batch, PortState, Worker
 from app.procedures.read import READABLE
 from app.safety.acts import Act
+from app.text.user_error import UserError
 from protocol.catalogue import SERIAL_OUTPUT, Request
 from protocol.events import Received, Sent
 from tests.support.processes import RunningModule, run_module
@@ -68,7 +69,7 @@ class Desk:
     def poll(self, _deadline_s: float) -> list[PortInfo]:
         self.looks += 1
         if not self.is_listable:
-            raise PortsUnknown
+            raise UserError(NOT_LISTED)
         mine = [replace(self.adapter, device=self.name)] if self.link.exists() else []
         return [*mine, *self.others]
 

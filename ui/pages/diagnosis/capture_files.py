@@ -18,7 +18,6 @@ from app.captures.text import NOT_HEX, LineFault, NotHex, TextReader, lines_in
 from app.captures.traffic_buffer import TrafficBuffer
 from app.engine.worker import Connection
 from app.recordings.export import ExportCancelled, not_saved_text
-from app.recordings.session_format import Unreadable
 from app.system.gil_yield import GilYield
 from app.text.i18n import tr
 from app.text.sentences import error_text
@@ -52,7 +51,7 @@ class Opened:
 
 
 def load_capture(path: Path, running: Running) -> Opened:
-    """Reads and explains a file. Raises OSError, `NotHex`, `Unreadable` or `ExportCancelled`."""
+    """Reads and explains a file. Raises OSError, `NotHex`, `UserError` or `ExportCancelled`."""
     rows, pace, text = CaptureRows(), GilYield(), TextReader()
     is_session = path.suffix.lower() == SUFFIX
     with ExitStack() as stack:
@@ -199,6 +198,5 @@ def _why_nothing(opened: Opened) -> str:
 
 
 def _refusal(path: Path, error: Exception) -> str:
-    text = NOT_HEX if isinstance(error, NotHex) else error.args[0] if isinstance(error, Unreadable) else ""
-    why = tr(text) if text else error_text(error)
+    why = tr(NOT_HEX) if isinstance(error, NotHex) else error_text(error)
     return tr("{file} cannot be read: {why}.", file=path.name, why=why)

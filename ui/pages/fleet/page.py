@@ -14,7 +14,6 @@ from app.fleet.check_set import check_set_target, summary, write_set_reports
 from app.fleet.profile_table import Applied, result_line
 from app.preflight.module_checks import RecordsWord
 from app.procedures.write_all import SettingChange
-from app.records.report_files import ReportRefused
 from app.records.trigger_filing import say_new
 from app.safety.last_known import Activation
 from app.settings.profile_file import ProfileRefused, read_profile, refusal_text
@@ -22,6 +21,7 @@ from app.store.database import StoreTrouble
 from app.store.store import Store
 from app.text.i18n import tr
 from app.text.sentences import capitalised, error_text, join_names, join_sentences
+from app.text.user_error import UserError
 from protocol.catalogue import DEFAULT_BAUD_RATE
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
@@ -346,8 +346,8 @@ class FleetPage(Page):
         members = tuple(self.checks.results.values())
         try:
             check_set_target(path)
-        except ReportRefused as refusal:
-            self.result.notify(Meaning.ATTENTION, partial(str, refusal))
+        except UserError as refusal:
+            self.result.notify(Meaning.ATTENTION, partial(error_text, refusal))
             return
         self._report.run(
             lambda _running: write_set_reports(path, members, print_report),

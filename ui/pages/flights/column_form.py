@@ -14,9 +14,8 @@ from PySide6.QtWidgets import (
 )
 
 from app.flight_logs.csv_columns import ATTITUDES, FORCES, CsvColumns, CsvRole
-from app.flight_logs.flight_log import LogUnreadable
 from app.text.i18n import tr
-from app.text.messages import message
+from app.text.user_error import UserError
 from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.pages.flights.texts import short_name
@@ -63,7 +62,7 @@ class ColumnForm(QWidget):
         self._texts = texts
         self._name = ""
         self._head: tuple[str, ...] = ()
-        self._fault: LogUnreadable | None = None
+        self._fault: UserError | None = None
         self._guard = WheelGuard(self)
         self.title = named(ElidedLabel(), "csv_title", "title")
         self.fault = text_label("csv_fault", "danger")
@@ -108,7 +107,7 @@ class ColumnForm(QWidget):
         self._show_fault(self._fault)
 
     def columns(self) -> CsvColumns:
-        """The chosen columns. Raises `LogUnreadable` where they are not enough."""
+        """The chosen columns. Raises `UserError` where they are not enough."""
         names = {self.unit.currentData(): self.time.currentData()}
         for kind, parts in ((self.attitude, self.attitude_parts), (self.force, self.force_parts)):
             names |= {role: box.currentData() for role, box in zip(kind.currentData(), parts, strict=False)}
@@ -116,7 +115,7 @@ class ColumnForm(QWidget):
             if box.currentData():
                 names[role] = box.currentData()
         if None in names.values():
-            raise LogUnreadable(message(marked("Choose a column in each row.")))
+            raise UserError(marked("Choose a column in each row."))
         return CsvColumns(names)
 
     # What happens
@@ -124,14 +123,14 @@ class ColumnForm(QWidget):
     def _choose(self) -> None:
         try:
             columns = self.columns()
-        except LogUnreadable as error:
+        except UserError as error:
             self._show_fault(error)
             return
         self.chosen.emit(self._name, columns)
 
-    def _show_fault(self, fault: LogUnreadable | None) -> None:
+    def _show_fault(self, fault: UserError | None) -> None:
         self._fault = fault
-        self.fault.setText("" if fault is None else fault.why.translated())
+        self.fault.setText("" if fault is None else fault.sentence)
         self.fault.setVisible(fault is not None)
 
     def _fill(self, box: QComboBox, entries: Sequence[tuple[str, Any]], *, is_open: bool = False) -> None:

@@ -14,7 +14,7 @@ from PySide6.QtWidgets import QFrame, QPushButton, QWidget
 from app.firing.judge import MAX_GAP_S, TriggerLimits
 from app.flight_analysis.flight_set import FlightOutcome
 from app.flight_logs.csv_columns import CsvColumns
-from app.flight_logs.flight_log import FlightLog, Floats, LogUnreadable
+from app.flight_logs.flight_log import FlightLog, Floats
 from app.flight_logs.read_log import read_flight_log
 from app.recordings.columns import RecordedSeries, beginnings
 from app.recordings.export import not_saved_text, write_parts
@@ -22,6 +22,7 @@ from app.samples.step_function import StepFunction
 from app.text.csv_cells import BYTE_ORDER_MARK, csv_text
 from app.text.i18n import tr
 from app.text.messages import clean
+from app.text.user_error import UserError
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
 from ui.core.texts import Texts
@@ -58,7 +59,7 @@ class FlightView(QWidget):
         self.plot: TimePlot | None = None
         self._outcome: FlightOutcome | None = None
         self._limits = TriggerLimits()
-        self._trouble: LogUnreadable | None = None
+        self._trouble: UserError | None = None
         """Why the file could not be read again."""
         self._reading: BackgroundTask[FlightLog] = BackgroundTask("dps-s flight", self)
         self._saving: BackgroundTask[None] = BackgroundTask("dps-s flight save", self, finished_at_close=True)
@@ -113,9 +114,7 @@ class FlightView(QWidget):
         self.problems.setVisible(bool(problems))
         trouble = self._trouble
         self.waiting.setText(
-            tr("Reading logs…")
-            if trouble is None
-            else tr("{file}: {why}", file=self.name.text(), why=trouble.why.translated())
+            tr("Reading logs…") if trouble is None else tr("{file}: {why}", file=self.name.text(), why=trouble.sentence)
         )
 
     def _show_log(self, log: FlightLog) -> None:
@@ -136,7 +135,7 @@ class FlightView(QWidget):
         plot.draw(end_s)
 
     def _fail(self, error: Exception) -> None:
-        if not isinstance(error, LogUnreadable):
+        if not isinstance(error, UserError):
             raise error
         self._trouble = error
         self.retranslate()

@@ -9,9 +9,10 @@ from PySide6.QtCore import QObject, Signal
 from app.flight_analysis.many_logs import LogOrder, SummarisedLog, summarise_logs
 from app.flight_logs.csv_columns import CsvColumns
 from app.flight_logs.csv_log import read_head
-from app.flight_logs.flight_log import LogFormat, LogUnreadable
+from app.flight_logs.flight_log import LogFormat
 from app.flight_logs.read_log import find_logs, format_of
 from app.text.sentences import error_text
+from app.text.user_error import UserError
 from ui.core.background_task import BackgroundTask, Running
 
 
@@ -134,5 +135,5 @@ def _head_of(path: Path) -> tuple[str, ...]:
     """Column names of a CSV file; empty for other files."""
     try:
         return tuple(read_head(path)) if format_of(path) is LogFormat.CSV else ()
-    except (LogUnreadable, OSError):
+    except (UserError, OSError):
         return ()

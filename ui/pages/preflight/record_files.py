@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QWidget
 from app.preflight.verdict import Verdict
 from app.records.check_store import CheckStore
 from app.records.record import Record, recorded_verdict
-from app.records.report_files import Printer, ReportRefused, check_target, suggested_name, write_report
+from app.records.report_files import Printer, check_target, suggested_name, write_report
 from app.records.verification import RecordState, Verification, verify_file
 from app.stations.known import Stations
 from app.stations.station import fingerprint_of
@@ -20,6 +20,7 @@ from app.store.store import Store
 from app.text.i18n import tr
 from app.text.messages import clean
 from app.text.sentences import error_text, join_sentences
+from app.text.user_error import UserError
 from ui.core.background_task import BackgroundTask
 from ui.files.file_dialogs import AskPath, AskText, ThenPath, ask_open, ask_path, ask_text
 from ui.files.report_printer import print_report
@@ -65,8 +66,8 @@ class RecordFiles(QObject):
         try:
             check_target(path)
             written = write_report(path, record, self.printer)
-        except ReportRefused as refused:
-            self._result.notify(Meaning.ATTENTION, partial(str, refused))
+        except UserError as refused:
+            self._result.notify(Meaning.ATTENTION, partial(error_text, refused))
         except (OSError, RuntimeError) as error:
             fault = error
             self._result.notify(

@@ -7,9 +7,9 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QComboBox, QLabel, QPushButton, QWidget
 
 from app.stations.known import KnownStation, Stations
-from app.stations.station import StationTrouble
 from app.text.i18n import tr
 from app.text.sentences import error_text
+from app.text.user_error import UserError
 from ui.core.texts import Texts
 from ui.style.theme import Space
 from ui.widgets.controls import control
@@ -38,7 +38,7 @@ class StationsRow(QWidget):
         stations = Stations(self._folder())
         try:
             stations.make_own()
-        except StationTrouble as trouble:
+        except UserError as trouble:
             self.own.setText(trouble.sentence)
         self.known.clear()
         for one in stations.known():
