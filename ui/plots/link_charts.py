@@ -4,18 +4,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Final
 
-from PySide6.QtCore import QPointF, QRectF, QSize, Qt
-from PySide6.QtGui import QAccessible, QColor, QFontMetricsF, QPainter, QPaintEvent, QPen, QPolygonF
-from PySide6.QtWidgets import QSizePolicy
+import numpy as np
+import pyqtgraph as pg
+from PySide6.QtCore import QSize
+from PySide6.QtGui import QColor
 
 from app.diagnosis.link_statistics import Slice, TripClass
 from app.text.durations import duration
 from app.text.i18n import tr
 from protocol.frame import Reason
 from protocol.translatable import marked
-from ui.style.painted_widget import PaintedWidget
-from ui.style.shapes import pen
-from ui.style.theme import Meaning, Size, Space, current, font
+from ui.plots.static_plot import StaticPlot, apart_from_each_other
+from ui.style.theme import Meaning, Theme, scaled
 
 REASON_WORDS: Final = {
     Reason.NO_HEADER: marked("no header"),
@@ -25,12 +25,15 @@ REASON_WORDS: Final = {
     Reason.VALUE: marked("impossible value"),
     Reason.INCOMPLETE: marked("broken off"),
 }
-_CENTRE = Qt.AlignmentFlag.AlignCenter
-_LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
-_RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
-_LINE_PX: Final = 18
 _TICK_MS: Final = frozenset((1, 4, 16, 64, 250, 1000))
 """Bounds labelled below the histogram; there is no room for all."""
+_LEAST: Final = 0.03
+"""Height of the lowest bar as a part of the highest."""
+_HEAD: Final = 1.3
+"""Height of the histogram as a multiple of its highest bar, for the share above that."""
+_SHARE_PX: Final = 40
+_ROW_PX: Final = 24
+_MIN_PX: Final = 1.5
 
 
 def percent_text(share: float) -> str:
@@ -39,20 +42,11 @@ def percent_text(share: float) -> str:
     return f"{percent:.0f} %" if percent >= 10 or not percent else f"{percent:.2g} %"
 
 
-class _Chart(PaintedWidget):
-    """A chart that takes all the room that it gets."""
-
-    accessible_role: ClassVar = QAccessible.Role.Chart
-    usual: ClassVar = QSize(320, 130)
-    least: ClassVar = QSize(220, 90)
-
-    def __init__(self, name: str) -> None:
-        super().__init__()
-        self.setObjectName(name)
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+def _bars(colour: QColor, **places: object) -> pg.BarGraphItem:
+    return pg.BarGraphItem(brush=colour, pen=None, **places)
 
 
-class Histogram(_Chart):
+class Histogram(StaticPlot):
     """Histogram of round trips, with shares."""
 
     def __init__(self) -> None:
@@ -66,57 +60,37 @@ class Histogram(_Chart):
         total = sum(one.count for one in classes)
         said = "; ".join(f"{_bound(one)}: {one.count}" for one in classes if one.count)
         self.announce(tr("Round trips: {n}. {classes}", n=total, classes=said), name=tr("Round trips"))
+        self.redraw()
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
-        theme = current()
-        painter = QPainter(self)
-        painter.setFont(font(Size.SMALL))
-        ground = QRectF(0, _LINE_PX, self.width(), self.height() - 2 * _LINE_PX)
-        painter.setPen(pen(theme.divider, theme.border_px))
-        painter.drawLine(ground.bottomLeft(), ground.bottomRight())
-        total, most = sum(one.count for one in self._classes), max((one.count for one in self._classes), default=0)
-        painter.setPen(QColor(theme.muted))
+    def draw(self, theme: Theme) -> None:
+        counts = np.array([one.count for one in self._classes])
+        total = counts.sum()
         if not total:
-            painter.drawText(ground, _CENTRE, tr("not measured yet"))
-            painter.end()
+            self.show_nothing(tr("not measured yet"))
             return
-        step = ground.width() / len(self._classes)
-        self._paint_bars(painter, ground, step, most, total)
-        painter.end()
-
-    def _paint_bars(self, painter: QPainter, ground: QRectF, step: float, most: int, total: int) -> None:
-        """Each bar with its share above it, where that fits beside the previous one and between higher bars."""
-        theme, metrics = current(), painter.fontMetrics()
-        said = QRectF()
-        heights = [max(2.0, ground.height() * one.count / most) if one.count else 0.0 for one in self._classes]
-        bars = [
-            QRectF(ground.left() + number * step + 1, ground.bottom() - height, step - 2, height)
-            for number, height in enumerate(heights)
+        most, middles = counts.max(), np.arange(len(counts)) + 0.5
+        heights = np.where(counts, np.maximum(counts, most * _LEAST), 0)
+        self.add(_bars(QColor(theme.curves[0]), x=middles, height=heights, width=0.9))
+        self.set_range((0.0, len(counts)), (0.0, most * _HEAD))
+        unit_px = self.width() / len(counts)
+        # A share that is wider than its bar must not reach into a higher one.
+        shares = [
+            (middles[n], percent_text(counts[n] / total))
+            for n in np.argsort(-counts, kind="stable")
+            if counts[n] * 20 >= total
+            and (unit_px > scaled(_SHARE_PX) or counts[n] >= counts[max(0, n - 1) : n + 2].max())
         ]
-        for number, (one, bar) in enumerate(zip(self._classes, bars, strict=True)):
-            left = ground.left() + number * step
-            if one.count:
-                painter.fillRect(bar, QColor(theme.curves[0]))
-                text = percent_text(one.count / total)
-                wide = metrics.horizontalAdvance(text) + 4
-                share = QRectF(bar.center().x() - wide / 2, bar.top() - _LINE_PX, wide, _LINE_PX)
-                is_free = not any(share.intersects(other) for other in (said, *bars))
-                if one.count * 20 >= total and is_free:
-                    said = share
-                    painter.setPen(QColor(theme.text))
-                    painter.drawText(share, _CENTRE, text)
-            if one.up_to_ms in _TICK_MS:
-                painter.setPen(QColor(theme.muted))
-                place = QRectF(left + step - 24, ground.bottom() + 1, 48, _LINE_PX)
-                painter.drawLine(QPointF(left + step, ground.bottom()), QPointF(left + step, ground.bottom() + 3))
-                painter.drawText(place, _CENTRE, f"{one.up_to_ms:g}")
+        for place, share in apart_from_each_other(shares, unit_px):
+            self.add_text(share, theme.text, (place, heights[int(place)]), (0.5, 1.0))
+        bounds = enumerate((one.up_to_ms for one in self._classes), 1)
+        self.show_ticks("bottom", [(n, f"{ms:g}") for n, ms in bounds if ms in _TICK_MS])
 
 
 def _bound(one: TripClass) -> str:
     return tr("longer") if one.up_to_ms is None else tr("up to {ms} ms", ms=f"{one.up_to_ms:g}")
 
 
-class ReasonBars(_Chart):
+class ReasonBars(StaticPlot):
     """Invalid bytes by reason, most frequent first."""
 
     def __init__(self) -> None:
@@ -129,30 +103,23 @@ class ReasonBars(_Chart):
             self._counts = shown
             said = "; ".join(f"{tr(REASON_WORDS[reason])}: {count}" for reason, count in shown) or tr("none")
             self.announce(tr("{setting}: {what}", setting=tr("Invalid bytes"), what=said), name=tr("Invalid bytes"))
+            self.redraw()
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
-        theme = current()
-        painter = QPainter(self)
-        one = font(Size.SMALL)
-        painter.setFont(one)
-        metrics = QFontMetricsF(one)
+    def draw(self, theme: Theme) -> None:
+        self.axes["bottom"].setPen(None)
         if not self._counts:
-            painter.setPen(QColor(theme.muted))
-            painter.drawText(QRectF(self.rect()), _CENTRE, tr("none"))
-            painter.end()
+            self.show_nothing(tr("none"))
             return
-        words = metrics.horizontalAdvance(max((tr(word) for word in REASON_WORDS.values()), key=len)) + Space.S
-        numbers = metrics.horizontalAdvance(f"{self._counts[0][1]:,}") + Space.S
-        room = max(10.0, self.width() - words - numbers)
-        line = min(24.0, self.height() / len(self._counts))
-        for row, (reason, count) in enumerate(self._counts):
-            top = row * line
-            painter.setPen(QColor(theme.text))
-            painter.drawText(QRectF(0, top, words, line), _LEFT, tr(REASON_WORDS[reason]))
-            width = max(2.0, room * count / self._counts[0][1])
-            painter.fillRect(QRectF(words, top + line * 0.25, width, line * 0.5), theme.ink(Meaning.ATTENTION))
-            painter.drawText(QRectF(words + width + Space.XS, top, numbers, line), _LEFT, f"{count:,}")
-        painter.end()
+        counts = np.array([count for _, count in self._counts])
+        rows = -np.arange(len(counts)) - 0.5
+        widths = np.maximum(counts, counts[0] * 0.01)
+        self.add(_bars(theme.ink(Meaning.ATTENTION), x0=0, y=rows, width=widths, height=0.5))
+        for row, width, count in zip(rows, widths, counts, strict=True):
+            self.add_text(f"{count:,}", theme.text, (width, row), (0.0, 0.5))
+        lines = max(len(counts), self.height() / scaled(_ROW_PX))
+        self.set_range((0.0, counts[0] * 1.4), (-lines, 0.0))
+        words = [tr(REASON_WORDS[reason]) for reason, _ in self._counts]
+        self.show_ticks("left", list(zip(rows, words, strict=True)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,15 +132,15 @@ class Stretch:
 
 
 @dataclass(frozen=True, slots=True)
-class _Lane:
+class _Band:
     title: str
     meaning: Meaning | None
-    values: tuple[float | None, ...]
+    values: tuple[float, ...]
     text: str
     """Shown for the highest value."""
 
 
-class OverTime(_Chart):
+class OverTime(StaticPlot):
     """Slowest answer, queries without reply and invalid bytes over time, with marks for restarts of the module and lost
     ports."""
 
@@ -190,83 +157,46 @@ class OverTime(_Chart):
         name = tr(
             "Over the last {time}: {lanes}; restarts: {restarts}; port lost: {losses}",
             time=duration(stretch.length_s),
-            lanes="; ".join(f"{lane.title} {lane.text}" for lane in self._lanes()),
+            lanes="; ".join(f"{band.title} {band.text}" for band in self._bands()),
             restarts=restarts,
             losses=losses,
         )
         self.announce(name)
+        self.redraw()
 
-    def _lanes(self) -> tuple[_Lane, ...]:
+    def _bands(self) -> tuple[_Band, ...]:
+        """From below upwards."""
         slices = self._stretch.slices
-        slowest = [one.slowest_s for one in slices if one.slowest_s is not None]
-        missed, rejected = sum(one.time_outs for one in slices), sum(one.rejected_bytes for one in slices)
-        worst = f"{max(slowest) * 1000:.1f} ms" if slowest else "–"
+        slowest = tuple(one.slowest_s or 0.0 for one in slices)
+        missed, rejected = tuple(one.time_outs for one in slices), tuple(one.rejected_bytes for one in slices)
+        worst = f"{max(slowest) * 1000:.1f} ms" if any(slowest) else "–"
         return (
-            _Lane(tr("Slowest answer"), None, tuple(one.slowest_s for one in slices), worst),
-            _Lane(tr("Without reply"), Meaning.ATTENTION, tuple(one.time_outs for one in slices), f"{missed:,}"),
-            _Lane(tr("Invalid bytes"), Meaning.ATTENTION, tuple(one.rejected_bytes for one in slices), f"{rejected:,}"),
+            _Band(tr("Slowest answer"), None, slowest, worst),
+            _Band(tr("Without reply"), Meaning.ATTENTION, missed, f"{sum(missed):,}"),
+            _Band(tr("Invalid bytes"), Meaning.ATTENTION, rejected, f"{sum(rejected):,}"),
         )
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
-        theme, stretch = current(), self._stretch
-        painter = QPainter(self)
-        small = font(Size.SMALL)
-        painter.setFont(small)
-        lanes = self._lanes()
-        titles = max(QFontMetricsF(small).horizontalAdvance(lane.title) for lane in lanes) + Space.M
-        ground = QRectF(titles, 0, self.width() - titles, self.height() - _LINE_PX)
-        height = ground.height() / len(lanes)
-        for number, lane in enumerate(lanes):
-            box = QRectF(ground.left(), ground.top() + number * height + 4, ground.width(), height - 8)
-            painter.setPen(pen(theme.divider, theme.border_px))
-            painter.drawLine(box.bottomLeft(), box.bottomRight())
-            painter.setPen(QColor(theme.text))
-            painter.drawText(QRectF(0, box.top(), titles, 16), _LEFT, lane.title)
-            painter.setPen(QColor(theme.muted))
-            painter.drawText(QRectF(0, box.top() + 16, titles, 16), _LEFT, lane.text)
-            self._paint_lane(painter, lane, box)
-        self._paint_marks(painter, ground)
-        painter.setPen(QColor(theme.muted))
-        foot = QRectF(ground.left(), self.height() - _LINE_PX, ground.width(), _LINE_PX)
-        painter.drawText(foot, _LEFT, tr("{time} ago", time=duration(stretch.length_s)))
-        painter.drawText(foot, _RIGHT, tr("now"))
-        painter.end()
-
-    def _x(self, at_s: float, box: QRectF) -> float:
-        began_s = self._stretch.now_s - self._stretch.length_s
-        return box.left() + box.width() * (at_s - began_s) / self._stretch.length_s
-
-    def _paint_lane(self, painter: QPainter, lane: _Lane, box: QRectF) -> None:
-        theme = current()
-        top = max((value for value in lane.values if value), default=0.0)
-        if not top:
-            return
-        colour = QColor(theme.curves[0]) if lane.meaning is None else theme.ink(lane.meaning)
-        for one, value in zip(self._stretch.slices, lane.values, strict=True):
-            if value:
-                left, right = self._x(one.begins_s, box), self._x(one.begins_s + one.lasts_s, box)
-                if right <= box.left():
-                    continue
-                tall = max(2.0, box.height() * value / top)
-                left = max(left, box.left())
-                bar = QRectF(left, box.bottom() - tall, max(1.5, right - left), tall)
-                painter.fillRect(bar.intersected(box), colour)
-
-    def _paint_marks(self, painter: QPainter, ground: QRectF) -> None:
-        theme = current()
-        for one in self._stretch.slices:
-            x = self._x(one.begins_s + one.lasts_s / 2, ground)
-            if x < ground.left() or not (one.restarts or one.losses):
-                continue
-            ink = theme.ink(Meaning.DANGER if one.losses else Meaning.INFORMATION)
-            painter.setPen(QPen(ink, theme.line_px, Qt.PenStyle.DashLine))
-            painter.drawLine(QPointF(x, ground.top()), QPointF(x, ground.bottom()))
-            painter.setPen(Qt.PenStyle.NoPen)
-            painter.setBrush(ink)
-            tip = ground.top() + 7
-            if one.losses:  # a square for a lost port
-                painter.drawRect(QRectF(x - 3.5, ground.top(), 7, 7))
-            else:  # a triangle for a restart
-                points = [QPointF(x - 4.5, ground.top()), QPointF(x + 4.5, ground.top()), QPointF(x, tip)]
-                painter.drawPolygon(QPolygonF(points))
-            painter.setBrush(Qt.BrushStyle.NoBrush)
+    def draw(self, theme: Theme) -> None:
+        stretch, bands = self._stretch, self._bands()
+        begins = np.array([one.begins_s for one in stretch.slices]) - stretch.now_s
+        lasts = np.array([one.lasts_s for one in stretch.slices])
+        widths = np.maximum(lasts, _MIN_PX * stretch.length_s / max(1, self.width()))
+        for number, band in enumerate(reversed(bands)):
+            self.add(pg.InfiniteLine(number, angle=0, pen=pg.mkPen(theme.divider, width=theme.border_px)))
+            values = np.array(band.values, np.float64)
+            if values.any():
+                heights = np.where(values, np.maximum(values / values.max(), _LEAST), 0) * 0.8
+                ink = QColor(theme.curves[0]) if band.meaning is None else theme.ink(band.meaning)
+                self.add(_bars(ink, x0=begins, y0=number, width=widths, height=heights))
+        for place, one in zip(begins + lasts / 2, stretch.slices, strict=True):
+            if one.restarts or one.losses:
+                ink = theme.ink(Meaning.DANGER if one.losses else Meaning.INFORMATION)
+                symbol = "s" if one.losses else "t"  # a square, or a triangle that points down
+                mark = pg.ScatterPlotItem([place], [len(bands)], symbol=symbol, size=scaled(8), brush=ink, pen=None)
+                self.add(pg.InfiniteLine(place, pen=pg.mkPen(ink, width=theme.line_px, dash=(4, 3))), mark)
+        self.set_range((-stretch.length_s, 0.0), (0.0, len(bands) + 0.1))
+        words = [(n + 0.4, f"{band.title}\n{band.text}") for n, band in enumerate(reversed(bands))]
+        self.show_ticks("left", words)
+        self.show_ticks(
+            "bottom", [(-stretch.length_s, tr("{time} ago", time=duration(stretch.length_s))), (0.0, tr("now"))]
+        )

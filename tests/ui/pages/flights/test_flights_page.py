@@ -197,6 +197,11 @@ def test_map_and_lists_follow_a_threshold(desk: Desk) -> None:
     assert desk.shown(MUST_NOT) == ["turn"]
     page.thresholds.tilt.slider.setValue(60)
     assert desk.shown(MUST_NOT) == []
+    assert page.map.numbers.toPlainText().startswith("60° · ")
+    assert [line.value() for line in page.map.cross[2:]] == [60, page.work.limits.freefall_time_s]
+    rows = page.map.image.image[:, -1]  # lowest tilt first: 50° fires up to a threshold of 50°, not above it
+    assert (rows[0] == rows[len(rows) // 5]).all()
+    assert (rows[0] != rows[len(rows) // 2]).any()
     page.on_escape()
     assert len(desk.shown(MUST_NOT)) == 2
 

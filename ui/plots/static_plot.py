@@ -1,0 +1,131 @@
+"""Base of the charts that show something and are not operated like a time plot."""
+
+from collections.abc import Iterable, Sequence
+from typing import Any, ClassVar, Final
+
+import pyqtgraph as pg
+from PySide6.QtCore import QEvent, QSize, Qt
+from PySide6.QtGui import QAccessible, QColor, QFontMetricsF
+from PySide6.QtWidgets import QSizePolicy
+
+from ui.style.painted_widget import PaintedWidget
+from ui.style.theme import Size, Space, Theme, current, font, scaled
+from ui.widgets.layouts import in_column
+from ui.widgets.visibility_timer import VisibilityTimer
+
+_GAP_PX: Final = 4
+_MARGIN_PX: Final = 60
+"""Labels may be as far beyond the ends of an axis."""
+TickLabel = tuple[float, str]
+
+
+def apart_from_each_other(labels: Iterable[TickLabel], unit_px: float) -> list[TickLabel]:
+    """Those of `labels`, the most important first, that touch none before them; `unit_px` is the scale of the axis."""
+    metrics, rooms, shown = QFontMetricsF(font(Size.SMALL)), list[tuple[float, float]](), list[TickLabel]()
+    for place, label in labels:
+        half = (metrics.horizontalAdvance(label) + _GAP_PX) / 2
+        left, right = place * unit_px - half, place * unit_px + half
+        if all(right <= other_left or other_right <= left for other_left, other_right in rooms):
+            rooms.append((left, right))
+            shown.append((place, label))
+    return shown
+
+
+class StaticPlot(PaintedWidget):
+    """One view of pyqtgraph with axes. `draw` puts the items into it, after each change and in each theme."""
+
+    accessible_role: ClassVar = QAccessible.Role.Chart
+    usual: ClassVar = QSize(320, 130)
+    least: ClassVar = QSize(220, 90)
+    head_rows: ClassVar = 0
+    """Of `column`, above the view."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__()
+        self.setObjectName(name)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+        self.view: Any = None
+        self.column = in_column(of=self, spacing=Space.XS, margins=0)
+        VisibilityTimer(self, self.redraw, restyle=self.redraw)
+
+    def _make(self) -> None:
+        """When it is shown for the first time, since it takes 10 ms."""
+        canvas = pg.GraphicsLayoutWidget()
+        self.view = view = pg.ViewBox(enableMouse=False, enableMenu=False, defaultPadding=0.0)
+        canvas.setObjectName(f"{self.objectName()}_canvas")
+        canvas.viewport().setObjectName(f"{self.objectName()}_viewport")
+        canvas.viewport().setAutoFillBackground(False)
+        canvas.setBackground(None)
+        canvas.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        # The mouse is the widget's, and the page's that scrolls.
+        canvas.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+        self.layout_of_view = canvas.ci.layout
+        self.layout_of_view.setSpacing(0)
+        view.disableAutoRange()
+        view.sigResized.connect(self.fit_to_view)
+        canvas.addItem(view, 0, 1)
+        self.axes = {side: pg.AxisItem(side, linkView=view) for side in ("left", "bottom")}
+        for side, place in (("left", (0, 0)), ("bottom", (1, 1))):
+            self.axes[side].setStyle(
+                tickLength=0, tickAlpha=0, hideOverlappingLabels=_MARGIN_PX, autoExpandTextSpace=False
+            )
+            canvas.addItem(self.axes[side], *place)
+        self.column.insertWidget(self.head_rows, canvas, 1)
+
+    def redraw(self) -> None:
+        """Draws all anew, in the theme and language in use; a hidden chart is drawn when it is shown."""
+        if not self.isVisible():
+            return
+        if self.view is None:
+            self._make()
+        theme = current()
+        self.view.clear()
+        # Half a label may be above the view, and half the last one beside it.
+        self.layout_of_view.setContentsMargins(0, scaled(Space.S), scaled(Space.M), 0)
+        for side, axis in self.axes.items():
+            axis.setTickFont(font(Size.SMALL))
+            axis.setTextPen(QColor(theme.muted))
+            axis.setPen(pg.mkPen(theme.divider, width=theme.border_px) if side == "bottom" else None)
+            self.show_ticks(side, ())
+        self.draw(theme)
+
+    def draw(self, theme: Theme) -> None:
+        raise NotImplementedError
+
+    def fit_to_view(self) -> None:
+        """Called after a change of the view's size, for what is drawn in pixels."""
+
+    def add(self, *items: Any) -> None:
+        for item in items:
+            self.view.addItem(item)
+
+    def add_text(self, text: str, colour: str, place: tuple[float, float], anchor: tuple[float, float]) -> None:
+        """A text whose point `anchor` (0 to 1 from its left and top) is at a place."""
+        item = pg.TextItem(text, QColor(colour), anchor=anchor)
+        item.setFont(font(Size.SMALL))
+        item.setPos(*place)
+        self.add(item)
+
+    def show_nothing(self, word: str) -> None:
+        """A word in the middle of an empty chart."""
+        self.set_range((0.0, 1.0), (0.0, 1.0))
+        self.add_text(word, current().muted, (0.5, 0.5), (0.5, 0.5))
+
+    def set_range(self, across: tuple[float, float], up: tuple[float, float]) -> None:
+        self.view.setRange(xRange=across, yRange=up, padding=0.0, disableAutoRange=False)
+
+    def show_ticks(self, side: str, labels: Sequence[TickLabel], title: str = "") -> None:
+        """Labels an axis, which takes the room that they need."""
+        axis, metrics = self.axes[side], QFontMetricsF(font(Size.SMALL))
+        lines = [line for _, label in labels for line in label.split("\n")]
+        title_px = metrics.height() + _GAP_PX if title else 0
+        if title:
+            axis.setLabel(title, **{"color": current().muted, "font-size": f"{scaled(Size.SMALL)}px"})
+        if side == "left":
+            axis.setWidth(max((metrics.horizontalAdvance(line) for line in lines), default=0) + 2 * _GAP_PX + title_px)
+        else:
+            axis.setHeight((metrics.height() + _GAP_PX if labels else 2) + title_px)
+        axis.setTicks([list(labels)])
+
+    def resizeEvent(self, _event: QEvent) -> None:
+        self.redraw()
