@@ -1706,6 +1706,10 @@
         <translation>断电重启后丢失：模块当前为 {stands}。</translation>
     </message>
     <message>
+        <source>Lag</source>
+        <translation>链路延迟</translation>
+    </message>
+    <message>
         <source>Language</source>
         <translation>语言</translation>
     </message>
@@ -5166,10 +5170,6 @@
         <translation>有无效字节</translation>
     </message>
     <message>
-        <source>invalid bytes: {n}</source>
-        <translation>无效字节 {n}</translation>
-    </message>
-    <message>
         <source>invalid choice: %(value)r (choose from %(choices)s)</source>
         <translation>无效的选择：%(value)r（可选：%(choices)s）</translation>
     </message>
@@ -5196,10 +5196,6 @@
     <message>
         <source>its station did not sign it</source>
         <translation>并非由所属站点签名</translation>
-    </message>
-    <message>
-        <source>lag {seconds} s</source>
-        <translation>滞后 {seconds} s</translation>
     </message>
     <message>
         <source>late</source>
@@ -6386,10 +6382,6 @@
         <translation>是 {module} 吗？请看其标签。</translation>
     </message>
     <message>
-        <source>{ms} ms</source>
-        <translation>{ms} ms</translation>
-    </message>
-    <message>
         <source>{names} and {count} more</source>
         <translation>{names} 及另外 {count} 项</translation>
     </message>
@@ -6492,10 +6484,6 @@
     <message>
         <source>{rate} baud</source>
         <translation>波特率 {rate}</translation>
-    </message>
-    <message>
-        <source>{rate} frames/s</source>
-        <translation>{rate} 帧/秒</translation>
     </message>
     <message>
         <source>{reading}: would first fire at {time:.2f} s.</source>

@@ -26,11 +26,10 @@ from ui.shell.actions import Actions
 from ui.shell.attention import Attention
 from ui.shell.lock_above import LockAbove
 from ui.shell.page_area import PageArea, PageMaker
-from ui.shell.recording_sign import RecordingSign
 from ui.shell.resume import ResumeWatcher
 from ui.shell.shutdown import close_down
 from ui.shell.sidebar import Sidebar
-from ui.shell.status_bar import StatusBar
+from ui.shell.status_bar import RecordingSign, StatusBar
 from ui.shell.top_bar import TopBar
 from ui.shell.window_size import fit_screen
 from ui.simulator.dock import SimulatorDock
@@ -269,7 +268,6 @@ class MainWindow(QMainWindow):
         for page in self._pages.values():
             if isinstance(page, StreamPage):
                 page.on_batch(batch)
-        self.status_bar.on_batch(batch)
         if self._connector.clock() - self._refreshed_at >= REFRESH_EVERY_MS / 1000 and not self._is_over:
             self._timer.start()  # it is needed only while no batches come
             self.refresh()
@@ -278,7 +276,6 @@ class MainWindow(QMainWindow):
         """Refreshes everything that shows the link or an age."""
         self._refreshed_at = self._connector.clock()
         self.top_bar.refresh()
-        self.status_bar.refresh()
         self.recording_sign.refresh()
         connector = self._connector
         self.menus.find_rate.setEnabled(connector.is_open)
@@ -325,7 +322,7 @@ class MainWindow(QMainWindow):
         self._preferences.bring_up()
 
     def use_sidebar(self, is_wide: bool) -> None:
-        self.navigation.show_wide(is_wide)
+        self.navigation.choose_wide(is_wide)
         self._remembered.is_sidebar_wide = is_wide
 
     def _show_full_screen(self, is_wanted: bool) -> None:
@@ -337,7 +334,7 @@ class MainWindow(QMainWindow):
         self._give_room()
 
     def _give_room(self) -> None:
-        """Hides the names in the sidebar before a page would have to scroll sideways."""
+        """Shows the narrow sidebar before a page would have to scroll sideways."""
         beside = not self.simulator.isHidden() and not self.simulator.isFloating()
         self.navigation.give_room(beside and self.width() < WIDE_ENOUGH)
 

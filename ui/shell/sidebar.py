@@ -23,12 +23,10 @@ from ui.widgets.visibility_timer import VisibilityTimer
 
 WIDE_PX: Final = 160
 NARROW_PX: Final = 84
-ICONS_PX: Final = 44
 WIDE_ROW_PX: Final = 40
 NARROW_ROW_PX: Final = 46
-_MIN_NAMED_PX: Final = 39
-_MIN_ROW_PX: Final = 34
-"""Height of a row without its name, in a window too low for the names."""
+_MIN_ROW_PX: Final = 39
+"""Height of an icon with its name; in a window too low for all rows they scroll."""
 _ICON_PX: Final = 20
 _ICON: Final = Qt.ItemDataRole.UserRole + 1
 _Index = QModelIndex | QPersistentModelIndex
@@ -48,7 +46,7 @@ class Sidebar(QListWidget):
         self.setItemDelegate(_RowPainter(self))
         texts.bind(self.setAccessibleName, "Pages")
         self._entries = entries
-        self.is_wide = self._has_little_room = False
+        self._is_wide_chosen = self._has_little_room = False
         for entry in entries:
             item = QListWidgetItem(icon(entry.icon), "")
             item.setData(Qt.ItemDataRole.UserRole, entry.key)
@@ -72,24 +70,23 @@ class Sidebar(QListWidget):
                 return True
         return False
 
-    def show_wide(self, is_wide: bool) -> None:
-        """Shows names beside the icons, or below them."""
-        self.is_wide = is_wide
+    def choose_wide(self, is_wide: bool) -> None:
+        """Shows names beside the icons where there is room, else below them."""
+        self._is_wide_chosen = is_wide
         self._fit()
 
     def give_room(self, has_little: bool) -> None:
-        """Shows only the icons where a dock beside the page leaves little room."""
+        """Shows names below the icons where a dock beside the page leaves little room."""
         self._has_little_room = has_little
         self._fit()
 
     @property
-    def chosen(self) -> str:
-        return str(self.currentIndex().data(Qt.ItemDataRole.UserRole) or "")
+    def is_wide(self) -> bool:
+        return self._is_wide_chosen and not self._has_little_room
 
     @property
-    def shows_names(self) -> bool:
-        """Else there is no room for names, and only the tooltips have them."""
-        return not self._has_little_room and (self.is_wide or self._row_px() >= _MIN_NAMED_PX)
+    def chosen(self) -> str:
+        return str(self.currentIndex().data(Qt.ItemDataRole.UserRole) or "")
 
     @property
     def scale(self) -> float:
@@ -102,9 +99,7 @@ class Sidebar(QListWidget):
         return max(1, self.height() - 2 * scaled(Space.XS) - 1) // max(1, self.count())
 
     def _fit(self) -> None:
-        wide = self.is_wide and not self._has_little_room
-        width = WIDE_PX if wide else ICONS_PX if self._has_little_room else NARROW_PX
-        self.setFixedWidth(round(width * self.scale))
+        self.setFixedWidth(round((WIDE_PX if self.is_wide else NARROW_PX) * self.scale))
         row = round((WIDE_ROW_PX if self.is_wide else NARROW_ROW_PX) * self.scale)
         row = min(row, max(_MIN_ROW_PX, self._row_px()))
         for number in range(self.count()):
@@ -158,20 +153,18 @@ class _RowPainter(QStyledItemDelegate):
         size = Size.BODY if sidebar.is_wide else Size.SMALL
         name, one = str(index.data()), font(size)
         one.setPixelSize(round(size * sidebar.scale))
-        if sidebar.is_wide and sidebar.shows_names:
+        if sidebar.is_wide:
             square = QRect(rect.left() + scaled(10), rect.center().y() - side // 2 + 1, side, side)
             room = rect.adjusted(scaled(40), 0, -scaled(4), 0)
             flags = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
         else:
-            high = QFontMetrics(one).height() if sidebar.shows_names else 0
+            high = QFontMetrics(one).height()
             top = rect.top() + (rect.height() - side - high) // 2
             square = QRect(rect.center().x() - side // 2, top, side, side)
             room = QRect(rect.left(), square.bottom() + 1, rect.width(), high)
             flags = Qt.AlignmentFlag.AlignHCenter | Qt.AlignmentFlag.AlignVCenter
         draw(painter, picture, square, ink)
-        if sidebar.shows_names:
-            painter.setFont(one)
-            painter.setPen(ink)
-            fitting = QFontMetrics(one).elidedText(name, Qt.TextElideMode.ElideRight, room.width())
-            painter.drawText(room, flags, fitting)
+        painter.setFont(one)
+        painter.setPen(ink)
+        painter.drawText(room, flags, QFontMetrics(one).elidedText(name, Qt.TextElideMode.ElideRight, room.width()))
         painter.restore()

@@ -1,6 +1,9 @@
-"""Status bar: link statistics, or the notice that needs attention."""
+"""Status bar: the age of the last frame and the recording, or what needs attention."""
 
-from PySide6.QtCore import Qt
+from collections.abc import Callable
+from typing import Final
+
+from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtGui import QFontMetrics, QResizeEvent
 from PySide6.QtWidgets import QAbstractButton, QFrame, QLabel, QWidget
 
@@ -9,8 +12,10 @@ from app.engine.worker import Batch
 from app.limits.out_of_limits import DAMAGED_SHOWN_S, LimitsInUse, Outside, line_outside
 from app.text.durations import duration
 from app.text.i18n import tr
+from app.text.messages import UserMessage
 from ui.core.connector import Connector
 from ui.core.texts import Texts
+from ui.services.session_recording import RecordingState
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Size, Space, font, scaled
 from ui.widgets.controls import control
@@ -20,67 +25,77 @@ from ui.widgets.naming import named
 from ui.widgets.notice_bar import NoticeBar
 from ui.widgets.visibility_timer import VisibilityTimer
 
-HEIGHT_PX = 40
+HEIGHT_PX: Final = 40
 """That of a button with the gaps around it."""
-WIDE_PX = 1180
+WIDE_PX: Final = 1180
 """Width from which there is room for more than the notice."""
-RATE_OVER_S = 1.0
-WRITE_EVERY_S = 0.3
-_SIGN_PX = 14
+MESSAGE_S: Final = 6.0
+TICK_MS: Final = 300
+_SIGN_PX: Final = 14
+_RECORD_PX: Final = 12
+
+
+class AgeLabel(TickingLabel):
+    """Says how long ago something happened, and ticks while it is visible."""
+
+    def __init__(self, clock: Callable[[], float]) -> None:
+        super().__init__()
+        self._clock = clock
+        self._at: float | None = None
+        self._late_s: float | None = None
+        VisibilityTimer(self, self._write, every_ms=TICK_MS)
+
+    def show_age(self, at: float | None, *, late_s: float | None = None) -> None:
+        """Of what happened `at` this time of the clock; None: nothing has. `late_s`: it is known to be as late."""
+        is_other = (self._at is None, self._late_s is None) != (at is None, late_s is None)
+        self._at, self._late_s = at, late_s
+        if is_other:
+            self._write()
+
+    def _write(self) -> None:
+        text = "" if self._at is None else tr("{time} ago", time=duration(self._clock() - self._at))
+        self.setText(text if self._late_s is None else tr("{time} late", time=duration(self._late_s)))
 
 
 class StatusBar(QFrame):
-    """Shows link statistics, passing messages, and the time since the last frame.
+    """Shows passing messages, a fault of the line, and the time since the last frame.
 
     A notice or the bar of a played capture takes their place, so that nothing else in the window moves when it appears;
     its height is the same.
     """
 
-    def __init__(
-        self,
-        connector: Connector,
-        texts: Texts,
-        in_use: LimitsInUse,
-        notice_bar: NoticeBar,
-    ) -> None:
+    def __init__(self, connector: Connector, texts: Texts, in_use: LimitsInUse, notice_bar: NoticeBar) -> None:
         super().__init__()
         named(self, "status_line", "bar")
-        self._connector = connector
-        connector.invalidated.connect(lambda: self.show_message(""))
         self._in_use = in_use
-        self._rejected = 0
+        self._rejected = self._frames = 0
         self._damaged_at: float | None = None
-        self._frames = 0
         self._received_at: float | None = None
-        self._counted_at: float | None = None
-        self._counted_frames = 0
-        self._frames_per_s: float | None = None
-        self._written_at = 0.0
-        self._message = ""
-        self._message_until = 0.0
-        self.figures = control(TickingLabel(), texts, "link_figures", says="Statistics")
+        self._message_end = QTimer(self, singleShot=True)
+        self._message_end.timeout.connect(lambda: self.show_message(""))
         self.sign = IconLabel("line_fault_sign", _SIGN_PX, keeps_place=True)
         self.sign.show_icon(Icon.WARNING, Meaning.ATTENTION)
         self.fault = named(QLabel(), "line_fault", "attention")
-        self.passing = named(ElidedLabel(), "passing_message")
-        self.age = control(TickingLabel(), texts, "last_heard", says="Time since the last frame")
+        self.passing = named(ElidedLabel(), "passing_message", "small")
+        self.age = control(
+            AgeLabel(connector.clock), texts, "last_heard", says="Time since the last frame", role="small"
+        )
         # A description, since a name would replace the text for screen readers.
         texts.bind(self.passing.setAccessibleDescription, "Message")
-        marked = in_row(self.figures, self.sign, self.fault, spacing=Space.XS)
         self.passing.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        self._figures = named(QWidget(), "status_figures")
-        in_row(marked, (self.passing, 1), of=self._figures, spacing=Space.L, margins=(Space.M, 0, 0, 0))
+        self._left = named(QWidget(), "status_message")
+        in_row(self.sign, self.fault, (self.passing, 1), of=self._left, spacing=Space.XS, margins=(Space.M, 0, 0, 0))
         self._notice_bar = notice_bar
         self._ages = named(QWidget(), "status_ages")
         self._ages_row = in_row(self.age, of=self._ages, spacing=Space.L, margins=(0, 0, Space.M, 0))
-        self._row = in_row((self._figures, 1), (notice_bar, 1), self._ages, of=self, spacing=0, margins=0)
+        self._row = in_row((self._left, 1), (notice_bar, 1), self._ages, of=self, spacing=0, margins=0)
         notice_bar.changed.connect(self._share)
-        for label in (self.figures, self.passing, self.age):
-            label.setProperty("role", "small")
         self._show_fault(None)
         self._reserve()
         self._share()
-        VisibilityTimer(self, self._write, retranslate=self._retranslate, restyle=self._reserve)
+        connector.batch.connect(self.on_batch)
+        connector.invalidated.connect(lambda: self.show_message(""))
+        VisibilityTimer(self, retranslate=self._retranslate, restyle=self._reserve)
 
     def _reserve(self) -> None:
         """Reserves room for the longest age, so that nothing beside it moves, and for two lines of a notice."""
@@ -97,96 +112,112 @@ class StatusBar(QFrame):
             self._ages_row.insertWidget(self._ages_row.indexOf(self.age), widget)
 
     def _share(self) -> None:
-        """Shows the notice in place of the figures, and of what is at the right where the window is narrow."""
+        """Shows the notice in place of the messages, and of what is at the right where the window is narrow."""
         is_noticed = self._notice_bar.notice is not None
-        self._figures.setVisible(not is_noticed)
+        self._left.setVisible(not is_noticed)
         self._ages.setVisible(not is_noticed or self.width() >= scaled(WIDE_PX))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
         self._share()
 
-    def show_message(self, text: str, seconds: float = 6.0) -> None:
+    def show_message(self, text: str, seconds: float = MESSAGE_S) -> None:
         """Shows a message for some seconds."""
-        self._message, self._message_until = text, self._connector.clock() + seconds
-        self._write()
+        self.passing.setText(text)
+        self._notice_bar.show_note(text)
+        if text:
+            self._message_end.start(round(seconds * 1000))
 
     def on_batch(self, batch: Batch) -> None:
-        rejected = 0 if batch.link is None else batch.link.counters.rejected
-        if rejected > self._rejected:
-            self._damaged_at = batch.at
-        elif batch.link is None:
-            self._damaged_at = None
-        self._rejected = rejected
-        if batch.link is None:
-            self._counted_at, self._frames_per_s, self._received_at, self._frames = None, None, None, 0
-            return
-        frames = batch.link.counters.frames
-        if frames != self._frames:
-            self._frames = frames
-            if frames:
-                self._received_at = batch.at
-        if self._counted_at is None:
-            self._counted_at, self._counted_frames = batch.at, frames
-        elif batch.at - self._counted_at >= RATE_OVER_S:
-            self._frames_per_s = (frames - self._counted_frames) / (batch.at - self._counted_at)
-            self._counted_at, self._counted_frames = batch.at, frames
-
-    def refresh(self) -> None:
-        """Writes the figures again, at most every `WRITE_EVERY_S` so that they can be read."""
-        if self._connector.clock() - self._written_at >= WRITE_EVERY_S:
-            self._write()
-
-    def _retranslate(self) -> None:
-        self._message = ""  # in the former language
-        self._reserve()
-        self._write()
-
-    def _write(self) -> None:
-        last = self._connector.last
-        link = None if last is None else last.link
-        now = self._written_at = self._connector.clock()
+        link = batch.link
+        rejected, frames = (0, 0) if link is None else (link.counters.rejected, link.counters.frames)
         if link is None:
-            figures = ""
-        else:
-            rate = "–" if self._frames_per_s is None else f"{self._frames_per_s:.0f}"
-            trip = link.round_trip_median_s
-            lag = "–" if link.lag_s is None else f"{link.lag_s:.2f}"
-            figures = " · ".join(
-                (
-                    tr("{rate} frames/s", rate=rate),
-                    tr("{ms} ms", ms="–" if trip is None else f"{trip * 1000:.1f}"),
-                    tr("lag {seconds} s", seconds=lag),
-                    tr("invalid bytes: {n}", n=f"{link.counters.rejected:,}"),
-                )
-            )
-        _write(self.figures, figures)
+            self._damaged_at = self._received_at = None
+        elif rejected > self._rejected:
+            self._damaged_at = batch.at
+        if frames not in (0, self._frames):
+            self._received_at = batch.at
+        self._rejected, self._frames = rejected, frames
+        lag_s = None if link is None else link.lag_s
+        self.age.show_age(self._received_at, late_s=lag_s if lag_s is not None and lag_s > MAX_LAG_S else None)
         damaged_at = self._damaged_at
         self._show_fault(
             None
             if link is None
             else line_outside(
-                lag_s=link.lag_s,
+                lag_s=lag_s,
                 round_trip_s=link.round_trip_median_s,
-                has_damaged=damaged_at is not None and now - damaged_at < DAMAGED_SHOWN_S,
+                has_damaged=damaged_at is not None and batch.at - damaged_at < DAMAGED_SHOWN_S,
                 in_use=self._in_use,
             )
         )
-        heard = "" if self._received_at is None else tr("{time} ago", time=duration(now - self._received_at))
-        if link is not None and link.lag_s is not None and link.lag_s > MAX_LAG_S:
-            heard = tr("{time} late", time=duration(link.lag_s))
-        _write(self.age, heard)
-        message = self._message if now < self._message_until else ""
-        _write(self.passing, message)
-        self._notice_bar.show_note(message)
+
+    def _retranslate(self) -> None:
+        self.show_message("")  # it is in the former language
+        self._reserve()
 
     def _show_fault(self, outside: Outside | None) -> None:
-        _write(self.fault, "" if outside is None else tr(outside.fault.value))
+        self.fault.setText("" if outside is None else tr(outside.fault.value))
         self.fault.setToolTip("" if outside is None else tr("limit {value}", value=outside.limit))
         for label in (self.sign, self.fault):
             label.setVisible(outside is not None)
 
 
-def _write(label: QLabel, text: str) -> None:
-    if label.text() != text:
-        label.setText(text)
+class RecordingSign(QWidget):
+    """Shows since when the session is recorded, or that it is not; `find_sign` is called at each `refresh`."""
+
+    troubled = Signal()
+    """Recording stopped; emitted once."""
+
+    def __init__(self, find_sign: Callable[[], RecordingState]) -> None:
+        super().__init__()
+        self.setObjectName("session_sign")
+        self._find_sign = find_sign
+        self._picture = IconLabel("session_sign_icon", _RECORD_PX)
+        self.label = named(QLabel(), "session_sign_text", "small")
+        self.label.setTextFormat(Qt.TextFormat.PlainText)
+        in_row(self._picture, self.label, of=self, spacing=Space.XS, margins=0)
+        self._shown: RecordingState | None = None
+        self._is_reported = False
+        self._last_trouble = UserMessage("")
+        VisibilityTimer(self, self._retranslate)
+        self.refresh()
+
+    @property
+    def last_trouble(self) -> str:
+        """Why recording stopped the last time, in the language in use now."""
+        return self._last_trouble.translated()
+
+    def refresh(self) -> None:
+        sign = self._find_sign()
+        before, self._shown = self._shown, sign
+        if sign != before:
+            self._write(sign)
+        if sign.trouble is not None and not self._is_reported:
+            self._last_trouble = sign.trouble
+            self.troubled.emit()
+        self._is_reported = sign.trouble is not None
+
+    def _retranslate(self) -> None:
+        self._shown = None
+        self.refresh()
+
+    def _write(self, sign: RecordingState) -> None:
+        if sign.trouble is not None:
+            text, whole = tr("Not recorded"), sign.trouble.translated()
+        elif sign.since is None:
+            text = whole = ""
+        else:
+            text = tr("Recorded since {time}", time=f"{sign.since.astimezone():%H:%M}")
+            whole = ""
+            if sign.dropped:
+                text = tr("Recorded since {time}, with gaps", time=f"{sign.since.astimezone():%H:%M}")
+                whole = tr("The disk was too slow. Reports missing: {count}.", count=sign.dropped)
+        self.label.setText(text)
+        self.setToolTip(whole)
+        self.setAccessibleName(f"{text}. {whole}".rstrip(". ") if text else tr("Not recorded"))
+        self.setVisible(bool(text))
+        if sign.trouble is None and not sign.dropped:
+            self._picture.show_icon(Icon.RECORD, is_muted=True)
+        else:
+            self._picture.show_icon(Icon.WARNING, Meaning.ATTENTION)

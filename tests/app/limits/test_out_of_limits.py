@@ -221,13 +221,15 @@ def test_the_top_bar_and_the_status_line_mark(qtbot: QtBot, qapp: QApplication, 
         assert last is not None
         assert last.link is not None
         line._damaged_at = None
-        line.on_batch(replace(last, link=replace(last.link, lag_s=0.1, round_trip_median_s=0.02)))
+        sound = replace(last, at=connector.clock(), link=replace(last.link, lag_s=0.1, round_trip_median_s=0.02))
+        assert sound.link is not None
+        line.on_batch(sound)
+        assert line.fault.isHidden()
         counters = replace(last.link.counters, rejected_bytes=last.link.counters.rejected_bytes + Counter({"x": 7}))
-        line.on_batch(replace(last, at=connector.clock(), link=replace(last.link, counters=counters)))
-        line._write()
+        damaged = replace(sound, link=replace(sound.link, counters=counters))
+        line.on_batch(damaged)
         assert not line.fault.isHidden()
         assert line.fault.text() == "invalid bytes"
         assert not line.sign.pixmap().isNull()
-        line._damaged_at = connector.clock() - 11
-        line._write()
+        line.on_batch(replace(damaged, at=connector.clock() + 11))
         assert line.fault.isHidden()

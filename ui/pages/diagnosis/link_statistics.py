@@ -26,6 +26,7 @@ _NUMBERS: Final = (
     ("lost", marked("Without reply")),
     ("trip", marked("Round trip")),
     ("late", marked("95th percentile")),
+    ("lag", marked("Lag")),
     ("rejected", marked("Invalid bytes")),
     ("restarts", marked("Restarts")),
     ("losses", marked("Port lost")),
@@ -91,6 +92,9 @@ class LinkStatisticsView(QScrollArea):
         for key, quantile in (("trip", 0.5), ("late", 0.95)):
             trip_s = figures.quantile_s(quantile)
             shown[key].show_total("–" if trip_s is None else f"{trip_s * 1000:.1f} ms")
+        last = self._connector.last
+        lag_s = None if last is None or last.link is None else last.link.lag_s
+        shown["lag"].show_total("–" if lag_s is None else f"{lag_s:.2f} s")
         shown["rejected"].show_total(f"{totals.rejected:,}", needs_look=totals.rejected > 0)
         shown["restarts"].show_total(f"{totals.restarts:,}")
         shown["losses"].show_total(f"{figures.losses:,}", needs_look=figures.losses > 0)

@@ -26,7 +26,7 @@ from ui.core.bridge import Bridge
 from ui.main import PAGES
 from ui.pages.live.page import LivePage
 from ui.services.session_recording import RecordingState, SessionRecording, SessionTracker
-from ui.shell.recording_sign import RecordingSign
+from ui.shell.status_bar import RecordingSign
 from ui.style.icons import Icon
 from ui.widgets.labels import IconLabel
 
