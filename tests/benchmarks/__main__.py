@@ -1,20 +1,13 @@
-"""`python -m tests.benchmarks [NAME …]`: runs benchmarks and prints their results as a table.
-
-A complete run also writes docs/performance.md.
-"""
+"""`python -m tests.benchmarks [NAME …]`: runs benchmarks and prints their results as docs/performance.md has them."""
 
 import argparse
 import platform
 import sys
-import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from importlib import import_module
 
 from tests.benchmarks.figures import Figure, table
-from tests.benchmarks.runs import MODULES, cores
-from tests.benchmarks.window.page import PAGE, write_page
-
-NAMES = tuple(MODULES)
+from tests.benchmarks.runs import NAMES, cores
 
 
 def main(words: Sequence[str] | None = None) -> int:
@@ -31,19 +24,15 @@ def main(words: Sequence[str] | None = None) -> int:
         parser.error(f"no such benchmark: {', '.join(unknown)}")
     chosen = [name for name in NAMES if name in args.names or not args.names]
     print(f"Python {platform.python_version()}, {platform.platform()}, {cores()} cores")
-    by_name: dict[str, list[Figure]] = {}
+    figures: list[Figure] = []
     for name in chosen:
-        began = time.monotonic()
-        measure: Callable[[], list[Figure]] = import_module(MODULES[name]).figures
-        by_name[name] = measure()
-        print(f"{name}: measured in {time.monotonic() - began:.0f} s", file=sys.stderr, flush=True)
-    found = [figure for figures in by_name.values() for figure in figures]
-    print(table(found))
-    if set(by_name) == set(NAMES):
-        write_page(by_name)
-        print(f"written: {PAGE}")
-    missed = [one for one in found if one.is_met is False]
-    print(f"{len(missed)} of {sum(one.is_met is not None for one in found)} aims missed")
+        module = import_module(f"tests.benchmarks.{name}")
+        measured: list[Figure] = module.figures()
+        about = " ".join((module.__doc__ or "").partition("\n\n")[0].split())
+        print(f"\n## {name}\n\n{about}\n\n{table(measured)}", flush=True)
+        figures += measured
+    missed = [figure for figure in figures if figure.is_met is False]
+    print(f"{len(missed)} of {sum(figure.is_met is not None for figure in figures)} aims missed")
     return 1 if missed and args.strict else 0
 
 

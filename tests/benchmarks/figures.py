@@ -5,7 +5,7 @@ from bisect import bisect_left
 from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import accumulate
-from typing import Final, NamedTuple
+from typing import Final
 
 _CLASS_S: Final = 0.0001
 _CLASSES: Final = 10_001
@@ -26,22 +26,10 @@ class Figure:
         return "" if self.is_met is None else "met" if self.is_met else "MISSED"
 
 
-class _Row(NamedTuple):
-    name: str
-    measured: str
-    aim: str
-    verdict: str
-
-
-_HEAD = _Row("", "measured", "aim", "")
-
-
 def table(figures: Iterable[Figure]) -> str:
-    """Aligned columns, one figure per line."""
-    rows = [_HEAD, *(_Row(one.name, one.measured, one.aim, one.verdict) for one in figures)]
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    lines = ("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)) for row in rows)
-    return "\n".join(line.rstrip() for line in lines)
+    """As Markdown, which docs/performance.md is written in."""
+    rows = (f"| {figure.name} | {figure.measured} | {figure.aim} | {figure.verdict} |" for figure in figures)
+    return "\n".join(["| what | measured | aim | |", "| --- | --- | --- | --- |", *rows])
 
 
 def quantile(values: Iterable[float], share: float) -> float:

@@ -22,7 +22,7 @@ from app.store.store import Store
 from tests.benchmarks.figures import Figure, quantile
 from tests.benchmarks.module import streaming_module
 from tests.benchmarks.runs import measured
-from tests.benchmarks.window.window import LIMIT_S, WARM_UP_S, turn_for, turn_until, window_apart
+from tests.benchmarks.window import LIMIT_S, WARM_UP_S, turn_for, turn_until, window_apart
 from ui.main import WindowOptions, start
 
 AIM_S: Final = 0.050

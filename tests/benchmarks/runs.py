@@ -13,26 +13,8 @@ from typing import Any, Final
 from tests.benchmarks.module import StreamingModule, streaming_module
 from tests.support.processes import ENVIRONMENT, ROOT
 
-MODULES: Final = {
-    "parser": "tests.benchmarks.parser",
-    "link": "tests.benchmarks.link",
-    "reading": "tests.benchmarks.reading",
-    "lock": "tests.benchmarks.lock",
-    "startup": "tests.benchmarks.window.startup",
-    "connecting": "tests.benchmarks.window.connecting",
-    "switching": "tests.benchmarks.window.switching",
-    "plots": "tests.benchmarks.window.plots",
-    "gui": "tests.benchmarks.window.gui",
-    "cpu": "tests.benchmarks.cpu",
-    "fleet": "tests.benchmarks.window.fleet",
-    "memory": "tests.benchmarks.memory",
-    "recording": "tests.benchmarks.recording",
-    "archive": "tests.benchmarks.records.archive",
-    "flights": "tests.benchmarks.flights",
-    "flights_page": "tests.benchmarks.window.flights_page",
-    "recordings_view": "tests.benchmarks.window.recordings_view",
-}
-"""The benchmarks' modules with their `figures`, in the order of the page."""
+NAMES: Final = ("parser", "link", "reading", "lock", "startup", "plots", "cpu", "memory")
+"""The benchmarks, each a module of this folder with its `figures`."""
 _LIMIT_S: Final = 120.0
 _OFFSCREEN: Final = "propagateSizeHints"
 """A warning of the offscreen platform, which has no window manager."""

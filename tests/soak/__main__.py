@@ -28,7 +28,7 @@ from app.engine.target import Target
 from app.engine.worker import PortState
 from protocol.link_states import Presence
 from tests.benchmarks.module import StreamingModule, streaming_module
-from tests.benchmarks.window.window import (
+from tests.benchmarks.window import (
     BEAT_MS,
     LIMIT_S,
     LoopWatch,

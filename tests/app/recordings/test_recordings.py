@@ -26,7 +26,6 @@ from app.stations.station import fingerprint_of, own_station
 from app.text.user_error import UserError
 from protocol.events import Received, Rejected, Sent
 from protocol.link_states import Presence
-from tests.benchmarks import recording as bench_recording
 from tests.support.line.batches import Batches
 from tests.support.records.recordings_made import (
     CLOSED,
@@ -303,12 +302,6 @@ def test_unknown_events_of_a_later_version_are_skipped(tmp_path: Path) -> None:
             assert (len(recording.cell), len(recording.light)) == (0, 0)
             assert recording.entry.is_simulated
             assert recording.entry.is_running
-
-
-def test_the_benchmark_reports_its_figures() -> None:
-    found = bench_recording.figures(rows=5000, seconds=1.0, windows=5)
-    assert [one.verdict != "" for one in found] == [True, False, True, True]
-    assert "reports" in found[2].name
 
 
 def test_a_worker_on_a_simulated_line_is_recorded(tmp_path: Path) -> None:

@@ -1,12 +1,10 @@
 """Measures the program's window in its own process and prints one JSON object.
 
-    python -m tests.benchmarks.window.window PORT SECONDS [--watch WINDOW_S]
+    python -m tests.benchmarks.window PORT SECONDS
 
-Connects to PORT, waits for the stream, measures for SECONDS, and disconnects. With `--watch` it also times the draws
-and the event loop, on a full time line of that length.
+Connects to PORT, waits for the stream, measures for SECONDS, and disconnects.
 """
 
-import argparse
 import json
 import os
 import sys
@@ -18,9 +16,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
-import numpy as np
 from PySide6.QtCore import QEventLoop, Qt, QTimer
-from PySide6.QtGui import QPaintEvent
 from PySide6.QtWidgets import QApplication, QWidget
 
 from app.engine.worker import Batch, PortState
@@ -28,7 +24,7 @@ from protocol.catalogue import STATUS
 from protocol.events import Event, Received, Role, Sent
 from protocol.frame import Direction, Frame
 from protocol.messages import Status
-from tests.benchmarks.figures import Durations, quantile
+from tests.benchmarks.figures import Durations
 from ui.core.preferences import Preferences
 from ui.main import Assembly, WindowOptions, assemble, collecting_garbage, start
 from ui.services.storage import Storage
@@ -65,13 +61,11 @@ class Traffic:
 
 @dataclass
 class LoopWatch:
-    """Measures the delay of a timer of the event loop and the time of each draw, in seconds."""
+    """Measures the delay of a timer of the event loop, in seconds."""
 
     late: Durations = field(default_factory=Durations)
-    draws_s: list[float] = field(default_factory=list)
     is_measuring: bool = False
     _beat_at: float = 0.0
-    _drawn_s: float = 0.0
 
     def timer(self) -> QTimer:
         """What measures the delay, once it is started."""
@@ -84,25 +78,6 @@ class LoopWatch:
         if self.is_measuring and self._beat_at:
             self.late.add(max(0.0, now - self._beat_at - BEAT_MS / 1000))
         self._beat_at = now
-
-    def follow(self, page: Any) -> None:
-        """Time a refresh of the page's plots and the following paint as one draw."""
-        draw, paint = page.plot.draw, page.plot._view.paintEvent
-
-        def timed_draw(now_s: float) -> None:
-            began = time.perf_counter()
-            draw(now_s)
-            self._drawn_s += time.perf_counter() - began
-
-        def timed_paint(event: QPaintEvent) -> None:
-            began = time.perf_counter()
-            paint(event)
-            if self.is_measuring and self._drawn_s:
-                self.draws_s.append(self._drawn_s + time.perf_counter() - began)
-            self._drawn_s = 0.0
-
-        page.plot.draw = timed_draw
-        page.plot._view.paintEvent = timed_paint
 
 
 def turn_until(is_done: Any, limit_s: float) -> bool:
@@ -182,18 +157,7 @@ def resident_mb() -> float:
     return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
 
 
-def fill(page: Any, length_s: float) -> None:
-    """Fill as if it had been streaming at line rate for `length_s` until now, with noise."""
-    source = np.random.default_rng(1)
-    count = int(length_s * LINE_HZ)
-    now_s = time.monotonic()
-    times = np.linspace(now_s - length_s, now_s - 0.1, count)
-    page.data.tilt.append(times, np.round(40 + 30 * np.sin(times / 3) + source.normal(0, 2, count)))
-    page.data.acceleration.append(times, np.round(1 + source.normal(0, 0.1, count), 1))
-    page.data._flags.append(times, np.zeros(count))
-
-
-def measure(port: str, seconds: float, watched_s: float | None) -> dict[str, object]:
+def measure(port: str, seconds: float) -> dict[str, object]:
     """All results by name; times in seconds."""
     traffic, watch = Traffic(), LoopWatch()
     options = WindowOptions(port=port, language="en", offscreen_seconds=seconds)
@@ -202,12 +166,7 @@ def measure(port: str, seconds: float, watched_s: float | None) -> dict[str, obj
         connector.batch.connect(traffic.on_batch)
         start(assembly, options)
         beats = watch.timer()
-        if watched_s is not None:
-            turn_until(lambda: live_page(assembly) is not None, LIMIT_S)
-            fill(live_page(assembly), watched_s)
-            live_page(assembly).plot.choose_window(watched_s)
-            watch.follow(live_page(assembly))
-            beats.start()
+        beats.start()
         is_streaming = turn_until(lambda: connector.device.is_streaming, LIMIT_S)
         turn_for(WARM_UP_S)
         before, began, cpu = traffic.samples, time.perf_counter(), time.process_time()
@@ -219,31 +178,20 @@ def measure(port: str, seconds: float, watched_s: float | None) -> dict[str, obj
         connector.disconnect_port()
         is_closed = turn_until(lambda: connector.connection.state is PortState.CLOSED, LIMIT_S)
         turn_for(SETTLE_S)
-        kept = len(live_page(assembly).data.tilt) if watched_s is None else None
-    found: dict[str, object] = {
+        kept = len(live_page(assembly).data.tilt)
+    return {
         "is_streaming": is_streaming, "is_closed": is_closed, "cpu_share": cpu_s / wall_s,
         "rate_hz": measured / wall_s, "statuses": traffic.statuses, "asked": traffic.asked,
-        "samples": traffic.samples, "kept": kept,
+        "samples": traffic.samples, "kept": kept, "stall_s": watch.late.longest_s,
     }  # fmt: skip
-    if watch.draws_s:
-        found |= {
-            "draws": len(watch.draws_s), "draw_median_s": quantile(watch.draws_s, 0.5),
-            "draw_p99_s": quantile(watch.draws_s, 0.99), "draw_longest_s": max(watch.draws_s),
-            "beat_p99_s": watch.late.quantile_s(0.99), "stall_s": watch.late.longest_s,
-        }  # fmt: skip
-    return found
 
 
-def main() -> int:
+def main(words: list[str]) -> int:
     """Entry point."""
-    parser = argparse.ArgumentParser(description="Measure the window from inside.")
-    parser.add_argument("port")
-    parser.add_argument("seconds", type=float)
-    parser.add_argument("--watch", type=float, metavar="WINDOW_S")
-    args = parser.parse_args()
-    print(json.dumps(measure(args.port, args.seconds, args.watch)))
+    port, seconds = words
+    print(json.dumps(measure(port, float(seconds))))
     return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main(sys.argv[1:]))

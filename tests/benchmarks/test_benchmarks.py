@@ -1,0 +1,70 @@
+"""The benchmarks run and print results; speed is not asserted."""
+
+import sys
+from types import ModuleType
+
+import pytest
+
+from tests.benchmarks import __main__ as program
+from tests.benchmarks import link, others, parser, reading
+from tests.benchmarks.figures import Durations, Figure, quantile
+from tests.benchmarks.runs import NAMES
+from tests.support.processes import ROOT
+
+
+def test_parser_and_link_are_measured() -> None:
+    rows = parser.figures(frames=400, rounds=1)
+    assert [row.is_met is not None for row in rows] == [True, *[False] * 5]
+    assert all("frames/s" in row.measured for row in rows)
+    (exchange,) = link.figures(exchanges=50, rounds=1)
+    assert "x line" in exchange.measured
+
+
+def test_what_others_write_finds_the_same_frames() -> None:
+    chunks = [parser.stream(50)[at : at + 7] for at in range(0, 400, 7)]
+    assert others.parse_bytewise(chunks) == others.parse_with_construct(chunks) == 50
+    assert 0 < others.parse_with_construct([parser.corrupted(b"".join(chunks), 0.05)]) < 50
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo-terminals on Windows")
+def test_reading_everything_is_compared_with_bare_exchanges() -> None:
+    exchanges, process = reading.figures(rounds=1, turns=1, processes=1)
+    assert "bare" in exchanges.measured
+    assert "script" in process.measured
+
+
+def test_durations_take_the_same_memory_however_many_they_are() -> None:
+    durations, few = Durations(), [0.0, 0.00004, 0.0123, 0.31, 2.5]
+    for duration_s in few:
+        durations.add(duration_s)
+    assert durations.longest_s == durations.quantile_s(1) == 2.5
+    for share in (0.0, 0.3, 0.5, 0.7):
+        assert 0 <= durations.quantile_s(share) - quantile(few, share) <= 0.0001 + 1e-9
+    before = sum(map(sys.getsizeof, vars(durations).values()))
+    for at in range(10_000):
+        durations.add(at * 1e-4)
+    assert sum(map(sys.getsizeof, vars(durations).values())) == before
+
+
+def test_missed_aims_are_marked_and_set_the_exit_code_only_with_strict(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    slow = ModuleType("slow", "How slow it is.")
+    slow.figures = lambda: [Figure("speed", "9", ">= 10", is_met=False)]  # type: ignore[attr-defined]
+    monkeypatch.setattr(program, "import_module", lambda _name: slow)
+    assert program.main(["parser"]) == 0
+    assert program.main(["parser", "--strict"]) == 1
+    shown = capsys.readouterr().out
+    assert "## parser\n\nHow slow it is.\n" in shown
+    assert "| speed | 9 | >= 10 | MISSED |" in shown
+    assert "1 of 1 aims missed" in shown
+    with pytest.raises(SystemExit) as end:
+        program.main(["nonsense"])
+    assert end.value.code == 2
+
+
+def test_the_page_has_every_benchmark() -> None:
+    page = (ROOT / "docs/performance.md").read_text(encoding="utf-8")
+    headings = [line.removeprefix("## ") for line in page.splitlines() if line.startswith("## ")]
+    assert [heading for heading in headings if heading in NAMES] == list(NAMES)
+    assert all((ROOT / f"tests/benchmarks/{name}.py").exists() for name in NAMES)
