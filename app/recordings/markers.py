@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from enum import Enum
+from typing import NamedTuple
 
 from app.engine.device import DeviceView
 from app.engine.worker import Batch, Connection, PortState
@@ -39,8 +40,7 @@ class Marker:
     port: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class ModuleLimits:
+class ModuleLimits(NamedTuple):
     """Limits that the module reported; None: unknown, stale, or the trigger is disabled."""
 
     fires_deg: float | None = None

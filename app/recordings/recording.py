@@ -155,7 +155,7 @@ class Recording:
                         if value is not None:
                             polled.append((at_s, value))
                 case "limits":
-                    values = (_number(fields.get(key)) for key in ModuleLimits.__dataclass_fields__)
+                    values = (_number(fields.get(key)) for key in ModuleLimits._fields)
                     limits.append(LimitsAt(at_s, ModuleLimits(*values)))
                 case "missing":
                     self.missing_count += int(_number(fields.get("count")) or 0)

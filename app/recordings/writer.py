@@ -4,7 +4,7 @@ import math
 import os
 from collections import deque
 from collections.abc import Iterable
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import IO, Final, NamedTuple
 
@@ -90,7 +90,7 @@ class SessionWriter:
         """A further part says what is in force at its beginning."""
         if limits != self._limits:
             self._limits = limits
-            self.note(self.opening.start_s, "limits", **asdict(limits))
+            self.note(self.opening.start_s, "limits", **limits._asdict())
 
     def put(self, batch: Batch, markers: Iterable[Marker], limits: ModuleLimits) -> None:
         """Takes in what the next `flush` writes."""
@@ -112,7 +112,7 @@ class SessionWriter:
             self.note(marker.time_s, marker.kind.value, port=marker.port)
         if limits != self._limits:
             self._limits = limits
-            self.note(batch.at, "limits", **asdict(limits))
+            self.note(batch.at, "limits", **limits._asdict())
 
     def put_recorded(self, entries: Iterable[CaptureEntry], notes: Iterable[Note], *, every_s: float = 0.5) -> float:
         """Takes in and flushes what was recorded before, without a module; returns the time of the last of it."""

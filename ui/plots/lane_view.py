@@ -59,13 +59,30 @@ def points(envelope: Envelope, *, origin_s: float, gap_s: float) -> Points:
     return Points(x, y, connect, gaps)
 
 
-class Curve(pg.PlotCurveItem):  # type: ignore[misc]  # pyqtgraph has no types
+class Lines(pg.PlotCurveItem):  # type: ignore[misc]  # pyqtgraph has no types
+    """Lines somewhere in the view: asking pyqtgraph where they are takes as long as painting them."""
+
+    def __init__(self, connect: str = "all") -> None:
+        self.bounds = QRectF()
+        super().__init__(connect=connect, skipFiniteCheck=True, antialias=False)
+
+    def boundingRect(self) -> QRectF:
+        return self.bounds
+
+    def set_bounds(self, bounds: QRectF) -> None:
+        """Those of the view."""
+        self.prepareGeometryChange()
+        self.bounds = bounds
+
+    def paint(self, painter: QPainter, _option: Any, _widget: Any) -> None:
+        painter.setPen(self.opts["pen"])
+        painter.drawPath(self.getPath())
+
+
+class Curve(Lines):
     """Lines of one pixel side by side, which are far cheaper than a wider pen."""
 
     line_px = 1
-
-    def pixelPadding(self) -> float:
-        return self.line_px + 1.0
 
     def paint(self, painter: QPainter, option: Any, widget: Any) -> None:
         super().paint(painter, option, widget)
@@ -90,7 +107,7 @@ class _LimitLine:
 
     def __init__(self, limit: Limit, steps: StepFunction, *, is_stale: bool) -> None:
         self.limit, self.steps, self.is_stale = limit, steps, is_stale
-        self.curve = pg.PlotCurveItem(connect="pairs", skipFiniteCheck=True)
+        self.curve = Lines("pairs")
         self.curve.setCacheMode(_CACHED)
         self.segments: list[_Segment] = []
         self.drawn: object = ()
@@ -153,10 +170,10 @@ class LaneView:
             axis.linkToView(self.view)
             axis.setCacheMode(_CACHED)
         # As one curve: the grids of the axes would be pictures as large as the lane.
-        self.grid = pg.PlotCurveItem(connect="pairs", skipFiniteCheck=True)
+        self.grid = Lines("pairs")
         self._time_ticks: Sequence[Tick] = ()
         self._value_ticks: list[tuple[float, str]] = []
-        self.curve = Curve(skipFiniteCheck=True, antialias=False)
+        self.curve = Curve()
         self.limits = [_LimitLine(limit, limit.steps, is_stale=False) for limit in lane.limits]
         self.limits += [
             _LimitLine(limit, limit.stale, is_stale=True) for limit in lane.limits if limit.stale is not None
@@ -164,7 +181,8 @@ class LaneView:
         self.cursor = pg.InfiniteLine(angle=90)
         self.dot = QGraphicsEllipseItem(-_DOT_PX, -_DOT_PX, 2 * _DOT_PX, 2 * _DOT_PX)
         self.dot.setZValue(5)
-        for item in (self.grid, self.curve, *(line.curve for line in self.limits), self.cursor):
+        self.lines = (self.grid, self.curve, *(line.curve for line in self.limits))
+        for item in (*self.lines, self.cursor):
             self.view.addItem(item, ignoreBounds=True)
         self.items = (self.view, self.values, self.times, self.dot)
         for item in self.items:
@@ -253,6 +271,8 @@ class LaneView:
         edge = _EDGE_PX * (high - low) / max(1.0, self.box.height())
         across, up = (-self._span.length_s, _EDGE_PX / second_px), (low - edge, high + edge)
         self.view.setRange(xRange=across, yRange=up, padding=0.0, disableAutoRange=False)
+        for line in self.lines:
+            line.set_bounds(self.view.viewRect())
         self._value_ticks = self._ticks_of_values()
         self.values.setTicks([self._value_ticks])
         self._draw_grid()

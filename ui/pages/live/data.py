@@ -2,7 +2,6 @@
 
 from collections import deque
 from collections.abc import Collection
-from dataclasses import astuple
 from typing import Final, Protocol
 
 import numpy as np
@@ -190,8 +189,7 @@ class LiveData(LimitSteps):
 
 
 def _only_stale(known: ModuleLimits, fresh: ModuleLimits) -> ModuleLimits:
-    pairs = zip(astuple(known), astuple(fresh), strict=True)
-    return ModuleLimits(*(old if new is None else None for old, new in pairs))
+    return ModuleLimits(*(old if new is None else None for old, new in zip(known, fresh, strict=True)))
 
 
 def lanes(data: Measured, in_use: LimitsInUse, stale: LimitSteps | None = None) -> tuple[Lane, ...]:
