@@ -158,7 +158,7 @@ def assemble(
     storage.sessions.bind(connector.current)
     module = services.naming.of(connector.current)
     module.changed.connect(lambda: storage.sessions.name_module(module.name))
-    window = MainWindow(services, ports, language_switch, preferences, entries=entries)
+    window = MainWindow(services, language_switch, entries=entries)
     for owned in (connector, services.naming):  # else their signal connections would keep them alive
         owned.setParent(window)
     left_active = LeftActiveWatch(connector, storage, services.naming, window)

@@ -23,7 +23,7 @@ class ArchiveActions(QObject):
         self.line = ArchiveLine(self.exchange, services.texts)
         window.status_bar.add(self.line)
         self.dialog: ArchiveDialog | None = None
-        window.menus.archive.triggered.connect(self.show)
+        window.archive_wanted.connect(self.show)
         self.line.clicked.connect(self.show)
         window.pages_made.connect(self.exchange.start)
 

@@ -5,7 +5,9 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QObject
 
 from app.text.i18n import tr
+from protocol.translatable import marked
 from ui.services.context import PageEntry, Services
+from ui.shell.actions import MenuEntry
 from ui.shell.main_window import MainWindow
 
 if TYPE_CHECKING:
@@ -23,12 +25,16 @@ class HelpActions(QObject):
         self._explaining: WhatsThis | None = None
         self._guide: GuideViewer | None = None
         self._keys: ShortcutsView | None = None
-        menus = window.menus
-        menus.what.triggered.connect(self.ask_what)
-        menus.what_focused.triggered.connect(self.show_focus_help)
-        menus.guide.triggered.connect(self.show_guide)
-        menus.keys.triggered.connect(self.show_keys)
-        menus.about.triggered.connect(self.show_about)
+        window.menus.add(
+            "help",
+            MenuEntry("guide", marked("User guide"), self.show_guide, "F1"),
+            MenuEntry("keys", marked("Keyboard shortcuts"), self.show_keys, "Ctrl+F1"),
+            None,
+            MenuEntry("what", marked("What is this? Point at it"), self.ask_what, "Shift+F1"),
+            MenuEntry("what_focused", marked("What has the keyboard?"), self.show_focus_help, "Ctrl+Shift+F1"),
+            None,
+            MenuEntry("about", marked("About"), self.show_about),
+        )
         window.pages_made.connect(self.explain)
         window.retranslated.connect(self.explain)
         window.port_opened.connect(self.show_next_step)

@@ -6,7 +6,6 @@ from functools import partial
 from weakref import WeakSet
 
 from PySide6.QtCore import QObject, Signal
-from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QAbstractButton, QWidget
 
 from app.engine.device import How
@@ -303,17 +302,14 @@ class LockControl(QObject):
     def confirmed(self) -> Locked | None:
         return self._shown.confirmed
 
-    def bind(self, control: QAbstractButton | QAction) -> None:
-        """Let a button or a menu entry press it; it is enabled while LOCK is possible."""
+    def bind(self, button: QAbstractButton) -> None:
+        """Let a button press it; it is enabled while LOCK is possible."""
 
         def show() -> None:
-            control.setEnabled(self.is_possible)
+            button.setEnabled(self.is_possible)
 
-        if isinstance(control, QAction):
-            control.triggered.connect(self.press)
-        else:
-            control.clicked.connect(self.press)
-            self.buttons.add(control)
+        button.clicked.connect(self.press)
+        self.buttons.add(button)
         self.changed.connect(show)
         show()
 

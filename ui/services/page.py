@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import ClassVar
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QAccessible, QHideEvent, QKeyEvent, QResizeEvent
+from PySide6.QtGui import QAccessible, QAction, QHideEvent, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import QWidget
 
 from app.engine.worker import Batch
@@ -27,6 +27,9 @@ class Page(QWidget):
     """The key of a page."""
     shows_link: bool = False
     """The page itself says that nothing is connected, and leads on."""
+    saving: QAction | None = None
+    """What "Save…" of the file menu does on this page; `exporting`: "Export…"."""
+    exporting: QAction | None = None
     suffixes: tuple[str, ...] = ()
     """Of the files that may be dropped on the window for this page."""
 

@@ -38,22 +38,22 @@ class Attention(QObject):
         lock: LockControl,
         *,
         acts: dict[NextStep, Callable[[], None]],
-        pending_edits: PendingEdits | None = None,
-        parent: QObject | None = None,
+        pending_edits: PendingEdits,
+        find_identity: Callable[[], Notice | None],
+        go_to: Callable[[str], None],
+        shown_page: Callable[[], str],
+        parent: QObject,
     ) -> None:
+        """`find_identity` returns the question which module is connected, where that has to be decided; `go_to` shows
+        the page with this key, `shown_page` is that of the page shown."""
         super().__init__(parent)
         self.is_choosing = False
         """The list of ports is visible, so no notice needs to lead there."""
-        self.find_identity: Callable[[], Notice | None] = lambda: None
-        """Returns the question which module is connected, where that has to be decided."""
         self.find_left: Callable[[], Notice | None] = lambda: None
         """Returns what is said of a module that was left ACTIVE before."""
         self._connector, self._bar, self._lock, self._acts = connector, bar, lock, acts
-        self._unsent = pending_edits or PendingEdits()
-        self.go_to: Callable[[str], None] = lambda _page: None
-        """Shows the page with this key."""
-        self.shown_page: Callable[[], str] = lambda: ""
-        """The key of the page shown."""
+        self._unsent, self._find_identity = pending_edits, find_identity
+        self._go_to, self._shown_page = go_to, shown_page
         self._has_read_trigger = False
         self._question: _Question | None = None
         self._restarts: int | None = None
@@ -174,7 +174,7 @@ class Attention(QObject):
     def _notice(self) -> Notice | None:
         if self._question is not None:
             return self._question.make()
-        asked, locking = self.find_identity(), self._lock.notice()
+        asked, locking = self._find_identity(), self._lock.notice()
         if asked is not None:
             if locking is None:
                 return asked
@@ -239,9 +239,9 @@ class Attention(QObject):
 
     def _page_choices(self, key: str, text: str, page: str, *, is_main: bool = False) -> tuple[Choice, ...]:
         """A button that leads to a page; none while that page is shown."""
-        if self.shown_page() == page:
+        if self._shown_page() == page:
             return ()
-        return (Choice(key, text, lambda: self.go_to(page), is_main=is_main),)
+        return (Choice(key, text, lambda: self._go_to(page), is_main=is_main),)
 
     def _dismiss_trigger(self) -> None:
         self._has_read_trigger = True

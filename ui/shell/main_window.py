@@ -10,21 +10,20 @@ from PySide6.QtWidgets import QMainWindow, QToolBar, QWidget
 from app.diagnosis.link_state import NextStep
 from app.engine.target import Target
 from app.engine.worker import Batch
+from protocol.translatable import marked
 from ui.connect.connect_panel import ConnectPanel
 from ui.connect.identity_notice import identity_notice
 from ui.core.background_task import BackgroundTask
-from ui.core.connector import Connector
 from ui.core.language_switch import LanguageSwitch
-from ui.core.port_watcher import PortWatcher
-from ui.core.preferences import LastPort, Preferences
+from ui.core.preferences import LastPort
 from ui.files.file_opener import FileOpener, FilePage
 from ui.preferences.choices import Choices
 from ui.preferences.dialog import PreferencesDialog
 from ui.services.context import PageEntry, Services
 from ui.services.page import Page, StreamPage
-from ui.shell.actions import Actions
+from ui.shell.actions import Actions, MenuEntry
 from ui.shell.attention import Attention
-from ui.shell.lock_above import LockAbove
+from ui.shell.lock_above import LOCK_KEYS, LockAbove
 from ui.shell.page_area import PageArea, PageMaker
 from ui.shell.resume import ResumeWatcher
 from ui.shell.shutdown import close_down
@@ -33,7 +32,7 @@ from ui.shell.status_bar import RecordingSign, StatusBar
 from ui.shell.top_bar import TopBar
 from ui.shell.window_size import fit_screen
 from ui.simulator.dock import SimulatorDock
-from ui.style.icons import app_icon
+from ui.style.icons import Icon, app_icon
 from ui.widgets.layouts import in_row
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import Notice, NoticeBar
@@ -45,8 +44,6 @@ FIRST_SIZE = QSize(1180, 720)
 WIDE_ENOUGH = 1280
 """Width from which the panel of the simulated module fits beside a sidebar with names."""
 REFRESH_EVERY_MS = 100
-_BATCH_PAGES = ("diagnosis", "live")
-"""Pages that need every batch from the first byte on; connecting waits only for these."""
 
 
 class MainWindow(QMainWindow):
@@ -56,28 +53,20 @@ class MainWindow(QMainWindow):
     port_opened = Signal(bool)
     """A module answered; True: for the first time on this computer."""
     retranslated = Signal()
+    archive_wanted = Signal()
     closing = Signal()
 
-    def __init__(
-        self,
-        services: Services,
-        ports: PortWatcher,
-        language_switch: LanguageSwitch,
-        preferences: Preferences,
-        *,
-        entries: tuple[PageEntry, ...],
-    ) -> None:
+    def __init__(self, services: Services, language_switch: LanguageSwitch, *, entries: tuple[PageEntry, ...]) -> None:
         super().__init__()
         self.setObjectName("main_window")
         self.setWindowIcon(app_icon())
-        self._services, self._ports, self._remembered = services, ports, preferences
-        self.choices = Choices(services.appearance, language_switch, preferences)
-        self._connector: Connector = services.connector
+        self._services, self._remembered = services, services.preferences
+        self.choices = Choices(services.appearance, language_switch, services.preferences)
+        self._connector, ports = services.connector, services.connector.ports
         self._entries = {entry.key: entry for entry in entries}
         self._maker = PageMaker(services, entries, self._place, self)
         self._maker.done.connect(self._end_making)
         self._pages = self._maker.pages
-        self._unmade_batch_pages = self._entries.keys() & set(_BATCH_PAGES) or set(self._entries)
         self._is_loaded = False
         self._waiting_target: Target | None = None
         self._is_leaving = self._is_over = False
@@ -98,8 +87,7 @@ class MainWindow(QMainWindow):
         self.simulator = SimulatorDock(self._connector, texts, self)
         self.addDockWidget(Qt.DockWidgetArea.RightDockWidgetArea, self.simulator)
         self.simulator.hide()
-        self.menus = Actions(self, texts, entries)
-        self.menus.find_page = self.stack.currentWidget
+        self.menus = Actions(self, texts, self.stack)
         self.top_bar.menu.setMenu(self.menus.main)
         self._preferences: PreferencesDialog | None = None
         acts = {
@@ -110,20 +98,16 @@ class MainWindow(QMainWindow):
         if "diagnosis" in self._entries:
             acts[NextStep.WHY] = self._show_why
         self.attention = Attention(
-            self._connector,
-            self.notice_bar,
-            services.lock,
-            acts=acts,
-            pending_edits=services.pending_edits,
-            parent=self,
-        )
-        self.attention.go_to = self.go_to
-        self.attention.shown_page = lambda: "" if self.panel.isVisible() else self.navigation.chosen
-        self.attention.find_identity = lambda: identity_notice(self._connector.identity, services.naming)
+            self._connector, self.notice_bar, services.lock, acts=acts, pending_edits=services.pending_edits,
+            find_identity=lambda: identity_notice(self._connector.identity, services.naming), go_to=self.go_to,
+            shown_page=lambda: "" if self.panel.isVisible() else self.navigation.chosen, parent=self,
+        )  # fmt: skip
         services.naming.before_new(self.attention.leave_edits)
         self.files = FileOpener(self, self._file_pages, self.go_to, preferences=self._remembered, say=self.show_message)
         services.appearance.apply_theme(self, self.centre, *self.area.holders)
         self._wire()
+        self._fill_menus()
+        self.menus.refresh()
         self._restore()
         self._timer = QTimer(self, interval=REFRESH_EVERY_MS)
         self._timer.timeout.connect(self.refresh)
@@ -145,9 +129,10 @@ class MainWindow(QMainWindow):
         self.addToolBar(Qt.ToolBarArea.BottomToolBarArea, foot)
 
     def _wire(self) -> None:
-        menus, connector = self.menus, self._connector
+        connector = self._connector
         connector.batch.connect(self._on_batch)
         connector.changed.connect(self.refresh)
+        connector.changed.connect(self.menus.refresh)
         connector.came_online.connect(self._remember_port)
         self.recording_sign.troubled.connect(lambda: self.attention.queue_notice(self._recording_notice))
         self.top_bar.panel_wanted.connect(self.toggle_panel)
@@ -155,28 +140,49 @@ class MainWindow(QMainWindow):
         self.panel.disconnect_wanted.connect(self.disconnect_port)
         self.panel.shown.connect(self._share_room)
         self.navigation.page_wanted.connect(self._show_page)
-        menus.open.triggered.connect(self.files.ask)
-        menus.recent.aboutToShow.connect(partial(self.files.fill, menus.recent))
-        menus.save.triggered.connect(menus.save_page)
-        menus.export.triggered.connect(menus.export_page)
-        menus.preferences.triggered.connect(self.show_preferences)
-        menus.names.toggled.connect(self.use_sidebar)
-        menus.connect.triggered.connect(self.toggle_panel)
-        menus.disconnect.triggered.connect(self.disconnect_port)
-        menus.quit.triggered.connect(self.close)
-        self._services.lock.bind(menus.lock)
         self.closing.connect(LockAbove(self._services.lock, self.top_bar.lock, self).stop)
         self._services.lock.changed.connect(self._refresh_notice)
         self._services.lock.notified.connect(self.show_message)
-        menus.find_rate.triggered.connect(connector.find_rate)
-        menus.simulator.toggled.connect(self.simulator.setVisible)
         self.simulator.visibilityChanged.connect(self._tick_simulator)
         self.simulator.topLevelChanged.connect(self._give_room)
-        menus.full_screen.toggled.connect(self._show_full_screen)
-        menus.when_chosen(menus.pages, self.go_to)
-        menus.when_chosen(menus.pages, self.navigation.enter)
         QShortcut(QKeySequence("F10"), self, self.top_bar.open_menu)
         ResumeWatcher(connector, self, self._services.armed, self.status_bar)
+
+    def _fill_menus(self) -> None:
+        menus, connector, lock = self.menus, self._connector, self._services.lock
+        menus.add("file", MenuEntry("open", marked("Open…"), self.files.ask, "Ctrl+Alt+O"))
+        recent = menus.add_menu("recent", marked("Recent files"))
+        recent.aboutToShow.connect(partial(self.files.fill, recent))
+        menus.add(
+            "file",
+            menus.of_page("save", marked("Save…"), lambda page: page.saving),
+            menus.of_page("export", marked("Export…"), lambda page: page.exporting),
+            None,
+            MenuEntry("connect", marked("Connect…"), self.toggle_panel, "Ctrl+K"),
+            MenuEntry("disconnect", marked("Disconnect"), self.disconnect_port, "Ctrl+D",
+                      when=lambda: connector.is_requested),
+            None,
+            MenuEntry("archive", marked("Archive of all stations…"), self.archive_wanted.emit),
+            MenuEntry("preferences", marked("Preferences…"), self.show_preferences, "Ctrl+,"),
+            MenuEntry("quit", marked("Quit"), self.close, "Ctrl+Q"),
+        )  # fmt: skip
+        menus.add(
+            "module",
+            MenuEntry("lock", marked("LOCK"), lock.press, LOCK_KEYS[0], lambda: lock.is_possible, picture=Icon.LOCK),
+            MenuEntry("find_rate", marked("Find the rate"), connector.find_rate, when=lambda: connector.is_open),
+            MenuEntry("simulator", marked("Simulated module panel"), self.simulator.setVisible, "F4",
+                      is_checkable=True),
+        )  # fmt: skip
+        menus["lock"].setShortcuts([QKeySequence(key) for key in LOCK_KEYS])  # `LockAbove` handles them in every window
+        for number, entry in enumerate(self._entries.values(), start=1):
+            enter = partial(self._enter_page, entry.key)
+            menus.add("view", MenuEntry(f"page_{entry.key}", entry.title, enter, f"Ctrl+{number % 10}"))
+        menus.add(
+            "view",
+            None,
+            MenuEntry("names", marked("Wide sidebar"), self.use_sidebar, "Ctrl+B", is_checkable=True),
+            MenuEntry("full_screen", marked("Full screen"), self._show_full_screen, "F11", is_checkable=True),
+        )
 
     def _restore(self) -> None:
         preferences = self._remembered
@@ -186,8 +192,8 @@ class MainWindow(QMainWindow):
         if preferences.layout is not None:
             self.restoreState(preferences.layout)
         fit_screen(self, SMALLEST)
-        self.menus.names.setChecked(preferences.is_sidebar_wide)
-        self._ports.remember_seen(preferences.seen_ports)
+        self.menus["names"].setChecked(preferences.is_sidebar_wide)
+        self._connector.ports.remember_seen(preferences.seen_ports)
         self.panel.prefer(preferences.last_port)
         self.navigation.setCurrentRow(0)
         self.navigation.setFocus()
@@ -202,7 +208,6 @@ class MainWindow(QMainWindow):
 
     def _end_making(self) -> None:
         self.pages_made.emit()
-        self._connector.release()
         self._connector.changed.emit()  # for pages made while it connected
 
     def _place(self, key: str, page: Page) -> None:
@@ -214,9 +219,6 @@ class MainWindow(QMainWindow):
         page.ports_wanted.connect(self.show_panel)
         if key == self.navigation.chosen:
             self.stack.setCurrentWidget(page)
-        self._unmade_batch_pages.discard(key)
-        if not self._unmade_batch_pages:
-            self._connector.release()
 
     def _file_pages(self) -> list[FilePage]:
         """The shown one first: several open recordings."""
@@ -228,22 +230,18 @@ class MainWindow(QMainWindow):
     # Actions
 
     def toggle_panel(self) -> None:
-        """Opens or closes the list of ports."""
-        self.panel.setVisible(not self.panel.isVisible())
-        self._refresh_notice()
+        self.show_panel(is_shown=not self.panel.isVisible())
 
-    def show_panel(self) -> None:
-        self.panel.show()
+    def show_panel(self, *, is_shown: bool = True) -> None:
+        """Shows or hides the list of ports."""
+        self.panel.setVisible(is_shown)
         self._refresh_notice()
 
     def connect_to(self, target: Target) -> None:
         if not self._is_loaded:
             self._waiting_target = target
             return
-        if self._unmade_batch_pages:
-            self._connector.hold()
-            for key in _BATCH_PAGES:
-                self._maker.request(key)
+        self._maker.hold_batches()
         self.attention.leave(partial(self._connector.connect_to, target))
 
     def disconnect_port(self) -> None:
@@ -252,6 +250,12 @@ class MainWindow(QMainWindow):
     def go_to(self, key: str) -> None:
         self.panel.hide()
         self.navigation.choose(key)
+
+    def _enter_page(self, key: str) -> None:
+        """Shows a page and moves the focus into it."""
+        self.go_to(key)
+        self.navigation.setFocus()
+        self.navigation.focusNextChild()
 
     def show_message(self, text: str) -> None:
         """Shows a message in the status bar for a while."""
@@ -277,9 +281,6 @@ class MainWindow(QMainWindow):
         self._refreshed_at = self._connector.clock()
         self.top_bar.refresh()
         self.recording_sign.refresh()
-        connector = self._connector
-        self.menus.find_rate.setEnabled(connector.is_open)
-        self.menus.disconnect.setEnabled(connector.is_requested)
         self._refresh_notice()
 
     def _refresh_notice(self) -> None:
@@ -290,7 +291,6 @@ class MainWindow(QMainWindow):
         self.attention.refresh()
 
     def _recording_notice(self) -> Notice:
-        """The recording failed; the link is not affected."""
         return self.attention.recording_notice(self.recording_sign.last_trouble)
 
     def _connect_again(self) -> None:
@@ -318,7 +318,7 @@ class MainWindow(QMainWindow):
 
     def show_preferences(self) -> None:
         if self._preferences is None:
-            self._preferences = PreferencesDialog(self._services.texts, self.choices, self.menus.names, self)
+            self._preferences = PreferencesDialog(self._services.texts, self.choices, self.menus["names"], self)
         self._preferences.bring_up()
 
     def use_sidebar(self, is_wide: bool) -> None:
@@ -330,7 +330,7 @@ class MainWindow(QMainWindow):
         self.setWindowState(state | full if is_wanted else state & ~full)
 
     def _tick_simulator(self) -> None:
-        self.menus.simulator.setChecked(not self.simulator.isHidden())
+        self.menus["simulator"].setChecked(not self.simulator.isHidden())
         self._give_room()
 
     def _give_room(self) -> None:
@@ -390,5 +390,5 @@ class MainWindow(QMainWindow):
         preferences = self._remembered
         preferences.geometry = self.saveGeometry()
         preferences.layout = self.saveState()
-        preferences.seen_ports = tuple(sorted(self._ports.seen))
-        close_down(self._connector, self._ports, self._services.storage, preferences)
+        preferences.seen_ports = tuple(sorted(self._connector.ports.seen))
+        close_down(self._connector, self._services.storage, preferences)

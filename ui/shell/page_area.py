@@ -13,6 +13,8 @@ from ui.widgets.naming import named
 
 BREATH_MS: Final = 1
 """Between two turns; with 0 Qt would process no other events."""
+_BATCH_PAGES: Final = ("diagnosis", "live")
+"""Pages that need every batch from the first byte on; connecting waits only for these."""
 
 
 class _Holder(QWidget):
@@ -74,12 +76,14 @@ class PageMaker(QObject):
         self.pages: dict[str, Page] = {}
         """The pages made so far, by key."""
         self._entries = {entry.key: entry for entry in entries}
-        self._services, self._place = services, place
+        self._connector, self._services, self._place = services.connector, services, place
         self._unmade, self._unplaced = list(self._entries), list[str]()
+        self._awaited = self._entries.keys() & set(_BATCH_PAGES) or set(self._entries)
+        """Pages that batches are held back for."""
         self._is_over = False
         self._was_requested = False
-        services.connector.invalidated.connect(self._end_notices)
-        services.connector.changed.connect(self._watch_port)
+        self._connector.invalidated.connect(self._end_notices)
+        self._connector.changed.connect(self._watch_port)
 
     @property
     def is_done(self) -> bool:
@@ -95,12 +99,19 @@ class PageMaker(QObject):
             self._unmade.remove(key)
             self._unmade.insert(0, key)
 
+    def hold_batches(self) -> None:
+        """Holds all batches of the port back until the pages that need each of them are there."""
+        if self._awaited:
+            self._connector.hold()
+            for key in _BATCH_PAGES:
+                self.request(key)
+
     def end(self) -> None:
         """Stops."""
         self._is_over = True
 
     def _watch_port(self) -> None:
-        was_requested, self._was_requested = self._was_requested, self._services.connector.is_requested
+        was_requested, self._was_requested = self._was_requested, self._connector.is_requested
         if was_requested and not self._was_requested:
             self._end_notices()
 
@@ -113,12 +124,16 @@ class PageMaker(QObject):
         if self._is_over:
             return
         if self.is_done:
+            self._connector.release()
             self.done.emit()
             return
         self.begin()  # first, since making a page may raise
         if self._unplaced:
             key = self._unplaced.pop()
             self._place(key, self.pages[key])
+            self._awaited.discard(key)
+            if not self._awaited:
+                self._connector.release()
         else:
             key = self._unmade.pop(0)
             entry = self._entries[key]

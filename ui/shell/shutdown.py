@@ -13,7 +13,6 @@ from contextlib import suppress
 from typing import Final
 
 from ui.core.connector import Connector
-from ui.core.port_watcher import PortWatcher
 from ui.core.preferences import Preferences
 from ui.services.storage import Storage
 
@@ -60,11 +59,11 @@ class BoundedThread:
             _log.exception("At closing: %s failed", self.name)
 
 
-def close_down(connector: Connector, ports: PortWatcher, storage: Storage, preferences: Preferences) -> None:
+def close_down(connector: Connector, storage: Storage, preferences: Preferences) -> None:
     """Ends everything that is not a widget within `CLOSE_LIMIT_S`; the rest is left to the system."""
     countdown = Countdown(CLOSE_LIMIT_S)
     saving = BoundedThread("preferences", preferences.save)
-    ports.stop(0.0)
+    connector.ports.stop(0.0)
     if not connector.stop(countdown.left_s - STORE_SHARE_S):
         _log.warning("The port did not close in time; it is left to the system")
     BoundedThread("store", storage.close).wait(countdown.left_s)

@@ -57,11 +57,6 @@ class Sidebar(QListWidget):
         self.currentItemChanged.connect(self._on_current_changed)
         VisibilityTimer(self, self._fit, retranslate=self._name_rows, restyle=self._fit)
 
-    def enter(self, _key: str) -> None:
-        """Moves the focus into the page that was chosen by its shortcut."""
-        self.setFocus()
-        self.focusNextChild()
-
     def choose(self, key: str) -> bool:
         """Chooses the page with this key; returns whether there is one."""
         for row in range(self.count()):

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import ClassVar, Final, TypeVar
 
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QAccessible, QAction, QKeySequence
 from PySide6.QtWidgets import QAbstractButton, QLabel, QPushButton, QToolButton, QWidget
 
@@ -109,7 +109,8 @@ def name_of(one: QWidget) -> str:
 
 
 class Shortcut(QAction):
-    """A shortcut of a page, which by default clicks a control and is described by that control's accessible name."""
+    """A shortcut of a page, which by default clicks a control. It is enabled as the control is, and described by its
+    accessible name."""
 
     def __init__(
         self, name: str, page: QWidget, of: QWidget, slot: object = None, *, keys: tuple[str, ...] = ()
@@ -119,4 +120,11 @@ class Shortcut(QAction):
         self.control = of
         self.setShortcuts([QKeySequence(key) for key in keys or (of.property(_KEY),)])
         self.triggered.connect(of.click if slot is None and isinstance(of, QAbstractButton) else slot)
+        self.setEnabled(of.isEnabled())
+        of.installEventFilter(self)
         page.addAction(self)
+
+    def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
+        if event.type() == QEvent.Type.EnabledChange:
+            self.setEnabled(self.control.isEnabled())
+        return False

@@ -227,13 +227,13 @@ class Walk(Driver):
     def _around(self) -> Iterator[Stop]:
         """Yield the simulator panel, the About box, notices, and the pages after unplugging."""
         self.window.go_to("live")
-        self.window.menus.simulator.setChecked(True)
+        self.window.menus["simulator"].setChecked(True)
         yield self._stop("simulator panel")
-        self.window.menus.simulator.setChecked(False)
+        self.window.menus["simulator"].setChecked(False)
         self.window.toggle_panel()
         yield self._stop("connect panel, connected")
         self.window.toggle_panel()
-        self.window.menus.about.trigger()
+        self.window.menus["about"].trigger()
         box = self.find(QMessageBox, "about_box")
         yield self._stop("about", box)
         box.close()

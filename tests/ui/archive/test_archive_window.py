@@ -44,7 +44,7 @@ def stick(tmp_path: Path) -> Path:
 def _dialog(qtbot: QtBot, assembly: Assembly) -> ArchiveDialog:
     archive = assembly.archive
     qtbot.waitUntil(lambda: assembly.window._maker.is_done, timeout=WAIT_MS)
-    assembly.window.menus.archive.trigger()
+    assembly.window.menus["archive"].trigger()
     assert archive.dialog is not None
     _wait(qtbot, archive.dialog)
     return archive.dialog

@@ -20,6 +20,12 @@ from ui.main import WindowOptions
 from ui.pages.diagnosis.capture_files import SUFFIX
 
 
+def recent_menu(window: QWidget) -> QMenu:
+    menu = window.findChild(QMenu, "menu_recent")
+    assert isinstance(menu, QMenu)
+    return menu
+
+
 def test_open_and_recent_files(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     path = write_capture(tmp_path / f"chosen{SUFFIX}", seconds=1)
     with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
@@ -31,11 +37,11 @@ def test_open_and_recent_files(qtbot: QtBot, qapp: QApplication, tmp_path: Path)
             then(path)
 
         window.files.choose = choose
-        window.menus.open.trigger()
+        window.menus["open"].trigger()
         qtbot.waitUntil(lambda: page.opened is not None, timeout=WAIT_MS)
         assert f"*{SUFFIX}" in asked[0]
-        window.menus.recent.aboutToShow.emit()
-        (recent,) = window.menus.recent.actions()
+        recent_menu(window).aboutToShow.emit()
+        (recent,) = recent_menu(window).actions()
         assert recent.text() == path.name
         first = page.opened
         recent.trigger()
@@ -57,8 +63,8 @@ def test_a_file_of_unknown_type_is_reported(qtbot: QtBot, qapp: QApplication, tm
         assert not assembly.window.files.open(tmp_path / "a.xyz")
         assert said == ["No page opens a.xyz."]
         assert page.opened is None
-        assembly.window.menus.recent.aboutToShow.emit()
-        (none,) = assembly.window.menus.recent.actions()
+        recent_menu(assembly.window).aboutToShow.emit()
+        (none,) = recent_menu(assembly.window).actions()
         assert not none.isEnabled()
 
 

@@ -94,7 +94,7 @@ def says(widget: QWidget) -> str:
 
 def test_every_control_says_what_it_is(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with whole_window(qtbot, qapp, tmp_path) as assembly:
-        assembly.window.menus.simulator.setChecked(True)
+        assembly.window.menus["simulator"].setChecked(True)
         explained(qtbot, assembly)
         found = controls(assembly.window)
         assert len(found) > 150
@@ -181,7 +181,7 @@ def test_a_clicked_control_is_explained_at_once(qtbot: QtBot, qapp: QApplication
         lock = main.top_bar.lock
         qtbot.waitUntil(lambda: not assembly.help.is_explaining, timeout=WAIT_MS)
         lock.setWhatsThis("of another language")
-        main.menus.what.trigger()
+        main.menus["what"].trigger()
         assert QWhatsThis.inWhatsThisMode()
         qtbot.mouseClick(lock, Qt.MouseButton.LeftButton)
         assert lock.whatsThis() == text_for("lock_button")
@@ -239,7 +239,7 @@ def test_help_windows_are_modeless(qtbot: QtBot, qapp: QApplication, tmp_path: P
         shown = [one for one in QApplication.topLevelWidgets() if one.inherits("QWhatsThat")]
         assert len(shown) == 1
         QWhatsThis.hideText()
-        main.menus.what.trigger()
+        main.menus["what"].trigger()
         assert QWhatsThis.inWhatsThisMode()
         QWhatsThis.leaveWhatsThisMode()
         # The overview names every key of the window
@@ -255,13 +255,13 @@ def test_help_windows_are_modeless(qtbot: QtBot, qapp: QApplication, tmp_path: P
         assert len(native) > 30
         missing = [name for name, key in native if key and key not in named]
         assert not missing
-        main.menus.keys.trigger()
+        main.menus["keys"].trigger()
         view = find(main, QWidget, "keys_view")
         assert not view.isModal()  # LOCK stays in reach
         assert "Ctrl+L" in view.findChild(QWidget, "keys_view_text").toPlainText()  # type: ignore[union-attr]
         view.close()
         # About names versions
-        main.menus.about.trigger()
+        main.menus["about"].trigger()
         box = find(assembly.window, QMessageBox, "about_box")
         assert box.windowModality() == Qt.WindowModality.NonModal
         for part in ("MIT", "PySide6", "numpy", "pyserial"):

@@ -105,7 +105,7 @@ def _file(ask: Callable[..., object], *asked: object) -> Callable[[Bench], QWidg
 
 def _modeless(act: str, kind: type[QDialog] = QDialog) -> Callable[[Bench], QWidget]:
     def show(bench: Bench) -> QWidget:
-        getattr(bench.assembly.window.menus, act).trigger()
+        bench.assembly.window.menus[act].trigger()
         return next(one for one in bench.assembly.window.findChildren(kind) if one.isVisible())
 
     return show
@@ -238,7 +238,7 @@ def test_it_covers_nothing_of_a_dialog(
 
 def test_without_a_module_no_dialog_shows_it(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with window(qapp, tmp_path, entries=()) as assembly:
-        assembly.window.menus.preferences.trigger()
+        assembly.window.menus["preferences"].trigger()
         strip = find(assembly.window, LockStrip, "lock_strip")
         assert not strip.isVisible()
         with simulated(f"later_{tmp_path.name}"):
@@ -283,7 +283,7 @@ def _lock_over_menus(bench: Bench) -> None:
 
 def test_over_a_list_of_choices_and_what_is_this(bench: Bench) -> None:
     main = bench.assembly.window
-    main.menus.preferences.trigger()
+    main.menus["preferences"].trigger()
     box = find(main, QComboBox, "preferences_theme")
     for act in (_press_over_popup, lambda _bench, popup: bench.qtbot.keySequence(popup, "F12")):
         bench.activate()
@@ -294,7 +294,7 @@ def test_over_a_list_of_choices_and_what_is_this(bench: Bench) -> None:
         bench.await_locked()
         box.hidePopup()
     bench.activate()
-    main.menus.what.trigger()
+    main.menus["what"].trigger()
     assert QWhatsThis.inWhatsThisMode()
     button = main.top_bar.lock
     QTest.mouseClick(main.windowHandle(), Qt.MouseButton.LeftButton, pos=button.mapTo(main, button.rect().center()))

@@ -42,7 +42,7 @@ def test_preferences_apply_at_once_and_are_saved(qtbot: QtBot, qapp: QApplicatio
         assert dialog.windowTitle() == "偏好设置"
         dialog.sidebar.click()
         assert main.navigation.is_wide
-        main.menus.names.trigger()
+        main.menus["names"].trigger()
         assert not dialog.sidebar.isChecked()
         main.choices.use_theme("light")  # not in the dialog
         main.choices.use_zoom(150)

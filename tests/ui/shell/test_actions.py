@@ -23,7 +23,7 @@ class Saver(Page):
         super().__init__("saver")
         self.saved = 0
         self.save = control(QPushButton(), Texts(), "saver_save", "Save values…", key="Ctrl+S", slot=self._save)
-        Shortcut("saver_save_key", self, self.save)
+        self.saving = Shortcut("saver_save_key", self, self.save)
         in_column(self.save, of=self)
 
     def _save(self) -> None:
@@ -46,17 +46,17 @@ def test_the_menu_offers_what_the_page_in_sight_can_do(qtbot: QtBot, qapp: QAppl
         page = main.stack.currentWidget()
         assert isinstance(page, Saver)
         qtbot.waitUntil(page.isVisible, timeout=WAIT_MS)
-        offered = entries(menus.page)["saver_save_key_entry"]
-        assert offered.text() == "Save values…\tCtrl+S"
+        offered = entries(menus.page)["saver_save_key"]
+        assert (offered.text(), offered.shortcut().toString()) == ("Save values…", "Ctrl+S")
         offered.trigger()
         file = next(one for one in main.findChildren(QMenu) if one.objectName() == "menu_file")
-        assert (entries(file)["act_save"].isEnabled(), menus.export.isEnabled()) == (True, False)
-        menus.save.trigger()
-        menus.export.trigger()
+        assert (entries(file)["act_save"].isEnabled(), menus["export"].isEnabled()) == (True, False)
+        menus["save"].trigger()
+        menus["export"].trigger()
         assert page.saved == 2
         page.save.setEnabled(False)
-        assert not entries(menus.page)["saver_save_key_entry"].isEnabled()
-        menus.save.trigger()
+        assert not entries(menus.page)["saver_save_key"].isEnabled()
+        menus["save"].trigger()
         assert page.saved == 2
 
 

@@ -61,7 +61,7 @@ def test_the_wheel_turns_only_what_has_the_focus(qtbot: QtBot, qapp: QApplicatio
         walk.window.panel.hide()
         walk.connect()
         walk.press("live_would_fire")
-        walk.window.menus.simulator.setChecked(True)
+        walk.window.menus["simulator"].setChecked(True)
         walk.settle()
         walk.find(QWidget, "simulator_fold_line").click()  # type: ignore[attr-defined]
         walk.window.navigation.setFocus()
@@ -71,7 +71,7 @@ def test_the_wheel_turns_only_what_has_the_focus(qtbot: QtBot, qapp: QApplicatio
                 turn(widget, notches)
                 assert value_of(widget) == before, widget.objectName()
             tried.add(type(widget).__name__)
-        walk.window.menus.simulator.setChecked(False)
+        walk.window.menus["simulator"].setChecked(False)
         walk.window.go_to("settings")
         walk.window.activateWindow()
         qtbot.waitUntil(walk.window.isActiveWindow)

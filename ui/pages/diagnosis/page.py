@@ -71,7 +71,7 @@ class DiagnosisPage(StreamPage):
         self._connector.changed.connect(self._refresh_strip)
         self._connector.invalidated.connect(self._begin_again)
         Shortcut("capture_open_key", self, self.files.open, self.files.choose, keys=("Ctrl+O",))
-        Shortcut("capture_save_key", self, self.files.save, self.files.choose_and_save, keys=("Ctrl+S",))
+        self.saving = Shortcut("capture_save_key", self, self.files.save, self.files.choose_and_save, keys=("Ctrl+S",))
         self.files.refresh()
         self.go_to("why")
         VisibilityTimer(self, self._refresh_strip, every_ms=_PROGRESS_EVERY_MS)

@@ -78,8 +78,8 @@ class LivePage(StreamPage):
         self._stack = QStackedLayout(self)
         self._stack.addWidget(self.empty)
         self._stack.addWidget(self._content)
-        Shortcut("live_save_csv_key", self, self.save.csv, self._save_csv)
-        Shortcut("live_save_png_key", self, self.save.png, self._save_png)
+        self.saving = Shortcut("live_save_csv_key", self, self.save.csv, self._save_csv)
+        self.exporting = Shortcut("live_save_png_key", self, self.save.png, self._save_png)
         Shortcut("live_pause_key", self, self._live_plot.pause, self._pause, keys=("Ctrl+P",))
         Shortcut("live_would_fire_key", self, self.fired.button, self._try_thresholds)
         self._refreshed_at = 0.0

@@ -209,8 +209,8 @@ class RecordingsPage(Page):
         self.table.remove_wanted.connect(self._ask_to_delete)
         self.search.textChanged.connect(self._search)
         self.table.selectionModel().selectionChanged.connect(self._on_selection_changed)
-        Shortcut("recordings_csv_key", self, self.buttons.csv)
-        Shortcut("recordings_mcap_key", self, self.buttons.mcap)
+        self.saving = Shortcut("recordings_csv_key", self, self.buttons.csv)
+        self.exporting = Shortcut("recordings_mcap_key", self, self.buttons.mcap)
         Shortcut("recordings_search_key", self, self.search, self.search.setFocus)
 
     def _lay_out(self) -> None:

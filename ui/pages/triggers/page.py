@@ -194,8 +194,8 @@ class TriggersPage(Page):
         self.detail.judged.connect(self.work.judge)
         Shortcut("triggers_read_key", self, self.read)
         Shortcut("triggers_copy_key", self, self.copy)
-        Shortcut("triggers_save_key", self, self.save_page)
-        Shortcut("triggers_archive_key", self, self.save_archive)
+        self.saving = Shortcut("triggers_save_key", self, self.save_page)
+        self.exporting = Shortcut("triggers_archive_key", self, self.save_archive)
         Shortcut("triggers_search_key", self, self.search, self.search.setFocus)
 
     def _lay_out(self) -> None:

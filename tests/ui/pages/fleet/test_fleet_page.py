@@ -349,7 +349,10 @@ def test_closing_asks_while_any_module_is_active_and_locks_all_of_them(desk: Des
     desk.plug_in(2)
     bar, closed = NoticeBar(Texts()), list[bool]()
     desk.qtbot.addWidget(bar)
-    attention = Attention(desk.ports.connector, bar, desk.services.lock, acts={})
+    attention = Attention(
+        desk.ports.connector, bar, desk.services.lock, acts={}, pending_edits=desk.services.pending_edits,
+        find_identity=lambda: None, go_to=lambda _page: None, shown_page=lambda: "", parent=desk.page,
+    )  # fmt: skip
     assert attention.may_close(lambda: closed.append(True))
     desk.modules[1][1].say(active=True)  # not the one that the pages show
     desk.settle()

@@ -250,7 +250,7 @@ def test_the_plot_header_takes_two_rows_at_most_beside_the_simulator(
         assembly.window.resize(1024, 600)
         connect(qtbot, assembly, "sim://beside")
         qtbot.waitUntil(lambda: not page.is_empty, timeout=WAIT_MS)
-        assembly.window.menus.simulator.setChecked(True)
+        assembly.window.menus["simulator"].setChecked(True)
         head, pause = (page.plot.findChild(QWidget, f"time-plot-{name}") for name in ("header", "pause"))
         assert head is not None
         assert pause is not None
@@ -282,7 +282,7 @@ def test_all_values_are_in_one_row_beside_the_simulator(qtbot: QtBot, qapp: QApp
         qtbot.waitUntil(lambda: not page.is_empty, timeout=WAIT_MS)
         panel = page.panel
         qtbot.waitUntil(panel.gauge.isVisible, timeout=WAIT_MS)
-        assembly.window.menus.simulator.setChecked(True)
+        assembly.window.menus["simulator"].setChecked(True)
         qtbot.waitUntil(lambda: not panel.gauge.isVisible(), timeout=WAIT_MS)
         for _ in range(4):
             QApplication.processEvents()
@@ -291,6 +291,6 @@ def test_all_values_are_in_one_row_beside_the_simulator(qtbot: QtBot, qapp: QApp
         assert tiles[:3] == [panel.tilt, panel.acceleration, panel.light]  # the top bar has the cell voltage
         assert len({one.y() for one in tiles}) == 1
         assert all(panel.contentsRect().contains(one.geometry()) for one in tiles)
-        assembly.window.menus.simulator.setChecked(False)
+        assembly.window.menus["simulator"].setChecked(False)
         qtbot.waitUntil(panel.gauge.isVisible, timeout=WAIT_MS)
         assembly.appearance.choose(Choice.LIGHT)
