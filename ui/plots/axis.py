@@ -19,7 +19,7 @@ def before_now(length_s: float, *, most: int) -> list[Tick]:
     """Ticks counted back from the end of the span, so that they stay in place while it moves."""
     step_s = _step_s(length_s, most)
     count = math.floor(length_s / step_s + 1e-6)
-    return [Tick(-n * step_s, _ago(n * step_s, step_s)) for n in range(count + 1)]
+    return [(-n * step_s, _ago(n * step_s, step_s)) for n in range(count + 1)]
 
 
 def clock_times(span: Span, *, most: int, wall_offset_s: float) -> list[Tick]:
@@ -29,7 +29,7 @@ def clock_times(span: Span, *, most: int, wall_offset_s: float) -> list[Tick]:
     last = math.floor((span.end_s + wall_offset_s) / step_s)
     decimals = _decimals(step_s)
     end_s = span.end_s + wall_offset_s
-    return [Tick(n * step_s - end_s, clock_text(n * step_s, decimals)) for n in range(first, last + 1)]
+    return [(n * step_s - end_s, clock_text(n * step_s, decimals)) for n in range(first, last + 1)]
 
 
 def clock_text(wall_s: float, decimals: int = 0) -> str:

@@ -27,7 +27,6 @@ class PlotHeader(QWidget):
     toggle_wanted = Signal()
     """Pause, or go back to live."""
     whole_wanted = Signal()
-    clock_toggled = Signal(bool)
     window_chosen = Signal(float)
 
     def __init__(self, texts: Texts, *, is_recorded: bool) -> None:
@@ -60,7 +59,6 @@ class PlotHeader(QWidget):
         self.whole.setVisible(is_recorded)
         self.pause.setVisible(not is_recorded)
         self.clock.setVisible(not is_recorded)
-        self.clock.toggled.connect(self.clock_toggled)
         self._windows.idClicked.connect(lambda number: self.window_chosen.emit(list(WINDOWS_S)[number]))
 
     def _segment(self, texts: Texts, window_s: float) -> QToolButton:

@@ -1,4 +1,4 @@
-"""One lane on the canvas: its view, axes, curve, limits, marks and cursor, as items of pyqtgraph.
+"""One lane on the canvas: its view, axis, grid, curve and limits, as items of pyqtgraph, and its words.
 
 Times are drawn relative to the end of the span, so that the range of the view, its ticks and its grid stand still while
 the curve moves below them. The axes are kept as pictures, which makes a redraw six times as fast.
@@ -12,21 +12,20 @@ import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRectF
-from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPen, QTransform
-from PySide6.QtWidgets import QGraphicsEllipseItem, QGraphicsItem, QGraphicsScene
+from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QTransform
+from PySide6.QtWidgets import QGraphicsItem, QGraphicsScene
 
 from app.samples.ring_buffers import Envelope
 from app.samples.step_function import StepFunction
 from app.text.i18n import tr
 from ui.plots.lanes import Lane, Limit, Scale, Span, Tick, fitting_scale, value_text
-from ui.plots.tags import Tag, Tags, apart
+from ui.plots.overlay import Overlay, Tag, apart
 from ui.style.shapes import pen
 from ui.style.theme import Size, Theme, font
 
 _MAX_BUCKETS: Final = 1000
 # Two logical pixels at 200 %; more would take longer than a person notices.
 _MAX_COPIES: Final = 4
-_DOT_PX: Final = 4
 _EDGE_PX: Final = 2
 """Of the view around the box, so that lines on its edge are whole."""
 _MARGIN_PX: Final = 60
@@ -34,7 +33,14 @@ _MARGIN_PX: Final = 60
 _DRAFT_DASHES: Final = [9, 3, 2, 3]
 _STALE_DASHES: Final = [1, 4]
 """Distinguishable from the module's own limits without colour."""
-_CACHED: Final = QGraphicsItem.CacheMode.DeviceCoordinateCache
+
+
+def style_axis(axis: pg.AxisItem, view: pg.ViewBox) -> None:
+    """Labels only, kept as a picture."""
+    axis.enableAutoSIPrefix(False)
+    axis.setStyle(tickLength=0, tickAlpha=0, hideOverlappingLabels=_MARGIN_PX, autoExpandTextSpace=False)
+    axis.linkToView(view)
+    axis.setCacheMode(QGraphicsItem.CacheMode.DeviceCoordinateCache)
 
 
 class Points(NamedTuple):
@@ -60,7 +66,10 @@ def points(envelope: Envelope, *, origin_s: float, gap_s: float) -> Points:
 
 
 class Lines(pg.PlotCurveItem):  # type: ignore[misc]  # pyqtgraph has no types
-    """Lines somewhere in the view: asking pyqtgraph where they are takes as long as painting them."""
+    """Lines somewhere in `bounds`, which is the view: pyqtgraph would go through all points to find where they are."""
+
+    line_px = 0
+    """Lines of one pixel side by side, which are far cheaper than a wider pen."""
 
     def __init__(self, connect: str = "all") -> None:
         self.bounds = QRectF()
@@ -69,27 +78,13 @@ class Lines(pg.PlotCurveItem):  # type: ignore[misc]  # pyqtgraph has no types
     def boundingRect(self) -> QRectF:
         return self.bounds
 
-    def set_bounds(self, bounds: QRectF) -> None:
-        """Those of the view."""
-        self.prepareGeometryChange()
-        self.bounds = bounds
-
     def paint(self, painter: QPainter, _option: Any, _widget: Any) -> None:
+        path, ratio = self.getPath(), painter.device().devicePixelRatioF()
         painter.setPen(self.opts["pen"])
-        painter.drawPath(self.getPath())
-
-
-class Curve(Lines):
-    """Lines of one pixel side by side, which are far cheaper than a wider pen."""
-
-    line_px = 1
-
-    def paint(self, painter: QPainter, option: Any, widget: Any) -> None:
-        super().paint(painter, option, widget)
-        ratio = painter.device().devicePixelRatioF()
+        painter.drawPath(path)
         for _ in range(min(_MAX_COPIES, round(self.line_px * ratio)) - 1):
             painter.setWorldTransform(painter.worldTransform() * QTransform.fromTranslate(1 / ratio, 1 / ratio))
-            super().paint(painter, option, widget)
+            painter.drawPath(path)
 
 
 class _Segment(NamedTuple):
@@ -102,13 +97,12 @@ class _Segment(NamedTuple):
     is_current: bool
 
 
-class _LimitLine:
+class LimitLine(Lines):
     """The line of a limit, or of what was last known of it."""
 
     def __init__(self, limit: Limit, steps: StepFunction, *, is_stale: bool) -> None:
+        super().__init__("pairs")
         self.limit, self.steps, self.is_stale = limit, steps, is_stale
-        self.curve = Lines("pairs")
-        self.curve.setCacheMode(_CACHED)
         self.segments: list[_Segment] = []
         self.drawn: object = ()
 
@@ -120,7 +114,7 @@ class _LimitLine:
         if self.is_stale or self.limit.is_draft:
             line.setDashPattern(_STALE_DASHES if self.is_stale else _DRAFT_DASHES)
         line.setCosmetic(True)
-        self.curve.setPen(line)
+        self.setPen(line)
 
     def draw(self, span: Span, pixel_s: float) -> None:
         """Steps through the values of a time span."""
@@ -144,7 +138,7 @@ class _LimitLine:
         if lines != self.drawn:
             self.drawn = lines
             x = np.array([(start, end) for start, end, _ in lines], np.float64).ravel()
-            self.curve.setData(x, np.repeat(np.array([value for *_, value in lines], np.float64), 2))
+            self.setData(x, np.repeat(np.array([value for *_, value in lines], np.float64), 2))
 
 
 class LaneView:
@@ -163,72 +157,53 @@ class LaneView:
         self.view = pg.ViewBox(enableMouse=False, enableMenu=False)
         self.view.disableAutoRange()
         self.view.setFlag(QGraphicsItem.GraphicsItemFlag.ItemIsFocusable, False)
-        self.values, self.times = pg.AxisItem("left"), pg.AxisItem("bottom")
-        for axis in (self.times, self.values):
-            axis.enableAutoSIPrefix(False)
-            axis.setStyle(tickLength=0, tickAlpha=0, hideOverlappingLabels=_MARGIN_PX, autoExpandTextSpace=False)
-            axis.linkToView(self.view)
-            axis.setCacheMode(_CACHED)
-        # As one curve: the grids of the axes would be pictures as large as the lane.
-        self.grid = Lines("pairs")
+        self.values = pg.AxisItem("left")
+        style_axis(self.values, self.view)
+        self.curve, self.grid = Lines(), Lines("pairs")  # the grid of an axis would be a picture as large as the lane
         self._time_ticks: Sequence[Tick] = ()
-        self._value_ticks: list[tuple[float, str]] = []
-        self.curve = Curve()
-        self.limits = [_LimitLine(limit, limit.steps, is_stale=False) for limit in lane.limits]
+        self._value_ticks: list[Tick] = []
+        self.limits = [LimitLine(limit, limit.steps, is_stale=False) for limit in lane.limits]
         self.limits += [
-            _LimitLine(limit, limit.stale, is_stale=True) for limit in lane.limits if limit.stale is not None
+            LimitLine(limit, limit.stale, is_stale=True) for limit in lane.limits if limit.stale is not None
         ]
-        self.cursor = pg.InfiniteLine(angle=90)
-        self.dot = QGraphicsEllipseItem(-_DOT_PX, -_DOT_PX, 2 * _DOT_PX, 2 * _DOT_PX)
-        self.dot.setZValue(5)
-        self.lines = (self.grid, self.curve, *(line.curve for line in self.limits))
-        for item in (*self.lines, self.cursor):
-            self.view.addItem(item, ignoreBounds=True)
-        self.items = (self.view, self.values, self.times, self.dot)
-        for item in self.items:
+        self._lines = (self.grid, self.curve, *self.limits)
+        for line in self._lines:
+            self.view.addItem(line, ignoreBounds=True)
+        for item in (self.view, self.values):
             scene.addItem(item)
-        self.show_cursor(None)
 
     def apply_theme(self, theme: Theme, ratio: float) -> None:
         """`ratio`: device pixels per logical pixel, since cosmetic pens are in the former."""
-        # Black hairlines would hide the curve.
-        grid = theme.divider if theme.border_px == 1 else "#9A9A9A"
-        for axis in (self.values, self.times):
-            axis.setTickFont(font(Size.SMALL))
-            axis.setTextPen(QColor(theme.muted))
-        self.grid.setPen(QColor(grid), width=ratio)
+        self.values.setTickFont(font(Size.SMALL))
+        self.values.setTextPen(QColor(theme.muted))
         self.values.setPen(None)
-        self.times.setPen(QColor(theme.border))
+        # Black hairlines would hide the curve.
+        self.grid.setPen(QColor(theme.divider if theme.border_px == 1 else "#9A9A9A"), width=ratio)
         self.ink = theme.curves[self.number % len(theme.curves)]
         self.curve.setPen(QColor(self.ink))
         self.curve.line_px = theme.line_px + 1
         for line in self.limits:
             line.apply_theme(theme, ratio)
-        self.cursor.setPen(QColor(theme.text), width=ratio)
-        self.dot.setPen(QPen(QColor(theme.surface), 1.5))
-        self.dot.setBrush(QColor(self.ink))
         self._range = None
 
-    def place(self, box: QRectF, axis_px: float | None) -> None:
-        """Puts the lane at `box`, with the labels of the time line `axis_px` high below it."""
+    def place(self, box: QRectF) -> None:
+        """Puts the lane at `box`, with the labels of its values at the left."""
         self.box = box
         whole = box.adjusted(0, -_EDGE_PX, _EDGE_PX, _EDGE_PX)
         self.values.setWidth(box.left())
         self.values.setGeometry(QRectF(0, whole.top(), box.left(), whole.height()))
         self.view.setGeometry(whole)
-        self.times.setStyle(showValues=axis_px is not None)
-        height = axis_px or 2.0
-        self.times.setHeight(height)
-        self.times.setGeometry(QRectF(box.left(), box.bottom() - 1, whole.width(), height))
         self._range = None
 
     def set_visible(self, is_visible: bool) -> None:
-        for item in self.items:
+        for item in (self.view, self.values):
             item.setVisible(is_visible)
 
-    def fit_scale(self) -> None:
+    def fit_scale(self, *, is_manual_too: bool = False) -> None:
         """Lets the next draw choose a smaller scale; otherwise the scale only grows."""
         self._least_scale = 0
+        if is_manual_too:
+            self.manual = None
 
     def zoom_values(self, factor: float) -> None:
         """Shows `factor` times as much of the values, around the middle of those in sight."""
@@ -271,8 +246,9 @@ class LaneView:
         edge = _EDGE_PX * (high - low) / max(1.0, self.box.height())
         across, up = (-self._span.length_s, _EDGE_PX / second_px), (low - edge, high + edge)
         self.view.setRange(xRange=across, yRange=up, padding=0.0, disableAutoRange=False)
-        for line in self.lines:
-            line.set_bounds(self.view.viewRect())
+        for line in self._lines:
+            line.prepareGeometryChange()
+            line.bounds = self.view.viewRect()
         self._value_ticks = self._ticks_of_values()
         self.values.setTicks([self._value_ticks])
         self._draw_grid()
@@ -291,28 +267,16 @@ class LaneView:
         labelled = range(last + 1) if has_room else (0, last) if has_both else (last,)
         return [(value, value_text(value, decimals) if n in labelled else "") for n, value in enumerate(values)]
 
-    def set_ticks(self, ticks: Sequence[Tick], labels: Sequence[tuple[float, str]]) -> None:
-        """`labels` with the places of their middles in the scene."""
+    def set_ticks(self, ticks: Sequence[Tick]) -> None:
+        """Vertical lines at these times."""
         self._time_ticks = ticks
-        second_px = self.box.width() / self._span.length_s
-        self.times.setTicks([[((x - self.box.right()) / second_px, label) for x, label in labels]])
         self._draw_grid()
 
     def _draw_grid(self) -> None:
         across = [place for value, _ in self._value_ticks for place in ((-self._span.length_s, value), (0.0, value))]
-        down = [(tick.time_s, end) for tick in self._time_ticks for end in self.scale[:2]]
+        down = [(time_s, end) for time_s, _ in self._time_ticks for end in self.scale[:2]]
         places = np.array(across + down, np.float64).reshape(-1, 2)
         self.grid.setData(places[:, 0], places[:, 1])
-
-    def show_cursor(self, time_s: float | None) -> None:
-        """Draws the line, and a dot on the sample beside it."""
-        self.cursor.setVisible(time_s is not None)
-        near = None if time_s is None else self.lane.series.around(time_s, within_s=self.lane.gap_s)
-        self.dot.setVisible(near is not None and self.view.isVisible())
-        if time_s is not None:
-            self.cursor.setPos(time_s - self._span.end_s)
-            if near is not None:
-                self.dot.setPos(self.x(time_s), self.y(near.high))
 
     def x(self, time_s: float) -> float:
         """The place of a time in the scene."""
@@ -331,7 +295,7 @@ class LaneView:
         gaps = [(gap.start_s - self._span.end_s, gap.end_s - self._span.end_s) for gap in self.gaps]
         return self.scale, gaps, [(line.drawn, line.segments and line.segments[-1].word) for line in self.limits]
 
-    def name_limits(self, tags: Tags, theme: Theme) -> None:
+    def name_limits(self, overlay: Overlay, theme: Theme) -> None:
         """Names the current limits beside the lane, apart from each other."""
         named = [
             (self.y(part.value), Tag(tr(line.limit.label, value=value_text(part.value, line.limit.decimals)),
@@ -340,33 +304,33 @@ class LaneView:
         ]  # fmt: skip
         if not named:
             return
-        height = tags.size(named[0][1]).height()
+        height = overlay.size(named[0][1]).height()
         middles = apart([y for y, _ in named], height, self.box.top(), self.box.bottom())
         for middle, (_, tag) in zip(middles, named, strict=True):
-            tags.put(tag, QPointF(self.box.right() + 6, middle - height / 2), is_above=True)
+            overlay.put(tag, QPointF(self.box.right() + 6, middle - height / 2), is_above=True)
 
-    def name_past(self, tags: Tags, theme: Theme) -> None:
+    def name_past(self, overlay: Overlay, theme: Theme) -> None:
         """Names past and stale limits at their ends and writes "no data" into gaps, where there is room."""
         for line in self.limits:
             for part in line.segments:
                 tag = Tag(part.word, line.ink(theme), is_bold=True)
-                size, right, y = tags.size(tag), min(self.x(part.end_s), self.box.right()), self.y(part.value)
+                size, right, y = overlay.size(tag), min(self.x(part.end_s), self.box.right()), self.y(part.value)
                 if part.word and right - self.x(part.start_s) > size.width() + 8:
                     left = right - 4 - size.width()
-                    tags.put(tag, QPointF(left, y - size.height() - 1), QPointF(left, y + 1))
+                    overlay.put(tag, QPointF(left, y - size.height() - 1), QPointF(left, y + 1))
         word = Tag(tr("no data"), theme.text, ground=theme.surface)
-        size = tags.size(word)
+        size = overlay.size(word)
         for gap in self.gaps:
             left, right = max(self.box.left(), self.x(gap.start_s)), min(self.box.right(), self.x(gap.end_s))
             if right - left > size.width():
                 x = (left + right - size.width()) / 2
                 parts = (self.box.top() + part * self.box.height() - size.height() / 2 for part in (0.5, 0.25, 0.75))
-                tags.put(word, *(QPointF(x, y) for y in parts))
+                overlay.put(word, *(QPointF(x, y) for y in parts))
 
-    def limit_labels_px(self, tags: Tags) -> float:
+    def limit_labels_px(self, overlay: Overlay) -> float:
         """Width of the widest label of a limit."""
         labels = (Tag(tr(limit.label, value="000"), "", is_bold=True) for limit in self.lane.limits)
-        return max((tags.size(label).width() for label in labels), default=0.0)
+        return max((overlay.size(label).width() for label in labels), default=0.0)
 
     def title(self) -> Tag:
         return Tag(tr(self.lane.title), self.ink, is_bold=True, unit=self.lane.unit)

@@ -76,16 +76,13 @@ class Mark:
     rank: int = 0
 
 
-class Tick(NamedTuple):
-    """A time before the end of the span, and its label."""
-
-    time_s: float
-    label: str
+Tick = tuple[float, str]
+"""A time before the end of the span, and its label."""
 
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """What one draw shows beside the lanes' data; the ticks' times are relative to the end of the span."""
+    """What one draw shows beside the lanes' data; a cursor is at a time, with the readings of all lanes there."""
 
     span: Span
     ticks: Sequence[Tick]
@@ -93,7 +90,6 @@ class Frame:
     cursor_s: float | None
     cursor_time: str
     readings: Sequence[str]
-    """At the cursor, by lane."""
 
 
 def fitting_scale(scales: tuple[Scale, ...], low: float, high: float) -> Scale:

@@ -20,7 +20,7 @@ from ui.core.texts import Texts
 from ui.plots.axis import ago_text, before_now, clock_text, clock_times
 from ui.plots.header import PlotHeader
 from ui.plots.lanes import Frame, Lane, Mark, Span, value_text
-from ui.plots.plot_view import PlotView
+from ui.plots.plot_view import SHORTEST_S, PlotView
 from ui.style.theme import Size, Space, font
 from ui.widgets.layouts import in_column
 from ui.widgets.naming import named
@@ -28,8 +28,6 @@ from ui.widgets.visibility_timer import VisibilityTimer
 
 _WINDOW_S: Final = 60.0
 """At first."""
-# Limit of zooming in: some forty status frames at line rate.
-SHORTEST_S: Final = 0.03
 # Limit of panning back: what a series keeps.
 MAX_S: Final = 10 * 3600.0
 # In ten hours one every 36 s.
@@ -70,7 +68,6 @@ class TimePlot(QWidget):
         self._marks: deque[Mark] = deque(maxlen=_MAX_MARKS)
         self._wall_offset_s = time.time() - time.monotonic() if wall_offset_s is None else wall_offset_s
         self._now_s = 0.0
-        self._shows_clock = False
         self._cursor_part: float | None = None
         self.reading = ""
         """The values at the cursor in words."""
@@ -96,19 +93,16 @@ class TimePlot(QWidget):
         view, head = self._view, self._head
         texts.bind(view.setAccessibleName, "Plots")
         texts.bind(view.setWhatsThis, "Arrow keys move, + and − zoom, Shift with arrow keys reads off")
-        view.panned.connect(self._pan)
-        view.dragged.connect(self._drag)
-        view.zoomed.connect(self._zoom)
-        view.pointed.connect(self._point)
-        view.cursor_stepped.connect(self._step_cursor)
+        view.moved.connect(self._move)
+        view.cursor_wanted.connect(self._point)
         view.pause_wanted.connect(self.toggle_pause)
         view.live_wanted.connect(self.back_to_live)
         view.fit_wanted.connect(self.fit)
         view.changed.connect(self._redraw)
-        view.menu_wanted.connect(self._show_menu)
+        view.customContextMenuRequested.connect(self._show_menu)
         head.toggle_wanted.connect(self.toggle_pause)
         head.whole_wanted.connect(self.back_to_live)
-        head.clock_toggled.connect(self.show_clock_time)
+        head.clock.toggled.connect(self._redraw)
         head.window_chosen.connect(self.choose_window)
 
     def _retranslate(self) -> None:
@@ -140,12 +134,8 @@ class TimePlot(QWidget):
         """Seconds per device pixel."""
         return self.span.length_s / max(1.0, self._view.width_px * self._view.devicePixelRatio())
 
-    def add_mark(self, mark: Mark) -> None:
-        """Adds a mark, drawn with the next `draw`."""
-        self.add_marks((mark,))
-
     def add_marks(self, marks: Iterable[Mark]) -> None:
-        """Adds the marks of a recording."""
+        """Adds marks, drawn with the next `draw`."""
         self._marks.extend(marks)
         self._drawn = None
 
@@ -209,9 +199,7 @@ class TimePlot(QWidget):
 
     def show_clock_time(self, shows_clock: bool, /) -> None:
         """Labels the time line with the time of day, or with seconds before now."""
-        self._shows_clock = shows_clock
         self._head.clock.setChecked(shows_clock)
-        self._redraw()
 
     def fit(self) -> None:
         """Shows all values vertically."""
@@ -246,10 +234,10 @@ class TimePlot(QWidget):
         live.setShortcut(QKeySequence(Qt.Key.Key_End))
         live.setEnabled(not (self.is_live or self.is_whole))
         if not self.is_recorded:
-            clock = menu.addAction(tr("Time of day"), lambda: self.show_clock_time(not self._shows_clock))
+            clock = menu.addAction(tr("Time of day"), self._head.clock.toggle)
             clock.setCheckable(True)
-            clock.setChecked(self._shows_clock)
-        menu.popup(place)
+            clock.setChecked(self._head.clock.isChecked())
+        menu.popup(self._view.viewport().mapToGlobal(place))
 
     def _hold(self, span: Span) -> None:
         """Shows `span`, as far as there are data."""
@@ -259,32 +247,14 @@ class TimePlot(QWidget):
         self._held = Span(end_s - length_s, end_s)
         self._redraw()
 
-    def _pan(self, part: float) -> None:
-        start_s, end_s = self.span
-        by_s = part * (end_s - start_s)
-        self._hold(Span(start_s + by_s, end_s + by_s))
-
-    def _drag(self, part: float, cursor_part: float | None) -> None:
-        self._cursor_part = cursor_part  # first, so that one draw shows both
-        self._pan(part)
-
-    def _zoom(self, factor: float, part: float) -> None:
-        if part < 0:
-            part = 1.0 if self._cursor_part is None else self._cursor_part
-        span = self.span
-        longest_s = MAX_S if self._bounds is None else self._bounds.length_s
-        length_s = min(longest_s, max(SHORTEST_S, span.length_s * factor))
-        start_s = span.start_s + part * (span.length_s - length_s)
-        self._view.fit_scales()
-        self._hold(Span(start_s, start_s + length_s))
+    def _move(self, start: float, end: float, cursor_part: float | None) -> None:
+        span, self._cursor_part = self.span, cursor_part
+        self._hold(Span(span.start_s + start * span.length_s, span.start_s + end * span.length_s))
 
     def _point(self, part: float | None) -> None:
         # The numbers of a recording stay where the pointer left it.
         if part is not None or not self.is_recorded:
             self._set_cursor(part)
-
-    def _step_cursor(self, by: float) -> None:
-        self._set_cursor((1.0 if self._cursor_part is None else self._cursor_part) + by)
 
     def _set_cursor(self, part: float | None) -> None:
         part = None if part is None else min(1.0, max(0.0, part))
@@ -330,7 +300,7 @@ class TimePlot(QWidget):
             self._drawn = self._appearance_key(self._now_s)
             most = max(2, int(self._view.width_px / QFontMetricsF(font(Size.SMALL)).horizontalAdvance("00:00:00.000")))
             # A paused picture is labelled by the clock: "10 s before now" would soon be wrong.
-            if self.is_live and not self._shows_clock:
+            if self.is_live and not self._head.clock.isChecked():
                 ticks = before_now(span.length_s, most=most)
             else:
                 ticks = clock_times(span, most=most, wall_offset_s=self._wall_offset_s)

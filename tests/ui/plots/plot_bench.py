@@ -78,7 +78,7 @@ class Bench:
     @property
     def words(self) -> dict[str, QRectF]:
         """What is written into the plots, and where."""
-        return {tag.text: room for tag, room in self.view.tags.shown if tag.text}
+        return {tag.text: room for tag, room in self.view.overlay.shown if tag.text}
 
     def button(self, name: str) -> QPushButton | QToolButton:
         button = self.plot.findChild(QPushButton, name) or self.plot.findChild(QToolButton, name)

@@ -5,15 +5,15 @@ from itertools import combinations, pairwise
 import pytest
 from PySide6.QtCore import QPointF
 from PySide6.QtGui import QFontMetricsF
-from PySide6.QtWidgets import QApplication, QGraphicsScene
+from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.samples.ring_buffers import Series
 from tests.support.window.steps import find
 from tests.ui.plots.plot_bench import NOW_S, Bench
 from ui.plots.lanes import Lane, Mark, Scale
+from ui.plots.overlay import Overlay, Tag, apart
 from ui.plots.plot_view import PlotView
-from ui.plots.tags import Tag, Tags, apart
 from ui.plots.time_plot import TimePlot
 from ui.style import appearance, theme
 from ui.style.icons import Icon
@@ -32,20 +32,20 @@ def test_the_most_important_mark_keeps_its_icon(bench: Bench) -> None:
         bench.plot.reset()
         for number, word in enumerate((first, second)):
             rank, icon = (0, Icon.PARACHUTE) if word == "triggered" else (2, Icon.ACTIVE)
-            bench.plot.add_mark(Mark(NOW_S - 20 + 0.2 * number, word, icon, Meaning.DANGER, rank))
+            bench.plot.add_marks([Mark(NOW_S - 20 + 0.2 * number, word, icon, Meaning.DANGER, rank)])
         bench.plot.draw(NOW_S)
         assert "triggered" in bench.words
         assert "activated" not in bench.words
-        assert [tag.icon for tag, _ in bench.view.tags.shown if tag.icon] == [Icon.PARACHUTE]
-        places = {round(item.line().x1()) for item in bench.view.mark_lines if item.isVisible()}
+        assert [tag.icon for tag, _ in bench.view.overlay.shown if tag.icon] == [Icon.PARACHUTE]
+        places = {round(line.x1()) for line, _ in bench.view.overlay.lines}
         assert len(places) == 2  # each has its line
 
 
 def test_marks_are_where_their_time_is(bench: Bench) -> None:
-    bench.plot.add_mark(Mark(NOW_S - 10, "triggered", Icon.PARACHUTE, Meaning.DANGER))
-    bench.plot.add_mark(Mark(NOW_S - 40, "activated", Icon.ACTIVE, Meaning.ATTENTION))
+    bench.plot.add_marks([Mark(NOW_S - 10, "triggered", Icon.PARACHUTE, Meaning.DANGER)])
+    bench.plot.add_marks([Mark(NOW_S - 40, "activated", Icon.ACTIVE, Meaning.ATTENTION)])
     bench.plot.draw(NOW_S)
-    icons = {tag.icon: room.center().x() for tag, room in bench.view.tags.shown if tag.icon}
+    icons = {tag.icon: room.center().x() for tag, room in bench.view.overlay.shown if tag.icon}
     box = bench.lane.box
     for icon, ago_s in ((Icon.PARACHUTE, 10), (Icon.ACTIVE, 40)):
         assert icons[icon] == pytest.approx(box.right() - ago_s / 60 * box.width(), abs=2)
@@ -54,19 +54,19 @@ def test_marks_are_where_their_time_is(bench: Bench) -> None:
 def test_hundreds_of_marks_are_lines_at_as_many_pixels(bench: Bench) -> None:
     bench.plot.add_marks(Mark(NOW_S - n * 0.001, "offline", Icon.LINK_LOST) for n in range(900))
     bench.plot.draw(NOW_S)
-    assert sum(item.isVisible() for item in bench.view.mark_lines) <= 2 * 14
+    assert len(bench.view.overlay.lines) <= 2 * 14
 
 
 @pytest.mark.parametrize("ago_s", [59.5, 59.0, 58.0, 57.0, 30.0])
 def test_no_word_covers_another(bench: Bench, ago_s: float) -> None:
     """The icon and the word of a mark are in the row of the first title; gaps and stale limits are in the lane."""
-    bench.plot.add_mark(Mark(NOW_S - ago_s, "triggered", Icon.PARACHUTE, Meaning.DANGER))
+    bench.plot.add_marks([Mark(NOW_S - ago_s, "triggered", Icon.PARACHUTE, Meaning.DANGER)])
     bench.fire.put(NOW_S, None)
     bench.stale.put(NOW_S, 45)  # in the middle
     count = 0
     for seconds in range(0, 30, 3):
         bench.plot.draw(NOW_S + seconds)
-        shown = bench.view.tags.shown
+        shown = bench.view.overlay.shown
         count += sum(tag.text in ("no data", "stale") for tag, _ in shown)
         for (one, room), (other, other_room) in combinations(shown, 2):
             assert not room.intersects(other_room), (one, other)
@@ -84,17 +84,15 @@ def test_labels_of_limits_never_overlap(places: list[float]) -> None:
 
 
 def test_a_word_takes_the_first_free_place_or_none(qapp: QApplication) -> None:
-    tags = Tags(QGraphicsScene())
+    overlay = Overlay()
     first, second, third = (Tag(text, LIGHT.muted) for text in ("first", "second", "third"))
-    tags.begin()
-    assert tags.put(first, QPointF(0, 0))
-    below = tags.put(second, QPointF(1, 1), QPointF(1, 40))
+    assert overlay.put(first, QPointF(0, 0))
+    below = overlay.put(second, QPointF(1, 1), QPointF(1, 40))
     assert below is not None
     assert below.top() == 40
-    assert tags.put(third, QPointF(2, 2), QPointF(2, 41)) is None
-    assert tags.put(third, QPointF(2, 2), is_above=True) is not None
-    tags.end()
-    assert [tag for tag, _ in tags.shown] == [first, second, third]
+    assert overlay.put(third, QPointF(2, 2), QPointF(2, 41)) is None
+    assert overlay.put(third, QPointF(2, 2), is_above=True) is not None
+    assert [tag for tag, _ in overlay.shown] == [first, second, third]
 
 
 # Limits
@@ -105,13 +103,13 @@ def test_a_limit_stays_in_the_past_as_it_was(bench: Bench) -> None:
     bench.plot.draw(NOW_S)
     firm = bench.lane.limits[0]
     assert [(part.value, part.is_current) for part in firm.segments] == [(60, False), (75, True)]
-    x, y = firm.curve.getData()
+    x, y = firm.getData()
     assert x.tolist() == pytest.approx([-60, -30, -30, 0], abs=0.2)
     assert y.tolist() == [60, 60, 75, 75]
     assert {"60", "75° fires"} <= set(bench.words)
     bench.fire.put(NOW_S - 1, None)
     bench.plot.draw(NOW_S + 60)
-    assert firm.curve.getData()[0].tolist() == []
+    assert firm.getData()[0].tolist() == []
     assert "75° fires" not in bench.words
 
 
@@ -130,12 +128,12 @@ def test_a_stale_limit_stays_greyed_and_says_that_it_is_stale(bench: Bench) -> N
     bench.stale.put(NOW_S, 60)
     bench.plot.draw(NOW_S + 30)
     assert {"60° fires", "stale"} <= set(bench.words)
-    label = next(tag for tag, _ in bench.view.tags.shown if tag.text == "60° fires")
+    label = next(tag for tag, _ in bench.view.overlay.shown if tag.text == "60° fires")
     assert label.ink == LIGHT.muted
     firm, stale = bench.lane.limits
-    assert firm.curve.getData()[0].tolist() == pytest.approx([-60, -30], abs=0.2)
-    assert stale.curve.getData()[0].tolist() == pytest.approx([-30, 0], abs=0.2)
-    assert stale.curve.opts["pen"].color().name().upper() == LIGHT.muted.upper()
+    assert firm.getData()[0].tolist() == pytest.approx([-60, -30], abs=0.2)
+    assert stale.getData()[0].tolist() == pytest.approx([-30, 0], abs=0.2)
+    assert stale.opts["pen"].color().name().upper() == LIGHT.muted.upper()
 
 
 def test_the_last_limits_of_a_recording_are_labelled(bench: Bench) -> None:
@@ -180,7 +178,7 @@ def test_in_a_low_window_the_plots_without_room_are_named(qapp: QApplication, qt
         assert len(view.lanes) == 2 or view.lanes[-1].box.height() >= text_px
         assert all(upper.box.bottom() < lower.box.top() for upper, lower in pairwise(view.lanes))
         hidden = ", ".join(title for title in weights if title not in seen[height])
-        notes = [tag.text for tag, _ in view.tags.shown if tag.text.startswith("No room for")]
+        notes = [tag.text for tag, _ in view.overlay.shown if tag.text.startswith("No room for")]
         assert notes == ([f"No room for: {hidden}"] if hidden else [])
     assert seen[600] == list(weights)
     assert seen[240] == ["Tilt", "Acceleration"]

@@ -153,20 +153,22 @@ def test_the_cursor_shows_values_while_live(bench: Bench, qtbot: QtBot) -> None:
     assert bench.plot.reading.startswith(("−30.0 s · ", "−29.9 s · "))
     assert bench.plot.reading.endswith("Tilt 12°, Acceleration 1.0 g")
     assert {"12°", "1.0 g"} <= set(bench.words)
-    assert bench.lane.cursor.value() == pytest.approx(-30, abs=0.1)
-    assert bench.lane.dot.y() == pytest.approx(bench.lane.y(12), abs=1)
-    bench.plot.add_mark(Mark(NOW_S - 20, "triggered", Icon.PARACHUTE, Meaning.DANGER))
+    middle = pytest.approx(bench.lane.box.center().x(), abs=1)
+    assert [line.x1() for line, _ in bench.view.overlay.lines] == [middle, middle]
+    dot, _ = bench.view.overlay.dots[0]
+    assert (dot.x(), dot.y()) == (middle, bench.lane.y(12))
+    bench.plot.add_marks([Mark(NOW_S - 20, "triggered", Icon.PARACHUTE, Meaning.DANGER)])
     bench.plot.draw(NOW_S + 10)
     assert bench.plot.reading.startswith(("−30.0 s · ", "−29.9 s · "))
     assert " · triggered, Tilt 12°" in bench.plot.reading
-    bench.view.pointed.emit(None)
+    bench.view.cursor_wanted.emit(None)
     assert bench.plot.reading == ""
-    assert not bench.lane.cursor.isVisible()
+    assert not bench.view.overlay.dots
 
 
 def test_the_cursor_of_a_recording_stays_where_the_pointer_left(recorded: Bench) -> None:
-    recorded.view.pointed.emit(0.5)
-    recorded.view.pointed.emit(None)
+    recorded.view.cursor_wanted.emit(0.5)
+    recorded.view.cursor_wanted.emit(None)
     assert recorded.plot.cursor_s == pytest.approx(NOW_S - 150)
 
 
@@ -175,4 +177,4 @@ def test_the_cursor_does_not_invent_what_was_not_measured(bench: Bench) -> None:
     bench.plot.draw(NOW_S + 21)
     bench.plot.point_at(NOW_S + 11)
     assert bench.plot.reading.endswith("Tilt no data, Acceleration no data")
-    assert not bench.lane.dot.isVisible()
+    assert not bench.view.overlay.dots

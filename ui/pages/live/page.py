@@ -221,8 +221,7 @@ class LivePage(StreamPage):
         if self._waiting:
             batch = joined(self._waiting)
             self._waiting.clear()
-            for mark in self.data.on_batch(batch):
-                self._live_plot.add_mark(mark)
+            self._live_plot.add_marks(self.data.on_batch(batch))
 
     def _reset(self) -> None:
         """Discards all data, for another module or a new session."""

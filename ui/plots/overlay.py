@@ -1,0 +1,149 @@
+"""Words, marks and cursor above the curves, painted by one item of the scene; no word covers another."""
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Final, NamedTuple
+
+from PySide6.QtCore import QLineF, QPointF, QRectF, QSizeF, Qt
+from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPen
+from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
+
+from ui.style import icons
+from ui.style.icons import Icon
+from ui.style.theme import Size, current, font
+
+ICON_PX: Final = 14
+_ICON_GAP_PX: Final = 3
+_PAD_PX: Final = 6
+"""Beside a word on a ground."""
+_UNIT_GAP_PX: Final = 6
+_DOT_PX: Final = 4
+_LEFT: Final = int(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter | Qt.TextFlag.TextDontClip)
+_RIGHT: Final = int(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter | Qt.TextFlag.TextDontClip)
+
+
+class Tag(NamedTuple):
+    """A word with its colours as #rrggbb; over curves it has a `ground`. `unit` follows it in a lighter colour."""
+
+    text: str
+    ink: str
+    is_bold: bool = False
+    icon: Icon | None = None
+    ground: str = ""
+    unit: str = ""
+
+
+class Overlay(QGraphicsItem):
+    """`begin`, then `put` the most important words first. All places are those of the scene."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setZValue(10)
+        self.whole = QRectF()
+        """That of the scene."""
+        self.shown: list[tuple[Tag, QRectF]] = []
+        self.lines: list[tuple[QLineF, QPen]] = []
+        self.dots: list[tuple[QPointF, str]] = []
+        self.cover = QRectF()
+        """Hides what is below it."""
+        self.frame: QRectF | None = None
+        """The focus."""
+        self._sizes: dict[Tag, QSizeF] = {}
+
+    def boundingRect(self) -> QRectF:
+        return self.whole
+
+    def restyle(self, whole: QRectF) -> None:
+        """After a change of size, theme or font."""
+        self.prepareGeometryChange()
+        self.whole = whole
+        self._sizes.clear()
+
+    def begin(self) -> None:
+        self.shown, self.lines, self.dots, self.cover = [], [], [], QRectF()
+        self.update()
+
+    def size(self, tag: Tag) -> QSizeF:
+        if tag not in self._sizes:
+            metrics = QFontMetricsF(font(Size.SMALL, is_bold=tag.is_bold))
+            width, height = metrics.horizontalAdvance(tag.text), metrics.height()
+            if tag.unit:
+                width += _UNIT_GAP_PX + QFontMetricsF(font(Size.SMALL)).horizontalAdvance(tag.unit)
+            if tag.ground:
+                width, height = width + 2 * _PAD_PX, height + 4
+            if tag.icon is not None:
+                width, height = width + ICON_PX + (_ICON_GAP_PX if tag.text else 0), max(height, ICON_PX)
+            if len(self._sizes) > 500:  # times of day
+                self._sizes.clear()
+            self._sizes[tag] = QSizeF(width, height)
+        return self._sizes[tag]
+
+    def put(self, tag: Tag, *places: QPointF, gap_px: float = 0.0, is_above: bool = False) -> QRectF | None:
+        """Shows `tag` at the first of `places`, its upper left corners, where it is `gap_px` from all others, or where
+        it `is_above` them. Returns the place, None where there is no room."""
+        size = self.size(tag)
+        for corner in places:
+            room = QRectF(corner, size)
+            around = room.adjusted(-gap_px, 0, gap_px, 0)
+            if is_above or not any(around.intersects(other) for _, other in self.shown):
+                self.shown.append((tag, room))
+                return room
+        return None
+
+    def paint(self, painter: QPainter, _option: QStyleOptionGraphicsItem, _widget: QWidget | None = None) -> None:
+        theme = current()
+        for line, ink in self.lines:
+            painter.setPen(ink)
+            painter.drawLine(line)
+        painter.fillRect(self.cover, QColor(theme.surface))
+        if self.frame is not None:
+            painter.setPen(QPen(QColor(theme.information.ink), 2))
+            painter.drawRect(self.frame)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setPen(QPen(QColor(theme.surface), 1.5))
+        for place, colour in self.dots:
+            painter.setBrush(QColor(colour))
+            painter.drawEllipse(place, _DOT_PX, _DOT_PX)
+        fonts = font(Size.SMALL), font(Size.SMALL, is_bold=True)
+        for tag, whole in self.shown:
+            room = QRectF(whole.topLeft().toPoint(), whole.size())
+            if tag.ground:
+                painter.setPen(Qt.PenStyle.NoPen)
+                painter.setBrush(QColor(tag.ground))
+                painter.drawRoundedRect(room, 4, 4)
+                room.setLeft(room.left() + _PAD_PX)
+            if tag.icon is not None:
+                top = room.top() + (room.height() - ICON_PX) / 2
+                icons.draw(painter, tag.icon, QRectF(room.left(), top, ICON_PX, ICON_PX), tag.ink)
+                room.setLeft(room.left() + ICON_PX + _ICON_GAP_PX)
+            if tag.unit:
+                painter.setFont(fonts[False])
+                painter.setPen(QColor(theme.muted))
+                painter.drawText(room, _RIGHT, tag.unit)
+            painter.setFont(fonts[tag.is_bold])
+            painter.setPen(QColor(tag.ink))
+            painter.drawText(room, _LEFT, tag.text)
+
+
+def apart(places: Sequence[float], distance: float, top: float, bottom: float) -> list[float]:
+    """`places` pushed apart to at least `distance`, between `top` and `bottom` if they fit."""
+    order = sorted(range(len(places)), key=lambda n: places[n])
+    moved = list(places)
+    for _ in range(4 * len(order)):  # pushing two apart may push one onto a third
+        for upper, lower in pairwise(order):
+            lacking = distance - (moved[lower] - moved[upper])
+            if lacking > 0:
+                moved[upper] -= lacking / 2
+                moved[lower] += lacking / 2
+    if order:
+        down = max(0.0, top - moved[order[0]])
+        up = max(0.0, moved[order[-1]] + down - bottom)
+        moved = [place + down - up for place in moved]
+    return moved
+
+
+def beside(x: float, y: float, size: QSizeF, within: QRectF) -> QPointF:
+    """The corner of a tag beside a point: at its right, or at its left where there is no room."""
+    left = x + 8 if x + 8 + size.width() <= within.right() else max(0.0, x - 8 - size.width())
+    top = min(max(y - size.height() / 2, within.top()), max(within.top(), within.bottom() - size.height()))
+    return QPointF(left, top)
